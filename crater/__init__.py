@@ -1,0 +1,1 @@
+"""Stage 6: measuring the crater and comparing it."""

@@ -1,0 +1,1 @@
+"""Stages 3 and 5: soft-sphere grains, the settled bed and the late collapse."""

@@ -1,0 +1,1 @@
+"""The floor: what every stage stands on; it knows no stage and no case."""

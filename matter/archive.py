@@ -1,0 +1,79 @@
+"""Plain arrays in HDF5 files that are either whole or absent: tables, height maps, checkpoints.
+
+Snapshots of particles have their own module (``matter.snapshot``), built on this one.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Yield a temporary path beside ``path``; on success it replaces ``path`` in one step, on failure it is removed."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        with open(temporary, "rb") as written:
+            os.fsync(written.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file that is whole or absent."""
+    with replacing(path) as temporary:
+        temporary.write_text(text)
+
+
+def write(
+    path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Any] | None = None, compress: bool = True
+) -> None:
+    """Write named arrays to an HDF5 file.
+
+    ``arrays`` maps a dataset path (``"a"`` or ``"group/a"``) to an array or to ``(array, unit, meaning)``; ``attributes`` are stored
+    on the file.
+    """
+    import h5py
+
+    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        for name, entry in arrays.items():
+            array, unit, meaning = entry if isinstance(entry, tuple) else (entry, None, None)
+            array = np.asarray(array)
+            options = dict(compression="gzip", compression_opts=1, shuffle=True) if compress and array.size > 64 else {}
+            dataset = file.create_dataset(name, data=array, **options)
+            if unit is not None:
+                dataset.attrs["unit"] = unit
+                dataset.attrs["meaning"] = meaning
+        for name, value in (attributes or {}).items():
+            file.attrs[name] = value
+
+
+def read(path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Read every dataset (by its path) and the attributes of an HDF5 file."""
+    import h5py
+
+    arrays: dict[str, np.ndarray] = {}
+    with h5py.File(path, "r") as file:
+        file.visititems(lambda name, item: arrays.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+        attributes = {name: _plain(value) for name, value in file.attrs.items()}
+    return arrays, attributes
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, bytes):
+        return value.decode()
+    return value.item() if isinstance(value, np.generic) else value

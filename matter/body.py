@@ -1,0 +1,111 @@
+"""What the stages share about a case: the layered target and the impact, as validated models.
+
+Frame of every stage: the target's centre (or, for a flat target, the impact point) is the origin, the impact point lies on +z, and the
+projectile flies in the x-z plane towards +x: v = speed (sin a, 0, -cos a) with a = ``angle_from_vertical`` (0 is head-on).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from matter import material
+from matter.errors import InputError
+from matter.quantity import Angle, PositiveLength, PositiveSpeed
+
+
+def known_material(name: str) -> str:
+    """Validator of a material name; raises ``ValueError`` with the nearest known name."""
+    try:
+        material.load(name)
+    except InputError as reason:
+        raise ValueError(str(reason)) from None
+    return name
+
+
+class Model(BaseModel):
+    """Base of every settings model: frozen, unknown keys refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Layer(Model):
+    """One layer of a spherical target, counted from the centre outwards."""
+
+    name: str
+    material: str
+    thickness: PositiveLength
+
+    _known = field_validator("material")(known_material)
+
+
+class Target(Model):
+    """A spherical target of uniform layers before any compression.
+
+    ``layers`` run from the centre outwards; ``start`` is ``relaxed`` (layer masses kept, hydrostatic) or ``literal`` (uniform layers, as
+    published).
+    """
+
+    layers: Annotated[tuple[Layer, ...], Field(min_length=1)]
+    start: Literal["relaxed", "literal"] = "relaxed"
+
+    @property
+    def outer_radii(self) -> tuple[float, ...]:
+        """Outer radius of each layer [m] before relaxation."""
+        radii, r = [], 0.0
+        for layer in self.layers:
+            r += layer.thickness
+            radii.append(r)
+        return tuple(radii)
+
+    @property
+    def radius(self) -> float:
+        """Radius of the body [m] before relaxation."""
+        return self.outer_radii[-1]
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """Distinct materials, in order of first use from the centre."""
+        return tuple(dict.fromkeys(layer.material for layer in self.layers))
+
+
+class Projectile(Model):
+    """A uniform sphere of ``material``."""
+
+    material: str
+    radius: PositiveLength
+
+    _known = field_validator("material")(known_material)
+
+    @property
+    def volume(self) -> float:
+        """Volume [m^3]."""
+        return 4.0 / 3.0 * math.pi * self.radius**3
+
+
+class Impact(Model):
+    """How the projectile hits: ``speed`` at contact, ``angle_from_vertical`` (0 head-on, 90 deg grazing).
+
+    ``expected_transient_diameter`` sizes the granular bed and its headroom; it enters no physics of the shock stage.
+    """
+
+    speed: PositiveSpeed
+    angle_from_vertical: Angle
+    projectile: Projectile
+    expected_transient_diameter: PositiveLength
+
+    @model_validator(mode="after")
+    def _angle(self) -> Impact:
+        if not 0.0 <= self.angle_from_vertical < math.radians(90.0):
+            raise ValueError(
+                f"angle_from_vertical must lie in [0, 90) deg, got {math.degrees(self.angle_from_vertical):.4g} deg"
+            )
+        return self
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Velocity of the projectile [m/s]."""
+        a = self.angle_from_vertical
+        return (self.speed * math.sin(a), 0.0, -self.speed * math.cos(a))

@@ -1,0 +1,125 @@
+"""Particles: one numpy array per field, and the single table that says what each field is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from matter.errors import InputError
+
+
+class Field(NamedTuple):
+    """Trailing shape, dtype, SI unit and meaning of one per-particle field."""
+
+    shape: tuple[int, ...]
+    dtype: str
+    unit: str
+    meaning: str
+
+
+FIELDS: dict[str, Field] = {
+    # every stage
+    "identity": Field((), "int64", "1", "number that stays with a particle for life"),
+    "position": Field(
+        (3,), "float64", "m", "centre of the particle; the target's centre is the origin, +z points to the impact"
+    ),
+    "velocity": Field((3,), "float64", "m/s", "velocity of the centre"),
+    "mass": Field((), "float64", "kg", "mass"),
+    "material": Field((), "int32", "1", "index into the file's attribute 'materials'"),
+    # shock physics
+    "density": Field((), "float64", "kg/m^3", "bulk density"),
+    "specific_energy": Field((), "float64", "J/kg", "internal energy per mass"),
+    "smoothing_length": Field((), "float64", "m", "support radius of the kernel"),
+    "pressure": Field((), "float64", "Pa", "pressure, positive in compression, after damage"),
+    "deviatoric_stress": Field((6,), "float64", "Pa", "trace-free stress xx xy xz yy yz zz, after yield and damage"),
+    "damage": Field((), "float64", "1", "0 intact, 1 broken"),
+    "distention": Field((), "float64", "1", "alpha = solid density / bulk density"),
+    "sound_speed": Field((), "float64", "m/s", "bulk sound speed"),
+    "peak_pressure": Field((), "float64", "Pa", "largest pressure so far"),
+    "gravity": Field((3,), "float64", "m/s^2", "gravitational acceleration"),
+    "layer": Field((), "int32", "1", "layer of the target, counted from the centre; -1 is the projectile"),
+    "initial_position": Field((3,), "float64", "m", "position at the start of the impact"),
+    "neighbours": Field((), "int32", "1", "number of particles inside the support"),
+    # grains
+    "radius": Field((), "float64", "m", "radius of the sphere"),
+    "angular_velocity": Field((3,), "float64", "rad/s", "spin of the sphere"),
+    "species": Field((), "int32", "1", "index into the file's attribute 'species': contact parameters"),
+    "headroom": Field((), "int8", "1", "1 for grains above the datum, weightless until the handoff"),
+    "stiffness": Field(
+        (), "float64", "N/m", "normal contact stiffness of the grain; a pair uses the softer of its two"
+    ),
+    "state": Field((), "int8", "1", "0 in contact search, 1 ballistic, 2 left the domain or escaped"),
+}
+
+
+class Particles(Mapping[str, np.ndarray]):
+    """A set of particles: ``particles.position`` and ``particles["position"]`` are the same array.
+
+    Parameters
+    ----------
+    fields : name -> array of shape ``(n, *shape)``; names as in ``FIELDS``.
+    attributes : facts on the whole set (``time`` in s, ``stage``, ``frame``, ``materials`` ...).
+    tables : further arrays that belong to the set but not to single particles, as ``"contacts/pair"``.
+
+    Raises ``InputError`` for an unknown field, a wrong shape or lengths that differ.
+    """
+
+    def __init__(
+        self,
+        fields: Mapping[str, Any],
+        attributes: Mapping[str, Any] | None = None,
+        tables: Mapping[str, Any] | None = None,
+    ):
+        self.attributes: dict[str, Any] = dict(attributes or {})
+        self.tables: dict[str, np.ndarray] = {name: np.asarray(table) for name, table in (tables or {}).items()}
+        self._fields: dict[str, np.ndarray] = {}
+        for name, values in fields.items():
+            self[name] = values
+
+    def __setitem__(self, name: str, values: Any) -> None:
+        if name not in FIELDS:
+            raise InputError(f"unknown particle field {name!r}; known: {', '.join(FIELDS)}")
+        entry = FIELDS[name]
+        array = np.ascontiguousarray(values, dtype=entry.dtype)
+        if array.shape[1:] != entry.shape:
+            raise InputError(f"field {name!r} needs shape (n, {', '.join(map(str, entry.shape))}), got {array.shape}")
+        if self._fields and len(array) != len(self):
+            raise InputError(f"field {name!r} has {len(array)} values for {len(self)} particles")
+        self._fields[name] = array
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self._fields[name]
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self._fields[name]
+        except KeyError:
+            raise AttributeError(
+                f"these particles carry no field {name!r}; they carry {', '.join(self._fields)}"
+            ) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._fields)
+
+    def __len__(self) -> int:
+        """Number of particles (not of fields)."""
+        return len(next(iter(self._fields.values()))) if self._fields else 0
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._fields
+
+    def need(self, *names: str) -> None:
+        """Raise ``InputError`` naming every field of ``names`` that is missing."""
+        missing = [name for name in names if name not in self._fields]
+        if missing:
+            raise InputError(
+                f"the snapshot lacks {', '.join(missing)} ({'; '.join(f'{m}: {FIELDS[m].meaning} [{FIELDS[m].unit}]' for m in missing)})"
+            )
+
+    def select(self, which: np.ndarray) -> Particles:
+        """The particles chosen by a mask or by indices, as copies, with the same attributes (tables are left behind)."""
+        return Particles({name: array[which] for name, array in self._fields.items()}, self.attributes)

@@ -1,0 +1,104 @@
+"""Physical quantities at the border: unit strings in files, SI floats inside.
+
+A field typed ``Length`` takes ``"150 km"`` (any compatible unit) and holds ``150000.0``. In a case file a bare number is
+refused, because its unit would be a guess; from Python a bare float is SI. The reader of case files says which of the two
+holds by pydantic's validation context ``{"units": "required"}``.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, ValidationInfo
+
+_SI = {
+    "length": "m",
+    "speed": "m/s",
+    "time": "s",
+    "mass": "kg",
+    "angle": "rad",
+    "density": "kg/m^3",
+    "pressure": "Pa",
+    "specific_energy": "J/kg",
+    "acceleration": "m/s^2",
+    "number_density": "1/m^3",
+    "stiffness": "N/m",
+}
+
+
+@functools.lru_cache(maxsize=1)
+def _units():
+    import pint
+
+    return pint.UnitRegistry()
+
+
+@functools.lru_cache(maxsize=4096)
+def parse(text: str, unit: str = "") -> float:
+    """The SI value of a quantity string.
+
+    ``text`` is a number with a unit (``"18.234 km/s"``); ``unit`` is the SI unit whose dimension it must have, or empty for
+    whatever dimension the text itself has (angles become radians).
+
+    Raises ``ValueError`` with the reason: unreadable, unknown unit, wrong dimension.
+    """
+    import pint
+
+    registry = _units()
+    try:
+        quantity = registry.Quantity(text)
+    except (pint.errors.UndefinedUnitError, pint.errors.DefinitionSyntaxError, AssertionError, TypeError) as reason:
+        raise ValueError(f"cannot read {text!r} as a quantity ({reason})") from None
+    except Exception as reason:  # pint's parser lets Python's own tokenizer errors through
+        raise ValueError(f"cannot read {text!r} as a quantity ({reason})") from None
+    if not unit:
+        return float(quantity.to_base_units().magnitude)
+    if quantity.dimensionless and unit != "rad":
+        raise ValueError(f"{text!r} has no unit: write it like '{_example(text)} {unit}'")
+    try:
+        return float(quantity.to(unit).magnitude)
+    except pint.DimensionalityError:
+        raise ValueError(f"{text!r} is not a quantity in {unit}") from None
+
+
+def _example(text: str) -> str:
+    return text.strip().split()[0] if text.strip() else "1"
+
+
+def _reader(kind: str):
+    unit = _SI[kind]
+
+    def read(value: Any, info: ValidationInfo) -> float:
+        if isinstance(value, str):
+            result = parse(value, unit)
+        elif isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ValueError(f"expected a quantity string such as '1 {unit}'")
+        elif info.context and info.context.get("units") == "required":
+            raise ValueError(f"the unit is missing: write it as a string, '{value} {unit}' for example")
+        else:
+            result = float(value)
+        if result != result or result in (float("inf"), float("-inf")):
+            raise ValueError("a finite value is needed")
+        return result
+
+    return BeforeValidator(read)
+
+
+Length = Annotated[float, _reader("length")]
+Speed = Annotated[float, _reader("speed")]
+Time = Annotated[float, _reader("time")]
+Mass = Annotated[float, _reader("mass")]
+Angle = Annotated[float, _reader("angle")]
+Density = Annotated[float, _reader("density")]
+Pressure = Annotated[float, _reader("pressure")]
+SpecificEnergy = Annotated[float, _reader("specific_energy")]
+Acceleration = Annotated[float, _reader("acceleration")]
+NumberDensity = Annotated[float, _reader("number_density")]
+
+PositiveLength = Annotated[float, _reader("length"), Field(gt=0)]
+PositiveSpeed = Annotated[float, _reader("speed"), Field(gt=0)]
+PositiveTime = Annotated[float, _reader("time"), Field(gt=0)]
+PositiveMass = Annotated[float, _reader("mass"), Field(gt=0)]
+PositiveDensity = Annotated[float, _reader("density"), Field(gt=0)]
+PositivePressure = Annotated[float, _reader("pressure"), Field(gt=0)]

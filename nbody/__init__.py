@@ -1,0 +1,1 @@
+"""Stage 1: who hits whom, how fast, at which angle."""

@@ -1,0 +1,1 @@
+"""The roof: case files, order of stages, resume, commands; no physics."""

@@ -1,0 +1,1 @@
+"""Stage 2: shock, damage and early flow by smoothed particle hydrodynamics."""

@@ -1,0 +1,1 @@
+"""Porosity laws, one law a file."""

@@ -1,0 +1,1 @@
+"""Yield laws, one law a file."""
