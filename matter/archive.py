@@ -39,9 +39,7 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text)
 
 
-def write(
-    path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Any] | None = None, compress: bool = True
-) -> None:
+def write(path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Any] | None = None, compress: bool = True) -> None:
     """Write named arrays to an HDF5 file.
 
     ``arrays`` maps a dataset path (``"a"`` or ``"group/a"``) to an array or to ``(array, unit, meaning)``; ``attributes`` are stored

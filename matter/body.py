@@ -99,9 +99,7 @@ class Impact(Model):
     @model_validator(mode="after")
     def _angle(self) -> Impact:
         if not 0.0 <= self.angle_from_vertical < math.radians(90.0):
-            raise ValueError(
-                f"angle_from_vertical must lie in [0, 90) deg, got {math.degrees(self.angle_from_vertical):.4g} deg"
-            )
+            raise ValueError(f"angle_from_vertical must lie in [0, 90) deg, got {math.degrees(self.angle_from_vertical):.4g} deg")
         return self
 
     @property

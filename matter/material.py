@@ -38,9 +38,7 @@ def load(name: str) -> dict[str, dict[str, float | str]]:
     sections: dict[str, dict[str, float | str]] = {}
     for title, body in content.items():
         if isinstance(body, dict):
-            sections[title] = {
-                key: value if key in ("source", "note") else quantity.parse(value) for key, value in body.items()
-            }
+            sections[title] = {key: value if key in ("source", "note") else quantity.parse(value) for key, value in body.items()}
     return sections
 
 

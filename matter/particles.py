@@ -22,9 +22,7 @@ class Field(NamedTuple):
 FIELDS: dict[str, Field] = {
     # every stage
     "identity": Field((), "int64", "1", "number that stays with a particle for life"),
-    "position": Field(
-        (3,), "float64", "m", "centre of the particle; the target's centre is the origin, +z points to the impact"
-    ),
+    "position": Field((3,), "float64", "m", "centre of the particle; the target's centre is the origin, +z points to the impact"),
     "velocity": Field((3,), "float64", "m/s", "velocity of the centre"),
     "mass": Field((), "float64", "kg", "mass"),
     "material": Field((), "int32", "1", "index into the file's attribute 'materials'"),
@@ -47,9 +45,7 @@ FIELDS: dict[str, Field] = {
     "angular_velocity": Field((3,), "float64", "rad/s", "spin of the sphere"),
     "species": Field((), "int32", "1", "index into the file's attribute 'species': contact parameters"),
     "headroom": Field((), "int8", "1", "1 for grains above the datum, weightless until the handoff"),
-    "stiffness": Field(
-        (), "float64", "N/m", "normal contact stiffness of the grain; a pair uses the softer of its two"
-    ),
+    "stiffness": Field((), "float64", "N/m", "normal contact stiffness of the grain; a pair uses the softer of its two"),
     "state": Field((), "int8", "1", "0 in contact search, 1 ballistic, 2 left the domain or escaped"),
 }
 
@@ -98,9 +94,7 @@ class Particles(Mapping[str, np.ndarray]):
         try:
             return self._fields[name]
         except KeyError:
-            raise AttributeError(
-                f"these particles carry no field {name!r}; they carry {', '.join(self._fields)}"
-            ) from None
+            raise AttributeError(f"these particles carry no field {name!r}; they carry {', '.join(self._fields)}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._fields)

@@ -67,15 +67,11 @@ def read(path: Path) -> Particles:
     try:
         with h5py.File(path, "r") as file:
             if "particles" not in file:
-                raise InputError(
-                    f"{path} holds no group '/particles': not a snapshot of this project (see import_snapshot)"
-                )
+                raise InputError(f"{path} holds no group '/particles': not a snapshot of this project (see import_snapshot)")
             fields = {name: dataset[()] for name, dataset in file["particles"].items()}
             tables: dict[str, np.ndarray] = {}
             if "tables" in file:
-                file["tables"].visititems(
-                    lambda name, item: tables.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
-                )
+                file["tables"].visititems(lambda name, item: tables.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
             attributes = {name: _restored(value) for name, value in file.attrs.items()}
     except OSError as reason:
         raise InputError(f"{path} is not a readable HDF5 file ({reason})") from None
@@ -98,9 +94,7 @@ def write_series(folder: Path, times: dict[str, float], name: str) -> None:
     ``times`` maps the file name of a snapshot to its time [s].
     """
     files = [{"name": file, "time": time} for file, time in sorted(times.items(), key=lambda item: item[1])]
-    archive.write_text(
-        folder / f"{name}{SUFFIX}.series", json.dumps({"file-series-version": "1.0", "files": files}, indent=1)
-    )
+    archive.write_text(folder / f"{name}{SUFFIX}.series", json.dumps({"file-series-version": "1.0", "files": files}, indent=1))
 
 
 def series(folder: Path) -> list[Path]:
