@@ -8,6 +8,7 @@ holds by pydantic's validation context ``{"units": "required"}``.
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo
@@ -25,6 +26,13 @@ _SI = {
     "number_density": "1/m^3",
     "stiffness": "N/m",
 }
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The SI unit of an annotated field: whoever writes a value back (``case.used.toml``) finds it in the annotation."""
+
+    symbol: str
 
 
 @functools.lru_cache(maxsize=1)
@@ -85,20 +93,20 @@ def _reader(kind: str):
     return BeforeValidator(read)
 
 
-Length = Annotated[float, _reader("length")]
-Speed = Annotated[float, _reader("speed")]
-Time = Annotated[float, _reader("time")]
-Mass = Annotated[float, _reader("mass")]
-Angle = Annotated[float, _reader("angle")]
-Density = Annotated[float, _reader("density")]
-Pressure = Annotated[float, _reader("pressure")]
-SpecificEnergy = Annotated[float, _reader("specific_energy")]
-Acceleration = Annotated[float, _reader("acceleration")]
-NumberDensity = Annotated[float, _reader("number_density")]
+Length = Annotated[float, Unit(_SI["length"]), _reader("length")]
+Speed = Annotated[float, Unit(_SI["speed"]), _reader("speed")]
+Time = Annotated[float, Unit(_SI["time"]), _reader("time")]
+Mass = Annotated[float, Unit(_SI["mass"]), _reader("mass")]
+Angle = Annotated[float, Unit(_SI["angle"]), _reader("angle")]
+Density = Annotated[float, Unit(_SI["density"]), _reader("density")]
+Pressure = Annotated[float, Unit(_SI["pressure"]), _reader("pressure")]
+SpecificEnergy = Annotated[float, Unit(_SI["specific_energy"]), _reader("specific_energy")]
+Acceleration = Annotated[float, Unit(_SI["acceleration"]), _reader("acceleration")]
+NumberDensity = Annotated[float, Unit(_SI["number_density"]), _reader("number_density")]
 
-PositiveLength = Annotated[float, _reader("length"), Field(gt=0)]
-PositiveSpeed = Annotated[float, _reader("speed"), Field(gt=0)]
-PositiveTime = Annotated[float, _reader("time"), Field(gt=0)]
-PositiveMass = Annotated[float, _reader("mass"), Field(gt=0)]
-PositiveDensity = Annotated[float, _reader("density"), Field(gt=0)]
-PositivePressure = Annotated[float, _reader("pressure"), Field(gt=0)]
+PositiveLength = Annotated[float, Unit(_SI["length"]), _reader("length"), Field(gt=0)]
+PositiveSpeed = Annotated[float, Unit(_SI["speed"]), _reader("speed"), Field(gt=0)]
+PositiveTime = Annotated[float, Unit(_SI["time"]), _reader("time"), Field(gt=0)]
+PositiveMass = Annotated[float, Unit(_SI["mass"]), _reader("mass"), Field(gt=0)]
+PositiveDensity = Annotated[float, Unit(_SI["density"]), _reader("density"), Field(gt=0)]
+PositivePressure = Annotated[float, Unit(_SI["pressure"]), _reader("pressure"), Field(gt=0)]
