@@ -8,6 +8,7 @@ holds by pydantic's validation context ``{"units": "required"}``.
 from __future__ import annotations
 
 import functools
+import re
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -28,6 +29,9 @@ _SI = {
 }
 
 
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
+
+
 @dataclass(frozen=True)
 class Unit:
     """The SI unit of an annotated field: whoever writes a value back (``case.used.toml``) finds it in the annotation."""
@@ -46,32 +50,28 @@ def _units():
 def parse(text: str, unit: str = "") -> float:
     """The SI value of a quantity string.
 
-    ``text`` is a number with a unit (``"18.234 km/s"``); ``unit`` is the SI unit whose dimension it must have, or empty for
-    whatever dimension the text itself has (angles become radians).
+    ``text`` is one number and its unit (``"18.234 km/s"``, ``"4e35 m^-3"``); ``unit`` is the SI unit whose dimension it must have,
+    or empty for whatever dimension the text itself has (angles become radians, a bare number stays one).
 
-    Raises ``ValueError`` with the reason: unreadable, unknown unit, wrong dimension.
+    Raises ``ValueError`` with the reason: unreadable, unknown unit, wrong dimension. Arithmetic and commas are refused, because
+    a unit library reads ``"1,5 km"`` as 15 km.
     """
     import pint
 
-    registry = _units()
+    match = _NUMBER.match(text)
+    if match is None or "," in text:
+        raise ValueError(f"cannot read {text!r} as a quantity: write a number and a unit, '1.5 {unit or 'km'}' for example")
+    number, symbol = float(match.group(1)), match.group(2).strip()
+    if not symbol and unit:
+        raise ValueError(f"{text!r} has no unit: write it like '{match.group(1)} {unit}'")
     try:
-        quantity = registry.Quantity(text)
-    except (pint.errors.UndefinedUnitError, pint.errors.DefinitionSyntaxError, AssertionError, TypeError) as reason:
-        raise ValueError(f"cannot read {text!r} as a quantity ({reason})") from None
-    except Exception as reason:  # pint's parser lets Python's own tokenizer errors through
-        raise ValueError(f"cannot read {text!r} as a quantity ({reason})") from None
-    if not unit:
-        return float(quantity.to_base_units().magnitude)
-    if quantity.dimensionless and unit != "rad":
-        raise ValueError(f"{text!r} has no unit: write it like '{_example(text)} {unit}'")
+        quantity = _units().Quantity(number, _units().parse_units(symbol))
+    except Exception as reason:  # pint lets several kinds through, its own and those of Python's tokenizer
+        raise ValueError(f"cannot read {text!r} as a quantity ({reason or 'its unit is unreadable'})") from None
     try:
-        return float(quantity.to(unit).magnitude)
+        return float((quantity.to(unit) if unit else quantity.to_base_units()).magnitude)
     except pint.DimensionalityError:
         raise ValueError(f"{text!r} is not a quantity in {unit}") from None
-
-
-def _example(text: str) -> str:
-    return text.strip().split()[0] if text.strip() else "1"
 
 
 def _reader(kind: str):
