@@ -1,0 +1,248 @@
+"""Measures of a crater: diameters, depths, rim, volume, each with an error made of azimuth, resolution and method in quadrature.
+
+Definitions (Melosh 1989; Turtle et al. 2005; Robbins et al. 2018):
+apparent diameter: twice the mean distance at which the wall meets the datum; rim diameter: twice the distance of the crest; depth: datum to
+floor; rim-to-floor depth: crest to floor; volume: between datum and ground inside the apparent diameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from crater import cloud as clouds
+from crater import surface
+from crater.datum import Datum, fit_plane, fit_sphere, of_frame
+from crater.radial_profile import Profile, Relief, profile_of, relief, ring_mean
+from matter.errors import InputError
+from matter.particles import Particles
+
+BOOTSTRAPS = 200
+UNITS = {
+    "diameter_rim_m": "m",
+    "diameter_apparent_m": "m",
+    "depth_m": "m",
+    "depth_rim_to_floor_m": "m",
+    "rim_height_m": "m",
+    "volume_m3": "m^3",
+    "depth_over_diameter": "1",
+    "wall_slope_deg": "deg",
+    "ellipticity": "1",
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A value with its standard error; ``value`` is None where it cannot be stated, and ``reason`` says why."""
+
+    value: float | None
+    sigma: float | None
+    unit: str
+    reason: str = ""
+    parts: dict[str, float] = field(default_factory=dict)
+
+    def as_dict(self) -> dict:
+        """``{"value", "sigma", "unit"}``, and ``reason`` or the ``parts`` of sigma where there are any."""
+        result: dict = {"value": self.value, "sigma": self.sigma, "unit": self.unit}
+        if self.reason:
+            result["reason"] = self.reason
+        if self.parts:
+            result["sigma_parts"] = self.parts
+        return result
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Named ``quantities`` of one crater, its ``profile``, the ``datum`` (axis through the crater's centre) and the ``ground``."""
+
+    quantities: dict[str, Quantity]
+    profile: Profile
+    datum: Datum
+    ground: Relief
+    notes: dict[str, object] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Quantity:
+        return self.quantities[name]
+
+    def as_dict(self) -> dict:
+        """JSON-ready."""
+        return {**{name: q.as_dict() for name, q in self.quantities.items()}, **self.notes}
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """Linear maps prepared once for a set of rings: smoothing of a profile, areas, crest candidates."""
+
+    s: np.ndarray
+    d: np.ndarray
+    area: np.ndarray
+    fine: np.ndarray
+    broad: np.ndarray
+
+
+def make_ruler(ground: Relief, scale: float) -> Ruler:
+    """``scale`` [m] is a first guess of the crater's radius (sets how far the floor may be smoothed)."""
+    columns = ground.columns
+    s, d = columns.distance, columns.spacing
+    area = ground.datum.area_between(columns.edges[:-1], columns.edges[1:])
+    fine = _local_quadratic(s, area, np.maximum(1.5 * d, 0.08 * scale))
+    broad = _local_quadratic(s, area, np.maximum(2.5 * d, 0.25 * scale))
+    return Ruler(s, d, area, fine, broad)
+
+
+def _local_quadratic(s: np.ndarray, area: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """Matrix of a local quadratic regression, weights area times (1 - u^2)^2, even about the axis: exact for paraboloids."""
+    mirrored = np.concatenate([-s[::-1], s])
+    weight = np.concatenate([area[::-1], area])
+    n = len(s)
+    result = np.zeros((n, n))
+    for i in range(n):
+        u = (mirrored - s[i]) / width[i]
+        use = np.flatnonzero(np.abs(u) < 1.0)
+        w = np.sqrt(weight[use]) * (1.0 - u[use] ** 2)
+        basis = np.vander(u[use], 3, increasing=True) if len(use) >= 5 else np.ones((len(use), 1))
+        row = np.linalg.pinv(basis * w[:, None])[0] * w
+        for k, value in zip(use, row):
+            result[i, n - 1 - k if k < n else k - n] += value
+    return result
+
+
+def apparent_radius(s: np.ndarray, h: np.ndarray, floor: int) -> float:
+    """Distance at which a profile first rises through the datum outside ring ``floor`` [m]; NaN if it does not."""
+    above = np.flatnonzero(h[floor:] >= 0.0)
+    if len(above) == 0 or above[0] == 0:
+        return float("nan")
+    i = floor + above[0]
+    return float(s[i - 1] + (s[i] - s[i - 1]) * h[i - 1] / (h[i - 1] - h[i]))
+
+
+@dataclass(frozen=True)
+class CrestFinder:
+    """Crest of a profile between ``lo`` and ``hi``: two parabolas that meet at a knot, the knot with the least residual."""
+
+    use: np.ndarray
+    knots: np.ndarray
+    solve: np.ndarray
+    reject: np.ndarray
+    half: float
+
+    def find(self, h: np.ndarray) -> tuple[float, float]:
+        """Distance and height of the crest [m]."""
+        y = h[self.use]
+        misfit = ((self.reject @ y) ** 2).sum(axis=1)
+        k = int(np.argmin(misfit))
+        c, a1, b1, a2, b2 = self.solve[k] @ y
+        best = (float(self.knots[k]), float(c))
+        for slope, bend, sign in ((a1, b1, -1.0), (a2, b2, 1.0)):
+            if sign * slope > 0.0 and bend < 0.0:  # rounded crest: the vertex of that side
+                x = -slope / (2.0 * bend)
+                if 0.0 < sign * x < self.half and c - slope**2 / (4.0 * bend) > best[1]:
+                    best = (float(self.knots[k] + x), float(c - slope**2 / (4.0 * bend)))
+        return best
+
+
+def make_crest_finder(ruler: Ruler, first: float, scale: float) -> CrestFinder | None:
+    """Prepare the search about ``first`` [m]; None where the window holds too few rings."""
+    d = float(np.interp(first, ruler.s, ruler.d))
+    half = max(2.5 * d, 0.2 * scale)
+    use = np.flatnonzero(np.abs(ruler.s - first) < half)
+    if len(use) < 8:
+        return None
+    s, w = ruler.s[use], np.sqrt(ruler.area[use])
+    knots = np.arange(first - 1.25 * d, first + 1.25 * d, 0.05 * d)
+    knots = knots[(knots > s[2]) & (knots < s[-3])]
+    if len(knots) == 0:
+        return None
+    solve, reject = [], []
+    for knot in knots:
+        x = s - knot
+        inner, outer = np.minimum(x, 0.0), np.maximum(x, 0.0)
+        basis = np.column_stack([np.ones(len(x)), inner, inner**2, outer, outer**2])
+        inverse = np.linalg.pinv(basis * w[:, None], rcond=1e-9) * w[None, :]
+        solve.append(inverse)
+        reject.append(w[:, None] * (np.eye(len(x)) - basis @ inverse))
+    return CrestFinder(use, knots, np.array(solve), np.array(reject), half)
+
+
+def volume_below(ruler: Ruler, datum: Datum, h: np.ndarray, radius: float) -> float:
+    """Volume between the datum and the ground inside ``radius`` [m^3]; on a sphere dV = (R^3 - (R + h)^3) / 3 per solid angle."""
+    depth = -h * (1.0 + h / datum.radius + h**2 / (3.0 * datum.radius**2)) if datum.is_sphere else -h
+    half = 0.5 * (ruler.s[1] - ruler.s[0]) if len(ruler.s) > 1 else 0.0
+    edges = np.concatenate([[0.0], 0.5 * (ruler.s[1:] + ruler.s[:-1]), [ruler.s[-1] + half]])
+    share = np.clip((radius - edges[:-1]) / (edges[1:] - edges[:-1]), 0.0, 1.0)
+    # the ring that the wall leaves the datum in: its inner part is a wedge that thins to zero
+    last = np.flatnonzero((share > 0.0) & (share < 1.0))
+    total = float(np.nansum(np.where(share >= 1.0, depth * ruler.area, 0.0)))
+    for i in last:
+        inner = np.interp(edges[i], ruler.s, h)
+        total += max(0.0, -0.5 * float(inner)) * share[i] * float(ruler.area[i])
+    return total
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Plain numbers of one profile [m, m^3, deg]; NaN where a measure does not exist."""
+
+    depth: float
+    apparent: float
+    rim: float
+    rim_height: float
+    volume: float
+    slope: float
+
+    def as_array(self) -> np.ndarray:
+        return np.array([self.depth, self.apparent, self.rim, self.rim_height, self.volume, self.slope])
+
+
+def shape_of(mean: np.ndarray, ruler: Ruler, datum: Datum, finder: CrestFinder | None, outermost: float) -> Shape:
+    """Depth, radii, rim height, volume and steepest wall of a profile of ring means (gaps already closed)."""
+    fine, broad = ruler.fine @ mean, ruler.broad @ mean
+    inside = ruler.s < outermost
+    floor = int(np.argmin(np.where(inside, broad, np.inf)))
+    depth = -float(broad[floor])
+    apparent = apparent_radius(ruler.s, fine, floor)
+    rim = rim_height = volume = slope = float("nan")
+    if finder is not None:
+        rim, rim_height = finder.find(mean)
+    if np.isfinite(apparent):
+        volume = volume_below(ruler, datum, mean, apparent)
+        wall = (ruler.s[1:] > ruler.s[floor]) & (ruler.s[1:] < apparent)
+        if wall.any():
+            slope = float(np.degrees(np.arctan(np.max((np.diff(fine) / np.diff(ruler.s))[wall]))))
+    return Shape(depth, apparent, rim, rim_height, volume, slope)
+
+
+def closed(cells: np.ndarray) -> np.ndarray:
+    """Cells with gaps closed: from the ring, then along the profile."""
+    mean = ring_mean(cells)
+    known = np.isfinite(mean)
+    if not known.any():
+        raise InputError("no ground under any ring: the cloud ends inside the crater or the datum lies elsewhere")
+    filled = np.interp(np.arange(len(mean)), np.flatnonzero(known), mean[known])
+    return np.where(np.isfinite(cells), cells, filled[:, None])
+
+
+def sector_radii(cells: np.ndarray, ruler: Ruler, floor_limit: float) -> np.ndarray:
+    """Apparent radius of every sector [m]; NaN where the wall does not reach the datum."""
+    smooth = ruler.fine @ cells
+    inside = ruler.s < 0.5 * floor_limit
+    radii = np.full(cells.shape[1], np.nan)
+    for k in range(cells.shape[1]):
+        floor = int(np.argmin(np.where(inside, smooth[:, k], np.inf)))
+        radii[k] = apparent_radius(ruler.s, smooth[:, k], floor)
+    return radii
+
+
+def harmonics(radii: np.ndarray) -> np.ndarray:
+    """(mean, cos, sin, cos 2, sin 2) amplitudes of the radii over azimuth by a robust fit; NaN sectors are left out."""
+    good = np.isfinite(radii)
+    azimuth = (np.arange(len(radii)) + 0.5) * 2.0 * np.pi / len(radii)
+    basis = np.column_stack([np.ones(len(radii)), np.cos(azimuth), np.sin(azimuth), np.cos(2 * azimuth), np.sin(2 * azimuth)])[good]
+    r = radii[good]
+    if len(r) < 8:
+        return np.array([np.mean(r) if len(r) else np.nan, 0.0, 0.0, 0.0, 0.0])
+    scale = max(1.4826 * float(np.median(np.abs(r - np.median(r)))), 1e-6 * float(np.median(r)))
+    start = np.array([np.median(r), 0.0, 0.0, 0.0, 0.0])
+    return least_squares(lambda p: (basis @ p - r) / scale, start, loss="soft_l1", x_scale=scale).x

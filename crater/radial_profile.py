@@ -1,0 +1,160 @@
+"""From heights on columns to one profile: sectors in azimuth, the mean of rings, the band between the 16th and 84th percentile."""
+
+from __future__ import annotations
+
+import csv
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from crater.datum import Datum
+from crater.surface import Columns, Heights
+from matter import archive
+from matter.errors import InputError
+
+COLUMN_NAMES = ("radius_m", "height_m", "height_p16_m", "height_p84_m", "count")
+
+
+@dataclass(frozen=True)
+class Relief:
+    """Heights relative to the datum (and to a reference surface on the same columns, where there is one).
+
+    ``methods`` maps the method's name to its heights (rings, sectors) [m]; ``rays`` are the colour-field heights (columns,) [m].
+    """
+
+    datum: Datum
+    columns: Columns
+    methods: dict[str, np.ndarray]
+    rays: np.ndarray
+
+    @property
+    def cell(self) -> np.ndarray:
+        """The heights that are measured: the column method, which rounds no rim off."""
+        return self.methods["column"]
+
+
+def relief(now: Heights, before: Heights | None = None) -> Relief:
+    """Heights ``now``, less the excess over the datum of the same columns ``before`` the impact (per method)."""
+    methods: dict[str, np.ndarray] = {}
+    for name in ("column", "colour", "highest", "alpha"):
+        here = _cells(now, name)
+        if here is None:
+            continue
+        if before is not None:
+            start = _cells(before, name)
+            if start is None:
+                continue
+            here = here - _patched(start)
+        methods[name] = here
+    rays = now.colour
+    if before is not None:
+        filled = np.where(np.isfinite(before.colour), before.colour, np.nanmedian(before.colour))
+        rays = rays - filled
+    return Relief(now.datum, now.columns, methods, rays)
+
+
+def _cells(heights: Heights, name: str) -> np.ndarray | None:
+    if name == "column":
+        return heights.cell
+    rays = getattr(heights, name)
+    return None if rays is None else heights.cells_of(rays)
+
+
+def _patched(cells: np.ndarray) -> np.ndarray:
+    """Gaps closed by the ring's mean, else by the overall median (a reference that ends early shifts nothing)."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        ring = np.nanmean(cells, axis=1, keepdims=True)
+        middle = np.nanmedian(cells)
+    return np.where(np.isfinite(cells), cells, np.where(np.isfinite(ring), ring, middle if np.isfinite(middle) else 0.0))
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Radial profile: ``radius`` [m] along the datum, ``height`` [m], the band ``p16`` to ``p84`` [m] over azimuth, ``count`` of columns."""
+
+    radius: np.ndarray
+    height: np.ndarray
+    p16: np.ndarray
+    p84: np.ndarray
+    count: np.ndarray
+    header: dict[str, str] = field(default_factory=dict)
+
+
+def ring_mean(cells: np.ndarray) -> np.ndarray:
+    """Mean over azimuth of each ring; NaN where less than a third of its sectors have ground."""
+    number = np.isfinite(cells).sum(axis=1)
+    total = np.nansum(cells, axis=1)
+    return np.where(number * 3 >= cells.shape[1], total / np.maximum(number, 1), np.nan)
+
+
+def profile_of(ground: Relief, header: dict[str, str] | None = None) -> Profile:
+    """Profile of a relief: mean of each ring by the column method, band of the single colour-field columns."""
+    columns = ground.columns
+    height = ring_mean(ground.cell)
+    p16, p84 = np.full(len(height), np.nan), np.full(len(height), np.nan)
+    count = np.zeros(len(height), dtype=int)
+    start = columns.start
+    for i in range(len(height)):
+        values = ground.rays[start[i] : start[i + 1]]
+        values = values[np.isfinite(values)]
+        count[i] = len(values)
+        if len(values):
+            p16[i], p84[i] = np.percentile(values, [16.0, 84.0])
+    datum = ground.datum
+    facts = {"datum": datum.kind, "datum_source": datum.source}
+    if datum.is_sphere:
+        facts["datum_radius_m"] = f"{datum.radius:.6g}"
+    facts["frame"] = "arc distance along the datum, height along the local normal"
+    return Profile(columns.distance.copy(), height, p16, p84, count, {**facts, **(header or {})})
+
+
+def write_csv(profile: Profile, path: Path) -> None:
+    """Write ``# key = value`` lines and the columns radius_m, height_m, height_p16_m, height_p84_m, count."""
+    lines = [f"# {key} = {value}" for key, value in profile.header.items()] + [",".join(COLUMN_NAMES)]
+    for row in zip(profile.radius, profile.height, profile.p16, profile.p84, profile.count):
+        lines.append(",".join(f"{value:.6g}" if np.isfinite(value) else "nan" for value in row))
+    archive.write_text(path, "\n".join(lines) + "\n")
+
+
+def read_csv(path: Path) -> Profile:
+    """Read a profile; only ``radius_m`` and ``height_m`` are needed, comment lines may carry ``# key = value``.
+
+    Raises ``InputError`` naming the file, and the line where a number cannot be read.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"no profile at {path}")
+    header: dict[str, str] = {}
+    rows: list[tuple[int, str]] = []
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        if line.lstrip().startswith("#"):
+            key, equals, value = line.lstrip("# ").partition("=")
+            if equals:
+                header[key.strip()] = value.strip()
+        elif line.strip():
+            rows.append((number, line))
+    if len(rows) < 3:
+        raise InputError(f"{path} holds no profile: a header line with radius_m, height_m and at least two rows are needed")
+    names = [name.strip() for name in next(csv.reader([rows[0][1]]))]
+    if "radius_m" not in names or "height_m" not in names:
+        raise InputError(f"{path}: the first line names {', '.join(names)}; a profile needs the columns radius_m and height_m")
+    values: dict[str, list[float]] = {name: [] for name in names}
+    for number, text in rows[1:]:
+        cells = next(csv.reader([text]))
+        if len(cells) != len(names):
+            raise InputError(f"{path}, line {number}: {len(cells)} values for {len(names)} columns")
+        for name, cell in zip(names, cells):
+            try:
+                values[name].append(float(cell))
+            except ValueError:
+                raise InputError(f"{path}, line {number}: {cell!r} in column {name} is not a number") from None
+    radius, height = np.array(values["radius_m"]), np.array(values["height_m"])
+    if (np.diff(radius) <= 0.0).any():
+        raise InputError(f"{path}: radius_m must increase from row to row")
+    nothing = np.full(len(radius), np.nan)
+    p16, p84 = np.array(values.get("height_p16_m", nothing)), np.array(values.get("height_p84_m", nothing))
+    count = np.array(values.get("count", np.zeros(len(radius))))
+    return Profile(radius, height, p16, p84, np.nan_to_num(count).astype(int), header)

@@ -1,0 +1,284 @@
+"""The ground as particles carry it: heights on columns about the crater's axis, by independent methods.
+
+``colour``   the colour field c(x) = sum_j V_j W(x - x_j) crosses 1/2 (kernel support two spacings),
+``highest``  the highest particle within half a spacing of the column, plus half a spacing,
+``column``   the volume standing above a level one to three spacings below the ground, spread over the cell's area: linear in the particles,
+             hence without the smoothing that rounds a rim off in the other two,
+``alpha``    the alpha-shape's outer surface, where asked for.
+
+Columns stand on rings whose distance follows the local spacing (graded targets), so that no column is finer than what the particles
+know. All heights are along the local vertical of the datum, with its sphericity kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import generic_filter
+from scipy.spatial import cKDTree
+
+from crater.cloud import Cloud
+from crater.datum import Datum
+from matter.errors import InputError
+from matter.jit import kernel
+
+RING_PER_SPACING = 0.5
+MOST_RINGS = 400
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Rings about the crater's axis: ``edges`` (n+1,) and centres ``distance`` (n,) [m], local ``spacing`` (n,) [m].
+
+    ``count`` columns per ring for the ray methods, ``sectors`` cells per ring for the column method.
+    """
+
+    edges: np.ndarray
+    distance: np.ndarray
+    spacing: np.ndarray
+    count: np.ndarray
+    sectors: int
+
+    @property
+    def start(self) -> np.ndarray:
+        """Index of the first column of each ring, and the total as last entry."""
+        return np.concatenate([[0], np.cumsum(self.count)])
+
+    @property
+    def ring(self) -> np.ndarray:
+        """Ring of each column."""
+        return np.repeat(np.arange(len(self.count)), self.count)
+
+    @property
+    def azimuth(self) -> np.ndarray:
+        """Azimuth of each column [rad]."""
+        within = np.arange(self.count.sum()) - self.start[:-1][self.ring]
+        return (within + 0.5) * 2.0 * np.pi / self.count[self.ring]
+
+
+@dataclass(frozen=True)
+class Heights:
+    """Heights above ``datum`` [m]: ``cell`` (rings, sectors) of the column method; ``colour``, ``highest`` (columns,) of the rays.
+
+    NaN where there is no ground. ``alpha`` is None unless asked for.
+    """
+
+    datum: Datum
+    columns: Columns
+    cell: np.ndarray
+    colour: np.ndarray
+    highest: np.ndarray
+    alpha: np.ndarray | None = None
+
+    def cells_of(self, rays: np.ndarray) -> np.ndarray:
+        """A ray method averaged into the same (rings, sectors) cells; cells without a ray take the ring's mean."""
+        ring, sectors = self.columns.ring, self.columns.sectors
+        sector = (self.columns.azimuth / (2.0 * np.pi) * sectors).astype(int) % sectors
+        good = np.isfinite(rays)
+        index = ring[good] * sectors + sector[good]
+        size = len(self.columns.count) * sectors
+        number = np.bincount(index, minlength=size)
+        total = np.bincount(index, rays[good], minlength=size)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            cells = (total / number).reshape(-1, sectors)
+            mean = total.reshape(-1, sectors).sum(axis=1) / number.reshape(-1, sectors).sum(axis=1)
+        # inside the rings with fewer rays than sectors only: elsewhere a cell without ground stays empty
+        few = self.columns.count < 2 * sectors
+        fill = np.isnan(cells) & few[:, None]
+        return np.where(fill, mean[:, None], cells)
+
+
+def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24) -> Columns:
+    """Columns out to ``reach`` [m] whose rings are half a local spacing wide.
+
+    The local spacing at a distance is the median over the uppermost particles there.
+    """
+    distance, _, height = datum.polar(cloud.position)
+    d = cloud.spacing
+    smallest = float(np.quantile(d[distance < max(0.3 * reach, 4.0 * np.quantile(d, 0.05))], 0.1)) if (distance < 0.3 * reach).any() else 0.0
+    smallest = smallest or float(np.quantile(d, 0.05))
+    coarse = np.arange(0.0, reach + 2.0 * smallest, 2.0 * smallest)
+    which = np.digitize(distance, coarse) - 1
+    local = np.full(len(coarse), np.nan)
+    for i in np.unique(which[distance <= coarse[-1]]):
+        members = np.flatnonzero(which == i)
+        top = members[height[members] > np.quantile(height[members], 0.6)] if len(members) > 20 else members
+        local[i] = np.median(d[top]) if len(top) else np.nan
+    good = np.isfinite(local)
+    if not good.any():
+        raise InputError("no particles below the columns: the datum or the crater's centre lies outside the cloud")
+    edges = [0.0]
+    while edges[-1] < reach and len(edges) <= MOST_RINGS:
+        here = np.interp(edges[-1], coarse[good] + smallest, local[good])
+        edges.append(edges[-1] + max(RING_PER_SPACING * here, reach / MOST_RINGS))
+    edges = np.asarray(edges)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    spacing = np.interp(middle, coarse[good] + smallest, local[good])
+    around = datum.radius * np.sin(middle / datum.radius) if datum.is_sphere else middle
+    count = np.maximum(6, np.ceil(2.0 * np.pi * np.maximum(around, 0.0) / spacing)).astype(np.int64)
+    return Columns(edges, middle, spacing, count, sectors)
+
+
+@kernel(fastmath=True)
+def _splat(x, volume, spacing, sphere, radius, ring_s, start, count, t_lo, dt, colour, highest):
+    """Add every particle's kernel to the columns within its support; keep the highest particle of each column."""
+    rings, levels = len(ring_s), colour.shape[1]
+    for j in range(len(x)):
+        rho = np.sqrt(x[j, 0] ** 2 + x[j, 1] ** 2)
+        r = np.sqrt(rho * rho + x[j, 2] ** 2)
+        azimuth = np.arctan2(x[j, 1], x[j, 0])
+        s = radius * np.arctan2(rho, x[j, 2]) if sphere else rho
+        h = 2.0 * spacing[j]
+        stretch = max(r / radius, 0.1) if sphere else 1.0
+        weight = volume[j] * 8.0 / (np.pi * h**3)
+        half = np.pi if h >= rho else np.arcsin(h / rho) * 1.001
+        for i in range(np.searchsorted(ring_s, s - h / stretch), rings):
+            if ring_s[i] > s + h / stretch:
+                break
+            step = 2.0 * np.pi / count[i]
+            k0 = int(np.floor((azimuth - half) / step - 0.5))
+            k1 = int(np.ceil((azimuth + half) / step - 0.5))
+            if k1 - k0 >= count[i]:
+                k0, k1 = 0, count[i] - 1
+            for k in range(k0, k1 + 1):
+                a = (k + 0.5) * step
+                if sphere:
+                    psi = ring_s[i] / radius
+                    along = np.sin(psi) * (x[j, 0] * np.cos(a) + x[j, 1] * np.sin(a)) + np.cos(psi) * x[j, 2]
+                    lateral2 = r * r - along * along
+                    t = along - radius
+                else:
+                    lateral2 = (x[j, 0] - ring_s[i] * np.cos(a)) ** 2 + (x[j, 1] - ring_s[i] * np.sin(a)) ** 2
+                    t = x[j, 2]
+                if lateral2 >= h * h:
+                    continue
+                column = start[i] + k % count[i]
+                if lateral2 < 0.3183 * spacing[j] ** 2 and t + 0.5 * spacing[j] > highest[column]:  # column of area spacing^2
+                    highest[column] = t + 0.5 * spacing[j]
+                reach = np.sqrt(h * h - lateral2)
+                first = max(0, int(np.ceil((t - reach - t_lo) / dt)))
+                last = min(levels - 1, int(np.floor((t + reach - t_lo) / dt)))
+                for n in range(first, last + 1):
+                    q = np.sqrt(lateral2 + (t_lo + n * dt - t) ** 2) / h
+                    if q < 0.5:
+                        colour[column, n] += weight * (1.0 - 6.0 * q * q * (1.0 - q))
+                    elif q < 1.0:
+                        colour[column, n] += weight * 2.0 * (1.0 - q) ** 3
+
+
+@kernel
+def _crossing(colour, t_lo, dt, thickness, out):
+    """From above: the first crossing of 1/2 under which at least ``thickness`` stays above 1/2 (thin sheets are skipped)."""
+    for column in range(len(colour)):
+        n = colour.shape[1] - 1
+        out[column] = np.nan
+        while n > 0:
+            if colour[column, n] >= 0.5:
+                bottom = n
+                while bottom > 0 and colour[column, bottom] >= 0.5:
+                    bottom -= 1
+                if (n - bottom) * dt >= thickness[column] or bottom == 0:
+                    if n + 1 < colour.shape[1]:
+                        upper, lower = colour[column, n + 1], colour[column, n]
+                        out[column] = t_lo + dt * (n + (lower - 0.5) / (lower - upper))
+                    break
+                n = bottom
+            n -= 1
+
+
+def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, window: tuple[float, float] | None = None, alpha: bool = False) -> Heights:
+    """Heights of the supported ``cloud`` above ``datum`` by all methods.
+
+    ``window`` limits the heights [m] in which ground is looked for (default: what the cloud's top needs).
+    """
+    distance, _, height = datum.polar(cloud.position)
+    reach = columns.edges[-1]
+    inside = distance < reach + 2.0 * columns.spacing[-1]
+    top = _tops(distance[inside], height[inside], columns)
+    deepest = columns.spacing.max()
+    t_hi = float(np.nanmax(top)) + 2.5 * deepest
+    t_lo = float(np.nanmin(top)) - 4.0 * deepest
+    if window is not None:
+        t_lo, t_hi = max(t_lo, window[0]), min(t_hi, window[1])
+    inside &= (height > t_lo - 2.0 * cloud.spacing) & (height < t_hi + 2.0 * cloud.spacing)
+    near = cloud.select(inside)
+    x = datum.local(near.position)
+    dt = 0.25 * float(columns.spacing.min())
+    levels = int(np.ceil((t_hi - t_lo) / dt)) + 1
+    colour = np.zeros((int(columns.count.sum()), levels), dtype=np.float32)
+    highest = np.full(len(colour), -np.inf)
+    radius = datum.radius if datum.is_sphere else 1.0
+    _splat(
+        x, near.volume, near.spacing, datum.is_sphere, radius, columns.distance, columns.start[:-1], columns.count, t_lo, dt, colour, highest
+    )
+    crossing = np.empty(len(colour))
+    _crossing(colour, t_lo, dt, columns.spacing[columns.ring], crossing)
+    highest[~np.isfinite(highest)] = np.nan
+    result = Heights(datum, columns, np.empty((0, 0)), crossing, highest)
+    cell = column_heights(near, datum, columns, _filled(result.cells_of(crossing)))
+    shape = _alpha_heights(near, datum, columns) if alpha else None
+    return Heights(datum, columns, cell, crossing, highest, shape)
+
+
+def _tops(distance: np.ndarray, height: np.ndarray, columns: Columns) -> np.ndarray:
+    ring = np.digitize(distance, columns.edges) - 1
+    top = np.full(len(columns.distance) + 1, -np.inf)
+    low = np.full(len(columns.distance) + 1, np.inf)
+    good = ring < len(columns.distance)
+    if not good.any():
+        raise InputError("no particles below the columns: the datum or the crater's centre lies outside the cloud")
+    np.maximum.at(top, ring[good], height[good])
+    np.minimum.at(low, ring[good], height[good])
+    top[~np.isfinite(top)] = np.nan
+    return top[:-1]
+
+
+def _filled(cells: np.ndarray) -> np.ndarray:
+    """Cells smoothed by the median of their neighbours (azimuth wraps), gaps closed from the ring or the next ring inwards."""
+    wrapped = np.hstack([cells[:, -1:], cells, cells[:, :1]])
+    with np.errstate(invalid="ignore"), np.testing.suppress_warnings() as quiet:
+        quiet.filter(RuntimeWarning)
+        smooth = generic_filter(wrapped, np.nanmedian, size=(3, 3), mode="nearest")[:, 1:-1]
+    return smooth
+
+
+def column_heights(cloud: Cloud, datum: Datum, columns: Columns, guess: np.ndarray) -> np.ndarray:
+    """Height of the ground in each (ring, sector) cell from the volume standing above a level below the ``guess`` [m].
+
+    The level is spread as a ramp from 3 to 1 local spacings below the guess, so that no layer of a lattice is in or out as a whole:
+    h = z_mid + sum_j w_j V_j (R / r_j)^2 / A with w the ramp, A the cell's area on the datum.
+    """
+    distance, azimuth, height = datum.polar(cloud.position)
+    ring = np.digitize(distance, columns.edges) - 1
+    sector = (azimuth / (2.0 * np.pi) * columns.sectors).astype(int) % columns.sectors
+    inside = ring < len(columns.distance)
+    ring, sector, height, volume = ring[inside], sector[inside], height[inside], cloud.volume[inside]
+    area = datum.area_between(columns.edges[:-1], columns.edges[1:])[:, None] / columns.sectors
+    d = columns.spacing[:, None]
+    result = guess.copy()
+    if datum.is_sphere:
+        volume = volume / (1.0 + height / datum.radius) ** 2
+    for _ in range(2):
+        low, high = result - 3.0 * d, result - 1.0 * d
+        here = (ring, sector)
+        ramp = np.clip((height - low[here]) / (high[here] - low[here]), 0.0, 1.0)
+        ramp[height > result[here] + 2.0 * d[ring, 0]] = 0.0
+        ramp[~np.isfinite(ramp)] = 0.0
+        index = ring * columns.sectors + sector
+        stands = np.bincount(index, ramp * volume, minlength=result.size).reshape(result.shape) / area
+        ring_mean = stands.mean(axis=1, keepdims=True) + 0.5 * (low + high).mean(axis=1, keepdims=True)
+        found = 0.5 * (low + high) + stands
+        # cells smaller than a few particles cannot say more than their ring
+        result = np.where(area < 2.0 * d**2, 0.5 * (low + high) + stands.mean(axis=1, keepdims=True), found)
+        result = np.where(np.isfinite(result), result, np.where(np.isfinite(guess), ring_mean, np.nan))
+    return result
+
+
+def _alpha_heights(cloud: Cloud, datum: Datum, columns: Columns) -> np.ndarray | None:
+    return None
+
+
+def nearest_spacing(cloud: Cloud, points: np.ndarray) -> np.ndarray:
+    """Spacing of the particle nearest to each point [m]."""
+    return cloud.spacing[cKDTree(cloud.position).query(points)[1]]

@@ -1,0 +1,160 @@
+"""Synthetic craters with known answers. Shares no code with crater/: own geometry, own sampling, own numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+class Shape:
+    """Axisymmetric height above the datum at distance s; known rim radius, apparent radius, depth, rim height, volume."""
+
+    def __init__(self, height, rim, reach, body_radius=None):
+        self.h, self.rim, self.reach, self.R = height, rim, reach, body_radius
+        s = np.linspace(0.0, reach, 400001)
+        z = height(s)
+        crest = np.argmax(z)
+        self.rim_height = float(z[crest])
+        self.rim_found = float(s[crest])
+        self.depth = float(-z.min())
+        below = s[(z < 0) & (s < self.rim_found)]
+        self.apparent = float(below.max())
+        inside = s <= self.apparent
+        if body_radius is None:
+            self.volume = float(np.trapezoid(-z[inside] * 2 * np.pi * s[inside], s[inside]))
+        else:
+            shell = (body_radius**3 - (body_radius + z[inside]) ** 3) / 3
+            self.volume = float(np.trapezoid(shell * 2 * np.pi * np.sin(s[inside] / body_radius) / body_radius, s[inside]))
+
+
+def bowl(radius, depth_ratio=0.2, rim_ratio=0.04, decay=3.0, power=2.0):
+    """Bowl s^power to a sharp crest at ``radius``, ejecta falling as s^-decay outside. Ratios to the rim diameter."""
+    depth, rim = 2 * radius * depth_ratio, 2 * radius * rim_ratio
+
+    def height(s):
+        s = np.asarray(s, float)
+        inner = -depth + (depth + rim) * (s / radius) ** power
+        outer = rim * (np.maximum(s, radius) / radius) ** -decay
+        return np.where(s < radius, inner, outer)
+
+    return height
+
+
+def exponential(radius, depth_ratio=0.2, rim_ratio=0.05, length=0.35):
+    """A cosine bowl to a sharp crest, an exponential apron outside: no power law."""
+    depth, rim = 2 * radius * depth_ratio, 2 * radius * rim_ratio
+
+    def height(s):
+        s = np.asarray(s, float)
+        inner = -depth + (depth + rim) * (1 - np.cos(np.pi * s / (2 * radius)))
+        outer = rim * np.exp(-(np.maximum(s, radius) - radius) / (length * radius))
+        return np.where(s < radius, inner, outer)
+
+    return height
+
+
+def rounded(radius, depth_ratio=0.15, rim_ratio=0.05, width=0.25):
+    """Gaussian hollow plus a Gaussian ring: a crest without a corner."""
+    depth, rim = 2 * radius * depth_ratio, 2 * radius * rim_ratio
+
+    def height(s):
+        s = np.asarray(s, float)
+        hollow = -depth * np.exp(-((s / (0.6 * radius)) ** 4))
+        return hollow + rim * np.exp(-(((s - radius) / (width * radius)) ** 2))
+
+    return height
+
+
+def complex_crater(radius, depth_ratio=0.06, rim_ratio=0.03, floor=0.6, peak=0.4):
+    """Flat floor, steep wall, central peak of ``peak`` depths, power-law apron."""
+    depth, rim = 2 * radius * depth_ratio, 2 * radius * rim_ratio
+
+    def height(s):
+        s = np.asarray(s, float)
+        u = np.clip((s - floor * radius) / ((1 - floor) * radius), 0, 1)
+        inner = -depth + (depth + rim) * u**1.5 + peak * depth * np.exp(-((s / (0.15 * radius)) ** 2))
+        return np.where(s < radius, inner, rim * (np.maximum(s, radius) / radius) ** -3.0)
+
+    return height
+
+
+def _hexagonal(spacing, lo, hi):
+    """HCP points in a box with one point per spacing^3."""
+    a = spacing * 2 ** (1 / 6)
+    n = np.ceil((hi - lo) / (a * np.array([1, np.sqrt(3) / 2, np.sqrt(2 / 3)]))).astype(int) + 3
+    i, j, k = np.meshgrid(*(np.arange(m) for m in n), indexing="ij")
+    x = i + 0.5 * (j % 2) + 0.5 * (k % 2)
+    y = np.sqrt(3) / 2 * (j + (k % 2) / 3)
+    z = np.sqrt(2 / 3) * k
+    p = a * np.stack([x.ravel(), y.ravel(), z.ravel()], 1) + lo - a
+    return p[((p >= lo) & (p < hi)).all(1)]
+
+
+def _rotation(rng):
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    q *= np.sign(np.diag(r))
+    return q * np.sign(np.linalg.det(q))
+
+
+def fill(rng, spacing, lo, hi, kind):
+    """Points of a box: ``lattice`` (HCP, turned and shifted), ``jitter`` (HCP with a quarter spacing of noise), ``random`` (Poisson)."""
+    lo, hi = np.asarray(lo, float), np.asarray(hi, float)
+    if kind == "random":
+        return rng.uniform(lo, hi, size=(round(float(np.prod((hi - lo) / spacing))), 3))
+    middle, reach = 0.5 * (lo + hi), 0.5 * np.linalg.norm(hi - lo)
+    p = _hexagonal(spacing, -reach * np.ones(3), reach * np.ones(3)) + rng.uniform(-1, 1, 3) * spacing
+    p = p @ _rotation(rng).T + middle
+    if kind == "jitter":
+        p = p + rng.normal(scale=0.25 * spacing, size=p.shape)
+    return p[((p >= lo) & (p < hi)).all(1)]
+
+
+def cloud_on_plane(shape, spacing, rng, kind="jitter", thickness=None, centre=(0.0, 0.0), tilt=0.0, stretch=1.0, ejecta=0.0, noise=0.0):
+    """Positions (n, 3) under ``shape`` on a plane; ``stretch`` > 1 makes the crater an ellipse of equal area."""
+    reach = shape.reach
+    floor = -(thickness if thickness else shape.depth + 4 * spacing)
+    top = shape.rim_height + 2 * spacing
+    p = fill(rng, spacing, (-reach, -reach, floor), (reach, reach, top), kind)
+    s = np.hypot((p[:, 0] - centre[0]) / np.sqrt(stretch), (p[:, 1] - centre[1]) * np.sqrt(stretch))
+    p = p[p[:, 2] < shape.h(s)]
+    count = len(p)
+    if ejecta:
+        m = round(ejecta * count)
+        fly = rng.uniform((-reach, -reach, 0), (reach, reach, 3 * shape.depth), size=(m, 3))
+        s = np.hypot(fly[:, 0] - centre[0], fly[:, 1] - centre[1])
+        p = np.vstack([p, fly[fly[:, 2] > shape.h(s) + spacing]])
+    if noise:
+        p = p + rng.normal(scale=noise * spacing, size=p.shape)
+    if tilt:
+        c, w = np.cos(tilt), np.sin(tilt)
+        p = p @ np.array([[c, 0, w], [0, 1, 0], [-w, 0, c]]).T
+    return p
+
+
+def cloud_on_sphere(shape, spacing, rng, kind="jitter", ejecta=0.0, depth_of_cloud=None):
+    """Positions under ``shape`` on a body of radius shape.R whose pole is +z: the cap within the shape's reach."""
+    R = shape.R
+    psi = min(shape.reach / R, np.pi)
+    below = depth_of_cloud or (shape.depth + 4 * spacing)
+    wide = (R + shape.rim_height) * (np.sin(psi) if psi < np.pi / 2 else 1.0) + spacing
+    low = (R - below) * np.cos(psi) if psi < np.pi / 2 else (R + shape.rim_height) * np.cos(psi)
+    p = fill(rng, spacing, (-wide, -wide, low), (wide, wide, R + shape.rim_height + spacing), kind)
+    r = np.linalg.norm(p, axis=1)
+    s = R * np.arctan2(np.hypot(p[:, 0], p[:, 1]), p[:, 2])
+    keep = (r > R - below) & (s < shape.reach) & (r - R < shape.h(s))
+    p = p[keep]
+    if ejecta:
+        m = round(ejecta * len(p))
+        u = rng.normal(size=(20 * m, 3))
+        u /= np.linalg.norm(u, axis=1)[:, None]
+        far = R * np.arctan2(np.hypot(u[:, 0], u[:, 1]), u[:, 2])
+        u, far = u[far < shape.reach], far[far < shape.reach]
+        q = shape.h(far) + spacing + rng.uniform(0, 3 * shape.depth, size=len(u))
+        p = np.vstack([p, (u * (R + q)[:, None])[:m]])
+    return p
+
+
+def as_fields(position, spacing, density=1000.0):
+    """Fields of a snapshot: equal particles that fill space at ``spacing``."""
+    n = len(position)
+    spacing = np.broadcast_to(spacing, n)
+    return {"position": position, "mass": density * spacing**3, "density": np.full(n, density)}
