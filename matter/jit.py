@@ -71,17 +71,22 @@ def _local_imports(path: Path) -> tuple[Path, ...]:
     return tuple(sorted(found))
 
 
-@functools.cache
-def source_key(path: Path) -> str:
-    """Hash of a source file, of every project file that it reaches by imports, and of the numba version."""
+def reached_sources(path: Path) -> tuple[Path, ...]:
+    """A source file and every project file that it reaches by imports, sorted."""
     reached, waiting = {path}, [path]
     while waiting:
         for other in _local_imports(waiting.pop()):
             if other not in reached:
                 reached.add(other)
                 waiting.append(other)
+    return tuple(sorted(reached))
+
+
+@functools.cache
+def source_key(path: Path) -> str:
+    """Hash of a source file, of every project file that it reaches by imports, and of the numba version."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(reached):
+    for source in reached_sources(path):
         digest.update(source.name.encode())
         digest.update(source.read_bytes())
     return digest.hexdigest()[:20]
@@ -132,3 +137,25 @@ def set_threads(count: int | None) -> int:
     use = available if count is None else max(1, min(int(count), available))
     numba.set_num_threads(use)
     return use
+
+
+def _number_pair_intrinsic(name: str):
+    """llvm.minnum / llvm.maxnum: a float min or max written as `if` or `min()` stops the vectorisation of a whole pair loop (1.8x)."""
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def pair(typingctx, a, b):
+        def codegen(context, builder, signature, args):
+            double = ir.DoubleType()
+            function = builder.module.declare_intrinsic(name, [double], ir.FunctionType(double, [double, double]))
+            return builder.call(function, args, fastmath=("nnan", "nsz"))
+
+        return types.float64(types.float64, types.float64), codegen
+
+    return pair
+
+
+fast_min = _number_pair_intrinsic("llvm.minnum")
+fast_max = _number_pair_intrinsic("llvm.maxnum")

@@ -1,0 +1,153 @@
+"""Arrangements of points: hexagonal close packing, and a graded glass whose spacing varies smoothly from place to place.
+
+Spacing means the edge of the cube that one point stands for: s = (volume per point)^(1/3).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from matter import neighbours
+from matter.jit import kernel
+
+
+def hexagonal(spacing: float, radius: float, rotate: bool = True) -> np.ndarray:
+    """Points (n, 3) [m] of a hexagonal close packing inside a sphere about the origin.
+
+    ``rotate`` turns the lattice by fixed odd angles: a close-packed plane square to an impact leaves a facet in the crater.
+    """
+    a = spacing * 2.0 ** (1.0 / 6.0)  # nearest distance: volume per point is a^3 / sqrt(2)
+    n = int(radius / a * 1.3) + 3
+    k, j, i = np.meshgrid(*(np.arange(-n, n + 1),) * 3, indexing="ij")
+    x = (2 * i + (j + k) % 2) * 0.5
+    y = math.sqrt(3.0) / 2.0 * (j + (k % 2) / 3.0)
+    z = math.sqrt(6.0) / 3.0 * k
+    points = a * np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+    points += a * np.array([0.25, 0.15, 0.2])  # no point, no symmetry plane at the very centre
+    if rotate:
+        points = points @ _rotation(0.37, 0.71, 1.13).T
+    return np.ascontiguousarray(points[np.einsum("ij,ij->i", points, points) < radius * radius])
+
+
+def _rotation(a: float, b: float, c: float) -> np.ndarray:
+    def about(axis: int, angle: float) -> np.ndarray:
+        turn = np.eye(3)
+        i, j = [k for k in range(3) if k != axis]
+        turn[i, i] = turn[j, j] = math.cos(angle)
+        turn[i, j], turn[j, i] = -math.sin(angle), math.sin(angle)
+        return turn
+
+    return about(0, a) @ about(1, b) @ about(2, c)
+
+
+@kernel
+def _repel(position, spacing, index, count, moves, move):
+    """One sweep: neighbours closer than 1.7 spacings push each other apart; returns nothing, fills ``move`` for the first ``moves`` points."""
+    for i in range(moves):
+        mx, my, mz = 0.0, 0.0, 0.0
+        for k in range(count[i]):
+            j = index[i, k]
+            dx, dy, dz = position[i, 0] - position[j, 0], position[i, 1] - position[j, 1], position[i, 2] - position[j, 2]
+            r = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-300
+            q = r / (0.85 * (spacing[i] + spacing[j]))
+            if q < 1.0:
+                push = (1.0 - q) ** 2 / r
+                mx += push * dx
+                my += push * dy
+                mz += push * dz
+        move[i, 0], move[i, 1], move[i, 2] = mx * spacing[i], my * spacing[i], mz * spacing[i]
+
+
+@kernel
+def _number_density(position, spacing, index, count, wanted, out):
+    for i in range(wanted):
+        h = 2.0 * spacing[i]
+        norm = 8.0 / (math.pi * h**3)
+        total = norm
+        for k in range(count[i]):
+            j = index[i, k]
+            dx, dy, dz = position[i, 0] - position[j, 0], position[i, 1] - position[j, 1], position[i, 2] - position[j, 2]
+            q = math.sqrt(dx * dx + dy * dy + dz * dz) / (0.5 * h + spacing[j])
+            h3 = norm * (2.0 * spacing[i] / (spacing[i] + spacing[j])) ** 3
+            if q < 0.5:
+                total += h3 * (1.0 + 6.0 * q * q * (q - 1.0))
+            elif q < 1.0:
+                total += h3 * 2.0 * (1.0 - q) ** 3
+        out[i] = total
+
+
+def _mirrored(points: np.ndarray, spacing: np.ndarray, inner: float, outer: float) -> np.ndarray:
+    """Images of the points near the two walls of a shell, behind the walls: indices of their originals and places."""
+    r = np.linalg.norm(points, axis=1)
+    images, owners = [], []
+    for wall in (inner, outer):
+        near = np.flatnonzero((np.abs(r - wall) < 2.0 * spacing) & (wall > 0.0) & (2.0 * wall - r > 0.05 * r))
+        images.append(points[near] * ((2.0 * wall - r[near]) / r[near])[:, None])
+        owners.append(near)
+    return np.concatenate([points, *images]), np.concatenate([np.arange(len(points)), *owners])  # type: ignore[return-value]
+
+
+def graded_shell(
+    spacing: Callable[[np.ndarray], np.ndarray], inner: float, outer: float, rng: np.random.Generator, sweeps: int = 120
+) -> tuple[np.ndarray, np.ndarray]:
+    """A graded glass in the shell ``inner`` < r < ``outer``: evenly spread points with the local spacing ``spacing(points)`` [m].
+
+    Points drawn at random with the density 1/s^3 repel each other and their mirror images behind the walls, until they are spread evenly; the walls are
+    met by smooth layers of points.
+
+    Returns
+    -------
+    points (n, 3) [m], volume (n,) [m^3] that each stands for (from the local number density, scaled to the volume of the shell).
+    """
+    volume = 4.0 / 3.0 * math.pi * (outer**3 - inner**3)
+
+    def draw(count: int) -> np.ndarray:
+        direction = rng.normal(size=(count, 3))
+        direction /= np.linalg.norm(direction, axis=1)[:, None]
+        return direction * ((inner**3 + (outer**3 - inner**3) * rng.random(count)) ** (1.0 / 3.0))[:, None]
+
+    probe = draw(200_000)
+    density = spacing(probe) ** -3.0
+    wanted = max(round(volume * float(density.mean())), 1)
+    points = np.empty((0, 3))
+    while len(points) < wanted:
+        trial = draw(200_000)
+        points = np.concatenate([points, trial[rng.random(len(trial)) < spacing(trial) ** -3.0 / (1.05 * density.max())]])
+    points = points[:wanted]
+    for sweep in range(sweeps):
+        s = spacing(points)
+        everyone, owner = _mirrored(points, s, inner, outer)
+        moved = _moves(everyone, s[owner], len(points))
+        size = np.linalg.norm(moved, axis=1)
+        limit = 0.25 * s * (1.0 - 0.8 * sweep / sweeps)
+        points = points + 0.6 * moved * np.minimum(1.0, limit / np.maximum(0.6 * size, 1e-300))[:, None]
+        r = np.linalg.norm(points, axis=1)
+        margin = np.minimum(0.1 * s, 0.25 * (outer - inner))
+        points *= (np.clip(r, inner + margin, outer - margin) / r)[:, None]
+    s = spacing(points)
+    everyone, owner = _mirrored(points, s, inner, outer)
+    number = np.empty(len(everyone))
+    order, index, count = _listed(everyone, s[owner])
+    _number_density(everyone[order], s[owner][order], index, count, len(order), number)
+    back = np.empty_like(number)
+    back[order] = number
+    share = 1.0 / back[: len(points)]
+    return points, share * (volume / share.sum())
+
+
+def _listed(points: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    order, grid = neighbours.sort(points, 2.0 * spacing)
+    found = neighbours.build(points[order], 2.0 * spacing[order], grid)
+    return order, found.index, found.count
+
+
+def _moves(points: np.ndarray, spacing: np.ndarray, wanted: int) -> np.ndarray:
+    order, index, count = _listed(points, spacing)
+    move = np.empty_like(points)
+    _repel(points[order], spacing[order], index, count, len(points), move)
+    back = np.empty_like(move)
+    back[order] = move
+    return back[:wanted]

@@ -1,0 +1,146 @@
+"""Kick-drift-kick leapfrog with one evaluation of the rates per step (Verlet form for velocity-dependent forces).
+
+    y_{n+1/2} = y_n + dt/2 f_n;   x_{n+1} = x_n + dt v_{n+1/2};   y* = y_n + dt f_n;   f_{n+1} = f(x_{n+1}, y*);   y_{n+1} = y_{n+1/2} + dt/2 f_{n+1}
+
+for y = (v, rho, u, S, D^(1/3)): second order, and with the conjugate force and energy sums the error of the total energy does not accumulate
+(per step it is dt^2/8 (|a_n|^2 - |a_{n+1}|^2), which telescopes).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from matter import tree
+from matter.jit import parallel_kernel, prange
+from sph import rates as pair_rates
+from sph import state, timestep
+from sph.cloud import Cloud, Neighbourhood
+from sph.materials import Materials
+
+DENSITY_FLOOR = 0.005  # of rho0; only particles that have lost their neighbours come near it
+
+
+@parallel_kernel
+def _open(dt, x, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, hS, hD, hold):
+    for i in prange(len(rho)):
+        for c in range(3):
+            acceleration = a[i, c] + g[i, c]
+            hv[i, c] = v[i, c] + 0.5 * dt * acceleration
+            x[i, c] += dt * hv[i, c]
+            v[i, c] += dt * acceleration
+        hrho[i] = rho[i] + 0.5 * dt * drho[i]
+        rho[i] += dt * drho[i]
+        hu[i], hD[i] = u[i], D[i]
+        if not hold:
+            hu[i] = u[i] + 0.5 * dt * du[i]
+            u[i] += dt * du[i]
+            hD[i] = max(D[i], min(D[i] + 0.5 * dt * dD[i], cap[i]))
+            D[i] = max(D[i], min(D[i] + dt * dD[i], cap[i]))
+        for c in range(5):
+            hS[i, c] = S[i, c] + 0.5 * dt * dS[i, c]
+            S[i, c] += dt * dS[i, c]
+
+
+@parallel_kernel
+def _close(dt, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, hS, hD, P, peak, floor, material, hold, keep):
+    for i in prange(len(rho)):
+        for c in range(3):
+            v[i, c] = keep * (hv[i, c] + 0.5 * dt * (a[i, c] + g[i, c]))
+        rho[i] = max(hrho[i] + 0.5 * dt * drho[i], floor[material[i]])
+        if not hold:
+            u[i] = hu[i] + 0.5 * dt * du[i]
+            D[i] = max(hD[i], min(hD[i] + 0.5 * dt * dD[i], cap[i]))
+            peak[i] = max(peak[i], P[i])
+        for c in range(5):
+            S[i, c] = hS[i, c] + 0.5 * dt * dS[i, c]
+
+
+class Integrator:
+    """Steps a cloud.
+
+    Parameters
+    ----------
+    alpha, beta : artificial viscosity;  courant : factor of the step;  theta : opening angle of gravity;  gravity_shift : gravity is evaluated anew when
+    a bound particle has moved this share of its h.  strength, damage : which physics is on;  hold : u and D stay (relaxation).
+    """
+
+    def __init__(self, cloud: Cloud, materials: Materials, radius: float, *, alpha: float, beta: float, courant: float, theta: float, gravity_shift: float):
+        self.cloud, self.materials, self.rows = cloud, materials, materials.rows
+        self.alpha, self.beta, self.courant, self.theta, self.gravity_shift = alpha, beta, courant, theta, gravity_shift
+        self.strength = self.damage = True
+        self.hold = False
+        self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
+        self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
+        self.floor = DENSITY_FLOOR * self.rows.tillotson[:, 0]
+        self.neighbourhood = Neighbourhood(cloud, 1.5 * radius)
+        self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud))
+
+    @property
+    def softening(self) -> np.ndarray:
+        """Plummer length of every particle: a quarter of its support, half its spacing [m]."""
+        return 0.25 * self.cloud.smoothing_length
+
+    def start(self) -> None:
+        """Gravity and rates of the state as it stands."""
+        self._gravity()
+        self._evaluate()
+
+    def _gravity(self) -> None:
+        cloud = self.cloud
+        raw = tree.gravity(cloud.position, cloud.mass, self.softening, self.theta)
+        field, size = tree.remove_net_force(raw, cloud.position, cloud.mass)
+        cloud.gravity[:] = field
+        cloud.gravity_position[:] = cloud.position
+        self.gravity_evaluations += 1
+        self.gravity_correction = max(self.gravity_correction, size)
+
+    def _gravity_is_stale(self) -> bool:
+        cloud = self.cloud
+        moved = cloud.position - cloud.gravity_position
+        bound = cloud.neighbours >= state.BOUND
+        return bool((np.einsum("ij,ij->i", moved, moved) > (self.gravity_shift * cloud.smoothing_length) ** 2)[bound].any())
+
+    def _evaluate(self) -> None:
+        cloud = self.cloud
+        state.evaluate(cloud, self.rows, self.strength, self.damage, self.evaluated)
+        state.check(cloud, self.materials, self.evaluated, self.time)
+        pair_rates.compute(
+            self.evaluated.row, self.neighbourhood.found, cloud, self.rows.shear, self.alpha, self.beta, self.strength, self.rates
+        )
+        cloud.neighbours[:] = self.rates.count
+
+    def next_step(self, until: float) -> float:
+        """The next step [s], no further than the time ``until``; counts what limits it."""
+        dt, why, _ = timestep.limit(self.cloud, self.rates, self.evaluated, self.alpha, self.beta, self.courant)
+        if self.dt > 0.0 and dt > 1.1 * self.dt:
+            dt, why = 1.1 * self.dt, timestep.REASONS.index("growth")
+        self.dt = dt
+        left = until - self.time
+        if dt >= left:
+            dt, why = left, timestep.REASONS.index("output")
+        elif dt > 0.5 * left:
+            dt = 0.5 * left  # two even steps rather than one and a sliver
+        self.limits[why] += 1
+        self.why = timestep.REASONS[why]
+        return dt
+
+    def step(self, dt: float, keep: float = 1.0) -> None:
+        """One step; ``keep`` < 1 damps velocities (relaxation)."""
+        cloud, r, e = self.cloud, self.rates, self.evaluated
+        _open(
+            dt, cloud.position, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage,
+            r.acceleration, cloud.gravity, r.density, r.energy, r.stress, e.damage_rate, e.damage_cap,
+            cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_stress, cloud.half_damage, self.hold,
+        )  # fmt: skip
+        self.time += dt
+        self.neighbourhood.update(cloud)
+        if self._gravity_is_stale():
+            self._gravity()
+        self._evaluate()
+        _close(
+            dt, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage,
+            r.acceleration, cloud.gravity, r.density, r.energy, r.stress, e.damage_rate, e.damage_cap,
+            cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_stress, cloud.half_damage,
+            e.pressure, cloud.peak_pressure, self.floor, cloud.material, self.hold, keep,
+        )  # fmt: skip
+        self.steps += 1

@@ -1,0 +1,163 @@
+"""The layered target and its projectile as particles, uniform or in hydrostatic balance.
+
+Layer masses are those of the uniform layers (density rho0 of each material). A relaxed body keeps them: the one-dimensional profile
+
+    dP/dr = -rho g,   g = G m(r) / r^2,   P = P_cold(rho)        (cold curve of the layer's equation of state, u = 0)
+
+is solved on shells of fixed mass, and the particles are stretched radially to it, r -> r(m).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from matter import packing
+from matter.body import Impact, Target
+from matter.errors import InputError
+from matter.tree import G
+from sph.eos import tillotson
+from sph.materials import Materials, parameters
+
+
+class Profile(NamedTuple):
+    """The body against radius, on shells of fixed mass from the centre: all arrays (n,), SI.
+
+    ``uniform_radius`` is the outer radius of a shell at uniform density, ``radius`` in balance; density and pressure hold at ``middle``, gravity and
+    the enclosed ``mass`` at ``radius``; ``layer`` counts from the centre.
+    """
+
+    uniform_radius: np.ndarray
+    radius: np.ndarray
+    middle: np.ndarray
+    density: np.ndarray
+    pressure: np.ndarray
+    gravity: np.ndarray
+    mass: np.ndarray
+    layer: np.ndarray
+
+
+def hydrostatic(target: Target, shells: int = 4000) -> Profile:
+    """The one-dimensional profile of the target, relaxed or (``start = "literal"``) uniform with P = 0.
+
+    Raises ``InputError`` when the balance does not converge (a body too massive for its materials).
+    """
+    outer = np.array(target.outer_radii)
+    edges = np.concatenate([np.linspace(0.0, outer[-1], shells + 1), outer])
+    edges = np.unique(edges)
+    edges = edges[np.concatenate([[True], np.diff(edges) > 1e-6 * outer[-1]])]
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    layer = np.searchsorted(outer, middle)
+    eos = [parameters(tillotson.Parameters, piece.material, "tillotson") for piece in target.layers]
+    rho0 = np.array([p.rho0 for p in eos])[layer]
+    dm = rho0 * 4.0 / 3.0 * math.pi * np.diff(edges**3)
+    mass = np.cumsum(dm)
+    rho, P, r = rho0.copy(), np.zeros_like(rho0), edges[1:].copy()
+    converged = target.start == "literal"
+    for sweep in range(0 if converged else 400):
+        r_new = np.cbrt(np.cumsum(dm / rho) * 3.0 / (4.0 * math.pi))
+        # dP = G m dm / (4 pi r^4) per shell, summed from the surface inwards; half a shell to its middle
+        inner = np.concatenate([[0.0], r_new[:-1]])
+        r_mid = 0.5 * (inner + r_new)
+        m_mid = mass - 0.5 * dm
+        dP = G * m_mid * dm / (4.0 * math.pi * np.maximum(r_mid, 1e-9 * outer[-1]) ** 4)
+        P = np.cumsum(dP[::-1])[::-1] - 0.5 * dP
+        rho = np.array([tillotson.density(P[i], 0.0, eos[layer[i]]) for i in range(len(P))])
+        change = float(np.abs(r_new - r).max() / outer[-1])
+        r = r_new
+        if sweep > 0 and change < 1e-12:  # the first sweep still sees uniform density
+            converged = True
+            break
+    if not converged:
+        raise InputError("the target finds no hydrostatic balance: it is too massive for its materials")
+    middle = 0.5 * (np.concatenate([[0.0], r[:-1]]) + r)
+    return Profile(edges[1:], r, middle, rho, P, G * mass / r**2, mass, layer)
+
+
+def spacing_law(target: Target, fine: float, coarse: float, fine_radius: float, growth: float):
+    """Spacing [m] against place: ``fine`` within ``fine_radius`` of the impact point, then growing by ``growth`` per distance up to ``coarse``."""
+    pole = np.array([0.0, 0.0, target.radius])
+
+    def spacing(points: np.ndarray) -> np.ndarray:
+        distance = np.linalg.norm(points - pole, axis=1)
+        return np.clip(fine + growth * (distance - fine_radius), fine, coarse)
+
+    return spacing
+
+
+class Body(NamedTuple):
+    """Particles of the target or the projectile: position (n, 3), mass, density, h (n,), layer (n,) int (-1 projectile), material index."""
+
+    position: np.ndarray
+    mass: np.ndarray
+    density: np.ndarray
+    h: np.ndarray
+    layer: np.ndarray
+    material: np.ndarray
+
+
+def build(target: Target, profile: Profile, materials: Materials, fine: float, coarse: float, fine_radius: float, growth: float, seed: int) -> Body:
+    """The target's particles: a graded glass, layer by layer, or (``coarse <= fine``) a uniform hexagonal lattice.
+
+    Masses of every layer are those of ``profile``; positions are stretched to it.
+    """
+    radii = (0.0, *target.outer_radii)
+    points, volumes, layers, supports = [], [], [], []
+    if coarse <= fine:
+        lattice = packing.hexagonal(fine, target.radius)
+        layer = np.searchsorted(np.array(radii[1:]), np.linalg.norm(lattice, axis=1))
+        points, volumes, layers = [lattice], [np.full(len(lattice), fine**3)], [layer]
+        supports = [np.full(len(lattice), 2.0 * fine)]
+    else:
+        spacing = spacing_law(target, fine, coarse, fine_radius, growth)
+        streams = np.random.SeedSequence(seed).spawn(len(target.layers))
+        for l in range(len(target.layers)):
+            place, volume = packing.graded_shell(spacing, radii[l], radii[l + 1], np.random.default_rng(streams[l]))
+            points.append(place)
+            volumes.append(volume)
+            layers.append(np.full(len(place), l))
+            supports.append(2.0 * spacing(place))
+    position, volume = np.concatenate(points), np.concatenate(volumes)
+    layer_of, h = np.concatenate(layers), np.concatenate(supports)
+    mass = np.empty(len(position))
+    density0 = np.array([materials.tillotson[materials.index(piece.material), 0] for piece in target.layers])
+    for l in range(len(target.layers)):
+        mine = layer_of == l
+        if not mine.any():
+            raise InputError(f"layer {target.layers[l].name!r} holds no particle: the spacing is too coarse for its thickness")
+        wanted = density0[l] * 4.0 / 3.0 * math.pi * (radii[l + 1] ** 3 - radii[l] ** 3)
+        mass[mine] = density0[l] * volume[mine]
+        mass[mine] *= wanted / mass[mine].sum()
+    r = np.linalg.norm(position, axis=1)
+    stretched = np.interp(r, np.concatenate([[0.0], profile.uniform_radius]), np.concatenate([[0.0], profile.radius]))
+    position = position * (stretched / r)[:, None]
+    density = np.empty(len(position))
+    for l in range(len(target.layers)):  # layer by layer: density jumps at interfaces
+        mine, shells = layer_of == l, profile.layer == l
+        density[mine] = np.interp(stretched[mine], profile.middle[shells], profile.density[shells])
+    material = np.array([materials.index(piece.material) for piece in target.layers])[layer_of]
+    return Body(position, mass, density, h, layer_of.astype(np.int32), material.astype(np.int32))
+
+
+def projectile(impact: Impact, count: int, surface: float, gap: float, materials: Materials) -> Body:
+    """A uniform sphere of about ``count`` particles on its way to (0, 0, ``surface``), ``gap`` [m] above it."""
+    body = impact.projectile
+    index = materials.index(body.material)
+    rho0 = materials.tillotson[index, 0]
+    spacing = (body.volume / count) ** (1.0 / 3.0)
+    places = np.zeros((1, 3)) if count == 1 else packing.hexagonal(spacing, body.radius)
+    places = places - places.mean(axis=0)
+    velocity = np.array(impact.velocity)
+    along = velocity / np.linalg.norm(velocity)
+    centre = np.array([0.0, 0.0, surface + body.radius]) + along * (gap / along[2])
+    n = len(places)
+    return Body(
+        places + centre,
+        np.full(n, rho0 * body.volume / n),
+        np.full(n, rho0),
+        np.full(n, 2.0 * (body.volume / n) ** (1.0 / 3.0)),
+        np.full(n, -1, dtype=np.int32),
+        np.full(n, index, dtype=np.int32),
+    )

@@ -1,0 +1,22 @@
+"""Artificial viscosity (Monaghan 1992, eqs. 4.1-4.2), with the smoothing scale hbar = h / 2 of a support radius h.
+
+    mu = hbar v.x / (x^2 + 0.01 hbar^2)  for v.x < 0, else 0
+    Pi = (-alpha cbar mu + beta mu^2) / rhobar;    force -m_j Pi grad W, heating (1/2) m_j Pi v.grad W
+
+Codes differ in what they call h: with the full support in place of hbar the same alpha, beta act twice and four times as strongly.
+"""
+
+from matter.jit import law
+
+
+@law
+def approach(vx, r2, h):
+    """mu [m/s] (negative for approaching pairs, else 0) from v.x [m^2/s], |x|^2 [m^2] and the support radius h [m]."""
+    half = 0.5 * h
+    return min(vx, 0.0) * half / (r2 + 0.01 * half * half)
+
+
+@law
+def viscous_pressure(mu, c, alpha, beta):
+    """Pi rhobar [m^2/s^2] from mu [m/s] and the mean sound speed [m/s]."""
+    return mu * (beta * mu - alpha * c)
