@@ -1,0 +1,402 @@
+"""A granular assembly: grains, their contacts and walls, and one step of time.
+
+The arrays are kept in the order of the search cells: first the grains in the contact search, then the ballistic ones, last those that have
+left. ``identity`` finds a grain again. All of the state can be saved and restored bit for bit (``state``, ``restore``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from dem import contacts, forces, integrator, walls
+from dem.contact_settings import Contact
+from dem.gravity import Field
+from dem.laws.tangential_spring import RULES
+from matter.errors import InputError, UnphysicalState
+from matter.particles import Particles
+
+ACTIVE, BALLISTIC, LEFT = 0, 1, 2
+
+# per-grain arrays that are sorted, saved and restored together
+_PER_GRAIN = (
+    "X", "V", "W", "A", "E", "F", "identity", "material", "kind", "state", "returned", "drag", "weight", "density", "headroom",
+    "wall_history", "reference",
+)  # fmt: skip
+_REST = ("row", "col", "hist", "report", "booked")
+
+
+class Assembly:
+    """Grains in contact.
+
+    Parameters
+    ----------
+    grains : fields identity position velocity angular_velocity mass radius material species stiffness (density, headroom, state
+        optional), tables ``contacts/*`` optional: history of the contacts by the identities of the grains.
+    contact : laws and parameters.
+    walls : boundaries, at rest.
+    gravity : uniform or central field.
+    dt : time step [s]; None takes the shortest contact time / ``contact.steps_per_contact``.
+    threads : chunks of the half list, one per thread; results are bitwise repeatable at one number.
+    """
+
+    def __init__(
+        self,
+        grains: Particles,
+        contact: Contact,
+        walls_: Sequence[walls.Wall] = (),
+        gravity: Field | None = None,
+        dt: float | None = None,
+        threads: int = 1,
+        skin: float = 0.2,
+    ):
+        grains.need("identity", "position", "velocity", "angular_velocity", "mass", "radius", "material", "species", "stiffness")
+        _check(grains)
+        n = len(grains)
+        self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
+        self.walls = walls.rows(walls_)
+        self.pair_table = contact.pair_table()
+        self.wall_tables = walls.tables(walls_, self.pair_table)
+        self.X = np.column_stack([grains.position, grains.radius])
+        self.W = np.column_stack([grains.velocity, grains.angular_velocity])
+        self.V = np.column_stack([self.W, grains.mass, grains.stiffness])
+        self.A, self.E, self.F = (np.zeros((n, 6)) for _ in range(3))
+        self.identity, self.material = grains.identity.copy(), grains.material.copy()
+        self.kind = grains.species.copy()
+        self.state = grains.state.copy() if "state" in grains else np.zeros(n, dtype=np.int8)
+        self.headroom = grains.headroom.copy() if "headroom" in grains else np.zeros(n, dtype=np.int8)
+        self.density = grains.density.copy() if "density" in grains else grains.mass / (4.0 / 3.0 * np.pi * grains.radius**3)
+        self.returned = (self.state == BALLISTIC).astype(np.int8)
+        self.drag, self.weight = np.zeros(n), np.ones(n)
+        self.wall_history = np.zeros((n, max(1, len(walls_)), forces.HISTORY))
+        self.reference = np.zeros((n, 3))
+        self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
+        self.hist = np.zeros((0, forces.HISTORY))
+        self.mean_radius = float(grains.radius.mean())
+        self.dt = dt if dt is not None else shortest_contact_time(grains.mass, grains.stiffness) / contact.steps_per_contact
+        self.skin = skin * self.mean_radius
+        self.steps, self.builds, self.since_build = 0, 0, 0
+        self.start_time = float(grains.attributes.get("time", 0.0))
+        self.overlap_limit = contact.overlap_stop
+        # sums over the run: dissipated in contacts, excess taken from returned grains, dissipated by drag and at walls, impulse (6)
+        self.report = np.zeros(10)
+        self.booked = np.zeros(9)  # of grains that left: count, mass, momentum, angular momentum, energy
+        self.elastic, self.contacts, self.over_warn, self.worst, self.speed = 0.0, 0, 0, 0.0, 0.0
+        self.threads = max(1, threads)
+        self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
+        self._workspace()
+        self._rebuild(_tabled(grains, self.identity))
+        self._wall_tables_in(grains)
+        self._forces(initial=True)
+
+    # -- lists ---------------------------------------------------------------------------------------------------------------
+
+    def _workspace(self) -> None:
+        n, c = len(self.X), self.threads
+        self._spill = np.zeros((c, n if c > 1 else 1, 6))
+        self._pair_report = np.zeros((c, forces.REPORT))
+        self._kick_report = np.zeros((c, integrator.REPORT))
+        self._last = np.zeros(c, dtype=np.int64)
+
+    def _touching(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Present indices of the two grains of each contact, and its history."""
+        where = np.flatnonzero(self.hist[:, 7] != 0.0)
+        first = np.repeat(np.arange(len(self.row) - 1), np.diff(self.row))[where]
+        return first, self.col[where].astype(np.int64), self.hist[where]
+
+    def _rebuild(self, known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None) -> None:
+        """Sort the grains by cell and build the list; ``known`` contacts replace those of the present list."""
+        first, second, history = self._touching() if known is None else known
+        by_state = np.argsort(self.state, kind="stable")
+        active = int(np.count_nonzero(self.state == ACTIVE))
+        reach = 2.0 * float(self.X[:, 3].max()) + self.skin
+        cells = contacts.Cells(self.X[by_state[:active], :3], reach)
+        order = np.concatenate([by_state[:active][cells.order], by_state[active:]])
+        for name in _PER_GRAIN:
+            setattr(self, name, np.ascontiguousarray(getattr(self, name)[order]))
+        new_index = np.empty(len(order), dtype=np.int64)
+        new_index[order] = np.arange(len(order))
+        self.active = active
+        self.moving = active + int(np.count_nonzero(self.state == BALLISTIC))
+        self.row, self.col = contacts.build(self.X[:active], cells, self.skin, max(len(self.col) + len(self.col) // 8, 6 * active, 64))
+        self.hist = np.zeros((len(self.col), forces.HISTORY))
+        first, second = new_index[first], new_index[second]
+        here = (first < active) & (second < active)
+        contacts.carry(first[here], second[here], history[here], self.row, self.col, self.hist)
+        self.F[active:] = 0.0
+        self.wall_history[active:] = 0.0
+        self.reference = self.X[:, :3].copy()
+        self.builds += 1
+        self._adapt_skin()
+        self._cut()
+
+    def _adapt_skin(self) -> None:
+        """A list should serve 10 to 60 steps: a rebuild costs about three, and every entry beyond touch costs in each."""
+        if self.builds > 1:
+            if self.since_build < 10:
+                self.skin = min(self.skin * 1.25, 0.5 * self.mean_radius)
+            elif self.since_build > 60:
+                self.skin = max(self.skin * 0.8, 0.05 * self.mean_radius)
+        self.since_build = 0
+
+    def _cut(self) -> None:
+        """Chunks of rows with about equal numbers of list entries."""
+        goals = np.linspace(0, self.row[-1], self.threads + 1)[1:-1]
+        inner = np.searchsorted(self.row[1:], goals)
+        self._ends = np.concatenate([[0], inner, [self.active]]).astype(np.int64)
+        moving_ends = self._ends.copy()
+        moving_ends[-1] = self.moving
+        self._moving_ends = moving_ends
+
+    # -- time ----------------------------------------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        """Time [s]: start + steps dt."""
+        return self.start_time + self.steps * self.dt
+
+    def _each(self, function) -> list[Any]:
+        """Run ``function(chunk)`` for all chunks, chunk 0 on this thread."""
+        if self._pool is None:
+            return [function(0)]
+        others = [self._pool.submit(function, c) for c in range(1, self.threads)]
+        mine = function(0)
+        return [mine] + [other.result() for other in others]
+
+    def step(self) -> None:
+        """Advance by dt.
+
+        Raises ``UnphysicalState`` when a grain is no longer finite or two bed grains overlap beyond ``overlap_stop``.
+        """
+        moved = self._each(self._drift)
+        self.steps += 1
+        self.since_build += 1
+        if 4.0 * max(moved) > self.skin**2:
+            self._rebuild()
+        self._forces()
+
+    def _drift(self, c: int) -> float:
+        lo, hi = self._moving_ends[c], self._moving_ends[c + 1]
+        return integrator.drift(
+            lo, hi, self.active, self.X, self.V, self.W, self.A, self.E, self.reference, self.dt, self._kick_report[c]
+        )
+
+    def _pairs(self, c: int, dt: float, over_speed: float) -> None:
+        self._last[c] = forces.pair_forces(
+            self._ends[c], self._ends[c + 1], self.X, self.V, self.kind, self.returned, self.row, self.col, self.hist, self.pair_table, dt,
+            RULES[self.contact.sliding], self.contact.attractive_tail, over_speed, self.contact.overlap_warn, self.F, self._spill[c],
+            self._pair_report[c],
+        )  # fmt: skip
+
+    def _kick(self, c: int, dt: float, half: float) -> int:
+        g = self.gravity
+        return integrator.kick(
+            self._moving_ends[c], self._moving_ends[c + 1], c, self.active, self.X, self.V, self.W, self.A, self.E, self.F, self._spill,
+            self._last, self.drag, self.weight, self.kind, self.walls, self.wall_tables, self.wall_history, g.uniform, g.table, g.radius,
+            dt, half, RULES[self.contact.sliding], self.contact.attractive_tail, self._kick_report[c],
+        )  # fmt: skip
+
+    def _forces(self, initial: bool = False) -> None:
+        dt = 0.0 if initial else self.dt
+        over_speed = 0.0 if initial else self.contact.returning_speed_limit
+        self._each(lambda c: self._pairs(c, dt, over_speed))
+        bad = max(self._each(lambda c: self._kick(c, dt, 0.5 * dt)))
+        pair, single = self._pair_report, self._kick_report
+        self.elastic = float(pair[:, forces.ELASTIC].sum() + single[:, integrator.WALL_ELASTIC].sum())
+        self.contacts = int(pair[:, forces.CONTACTS].sum())
+        self.over_warn = int(pair[:, forces.OVER_WARN].sum())
+        self.worst = float(pair[:, forces.OVERLAP].max())
+        self.speed = math.sqrt(float(single[:, integrator.SPEED].max()))
+        self.report[0] += pair[:, forces.DISSIPATED].sum()
+        self.report[1] += pair[:, forces.EXCESS].sum()
+        self.report[2] += single[:, integrator.DRAG].sum()
+        self.report[3] += single[:, integrator.WALL_DISSIPATED].sum()
+        self.report[4:] += single[:, integrator.IMPULSE : integrator.IMPULSE + 6].sum(axis=0)
+        single[:, : integrator.IMPULSE + 6] = 0.0
+        if bad >= 0:
+            raise UnphysicalState(f"grain {self.identity[bad]} is not finite: {self._where(bad)}")
+        if self.worst > self.overlap_limit:
+            self._refuse_overlap()
+
+    def _where(self, i: int) -> str:
+        x, v = self.X[i, :3], self.W[i, :3]
+        return (
+            f"t = {self.time:.6g} s, place ({x[0]:.5g}, {x[1]:.5g}, {x[2]:.5g}) m, velocity ({v[0]:.4g}, {v[1]:.4g}, {v[2]:.4g}) m/s, "
+            f"radius {self.X[i, 3]:.4g} m, mass {self.V[i, 6]:.4g} kg, k_n {self.V[i, 7]:.4g} N/m"
+        )
+
+    def _refuse_overlap(self) -> None:
+        c = int(np.argmax(self._pair_report[:, forces.OVERLAP]))
+        i, j = (int(self._pair_report[c, k]) for k in (forces.OVERLAP_I, forces.OVERLAP_J))
+        closing = float(np.linalg.norm(self.W[j, :3] - self.W[i, :3]))
+        raise UnphysicalState(
+            f"grains {self.identity[i]} and {self.identity[j]} overlap by {self.worst:.3f} of the smaller radius (limit "
+            f"{self.overlap_limit:g}) at a relative speed of {closing:.4g} m/s; first: {self._where(i)}; second: {self._where(j)}. "
+            "The springs are too soft for this load or speed, or the bed was started with overlaps"
+        )
+
+    # -- what the state holds ------------------------------------------------------------------------------------------------
+
+    @property
+    def mass(self) -> np.ndarray:
+        """Masses [kg], in the present order."""
+        return self.V[:, 6]
+
+    @property
+    def position(self) -> np.ndarray:
+        """Positions [m], in the present order."""
+        return self.X[:, :3]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocities [m/s], in the present order."""
+        return self.W[:, :3]
+
+    def momentum(self) -> np.ndarray:
+        """Linear momentum of all grains that have not left [kg m/s]."""
+        return self.mass[: self.moving] @ self.W[: self.moving, :3]
+
+    def angular_momentum(self) -> np.ndarray:
+        """Angular momentum about the origin, orbital and spin [kg m^2/s]."""
+        k = slice(0, self.moving)
+        inertia = 0.4 * self.mass[k] * self.X[k, 3] ** 2
+        return self.mass[k] @ np.cross(self.X[k, :3], self.W[k, :3]) + inertia @ self.W[k, 3:]
+
+    def energies(self) -> dict[str, float]:
+        """Kinetic, rotational, gravitational and elastic energy [J] of the grains that have not left."""
+        k = slice(0, self.moving)
+        m = self.mass[k]
+        return {
+            "kinetic_J": float(0.5 * m @ np.sum(self.W[k, :3] ** 2, axis=1)),
+            "rotational_J": float(0.2 * (m * self.X[k, 3] ** 2) @ np.sum(self.W[k, 3:] ** 2, axis=1)),
+            "gravitational_J": float((m * self.weight[k]) @ self.gravity.potential(self.X[k, :3])),
+            "elastic_J": self.elastic,
+        }
+
+    def change_states(self, where: np.ndarray, state: int) -> None:
+        """Move grains (mask in the present order) into or out of the contact search, or out of the run, at a full step.
+
+        What leaves is booked with the half kick that its contacts have just given it, so that the sums stay exact.
+        """
+        where = where & (self.state != state)
+        if not where.any():
+            return
+        if state == LEFT:
+            half = 0.5 * self.dt
+            m, x = self.mass[where], self.X[where, :3]
+            p = m[:, None] * self.W[where, :3] + half * self.F[where, :3]
+            inertia = 0.4 * m * self.X[where, 3] ** 2
+            energy = 0.5 * np.sum(p * self.W[where, :3], axis=1) + m * self.gravity.potential(x)
+            self.booked[0] += where.sum()
+            self.booked[1] += m.sum()
+            self.booked[2:5] += p.sum(axis=0)
+            self.booked[5:8] += (np.cross(x, p) + inertia[:, None] * self.W[where, 3:] + half * self.F[where, 3:]).sum(axis=0)
+            self.booked[8] += energy.sum()
+        if state == BALLISTIC:
+            self.returned[where] = 1
+        self.state[where] = state
+        self._rebuild()
+
+    # -- files ---------------------------------------------------------------------------------------------------------------
+
+    def particles(self, attributes: dict[str, Any], tables: bool = True) -> Particles:
+        """The grains as a snapshot in the order of their identities; ``tables`` adds the contact history."""
+        order = np.argsort(self.identity, kind="stable")
+        fields = {
+            "identity": self.identity, "position": self.X[:, :3], "velocity": self.W[:, :3], "angular_velocity": self.W[:, 3:],
+            "mass": self.V[:, 6], "radius": self.X[:, 3], "material": self.material, "species": self.kind, "headroom": self.headroom,
+            "density": self.density, "stiffness": self.V[:, 7], "state": self.state,
+        }  # fmt: skip
+        history: dict[str, np.ndarray] = {}
+        if tables:
+            first, second, rows = self._touching()
+            pair = np.column_stack([self.identity[first], self.identity[second]])
+            swap = pair[:, 0] > pair[:, 1]
+            rows = rows[:, :7].copy()
+            rows[swap, :6] *= -1.0
+            pair[swap] = pair[swap, ::-1]
+            sort = np.lexsort((pair[:, 1], pair[:, 0]))
+            history["contacts/pair"], history["contacts/history"] = pair[sort], rows[sort]
+            grain, wall = np.nonzero(self.wall_history[:, : len(self.walls), 7])
+            sort = np.lexsort((wall, self.identity[grain]))
+            grain, wall = grain[sort], wall[sort]
+            history["contacts/wall_pair"] = np.column_stack([self.identity[grain], wall]).astype(np.int64)
+            history["contacts/wall_history"] = self.wall_history[grain, wall, :7]
+        return Particles({name: values[order] for name, values in fields.items()}, attributes, history)
+
+    def _wall_tables_in(self, grains: Particles) -> None:
+        pair = grains.tables.get("contacts/wall_pair")
+        if pair is None or len(pair) == 0:
+            return
+        index = _index_of(self.identity, pair[:, 0])
+        good = (index >= 0) & (pair[:, 1] < len(self.walls))
+        index, wall = index[good], pair[good, 1]
+        self.wall_history[index, wall, :7] = grains.tables["contacts/wall_history"][good]
+        self.wall_history[index, wall, 7] = 1.0
+        self.wall_history[self.active :] = 0.0
+
+    def state_arrays(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Everything that a checkpoint must hold: arrays and scalars."""
+        arrays = {name: getattr(self, name) for name in _PER_GRAIN + _REST}
+        scalars = {name: getattr(self, name) for name in _SCALARS}
+        return arrays, scalars
+
+    def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
+        """Take over the state that ``state_arrays`` gave, bit for bit."""
+        for name in _PER_GRAIN + _REST:
+            setattr(self, name, np.ascontiguousarray(arrays[name]))
+        for name in _SCALARS:
+            setattr(self, name, scalars[name])
+        self._workspace()
+        self._cut()
+
+
+_SCALARS = (
+    "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed", "active", "moving",
+    "mean_radius",
+)  # fmt: skip
+
+
+def shortest_contact_time(mass: np.ndarray, stiffness: np.ndarray) -> float:
+    """Shortest undamped contact time of any pair of these grains [s]: pi sqrt(m / 2 k_n), its smallest value."""
+    return float(np.pi * np.sqrt(0.5 * np.min(mass / stiffness)))
+
+
+def _check(grains: Particles) -> None:
+    for name in ("mass", "radius", "stiffness"):
+        bad = ~(grains[name] > 0.0)
+        if bad.any():
+            i = int(np.flatnonzero(bad)[0])
+            raise InputError(f"{name} of grain {grains.identity[i]} is {grains[name][i]:.6g}: it must be positive ({bad.sum()} such grains)")
+    for name in ("position", "velocity", "angular_velocity"):
+        if not np.isfinite(grains[name]).all():
+            i = int(np.flatnonzero(~np.isfinite(grains[name]).all(axis=1))[0])
+            raise InputError(f"{name} of grain {grains.identity[i]} is not finite")
+    if len(np.unique(grains.identity)) != len(grains):
+        raise InputError("two grains share an identity")
+    if len(grains) < 1:
+        raise InputError("no grains")
+
+
+def _index_of(identity: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Index of each wanted identity, -1 where there is none."""
+    order = np.argsort(identity, kind="stable")
+    place = np.minimum(np.searchsorted(identity[order], wanted), len(identity) - 1)
+    index = order[place]
+    return np.where(identity[index] == wanted, index, -1)
+
+
+def _tabled(grains: Particles, identity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Contacts of a snapshot as present indices and history rows; contacts of grains that are gone are left out."""
+    pair = grains.tables.get("contacts/pair")
+    if pair is None or len(pair) == 0:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, forces.HISTORY))
+    first, second = _index_of(identity, pair[:, 0]), _index_of(identity, pair[:, 1])
+    good = (first >= 0) & (second >= 0)
+    history = np.ones((int(good.sum()), forces.HISTORY))
+    history[:, :7] = grains.tables["contacts/history"][good]
+    return first[good], second[good], history

@@ -1,0 +1,166 @@
+"""Velocity Verlet for grains, with the forces that act on single grains (gravity, walls, damping) inside the second kick.
+
+    v(n+1/2) = v(n) + a(n) dt/2,   x(n+1) = x(n) + v(n+1/2) dt,   v_pred(n+1) = v(n+1/2) + a(n) dt/2
+    a(n+1) = forces(x(n+1), v_pred(n+1)),   v(n+1) = v(n+1/2) + a(n+1) dt/2
+
+and the same for spins. Velocities enter the contact forces as predicted for the full step (pkdgrav does the same). External impulses
+are summed with the same half steps, so that momentum + what left - impulses is constant to rounding.
+
+Arrays: ``X`` (n, 4) position and radius; ``V`` (n, 8) predicted velocity and spin, mass, k_n; ``W`` (n, 6) velocity and spin; ``A`` (n, 6)
+accelerations; ``E`` (n, 6) external force, and external torque about the origin (orbital and spin).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dem.forces import contact
+from dem.gravity import central
+from dem.walls import distance
+from matter.jit import kernel
+
+# what the kick reports: dissipated by drag and at walls, elastic energy in walls, external impulse 3-8, worst overlap with a wall, its grain,
+# largest speed squared
+DRAG, WALL_DISSIPATED, WALL_ELASTIC, IMPULSE, WALL_OVERLAP, WALL_GRAIN, SPEED = 0, 1, 2, 3, 9, 10, 11
+REPORT = 12
+
+
+@kernel
+def drift(lo, hi, active, X, V, W, A, E, reference, dt, report):
+    """First half kick, drift and prediction for grains lo..hi; returns the largest squared displacement of an active grain."""
+    half = 0.5 * dt
+    largest = 0.0
+    jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(lo, hi):
+        for c in range(6):
+            W[i, c] += half * A[i, c]
+            V[i, c] = W[i, c] + half * A[i, c]
+        jx += E[i, 0]
+        jy += E[i, 1]
+        jz += E[i, 2]
+        lx += E[i, 3]
+        ly += E[i, 4]
+        lz += E[i, 5]
+        for c in range(3):
+            X[i, c] += dt * W[i, c]
+        if i < active:
+            a, b, d = X[i, 0] - reference[i, 0], X[i, 1] - reference[i, 1], X[i, 2] - reference[i, 2]
+            largest = max(largest, a * a + b * b + d * d)
+    report[3] += half * jx
+    report[4] += half * jy
+    report[5] += half * jz
+    report[6] += half * lx
+    report[7] += half * ly
+    report[8] += half * lz
+    return largest
+
+
+@kernel
+def kick(
+    lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, walls, wall_tables, wall_history,
+    uniform, g_table, g_radius, dt, half, rule, tail, report,
+):  # fmt: skip
+    """Sum the forces on grains lo..hi and finish the step (``half`` = dt/2; 0 only evaluates); returns the first grain that is not finite, or -1.
+
+    ``spill`` (chunks, n, 6) holds what lower chunks added to these grains, up to grain ``last[chunk]``; it is zeroed here.
+    ``weight`` multiplies gravity, ``drag`` [1/s] is a linear damping of velocity and spin.
+    """
+    bad = -1
+    gone, wall_lost, wall_stored, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
+    jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    central_part = g_radius > 0.0
+    for i in range(lo, hi):
+        if i < active:
+            for c in range(chunk):
+                if i <= last[c]:
+                    for k in range(6):
+                        F[i, k] += spill[c, i, k]
+                        spill[c, i, k] = 0.0
+        x, y, z, radius = X[i, 0], X[i, 1], X[i, 2], X[i, 3]
+        m, stiffness = V[i, 6], V[i, 7]
+        inertia = 0.4 * m * radius * radius
+        vx, vy, vz, wx, wy, wz = V[i, 0], V[i, 1], V[i, 2], V[i, 3], V[i, 4], V[i, 5]
+        wm = weight[i] * m
+        ex, ey, ez = wm * uniform[0], wm * uniform[1], wm * uniform[2]
+        if central_part:
+            r = np.sqrt(x * x + y * y + z * z)
+            if r > 0.0:
+                q = wm * central(r, g_table, g_radius) / r
+                ex -= q * x
+                ey -= q * y
+                ez -= q * z
+        tx, ty, tz = 0.0, 0.0, 0.0
+        if i < active:
+            for w in range(walls.shape[0]):
+                d, nx, ny, nz = distance(walls[w], x, y, z)
+                if d >= radius:
+                    if wall_history[i, w, 7] != 0.0:
+                        for k in range(8):
+                            wall_history[i, w, k] = 0.0
+                    continue
+                # the wall is body 2, at rest: u = -v - d w x n
+                ux = -vx - d * (wy * nz - wz * ny)
+                uy = -vy - d * (wz * nx - wx * nz)
+                uz = -vz - d * (wx * ny - wy * nx)
+                un = ux * nx + uy * ny + uz * nz
+                wn = wx * nx + wy * ny + wz * nz
+                fn, fx, fy, fz, mx, my, mz, stored, spent, beyond = contact(
+                    nx, ny, nz, radius - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn,
+                    stiffness, m, radius, wall_tables[w, kind[i]], wall_history[i, w], dt, rule, tail, 0.0,
+                )  # fmt: skip
+                wall_stored += stored
+                wall_lost += spent
+                if (radius - d) / radius > worst:
+                    worst, worst_grain = (radius - d) / radius, i
+                fx -= fn * nx
+                fy -= fn * ny
+                fz -= fn * nz
+                ex += fx
+                ey += fy
+                ez += fz
+                tx += d * (ny * fz - nz * fy) + mx
+                ty += d * (nz * fx - nx * fz) + my
+                tz += d * (nx * fy - ny * fx) + mz
+        c = drag[i]
+        if c > 0.0:
+            ex -= c * m * vx
+            ey -= c * m * vy
+            ez -= c * m * vz
+            tx -= c * inertia * wx
+            ty -= c * inertia * wy
+            tz -= c * inertia * wz
+            gone += c * dt * (m * (vx * vx + vy * vy + vz * vz) + inertia * (wx * wx + wy * wy + wz * wz))
+        E[i, 0], E[i, 1], E[i, 2] = ex, ey, ez
+        E[i, 3] = y * ez - z * ey + tx
+        E[i, 4] = z * ex - x * ez + ty
+        E[i, 5] = x * ey - y * ex + tz
+        A[i, 0] = (ex + F[i, 0]) / m
+        A[i, 1] = (ey + F[i, 1]) / m
+        A[i, 2] = (ez + F[i, 2]) / m
+        A[i, 3] = (tx + F[i, 3]) / inertia
+        A[i, 4] = (ty + F[i, 4]) / inertia
+        A[i, 5] = (tz + F[i, 5]) / inertia
+        total = 0.0
+        for k in range(6):
+            W[i, k] += half * A[i, k]
+            total += A[i, k]
+        fastest = max(fastest, W[i, 0] * W[i, 0] + W[i, 1] * W[i, 1] + W[i, 2] * W[i, 2])
+        if bad < 0 and not np.isfinite(total + x + y + z):
+            bad = i
+        jx += ex
+        jy += ey
+        jz += ez
+        lx += E[i, 3]
+        ly += E[i, 4]
+        lz += E[i, 5]
+    report[0] += gone
+    report[1] += wall_lost
+    report[2] = wall_stored
+    report[3] += half * jx
+    report[4] += half * jy
+    report[5] += half * jz
+    report[6] += half * lx
+    report[7] += half * ly
+    report[8] += half * lz
+    report[9], report[10], report[11] = worst, worst_grain, fastest
+    return bad

@@ -1,0 +1,61 @@
+"""Tangential contact force: spring and dashpot under a Coulomb limit.
+
+    F_t = k_t S + C_t u_t,    |F_t| <= mu_s |F_n|
+    k_t = kappa k_n (kappa = 2/7 by default),  C_t = -2 ln(e_t) sqrt(k_t m_red / (pi^2 + ln^2 e_t))
+
+S tangential spring [m], the integral of the slip velocity u_t of grain 2 relative to grain 1 at the contact [m/s]; F_t acts on
+grain 1. S turns with the contact: it is rotated about the normal with the mean spin and kept in the contact plane.
+
+When the limit is reached the spring follows one of two rules, chosen by name:
+
+``clamp``  the force has the magnitude mu_s |F_n| and the spring is shortened to carry exactly that (LIGGGHTS, LAMMPS); the force is
+           continuous and a slope keeps its full static friction. The default.
+``reset``  the spring is set to zero and the force is min(mu_s |F_n|, C_t |u_t|) along the slip: stick-slip, a weaker bed (pkdgrav).
+
+Source: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs 8-14; rule ``clamp``: Luding 2008, Granular Matter 10, 235.
+LIGGGHTS: ``tangential history``; LAMMPS: ``tangential linear_history``.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from matter.jit import law
+
+CLAMP, RESET = 0, 1
+RULES = {"clamp": CLAMP, "reset": RESET}
+
+
+class Parameters(NamedTuple):
+    """``friction``: mu_s; ``restitution``: e_t in (0, 1]; ``stiffness_ratio``: k_t / k_n."""
+
+    friction: Annotated[float, Field(ge=0.0, le=2.0)] = 0.5
+    restitution: Annotated[float, Field(gt=0.0, le=1.0)] = 0.55
+    stiffness_ratio: Annotated[float, Field(gt=0.0, le=1.0)] = 2.0 / 7.0
+
+
+@law
+def force(sx, sy, sz, ux, uy, uz, stiffness, damping, limit, rule):
+    """Force and spring after the Coulomb test.
+
+    ``s`` the spring with this step's slip added [m], ``u`` slip velocity [m/s], ``limit`` = mu_s |F_n| [N]; returns
+    (F_x, F_y, F_z, s_x, s_y, s_z).
+    """
+    fx = stiffness * sx + damping * ux
+    fy = stiffness * sy + damping * uy
+    fz = stiffness * sz + damping * uz
+    f = np.sqrt(fx * fx + fy * fy + fz * fz)
+    if f > limit:
+        if rule == RESET:
+            u = np.sqrt(ux * ux + uy * uy + uz * uz)
+            q = min(limit, damping * u) / u if u > 0.0 else 0.0
+            return ux * q, uy * q, uz * q, 0.0, 0.0, 0.0
+        q = limit / f
+        fx *= q
+        fy *= q
+        fz *= q
+        return fx, fy, fz, fx / stiffness, fy / stiffness, fz / stiffness
+    return fx, fy, fz, sx, sy, sz
