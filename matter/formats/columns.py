@@ -1,0 +1,91 @@
+"""Columns of numbers as particle fields: the names that other codes use, and units in square brackets."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from matter import quantity
+from matter.errors import InputError
+from matter.particles import FIELDS, Particles
+
+_VECTORS = {"position": "x y z", "velocity": "vx vy vz", "angular_velocity": "omegax omegay omegaz", "gravity": "gx gy gz"}
+_SCALARS = {
+    "id": "identity",
+    "particle": "identity",
+    "m": "mass",
+    "rho": "density",
+    "u": "specific_energy",
+    "e": "specific_energy",
+    "h": "smoothing_length",
+    "p": "pressure",
+    "r": "radius",
+    "alpha": "distention",
+    "type": "material",
+    "mat": "material",
+    "cs": "sound_speed",
+}
+_STRESS = ("sxx", "sxy", "sxz", "syy", "syz", "szz")
+
+
+def slots() -> dict[str, tuple[str, int | None]]:
+    """Column name (lower case) -> field and component; a field's own name works too, with ``_x`` or ``_0`` for components."""
+    found: dict[str, tuple[str, int | None]] = {}
+    for name, entry in FIELDS.items():
+        if not entry.shape:
+            found[name] = (name, None)
+            continue
+        for k in range(entry.shape[0]):
+            found[f"{name}_{k}"] = (name, k)
+            if entry.shape == (3,):
+                found[f"{name}_{'xyz'[k]}"] = (name, k)
+    for field, short in _VECTORS.items():
+        found |= {column: (field, k) for k, column in enumerate(short.split())}
+    found |= {column: ("deviatoric_stress", k) for k, column in enumerate(_STRESS)}
+    return found | {column: (field, None) for column, field in _SCALARS.items()}
+
+
+def assemble(names: list[str], table: np.ndarray, source: str) -> Particles:
+    """Particles from a table with one column per name.
+
+    A name may carry a unit, ``"x [km]"``; without one it is SI. Columns named ``-`` are left out, unknown ones are an error, as are
+    vectors with a component missing.
+    """
+    known, parts = slots(), {}
+    for k, text in enumerate(names):
+        name, unit = _split(text)
+        if name == "-":
+            continue
+        if name not in known:
+            raise InputError(f"{source}: unknown column {text!r}; name it '-' to leave it out (known: {', '.join(known)})")
+        parts[known[name]] = table[:, k] * _factor(unit, FIELDS[known[name][0]].unit, f"{source}: column {text!r}")
+    fields = {}
+    for field in dict.fromkeys(field for field, _ in parts):
+        shape = FIELDS[field].shape
+        if not shape:
+            fields[field] = parts[field, None]
+            continue
+        missing = [k for k in range(shape[0]) if (field, k) not in parts]
+        if missing:
+            raise InputError(f"{source}: {field} lacks component {', '.join(map(str, missing))}")
+        fields[field] = np.column_stack([parts[field, k] for k in range(shape[0])])
+    particles = Particles(fields)
+    particles.need("position")
+    if "identity" not in particles:
+        particles["identity"] = np.arange(len(particles))
+    return particles
+
+
+def _split(text: str) -> tuple[str, str]:
+    match = re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[(.*)\])?\s*", text)
+    return (match.group(1).lower(), match.group(2) or "") if match else (text, "")
+
+
+def _factor(unit: str, si: str, where: str) -> float:
+    if not unit:
+        return 1.0
+    try:
+        return quantity.parse(f"1 {unit}", "" if si == "1" else si)
+    except ValueError as reason:
+        raise InputError(f"{where}: {reason}") from None

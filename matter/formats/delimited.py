@@ -1,0 +1,57 @@
+"""Delimited text: CSV with a header line, or columns of numbers with ``--columns``; commas, semicolons, tabs or blanks between."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+
+from matter.errors import InputError
+from matter.formats import columns as named
+from matter.particles import Particles
+
+
+def read(path: Path, columns: str | None = None) -> Particles:
+    """Particles of a text file, one per line; lines that start with ``#`` are comments (the last one before the data may be the header)."""
+    lines = path.read_text().splitlines()
+    rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not rows:
+        raise InputError(f"{path} holds no data")
+    header = columns
+    if header is None and not _numeric(rows[0]):
+        header = rows.pop(0)
+    elif header is None:
+        comments = [line.lstrip()[1:] for line in lines[: lines.index(rows[0])] if line.lstrip().startswith("#")]
+        if not comments:
+            raise InputError(f"{path} has no header: name its columns with --columns 'x,y,z,vx,vy,vz,m,rho' ('-' leaves one out)")
+        header = comments[-1]
+    if not rows:
+        raise InputError(f"{path} holds a header and no data")
+    try:
+        table = np.loadtxt(io.StringIO("\n".join(_blanks(row) for row in rows)), ndmin=2)
+    except ValueError as reason:
+        raise InputError(f"{path}: {reason}") from None
+    names = _names(header)
+    if len(names) != table.shape[1]:
+        raise InputError(f"{path}: {len(names)} column names for {table.shape[1]} columns ({', '.join(names)})")
+    return named.assemble(names, table, str(path))
+
+
+def _blanks(row: str) -> str:
+    return row.replace(",", " ").replace(";", " ")
+
+
+def _numeric(row: str) -> bool:
+    try:
+        [float(word) for word in _blanks(row).split()]
+    except ValueError:
+        return False
+    return True
+
+
+def _names(header: str) -> list[str]:
+    for mark in (",", ";", "\t"):
+        if mark in header:
+            return [name.strip() for name in header.split(mark)]
+    return header.replace(" [", "[").split()

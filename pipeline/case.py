@@ -1,0 +1,249 @@
+"""Case files: ``case.toml`` read, overlaid, and composed into the settings of each stage, with all complaints at once.
+
+Tables: ``[case]`` (title, source), ``[target]`` with ``[[target.layers]]``, ``[impact]`` with ``[impact.projectile]``, and one table per
+stage (``[nbody] [sph] [bed] [handoff] [dem] [crater]``). ``[preset.<name>.<table>]`` holds values that ``--preset <name>`` lays over them;
+without the option the preset ``thesis`` is taken where the case has one. A stage's settings receive their own table and, where they
+declare a field of that name, the shared ``target``, ``impact`` and ``contact`` (``[dem.contact]``).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from matter.body import Impact, Model, Target
+from matter.errors import InputError
+from pipeline import overlay, stages, toml_lines
+from pipeline.complaints import Complaint, complaints, dotted
+from pipeline.toml_lines import KeyPath
+
+DEFAULT_PRESET = "thesis"
+UNITS = {"units": "required"}
+# [impact] may leave these to the encounter statistics; until those exist, checks and predictions use the placeholders
+FROM_ENCOUNTERS = {"speed": "15 km/s", "angle_from_vertical": "45 deg"}
+# a file from elsewhere in place of what a stage would have made
+OUTSIDE = {"nbody": "impact", "sph": "snapshot", "bed": "snapshot", "dem": "snapshot"}
+
+
+class CaseTable(Model):
+    """What the case is: ``title``, and ``source`` (the publication whose numbers it takes)."""
+
+    title: str
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case after its overlays; ``document`` is the composed TOML without the presets."""
+
+    file: Path
+    name: str
+    preset: str | None
+    overrides: tuple[str, ...]
+    document: dict[str, Any]
+    outside: dict[str, Path]
+    lines: dict[KeyPath, int] = field(repr=False)
+    preset_table: dict[str, Any] = field(repr=False)
+    found: tuple[Complaint, ...] = ()
+
+    @property
+    def title(self) -> str:
+        table = self.document.get("case", {})
+        return str(table.get("title", self.name)) if isinstance(table, dict) else self.name
+
+    @property
+    def hash8(self) -> str:
+        """Eight digits that name the run folder: composed case, preset, overrides."""
+        content = json.dumps([self.document, self.preset, self.overrides], sort_keys=True, default=str)
+        return hashlib.sha256(content.encode()).hexdigest()[:8]
+
+    @property
+    def pinned(self) -> bool:
+        """Whether the case itself says how the projectile hits."""
+        impact = self.document.get("impact")
+        return not isinstance(impact, dict) or all(key in impact for key in FROM_ENCOUNTERS)
+
+    def origin(self, path: KeyPath) -> str:
+        """Where the value at ``path`` came from: an option of the command or a line of the file."""
+        for assignment in self.overrides:
+            try:
+                key = tuple(str(part) for part in overlay.parsed(assignment)[0])
+            except InputError:
+                continue
+            if tuple(map(str, path))[: len(key)] == key:
+                return f"--set {dotted(key)}"
+        if _contains(self.preset_table, path):
+            path = ("preset", self.preset or "", *path)
+        line = toml_lines.line_of(path, self.lines)
+        return f"{self.file.name}:{line}" if line else self.file.name
+
+
+def _contains(table: Any, path: KeyPath) -> bool:
+    for part in path:
+        try:
+            table = table[part]
+        except (KeyError, IndexError, TypeError):
+            return False
+    return bool(path)
+
+
+def read(where: Path, preset: str | None = None, overrides: Iterable[str] = ()) -> Case:
+    """Read a case: a folder with ``case.toml``, or the file itself.
+
+    Complaints about overlays and files from elsewhere are kept in the case, for ``compose`` to report with the others. Raises
+    ``InputError`` when there is no such file, it is not TOML, or it has no preset of that name.
+    """
+    where = Path(where)
+    file = where / "case.toml" if where.is_dir() else where
+    if not file.is_file():
+        raise InputError(f"no case at {where}: give a folder that holds case.toml, or the file itself")
+    try:
+        text = file.read_text()
+        content = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
+        raise InputError(f"{file} is not valid TOML: {reason}") from None
+    presets = content.pop("preset", {})
+    if not isinstance(presets, dict) or not all(isinstance(table, dict) for table in presets.values()):
+        raise InputError(f"{file}: presets are tables, [preset.quick.sph] for example")
+    if preset is None:
+        preset = DEFAULT_PRESET if DEFAULT_PRESET in presets else None
+    elif preset not in presets:
+        known = f"it has {', '.join(sorted(presets))}" if presets else "it has none"
+        raise InputError(f"{file} has no preset {preset!r}{stages.nearest(preset, list(presets))} ({known})")
+    table = presets.get(preset, {}) if preset else {}
+    document, found = overlay.merged(content, table), []
+    for assignment in overrides:
+        try:
+            document = overlay.assigned(document, *overlay.parsed(assignment))
+        except InputError as reason:
+            found.append(Complaint((), str(reason)))
+    name = file.resolve().parent.name if file.name == "case.toml" else file.stem
+    case = Case(file, name, preset, tuple(overrides), document, {}, toml_lines.key_lines(text), table, tuple(found))
+    return _outside_taken(case)
+
+
+def _outside_taken(case: Case) -> Case:
+    """Take the files from elsewhere out of the stages' tables; a relative path starts at the case (``--set``: at the current folder)."""
+    document, outside, found = dict(case.document), {}, list(case.found)
+    for stage, key in OUTSIDE.items():
+        table = document.get(stage)
+        if not isinstance(table, dict) or not isinstance(table.get(key), str):
+            continue
+        document[stage] = {name: value for name, value in table.items() if name != key}
+        base = Path() if case.origin((stage, key)).startswith("--set") else case.file.parent
+        path = base / Path(table[key]).expanduser()
+        if not path.is_file():
+            found.append(Complaint((stage, key), f"no file at {path}"))
+        outside[stage] = path
+    case = replace(case, document=document, outside=outside, found=tuple(found))
+    return with_impact(case, outside["nbody"], pins_win=False) if "nbody" in outside and outside["nbody"].is_file() else case
+
+
+def with_impact(case: Case, file: Path, pins_win: bool = True) -> Case:
+    """The case with speed, angle and projectile of an ``impact.toml``.
+
+    What ``[impact]`` states itself wins over the encounter statistics of this run (the case pins it), but not over a file that the case
+    asks for.
+    """
+    keys = (*FROM_ENCOUNTERS, "projectile")
+    try:
+        content = tomllib.loads(file.read_text())
+    except tomllib.TOMLDecodeError as reason:
+        raise InputError(f"{file} is not valid TOML: {reason}") from None
+    given = {key: content[key] for key in keys if key in content}
+    own = case.document.get("impact", {})
+    own = own if isinstance(own, dict) else {}
+    return replace(case, document={**case.document, "impact": overlay.merged(given, own) if pins_win else overlay.merged(own, given)})
+
+
+def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model]:
+    """The settings of every stage whose module exists, by its name.
+
+    ``wanted`` are the stages that are to run: a missing module is an error for these only. Raises ``InputError`` with every complaint.
+    """
+    found, settings = list(case.found), {}
+    document = case.document
+    if not case.pinned:
+        document = {**document, "impact": {**FROM_ENCOUNTERS, **document["impact"]}}
+    found += _tables(document)
+    found += _checked(CaseTable, document.get("case", {}), ("case",))[1]
+    shared = {name: document[name] for name in stages.SHARED_TABLES if name in document}
+    for name, model in (("target", Target), ("impact", Impact)):
+        if name in shared:
+            found += _checked(model, shared[name], (name,))[1]
+    for stage in stages.ORDER:
+        try:
+            model = stages.load(stage).Settings
+        except InputError as reason:
+            if stage in wanted and stage not in case.outside:
+                found.append(Complaint((stage,), str(reason)))
+            continue
+        table = document.get(stage, {})
+        if not isinstance(table, dict):
+            continue  # already complained about
+        payload, moved = _payload(model, table, shared, document)
+        made, wrong = _checked(model, payload, (stage,), moved)
+        if stage in case.outside:  # it will not run: misspelt keys still count, missing ones do not
+            wrong = [complaint for complaint in wrong if complaint.message != "is missing"]
+        found += wrong
+        if made is not None:
+            settings[stage] = made
+    if found:
+        raise InputError(_listed(case, found))
+    return settings
+
+
+def _tables(document: dict[str, Any]) -> list[Complaint]:
+    valid = ["case", *stages.SHARED_TABLES, *stages.ORDER, "preset"]
+    found = []
+    for name, value in document.items():
+        if name not in valid:
+            found.append(Complaint((name,), f"there is no such table{stages.nearest(name, valid)} (known: {', '.join(valid)})"))
+        elif not isinstance(value, dict):
+            found.append(Complaint((name,), f"is a table: write [{name}]"))
+    return found
+
+
+def _payload(
+    model: type[BaseModel], table: dict[str, Any], shared: dict[str, Any], document: dict[str, Any]
+) -> tuple[dict[str, Any], dict[str, KeyPath]]:
+    """A stage's own table with the shared tables that its settings declare, and where those stand in the document."""
+    payload, moved = dict(table), {}
+    for name in stages.SHARED_TABLES:
+        if name in model.model_fields and name in shared and name not in table:
+            payload[name], moved[name] = shared[name], (name,)
+    dem = document.get("dem")
+    if "contact" in model.model_fields and "contact" not in table and isinstance(dem, dict) and "contact" in dem:
+        payload["contact"], moved["contact"] = dem["contact"], ("dem", "contact")
+    return payload, moved
+
+
+def _checked(
+    model: type[Model], payload: Any, place: KeyPath, moved: dict[str, KeyPath] | None = None
+) -> tuple[Model | None, list[Complaint]]:
+    try:
+        return model.model_validate(payload, context=UNITS), []
+    except ValidationError as error:
+        found = []
+        for path, message in complaints(model, error):
+            first = path[0] if path else None
+            origin = moved[str(first)] if moved and first in moved else (*place, *path[:1])
+            if message == "is missing" and len(path) == 1 and first in stages.SHARED_TABLES:
+                origin = (str(first),)
+            found.append(Complaint((*origin, *path[1:]), message))
+        return None, found
+
+
+def _listed(case: Case, found: list[Complaint]) -> str:
+    unique = list(dict.fromkeys(found))
+    rows = []
+    for path, message in unique:
+        rows.append(f"  {case.origin(path)}  {dotted(path)}: {message}" if path else f"  {message}")
+    return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(rows)

@@ -1,0 +1,262 @@
+"""The commands. Help texts need neither numba nor VTK: what is heavy is imported when a command really starts.
+
+Exit codes: 0 done; 1 ran, but a check of its own soundness failed; 2 bad input; 75 stopped on request, resumable.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+ROOMS = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline")
+HOUSE = Path(__file__).resolve().parent.parent
+INTERRUPTED = 75
+
+Folder = Annotated[Path, typer.Option(help="Where run folders are made.")]
+
+
+def foreign_rooms() -> list[str]:
+    """A sentence for every package of this project that Python would import from elsewhere: their names are common ones."""
+    found = []
+    for room in ROOMS:
+        spec = importlib.util.find_spec(room)
+        if spec is None:
+            found.append(f"package {room!r} of bolide is missing")
+        elif spec.origin is None or HOUSE not in Path(spec.origin).resolve().parents:
+            where = spec.origin or ", ".join(spec.submodule_search_locations or [])
+            found.append(f"package {room!r} is imported from {where}, not from bolide in {HOUSE}")
+    return found
+
+
+def _command(function: Callable[..., Any]) -> NoReturn:
+    """Run one command function with the process's arguments and end with its exit code."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # until a run can save something, to stop is simply to stop
+        signal.signal(number, lambda *_: os._exit(INTERRUPTED))
+    if wrong := foreign_rooms():
+        _fail("; ".join(wrong) + ": rename or remove that package, or install bolide in its own virtual environment", 2)
+    app = typer.Typer(
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.command()(function)
+    app(prog_name=function.__name__.strip("_"))
+    raise SystemExit(0)
+
+
+def _fail(message: str, code: int) -> NoReturn:
+    print(message, file=sys.stderr, flush=True)
+    raise SystemExit(code)
+
+
+def _guarded(action: Callable[[], int | None]) -> NoReturn:
+    """Turn the project's named errors into a message and an exit code."""
+    from matter import errors
+
+    named = (errors.InputError, errors.Stopped, errors.Unsound, errors.UnphysicalState)
+    try:
+        code = action() or 0
+    except named as reason:
+        _fail(str(reason), reason.exit_code)
+    raise SystemExit(code)
+
+
+def _run_case(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="A folder with case.toml, or the file.")],
+    preset: Annotated[str | None, typer.Option(help="Lay [preset.NAME.*] of the case over its values.")] = None,
+    overrides: Annotated[list[str] | None, typer.Option("--set", metavar="KEY.PATH=VALUE", help="Change one value (repeatable).")] = None,
+    out: Folder = Path("runs"),
+    start: Annotated[str | None, typer.Option("--from", metavar="STAGE", help="Make this stage and those after it anew.")] = None,
+    until: Annotated[str | None, typer.Option("--until", metavar="STAGE", help="Stop after this stage.")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads (default: all cores).")] = None,
+    check: Annotated[bool, typer.Option("--check", help="Validate, predict time, memory and disk; run nothing.")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Remove earlier results and checkpoints first.")] = False,
+) -> None:
+    """Run or resume the stages nbody sph bed handoff dem crater of a case.
+
+    The same command continues after any kind of stop.
+    """
+
+    def action() -> int:
+        from pipeline import case as cases
+        from pipeline.run import Request, run, settings_of
+        from pipeline.screen import screen
+
+        if threads is not None and "numba" not in sys.modules:
+            os.environ["NUMBA_NUM_THREADS"] = str(threads)
+        request = Request(cases.read(case, preset, overrides or ()), out, start, until, fresh, threads)
+        if check:
+            return _checked(request, settings_of(request))
+        display = screen()
+        try:
+            outcome = run(request, display)
+        finally:
+            display.close()
+        return _concluded(outcome)
+
+    _guarded(action)
+
+
+def _checked(request: Any, settings: Any) -> int:
+    from pipeline import prediction
+
+    named = f", preset {request.case.preset}" if request.case.preset else ""
+    print(f"{request.case.file}: {request.case.title}{named}\nrun folder: {request.run_folder}")
+    if not request.case.pinned:
+        print("the encounters decide speed and angle; predicted with placeholders")
+    print(prediction.table(request, prediction.predictions(request, settings)))
+    return 0
+
+
+def _concluded(outcome: Any) -> int:
+    from pipeline import result
+
+    for stage, reason in outcome.unsound.items():
+        print(f"UNSOUND {stage}: {reason}")
+    table = result.table(outcome.run)
+    print(f"\n{table}\n\nresult: {outcome.run}" if table else f"result: {outcome.run}", flush=True)
+    return 1 if outcome.unsound else 0
+
+
+def _inspect_handoff(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
+    pictures: Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw the pictures of the report.")] = True,
+) -> None:
+    """Print the ledger of a handoff: what went in, what came out, each limit and its verdict."""
+
+    def action() -> int:
+        from handoff import report
+
+        return report.print_ledger(run, pictures)
+
+    _guarded(action)
+
+
+def _compare_profiles(
+    items: Annotated[list[str], typer.Argument(metavar="A B [C ...]", help="Run folders, profile.csv files, observed names.")],
+    observed: Annotated[str | None, typer.Option(help="An observed crater to compare with.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Where the picture goes.")] = None,
+) -> None:
+    """Compare crater profiles: diameters, depths, RMS difference, one picture."""
+
+    def action() -> int:
+        from crater import compare
+
+        return compare.compare(items, observed=observed, out=out)
+
+    _guarded(action)
+
+
+def _measure_crater(
+    snapshot: Annotated[Path, typer.Argument(metavar="SNAPSHOT", help="A snapshot of SPH particles or grains.")],
+    datum: Annotated[str | None, typer.Option(help="plane or sphere (default: what the snapshot says).")] = None,
+    datum_radius: Annotated[str | None, typer.Option(help="Radius of the datum sphere, '2142 km' for example.")] = None,
+    centre: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Centre of the datum sphere [m].")] = None,
+    out: Annotated[Path | None, typer.Option(help="Where profile and pictures go.")] = None,
+) -> None:
+    """Measure the crater in one snapshot."""
+
+    def action() -> int:
+        from crater import stage
+
+        return stage.measure_snapshot(snapshot, datum=datum, datum_radius=_length(datum_radius), centre=_point(centre), out=out)
+
+    _guarded(action)
+
+
+def _impact_census(
+    target: Annotated[str, typer.Option(help="The body that is hit.")] = "callisto",
+    population: Annotated[str, typer.Option(help="literal, corrected, isotropic, or a file.")] = "literal",
+    integrator: Annotated[str, typer.Option(help="rkck, fast or tube.")] = "fast",
+    count: Annotated[int, typer.Option(min=1, help="How many encounters.")] = 1000,
+    seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 1,
+    out: Annotated[Path | None, typer.Option(help="Where tables and plots go.")] = None,
+) -> None:
+    """N-body impact statistics as tables and plots."""
+
+    def action() -> int:
+        from nbody import census
+
+        return census.main(target=target, population=population, integrator=integrator, count=count, seed=seed, out=out)
+
+    _guarded(action)
+
+
+def _import_snapshot(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Another code's output.")],
+    out: Annotated[Path, typer.Option(help="The snapshot to write (.vtkhdf).")],
+    form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="Default: by the file's name.")] = None,
+    columns: Annotated[str | None, typer.Option(help="Names of the columns of a text file, 'x,y,z,vx,vy,vz,m,rho'.")] = None,
+    materials: Annotated[str | None, typer.Option(help="Names behind the material numbers, 'ice,water,basalt'.")] = None,
+) -> None:
+    """Write another code's output as a snapshot of this project."""
+
+    def action() -> int:
+        from matter import formats
+
+        particles = formats.read(file, form, columns=columns, materials=materials)
+        formats.save(particles, out)
+        print(f"{out}: {len(particles)} particles, {', '.join(particles)}")
+        return 0
+
+    _guarded(action)
+
+
+def _length(text: str | None) -> float | None:
+    from matter import quantity
+    from matter.errors import InputError
+
+    try:
+        return None if text is None else quantity.parse(text, "m")
+    except ValueError as reason:
+        raise InputError(f"--datum-radius: {reason}") from None
+
+
+def _point(text: str | None) -> tuple[float, float, float] | None:
+    from matter.errors import InputError
+
+    if text is None:
+        return None
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--centre {text!r}: three numbers in metres are needed, '0,0,0' for example") from None
+    return x, y, z
+
+
+def run_case() -> None:
+    """Console script."""
+    _command(_run_case)
+
+
+def inspect_handoff() -> None:
+    """Console script."""
+    _command(_inspect_handoff)
+
+
+def compare_profiles() -> None:
+    """Console script."""
+    _command(_compare_profiles)
+
+
+def measure_crater() -> None:
+    """Console script."""
+    _command(_measure_crater)
+
+
+def impact_census() -> None:
+    """Console script."""
+    _command(_impact_census)
+
+
+def import_snapshot() -> None:
+    """Console script."""
+    _command(_import_snapshot)

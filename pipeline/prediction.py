@@ -1,0 +1,59 @@
+"""``--check``: what a case will cost, before it runs; each stage predicts its own time, memory and disk."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from matter.body import Model
+from pipeline import folder, provenance, stages
+from pipeline.run import Request
+from pipeline.screen import duration
+
+
+def predictions(request: Request, settings: dict[str, Model]) -> dict[str, dict[str, float]]:
+    """``wall_s``, ``memory_bytes`` and ``disk_bytes`` of each wanted stage (two cores, kernels compiled before)."""
+    rows: dict[str, dict[str, float]] = {}
+    for stage in request.wanted:
+        if stage in request.case.outside:
+            size = request.case.outside[stage].stat().st_size
+            rows[stage] = {"wall_s": 0.1, "memory_bytes": 4.0 * size, "disk_bytes": float(size)}
+        else:
+            rows[stage] = {key: float(value) for key, value in stages.load(stage).predict(settings[stage]).items()}
+    return rows
+
+
+def table(request: Request, rows: dict[str, dict[str, float]]) -> str:
+    """The predictions as a table, with a total and a word on what this machine has."""
+    lines = [f"{'stage':<12}{'time':>14}{'memory':>12}{'disk':>12}"]
+    for stage, row in rows.items():
+        note = "  from elsewhere" if stage in request.case.outside else _done(request, stage)
+        lines.append(f"{stage:<12}{duration(row['wall_s']):>14}{size(row['memory_bytes']):>12}{size(row['disk_bytes']):>12}{note}")
+    wall, disk = (sum(row[key] for row in rows.values()) for key in ("wall_s", "disk_bytes"))
+    memory = max((row["memory_bytes"] for row in rows.values()), default=0.0)
+    lines.append(f"{'total':<12}{duration(wall):>14}{size(memory):>12}{size(disk):>12}")
+    lines.append("time: two cores, kernels compiled before (a first run compiles for some minutes); memory: the largest stage")
+    return "\n".join(lines + shortages(memory, disk, request.out))
+
+
+def _done(request: Request, stage: str) -> str:
+    return "  done before" if folder.record(stages.folder(request.run_folder, stage) / folder.DONE) else ""
+
+
+def shortages(memory: float, disk: float, out: Path) -> list[str]:
+    """A line for each thing that this machine is short of."""
+    found = []
+    if memory > (have := provenance.memory_bytes()) > 0:
+        found.append(f"WARNING: {size(memory)} of memory are needed, this machine has {size(have)}")
+    existing = next(path for path in (out.resolve(), *out.resolve().parents) if path.exists())
+    if disk > (free := shutil.disk_usage(existing).free):
+        found.append(f"WARNING: {size(disk)} of disk are needed, {existing} has {size(free)} left")
+    return found
+
+
+def size(count: float) -> str:
+    """Bytes in words: ``340 MB``, ``1.2 GB``."""
+    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if count >= scale:
+            return f"{count / scale:.3g} {unit}"
+    return f"{count:.0f} B"

@@ -1,0 +1,188 @@
+"""Running a case: the six stages in order, resumed after any kind of stop, each done once.
+
+A stage is skipped when it is done with the same inputs, continued from its checkpoint when it was begun with the same inputs, and made
+anew otherwise; whatever is made anew makes the stages after it undone. SIGINT and SIGTERM ask the running stage to save and stop.
+"""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+import traceback
+from dataclasses import dataclass
+from dataclasses import field as item
+from pathlib import Path
+from typing import Any
+
+from matter import progress
+from matter.body import Model
+from matter.errors import InputError, Stopped, Unsound
+from pipeline import beds, folder, lock, outside, provenance, stages, used
+from pipeline.case import Case, compose, with_impact
+from pipeline.describe import describe
+from pipeline.journal import Journal, Screen, signals
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asked for: a case, where, from and until which stage, anew or not, on how many threads."""
+
+    case: Case
+    out: Path = Path("runs")
+    start: str | None = None
+    until: str | None = None
+    fresh: bool = False
+    threads: int | None = None
+
+    @property
+    def run_folder(self) -> Path:
+        return self.out / f"{self.case.name}-{self.case.hash8}"
+
+    @property
+    def wanted(self) -> tuple[str, ...]:
+        """The stages to run; raises ``InputError`` for an unknown name or an empty range."""
+        first = stages.ORDER.index(stages.known(self.start)) if self.start else 0
+        last = stages.ORDER.index(stages.known(self.until)) if self.until else len(stages.ORDER) - 1
+        if first > last:
+            raise InputError(f"--from {self.start} comes after --until {self.until} (the order is {' '.join(stages.ORDER)})")
+        return stages.ORDER[first : last + 1]
+
+
+@dataclass
+class Outcome:
+    """A finished request: the run folder and what each unsound stage said."""
+
+    run: Path
+    unsound: dict[str, str] = item(default_factory=dict)
+
+
+def settings_of(request: Request) -> dict[str, Model]:
+    """The settings of the stages, from the case and, where the case leaves it open, from the impact that was found before.
+
+    Raises ``InputError`` with every complaint about the case.
+    """
+    case = request.case
+    found = stages.folder(request.run_folder, "nbody") / outside.PLACES["nbody"]
+    if not case.pinned and "nbody" not in request.wanted:
+        if not found.is_file():
+            raise InputError(f"{case.file} leaves speed and angle to the encounters, and {found} does not exist: run nbody first")
+        case = with_impact(case, found)
+    return compose(case, request.wanted)
+
+
+def run(request: Request, screen: Screen) -> Outcome:
+    """Run or resume the wanted stages.
+
+    Raises ``InputError`` (bad input), ``Stopped`` (on request, after saving), ``UnphysicalState``; a stage that ends unsound is kept, the
+    stages after it run, and the outcome says so.
+    """
+    settings = settings_of(request)
+    run_folder = request.run_folder
+    screen.say(f"run folder: {run_folder}")
+    with lock.held(run_folder / "run.lock", str(run_folder)), signals(screen):
+        progress.clear_stop()
+        threads = _threads(request.threads)
+        journal = Journal(run_folder, request.start, screen)
+        _clear_the_way(request, journal.interrupted)
+        describe(run_folder, request.case, request.wanted, settings, threads)
+        progress.listen(journal.hear)
+        outcome = Outcome(run_folder)
+        try:
+            for stage in _to_do(request):
+                if progress.stop_requested():
+                    raise Stopped(f"stopped before {stage}; the same command resumes")
+                _one_stage(request, stage, settings, journal, outcome)
+            journal.write("done")
+        except Stopped:
+            journal.write("stopped")
+            raise
+        except BaseException:
+            journal.write("failed")
+            journal.log(traceback.format_exc())
+            raise
+        finally:
+            progress.silence()
+    return outcome
+
+
+def _to_do(request: Request) -> list[str]:
+    """The wanted stages, after those before them whose result the case takes from elsewhere."""
+    before = stages.ORDER[: stages.ORDER.index(request.wanted[0])]
+    return [stage for stage in before if stage in request.case.outside] + list(request.wanted)
+
+
+def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal: Journal, outcome: Outcome) -> None:
+    """Skip, install or run one stage and mark it done."""
+    run_folder, source = request.run_folder, request.case.outside.get(stage)
+    if source is None and stage != "nbody" and not request.case.pinned:
+        found = stages.folder(run_folder, "nbody") / outside.PLACES["nbody"]
+        settings = compose(with_impact(request.case, found), request.wanted)
+        used.write(run_folder / "case.used.toml", request.case, settings)
+    inputs = folder.inputs_sha256(run_folder, stage, settings.get(stage), source)
+    label = stages.folder(run_folder, stage).name
+    if folder.is_done(run_folder, stage, inputs):
+        done = folder.record(stages.folder(run_folder, stage) / folder.DONE)
+        journal.screen.ends(stage, f"{label}: done before ({done.get('wall_s', 0):.1f} s)")
+        if done.get("unsound"):
+            outcome.unsound[stage] = done["unsound"]
+        return
+    place, spent, continued = folder.begin(run_folder, stage, inputs)
+    folder.forget_after(run_folder, stage)
+    journal.opens(stage)
+    journal.screen.begins(stage, f"{label}: {'continued' if continued else 'begins'}")
+    journal.log(f"{label} {'continued' if continued else 'begins'}, inputs {inputs}")
+    began = time.monotonic()
+    more: dict[str, Any] = {}
+    try:
+        if source is not None:
+            outside.install(stage, source, place)
+            more["from"] = str(source.resolve())
+        else:
+            more |= _made(request, stage, settings[stage], place, inputs, journal)
+    except Unsound as reason:
+        more["unsound"] = outcome.unsound[stage] = str(reason)
+    except BaseException:
+        folder.note_spent(place, inputs, spent + time.monotonic() - began)
+        raise
+    wall_s = spent + time.monotonic() - began
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    folder.finish(place, stage, inputs, wall_s, **more, process_peak_memory_bytes=peak, disk_bytes=folder.size_bytes(place))
+    note = f"; UNSOUND: {more['unsound']}" if "unsound" in more else "; taken from elsewhere" if source else ""
+    journal.screen.ends(stage, f"{label}: done in {wall_s:.1f} s{note}")
+    journal.log(f"{label} done, {wall_s:.1f} s{note}")
+
+
+def _made(request: Request, stage: str, settings: Model, place: Path, inputs: str, journal: Journal) -> dict[str, Any]:
+    """Let a stage make its result; a bed that another run has settled is taken instead."""
+    module = stages.load(stage)
+    more = {"sources_sha256": provenance.source_key(stages.MODULES[stage])}
+    if stage != "bed":
+        module.run(settings, request.run_folder, place)
+        return more
+    shared = beds.place(request.out, inputs)
+
+    def wait(message: str) -> None:
+        progress.stop_here(stage)
+        journal.screen.moves(stage, progress.Progress(stage, 1.0, note=f"waiting: {message}"))
+
+    with lock.held(shared.with_suffix(".lock"), f"the shared bed {shared.name}", wait):
+        if not request.fresh and beds.take(shared, place):
+            return more | {"shared": shared.name}
+        module.run(settings, request.run_folder, place)
+        beds.give(place, shared, inputs)
+    return more
+
+
+def _clear_the_way(request: Request, interrupted: bool) -> None:
+    """``--fresh`` removes the wanted stages; ``--from`` makes them undone, unless the same command was interrupted and now goes on."""
+    if request.fresh:
+        folder.remove(request.run_folder, request.wanted[0])
+    elif request.start and not interrupted:
+        folder.forget(request.run_folder, request.start)
+
+
+def _threads(count: int | None) -> int:
+    from matter import jit
+
+    return jit.set_threads(count)

@@ -1,0 +1,67 @@
+"""The six stages in their order: where each leaves its files, which module runs it, and what it reads.
+
+The modules are named as texts and imported when they are needed: they bring numba, and a command that only prints its help does not
+need it.
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+from pathlib import Path
+from types import ModuleType
+
+from matter.errors import InputError
+
+ORDER = ("nbody", "sph", "bed", "handoff", "dem", "crater")
+
+MODULES = {
+    "nbody": "nbody.stage",
+    "sph": "sph.stage",
+    "bed": "dem.bed_stage",
+    "handoff": "handoff.stage",
+    "dem": "dem.stage",
+    "crater": "crater.stage",
+}
+
+# What a stage reads of the earlier ones: a whole stage ("sph"), or one small boundary file ("sph/target.json"), whose content alone
+# then decides whether the stage is up to date. The bed depends on the body but not on the impact, which is why beds can be shared.
+READS = {
+    "nbody": (),
+    "sph": ("nbody/impact.toml",),
+    "bed": ("sph/target.json",),
+    "handoff": ("sph", "bed"),
+    "dem": ("handoff", "sph/target.json"),
+    "crater": ("sph", "handoff", "dem"),
+}
+
+SHARED_TABLES = ("target", "impact")
+
+
+def folder(run: Path, stage: str) -> Path:
+    """The folder of ``stage`` in a run folder, ``2_sph`` for example."""
+    return run / f"{ORDER.index(stage) + 1}_{stage}"
+
+
+def known(stage: str) -> str:
+    """``stage`` itself if it is one of the six; raises ``InputError`` with the nearest name otherwise."""
+    if stage not in ORDER:
+        raise InputError(f"no stage {stage!r}{nearest(stage, ORDER)} (the stages are {' '.join(ORDER)})")
+    return stage
+
+
+def load(stage: str) -> ModuleType:
+    """The module of ``stage``; raises ``InputError`` when this installation has none."""
+    name = MODULES[stage]
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as reason:
+        if reason.name is not None and (name == reason.name or name.startswith(reason.name + ".")):
+            raise InputError(f"stage {stage!r} is not part of this installation (no module {name})") from None
+        raise
+
+
+def nearest(word: str, words: tuple[str, ...] | list[str]) -> str:
+    """``"; did you mean 'x'?"`` for the most similar of ``words``, or an empty text."""
+    near = difflib.get_close_matches(word, words, n=1, cutoff=0.5)
+    return f"; did you mean {near[0]!r}?" if near else ""
