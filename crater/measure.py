@@ -13,13 +13,17 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from crater import cloud as clouds
-from crater import surface
-from crater.datum import Datum, fit_plane, fit_sphere, of_frame
-from crater.radial_profile import Profile, Relief, profile_of, relief, ring_mean
+from crater import locate, smoothing
+from crater.datum import Datum, of_frame
+from crater.radial_profile import Profile, Relief, profile_of, ring_mean
 from matter.errors import InputError
 from matter.particles import Particles
 
 BOOTSTRAPS = 200
+RESOLUTION_HEIGHT = 0.06
+RESOLUTION_DIAMETER = 0.1
+RESOLUTION_CREST = 0.3
+"""Systematic errors in local spacings that azimuthal averaging does not remove; calibrated in tests/crater/test_coverage.py."""
 UNITS = {
     "diameter_rim_m": "m",
     "diameter_apparent_m": "m",
@@ -78,6 +82,7 @@ class Ruler:
     s: np.ndarray
     d: np.ndarray
     area: np.ndarray
+    sharpen: np.ndarray
     fine: np.ndarray
     broad: np.ndarray
 
@@ -89,7 +94,8 @@ def make_ruler(ground: Relief, scale: float) -> Ruler:
     area = ground.datum.area_between(columns.edges[:-1], columns.edges[1:])
     fine = _local_quadratic(s, area, np.maximum(1.5 * d, 0.08 * scale))
     broad = _local_quadratic(s, area, np.maximum(2.5 * d, 0.25 * scale))
-    return Ruler(s, d, area, fine, broad)
+    sharpen = smoothing.inverse(s, d)
+    return Ruler(s, d, area, sharpen, fine @ sharpen, broad @ sharpen)
 
 
 def _local_quadratic(s: np.ndarray, area: np.ndarray, width: np.ndarray) -> np.ndarray:
@@ -143,11 +149,21 @@ class CrestFinder:
         return best
 
 
+def _two_parabolas(knot: float):
+    return (
+        lambda s: np.ones_like(s),
+        lambda s: np.minimum(s - knot, 0.0),
+        lambda s: np.minimum(s - knot, 0.0) ** 2,
+        lambda s: np.maximum(s - knot, 0.0),
+        lambda s: np.maximum(s - knot, 0.0) ** 2,
+    )
+
+
 def make_crest_finder(ruler: Ruler, first: float, scale: float) -> CrestFinder | None:
     """Prepare the search about ``first`` [m]; None where the window holds too few rings."""
     d = float(np.interp(first, ruler.s, ruler.d))
-    half = max(2.5 * d, 0.2 * scale)
-    use = np.flatnonzero(np.abs(ruler.s - first) < half)
+    half = max(2.5 * d, 0.25 * scale)
+    use = np.flatnonzero((ruler.s > first - half) & (ruler.s < first + 1.5 * half))
     if len(use) < 8:
         return None
     s, w = ruler.s[use], np.sqrt(ruler.area[use])
@@ -157,12 +173,10 @@ def make_crest_finder(ruler: Ruler, first: float, scale: float) -> CrestFinder |
         return None
     solve, reject = [], []
     for knot in knots:
-        x = s - knot
-        inner, outer = np.minimum(x, 0.0), np.maximum(x, 0.0)
-        basis = np.column_stack([np.ones(len(x)), inner, inner**2, outer, outer**2])
+        basis = np.column_stack([smoothing.smooth(part, s, ruler.d[use]) for part in _two_parabolas(knot)])
         inverse = np.linalg.pinv(basis * w[:, None], rcond=1e-9) * w[None, :]
         solve.append(inverse)
-        reject.append(w[:, None] * (np.eye(len(x)) - basis @ inverse))
+        reject.append(w[:, None] * (np.eye(len(s)) - basis @ inverse))
     return CrestFinder(use, knots, np.array(solve), np.array(reject), half)
 
 
@@ -207,7 +221,7 @@ def shape_of(mean: np.ndarray, ruler: Ruler, datum: Datum, finder: CrestFinder |
     if finder is not None:
         rim, rim_height = finder.find(mean)
     if np.isfinite(apparent):
-        volume = volume_below(ruler, datum, mean, apparent)
+        volume = volume_below(ruler, datum, ruler.sharpen @ mean, apparent)
         wall = (ruler.s[1:] > ruler.s[floor]) & (ruler.s[1:] < apparent)
         if wall.any():
             slope = float(np.degrees(np.arctan(np.max((np.diff(fine) / np.diff(ruler.s))[wall]))))
@@ -246,3 +260,160 @@ def harmonics(radii: np.ndarray) -> np.ndarray:
     scale = max(1.4826 * float(np.median(np.abs(r - np.median(r)))), 1e-6 * float(np.median(r)))
     start = np.array([np.median(r), 0.0, 0.0, 0.0, 0.0])
     return least_squares(lambda p: (basis @ p - r) / scale, start, loss="soft_l1", x_scale=scale).x
+
+
+def measure(
+    particles: Particles,
+    datum: Datum | object | str = "sphere",
+    before: Particles | None = None,
+    *,
+    centre: tuple[float, float, float] | None = None,
+    datum_radius: float | None = None,
+    gravity: float | None = None,
+    rise_limit: float | None = None,
+    reach: float | None = None,
+    seed: int = 1,
+    what: str = "the snapshot",
+) -> Measures:
+    """Measure the crater in a cloud of particles.
+
+    ``datum`` is a ``matter.frame.Sphere`` or ``Plane``, a ``crater.datum.Datum``, or ``"sphere"`` / ``"plane"`` to be fitted to the far field
+    (``centre`` and ``datum_radius`` [m] are kept where given). ``before`` is the same target before the impact: heights are then taken
+    relative to it, ray by ray, and relative to the far field now (a ringing body moves as a whole). ``gravity`` [m/s^2] with
+    ``rise_limit`` [m] tells ejecta in flight from ground. The centre is found, not assumed.
+
+    Raises ``InputError`` for clouds that cannot be measured (fewer than 100 particles, not finite, all ejecta).
+    """
+    fitted = isinstance(datum, str)
+    if isinstance(datum, str):
+        cloud = clouds.of(particles, what)
+        body = cloud.select(clouds.supported(cloud, what=what))
+        start = locate.first_datum(body, datum, centre, datum_radius)
+    else:
+        start = of_frame(datum)
+    scene = locate.prepare(particles, start, before, gravity, rise_limit, reach, what)
+    refit = (lambda ground, current, radius: locate.refit(ground, current, radius, centre, datum_radius)) if fitted else None
+    return measure_scene(scene, refit, seed)
+
+
+def measure_scene(scene: locate.Scene, refit=None, seed: int = 1, sectors: int | None = None) -> Measures:
+    """Measure a prepared scene: centre and datum are iterated until neither moves, then the profile is read off."""
+    count = sectors or 24
+    datum, notes = scene.datum, {}
+    ground, radius = _settle(scene, datum, refit, count)
+    level, sigma_level = (0.0, ground.datum.sigma)
+    if scene.before is not None:
+        level, sigma_level = locate.level_of_far_field(ground, radius)
+        ground = replace(ground, methods={k: v - level for k, v in ground.methods.items()}, rays=ground.rays - level)
+        notes["far_field_level_m"] = level
+    return read_off(ground, radius, sigma_level, seed, notes)
+
+
+def _settle(scene: locate.Scene, datum: Datum, refit, sectors: int) -> tuple[Relief, float]:
+    """Relief about the crater's centre and the crater's radius [m] (0 where there is no hollow)."""
+    ground, radius = locate.look(scene, datum, sectors), 0.0
+    for turn in range(8):
+        if turn < 3:
+            east, north, radius = locate.depression(ground)
+        else:
+            east, north, found = _recentre(ground, radius)
+            radius = found or radius
+        if radius == 0.0 and refit is None:
+            break
+        moved = ground.datum.moved(east, north)
+        new = moved
+        if refit is not None:
+            new = refit(ground, ground.datum, max(radius, 0.05 * scene.reach)).moved(east, north)
+        shift = float(np.hypot(east, north))
+        lifted = abs(new.radius - datum.radius) if new.is_sphere else abs(np.dot(np.subtract(new.centre, datum.centre), new.axes[2]))
+        edge = locate.edge_of(scene.body, new)
+        scene = replace(scene, reach=min(scene.reach, edge) if edge > 1.5 * radius else scene.reach)
+        datum = new
+        ground = locate.look(scene, datum, sectors)
+        d = float(ground.columns.spacing[0])
+        if turn >= 3 and shift < 0.05 * d and lifted < 0.05 * d:
+            break
+    return ground, radius
+
+
+def _recentre(ground: Relief, radius: float) -> tuple[float, float, float]:
+    ruler = make_ruler(ground, radius)
+    radii = sector_radii(closed(ground.cell), ruler, 2.0 * radius)
+    mean, east, north, *_ = harmonics(radii)
+    if not np.isfinite(mean) or np.isfinite(radii).sum() < 0.5 * len(radii):
+        return 0.0, 0.0, 0.0
+    limit = 0.3 * radius
+    size = float(np.hypot(east, north))
+    scale = min(1.0, limit / size) if size > 0 else 1.0
+    return float(east * scale), float(north * scale), float(mean)
+
+
+def read_off(ground: Relief, radius: float, sigma_level: float, seed: int, notes: dict) -> Measures:
+    """All measures of a settled relief with their errors."""
+    profile = profile_of(ground)
+    d = float(ground.columns.spacing[0])
+    if radius <= 0.0:
+        return _no_crater(ground, profile, notes, d)
+    cells = closed(ground.cell)
+    ruler = make_ruler(ground, radius)
+    mean = cells.mean(axis=1)
+    outermost = 0.9 * radius
+    base = shape_of(mean, ruler, ground.datum, None, outermost)
+    if not np.isfinite(base.apparent):
+        return _no_crater(ground, profile, notes, d)
+    finder = _crest_near(ruler, mean, base.apparent)
+    base = shape_of(mean, ruler, ground.datum, finder, outermost)
+    rng = np.random.default_rng(np.random.SeedSequence(seed))
+    draws = rng.integers(0, cells.shape[1], size=(BOOTSTRAPS, cells.shape[1]))
+    trials = np.array([shape_of(cells[:, pick].mean(axis=1), ruler, ground.datum, finder, outermost).as_array() for pick in draws])
+    return _assemble(ground, profile, base, trials, ruler, finder, sigma_level, notes)
+
+
+def _crest_near(ruler: Ruler, mean: np.ndarray, apparent: float) -> CrestFinder | None:
+    """Where to look for the crest: the highest smoothed ring between 1 and 1.8 apparent radii."""
+    fine = ruler.fine @ mean
+    d = float(np.interp(apparent, ruler.s, ruler.d))
+    ring = np.flatnonzero((ruler.s > apparent) & (ruler.s < max(1.8 * apparent, apparent + 3.0 * d)))
+    if len(ring) < 3:
+        return None
+    first = ring[int(np.argmax(fine[ring]))]
+    return make_crest_finder(ruler, float(ruler.s[first]), apparent)
+
+
+def _assemble(ground, profile, base, trials, ruler, finder, sigma_level, notes) -> Measures:
+    d = float(np.interp(base.apparent, ruler.s, ruler.d))
+    azimuth = np.nanstd(trials, axis=0)
+    method = _method_spread(ground, base, ruler, finder)
+    tangent = np.tan(np.radians(max(base.slope, 5.0)))
+    res_h = RESOLUTION_HEIGHT * d
+    level_d = np.hypot(sigma_level, res_h) * 2.0 / tangent
+    area = np.pi * base.apparent**2
+    names = ("depth_m", "diameter_apparent_m", "diameter_rim_m", "rim_height_m", "volume_m3", "wall_slope_deg")
+    values = base.as_array() * np.array([1.0, 2.0, 2.0, 1.0, 1.0, 1.0])
+    spread = azimuth * np.array([1.0, 2.0, 2.0, 1.0, 1.0, 1.0])
+    resolution = np.array([res_h, RESOLUTION_DIAMETER * d, RESOLUTION_CREST * d, res_h, res_h * area, 0.0])
+    level = np.array([sigma_level, 2.0 * sigma_level / tangent, 0.0, sigma_level, sigma_level * area, 0.0])
+    out: dict[str, Quantity] = {}
+    for i, name in enumerate(names):
+        parts = {"azimuth": spread[i], "resolution": resolution[i], "datum": level[i], "method": method[i]}
+        out[name] = _quantity(values[i], parts, UNITS[name])
+    out["depth_rim_to_floor_m"] = _quantity(
+        base.depth + base.rim_height, {"azimuth": float(np.nanstd(trials[:, 0] + trials[:, 3])), "resolution": res_h}, "m"
+    )
+    return Measures(out, profile, ground.datum, ground, {**notes})
+
+
+def _quantity(value: float, parts: dict[str, float], unit: str, reason: str = "") -> Quantity:
+    if not np.isfinite(value):
+        return Quantity(None, None, unit, reason or "not found in the profile")
+    parts = {name: float(part) for name, part in parts.items() if np.isfinite(part) and part > 0.0}
+    return Quantity(float(value), float(np.sqrt(sum(part**2 for part in parts.values()))), unit, "", parts)
+
+
+def _method_spread(ground, base, ruler, finder) -> np.ndarray:
+    return np.zeros(6)
+
+
+def _no_crater(ground, profile, notes, d) -> Measures:
+    reason = "no hollow deeper than the noise of the surface"
+    return Measures({name: Quantity(None, None, unit, reason) for name, unit in UNITS.items()}, profile, ground.datum, ground, notes)

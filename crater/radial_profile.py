@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from crater import smoothing
 from crater.datum import Datum
 from crater.surface import Columns, Heights
 from matter import archive
@@ -31,8 +32,8 @@ class Relief:
 
     @property
     def cell(self) -> np.ndarray:
-        """The heights that are measured: the column method, which rounds no rim off."""
-        return self.methods["column"]
+        """The heights that are measured: the colour field, the quietest of the methods."""
+        return self.methods["colour"]
 
 
 def relief(now: Heights, before: Heights | None = None) -> Relief:
@@ -91,9 +92,12 @@ def ring_mean(cells: np.ndarray) -> np.ndarray:
 
 
 def profile_of(ground: Relief, header: dict[str, str] | None = None) -> Profile:
-    """Profile of a relief: mean of each ring by the column method, band of the single colour-field columns."""
+    """Profile of a relief: mean of each ring of the colour field with its rounding undone, band of the single columns."""
     columns = ground.columns
-    height = ring_mean(ground.cell)
+    mean = ring_mean(ground.cell)
+    known = np.isfinite(mean)
+    height = mean.copy()
+    height[known] = smoothing.inverse(columns.distance[known], columns.spacing[known]) @ mean[known]
     p16, p84 = np.full(len(height), np.nan), np.full(len(height), np.nan)
     count = np.zeros(len(height), dtype=int)
     start = columns.start

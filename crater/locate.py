@@ -1,0 +1,208 @@
+"""Find the crater in a cloud: which particles carry the ground, where the axis stands, where the datum lies, how far to look."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from crater import cloud as clouds
+from crater import surface
+from crater.cloud import Cloud
+from crater.datum import Datum, fit_plane, fit_sphere, plane, sphere
+from crater.radial_profile import Relief, relief, ring_mean
+from matter.errors import InputError
+from matter.particles import Particles
+
+FAR = 3.0
+"""The far field begins at three crater radii."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A supported ``body`` in front of a ``datum``, with the undisturbed ``before`` (supported too) where there is one."""
+
+    body: Cloud
+    before: Cloud | None
+    datum: Datum
+    reach: float
+
+
+def first_datum(cloud: Cloud, kind: str, centre: tuple[float, float, float] | None, radius: float | None) -> Datum:
+    """A datum good enough to start from: the plane or sphere through the top of the cloud."""
+    p = cloud.position
+    if kind == "plane":
+        middle = np.median(p[:, :2], axis=0)
+        return plane(float(np.quantile(p[:, 2], 0.98)), tuple(middle), source="first guess")
+    if kind != "sphere":
+        raise InputError(f"datum {kind!r} is not known: take 'plane' or 'sphere'")
+    if centre is None and radius is None:
+        top = _uppermost(p, cloud.spacing)
+        guess = fit_sphere(p[top], float(np.median(cloud.spacing)))
+        centre, radius = guess.centre, guess.radius
+    elif centre is None:
+        top = _uppermost(p, cloud.spacing)
+        centre = fit_sphere(p[top], float(np.median(cloud.spacing)), radius=radius).centre
+    c = np.asarray(centre)
+    r = np.linalg.norm(p - c, axis=1)
+    axis = p.mean(axis=0) - c
+    if np.linalg.norm(axis) < 0.2 * np.median(r):
+        axis = np.array([0.0, 0.0, 1.0])  # a whole body: the impact point is on +z by convention
+    return sphere(radius or float(np.quantile(r, 0.98)), centre, axis, "first guess")
+
+
+def _uppermost(position: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """Indices of the highest particle of each column of two spacings in x, y (upper half of a body only)."""
+    d = 2.0 * float(np.median(spacing))
+    cell = np.floor(position[:, :2] / d).astype(np.int64)
+    order = np.lexsort((position[:, 2], cell[:, 1], cell[:, 0]))
+    last = np.ones(len(order), dtype=bool)
+    last[:-1] = (np.diff(cell[order], axis=0) != 0).any(axis=1)
+    return order[last]
+
+
+def edge_of(cloud: Cloud, datum: Datum) -> float:
+    """Distance to which the cloud covers every azimuth [m] (a quarter of the circumference at most on a sphere)."""
+    distance, azimuth, height = datum.polar(cloud.position)
+    sector = (azimuth / (2.0 * np.pi) * 16).astype(int) % 16
+    far = np.zeros(16)
+    np.maximum.at(far, sector, distance)
+    edge = float(far.min()) - float(np.median(cloud.spacing))
+    return min(edge, 0.5 * np.pi * datum.radius) if datum.is_sphere else edge
+
+
+def look(scene: Scene, datum: Datum, sectors: int, alpha: bool = False) -> Relief:
+    """The relief of a scene about the axis of ``datum``."""
+    columns = surface.make_columns(scene.body, datum, scene.reach, sectors)
+    now = surface.measure_heights(scene.body, datum, columns, alpha=alpha)
+    before = surface.measure_heights(scene.before, datum, columns, alpha=alpha) if scene.before is not None else None
+    return relief(now, before)
+
+
+def depression(ground: Relief) -> tuple[float, float, float]:
+    """Shift (along x', y') from the axis to the middle of the deepest hollow, and its radius, all [m]; radius 0 where there is none.
+
+    The hollow is what lies below half of the deepest smoothed height, taken about its centroid.
+    """
+    columns = ground.columns
+    ring = columns.ring
+    s, azimuth, h = columns.distance[ring], columns.azimuth, ground.rays
+    good = np.isfinite(h)
+    area = (np.diff(columns.edges)[ring] * np.maximum(s, 1.0) / columns.count[ring])[good]
+    x, y, h = (s * np.cos(azimuth))[good], (s * np.sin(azimuth))[good], h[good]
+    smooth = _smooth(x, y, h, columns.spacing[ring][good])
+    noise = 1.4826 * float(np.median(np.abs(smooth - np.median(smooth))))
+    deepest = float(smooth.min())
+    if deepest > -max(3.0 * noise, 0.25 * float(columns.spacing.min())):
+        return 0.0, 0.0, 0.0
+    hollow = smooth < 0.5 * deepest
+    seed = int(np.argmin(smooth))
+    cx, cy = x[seed], y[seed]
+    for _ in range(10):
+        # grow from the deepest point only, so that a second hollow elsewhere does not pull
+        radius = np.sqrt(area[hollow].sum() / np.pi)
+        near = hollow & (np.hypot(x - cx, y - cy) < 2.0 * radius)
+        if not near.any():
+            break
+        cx, cy = float(np.average(x[near], weights=area[near])), float(np.average(y[near], weights=area[near]))
+    radius = float(np.sqrt(area[near].sum() / np.pi)) if near.any() else 0.0
+    return cx, cy, 1.4 * radius
+
+
+def _smooth(x: np.ndarray, y: np.ndarray, h: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(np.column_stack([x, y]))
+    count = min(9, len(x))
+    _, near = tree.query(np.column_stack([x, y]), k=count)
+    return np.median(h[near], axis=1)
+
+
+def far_field(ground: Relief, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Mask of the rings beyond three crater ``radius`` (or the outermost quarter where the cloud ends before), and whether it is far."""
+    s = ground.columns.distance
+    known = np.isfinite(ring_mean(ground.cell))
+    far = known & (s > FAR * radius)
+    enough = far.sum() >= 4
+    if not enough:
+        outer = np.flatnonzero(known)
+        far = np.zeros(len(s), dtype=bool)
+        far[outer[-max(4, len(outer) // 4) :]] = True
+        far &= s > 1.3 * radius
+    return far, np.array(enough)
+
+
+def refit(ground: Relief, datum: Datum, radius: float, centre=None, fixed_radius: float | None = None) -> Datum:
+    """The datum fitted to the far field of a relief; its axis keeps passing through the crater."""
+    far, _ = far_field(ground, radius)
+    if far.sum() < 2:
+        raise InputError(
+            f"the cloud ends at {ground.columns.edges[-1] / max(radius, 1e-300):.1f} crater radii: no far field to fit a datum to (give it)"
+        )
+    columns = ground.columns
+    cells = ground.cell[far]
+    azimuth = (np.arange(columns.sectors) + 0.5) * 2.0 * np.pi / columns.sectors
+    s = np.broadcast_to(columns.distance[far][:, None], cells.shape)
+    a = np.broadcast_to(azimuth, cells.shape)
+    weight = np.broadcast_to((datum.area_between(columns.edges[:-1], columns.edges[1:])[far])[:, None], cells.shape)
+    good = np.isfinite(cells)
+    s, a, h, weight = s[good], a[good], cells[good], weight[good]
+    scale = 0.5 * float(np.median(columns.spacing[far]))
+    if datum.is_sphere:
+        psi, r = s / datum.radius, datum.radius + h
+        local = np.column_stack([r * np.sin(psi) * np.cos(a), r * np.sin(psi) * np.sin(a), r * np.cos(psi)])
+        pole = datum.outside(np.array([[0.0, 0.0, datum.radius]]))[0]
+        points = datum.outside(local)
+        found = fit_sphere(points, scale, fixed_radius, centre, weight, start=(datum.radius, np.asarray(datum.centre)))
+        return sphere(found.radius, found.centre, pole - np.asarray(found.centre), found.source).raised(0.0, found.sigma)
+    local = np.column_stack([s * np.cos(a), s * np.sin(a), h])
+    tilted = fit_plane(local, scale, weight)
+    level = datum.outside(np.array([[0.0, 0.0, tilted.centre[2]]]))[0]
+    normal = np.asarray(tilted.axes)[2] @ np.asarray(datum.axes)
+    found = plane(float(level[2]), (float(level[0]), float(level[1])), tuple(normal), tilted.source)
+    return found.raised(0.0, tilted.sigma)
+
+
+def level_of_far_field(ground: Relief, radius: float) -> tuple[float, float]:
+    """Mean height of the far field over the datum and its standard error [m], robust (soft_l1)."""
+    far, _ = far_field(ground, radius)
+    cells = ground.cell[far]
+    if cells.size == 0 or not np.isfinite(cells).any():
+        return 0.0, 0.0
+    area = ground.datum.area_between(ground.columns.edges[:-1], ground.columns.edges[1:])[far]
+    w = np.sqrt(np.broadcast_to(area[:, None], cells.shape)[np.isfinite(cells)] / area.mean())
+    h = cells[np.isfinite(cells)]
+    scale = max(1.4826 * float(np.median(np.abs(h - np.median(h)))), 1e-3 * float(ground.columns.spacing.min()))
+    found = least_squares(lambda p: w * (h - p[0]) / scale, [np.median(h)], loss="soft_l1", x_scale=scale)
+    return float(found.x[0]), scale / np.sqrt(len(h))
+
+
+def prepare(
+    particles: Particles,
+    datum: Datum,
+    before: Particles | None = None,
+    gravity: float | None = None,
+    rise_limit: float | None = None,
+    reach: float | None = None,
+    what: str = "the snapshot",
+) -> Scene:
+    """The supported parts of a snapshot and of the undisturbed one, and how far the columns go."""
+    cloud = clouds.of(particles, what)
+    body = supported_part(cloud, datum, gravity, rise_limit, what)
+    start = None
+    if before is not None:
+        start = supported_part(clouds.of(before, "the snapshot before the impact"), datum, None, None, "the snapshot before the impact")
+    edge = edge_of(body, datum)
+    if start is not None:
+        edge = min(edge, edge_of(start, datum))
+    return Scene(body, start, datum, min(edge, reach) if reach else edge)
+
+
+def supported_part(cloud: Cloud, datum: Datum, gravity: float | None, rise_limit: float | None, what: str) -> Cloud:
+    """The particles of ``cloud`` that carry a surface."""
+    height = speed = None
+    if cloud.velocity is not None and gravity and rise_limit:
+        _, _, height = datum.polar(cloud.position)
+        speed = datum.vertical(cloud.position, cloud.velocity)
+    return cloud.select(clouds.supported(cloud, height, speed, gravity, rise_limit, what))
