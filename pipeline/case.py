@@ -242,8 +242,11 @@ def _checked(
 
 
 def _listed(case: Case, found: list[Complaint]) -> str:
-    unique = list(dict.fromkeys(found))
+    """All complaints in the order of the file, then those about options."""
     rows = []
-    for path, message in unique:
-        rows.append(f"  {case.origin(path)}  {dotted(path)}: {message}" if path else f"  {message}")
-    return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(rows)
+    for path, message in dict.fromkeys(found):
+        origin = case.origin(path) if path else ""
+        line = origin.rpartition(":")[2]
+        rows.append((int(line) if line.isdigit() else 10**9, f"  {origin}  {dotted(path)}: {message}" if path else f"  {message}"))
+    rows.sort(key=lambda row: row[0])
+    return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(text for _, text in rows)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
-from pipeline.stages import nearest
+from pipeline.stages import SHARED_TABLES, nearest
 from pipeline.toml_lines import KeyPath
 
 
@@ -29,7 +29,15 @@ def dotted(path: KeyPath) -> str:
 
 def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint]:
     """Every error of a validation as a complaint; paths are relative to the model."""
-    return [Complaint(*_worded(model, entry)) for entry in error.errors(include_url=False)]
+    entries = error.errors(include_url=False)
+    places = [tuple(entry["loc"]) for entry in entries]
+    found = []
+    for entry, place in zip(entries, places):
+        # a list whose elements are all wrong is also reported as too short: that is no second mistake
+        if entry["type"] == "too_short" and any(other[: len(place)] == place and other != place for other in places):
+            continue
+        found.append(Complaint(*_worded(model, entry)))
+    return found
 
 
 def _worded(model: type[BaseModel], entry: Any) -> tuple[KeyPath, str]:
@@ -37,7 +45,7 @@ def _worded(model: type[BaseModel], entry: Any) -> tuple[KeyPath, str]:
     given = "" if isinstance(entry.get("input"), (dict, list)) else f" (given: {_shown(entry.get('input'))})"
     match kind:
         case "extra_forbidden" | "unexpected_keyword_argument":
-            names = names_at(model, path[:-1])
+            names = [name for name in names_at(model, path[:-1]) if len(path) > 1 or name not in SHARED_TABLES]
             known = f" (known: {', '.join(names)})" if names else ""
             return path, f"there is no such key{nearest(str(path[-1]), names)}{known}"
         case "missing" | "missing_argument":

@@ -41,8 +41,8 @@ def write(path: Path, case: Case, used_stages: Iterable[str], materials: Iterabl
     texts = [str(case.document.get("case", {}).get("source", ""))]
     texts += [str(section.get("source", "")) for name in materials for section in material.load(name).values()]
     texts += [source.read_text() for source in _sources(used_stages)]
-    keys = [key for key in entries() if key in set(cited("\n".join(texts)))]
-    archive.write_text(path, "\n\n".join(entries()[key] for key in keys) + "\n")
+    keys, known = cited("\n".join(texts)), entries()
+    archive.write_text(path, "\n\n".join(known[key] for key in keys) + "\n")
     return keys
 
 

@@ -1,0 +1,29 @@
+"""A stage for tests of the runner: reads only target.json."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import Field
+
+from matter.body import Model
+from matter.quantity import PositiveLength
+
+
+class Contact(Model):
+    friction: float = Field(0.5, ge=0, le=2)
+
+
+class Settings(Model):
+    contact: Contact = Contact()
+    radius: PositiveLength = 1000.0
+
+
+def predict(settings: Settings) -> dict:
+    return {"wall_s": 1.0, "memory_bytes": 1e6, "disk_bytes": 1e3}
+
+
+def run(settings: Settings, inputs: Path, out: Path) -> None:
+    built = out.parent.parent / "beds_built.txt"
+    built.write_text((built.read_text() if built.exists() else "") + "x")
+    (out / "bed.txt").write_text(f"{(inputs / '2_sph' / 'target.json').read_text()} {settings.contact.friction}")

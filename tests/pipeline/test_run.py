@@ -1,0 +1,254 @@
+"""The runner: what is done once, what is made anew, and what a run folder says about itself."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+
+import pytest
+
+from matter import progress
+from matter.errors import InputError, Stopped, UnphysicalState
+from pipeline import case as cases
+from pipeline import folder, lock, stages
+from pipeline.run import Request, run
+
+
+class Recorder:
+    """A screen that remembers."""
+
+    def __init__(self, on_move=None):
+        self.lines, self.on_move = [], on_move
+
+    def say(self, text):
+        self.lines.append(text)
+
+    begins = moves = ends = lambda self, stage, what: self._hear(stage, what)
+
+    def _hear(self, stage, what):
+        if isinstance(what, str):
+            self.lines.append(what)
+        elif self.on_move:
+            self.on_move(stage, what)
+
+    def worked(self):
+        """The stages that really ran."""
+        return [line.split(":")[0][2:] for line in self.lines if line.endswith((": begins", ": continued"))]
+
+
+@pytest.fixture(autouse=True)
+def _fakes(fake_stages):
+    """Every test here runs the fake stages."""
+
+
+@pytest.fixture
+def go(case_folder, tmp_path):
+    """``go(*overrides, start=..., ...)`` runs the case and returns the outcome and what the screen heard."""
+
+    def start(*overrides, preset=None, on_move=None, screen=None, **options):
+        screen = screen or Recorder(on_move)
+        request = Request(cases.read(case_folder, preset, overrides), tmp_path / "runs", **options)
+        return run(request, screen), screen
+
+    return start
+
+
+ALL = list(stages.ORDER)
+
+
+def test_a_run_makes_every_stage_once(go):
+    outcome, screen = go()
+    assert screen.worked() == ALL
+    assert screen.lines[0] == f"run folder: {outcome.run}"
+    for stage in ALL:
+        done = json.loads((stages.folder(outcome.run, stage) / "done.json").read_text())
+        assert done["stage"] == stage and len(done["inputs_sha256"]) == 64
+        assert set(done) >= {"stage", "inputs_sha256", "wall_s", "finished_at", "version"}
+        assert not (stages.folder(outcome.run, stage) / "begun.json").exists()
+    _, again = go()
+    assert again.worked() == []
+
+
+def test_the_run_folder_describes_itself(go, case_folder):
+    outcome, _ = go()
+    status = json.loads((outcome.run / "status.json").read_text())
+    assert status["state"] == "done" and status["fraction"] == 1.0 and status["pid"] == os.getpid()
+    provenance = json.loads((outcome.run / "provenance.json").read_text())
+    assert provenance["libraries"]["numba"] and provenance["sessions"][0]["threads"] >= 1
+    assert provenance["case"]["file"] == str(case_folder / "case.toml")
+    assert set(provenance["sources_sha256"]) == set(ALL)
+    papers = (outcome.run / "references.bib").read_text()
+    assert "Winter2017" in papers and "BenzAsphaug1999" in papers  # the case, and the source of its materials
+    assert "Melosh1989" not in papers  # iron is not in this target
+    assert "2_sph begins" in (outcome.run / "run.log").read_text()
+    assert tomllib.loads((outcome.run / "case.used.toml").read_text())["sph"]["spacing"] == "52000.0 m"
+    go()
+    assert len(json.loads((outcome.run / "provenance.json").read_text())["sessions"]) == 2
+
+
+def test_a_stage_without_its_done_file_runs_again_and_so_do_those_after_it(go):
+    outcome, _ = go()
+    (stages.folder(outcome.run, "handoff") / "done.json").unlink()
+    (stages.folder(outcome.run, "handoff") / "begun.json").write_text('{"inputs_sha256": "of something else"}')
+    _, screen = go()
+    assert screen.worked() == ["handoff", "dem", "crater"]
+
+
+def test_a_boundary_file_that_changed_makes_its_readers_run_again(go):
+    outcome, _ = go()
+    target = outcome.run / "2_sph" / "target.json"
+    target.write_text('{"radius_m": 1.0}')
+    _, screen = go()
+    assert screen.worked() == ["bed", "handoff", "dem", "crater"]
+    assert '"radius_m": 1.0' in (outcome.run / "5_dem" / "last.txt").read_text()
+
+
+def test_from_makes_a_stage_and_those_after_it_anew(go):
+    go()
+    assert go(start="handoff")[1].worked() == ["handoff", "dem", "crater"]
+    assert go(start="dem", until="dem")[1].worked() == ["dem"]
+    assert go()[1].worked() == ["crater"]  # it has to follow the new dem
+    assert go(until="sph")[1].worked() == []
+
+
+def test_from_goes_on_when_the_same_command_was_interrupted(go):
+    failing = "dem.failure=unphysical"
+    with pytest.raises(UnphysicalState):
+        go(failing)
+    screens = [Recorder(), Recorder()]
+    for screen in screens:
+        with pytest.raises(UnphysicalState):
+            go(failing, start="sph", screen=screen)
+    assert screens[0].worked() == ["sph", "bed", "handoff", "dem"]  # asked for anew
+    assert screens[1].worked() == ["dem"]  # the same command again goes on where it stopped
+
+
+def test_fresh_removes_and_makes_all_anew(go, tmp_path):
+    outcome, _ = go()
+    (outcome.run / "2_sph" / "leftover").write_text("x")
+    _, screen = go(fresh=True)
+    assert screen.worked() == ALL
+    assert not (outcome.run / "2_sph" / "leftover").exists()
+    assert (tmp_path / "runs" / "beds_built.txt").read_text() == "xx"  # the shared bed was not taken
+
+
+def test_a_request_to_stop_is_kept_and_the_same_command_continues_to_the_same_bits(go, case_folder, tmp_path):
+    def stop_at_13(stage, state):
+        if state.done >= 13:
+            progress.request_stop()
+
+    whole = Request(cases.read(case_folder, None, ["sph.steps=61"]), tmp_path / "uninterrupted")
+    expected = (run(whole, Recorder()).run / "2_sph" / "x.txt").read_text()
+    try:
+        with pytest.raises(Stopped):
+            go("sph.steps=61", on_move=stop_at_13)
+    finally:
+        progress.clear_stop()
+    run_folder = next((tmp_path / "runs").glob("small-*"))
+    assert json.loads((run_folder / "status.json").read_text())["state"] == "stopped"
+    assert not (run_folder / "2_sph" / "done.json").exists()
+    assert not (run_folder / "3_bed").exists()
+    outcome, screen = go("sph.steps=61")
+    assert "2_sph: continued" in screen.lines
+    starts = [int(line) for line in (outcome.run / "2_sph" / "starts.txt").read_text().split()]
+    assert starts[0] == 0 and starts[1] == 15
+    assert (outcome.run / "2_sph" / "x.txt").read_text() == expected
+
+
+def test_checkpoints_of_other_inputs_are_not_continued(go, tmp_path):
+    def stop(stage, state):
+        progress.request_stop()
+
+    try:
+        with pytest.raises(Stopped):
+            go("sph.steps=61", on_move=stop)
+    finally:
+        progress.clear_stop()
+    run_folder = next((tmp_path / "runs").glob("small-*"))
+    impact = run_folder / "1_nbody" / "impact.toml"
+    impact.write_text(impact.read_text() + "# edited by hand\n")
+    outcome, screen = go("sph.steps=61")
+    assert "2_sph: begins" in screen.lines
+    assert (outcome.run / "2_sph" / "starts.txt").read_text() == "0\n"
+
+
+def test_an_unsound_stage_is_kept_reported_and_reported_again(go):
+    outcome, screen = go("handoff.broken=true")
+    assert outcome.unsound == {"handoff": "handoff: mass_total_rel is 0.1, limit 1e-12"}
+    assert screen.worked() == ALL  # what follows is still worth seeing
+    outcome, screen = go("handoff.broken=true")
+    assert screen.worked() == [] and "handoff" in outcome.unsound
+
+
+def test_a_failed_stage_is_not_done_and_the_log_has_the_reason(go, tmp_path):
+    with pytest.raises(ZeroDivisionError):
+        go("dem.failure=bug")
+    run_folder = next((tmp_path / "runs").glob("small-*"))
+    assert not (run_folder / "5_dem" / "done.json").exists()
+    assert json.loads((run_folder / "status.json").read_text())["state"] == "failed"
+    assert "ZeroDivisionError: a bug" in (run_folder / "run.log").read_text()
+
+
+def test_runs_that_differ_in_the_impact_share_one_bed(go, tmp_path):
+    first, _ = go()
+    second, screen = go("impact.speed=9 km/s")
+    assert first.run != second.run and "bed" in screen.worked()
+    assert (tmp_path / "runs" / "beds_built.txt").read_text() == "x"
+    assert (first.run / "3_bed" / "bed.txt").stat().st_ino == (second.run / "3_bed" / "bed.txt").stat().st_ino
+    go("dem.contact.friction=0.1")
+    assert (tmp_path / "runs" / "beds_built.txt").read_text() == "xx"
+
+
+def test_files_that_no_run_made_are_not_deleted(go, tmp_path, case_folder):
+    request = Request(cases.read(case_folder), tmp_path / "runs")
+    mine = request.run_folder / "1_nbody" / "impact.toml"
+    mine.parent.mkdir(parents=True)
+    mine.write_text('speed = "1 km/s"\n')
+    with pytest.raises(InputError, match="not made by a run: --from sph uses them"):
+        go()
+    assert go(start="sph")[1].worked() == ALL[1:]
+    assert mine.read_text() == 'speed = "1 km/s"\n'
+    assert go(fresh=True)[1].worked() == ALL
+
+
+def test_an_open_impact_is_taken_from_the_encounters(go, case_folder):
+    file = case_folder / "case.toml"
+    text = file.read_text().replace('speed = "18.234 km/s"\n', "").replace('angle_from_vertical = "40 deg"\n', "")
+    file.write_text(text)
+    with pytest.raises(InputError, match="run nbody first"):
+        go(start="sph")
+    outcome, _ = go("nbody.count=234")
+    assert tomllib.loads((outcome.run / "case.used.toml").read_text())["impact"]["speed"] == "10234.0 m/s"
+    assert go("nbody.count=234")[1].worked() == []
+    assert go("nbody.count=234", start="sph", until="sph")[1].worked() == ["sph"]
+
+
+def test_wrong_stage_names_and_ranges_are_messages(go):
+    with pytest.raises(InputError, match="no stage 'spf'; did you mean 'sph'"):
+        go(start="spf")
+    with pytest.raises(InputError, match="comes after --until"):
+        go(start="dem", until="sph")
+
+
+def test_a_taken_folder_names_its_holder(go, tmp_path, case_folder):
+    request = Request(cases.read(case_folder), tmp_path / "runs")
+    with lock.held(request.run_folder / "run.lock", "x"):
+        with pytest.raises(InputError, match=f"in use by process {os.getpid()} on"):
+            go()
+    go()  # and is free afterwards
+
+
+def test_a_hash_of_inputs_depends_on_settings_and_on_what_is_read(case_folder, tmp_path):
+    settings = cases.compose(cases.read(case_folder))
+    sph = folder.inputs_sha256(tmp_path, "sph", settings["sph"], None)
+    assert sph == folder.inputs_sha256(tmp_path, "sph", settings["sph"], None)
+    other = cases.compose(cases.read(case_folder, None, ["sph.spacing=52.000001 km"]))
+    assert sph != folder.inputs_sha256(tmp_path, "sph", other["sph"], None)
+    (tmp_path / "1_nbody").mkdir()
+    (tmp_path / "1_nbody" / "impact.toml").write_text("x")
+    assert sph != folder.inputs_sha256(tmp_path, "sph", settings["sph"], None)
+    crater = folder.inputs_sha256(tmp_path, "crater", settings["crater"], None)
+    (tmp_path / "5_dem").mkdir()
+    (tmp_path / "5_dem" / "last.vtkhdf").write_text("by hand")
+    assert crater != folder.inputs_sha256(tmp_path, "crater", settings["crater"], None)
