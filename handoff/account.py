@@ -1,0 +1,239 @@
+"""From one transfer to its ledger: every row of the acceptance list that one handoff can measure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from handoff import compare, domain, shock
+from handoff.hydrostatic import Column
+from handoff.ledger import Ledger
+from matter.alpha_shape import alpha_shape
+from matter.errors import InputError
+from matter.particles import Particles
+
+if TYPE_CHECKING:
+    from handoff.transfer import Handoff
+
+_GRAINS_PER_RADIUS = 10.0
+
+
+def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]) -> Ledger:
+    """The ledger of a transfer; limits that need further runs stand as not measured."""
+    ledger = Ledger(waive)
+    region = domain.read(bed.attributes)
+    _sums(ledger, made)
+    _fields(ledger, made, source, bed, region)
+    _overlaps(ledger, made)
+    _surface(ledger, made, bed, region)
+    _shock(ledger, made, source, region, column)
+    if "residual_speed_over_sqrt_g_r" in bed.attributes:
+        ledger.measure("bed_residual_speed_over_sqrt_g_r", bed.attributes["residual_speed_over_sqrt_g_r"])
+    _statements(ledger, made)
+    ledger.complete()
+    return ledger
+
+
+def _sums(ledger: Ledger, made: Handoff) -> None:
+    before, raw, after = made.before, made.raw, made.after
+    kilograms, metres = f"source {before.mass:.6e} kg, grains {raw.mass:.6e} kg", f"{before.momentum_scale:.4e} kg m/s"
+    ledger.measure("mass_raw_rel", abs(raw.mass / before.mass - 1.0), kilograms)
+    ledger.measure("momentum_linear_raw_rel", _relative(raw.momentum - before.momentum, before.momentum_scale), f"sum m|v| = {metres}")
+    ledger.measure(
+        "momentum_angular_raw_rel",
+        _relative(raw.angular - before.angular, before.angular_scale),
+        f"sum m|r||v| = {before.angular_scale:.4e} kg m^2/s, about the origin",
+    )
+    bed_only = made.start.state == 0
+    bed_only[len(made.change) :] = False
+    weight = made.start.mass[bed_only]
+    rms = np.sqrt(np.sum(weight * np.sum(made.start.velocity[bed_only] ** 2, axis=1)) / weight.sum())
+    largest = float(np.linalg.norm(made.change, axis=1).max())
+    ledger.measure("correction_max_dv_over_rms_v", _relative(largest, rms), f"largest {largest:.4g} m/s, rms velocity {rms:.4g} m/s")
+    ledger.measure("mass_total_rel", abs(float(made.start.mass.sum()) / before.mass - 1.0), f"masses of the bed times {made.scale:.9f}")
+    ledger.measure("momentum_linear_rel_after", _relative(after.momentum - before.momentum, before.momentum_scale))
+    ledger.measure("momentum_angular_rel_after", _relative(after.angular - before.angular, before.angular_scale))
+    change = after.kinetic / before.kinetic - 1.0 if before.kinetic > 0.0 else 0.0
+    note = f"source {before.kinetic:.4e} J, grains {after.kinetic:.4e} J"
+    ledger.measure("kinetic_energy_change_min", change, note)
+    ledger.measure("kinetic_energy_change_max", change, note)
+
+
+def _relative(difference, scale: float) -> float:
+    size = float(np.linalg.norm(difference))
+    return size / scale if scale > 0.0 else (0.0 if size == 0.0 else float("inf"))
+
+
+def support_of(source: Particles, spacing: np.ndarray) -> np.ndarray:
+    """Kernel support [m]: the source's own, or two spacings."""
+    return source.smoothing_length if "smoothing_length" in source else 2.0 * spacing
+
+
+def comparison_cells(made: Handoff, source: Particles, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Cells of the field comparison for the sample points, and their sizes [m]."""
+    support = support_of(source, made.split.spacing)[made.compact][made.samples.particle]
+    return compare.cells(made.fields_raw, support, 3.0 * radius)
+
+
+def corrected_fields(made: Handoff, bed: Particles) -> compare.Fields:
+    """Both clouds on the sample points with the corrected masses and velocities."""
+    mass, velocity = np.zeros(len(bed)), np.zeros((len(bed), 3))
+    count = int(made.stays.sum())
+    mass[made.stays], velocity[made.stays] = made.start.mass[:count], made.start.velocity[:count]
+    raw = made.fields_raw
+    cell = np.bincount(made.samples.grain, minlength=len(bed))
+    return compare.Fields(
+        raw.samples,
+        raw.mass_before,
+        (mass / np.maximum(cell, 1))[made.samples.grain],
+        raw.velocity_before,
+        velocity[made.samples.grain],
+    )
+
+
+def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, region: domain.Domain) -> None:
+    radius = float(bed.radius.mean())
+    number, size = comparison_cells(made, source, radius)
+    fields = corrected_fields(made, bed)
+    difference = compare.field_difference(fields, number)
+    note = f"{len(difference.mass)} cells of {size.min():.4g} ... {size.max():.4g} m"
+    ledger.measure("velocity_field_L2", difference.l2, note)
+    ledger.measure("velocity_direction_deg_mean", difference.direction_deg, note)
+    local = compare.local_momentum(made.fields_raw, region)
+    worst = max(local, key=lambda row: row[1])
+    ledger.measure("momentum_local_rel", worst[1], f"worst: {worst[0]}, which holds {worst[2]:.1%} of sum m|v|")
+    density = compare.density_difference(fields, radius)
+    if np.isfinite(density):
+        ledger.measure("bulk_density_rel", density)
+    else:
+        ledger.skip("bulk_density_rel", "not_applicable", "no cube of 5 grain radii lies wholly inside the surface")
+    compact_speed = np.linalg.norm(source.velocity[made.compact], axis=1)
+    thrown = made.ejecta.source
+    ledger.measure(
+        "ejecta_mass_curve_rel",
+        compare.mass_curve_difference(
+            np.r_[source.mass[made.compact] * made.share, source.mass[thrown]],
+            np.r_[compact_speed, np.linalg.norm(source.velocity[thrown], axis=1)],
+            made.start.mass,
+            np.linalg.norm(made.start.velocity, axis=1),
+            made.split.speed_limit,
+        ),
+        f"all matter of the domain and the ejecta above {made.split.speed_limit:.4g} m/s",
+    )
+
+
+def _overlaps(ledger: Ledger, made: Handoff) -> None:
+    """Overlaps that the transfer made: those with an ejecta grain. Bed grains have not moved, their overlaps are those of the settled bed."""
+    start, first = made.start, int(made.stays.sum())
+    active = np.flatnonzero(start.state == 0)
+    thrown = active[active >= first]
+    depth, stored, release = 0.0, 0.0, 0.0
+    if len(thrown):
+        reach = float(start.radius[active].max() + start.radius[thrown].max())
+        tree = cKDTree(start.position[active])
+        for one, near in zip(thrown, tree.query_ball_point(start.position[thrown], reach)):
+            other = active[np.asarray(near)]
+            other = other[other != one]
+            overlap = start.radius[one] + start.radius[other] - np.linalg.norm(start.position[other] - start.position[one], axis=1)
+            hit = overlap > 0.0
+            if not hit.any():
+                continue
+            overlap, other = overlap[hit], other[hit]
+            depth = max(depth, float(np.max(overlap / np.minimum(start.radius[one], start.radius[other]))))
+            if "stiffness" in start:
+                k = np.minimum(start.stiffness[one], start.stiffness[other])
+                stored += 0.5 * float(np.sum(k * overlap**2))
+                release = max(release, float(np.max(overlap * np.sqrt(k / np.minimum(start.mass[one], start.mass[other])))))
+    note = "bed grains keep their places: their excess is zero; ejecta against bed and ejecta counted here"
+    ledger.measure("overlap_max_over_r", depth, note)
+    flow = float(np.median(np.linalg.norm(start.velocity[active], axis=1)))
+    if "stiffness" in start:
+        ledger.measure("overlap_energy_over_KE", stored / made.after.kinetic if made.after.kinetic > 0.0 else 0.0, note)
+        ledger.measure("overlap_release_speed_over_median_flow", release / flow if flow > 0.0 else 0.0, note)
+    else:
+        for name in ("overlap_energy_over_KE", "overlap_release_speed_over_median_flow"):
+            ledger.skip(name, "not_applicable" if depth == 0.0 else "not_measured", "the bed carries no field 'stiffness'")
+
+
+def grain_surface(made: Handoff, bed: Particles):
+    """Surface of the carved bed: the alpha-shape of the grains that stay, half a grain spacing outside their centres (a mesh)."""
+    spacing = np.cbrt(made.volume[made.stays])
+    shape = alpha_shape(bed.position[made.stays], spacing, 1.5, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
+    return shape.offset(0.5 * spacing).mesh
+
+
+def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domain) -> None:
+    radius = float(bed.radius.mean())
+    size = made.size
+    if size.radius == 0.0:
+        for name in ("cavity_radius_over_r_DEM_min", "cavity_hausdorff_over_r", "cavity_volume_rel"):
+            ledger.skip(name, "not_applicable", "there is no cavity")
+        return
+    ratio = size.radius / radius
+    ledger.measure("cavity_radius_over_r_DEM_min", ratio, f"radius {size.radius:.4g} m, depth {size.depth:.4g} m, grains {radius:.4g} m")
+    margin = 3.0 * radius
+    frame = region.frame
+
+    def chosen(points: np.ndarray) -> np.ndarray:
+        return (frame.distance(points) < 1.5 * size.radius) & (region.depth_inside(points) > margin)
+
+    try:
+        there, back = compare.surface_distance(made.solid.mesh, grain_surface(made, bed), chosen)
+    except InputError as reason:
+        ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))
+    else:
+        both = np.r_[there, back] / radius
+        ledger.measure(
+            "cavity_hausdorff_over_r", both.max(), f"rms {np.sqrt(np.mean(both**2)):.3f}, 99 % below {np.percentile(both, 99):.3f}"
+        )
+    if ratio < _GRAINS_PER_RADIUS:
+        ledger.skip("cavity_volume_rel", "not_applicable", f"{ratio:.1f} grains per cavity radius: fewer than {_GRAINS_PER_RADIUS:.0f}")
+        return
+    samples = made.samples
+    here = (frame.distance(samples.position) < 1.3 * size.radius) & (frame.height(samples.position) < 0.0)
+    empty = here & ~samples.inside
+    carved = here & ~made.stays[samples.grain]
+    ledger.measure(
+        "cavity_volume_rel",
+        abs(carved.sum() / max(int(empty.sum()), 1) - 1.0),
+        f"below the datum: source {empty.sum() * samples.volume:.4e} m^3, bed {carved.sum() * samples.volume:.4e} m^3",
+    )
+
+
+def _shock(ledger: Ledger, made: Handoff, source: Particles, region: domain.Domain, column: Column) -> None:
+    left = shock.residual(source, region, column)
+    if left is None:
+        for name in ("residual_pressure_over_bulk_modulus", "elastic_over_kinetic_energy"):
+            ledger.skip(name, "not_measured", "the source carries no field 'pressure'")
+        return
+    here = made.compact[made.share > 0.5]
+    pressure = left.pressure[here]
+    ledger.measure(
+        "residual_pressure_over_bulk_modulus",
+        float(np.max(pressure)),
+        f"99 % below {np.percentile(pressure, 99):.3g}, median {np.median(pressure):.3g}",
+    )
+    elastic = float(np.sum(left.elastic[made.compact] * made.share))
+    ledger.measure("elastic_over_kinetic_energy", elastic / made.before.kinetic if made.before.kinetic > 0.0 else 0.0, f"{elastic:.4e} J")
+
+
+def _statements(ledger: Ledger, made: Handoff) -> None:
+    outside, flying = made.outside, made.ejecta
+    ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
+    ledger.state("momentum_outside_domain", float(np.linalg.norm(outside.momentum)), "kg m/s")
+    ledger.state("angular_momentum_outside_domain", float(np.linalg.norm(outside.angular)), "kg m^2/s", "about the origin")
+    for name, mass in flying.mass_by_state().items():
+        ledger.state(f"ejecta_mass_{name.replace(' ', '_')}", mass, "kg")
+    ledger.state("ejecta_count", float(len(flying.mass)), "1", f"{flying.shrunk} shrunk, {flying.lifted} lifted to fit")
+    ledger.state(
+        "ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source"
+    )
+    ledger.state("surface_offset_spacings", made.offset, "1", "found from the volume of the compact particles unless given")
+    ledger.state("surface_voids_filled", float(made.solid.shape.voids_filled), "1")
+    ledger.state("cavity_radius", made.size.radius, "m")
+    ledger.state("cavity_depth", made.size.depth, "m")
+    ledger.state("cavity_volume", made.size.volume, "m^3")
+    ledger.state("grains_kept", float(made.stays.sum()), "1", f"of {len(made.stays)}")

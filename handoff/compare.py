@@ -1,0 +1,169 @@
+"""The two clouds side by side on the same small volumes: velocity field, local momentum, density, surface, M(>v).
+
+Both are spread over the sample points of ``carve.Samples``: a particle's mass over the points of its cell inside the surface, a grain's
+mass over the points of its cell, each point moving with its owner. Fields are then averaged over cubes of max(3 grain radii, kernel
+support), larger where the source is coarser.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from handoff.carve import Samples
+from handoff.domain import Domain
+
+_SHELLS = 8
+_SLOW = 0.05
+
+
+@dataclass(frozen=True)
+class Fields:
+    """Point masses [kg] and velocities [m/s] of both clouds: ``before`` the source, ``after`` the grains."""
+
+    samples: Samples
+    mass_before: np.ndarray
+    mass_after: np.ndarray
+    velocity_before: np.ndarray
+    velocity_after: np.ndarray
+
+
+def spread(samples: Samples, mass: np.ndarray, velocity: np.ndarray, grain_mass: np.ndarray, grain_velocity: np.ndarray) -> Fields:
+    """Spread both clouds over the points.
+
+    ``mass`` and ``velocity`` of the compact particles (mass: the share inside the domain), ``grain_mass`` (zero for carved grains) and
+    ``grain_velocity`` of all grains of the uncarved bed.
+    """
+    count = np.bincount(samples.particle[samples.inside], minlength=len(mass))
+    per_point = mass / np.maximum(count, 1)
+    before = np.where(samples.inside, per_point[samples.particle], 0.0)
+    cell = np.bincount(samples.grain, minlength=len(grain_mass))
+    after = (grain_mass / np.maximum(cell, 1))[samples.grain]
+    return Fields(samples, before, after, velocity[samples.particle], grain_velocity[samples.grain])
+
+
+def cells(fields: Fields, support: np.ndarray, smallest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Cell number (s,) of each sample point, and the size [m] of each cell: ``smallest``, doubled until it holds the kernel ``support``
+    (s,) [m] of the particle there."""
+    level = np.maximum(np.ceil(np.log2(np.maximum(support / smallest, 1e-9)) - 1e-9), 0.0).astype(np.int64)
+    size = smallest * 2.0**level
+    index = np.floor(fields.samples.position / size[:, None]).astype(np.int64)
+    _, first, number = np.unique(np.column_stack([level, index]), axis=0, return_index=True, return_inverse=True)
+    return number.ravel(), size[first]
+
+
+def sums_by(number: np.ndarray, mass: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mass (c,), momentum (c, 3) and sum of m |v| (c,) per cell."""
+    count = int(number.max()) + 1
+    total = np.bincount(number, weights=mass, minlength=count)
+    momentum = np.stack([np.bincount(number, weights=mass * velocity[:, k], minlength=count) for k in range(3)], axis=1)
+    return total, momentum, np.bincount(number, weights=mass * np.linalg.norm(velocity, axis=1), minlength=count)
+
+
+@dataclass(frozen=True)
+class FieldDifference:
+    """Cell velocities [m/s] of both clouds where both have mass, their centres [m], and the measures of the ledger."""
+
+    centre: np.ndarray
+    mass: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    l2: float
+    direction_deg: float
+    direction_errors_deg: np.ndarray
+
+
+def field_difference(fields: Fields, number: np.ndarray) -> FieldDifference:
+    """L2 = sqrt(sum M |v' - v|^2 / sum M |v|^2) over the cells with |v| above 5 % of the largest, and the mean angle between v' and v."""
+    mass, momentum, _ = sums_by(number, fields.mass_before, fields.velocity_before)
+    mass_after, momentum_after, _ = sums_by(number, fields.mass_after, fields.velocity_after)
+    both = (mass > 0.05 * np.median(mass[mass > 0.0])) & (mass_after > 0.0)
+    before = momentum[both] / mass[both, None]
+    after = momentum_after[both] / mass_after[both, None]
+    count = np.bincount(number, minlength=len(mass))
+    centre = np.stack([np.bincount(number, weights=fields.samples.position[:, k], minlength=len(mass)) for k in range(3)], axis=1)
+    weight = mass[both]
+    speed = np.linalg.norm(before, axis=1)
+    flowing = speed > _SLOW * speed.max() if speed.max() > 0.0 else np.zeros(len(speed), dtype=bool)
+    if not flowing.any():
+        return FieldDifference((centre / np.maximum(count, 1)[:, None])[both], weight, before, after, 0.0, 0.0, np.empty(0))
+    w, b, a = weight[flowing], before[flowing], after[flowing]
+    l2 = float(np.sqrt(np.sum(w * np.sum((a - b) ** 2, axis=1)) / np.sum(w * np.sum(b**2, axis=1))))
+    cosine = np.sum(a * b, axis=1) / np.maximum(np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1), 1e-300)
+    angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return FieldDifference(
+        (centre / np.maximum(count, 1)[:, None])[both], weight, before, after, l2, float(np.sum(w * angle) / w.sum()), angle
+    )
+
+
+def local_momentum(fields: Fields, domain: Domain) -> list[tuple[str, float, float]]:
+    """(region, |dp| / sum m|v|, share of the total sum m|v|) for the octants about the centre of mass and 8 shells around the impact."""
+    samples = fields.samples
+    place = samples.position
+    centre = (fields.mass_before[:, None] * place).sum(axis=0) / fields.mass_before.sum()
+    octant = (place > centre) @ np.array([1, 2, 4])
+    foot = domain.frame.height(np.zeros((1, 3)))[0]
+    distance = np.linalg.norm(place - np.array([0.0, 0.0, -foot]), axis=1)
+    edges = np.quantile(distance[samples.inside], np.linspace(0.0, 1.0, _SHELLS + 1)[1:-1])
+    shell = np.digitize(distance, edges)
+    rows = []
+    for title, number, count in (("octant", octant, 8), ("shell", shell, _SHELLS)):
+        _, momentum, scale = sums_by(number, fields.mass_before, fields.velocity_before)
+        _, after, _ = sums_by(number, fields.mass_after, fields.velocity_after)
+        total = scale.sum()
+        for k in range(min(count, len(scale))):
+            if scale[k] > 0.0:
+                name = "".join(axis + ("+" if k >> bit & 1 else "-") for bit, axis in enumerate("xyz")) if title == "octant" else str(k + 1)
+                rows.append((f"{title} {name}", float(np.linalg.norm(after[k] - momentum[k]) / scale[k]), float(scale[k] / total)))
+    return rows
+
+
+def density_difference(fields: Fields, radius: float) -> float:
+    """rms of the relative difference of bulk density, coarse grained over cubes of the volume of a ball of 5 ``radius`` [m]."""
+    size = 5.0 * radius * (4.0 * np.pi / 3.0) ** (1.0 / 3.0)
+    index = np.floor(fields.samples.position / size).astype(np.int64)
+    _, number = np.unique(index, axis=0, return_inverse=True)
+    number = number.ravel()
+    before = np.bincount(number, weights=fields.mass_before)
+    after = np.bincount(number, weights=fields.mass_after)
+    full = np.bincount(number, weights=fields.samples.inside) >= 0.98 * size**3 / fields.samples.volume
+    if not full.any():
+        return float("nan")
+    return float(np.sqrt(np.mean((after[full] / before[full] - 1.0) ** 2)))
+
+
+def mass_curve_difference(mass: np.ndarray, speed: np.ndarray, mass_after: np.ndarray, speed_after: np.ndarray, above: float) -> float:
+    """Largest |M'(>v) - M(>v)| over v > ``above`` [m/s], relative to M(> above) of the first; zero when nothing is that fast."""
+    fast, fast_after = speed > above, speed_after > above
+    total = mass[fast].sum()
+    if total == 0.0:
+        return 0.0 if not fast_after.any() else float("inf")
+    value = np.r_[speed[fast], speed_after[fast_after]]
+    signed = np.r_[mass[fast], -mass_after[fast_after]]
+    order = np.argsort(-value, kind="stable")
+    value, running = value[order], np.cumsum(signed[order])
+    last = np.r_[value[1:] < value[:-1], True]
+    return float(np.max(np.abs(running[last])) / total)
+
+
+def surface_distance(one, other, chosen) -> tuple[np.ndarray, np.ndarray]:
+    """Distances [m] from the surface ``one`` to ``other`` and back (meshes), from their vertices and face centres where ``chosen`` holds."""
+    return _one_way(one, other, chosen), _one_way(other, one, chosen)
+
+
+def _one_way(one, other, chosen) -> np.ndarray:
+    import trimesh
+
+    points = np.concatenate([np.asarray(one.vertices), np.asarray(one.triangles_center)])
+    points = points[chosen(points)]
+    if len(points) == 0:
+        return np.empty(0)
+    near = min(16, len(other.faces))
+    candidates = cKDTree(other.triangles_center).query(points, k=near)[1].reshape(len(points), near)
+    best = np.full(len(points), np.inf)
+    for column in range(near):
+        closest = trimesh.triangles.closest_point(other.triangles[candidates[:, column]], points)
+        best = np.minimum(best, np.linalg.norm(closest - points, axis=1))
+    return best

@@ -1,0 +1,126 @@
+"""The volume that a granular bed stands for: a cone of a sphere, or an upright cylinder on flat ground.
+
+The bed's own attribute ``domain`` says which: ``core_radius_m, datum_radius_m, top_radius_m, cone_half_angle_rad`` (frame ``sphere``:
+between the core's surface and the headroom's top, inside a cone about +z with its apex at the body's centre) or ``radius_m, floor_m,
+datum_m, top_m`` (frame ``plane``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from matter.errors import InputError
+from matter.frame import Plane, Sphere
+
+
+@dataclass(frozen=True)
+class Cone:
+    """Between two spheres about the origin [m], inside ``half_angle`` [rad] of +z; the datum is a sphere between them."""
+
+    core: float
+    datum: float
+    top: float
+    half_angle: float
+
+    @property
+    def frame(self) -> Sphere:
+        return Sphere(self.datum)
+
+    @property
+    def volume(self) -> float:
+        """Volume [m^3]."""
+        return 2.0 * math.pi / 3.0 * (1.0 - math.cos(self.half_angle)) * (self.top**3 - self.core**3)
+
+    @property
+    def arc(self) -> float:
+        """Arc length on the datum from the axis to the side wall [m]."""
+        return self.datum * self.half_angle
+
+    def depth_inside(self, position: np.ndarray) -> np.ndarray:
+        """(n,) distance [m] to the nearest face of the domain, positive inside."""
+        radius = np.linalg.norm(position, axis=1)
+        angle = np.arctan2(np.hypot(position[:, 0], position[:, 1]), position[:, 2])
+        side = radius * np.sin(np.clip(self.half_angle - angle, -math.pi / 2, math.pi / 2))
+        return np.minimum(np.minimum(radius - self.core, self.top - radius), side)
+
+    def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
+        """Map (n, 3) numbers in the unit cube to points of even density, up to the radius ``top``."""
+        low, high = self.core**3, (top or self.top) ** 3
+        radius = np.cbrt(low + uniform[:, 0] * (high - low))
+        cosine = 1.0 - uniform[:, 1] * (1.0 - math.cos(self.half_angle))
+        sine, azimuth = np.sqrt(1.0 - cosine**2), 2.0 * math.pi * uniform[:, 2]
+        return radius[:, None] * np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=1)
+
+    def columns(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """About ``count`` even directions: unit vectors (m, 3) and the arc length on the datum [m] (m,)."""
+        number = np.arange(count) + 0.5
+        cosine = 1.0 - number / count * (1.0 - math.cos(self.half_angle))
+        azimuth = math.pi * (1.0 + math.sqrt(5.0)) * number
+        sine = np.sqrt(1.0 - cosine**2)
+        return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=1), self.datum * np.arccos(cosine)
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Upright cylinder about the z axis on flat ground [m]: heights ``floor`` < ``datum`` <= ``top``."""
+
+    radius: float
+    floor: float
+    datum: float
+    top: float
+
+    @property
+    def frame(self) -> Plane:
+        return Plane(self.datum)
+
+    @property
+    def volume(self) -> float:
+        """Volume [m^3]."""
+        return math.pi * self.radius**2 * (self.top - self.floor)
+
+    @property
+    def arc(self) -> float:
+        """Distance along the datum from the axis to the side wall [m]."""
+        return self.radius
+
+    def depth_inside(self, position: np.ndarray) -> np.ndarray:
+        """(n,) distance [m] to the nearest face of the domain, positive inside."""
+        side = self.radius - np.hypot(position[:, 0], position[:, 1])
+        return np.minimum(np.minimum(position[:, 2] - self.floor, self.top - position[:, 2]), side)
+
+    def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
+        """Map (n, 3) numbers in the unit cube to points of even density, up to the height ``top``."""
+        height = self.floor + uniform[:, 0] * ((self.top if top is None else top) - self.floor)
+        radius, azimuth = self.radius * np.sqrt(uniform[:, 1]), 2.0 * math.pi * uniform[:, 2]
+        return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), height], axis=1)
+
+
+Domain = Cone | Cylinder
+
+
+def read(attributes: Mapping[str, Any]) -> Domain:
+    """The domain of a bed from its snapshot attributes.
+
+    Raises ``InputError`` naming what is missing, or when the numbers do not bound a volume.
+    """
+    table = attributes.get("domain")
+    if not isinstance(table, Mapping):
+        raise InputError("the bed carries no attribute 'domain': core_radius_m, datum_radius_m, top_radius_m, cone_half_angle_rad")
+    flat = attributes.get("frame", "sphere") == "plane"
+    names = (
+        ("radius_m", "floor_m", "datum_m", "top_m") if flat else ("core_radius_m", "datum_radius_m", "top_radius_m", "cone_half_angle_rad")
+    )
+    missing = [name for name in names if name not in table]
+    if missing:
+        raise InputError(f"the bed's attribute 'domain' lacks {', '.join(missing)}")
+    values = [float(table[name]) for name in names]
+    levels = values[1:] if flat else values[:3]
+    last = values[0] if flat else values[3]
+    if not (levels[0] < levels[1] <= levels[2]) or not last > 0.0 or (not flat and last > math.pi):
+        raise InputError(f"the bed's attribute 'domain' bounds no volume: {dict(table)}")
+    return Cylinder(*values) if flat else Cone(*values)

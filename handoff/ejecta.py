@@ -1,0 +1,128 @@
+"""Ejecta as grains: every source particle outside the compact material becomes one sphere with its mass, place and velocity.
+
+* radius: the volume mass / density at the bed's packing fraction, so that ejecta that lands fills as much room as the bed does; shrunk down
+  to half of that where it would overlap; where that is not enough the grain is lifted along the vertical to the first free place;
+* stiffness: scaled with mass (never above the bed's own), so that the contact time of a light grain, and with it the step, stays;
+* ``state``: 0 in contact search; 1 ballistic, when much lighter than a bed grain or when no free place was found; 2 booked only, beyond
+  escape or beside the bed's domain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from handoff.domain import Domain
+from handoff.hydrostatic import Column
+from handoff.surface import reference_density
+from matter.particles import Particles
+
+_LIGHT = 0.1
+_SHRINK = 0.5
+_LIFTS = np.arange(0.0, 6.01, 0.5)
+IN_CONTACT, BALLISTIC, BOOKED = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Ejecta:
+    """Arrays over the ejecta (e,): ``source`` is the place in the source; ``lifted`` counts moved grains, ``shrunk`` smaller ones."""
+
+    source: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    mass: np.ndarray
+    density: np.ndarray
+    radius: np.ndarray
+    state: np.ndarray
+    lifted: int
+    shrunk: int
+
+    def mass_by_state(self) -> Mapping[str, float]:
+        names = {"in contact search": IN_CONTACT, "ballistic": BALLISTIC, "booked only": BOOKED}
+        return {name: float(self.mass[self.state == code].sum()) for name, code in names.items()}
+
+
+def from_source(source: Particles, ejecta: np.ndarray, bed: Particles, packing: float, domain: Domain, column: Column) -> Ejecta:
+    """Grains for the source particles ``ejecta`` (places) above the carved ``bed``; ``packing`` is the bed's packing fraction."""
+    position, velocity = source.position[ejecta].copy(), source.velocity[ejecta].copy()
+    mass = source.mass[ejecta]
+    density = np.maximum(source.density[ejecta], 0.5 * reference_density(source)[ejecta])
+    radius = np.cbrt(3.0 * packing * mass / (4.0 * np.pi * density))
+    frame = domain.frame
+    height, up = frame.height(position), frame.up(position)
+    speed = np.linalg.norm(velocity, axis=1)
+    rising = np.einsum("ij,ij->i", velocity, up) > 0.0
+    state = np.zeros(len(ejecta), dtype=np.int8)
+    state[mass < _LIGHT * float(np.min(bed.mass))] = BALLISTIC
+    state[_beside(position, domain) | (rising & (speed >= column.escape_speed(height)))] = BOOKED
+    nominal = radius.copy()
+    position, radius, state, lifted = _fitted(position, radius, state, up, bed)
+    return Ejecta(ejecta, position, velocity, mass, density, radius, state, lifted, int(np.count_nonzero(radius < 0.999 * nominal)))
+
+
+def _beside(position: np.ndarray, domain: Domain) -> np.ndarray:
+    """Whether a point lies beside or below the domain (above it is still over the bed)."""
+    frame = domain.frame
+    foot = position - (frame.height(position)[:, None]) * frame.up(position)
+    below = domain.depth_inside(foot) <= 0.0
+    floor = frame.height(position) < frame.height(domain.points(np.zeros((1, 3))))[0]
+    return below | floor
+
+
+def _gap(position: np.ndarray, tree: cKDTree, radius: np.ndarray) -> np.ndarray:
+    """Distance [m] from each point to the nearest surface among the spheres of ``tree``."""
+    near = min(8, tree.n)
+    distance, which = tree.query(position, k=near)
+    return np.min(distance.reshape(-1, near) - radius[which.reshape(-1, near)], axis=1)
+
+
+def _fitted(position, radius, state, up, bed) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Radii and places without overlap among grains of state 0 and with the bed; grains that fit nowhere become ballistic."""
+    tree = cKDTree(bed.position)
+    nominal, lifted = radius.copy(), 0
+    active = np.flatnonzero(state == IN_CONTACT)
+    radius[active] = np.minimum(radius[active], _gap(position[active], tree, bed.radius))
+    crowded = active[radius[active] < _SHRINK * nominal[active]]
+    for lift in _LIFTS[1:]:
+        if len(crowded) == 0:
+            break
+        trial = position[crowded] + lift * nominal[crowded, None] * up[crowded]
+        room = _gap(trial, tree, bed.radius)
+        free = room >= _SHRINK * nominal[crowded]
+        position[crowded[free]] = trial[free]
+        radius[crowded[free]] = np.minimum(nominal[crowded[free]], room[free])
+        lifted += int(free.sum())
+        crowded = crowded[~free]
+    state[crowded] = BALLISTIC
+    active = np.flatnonzero(state == IN_CONTACT)
+    for _ in range(20):
+        overlap, one, other = _overlapping(position, radius, active)
+        if len(overlap) == 0:
+            break
+        distance = radius[one] + radius[other] - overlap
+        factor = distance / (radius[one] + radius[other])
+        # each grain yields in proportion; a hair less, so that rounding leaves no contact
+        scale = np.ones(len(radius))
+        np.minimum.at(scale, one, factor * (1.0 - 1e-9))
+        np.minimum.at(scale, other, factor * (1.0 - 1e-9))
+        radius *= scale
+        small = active[radius[active] < _SHRINK * nominal[active]]
+        state[small] = BALLISTIC
+        active = np.flatnonzero(state == IN_CONTACT)
+    ballistic = state != IN_CONTACT
+    radius[ballistic] = nominal[ballistic]
+    return position, radius, state, lifted
+
+
+def _overlapping(position: np.ndarray, radius: np.ndarray, active: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Overlaps [m] (> 0) among the active grains, and the two grains of each."""
+    if len(active) < 2:
+        return np.empty(0), np.empty(0, dtype=int), np.empty(0, dtype=int)
+    pairs = cKDTree(position[active]).query_pairs(2.0 * float(radius[active].max()), output_type="ndarray")
+    one, other = active[pairs[:, 0]], active[pairs[:, 1]]
+    overlap = radius[one] + radius[other] - np.linalg.norm(position[one] - position[other], axis=1)
+    hit = overlap > 0.0
+    return overlap[hit], one[hit], other[hit]

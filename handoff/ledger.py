@@ -1,0 +1,142 @@
+"""The ledger of a handoff: every limit of the acceptance list with its value and verdict.
+
+Limits from the project's acceptance list for handoffs (seed: Zhang et al., 2022, LPSC; Ballouz et al. 2019 for what goes wrong). "Raw"
+counts before the global correction. Pressure, overlaps and elastic energy count as the excess over the undisturbed state at the same depth:
+a bed that carries its own weight would break the bare numbers by that alone.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from matter import archive
+from matter.errors import InputError
+
+
+class Limit(NamedTuple):
+    """``limit`` is the largest allowed value (of the size |value|), or the smallest where ``least``."""
+
+    limit: float
+    unit: str = "1"
+    least: bool = False
+    meaning: str = ""
+
+
+_RUNS = "needs further runs of the whole chain"
+
+LIMITS: dict[str, Limit] = {
+    "mass_total_rel": Limit(1e-12, meaning="mass of bed and ejecta against the source, after the rescale"),
+    "mass_raw_rel": Limit(1e-2, meaning="the same before any rescale"),
+    "momentum_linear_raw_rel": Limit(1e-2, meaning="|dp| / sum m|v| before the correction"),
+    "momentum_angular_raw_rel": Limit(2e-2, meaning="|dL| / sum m|r||v| before the correction"),
+    "correction_max_dv_over_rms_v": Limit(0.05, meaning="largest change of velocity by the correction"),
+    "momentum_linear_rel_after": Limit(1e-10, meaning="|dp| / sum m|v| after the correction"),
+    "momentum_angular_rel_after": Limit(1e-10, meaning="|dL| / sum m|r||v| after the correction"),
+    "momentum_local_rel": Limit(0.05, meaning="largest |dp| / sum m|v| among octants and 8 radial shells, raw"),
+    "kinetic_energy_change_min": Limit(-0.1, least=True, meaning="kinetic energy lost to averaging"),
+    "kinetic_energy_change_max": Limit(0.01, meaning="kinetic energy must not be created"),
+    "velocity_field_L2": Limit(0.05, meaning="mass weighted, over cells, where |v| > 5 % of the largest"),
+    "velocity_direction_deg_mean": Limit(5.0, "deg", meaning="mean angle between the two fields in the same cells"),
+    "overlap_max_over_r": Limit(0.01, meaning="largest overlap over the smaller radius, excess"),
+    "overlap_energy_over_KE": Limit(1e-3, meaning="energy stored in overlaps, excess"),
+    "overlap_release_speed_over_median_flow": Limit(0.01, meaning="delta sqrt(k/m), excess"),
+    "bulk_density_rel": Limit(0.03, meaning="rms difference, coarse grained at 5 r"),
+    "cavity_hausdorff_over_r": Limit(1.5, meaning="surface of the source against that of the carved bed"),
+    "cavity_volume_rel": Limit(0.02, meaning="not applicable below 10 grains per cavity radius"),
+    "cavity_radius_over_r_DEM_min": Limit(5.0, least=True, meaning="the cavity must be resolved"),
+    "ejecta_mass_curve_rel": Limit(0.02, meaning="largest difference of M(>v) above the speed limit"),
+    "residual_pressure_over_bulk_modulus": Limit(1e-3, meaning="no shock left in the domain, excess"),
+    "elastic_over_kinetic_energy": Limit(0.01, meaning="strain energy of the source that is discarded, excess"),
+    "t_handoff_over_T_crater_max": Limit(0.1, meaning="T = 0.8 sqrt(V^(1/3) / g)"),
+    "bed_residual_speed_over_sqrt_g_r": Limit(1e-3, meaning="before the imprint"),
+    "final_D_change_on_t_handoff_x2": Limit(0.05, meaning=_RUNS),
+    "final_d_change_on_t_handoff_x2": Limit(0.1, meaning=_RUNS),
+    "final_D_change_on_vcut_x2": Limit(0.05, meaning=_RUNS),
+    "final_D_change_on_alpha_x1.5": Limit(0.03, meaning=_RUNS),
+    "control_no_impact_run_drift_over_r": Limit(0.05, meaning=_RUNS),
+}
+WAIVABLE = ("t_handoff_over_T_crater_max", "residual_pressure_over_bulk_modulus", "elastic_over_kinetic_energy")
+VERDICTS = ("pass", "fail", "waived", "not_measured", "not_applicable")
+
+
+def check_waivers(waive: Mapping[str, str]) -> None:
+    """Raise ``ValueError`` for a waiver of an unknown or binding limit, or one without a reason."""
+    for name, reason in waive.items():
+        if name not in LIMITS:
+            raise ValueError(f"unknown ledger row {name!r}; only {', '.join(WAIVABLE)} may be waived")
+        if name not in WAIVABLE:
+            raise ValueError(f"{name} is binding; only {', '.join(WAIVABLE)} may be waived")
+        if not reason.strip():
+            raise ValueError(f"the waiver of {name} gives no reason")
+
+
+@dataclass
+class Ledger:
+    """Rows in the order in which they were entered; ``waive`` maps a limit's name to the reason why it does not bind."""
+
+    waive: Mapping[str, str] = field(default_factory=dict)
+    rows: list[dict[str, Any]] = field(default_factory=list)
+
+    def measure(self, name: str, value: float, note: str = "") -> None:
+        """Enter a measured value against its limit."""
+        limit = LIMITS[name]
+        value = float(value)
+        if not math.isfinite(value):
+            verdict = "fail"
+        elif limit.least:
+            verdict = "pass" if value >= limit.limit else "fail"
+        else:
+            verdict = "pass" if value <= limit.limit else "fail"
+        reason = self.waive.get(name)
+        if verdict == "fail" and reason is not None:
+            verdict, note = "waived", f"waived: {reason}" + (f"; {note}" if note else "")
+        self._enter(name, value, limit.limit, verdict, limit.unit, note or limit.meaning)
+
+    def skip(self, name: str, verdict: str, note: str) -> None:
+        """Enter a limit that was not measured or does not apply."""
+        self._enter(name, None, LIMITS[name].limit, verdict, LIMITS[name].unit, note)
+
+    def state(self, name: str, value: float | str, unit: str = "1", note: str = "") -> None:
+        """Enter a value that has no limit."""
+        self._enter(name, value, None, "not_applicable", unit, note)
+
+    def complete(self) -> None:
+        """Enter every limit that has no row yet as not measured."""
+        present = {row["name"] for row in self.rows}
+        for name, limit in LIMITS.items():
+            if name not in present:
+                self.skip(name, "not_measured", limit.meaning)
+
+    def _enter(self, name, value, limit, verdict, unit, note) -> None:
+        if verdict not in VERDICTS:
+            raise ValueError(f"unknown verdict {verdict!r}")
+        self.rows.append({"name": name, "value": value, "limit": limit, "verdict": verdict, "unit": unit, "note": note})
+
+    def __getitem__(self, name: str) -> dict[str, Any]:
+        return next(row for row in self.rows if row["name"] == name)
+
+    @property
+    def failures(self) -> list[str]:
+        """Names of the rows that fail."""
+        return [row["name"] for row in self.rows if row["verdict"] == "fail"]
+
+    def write(self, path: Path) -> None:
+        """Write ``ledger.json``; a value that is not finite becomes text."""
+        rows = [{**row, "value": _plain(row["value"])} for row in self.rows]
+        archive.write_text(path, json.dumps(rows, indent=1))
+
+
+def _plain(value: Any) -> Any:
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def read(path: Path) -> Ledger:
+    """A ledger from its file. Raises ``InputError`` when there is none."""
+    if not path.is_file():
+        raise InputError(f"no ledger at {path}: has the handoff run?")
+    return Ledger(rows=json.loads(path.read_text()))

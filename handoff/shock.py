@@ -1,0 +1,52 @@
+"""What of the shock is still in the source: residual pressure and the strain energy that a handoff would discard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handoff.domain import Domain
+from handoff.hydrostatic import Column
+from matter import material
+from matter.particles import Particles
+
+
+@dataclass(frozen=True)
+class Residual:
+    """``pressure`` (n,) excess over bulk modulus; ``elastic`` (n,) excess strain energy [J]."""
+
+    pressure: np.ndarray
+    elastic: np.ndarray
+
+
+def moduli(source: Particles) -> tuple[np.ndarray, np.ndarray]:
+    """Bulk modulus (local rho c^2 where the sound speed is known) and shear modulus [Pa]; NaN and 0 where a material is not known here."""
+    bulk, shear = [], []
+    for name in source.attributes.get("materials", []):
+        elastic = material.load(name).get("elastic", {}) if name in material.names() else {}
+        bulk.append(float(elastic.get("bulk_modulus", np.nan)))
+        shear.append(float(elastic.get("shear_modulus", 0.0)))
+    number = np.clip(source.material, 0, max(len(bulk) - 1, 0))
+    table = np.array(bulk or [np.nan])[number]
+    if "sound_speed" in source:
+        table = np.where(source.sound_speed > 0.0, source.density * source.sound_speed**2, table)
+    return table, np.array(shear or [0.0])[number]
+
+
+def residual(source: Particles, domain: Domain, column: Column) -> Residual | None:
+    """Excess pressure and strain energy over the undisturbed column at the same height; None when the source carries no pressure.
+
+    |P - P_0(h)| / K, and V [(P - P_0)^2 / (2 K) + S:S / (4 mu)] with the deviatoric stress S.
+    """
+    if "pressure" not in source:
+        return None
+    bulk, shear = moduli(source)
+    excess = source.pressure - column.pressure_at(domain.frame.height(source.position))
+    volume = source.mass / source.density
+    energy = volume * excess**2 / (2.0 * bulk)
+    if "deviatoric_stress" in source:
+        xx, xy, xz, yy, yz, zz = source.deviatoric_stress.T
+        double = xx**2 + yy**2 + zz**2 + 2.0 * (xy**2 + xz**2 + yz**2)
+        energy = energy + np.where(shear > 0.0, volume * double / (4.0 * np.maximum(shear, 1.0)), 0.0)
+    return Residual(np.abs(excess) / bulk, energy)

@@ -1,0 +1,246 @@
+"""What of a shock-physics cloud is compact material, what is ejecta, and where the compact material ends.
+
+Ejecta, by the first rule that holds (``REASONS``):
+
+* ``sparse``: a particle that has lost its neighbours; ``expanded``: density below ``EXPANDED`` of its material's reference density;
+* ``fast``: faster than the speed limit, rising, and in free flight it would come above the datum. Material below the cavity that is driven
+  down or sideways faster than the limit is confined by what lies around it and stays compact;
+* ``high``: in free flight (no pressure) it would rise beyond the bed's headroom;
+* ``detached``: not a corner of the largest piece of the alpha-shape of what the rules above left.
+
+The surface runs ``offset`` local spacings outside the alpha-shape's particles. By default that factor is found: the volume inside the
+bed's domain shall be the sum of mass over density of the compact particles there (0.5 would be the half-spacing of a perfect layer).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.spatial import cKDTree
+from scipy.stats import qmc
+
+from handoff.domain import Cone, Domain
+from handoff.hydrostatic import Column
+from matter import material
+from matter.alpha_shape import AlphaShape, OffsetShape, alpha_shape
+from matter.body import Model
+from matter.errors import InputError
+from matter.particles import Particles
+from matter.quantity import PositiveSpeed
+
+REASONS = ("compact", "sparse", "expanded", "fast", "high", "detached")
+COMPACT, SPARSE, EXPANDED, FAST, HIGH, DETACHED = range(6)
+_EXPANDED = 0.5
+_OFFSET_RANGE = (0.2, 0.8)
+_CELL_POINTS = 128
+# columns per area of the domain: their mean distance is this fraction of the grain or particle spacing
+_LEVELS = 96
+
+
+class Rules(Model):
+    """How the source is split and its surface drawn."""
+
+    speed_limit: PositiveSpeed | Literal["auto"] = "auto"
+    """Rising material above it is ejecta; ``auto``: sqrt(2 g headroom), the speed that just reaches the top of the bed."""
+    alpha: float = Field(1.5, gt=0.8, le=5.0)
+    """Alpha of the alpha-shape in local particle spacings (0.8 is the least that keeps a close-packed lattice whole)."""
+    offset: float | Literal["auto"] = "auto"
+    """Distance of the surface outside its particles, in local spacings (0 ... 1); ``auto`` closes volume against mass over density."""
+    neighbours: int = Field(6, ge=0, le=60)
+    """A particle with fewer neighbours inside its support is ejecta (a full support of 2 spacings holds about 33)."""
+    mapping: Literal["linear", "nearest"] = "linear"
+    """``linear``: exact for linear velocity fields, by moving least squares; ``nearest``: the velocity of the nearest compact particle."""
+    crater: Literal["required", "any"] = "required"
+    """``required``: stop when there is no crater; ``any``: for control runs without an impact."""
+
+
+@dataclass(frozen=True)
+class Split:
+    """The source, classified: ``reason`` (n,) indexes ``REASONS``; ``speed_limit`` [m/s] in use; ``spacing`` (n,) [m]."""
+
+    reason: np.ndarray
+    speed_limit: float
+    spacing: np.ndarray
+
+    @property
+    def compact(self) -> np.ndarray:
+        return self.reason == COMPACT
+
+    def counts(self) -> dict[str, int]:
+        return {name: int(np.count_nonzero(self.reason == code)) for code, name in enumerate(REASONS)}
+
+
+def check(source: Particles) -> None:
+    """Refuse a source that lacks a field or holds values that are not finite. Raises ``InputError``."""
+    source.need("position", "velocity", "mass", "density", "material")
+    for name in ("position", "velocity", "mass", "density"):
+        bad = ~np.isfinite(source[name]).reshape(len(source), -1).all(axis=1)
+        if bad.any():
+            first = int(np.flatnonzero(bad)[0])
+            who = int(source.identity[first]) if "identity" in source else first
+            raise InputError(
+                f"the source's field {name!r} is not finite for {bad.sum()} of {len(source)} particles (first: particle {who})"
+            )
+    for name in ("mass", "density"):
+        if np.any(source[name] <= 0.0):
+            raise InputError(f"the source's field {name!r} is not positive for {int(np.sum(source[name] <= 0.0))} particles")
+
+
+def spacing_of(source: Particles) -> np.ndarray:
+    """Local particle spacing (mass / density)^(1/3) [m]; never above half the kernel's support where that is known (expanded particles)."""
+    spacing = np.cbrt(source.mass / source.density)
+    return np.minimum(spacing, 0.75 * source.smoothing_length) if "smoothing_length" in source else spacing
+
+
+def neighbour_count(source: Particles, spacing: np.ndarray) -> np.ndarray:
+    """Number of other particles within two spacings: the field ``neighbours`` where the source carries it."""
+    if "neighbours" in source:
+        return source.neighbours
+    tree = cKDTree(source.position)
+    return tree.query_ball_point(source.position, 2.0 * spacing, return_length=True) - 1
+
+
+def reference_density(source: Particles) -> np.ndarray:
+    """Reference density of each particle's material [kg/m^3]; zero where the material is not known here."""
+    table = []
+    for name in source.attributes.get("materials", []):
+        sections = material.load(name) if name in material.names() else {}
+        table.append(float(sections.get("tillotson", {}).get("rho0", 0.0)))
+    table = np.array(table or [0.0])
+    return np.where(source.material < len(table), table[np.clip(source.material, 0, len(table) - 1)], 0.0)
+
+
+def classify(source: Particles, domain: Domain, column: Column, rules: Rules) -> tuple[Split, AlphaShape]:
+    """Split the source and return the alpha-shape of its compact material (the largest piece).
+
+    Raises ``InputError`` when nothing compact is left, or when the projectile has not hit yet.
+    """
+    check(source)
+    frame = domain.frame
+    height, up = frame.height(source.position), frame.up(source.position)
+    speed = np.linalg.norm(source.velocity, axis=1)
+    upward = np.einsum("ij,ij->i", source.velocity, up)
+    headroom = span(domain)[1]
+    limit = float(np.sqrt(2.0 * column.surface_gravity * headroom)) if rules.speed_limit == "auto" else float(rules.speed_limit)
+    apex = column.apex(height, upward, speed)
+    spacing = spacing_of(source)
+    _refuse_incoming(source, height, upward, limit)
+    reason = np.zeros(len(source), dtype=np.int8)
+    reason[apex > headroom] = HIGH
+    reason[(speed > limit) & (upward > 0.0) & (apex > 0.0)] = FAST
+    reason[source.density < _EXPANDED * reference_density(source)] = EXPANDED
+    reason[neighbour_count(source, spacing) < rules.neighbours] = SPARSE
+    left = np.flatnonzero(reason == COMPACT)
+    if len(left) < 4:
+        raise InputError(
+            f"all {len(source)} particles of the source are ejecta (speed limit {limit:.4g} m/s): there is no surface to carve with"
+        )
+    shape = alpha_shape(source.position[left], spacing[left], rules.alpha, fill_below=float(np.median(spacing[left]) ** 3))
+    reason[left[shape.members != 0]] = DETACHED
+    return Split(reason, limit, spacing), shape.only(1)
+
+
+def _refuse_incoming(source: Particles, height: np.ndarray, upward: np.ndarray, limit: float) -> None:
+    if "layer" not in source:
+        return
+    projectile = source.layer < 0
+    if not projectile.any():
+        return
+    mass = source.mass[projectile]
+    incoming = (height[projectile] > 0.0) & (upward[projectile] < -limit)
+    if mass[incoming].sum() > 0.5 * mass.sum():
+        raise InputError(
+            f"the projectile is still above the surface: {mass[incoming].sum() / mass.sum():.0%} of it flies downwards; take a later snapshot"
+        )
+
+
+def share_inside(
+    position: np.ndarray, spacing: np.ndarray, domain: Domain, owner: cKDTree, owners: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which part of each particle's matter lies inside the domain, and where its centre is.
+
+    A particle near a face of the domain is represented by its Voronoi cell: the points of a ball of one spacing that are nearer to it than
+    to any other particle. ``owner`` is the tree over all compact particles, ``owners`` (n,) the places in it of the ones asked for.
+    Returns the share (n,) in [0, 1] and the centroid (n, 3) [m] of the part inside.
+    """
+    depth = domain.depth_inside(position)
+    share, centre = (depth > 0.0).astype(float), position.copy()
+    crossing = np.flatnonzero(np.abs(depth) < spacing)
+    cloud = qmc.Sobol(3, scramble=True, rng=1).random(_CELL_POINTS)
+    radius, cosine, azimuth = np.cbrt(cloud[:, 0]), 2.0 * cloud[:, 1] - 1.0, 2.0 * np.pi * cloud[:, 2]
+    sine = np.sqrt(1.0 - cosine**2)
+    ball = radius[:, None] * np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=1)
+    for begin in range(0, len(crossing), 4096):
+        rows = crossing[begin : begin + 4096]
+        points = (position[rows, None] + spacing[rows, None, None] * ball).reshape(-1, 3)
+        mine = (owner.query(points)[1].reshape(len(rows), -1)) == owners[rows, None]
+        inside = (domain.depth_inside(points) > 0.0).reshape(mine.shape) & mine
+        count = inside.sum(axis=1)
+        share[rows] = count / np.maximum(mine.sum(axis=1), 1)
+        mean = np.einsum("ik,ikj->ij", inside, points.reshape(len(rows), -1, 3)) / np.maximum(count, 1)[:, None]
+        centre[rows] = np.where(count[:, None] > 0, mean, position[rows])
+    return share, centre
+
+
+def calibrated(shape: AlphaShape, spacing: np.ndarray, domain: Domain, volume: float, rules: Rules) -> tuple[OffsetShape, float]:
+    """The surface at its offset, and that offset in spacings.
+
+    ``spacing`` (n,) of the shape's particles [m]; ``volume`` [m^3] is what the compact particles inside the domain stand for.
+    """
+    if rules.offset != "auto":
+        return shape.offset(rules.offset * spacing), float(rules.offset)
+    points = domain.points(qmc.Sobol(3, scramble=True, rng=2).random_base2(16))
+    depth = shape.contains(points)
+    shell = points[~depth]
+    factors = np.linspace(*_OFFSET_RANGE, 4)
+    volumes = [
+        (depth.sum() + np.count_nonzero(shape.offset(factor * spacing).contains(shell))) / len(points) * domain.volume for factor in factors
+    ]
+    factor = float(np.interp(volume, volumes, factors))
+    return shape.offset(factor * spacing), factor
+
+
+def surface_heights(
+    contains: Callable[[np.ndarray], np.ndarray], domain: Domain, columns: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Height of the topmost matter along even columns of the domain.
+
+    ``contains`` says which points hold matter. Returns foot points on the datum (m, 3), their distance along the datum from the axis (m,)
+    and the heights (m,) [m]; a column without matter has the height of the domain's floor.
+    """
+    foot, distance, up = feet(domain, columns)
+    low, high = span(domain)
+    step = (high - low) / _LEVELS
+    levels = low + step * (np.arange(_LEVELS) + 0.5)
+    points = foot[:, None] + levels[None, :, None] * up[:, None]
+    matter = contains(points.reshape(-1, 3)).reshape(len(foot), _LEVELS)
+    top = np.where(matter.any(axis=1), _LEVELS - 1 - np.argmax(matter[:, ::-1], axis=1), -1)
+    height = np.where(top >= 0, levels[np.maximum(top, 0)], low)
+    below, above = height, height + step
+    for _ in range(3):
+        middle = 0.5 * (below + above)
+        full = contains(foot + middle[:, None] * up)
+        below, above = np.where(full, middle, below), np.where(full, above, middle)
+    return foot, distance, np.where(top >= 0, 0.5 * (below + above), low)
+
+
+def feet(domain: Domain, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Even points on the datum inside the domain (m, 3), their distance along it from the axis (m,), and the vertical there (m, 3)."""
+    if isinstance(domain, Cone):
+        direction, distance = domain.columns(columns)
+        return domain.datum * direction, distance, direction
+    number = np.arange(columns) + 0.5
+    distance, azimuth = domain.radius * np.sqrt(number / columns), np.pi * (1.0 + np.sqrt(5.0)) * number
+    foot = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth), np.full(columns, domain.datum)], axis=1)
+    return foot, distance, domain.frame.up(foot)
+
+
+def span(domain: Domain) -> tuple[float, float]:
+    """Heights above the datum [m] of the domain's floor and top."""
+    if isinstance(domain, Cone):
+        return domain.core - domain.datum, domain.top - domain.datum
+    return domain.floor - domain.datum, domain.top - domain.datum

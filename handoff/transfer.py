@@ -1,0 +1,277 @@
+"""The transfer: a settled bed takes over the surface, the motion and the matter of a shock-physics cloud.
+
+1. the source is split into compact material and ejecta, the surface drawn (``surface``);
+2. grains outside the surface are carved away (``carve``);
+3. each grain that stays takes velocity and spin from the compact particles around it (``interpolation``), material and bulk density from the
+   nearest one, and the mass of the volume that it stands for;
+4. masses are rescaled by one factor, velocities corrected by one field a + b x r, so that mass, linear and angular momentum of the bed's
+   domain and the ejecta are those of the source (``correction``);
+5. the ejecta are added as grains or put on the ballistic list (``ejecta``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from handoff import carve, cavity, compare, domain, hydrostatic, interpolation, surface
+from handoff import correction as closing
+from handoff import ejecta as ejected
+from handoff.ledger import Ledger
+from matter.alpha_shape import OffsetShape
+from matter.errors import InputError
+from matter.particles import Particles
+
+_LEAST_NEIGHBOURS, _MOST_NEIGHBOURS = 20, 64
+_COLUMNS = 2500
+_WIDEST = 0.9
+
+
+@dataclass(frozen=True)
+class Handoff:
+    """Everything that one transfer made and measured.
+
+    ``start`` is the bed for the granular stage; ``stays`` (grains of the uncarved bed), ``volume`` (what each of them stands for, m^3),
+    ``compact`` (places in the source), ``share`` (part of each compact particle inside the domain); sums before, raw and after.
+    """
+
+    start: Particles
+    split: surface.Split
+    compact: np.ndarray
+    share: np.ndarray
+    centre: np.ndarray
+    solid: OffsetShape
+    offset: float
+    stays: np.ndarray
+    volume: np.ndarray
+    samples: carve.Samples
+    fields_raw: compare.Fields
+    ejecta: ejected.Ejecta
+    before: closing.Sums
+    outside: closing.Sums
+    raw: closing.Sums
+    after: closing.Sums
+    change: np.ndarray
+    scale: float
+    size: cavity.Cavity
+    columns: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+def transfer(
+    source: Particles,
+    bed: Particles,
+    rules: surface.Rules | None = None,
+    column: hydrostatic.Column | None = None,
+    waive: dict | None = None,
+) -> tuple[Particles, Ledger]:
+    """Hand a shock-physics snapshot over to a settled bed.
+
+    Parameters
+    ----------
+    source : SPH particles with position, velocity, mass, density, material; attributes ``time``, ``materials``.
+    bed : settled grains with identity, position, mass, radius, material; attributes ``domain``, ``frame``, ``materials``.
+    rules : how ejecta are told from compact material and how the surface is drawn; the defaults when None.
+    column : undisturbed pressure and gravity against height; from the source's field ``gravity`` when None.
+    waive : limit -> reason.
+
+    Returns the bed that the granular stage starts from, and the ledger. Raises ``InputError`` for inputs that cannot be handed over.
+    """
+    from handoff.account import ledger_of
+
+    rules = rules or surface.Rules()
+    column = column or column_of(source, bed)
+    made = hand_over(source, bed, rules, column)
+    return made.start, ledger_of(made, source, bed, column, waive or {})
+
+
+def column_of(source: Particles, bed: Particles) -> hydrostatic.Column:
+    """A column of the gravity found in the source near the datum and of no pressure. Raises ``InputError`` without the field ``gravity``."""
+    region = domain.read(bed.attributes)
+    if "gravity" not in source:
+        raise InputError("no profile of the undisturbed target was given and the source carries no field 'gravity'")
+    near = np.abs(region.frame.height(source.position)) < 0.1 * region.arc
+    g = float(np.median(np.linalg.norm(source.gravity[near], axis=1))) if near.any() else 0.0
+    if not g > 0.0:
+        raise InputError("the source's field 'gravity' is zero near the datum")
+    height = np.array([surface.span(region)[0], 0.0])
+    radius = region.datum if isinstance(region, domain.Cone) else float("inf")
+    return hydrostatic.Column(height, np.zeros(2), np.full(2, g), radius, g)
+
+
+def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: hydrostatic.Column) -> Handoff:
+    """All steps of the transfer; see ``transfer``."""
+    carve.check(bed)
+    region = domain.read(bed.attributes)
+    split, shape = surface.classify(source, region, column, rules)
+    compact = np.flatnonzero(split.compact)
+    spacing = split.spacing[compact]
+    tree, grains = cKDTree(source.position[compact]), cKDTree(bed.position)
+    volume_of = source.mass[compact] / source.density[compact]
+    share, centre = surface.share_inside(source.position[compact], spacing, region, tree, np.arange(len(compact)))
+    if not np.any(share > 0.0):
+        raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
+    solid, offset = surface.calibrated(shape, split.spacing[shape_places(split, shape)], region, float(np.sum(share * volume_of)), rules)
+    samples = carve.sample(region, solid, tree, grains)
+    stays = carve.keep(bed, solid, region)
+    volume = carve.grain_volumes(bed, samples, grains)
+    size, columns = _cavity(solid, stays, grains, region, bed)
+    _refuse_misfit(size, source, compact, region, rules, bed)
+
+    kept = np.flatnonzero(stays)
+    nearest = compact[tree.query(bed.position[kept])[1]]
+    count = neighbours_used(volume[kept], volume_of[tree.query(bed.position[kept])[1]])
+    velocity, gradient = interpolation.local_linear(tree, source.velocity[compact], volume_of, bed.position[kept], count)
+    if rules.mapping == "nearest":
+        velocity = source.velocity[nearest].copy()
+    spin = interpolation.rotation_rate(gradient)
+    raw_mass = source.density[nearest] * volume[kept]
+    packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())
+    carved = _carved(bed, stays, source, nearest)
+
+    thrown = np.flatnonzero(~split.compact)
+    flying = ejected.from_source(source, thrown, carved, packing, region, column)
+    before = closing.sums(source.mass[compact] * share, centre, source.velocity[compact]) + closing.sums(
+        source.mass[thrown], source.position[thrown], source.velocity[thrown]
+    )
+    outside = closing.sums(source.mass[compact] * (1.0 - share), source.position[compact], source.velocity[compact])
+    airborne = closing.sums(flying.mass, flying.position, flying.velocity)
+    place, radius = bed.position[kept], bed.radius[kept]
+    raw = closing.sums(raw_mass, place, velocity, radius, spin) + airborne
+    scale = (before.mass - airborne.mass) / raw_mass.sum()
+    mass = raw_mass * scale
+    mass *= (before.mass - airborne.mass) / mass.sum()
+    moved = velocity.copy()
+    for _ in range(2):  # the second pass takes away the rounding of the first
+        now = closing.sums(mass, place, moved, radius, spin) + airborne
+        moved += closing.closing_field(mass, place, before.momentum - now.momentum, before.angular - now.angular)
+    after = closing.sums(mass, place, moved, radius, spin) + airborne
+    start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
+    bed_mass, bed_velocity = np.zeros(len(bed)), np.zeros((len(bed), 3))
+    bed_mass[kept], bed_velocity[kept] = raw_mass, velocity
+    fields = compare.spread(samples, source.mass[compact] * share, source.velocity[compact], bed_mass, bed_velocity)
+    return Handoff(
+        start, split, compact, share, centre, solid, offset, stays, volume, samples, fields, flying, before, outside, raw, after,
+        moved - velocity, scale, size, columns,
+    )  # fmt: skip
+
+
+def shape_places(split: surface.Split, shape) -> np.ndarray:
+    """Places in the source of the points that the alpha-shape was built on (compact and detached)."""
+    return np.flatnonzero((split.reason == surface.COMPACT) | (split.reason == surface.DETACHED))
+
+
+def neighbours_used(grain_volume: np.ndarray, particle_volume: np.ndarray) -> int:
+    """Neighbours of the fit: 20 where the source is coarse, more where a grain stands for several particles (at most 64)."""
+    ratio = float(np.median(grain_volume / particle_volume))
+    return int(np.clip(round(4.0 * ratio), _LEAST_NEIGHBOURS, _MOST_NEIGHBOURS))
+
+
+def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: domain.Domain, bed: Particles):
+    foot, distance, height = surface.surface_heights(solid.contains, region, _COLUMNS)
+    carved = surface.surface_heights(lambda points: stays[grains.query(points)[1]], region, _COLUMNS)[2]
+    size = cavity.measure(foot, distance, height, region, noise=2.0 * float(bed.radius.mean()))
+    return size, (foot, distance, height, carved)
+
+
+def _refuse_misfit(size: cavity.Cavity, source, compact, region, rules: surface.Rules, bed: Particles) -> None:
+    radius = float(bed.radius.mean())
+    if size.radius == 0.0 and rules.crater == "required":
+        raise InputError(
+            f"no crater: the compact surface lies nowhere deeper than two grain radii ({2.0 * radius:.4g} m) below the datum near the axis"
+        )
+    if size.radius > _WIDEST * region.arc:
+        raise InputError(
+            f"the crater (radius {size.radius:.4g} m) is wider than {_WIDEST:.0%} of the bed ({region.arc:.4g} m): "
+            "take a wider bed or an earlier snapshot"
+        )
+    place = source.position[compact]
+    foot = place - region.frame.height(place)[:, None] * region.frame.up(place)
+    above = (region.frame.height(place) > surface.span(region)[1]) & (region.depth_inside(foot) > 0.0)
+    share = source.mass[compact][above].sum() / source.mass[compact].sum()
+    if share > 0.0:
+        raise InputError(
+            f"{above.sum()} compact particles stand higher than the bed's headroom ({surface.span(region)[1]:.4g} m): "
+            "give the bed more headroom or lower the speed limit"
+        )
+
+
+def _material_numbers(source: Particles, bed: Particles) -> tuple[list[str], np.ndarray]:
+    """Material names of the start (the bed's, then the source's further ones), and the new number of each material of the source."""
+    names = list(bed.attributes.get("materials", []))
+    table = []
+    for name in source.attributes.get("materials", []):
+        if name not in names:
+            names.append(name)
+        table.append(names.index(name))
+    return names, np.array(table or [0])
+
+
+def _species_by_material(bed: Particles, names: list[str]) -> np.ndarray:
+    """Species that grains of each material take: what the bed's contact settings say, else that of most of its grains of that material,
+    else the first."""
+    said = bed.attributes.get("contact", {}).get("species_of_material", {})
+    known = list(bed.attributes.get("species", []))
+    species = np.zeros(len(names), dtype=np.int32)
+    for number, name in enumerate(names):
+        mine = bed.species[bed.material == number] if "species" in bed else np.empty(0, dtype=np.int32)
+        if said.get(name) in known:
+            species[number] = known.index(said[name])
+        elif len(mine):
+            species[number] = int(np.bincount(mine).argmax())
+    return species
+
+
+def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.ndarray) -> Particles:
+    carved = bed.select(stays)
+    names, table = _material_numbers(source, bed)
+    carved["material"] = table[np.clip(source.material[nearest], 0, len(table) - 1)]
+    if "species" in bed:
+        carved["species"] = _species_by_material(bed, names)[carved.material]
+    carved["density"] = source.density[nearest]
+    carved.attributes["materials"] = names
+    return carved
+
+
+def _start(carved: Particles, bed, source, stays, mass, volume, velocity, spin, flying: ejected.Ejecta) -> Particles:
+    """The carved bed and the ejecta as one set of grains; every field of the bed is carried."""
+    count, extra = len(carved), len(flying.mass)
+    names, table = _material_numbers(source, bed)
+    material = table[np.clip(source.material[flying.source], 0, len(table) - 1)]
+    reference = float(np.median(mass))
+    tail = {
+        "identity": int(bed.identity.max()) + 1 + np.arange(extra),
+        "position": flying.position,
+        "velocity": flying.velocity,
+        "angular_velocity": np.zeros((extra, 3)),
+        "mass": flying.mass,
+        "radius": flying.radius,
+        "material": material,
+        "density": flying.density,
+        "headroom": np.zeros(extra, dtype=np.int8),
+        "species": _species_by_material(bed, names)[material],
+        "state": flying.state,
+    }
+    head = {name: carved[name] for name in carved}
+    head |= {
+        "velocity": velocity,
+        "angular_velocity": spin,
+        "mass": mass,
+        "density": mass / volume,
+        "headroom": np.zeros(count, dtype=np.int8),
+        "state": np.zeros(count, dtype=np.int8),
+    }
+    if "stiffness" in bed:
+        softest = float(np.min(carved.stiffness))
+        tail["stiffness"] = np.minimum(1.0, flying.mass / reference) * softest
+    fields = {}
+    for name, values in head.items():
+        if name in tail:
+            fields[name] = np.concatenate([values, tail[name]])
+        elif extra == 0:
+            fields[name] = values
+        else:
+            raise InputError(f"the bed carries the field {name!r}, which ejecta have no value for")
+    attributes = {**bed.attributes, "materials": names, "stage": "handoff", "time": float(source.attributes.get("time", 0.0))}
+    return Particles(fields, attributes, carve.surviving_tables(bed, stays))
