@@ -19,8 +19,9 @@ def read(path: Path, columns: str | None = None) -> Particles:
     if not rows:
         raise InputError(f"{path} holds no data")
     header = columns
-    if header is None and not _numeric(rows[0]):
-        header = rows.pop(0)
+    if not _numeric(rows[0]):  # a header line; --columns replaces it
+        first = rows.pop(0)
+        header = first if header is None else header
     elif header is None:
         comments = [line.lstrip()[1:] for line in lines[: lines.index(rows[0])] if line.lstrip().startswith("#")]
         if not comments:

@@ -1,0 +1,43 @@
+"""The bibliography: readable entries, and every source that a material names is in it."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from matter import material
+from pipeline import references
+
+
+def test_every_entry_has_what_a_citation_needs():
+    found = references.entries()
+    assert len(found) > 20
+    for key, entry in found.items():
+        assert entry.count("{") == entry.count("}"), key
+        for part in ("author", "title", "year"):
+            assert re.search(rf"^  {part} = \{{.+\}}", entry, re.MULTILINE), (key, part)
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("Benz & Asphaug 1999, Icarus 142", "BenzAsphaug1999"),
+        ("Benz and Asphaug (1994), eq. 12", "BenzAsphaug1994"),
+        ("(Zhang et al., 2017)", "Zhang2017"),
+        ("Schäfer et al. 2016", "Schaefer2016"),
+        ("Schaefer et al. (2016)", "Schaefer2016"),
+        ("Winter 2017, Table 8", "Winter2017"),
+    ],
+)
+def test_a_citation_in_words_is_recognised(text, key):
+    assert references.cited(text) == [key]
+
+
+def test_another_year_is_another_paper():
+    assert references.cited("Benz & Asphaug 2001; Zhang 1917; Melosh et al. 2017") == []
+
+
+@pytest.mark.parametrize("name", material.names())
+def test_every_equation_of_state_of_a_material_is_cited(name):
+    assert references.cited(str(material.load(name)["tillotson"]["source"]))

@@ -1,0 +1,69 @@
+"""Stopped by signals, in a process of its own: exit 75, and the same command ends in the same bits."""
+
+from __future__ import annotations
+
+import json
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+STEPS = ("--set", "sph.steps=61")
+
+
+def wait_for(condition, process, seconds: float = 60.0) -> None:
+    """Wait until ``condition()`` holds while ``process`` runs."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.01)
+
+
+def checkpoints(runs: Path) -> list[Path]:
+    return list(runs.glob("small-*/2_sph/checkpoint_*.h5"))
+
+
+@pytest.fixture
+def expected(drive, case_folder, tmp_path) -> str:
+    """What an uninterrupted run ends with."""
+    code, _, err = drive(case_folder, "--out", tmp_path / "whole", *STEPS)
+    assert code == 0, err
+    return next((tmp_path / "whole").glob("small-*/2_sph/x.txt")).read_text()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
+def test_an_interrupted_run_ends_bitwise_equal(drive, case_folder, tmp_path, expected, number):
+    slow = (case_folder, "--out", tmp_path / "runs", *STEPS, "--set", "sph.sleep_s=0.05")
+    process = drive(*slow, wait=False)
+    wait_for(lambda: checkpoints(tmp_path / "runs"), process)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    run_folder = next((tmp_path / "runs").glob("small-*"))
+    status = json.loads((run_folder / "status.json").read_text())
+    if number == signal.SIGKILL:
+        assert process.returncode == -signal.SIGKILL and status["state"] == "running"
+    else:
+        assert process.returncode == 75
+        assert "saving, then stopping" in out and "the same command resumes" in err and "Traceback" not in err
+        assert status["state"] == "stopped"
+    code, out, err = drive(*slow)
+    assert code == 0, err
+    assert "2_sph: continued" in out
+    assert (run_folder / "2_sph" / "x.txt").read_text() == expected
+    assert not checkpoints(tmp_path / "runs")
+    assert json.loads((run_folder / "6_crater" / "done.json").read_text())["stage"] == "crater"
+
+
+def test_a_second_signal_stops_at_once_and_a_second_run_waits_outside(drive, case_folder, tmp_path):
+    long = (case_folder, "--out", tmp_path / "runs", "--set", "sph.steps=1004", "--set", "sph.sleep_s=3")
+    process = drive(*long, wait=False)
+    wait_for(lambda: list((tmp_path / "runs").glob("small-*/2_sph/starts.txt")), process)
+    code, _, err = drive(*long)
+    assert code == 2 and f"in use by process {process.pid}" in err
+    process.send_signal(signal.SIGTERM)
+    time.sleep(0.5)
+    assert process.poll() is None  # it waits for the next checkpoint, fifteen seconds away
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(timeout=10) == 75
