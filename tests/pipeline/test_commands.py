@@ -20,7 +20,7 @@ COMMANDS = ("run_case", "inspect_handoff", "compare_profiles", "measure_crater",
 def python(code: str, *, path: tuple[Path, ...] = ()) -> subprocess.CompletedProcess:
     """Run code in a process of its own, with ``path`` before the project on the import path."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (*path, ROOT)))}
-    command = [sys.executable, "-c", textwrap.dedent(code)]
+    command = [sys.executable, "-P", "-c", textwrap.dedent(code)]
     return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
 
 
@@ -120,7 +120,7 @@ def test_import_snapshot_reads_columns_with_units(tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
 
     def command(*arguments):
-        start = [sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)]
+        start = [sys.executable, "-P", "-c", textwrap.dedent(code), *map(str, arguments)]
         return subprocess.run(start, capture_output=True, text=True, env=environment, timeout=60)
 
     done = command(tmp_path / "cloud.csv", "--out", tmp_path / "cloud.vtkhdf", "--materials", "ice,water")
