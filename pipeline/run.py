@@ -18,7 +18,7 @@ from typing import Any
 from matter import progress
 from matter.body import Model
 from matter.errors import InputError, Stopped, Unsound
-from pipeline import beds, folder, lock, outside, provenance, stages, used
+from pipeline import folder, lock, outside, provenance, stages, used
 from pipeline.case import Case, compose, with_impact
 from pipeline.describe import describe
 from pipeline.journal import Journal, Screen, signals
@@ -139,7 +139,8 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
             outside.install(stage, source, place)
             more["from"] = str(source.resolve())
         else:
-            more |= _made(request, stage, settings[stage], place, inputs, journal)
+            more["sources_sha256"] = provenance.source_key(stages.MODULES[stage])
+            stages.load(stage).run(settings[stage], run_folder, place)
     except Unsound as reason:
         more["unsound"] = outcome.unsound[stage] = str(reason)
     except BaseException:
@@ -151,27 +152,6 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
     note = f"; UNSOUND: {more['unsound']}" if "unsound" in more else "; taken from elsewhere" if source else ""
     journal.screen.ends(stage, f"{label}: done in {wall_s:.1f} s{note}")
     journal.log(f"{label} done, {wall_s:.1f} s{note}")
-
-
-def _made(request: Request, stage: str, settings: Model, place: Path, inputs: str, journal: Journal) -> dict[str, Any]:
-    """Let a stage make its result; a bed that another run has settled is taken instead."""
-    module = stages.load(stage)
-    more = {"sources_sha256": provenance.source_key(stages.MODULES[stage])}
-    if stage != "bed":
-        module.run(settings, request.run_folder, place)
-        return more
-    shared = beds.place(request.out, inputs)
-
-    def wait(message: str) -> None:
-        progress.stop_here(stage)
-        journal.screen.moves(stage, progress.Progress(stage, 1.0, note=f"waiting: {message}"))
-
-    with lock.held(shared.with_suffix(".lock"), f"the shared bed {shared.name}", wait):
-        if not request.fresh and beds.take(shared, place):
-            return more | {"shared": shared.name}
-        module.run(settings, request.run_folder, place)
-        beds.give(place, shared, inputs)
-    return more
 
 
 def _clear_the_way(request: Request, interrupted: bool) -> None:

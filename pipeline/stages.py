@@ -25,7 +25,7 @@ MODULES = {
 }
 
 # What a stage reads of the earlier ones: a whole stage ("sph"), or one small boundary file ("sph/target.json"), whose content alone
-# then decides whether the stage is up to date. The bed depends on the body but not on the impact, which is why beds can be shared.
+# then decides whether the stage is up to date: the bed depends on the body, not on what hit it.
 READS = {
     "nbody": (),
     "sph": ("nbody/impact.toml",),

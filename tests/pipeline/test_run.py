@@ -124,13 +124,12 @@ def test_from_goes_on_when_the_same_command_was_interrupted(go):
     assert screens[1].worked() == ["dem"]  # the same command again goes on where it stopped
 
 
-def test_fresh_removes_and_makes_all_anew(go, tmp_path):
+def test_fresh_removes_and_makes_all_anew(go):
     outcome, _ = go()
     (outcome.run / "2_sph" / "leftover").write_text("x")
     _, screen = go(fresh=True)
     assert screen.worked() == ALL
     assert not (outcome.run / "2_sph" / "leftover").exists()
-    assert (tmp_path / "runs" / "beds_built.txt").read_text() == "xx"  # the shared bed was not taken
 
 
 def test_a_request_to_stop_is_kept_and_the_same_command_continues_to_the_same_bits(go, case_folder, tmp_path):
@@ -188,16 +187,6 @@ def test_a_failed_stage_is_not_done_and_the_log_has_the_reason(go, tmp_path):
     assert not (run_folder / "5_dem" / "done.json").exists()
     assert json.loads((run_folder / "status.json").read_text())["state"] == "failed"
     assert "ZeroDivisionError: a bug" in (run_folder / "run.log").read_text()
-
-
-def test_runs_that_differ_in_the_impact_share_one_bed(go, tmp_path):
-    first, _ = go()
-    second, screen = go("impact.speed=9 km/s")
-    assert first.run != second.run and "bed" in screen.worked()
-    assert (tmp_path / "runs" / "beds_built.txt").read_text() == "x"
-    assert (first.run / "3_bed" / "bed.txt").stat().st_ino == (second.run / "3_bed" / "bed.txt").stat().st_ino
-    go("dem.contact.friction=0.1")
-    assert (tmp_path / "runs" / "beds_built.txt").read_text() == "xx"
 
 
 def test_files_that_no_run_made_are_not_deleted(go, tmp_path, case_folder):

@@ -24,6 +24,4 @@ def predict(settings: Settings) -> dict:
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
-    built = out.parent.parent / "beds_built.txt"
-    built.write_text((built.read_text() if built.exists() else "") + "x")
     (out / "bed.txt").write_text(f"{(inputs / '2_sph' / 'target.json').read_text()} {settings.contact.friction}")
