@@ -68,7 +68,9 @@ def of(particles: Particles, what: str = "the snapshot") -> Cloud:
     finite = np.isfinite(position).all(axis=1)
     if not finite.all():
         first = int(np.flatnonzero(~finite)[0])
-        raise InputError(f"{what} has {int((~finite).sum())} positions that are not finite, the first is particle {first}: {position[first]}")
+        raise InputError(
+            f"{what} has {int((~finite).sum())} positions that are not finite, the first is particle {first}: {position[first]}"
+        )
     volume, low = _volumes(chosen, what)
     velocity = chosen.velocity if "velocity" in chosen else None
     return Cloud(position, volume, np.cbrt(volume), velocity, low)

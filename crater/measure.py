@@ -296,11 +296,11 @@ def measure(
     return measure_scene(scene, refit, seed)
 
 
-def measure_scene(scene: locate.Scene, refit=None, seed: int = 1, sectors: int | None = None) -> Measures:
+def measure_scene(scene: locate.Scene, refit=None, seed: int = 1, sectors: int | None = None, turns: int = 8) -> Measures:
     """Measure a prepared scene: centre and datum are iterated until neither moves, then the profile is read off."""
     count = sectors or 24
     datum, notes = scene.datum, {}
-    ground, radius = _settle(scene, datum, refit, count)
+    ground, radius = _settle(scene, datum, refit, count, turns)
     level, sigma_level = (0.0, ground.datum.sigma)
     if scene.before is not None:
         level, sigma_level = locate.level_of_far_field(ground, radius)
@@ -309,11 +309,12 @@ def measure_scene(scene: locate.Scene, refit=None, seed: int = 1, sectors: int |
     return read_off(ground, radius, sigma_level, seed, notes)
 
 
-def _settle(scene: locate.Scene, datum: Datum, refit, sectors: int) -> tuple[Relief, float]:
+def _settle(scene: locate.Scene, datum: Datum, refit, sectors: int, turns: int) -> tuple[Relief, float]:
     """Relief about the crater's centre and the crater's radius [m] (0 where there is no hollow)."""
     ground, radius = locate.look(scene, datum, sectors), 0.0
-    for turn in range(8):
-        if turn < 3:
+    rough = 3 if refit is not None else 2
+    for turn in range(turns):
+        if turn < rough:
             east, north, radius = locate.depression(ground)
         else:
             east, north, found = _recentre(ground, radius)
@@ -331,7 +332,7 @@ def _settle(scene: locate.Scene, datum: Datum, refit, sectors: int) -> tuple[Rel
         datum = new
         ground = locate.look(scene, datum, sectors)
         d = float(ground.columns.spacing[0])
-        if turn >= 3 and shift < 0.05 * d and lifted < 0.05 * d:
+        if turn >= rough and shift < 0.05 * d and lifted < 0.05 * d:
             break
     return ground, radius
 
@@ -417,3 +418,33 @@ def _method_spread(ground, base, ruler, finder) -> np.ndarray:
 def _no_crater(ground, profile, notes, d) -> Measures:
     reason = "no hollow deeper than the noise of the surface"
     return Measures({name: Quantity(None, None, unit, reason) for name, unit in UNITS.items()}, profile, ground.datum, ground, notes)
+
+
+def measure_profile(profile: Profile) -> dict[str, Quantity]:
+    """Measures of a radial profile alone (no cloud): read off its points; sigma from the band where it has one.
+
+    ``depth_m``, ``diameter_apparent_m``, ``diameter_rim_m``, ``rim_height_m``, ``depth_rim_to_floor_m`` and ``volume_m3`` (of revolution, on a plane).
+    """
+    known = np.isfinite(profile.height)
+    s, h = profile.radius[known], profile.height[known]
+    floor = int(np.argmin(h))
+    band = 0.5 * (profile.p84 - profile.p16)[known] / np.sqrt(np.maximum(profile.count[known], 1))
+    sigma = np.where(np.isfinite(band), band, 0.0)
+    result = {"depth_m": Quantity(-float(h[floor]), float(sigma[floor]), "m")}
+    apparent = apparent_radius(s, h, floor)
+    if not np.isfinite(apparent):
+        return result
+    result["diameter_apparent_m"] = Quantity(2.0 * apparent, float(np.interp(apparent, s, sigma)) * 2.0, "m")
+    inside = s < apparent
+    r = np.concatenate([s[inside], [apparent]])
+    z = np.concatenate([h[inside], [0.0]])
+    result["volume_m3"] = Quantity(float(np.trapezoid(-z * 2.0 * np.pi * r, r)), None, "m^3")
+    outside = np.flatnonzero(s > apparent)
+    if len(outside) > 2:
+        crest = outside[int(np.argmax(np.where(s[outside] < 2.0 * apparent, h[outside], -np.inf)))]
+        if h[crest] > 0.0 and crest + 1 < len(s):
+            step = float(np.gradient(s)[crest])
+            result["diameter_rim_m"] = Quantity(2.0 * float(s[crest]), step, "m")
+            result["rim_height_m"] = Quantity(float(h[crest]), float(sigma[crest]), "m")
+            result["depth_rim_to_floor_m"] = Quantity(float(h[crest] - h[floor]), float(np.hypot(sigma[crest], sigma[floor])), "m")
+    return result

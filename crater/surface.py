@@ -96,7 +96,9 @@ def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24) ->
     """
     distance, _, height = datum.polar(cloud.position)
     d = cloud.spacing
-    smallest = float(np.quantile(d[distance < max(0.3 * reach, 4.0 * np.quantile(d, 0.05))], 0.1)) if (distance < 0.3 * reach).any() else 0.0
+    smallest = (
+        float(np.quantile(d[distance < max(0.3 * reach, 4.0 * np.quantile(d, 0.05))], 0.1)) if (distance < 0.3 * reach).any() else 0.0
+    )
     smallest = smallest or float(np.quantile(d, 0.05))
     coarse = np.arange(0.0, reach + 2.0 * smallest, 2.0 * smallest)
     which = np.digitize(distance, coarse) - 1
@@ -187,7 +189,9 @@ def _crossing(colour, t_lo, dt, thickness, out):
             n -= 1
 
 
-def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, window: tuple[float, float] | None = None, alpha: bool = False) -> Heights:
+def measure_heights(
+    cloud: Cloud, datum: Datum, columns: Columns, window: tuple[float, float] | None = None, alpha: bool = False
+) -> Heights:
     """Heights of the supported ``cloud`` above ``datum`` by all methods.
 
     ``window`` limits the heights [m] in which ground is looked for (default: what the cloud's top needs).
@@ -210,7 +214,18 @@ def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, window: tuple[
     highest = np.full(len(colour), -np.inf)
     radius = datum.radius if datum.is_sphere else 1.0
     _splat(
-        x, near.volume, near.spacing, datum.is_sphere, radius, columns.distance, columns.start[:-1], columns.count, t_lo, dt, colour, highest
+        x,
+        near.volume,
+        near.spacing,
+        datum.is_sphere,
+        radius,
+        columns.distance,
+        columns.start[:-1],
+        columns.count,
+        t_lo,
+        dt,
+        colour,
+        highest,
     )
     crossing = np.empty(len(colour))
     _crossing(colour, t_lo, dt, columns.spacing[columns.ring], crossing)

@@ -1,0 +1,369 @@
+"""Pictures of craters: profiles, time series, height map, cross-sections. matplotlib is loaded only when a picture is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crater.measure import Measures
+from crater.radial_profile import Profile
+from matter import archive, snapshot
+from matter.particles import Particles
+
+if TYPE_CHECKING:
+    from crater.compare import Crater
+    from crater.stage import Findings
+
+INK = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
+MATERIAL_COLOURS = {"ice": "#9fd3ea", "water": "#2f6fb2", "basalt": "#8a7563", "iron": "#4d4d4d"}
+PROJECTILE_COLOUR = "#d62828"
+KM = 1e-3
+
+
+def figure(width: float, height: float):
+    """A matplotlib figure on the Agg canvas (no window, no global state)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    fig = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(fig)
+    return fig
+
+
+def save(fig, path: Path) -> None:
+    """Write a figure; the file is whole or absent."""
+    path = Path(path)
+    kind = path.suffix[1:] or "png"
+    with archive.replacing(path) as temporary:
+        fig.savefig(temporary, format=kind, dpi=150)
+
+
+def unit_of(length: float) -> tuple[float, str]:
+    """Factor and unit in which a length [m] is best shown."""
+    return (1e-3, "km") if abs(length) >= 2e3 else (1.0, "m")
+
+
+def _grid(axis) -> None:
+    axis.grid(alpha=0.25, linewidth=0.6)
+    for side in ("top", "right"):
+        axis.spines[side].set_visible(False)
+
+
+def _profile_line(axis, profile: Profile, scale: float, colour: str, label: str) -> None:
+    known = np.isfinite(profile.height)
+    axis.plot(profile.radius[known] * scale, profile.height[known] * scale, color=colour, linewidth=1.8, label=label)
+    band = np.isfinite(profile.p16) & np.isfinite(profile.p84)
+    if band.any():
+        axis.fill_between(
+            profile.radius[band] * scale, profile.p16[band] * scale, profile.p84[band] * scale, color=colour, alpha=0.15, linewidth=0
+        )
+
+
+def draw_all(found: Findings, out: Path) -> None:
+    """Every picture of a run: profile.png, time_series.png, cross_section.png, heightmap.png (those that there is material for)."""
+    if found.final is not None or found.late_sph is not None:
+        draw_profiles(found, out / "profile.png")
+    if any(moment.measures for moment in found.moments):
+        draw_series(found, out / "time_series.png")
+    if found.final is not None:
+        draw_heightmap(found.final, out / "heightmap.png")
+    draw_cross_sections(found, out / "cross_section.png")
+
+
+def draw_one(measures: Measures, name: str, folder: Path) -> None:
+    """Profile and height map of a single snapshot."""
+    scale, unit = unit_of(float(measures.profile.radius[-1]))
+    fig = figure(8.0, 4.2)
+    axis = fig.add_subplot()
+    _profile_line(axis, measures.profile, scale, INK[0], name)
+    _mark(axis, measures, scale, INK[0])
+    axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
+    axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
+    axis.legend(frameon=False)
+    _grid(axis)
+    save(fig, folder / "profile.png")
+    draw_heightmap(measures, folder / "heightmap.png")
+
+
+def _mark(axis, measures: Measures, scale: float, colour: str) -> None:
+    """Apparent radius on the datum and the crest, with their errors."""
+    apparent, depth = measures["diameter_apparent_m"], measures["depth_m"]
+    if apparent.value is not None:
+        axis.errorbar(
+            [0.5 * apparent.value * scale],
+            [0.0],
+            xerr=[0.5 * (apparent.sigma or 0.0) * scale],
+            fmt="o",
+            color=colour,
+            markersize=4,
+            capsize=3,
+        )
+    if depth.value is not None:
+        axis.errorbar([0.0], [-depth.value * scale], yerr=[(depth.sigma or 0.0) * scale], fmt="o", color=colour, markersize=4, capsize=3)
+    rim, height = measures["diameter_rim_m"], measures["rim_height_m"]
+    if rim.value is not None and height.value is not None:
+        axis.errorbar(
+            [0.5 * rim.value * scale],
+            [height.value * scale],
+            xerr=[0.5 * (rim.sigma or 0.0) * scale],
+            yerr=[(height.sigma or 0.0) * scale],
+            fmt="^",
+            color=colour,
+            markersize=5,
+            capsize=3,
+        )
+
+
+def draw_profiles(found: Findings, path: Path) -> None:
+    """Transient, all-SPH late stage and granular late stage on one axis, with the published transient crater."""
+    fig = figure(9.0, 5.0)
+    axis = fig.add_subplot()
+    lines: list[tuple[Measures, str, str]] = []
+    moment = found.transient.get("volume")
+    if moment is not None and moment.measures is not None:
+        lines.append((moment.measures, INK[1], f"transient, maximum volume (SPH, {moment.time / 60:.0f} min)"))
+    if found.late_sph is not None:
+        lines.append((found.late_sph, INK[0], f"all-SPH late stage ({found.late_sph_time / 60:.0f} min)"))
+    if found.final is not None and found.final is not found.late_sph:
+        lines.append((found.final, INK[2], f"settled grains, DEM ({found.final_time / 60:.0f} min)"))
+    reach = max(float(measures.profile.radius[np.isfinite(measures.profile.height)][-1]) for measures, _, _ in lines)
+    reach = min(reach, _interesting(found, reach))
+    scale, unit = unit_of(reach)
+    for measures, colour, label in lines:
+        _profile_line(axis, measures.profile, scale, colour, label)
+    if lines and moment is not None and moment.measures is not None:
+        _mark(axis, moment.measures, scale, INK[1])
+    _published_box(axis, found, scale)
+    axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
+    axis.set_xlim(0.0, reach * scale)
+    axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
+    axis.legend(frameon=False, fontsize=8, loc="lower right")
+    if found.late_sph is not None and found.final is not None and found.final is not found.late_sph:
+        axis.set_title(
+            "The two late stages differ in method and in rheology: continuum with yield strength / grains with friction", fontsize=9
+        )
+    _grid(axis)
+    save(fig, path)
+
+
+def _interesting(found: Findings, reach: float) -> float:
+    sizes = [moment.value("diameter_apparent_m") for moment in found.transient.values()]
+    known = [size for size in sizes if np.isfinite(size)]
+    return min(reach, max(2.0 * max(known), 1.2 * found.settings.impact.expected_transient_diameter)) if known else reach
+
+
+def _published_box(axis, found: Findings, scale: float) -> None:
+    """Published transient diameter and depth as error bars on the axes that they belong to."""
+    for row in found.reference:
+        if not row["name"].startswith("transient"):
+            continue
+        low, high = row["minus"] * scale, row["plus"] * scale
+        if "diameter" in row["name"]:
+            r = 0.5 * row["value"] * scale
+            axis.errorbar(
+                [r], [0.0], xerr=[[0.5 * low], [0.5 * high]], fmt="s", color="black", markersize=4, capsize=3, label="published transient"
+            )
+        elif row["name"].endswith("depth_m"):
+            axis.errorbar([0.0], [-row["value"] * scale], yerr=[[low], [high]], fmt="s", color="black", markersize=4, capsize=3)
+
+
+def draw_series(found: Findings, path: Path) -> None:
+    """D(t), depth(t) and V(t) with errors; the published transient values as bands, the scaling laws as a bracket."""
+    fig = figure(9.0, 7.5)
+    axes = fig.subplots(3, 1, sharex=True)
+    rows = (
+        ("diameter_apparent_m", "apparent diameter [km]", 1e-3),
+        ("depth_m", "depth below datum [km]", 1e-3),
+        ("volume_m3", "volume below datum [10$^6$ km$^3$]", 1e-15),
+    )
+    for axis, (name, label, scale) in zip(axes, rows):
+        for stage, colour, word in (("sph", INK[0], "SPH"), ("dem", INK[2], "DEM")):
+            chosen = [m for m in found.moments if m.stage == stage and np.isfinite(m.value(name))]
+            if chosen:
+                t = [m.time / 60.0 for m in chosen]
+                y = [m.value(name) * scale for m in chosen]
+                e = [(m.measures[name].sigma or 0.0) * scale for m in chosen]  # type: ignore[index]
+                axis.errorbar(t, y, yerr=e, fmt="o-", color=colour, markersize=3, linewidth=1.2, elinewidth=0.7, capsize=2, label=word)
+        axis.set_ylabel(label)
+        axis.set_ylim(bottom=0.0)
+        _grid(axis)
+    for row in found.reference:
+        if row["name"] == "transient depth_m" or row["name"].startswith("transient diameter"):
+            axis = axes[1] if "depth" in row["name"] else axes[0]
+            axis.axhspan(
+                (row["value"] - row["minus"]) * 1e-3,
+                (row["value"] + row["plus"]) * 1e-3,
+                color="black",
+                alpha=0.08,
+                label="published transient",
+            )
+            axis.axhline(row["value"] * 1e-3, color="black", linewidth=0.8, linestyle=":")
+    if found.scaling:
+        low, high = (x * 1e-3 for x in found.scaling["range_m"])
+        axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label="pi-scaling (Zahnle, Collins, Schmidt-Housen water)")
+    for key, colour in (("volume", INK[1]), ("depth", INK[3])):
+        if key in found.transient:
+            for axis in axes:
+                axis.axvline(found.transient[key].time / 60.0, color=colour, linewidth=0.8, linestyle="--", label=f"first maximum of {key}")
+    axes[0].legend(frameon=False, fontsize=7.5, loc="best")
+    axes[-1].set_xlabel("time after contact [min]")
+    save(fig, path)
+
+
+def draw_heightmap(measures: Measures, path: Path) -> None:
+    """Height of every column, looking down on the crater."""
+    ground = measures.ground
+    columns = ground.columns
+    ring = columns.ring
+    reach = float(columns.edges[-1])
+    apparent = measures["diameter_apparent_m"].value
+    if apparent:
+        reach = min(reach, 1.6 * apparent)
+    scale, unit = unit_of(reach)
+    s, a = columns.distance[ring], columns.azimuth
+    good = np.isfinite(ground.rays) & (s < reach)
+    x, y, h = s[good] * np.cos(a[good]) * scale, s[good] * np.sin(a[good]) * scale, ground.rays[good] * scale
+    limit = max(float(np.quantile(np.abs(h), 0.995)), 1e-9) if len(h) else 1.0
+    fig = figure(6.6, 5.6)
+    axis = fig.add_subplot(aspect="equal")
+    drawn = axis.tripcolor(x, y, h, shading="gouraud", cmap="RdBu_r", vmin=-limit, vmax=limit)
+    fig.colorbar(drawn, ax=axis, label=f"height above the datum [{unit}]")
+    if apparent:
+        angle = np.linspace(0.0, 2.0 * np.pi, 200)
+        axis.plot(
+            0.5 * apparent * scale * np.cos(angle), 0.5 * apparent * scale * np.sin(angle), color="black", linewidth=0.8, linestyle="--"
+        )
+    axis.set(xlabel=f"x, downrange [{unit}]", ylabel=f"y [{unit}]")
+    save(fig, path)
+
+
+def draw_cross_sections(found: Findings, path: Path) -> None:
+    """Slabs through the impact plane: shock stage at the transient and at the end, grains at the start and at the end, by material."""
+    panels: list[tuple[str, Particles]] = []
+    moment = found.transient.get("volume")
+    if moment is not None and moment.stage == "sph":
+        panels.append((f"SPH, transient (maximum volume), {moment.time / 60:.1f} min", snapshot.read(moment.path)))
+    late = found.inputs / "2_sph" / f"last{snapshot.SUFFIX}"
+    shots = snapshot.series(found.inputs / "2_sph")
+    if late.is_file() or shots:
+        panels.append((f"SPH, end, {found.late_sph_time / 60:.1f} min", snapshot.read(late if late.is_file() else shots[-1])))
+    for folder, word in (("4_handoff/start", "grains, handoff"), ("5_dem/last", "grains, end")):
+        file = found.inputs / f"{folder}{snapshot.SUFFIX}"
+        if file.is_file():
+            grains = snapshot.read(file)
+            panels.append((f"{word}, {float(grains.attributes.get('time', np.nan)) / 60:.1f} min", grains))
+    if not panels:
+        return
+    half = 0.75 * found.settings.impact.expected_transient_diameter
+    fig = figure(9.0, 3.1 * len(panels))
+    axes = np.atleast_1d(fig.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
+    radius = found.settings.target.radius
+    for axis, (title, particles) in zip(axes, panels):
+        radius = float(particles.attributes.get("target_radius_m", radius))
+        _slab(axis, particles, radius, half)
+        axis.set_title(title, fontsize=9, loc="left")
+        axis.set_ylabel("z - surface [km]")
+    axes[-1].set_xlabel("x, downrange [km]")
+    _legend(axes[0], panels)
+    save(fig, path)
+
+
+def _colours(particles: Particles) -> np.ndarray:
+    names = list(particles.attributes.get("materials", []))
+    palette = np.array(
+        [MATERIAL_COLOURS.get(name.split("_")[0], INK[k % len(INK)]) for k, name in enumerate(names)] or ["#999999"], dtype=object
+    )
+    colours = (
+        palette[np.clip(particles.material, 0, len(palette) - 1)]
+        if "material" in particles
+        else np.full(len(particles), "#999999", dtype=object)
+    )
+    if "layer" in particles:
+        colours = colours.copy()
+        colours[particles.layer < 0] = PROJECTILE_COLOUR
+    return colours
+
+
+def _slab(axis, particles: Particles, radius: float, half: float) -> None:
+    from matplotlib.collections import EllipseCollection
+
+    spacing = np.full(len(particles), np.nan)
+    if "radius" in particles and "density" not in particles:
+        spacing = 2.0 * particles.radius
+    elif "mass" in particles and "density" in particles:
+        spacing = np.minimum(np.cbrt(particles.mass / np.maximum(particles.density, 1e-3)), 0.12 * half)
+    spacing = np.where(np.isfinite(spacing), spacing, 0.02 * half)
+    p = particles.position
+    low, high = -0.85 * half, 0.55 * half
+    inside = (np.abs(p[:, 1]) < 0.5 * spacing) & (np.abs(p[:, 0]) < half) & (p[:, 2] - radius > low) & (p[:, 2] - radius < high)
+    if "state" in particles:
+        inside &= particles.state < 2
+    order = np.flatnonzero(inside)
+    size = (2.0 * particles.radius if "radius" in particles else spacing)[order] * KM
+    axis.add_collection(
+        EllipseCollection(
+            size,
+            size,
+            np.zeros(len(order)),
+            units="xy",
+            offsets=np.column_stack([p[order, 0], p[order, 2] - radius]) * KM,
+            offset_transform=axis.transData,
+            facecolors=list(_colours(particles)[order]),
+            edgecolors="white",
+            linewidths=0.3,
+        )
+    )
+    x = np.linspace(-half, half, 200)
+    axis.plot(x * KM, (np.sqrt(np.maximum(radius**2 - x**2, 0.0)) - radius) * KM, color="black", linewidth=0.8, linestyle="--")
+    axis.set_aspect("equal")
+    axis.set_xlim(-half * KM, half * KM)
+    axis.set_ylim(low * KM, high * KM)
+
+
+def _legend(axis, panels: Sequence[tuple[str, Particles]]) -> None:
+    from matplotlib.lines import Line2D
+
+    names: dict[str, str] = {}
+    for _, particles in panels:
+        for name in particles.attributes.get("materials", []):
+            names.setdefault(name, MATERIAL_COLOURS.get(name.split("_")[0], "#999999"))
+        if "layer" in particles and (particles.layer < 0).any():
+            names.setdefault("projectile", PROJECTILE_COLOUR)
+    marks: list[Any] = [Line2D([], [], marker="o", linestyle="", color=colour, label=name, markersize=6) for name, colour in names.items()]
+    marks.append(Line2D([], [], color="black", linestyle="--", linewidth=0.8, label="surface before"))
+    axis.legend(handles=marks, fontsize=7.5, ncols=len(marks), frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+
+
+def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
+    """All profiles on one axis, and diameter and depth with their errors beside."""
+    fig = figure(10.0, 5.6)
+    axis, sizes = fig.subplots(2, 1, height_ratios=[3, 1.1])
+    longest = max(
+        [float(np.nanmax(c.profile.radius)) for c in craters if c.profile is not None]
+        + [c.values[n][0] for c in craters for n in ("diameter_apparent_m",) if n in c.values]
+        + [1.0]
+    )
+    diameters = [c.values["diameter_apparent_m"][0] for c in craters if "diameter_apparent_m" in c.values]
+    reach = min(longest, 1.6 * max(diameters)) if diameters else longest
+    scale, unit = unit_of(reach)
+    for k, crater in enumerate(craters):
+        colour = INK[k % len(INK)]
+        if crater.profile is not None:
+            _profile_line(axis, crater.profile, scale, colour, crater.name)
+        for name, marker in (("diameter_apparent_m", "o"), ("diameter_rim_m", "^"), ("depth_m", "v")):
+            if name in crater.values:
+                value, minus, plus = (x * scale for x in crater.values[name])
+                sizes.errorbar([value], [-k], xerr=[[minus], [plus]], fmt=marker, color=colour, markersize=5, capsize=3)
+    axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
+    axis.set_xlim(0.0, reach * scale)
+    axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
+    axis.legend(frameon=False, fontsize=8)
+    sizes.set_yticks([-k for k in range(len(craters))], [c.name for c in craters], fontsize=8)
+    sizes.set_ylim(-len(craters) + 0.5, 0.5)
+    sizes.set_xlabel(f"o apparent diameter, ^ rim diameter, v depth [{unit}]")
+    _grid(axis)
+    _grid(sizes)
+    save(fig, path)

@@ -1,0 +1,264 @@
+"""The page on a crater: one self-contained HTML file, and the same numbers as text."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import html
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crater.measure import Measures, Quantity
+from matter import archive
+
+if TYPE_CHECKING:
+    from crater.stage import Findings
+
+WORDS = {
+    "diameter_rim_m": "rim diameter",
+    "diameter_apparent_m": "apparent diameter (at the datum)",
+    "depth_m": "depth below the datum",
+    "depth_rim_to_floor_m": "depth, crest to floor",
+    "rim_height_m": "rim height above the datum",
+    "volume_m3": "volume below the datum",
+    "depth_over_diameter": "depth / apparent diameter",
+    "wall_slope_deg": "steepest wall",
+    "ellipticity": "ellipticity (1 - b/a)",
+}
+STYLE = """
+body{font:15px/1.5 system-ui,sans-serif;max-width:1080px;margin:2em auto;padding:0 1.2em;color:#1c2530}
+h1{font-size:1.6em;margin:.2em 0}h2{font-size:1.15em;margin:1.8em 0 .4em;border-bottom:1px solid #ccd4dc}
+table{border-collapse:collapse;margin:.6em 0;font-variant-numeric:tabular-nums}
+th,td{padding:.22em .8em;text-align:right;border-bottom:1px solid #e3e8ee}th:first-child,td:first-child{text-align:left}
+td.note,th.note{text-align:left;color:#55606c;font-size:.9em}img{max-width:100%;height:auto}
+.pass,.met{color:#1b7f3b}.fail,.unmet{color:#b3261e}.waived{color:#9a6700}figure{margin:1em 0}figcaption{color:#55606c;font-size:.9em}
+@media print{body{margin:0;max-width:none}h2{break-after:avoid}figure,table{break-inside:avoid}}
+"""
+
+
+def shown(quantity: Quantity | None) -> str:
+    """A quantity as text: ``612 +- 14 km``; the reason in brackets where there is no value."""
+    if quantity is None:
+        return "-"
+    if quantity.value is None:
+        return f"({quantity.reason})" if quantity.reason else "-"
+    scale, unit = _scale(quantity.value, quantity.unit)
+    error = f" ± {_digits(quantity.sigma * scale)}" if quantity.sigma is not None else ""
+    return f"{_digits(quantity.value * scale, 4)}{error} {unit}".strip()
+
+
+def _digits(value: float, count: int = 2) -> str:
+    return f"{value:.{count}g}" if abs(value) < 10**count else f"{value:.0f}"
+
+
+def _scale(value: float, unit: str) -> tuple[float, str]:
+    if unit == "m" and abs(value) >= 1e3:
+        return 1e-3, "km"
+    if unit == "m^3" and abs(value) >= 1e8:
+        return 1e-9, "km³"
+    if unit == "m^3":
+        return 1.0, "m³"
+    if unit == "s" and abs(value) >= 120.0:
+        return 1.0 / 60.0, "min"
+    return 1.0, "" if unit == "1" else ("°" if unit == "deg" else unit)
+
+
+def as_text(measures: Measures) -> str:
+    """The measures as lines of text."""
+    datum = measures.datum
+    lines = [f"datum: {datum.kind}" + (f" of radius {datum.radius / 1e3:.6g} km" if datum.is_sphere else "") + f" ({datum.source})"]
+    for name, word in WORDS.items():
+        if name in measures.quantities:
+            lines.append(f"  {word:<34} {shown(measures[name]).replace('±', '+-').replace('³', '3').replace('°', ' deg')}")
+    return "\n".join(lines)
+
+
+def write(found: Findings, out: Path) -> None:
+    """Write ``report.html``: everything inlined, readable on screen and on paper."""
+    parts = [
+        f"<h1>Crater: {html.escape(_title(found))}</h1>",
+        _summary(found),
+        _picture(out / "profile.png", "Profiles: mean of each ring; shaded: 16th to 84th percentile of single columns over azimuth."),
+        "<h2>Measures</h2>",
+        _measures_table(found),
+        "<h2>Published numbers</h2>",
+        _published_table(found),
+        "<h2>Scaling laws</h2>",
+        _scaling_table(found),
+        "<h2>In time</h2>",
+        _picture(
+            out / "time_series.png",
+            "Errors: azimuth, resolution, method and datum in quadrature. After the collapse has begun the diameter is that of a wide trough and loses its meaning.",
+        ),
+        "<h2>Cross-sections through the impact plane</h2>",
+        _picture(out / "cross_section.png", "Particles within half a spacing of the plane y = 0, by material."),
+        "<h2>Height map</h2>",
+        _picture(out / "heightmap.png", "Final surface, seen from above. Dashed: apparent diameter."),
+        _ledger(found.inputs / "4_handoff" / "ledger.json"),
+        _conservation(found.inputs / "2_sph" / "history.csv"),
+        _provenance(found.inputs / "provenance.json"),
+    ]
+    page = f"<!doctype html><html lang=en><head><meta charset=utf-8><title>{html.escape(_title(found))}</title><style>{STYLE}</style></head><body>"
+    archive.write_text(out / "report.html", page + "\n".join(part for part in parts if part) + "</body></html>\n")
+
+
+def _title(found: Findings) -> str:
+    impact = found.settings.impact
+    return (
+        f"{impact.projectile.material} projectile of radius {impact.projectile.radius / 1e3:.4g} km, {impact.speed / 1e3:.5g} km/s, "
+        f"{np.degrees(impact.angle_from_vertical):.3g}° from vertical"
+    )
+
+
+def _summary(found: Findings) -> str:
+    lines = []
+    for key in ("depth", "volume"):
+        moment = found.transient.get(key)
+        if moment is not None and moment.measures is not None:
+            m = moment.measures
+            lines.append(
+                f"First maximum of {key} at {moment.time / 60:.1f} min: apparent diameter {shown(m['diameter_apparent_m'])}, "
+                f"depth {shown(m['depth_m'])}."
+            )
+    if found.final is not None:
+        lines.append(
+            f"Final crater ({html.escape(found.final_from)}): depth {shown(found.final['depth_m'])}, apparent diameter {shown(found.final['diameter_apparent_m'])}."
+        )
+    if found.late_difference:
+        d = found.late_difference
+        lines.append(
+            f"The two late stages differ by {d['rms_m'] / 1e3:.3g} km RMS ({d['rms_over_depth']:.3f} of the transient depth); method and rheology both differ."
+        )
+    lines += [f"{html.escape(key)}: {html.escape(reason)}." for key, reason in found.reasons.items()]
+    return "<p>" + "<br>".join(lines) + "</p>"
+
+
+def _picture(path: Path, caption: str) -> str:
+    if not path.is_file():
+        return ""
+    data = base64.b64encode(path.read_bytes()).decode()
+    return f'<figure><img alt="{html.escape(path.stem)}" src="data:image/png;base64,{data}"><figcaption>{html.escape(caption)}</figcaption></figure>'
+
+
+def _measures_table(found: Findings) -> str:
+    columns: list[tuple[str, Measures | None]] = []
+    for key in ("depth", "volume", "diameter"):
+        moment = found.transient.get(key)
+        if moment is not None:
+            columns.append((f"transient, maximum {key}<br>({moment.time / 60:.1f} min, {moment.stage.upper()})", moment.measures))
+    if found.late_sph is not None and found.late_sph is not found.final:
+        columns.append((f"all-SPH late stage<br>({found.late_sph_time / 60:.1f} min)", found.late_sph))
+    if found.final is not None:
+        columns.append((f"final, {html.escape(found.final_from)}<br>({found.final_time / 60:.1f} min)", found.final))
+    if not columns:
+        return "<p>Nothing could be measured.</p>"
+    rows = ["<tr><th></th>" + "".join(f"<th>{title}</th>" for title, _ in columns) + "</tr>"]
+    reasons: list[str] = []
+    for name, word in WORDS.items():
+        cells = []
+        for _, measures in columns:
+            entry = measures.quantities.get(name) if measures else None
+            if entry is not None and entry.value is None:
+                if entry.reason not in reasons:
+                    reasons.append(entry.reason)
+                cells.append(f"<td>none ({reasons.index(entry.reason) + 1})</td>")
+            else:
+                cells.append(f"<td>{shown(entry)}</td>")
+        rows.append(f"<tr><td>{word}</td>{''.join(cells)}</tr>")
+    notes = "".join(f"<br>({k + 1}) {html.escape(reason)}" for k, reason in enumerate(reasons))
+    return f"<table>{''.join(rows)}</table><p class=note>Errors are one standard deviation.{notes}</p>"
+
+
+def _published_table(found: Findings) -> str:
+    if not found.reference:
+        return "<p>The case names no published numbers.</p>"
+    rows = ["<tr><th>quantity</th><th>published</th><th>here</th><th>met</th><th class=note>source</th></tr>"]
+    for row in found.reference:
+        scale, unit = _scale(row["value"], row["unit"])
+        published = f"{row['value'] * scale:.4g} +{row['plus'] * scale:.3g}/−{row['minus'] * scale:.3g} {unit}"
+        ours = Quantity(row["ours"]["value"], row["ours"]["sigma"], row["unit"], row["ours"].get("reason", ""))
+        word, style = {True: ("yes", "met"), False: ("no", "unmet"), None: ("not measured", "waived")}[row["met"]]
+        name = f"{row['name'].replace('_m3', '').replace('_m', '').replace('_', ' ')}, {row['at']}"
+        rows.append(
+            f"<tr><td>{html.escape(name)}</td><td>{published}</td><td>{shown(ours)}</td><td class={style}>{word}</td>"
+            f"<td class=note>{html.escape(row['source'])} {html.escape(row['note'])}</td></tr>"
+        )
+    return f"<table>{''.join(rows)}</table>"
+
+
+def _scaling_table(found: Findings) -> str:
+    if not found.scaling:
+        return ""
+    rows = ["<tr><th>law</th><th>transient apparent diameter</th><th>final rim diameter</th></tr>"]
+    final = found.scaling["final_rim_diameter_m"]
+    for name, value in found.scaling["diameter_m"].items():
+        last = f"{final[name] / 1e3:.0f} km" if name in final else ""
+        rows.append(f"<tr><td>{name.replace('_', ' ')}</td><td>{value / 1e3:.0f} km</td><td>{last}</td></tr>")
+    low, high = (x / 1e3 for x in found.scaling["range_m"])
+    return (
+        f"<table>{''.join(rows)}</table><p>Zahnle, Collins and Schmidt-Housen (water) span {low:.0f} to {high:.0f} km; growth time by scaling "
+        f"{found.scaling['formation_time_s'] / 60:.1f} min. None of them knows layers, strength or the curvature of the body.</p>"
+    )
+
+
+def _ledger(path: Path) -> str:
+    if not path.is_file():
+        return ""
+    rows = ["<tr><th>row</th><th>value</th><th>limit</th><th>verdict</th><th class=note>note</th></tr>"]
+    for row in json.loads(path.read_text()):
+        verdict = str(row.get("verdict", ""))
+        rows.append(
+            f"<tr><td>{html.escape(str(row.get('name')))}</td><td>{_number(row.get('value'))}</td><td>{_number(row.get('limit'))}</td>"
+            f"<td class={html.escape(verdict)}>{html.escape(verdict)}</td><td class=note>{html.escape(str(row.get('note', '')))}</td></tr>"
+        )
+    return f"<h2>Handoff ledger</h2><table>{''.join(rows)}</table>"
+
+
+def _number(value: Any) -> str:
+    return (
+        f"{value:.4g}"
+        if isinstance(value, (int, float)) and not isinstance(value, bool)
+        else ("" if value is None else html.escape(str(value)))
+    )
+
+
+def _conservation(path: Path) -> str:
+    if not path.is_file():
+        return ""
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    if len(rows) < 2:
+        return ""
+
+    def column(name: str) -> np.ndarray:
+        return np.array([float(row[name]) for row in rows])
+
+    kinetic = column("kinetic_J")[0]
+    drift = (column("total_J") - column("total_J")[0]) / kinetic
+    momentum = np.stack([column(f"momentum_{axis}") for axis in "xyz"], axis=1)
+    spin = np.stack([column(f"angular_momentum_{axis}") for axis in "xyz"], axis=1)
+    lines = [
+        ("total energy, largest departure over the initial kinetic energy", f"{np.abs(drift).max():.3%}"),
+        ("total energy, at the end", f"{drift[-1]:+.3%}"),
+        ("mass, relative change", f"{column('mass_kg')[-1] / column('mass_kg')[0] - 1.0:.2e}"),
+        ("linear momentum, change over the initial", f"{np.linalg.norm(momentum[-1] - momentum[0]) / np.linalg.norm(momentum[0]):.3%}"),
+        ("angular momentum, change over the initial", f"{np.linalg.norm(spin[-1] - spin[0]) / max(np.linalg.norm(spin[0]), 1e-300):.3%}"),
+        ("median step", f"{np.median(column('dt_s')):.3g} s"),
+    ]
+    limits: dict[str, int] = {}
+    for row in rows:
+        limits[row["dt_limit"]] = limits.get(row["dt_limit"], 0) + 1
+    lines.append(
+        ("what limited the step (rows of the history)", ", ".join(f"{k} {v}" for k, v in sorted(limits.items(), key=lambda i: -i[1])[:4]))
+    )
+    body = "".join(f"<tr><td>{word}</td><td>{html.escape(value)}</td></tr>" for word, value in lines)
+    return f"<h2>Conservation in the shock stage</h2><table>{body}</table>"
+
+
+def _provenance(path: Path) -> str:
+    if not path.is_file():
+        return ""
+    return f"<h2>Provenance</h2><pre>{html.escape(json.dumps(json.loads(path.read_text()), indent=1)[:6000])}</pre>"

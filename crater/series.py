@@ -1,0 +1,112 @@
+"""The crater in time: D(t), depth(t), V(t) from a folder of snapshots, and the moments at which the transient crater is largest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from crater import locate
+from crater.datum import Datum
+from crater.measure import Measures, measure_scene
+from matter import archive, snapshot
+from matter.errors import InputError
+from matter.particles import Particles
+
+NAMES = ("depth_m", "diameter_apparent_m", "diameter_rim_m", "rim_height_m", "volume_m3")
+
+
+@dataclass
+class Moment:
+    """One snapshot measured; ``measures`` is None where it could not be, and ``reason`` says why."""
+
+    stage: str
+    time: float
+    path: Path
+    measures: Measures | None
+    reason: str = ""
+
+    def value(self, name: str) -> float:
+        """A measure, NaN where it is missing."""
+        if self.measures is None or self.measures[name].value is None:
+            return float("nan")
+        return float(self.measures[name].value)
+
+
+def follow(
+    paths: Iterable[Path], stage: str, datum: Datum, before: Particles | None, gravity: float, rise_limit: float, seed: int, heard=None
+) -> list[Moment]:
+    """Measure every snapshot of a stage against the same datum and the same undisturbed target."""
+    moments = []
+    for path in paths:
+        particles = snapshot.read(path)
+        time = float(particles.attributes.get("time", np.nan))
+        try:
+            scene = locate.prepare(particles, datum, before, gravity, rise_limit, what=path.name)
+            moments.append(Moment(stage, time, path, measure_scene(scene, seed=seed, turns=4)))
+        except InputError as reason:
+            moments.append(Moment(stage, time, path, None, str(reason)))
+        if heard is not None:
+            heard(path)
+    return moments
+
+
+def write_csv(moments: list[Moment], path: Path) -> None:
+    """One row per snapshot: stage, time and every measure with its sigma."""
+    head = ["stage", "time_s"] + [column for name in NAMES for column in (name, f"{name}_sigma")] + ["far_field_level_m", "note"]
+    lines = [",".join(head)]
+    for moment in moments:
+        row = [moment.stage, f"{moment.time:.3f}"]
+        for name in NAMES:
+            quantity = moment.measures[name] if moment.measures else None
+            row += [
+                "" if quantity is None or quantity.value is None else f"{x:.6g}"
+                for x in ((quantity.value, quantity.sigma) if quantity else (None, None))
+            ]
+        level = moment.measures.notes.get("far_field_level_m", "") if moment.measures else ""
+        row += [f"{level:.6g}" if level != "" else "", moment.reason.replace(",", ";").replace("\n", " ")]
+        lines.append(",".join(row))
+    archive.write_text(path, "\n".join(lines) + "\n")
+
+
+def smoothed(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Savitzky-Golay smoothing of a series (window of 5, quadratic); short or gappy series are returned as they are."""
+    good = np.isfinite(values)
+    if good.sum() < 5:
+        return values
+    result = values.copy()
+    filled = np.interp(time, time[good], values[good])
+    result[good] = savgol_filter(filled, 5, 2)[good]
+    return result
+
+
+def first_maximum(time: np.ndarray, values: np.ndarray, lasting: float = 0.03) -> int | None:
+    """Index of the first maximum of a series that is not exceeded by more than ``lasting`` (relative) before it has fallen by that much.
+
+    None where the series has no value.
+    """
+    good = np.flatnonzero(np.isfinite(values))
+    if len(good) == 0:
+        return None
+    smooth = smoothed(time, values)
+    best = good[0]
+    for i in good:
+        if smooth[i] > smooth[best]:
+            best = i
+        elif smooth[i] < (1.0 - lasting) * smooth[best] and smooth[best] > 0.25 * np.nanmax(smooth):
+            break
+    return int(best)
+
+
+def transient(moments: list[Moment]) -> dict[str, Moment]:
+    """The moments of the first maximum of ``volume``, ``depth`` and ``diameter`` (apparent), where they exist."""
+    time = np.array([moment.time for moment in moments])
+    found = {}
+    for key, name in (("volume", "volume_m3"), ("depth", "depth_m"), ("diameter", "diameter_apparent_m")):
+        index = first_maximum(time, np.array([moment.value(name) for moment in moments]))
+        if index is not None:
+            found[key] = moments[index]
+    return found
