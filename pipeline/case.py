@@ -22,6 +22,7 @@ from matter.body import Impact, Model, Target
 from matter.errors import InputError
 from pipeline import overlay, stages, toml_lines
 from pipeline.complaints import Complaint, complaints, dotted
+from pipeline.plain import plain
 from pipeline.toml_lines import KeyPath
 
 DEFAULT_PRESET = "thesis"
@@ -222,6 +223,10 @@ def _payload(
     dem = document.get("dem")
     if "contact" in model.model_fields and "contact" not in table and isinstance(dem, dict) and "contact" in dem:
         payload["contact"], moved["contact"] = dem["contact"], ("dem", "contact")
+    for name, field_info in model.model_fields.items():
+        # a table that gives some keys of a field changes these keys of its default, not the others
+        if isinstance(field_info.default, BaseModel) and isinstance(payload.get(name), dict):
+            payload[name] = overlay.merged(plain(field_info.default), payload[name])
     return payload, moved
 
 

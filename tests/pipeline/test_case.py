@@ -36,6 +36,12 @@ def test_shared_tables_reach_the_stages_that_declare_them(case_folder):
     assert not hasattr(settings["crater"], "target")
 
 
+def test_a_key_inside_a_default_changes_only_that_key(case_folder):
+    ocean = composed(case_folder, "dem.contact.ocean.rolling=0.3")["bed"].contact.ocean
+    assert (ocean.rolling, ocean.width) == (0.3, 2.0)
+    assert "did you mean 'rolling'" in complaint(case_folder, "dem.contact.ocean.roling=0.3")
+
+
 def test_a_file_and_its_folder_are_the_same_case(case_folder):
     assert cases.read(case_folder) == cases.read(case_folder / "case.toml")
 

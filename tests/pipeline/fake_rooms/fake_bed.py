@@ -10,8 +10,14 @@ from matter.body import Model
 from matter.quantity import PositiveLength
 
 
+class Law(Model):
+    rolling: float = 1.0
+    width: PositiveLength = 1.0
+
+
 class Contact(Model):
     friction: float = Field(0.5, ge=0, le=2)
+    ocean: Law = Law(rolling=0.0, width=2.0)
 
 
 class Settings(Model):
