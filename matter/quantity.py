@@ -43,7 +43,9 @@ class Unit:
 def _units():
     import pint
 
-    return pint.UnitRegistry()
+    registry = pint.UnitRegistry()
+    registry.define("@alias astronomical_unit = AU")  # unknown to pint in capitals, which is how astronomers write it
+    return registry
 
 
 @functools.lru_cache(maxsize=4096)

@@ -78,6 +78,19 @@ def read(path: Path) -> Particles:
     return Particles(fields, attributes, tables)
 
 
+def attributes(path: Path) -> dict[str, Any]:
+    """The attributes of a snapshot (``time``, ``materials`` ...) without its particles. Raises ``InputError`` like ``read``."""
+    import h5py
+
+    if not Path(path).is_file():
+        raise InputError(f"no snapshot at {path}")
+    try:
+        with h5py.File(path, "r") as file:
+            return {name: _restored(value) for name, value in file.attrs.items()}
+    except OSError as reason:
+        raise InputError(f"{path} is not a readable HDF5 file ({reason})") from None
+
+
 def _restored(value: Any) -> Any:
     value = archive._plain(value)
     if isinstance(value, str) and value[:1] in ("[", "{"):

@@ -68,7 +68,7 @@ class Integrator:
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
         self.alpha, self.beta, self.courant, self.theta, self.gravity_shift = alpha, beta, courant, theta, gravity_shift
         self.strength = self.damage = True
-        self.hold = False
+        self.hold, self.why = False, "growth"
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * self.rows.tillotson[:, 0]

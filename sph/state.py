@@ -115,3 +115,8 @@ def check(cloud, materials: Materials, out: Evaluated, time: float) -> None:
         f"particle {int(cloud.identity[i])} ({materials.names[int(cloud.material[i])]}) at {cloud.position[i] / 1e3} km, t = {time:.4g} s: "
         f"density {cloud.density[i]:.4g} kg/m^3, specific energy {cloud.specific_energy[i]:.4g} J/kg, velocity {cloud.velocity[i]} m/s"
     )
+
+
+def holding_array(count: np.ndarray) -> np.ndarray:
+    """``holding`` for an array of neighbour counts."""
+    return np.clip((count - FREE) / (BOUND - FREE), 0.0, 1.0)

@@ -6,6 +6,9 @@
     vapour (eta < 1 and u >= Ecv):                Pe = a rho u + [b rho u / w + A mu exp(-beta z)] exp(-alpha z^2)
     between (eta < 1, Eiv < u < Ecv):             P  = [(u - Eiv) Pe + (Ecv - u) Pc] / (Ecv - Eiv)
 
+The cold curve A mu + B mu^2 turns back up below its minimum at mu = -A / (2 B), to a spurious GPa of pressure in cold water at half its density (B > A
+there); below the minimum it stays at its least value -A^2 / (4 B), which the material's tension cut then takes to what it can bear.
+
 Sound speed: c^2 = dP/drho|u + (P / rho^2) dP/du|rho, derived exactly in all three regions (published codes use the compressed form
 everywhere or blend c^2 linearly). Valid for rho > 0; u below zero is read as u = 0 (no thermal pressure below the cold curve).
 Expanded and cold, the compressed form is tension; the tension that a material bears is cut elsewhere (``sph.state``).
@@ -39,9 +42,10 @@ def _compressed(rho, u, p):
     eta = rho / p.rho0
     mu = eta - 1.0
     w = u / (p.E0 * eta * eta) + 1.0
-    pressure = (p.a + p.b / w) * rho * u + p.A * mu + p.B * mu * mu
+    mu_cold = max(mu, -0.5 * p.A / p.B)
+    pressure = (p.a + p.b / w) * rho * u + p.A * mu_cold + p.B * mu_cold * mu_cold
     # d(rho u / w)/drho = u (3 w - 2) / w^2 because dw/drho = -2 (w - 1) / rho
-    d_rho = p.a * u + p.b * u * (3.0 * w - 2.0) / (w * w) + (p.A + 2.0 * p.B * mu) / p.rho0
+    d_rho = p.a * u + p.b * u * (3.0 * w - 2.0) / (w * w) + (p.A + 2.0 * p.B * mu_cold) / p.rho0
     d_u = p.a * rho + p.b * rho / (w * w)
     return pressure, d_rho, d_u
 

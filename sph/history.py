@@ -1,0 +1,89 @@
+"""The ledger of the shock stage in time: what is conserved, what limits the step, what is damaged, ejected or lost."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+
+from matter import archive, tree
+from sph import state
+from sph.integrator import Integrator
+
+COLUMNS = (
+    "time_s dt_s dt_limit mass_kg momentum_x momentum_y momentum_z angular_momentum_x angular_momentum_y angular_momentum_z "
+    "kinetic_J internal_J gravitational_J total_J ejected_mass_kg damaged_mass_kg lost_mass_kg lost_internal_J max_pressure_Pa "
+    "steps list_builds gravity_evaluations gravity_correction"
+).split()
+
+
+def row(integrator: Integrator) -> dict[str, float | str]:
+    """One line of ``history.csv`` (SI), names in ``COLUMNS``.
+
+    The gravitational energy is the direct sum over all pairs, so that ``total_J`` shows what the tree, frozen gravity, the steps and every clipping
+    (tension cut, pressure of lost particles) get wrong; nothing is taken out of it. Ejected: unbound (v^2/2 > G M / r). Lost: particles whose neighbours
+    have gone, with the internal energy that they keep.
+    """
+    cloud = integrator.cloud
+    m, v, x = cloud.mass, cloud.velocity, cloud.position
+    v2 = np.einsum("ij,ij->i", v, v)
+    momentum = m @ v
+    spin = m @ np.cross(x, v)
+    kinetic, internal = 0.5 * float(m @ v2), float(m @ cloud.specific_energy)
+    gravitational = tree.potential_energy(x, m, integrator.softening)
+    r = np.linalg.norm(x, axis=1)
+    unbound = 0.5 * v2 > tree.G * m.sum() / r
+    lost = state.holding_array(cloud.neighbours) <= 0.0
+    values = (
+        integrator.time, integrator.dt, integrator.why, m.sum(), *momentum, *spin, kinetic, internal, gravitational,
+        kinetic + internal + gravitational, m[unbound].sum(), float(m @ cloud.root_damage**3), m[lost].sum(),
+        float(m[lost] @ cloud.specific_energy[lost]), integrator.evaluated.pressure.max(), integrator.steps,
+        integrator.neighbourhood.builds, integrator.gravity_evaluations, integrator.gravity_correction,
+    )  # fmt: skip
+    return dict(zip(COLUMNS, (value if isinstance(value, str) else float(value) for value in values)))
+
+
+class History:
+    """Rows of ``history.csv``, rewritten whole at every checkpoint and at the end."""
+
+    def __init__(self, path: Path):
+        self.path, self.rows = path, []  # type: tuple[Path, list[dict[str, float | str]]]
+
+    def restore(self, steps: int) -> None:
+        """Take up the rows written so far, up to the step of the checkpoint."""
+        if self.path.is_file():
+            with open(self.path, newline="") as file:
+                for line in csv.DictReader(file):
+                    entry = {name: value if name == "dt_limit" else float(value) for name, value in line.items()}
+                    if float(entry["steps"]) <= steps:
+                        self.rows.append(entry)
+
+    def add(self, integrator: Integrator) -> None:
+        """Append the state as it stands, unless the last row is of the same step."""
+        if not self.rows or self.rows[-1]["steps"] != integrator.steps:
+            self.rows.append(row(integrator))
+
+    def write(self) -> None:
+        """Write the file, whole or not at all; numbers to the last bit."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for entry in self.rows:
+            writer.writerow([value if isinstance(value, str) else repr(value) for value in (entry[name] for name in COLUMNS)])
+        archive.write_text(self.path, text.getvalue())
+
+    def drift(self) -> dict[str, float]:
+        """Largest departures from the first row: energy [J], linear [kg m/s] and angular momentum [kg m^2/s]."""
+        first = self.rows[0]
+
+        def largest(names: list[str]) -> float:
+            values = np.array([[float(entry[name]) - float(first[name]) for name in names] for entry in self.rows])
+            return float(np.sqrt((values**2).sum(axis=1)).max())
+
+        return {
+            "energy_J": largest(["total_J"]),
+            "momentum_kg_m_s": largest([f"momentum_{a}" for a in "xyz"]),
+            "angular_momentum_kg_m2_s": largest([f"angular_momentum_{a}" for a in "xyz"]),
+        }

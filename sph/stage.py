@@ -1,0 +1,398 @@
+"""Stage 2: the impact as shock physics, from a layered body in balance to the end of the simulated time.
+
+Phases: ``relax`` (no strength, damped, energy held: the particles settle on the hydrostatic profile), then ``impact`` (everything on). Leaves ``target.json``,
+snapshots with a series index, ``history.csv``, ``last.vtkhdf`` and ``stage_report.json``.
+"""
+
+from __future__ import annotations
+
+import json
+import time as clock
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from matter import archive, checkpoint, progress, quantity, snapshot, tree
+from matter.body import Impact, Model, Target
+from matter.errors import InputError
+from matter.particles import Particles
+from matter.quantity import PositiveLength, PositiveTime, Time
+from sph import materials as material_rows
+from sph import target as bodies
+from sph import timestep
+from sph.cloud import ARRAYS, Cloud
+from sph.damage import grady_kipp
+from sph.history import History
+from sph.integrator import Integrator
+
+_CHECKPOINT_WALL = 20.0  # seconds of wall time between checkpoints
+# warm, 2 cores of a Zen 5 machine: seconds per particle and step of the hydrodynamics, per particle of one gravity evaluation, per pair of the direct sum
+_SECONDS_PER_STEP, _SECONDS_PER_GRAVITY, _SECONDS_PER_PAIR = 4.0e-7, 1.1e-6, 4.0e-10
+
+
+class Settings(Model):
+    """Settings of the shock stage.
+
+    spacing_at_impact, spacing_far : particle spacing within ``fine_radius`` of the impact point and far away; between them it grows by ``growth`` per distance.
+        Equal values give a uniform hexagonal lattice.
+    projectile_particles : about how many particles the projectile has (1 is one heavy particle).
+    end_time : simulated time after the start [s];  snapshot_interval, history_interval : output every so often.
+    alpha, beta : artificial viscosity;  courant : step factor;  theta : opening angle of gravity;
+    gravity_shift : gravity is evaluated anew when a bound particle has moved this share of its h (0: at every step).
+    relaxation_time, damping : length [s] and rate [1/s] of the damped settling.
+    strength, damage : switches;  control : no projectile.
+    """
+
+    target: Target
+    impact: Impact
+    spacing_at_impact: PositiveLength = 52e3
+    spacing_far: PositiveLength = 200e3
+    fine_radius: PositiveLength = 650e3
+    growth: Annotated[float, Field(gt=0, le=0.3)] = 0.1
+    projectile_particles: Annotated[int, Field(ge=1, le=100_000)] = 81
+    end_time: PositiveTime = 3600.0
+    snapshot_interval: PositiveTime = 60.0
+    history_interval: PositiveTime = 30.0
+    first_step: PositiveTime = 0.05
+    alpha: Annotated[float, Field(ge=0, le=10)] = 1.0
+    beta: Annotated[float, Field(ge=0, le=20)] = 2.0
+    courant: Annotated[float, Field(gt=0, le=1)] = 0.3
+    theta: Annotated[float, Field(gt=0, le=1)] = 0.5
+    gravity_shift: Annotated[float, Field(ge=0, le=1)] = 0.05
+    relaxation_time: Time = 1000.0
+    damping: Annotated[float, Field(ge=0)] = 0.01
+    strength: bool = True
+    damage: bool = True
+    control: bool = False
+    seed: Annotated[int, Field(ge=0)] = 1
+
+    @model_validator(mode="after")
+    def _sizes(self) -> Settings:
+        if self.spacing_at_impact > 0.5 * self.target.radius:
+            raise ValueError("spacing_at_impact must be below half the target's radius")
+        if self.spacing_far < self.spacing_at_impact:
+            raise ValueError("spacing_far must be at least spacing_at_impact")
+        return self
+
+    def spacing(self, points: np.ndarray) -> np.ndarray:
+        """Spacing [m] at points (n, 3)."""
+        return bodies.spacing_law(self.target, self.spacing_at_impact, self.spacing_far, self.fine_radius, self.growth)(points)
+
+
+def _count(settings: Settings) -> int:
+    """Expected number of target particles."""
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(20_000, 3))
+    points *= (settings.target.radius * rng.random(20_000) ** (1 / 3) / np.linalg.norm(points, axis=1))[:, None]
+    volume = 4.0 / 3.0 * np.pi * settings.target.radius**3
+    return int(volume * (settings.spacing(points) ** -3.0).mean())
+
+
+def predict(settings: Settings) -> dict[str, float]:
+    """Wall time [s] (warm, 2 cores), memory and disk [bytes] of this stage."""
+    n = _count(settings)
+    quiet = settings.courant * settings.spacing_at_impact / (1.6 * 3800.0)  # the shell's longitudinal wave
+    steps = 1.6 * settings.end_time / quiet + 200.0  # measured: fast ejecta and the impact itself ask for 1.6 times the quiet number
+    relax = settings.relaxation_time / quiet if settings.target.start == "relaxed" else 0.0
+    evaluations = steps * (1.0 if settings.gravity_shift == 0 else 0.3)
+    rows = settings.end_time / settings.history_interval
+    wall = n * (_SECONDS_PER_STEP * (steps + relax) + _SECONDS_PER_GRAVITY * evaluations) + rows * _SECONDS_PER_PAIR * n**2 + 3.0
+    snapshots = settings.end_time / settings.snapshot_interval + 2.0
+    return {"wall_s": wall, "memory_bytes": 3e8 + 1400.0 * n, "disk_bytes": snapshots * 300.0 * n}
+
+
+def _read_impact(settings: Settings, inputs: Path) -> Impact:
+    """The impact that stage 1 chose (``1_nbody/impact.toml``), or the settings' own where there is none."""
+    path = inputs / "1_nbody" / "impact.toml"
+    if not path.is_file():
+        return settings.impact
+    content = tomllib.loads(path.read_text())
+    try:
+        ball = content.get("projectile", {})
+        return Impact.model_validate(
+            {
+                "speed": content["speed"],
+                "angle_from_vertical": content["angle_from_vertical"],
+                "projectile": {k: ball[k] for k in ("material", "radius") if k in ball} or settings.impact.projectile.model_dump(),
+                "expected_transient_diameter": settings.impact.expected_transient_diameter,
+            },
+            context={"units": "required"} if ball else None,
+        )
+    except KeyError as missing:
+        raise InputError(f"{path} lacks the key {missing}") from None
+    except ValueError as reason:
+        raise InputError(f"{path}: {reason}") from None
+
+
+def _write_target(settings: Settings, profile: bodies.Profile, out: Path) -> None:
+    inner = np.concatenate([[0.0], profile.radius])
+    layers = []
+    for l, piece in enumerate(settings.target.layers):
+        shells = np.flatnonzero(profile.layer == l)
+        layers.append(
+            {
+                "name": piece.name,
+                "material": piece.material,
+                "inner_radius_m": float(inner[shells[0]]),
+                "outer_radius_m": float(profile.radius[shells[-1]]),
+                "mass_kg": float(np.diff(np.concatenate([[0.0], profile.mass]))[shells].sum()),
+            }
+        )
+    edges = np.flatnonzero(np.diff(profile.layer))
+    pick = np.unique(np.concatenate([np.linspace(0, len(profile.radius) - 1, 400).astype(int), edges, edges + 1]))
+    gravity_mid = np.interp(profile.middle, np.concatenate([[0.0], profile.radius]), np.concatenate([[0.0], profile.gravity]))
+    content = {
+        "centre": [0.0, 0.0, 0.0],
+        "start": settings.target.start,
+        "radius_m": float(profile.radius[-1]),
+        "mass_kg": float(profile.mass[-1]),
+        "surface_gravity_m_s2": float(profile.gravity[-1]),
+        "layers": layers,
+        "profile": {
+            "radius_m": profile.middle[pick].tolist(),
+            "density_kg_m3": profile.density[pick].tolist(),
+            "pressure_Pa": profile.pressure[pick].tolist(),
+            "gravity_m_s2": gravity_mid[pick].tolist(),
+            "layer": profile.layer[pick].tolist(),
+        },
+    }
+    archive.write_text(out / "target.json", json.dumps(content, indent=1))
+
+
+def _seed_flaws(cloud: Cloud, materials: material_rows.Materials, seed: int) -> None:
+    """Flaws by identity, so that no sorting changes them; one random stream per material."""
+    place = np.argsort(cloud.identity)
+    streams = np.random.SeedSequence([seed, 77]).spawn(len(materials.names))
+    strains: list[np.ndarray] = []
+    offset = 0
+    for index, name in enumerate(materials.names):
+        if not materials.rows.flawed[index]:
+            continue
+        mine = place[cloud.material[place] == index]
+        start, strain = grady_kipp.flaws(cloud.mass[mine] / cloud.density[mine], material_rows.weibull(name), np.random.default_rng(streams[index]))
+        cloud.flaw_first[mine], cloud.flaw_last[mine] = start[:-1] + offset, start[1:] + offset
+        strains.append(strain)
+        offset += len(strain)
+    cloud.flaw_strain = np.concatenate(strains) if strains else np.zeros(0, dtype=np.float32)
+
+
+class _Run:
+    """One run of the stage: the integrator, its history, and where it stands between two outputs."""
+
+    def __init__(self, settings: Settings, inputs: Path, out: Path):
+        self.settings, self.out = settings, out
+        self.impact = _read_impact(settings, inputs)
+        names = tuple(dict.fromkeys([*settings.target.materials, self.impact.projectile.material]))
+        self.materials = material_rows.collect(names)
+        self.profile = bodies.hydrostatic(settings.target)
+        self.radius = float(self.profile.radius[-1])
+        self.history = History(out / "history.csv")
+        self.times: dict[str, float] = {}
+        self.phase = "relax" if settings.target.start == "relaxed" and settings.relaxation_time > 0 else "impact"
+        self.saved_at = clock.monotonic()
+
+    def _integrator(self, cloud: Cloud) -> Integrator:
+        s = self.settings
+        return Integrator(
+            cloud, self.materials, self.radius, alpha=s.alpha, beta=s.beta, courant=s.courant, theta=s.theta, gravity_shift=s.gravity_shift
+        )
+
+    def begin(self) -> None:
+        """The first state of the first phase."""
+        s = self.settings
+        body = bodies.build(
+            s.target, self.profile, self.materials, s.spacing_at_impact, s.spacing_far, s.fine_radius, s.growth, s.seed
+        )
+        self.integrator = self._integrator(Cloud.of(body))
+        self._enter(self.phase)
+        if self.phase == "impact":
+            self._strike(self.integrator.cloud)
+
+    def _enter(self, phase: str) -> None:
+        self.phase = phase
+        i, relaxing = self.integrator, phase == "relax"
+        i.hold, i.strength, i.damage = relaxing, self.settings.strength and not relaxing, self.settings.damage and not relaxing
+        if relaxing:
+            i.dt = 1.0
+            i.start()
+
+    def _strike(self, target: Cloud) -> None:
+        """End the relaxation: the target at rest with S = 0 and D = 0, the projectile above it, time zero."""
+        s = self.settings
+        order = np.argsort(target.identity)
+        pieces = [
+            bodies.Body(
+                target.position[order], target.mass[order], target.density[order], target.smoothing_length[order], target.layer[order], target.material[order]
+            )
+        ]
+        if not s.control:
+            pieces.append(bodies.projectile(self.impact, s.projectile_particles, self.radius, 2.0 * s.spacing_at_impact, self.materials))
+        cloud = Cloud.of(*pieces)
+        if not s.control:
+            cloud.velocity[cloud.layer < 0] = self.impact.velocity
+        _seed_flaws(cloud, self.materials, s.seed)
+        self.integrator = self._integrator(cloud)
+        self.phase = "impact"
+        self._enter("impact")
+        self.integrator.dt = s.first_step / 1.1
+        self.integrator.start()
+
+    # ---------------------------------------------------------------- checkpoint
+    def save(self) -> None:
+        """Everything that a resumed run needs to go on to the last bit."""
+        i = self.integrator
+        arrays = {f"cloud/{name}": getattr(i.cloud, name) for name in (*ARRAYS, "flaw_strain")}
+        arrays |= {f"rates/{name}": value for name, value in vars(i.rates).items()}
+        arrays |= {f"evaluated/{name}": value for name, value in vars(i.evaluated).items() if name != "row"}
+        arrays |= {"places": i.neighbourhood.places, "limits": i.limits}
+        scalars = {
+            "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "builds": i.neighbourhood.builds,
+            "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction, "times": json.dumps(self.times),
+        }  # fmt: skip
+        self.history.write()
+        checkpoint.save(self.out, i.steps + (10**8 if self.phase == "impact" else 0), arrays, scalars)
+        self.saved_at = clock.monotonic()
+
+    def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
+        """Take up a checkpoint."""
+        cloud = Cloud(len(arrays["cloud/mass"]))
+        for name in (*ARRAYS, "flaw_strain"):
+            setattr(cloud, name, arrays[f"cloud/{name}"])
+        current = cloud.position
+        cloud.position = arrays["places"].copy()  # the list is built from where the particles were when it was built
+        i = self.integrator = self._integrator(cloud)
+        cloud.position = current
+        for name in vars(i.rates):
+            getattr(i.rates, name)[:] = arrays[f"rates/{name}"]
+        for name in vars(i.evaluated):
+            if name != "row":
+                getattr(i.evaluated, name)[:] = arrays[f"evaluated/{name}"]
+        i.limits[:] = arrays["limits"]
+        i.time, i.dt, i.steps = float(scalars["time"]), float(scalars["dt"]), int(scalars["steps"])
+        i.neighbourhood.builds = int(scalars["builds"])
+        i.gravity_evaluations, i.gravity_correction = int(scalars["gravity_evaluations"]), float(scalars["gravity_correction"])
+        self.times = json.loads(scalars["times"])
+        self.phase = str(scalars["phase"])
+        relaxing = self.phase == "relax"
+        i.hold, i.strength, i.damage = relaxing, self.settings.strength and not relaxing, self.settings.damage and not relaxing
+        if not relaxing:
+            self.history.restore(i.steps)
+
+    # ---------------------------------------------------------------- loops
+    def _pause(self, report: progress.Progress, done: float) -> None:
+        i = self.integrator
+        report.update(done, f"{self.phase} t = {i.time:.0f} s, dt = {i.dt:.3g} s ({i.why})")
+        if progress.stop_requested() or clock.monotonic() - self.saved_at > _CHECKPOINT_WALL:
+            self.save()
+            progress.stop_here("sph")
+
+    def relax(self, report: progress.Progress) -> None:
+        """Damped settling without strength, energy held."""
+        i, s = self.integrator, self.settings
+        while i.time < s.relaxation_time:
+            dt = i.next_step(s.relaxation_time)
+            i.step(dt, 1.0 / (1.0 + s.damping * dt))
+            self._pause(report, i.time)
+        self.rest_speed = float(np.sqrt(i.cloud.mass @ np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity) / i.cloud.mass.sum()))
+        self._strike(i.cloud)
+
+    def strike(self, report: progress.Progress, offset: float) -> None:
+        """The impact up to the end time, with outputs on the way."""
+        i, s = self.integrator, self.settings
+        interval = s.history_interval
+        if i.steps == 0:
+            self._output(0)
+        while i.time < s.end_time:
+            mark = min((np.floor(i.time / interval + 1e-9) + 1.0) * interval, s.end_time)
+            i.step(i.next_step(mark))
+            if i.time >= mark:
+                i.time = mark
+                self._output(round(mark / interval))
+            self._pause(report, offset + i.time)
+
+    def _output(self, number: int) -> None:
+        i, s = self.integrator, self.settings
+        self.history.add(i)
+        every = max(1, round(s.snapshot_interval / s.history_interval))
+        if number % every == 0 or i.time >= s.end_time:
+            name = f"snap_{len([t for t in self.times.values() if t < i.time]):04d}{snapshot.SUFFIX}"
+            snapshot.write(self.particles(), self.out / name)
+            self.times[name] = i.time
+            snapshot.write_series(self.out, self.times, "snap")
+
+    def particles(self) -> Particles:
+        """The cloud as a snapshot, in order of identity."""
+        i, c = self.integrator, self.integrator.cloud
+        damage = c.root_damage**3
+        left = (1.0 - damage)[:, None] * c.stress
+        fields = {
+            "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass, "density": c.density,
+            "specific_energy": c.specific_energy, "smoothing_length": c.smoothing_length, "pressure": i.evaluated.pressure,
+            "deviatoric_stress": np.concatenate([left, -(left[:, :1] + left[:, 3:4])], axis=1), "damage": damage,
+            "distention": np.ones(len(c)), "material": c.material, "layer": c.layer, "sound_speed": i.evaluated.sound,
+            "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position, "neighbours": c.neighbours,
+        }  # fmt: skip
+        order = np.argsort(c.identity)
+        attributes = {
+            "time": i.time,
+            "stage": "sph",
+            "frame": "sphere",
+            "materials": list(self.materials.names),
+            "layers": [layer.name for layer in self.settings.target.layers],
+            "target_radius_m": self.radius,
+            "spacing_at_impact_m": self.settings.spacing_at_impact,
+        }
+        return Particles({name: array[order] for name, array in fields.items()}, attributes)
+
+    def finish(self) -> None:
+        """Last snapshot, history, report."""
+        s, i = self.settings, self.integrator
+        snapshot.write(self.particles(), self.out / f"last{snapshot.SUFFIX}")
+        self.history.write()
+        ball = self.impact
+        mass = material_rows.collect((ball.projectile.material,)).tillotson[0, 0] * ball.projectile.volume
+        scale = {
+            "energy_J": 0.5 * mass * ball.speed**2,
+            "momentum_kg_m_s": mass * ball.speed,
+            "angular_momentum_kg_m2_s": mass * ball.speed * self.radius * max(np.sin(ball.angle_from_vertical), 0.1),
+        }
+        drift = self.history.drift()
+        report = {
+            "particles": len(i.cloud),
+            "steps": i.steps,
+            "step_limits": {name: int(n) for name, n in zip(timestep.REASONS, i.limits)},
+            "list_builds": i.neighbourhood.builds,
+            "gravity_evaluations": i.gravity_evaluations,
+            "gravity_correction_max_rel": i.gravity_correction,
+            "projectile": {"mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"]},
+            "drift": drift,
+            "drift_over_projectile": {name: drift[name] / scale[name] for name in drift},
+            "peak_pressure_Pa": float(i.cloud.peak_pressure.max()),
+            "mean_neighbours": float(i.cloud.neighbours[i.cloud.layer >= 0].mean()),
+        }
+        archive.write_text(self.out / "stage_report.json", json.dumps(report, indent=1))
+
+
+def run(settings: Settings, inputs: Path, out: Path) -> None:
+    """Run or resume the stage in the folder ``out``; ``inputs`` is the run folder.
+
+    Raises ``InputError`` (bad ``impact.toml``), ``UnphysicalState`` (particle, place, time, values), ``Stopped``.
+    """
+    job = _Run(settings, Path(inputs), Path(out))
+    relaxation = settings.relaxation_time if job.phase == "relax" else 0.0
+    report = progress.Progress("sph", relaxation + settings.end_time)
+    _write_target(settings, job.profile, job.out)
+    state = checkpoint.newest(job.out)
+    if state is None:
+        job.begin()
+    else:
+        job.restore(*state)
+    report.start = (0.0 if job.phase == "relax" else relaxation) + job.integrator.time
+    if job.phase == "relax":
+        job.relax(report)
+    job.strike(report, relaxation)
+    job.finish()
+    checkpoint.clear(job.out)
