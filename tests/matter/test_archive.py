@@ -1,0 +1,31 @@
+"""Files are whole or absent."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from matter import archive
+
+
+def test_arrays_attributes_units_come_back(tmp_path):
+    arrays = {"a": np.arange(5), "group/b": (np.linspace(0, 1, 100).reshape(10, 10), "m", "a height")}
+    archive.write(tmp_path / "x.h5", arrays, {"time": 2.5, "name": "β", "flag": True, "count": np.int64(3)})
+    back, attributes = archive.read(tmp_path / "x.h5")
+    np.testing.assert_array_equal(back["a"], arrays["a"])
+    np.testing.assert_array_equal(back["group/b"], arrays["group/b"][0])
+    assert attributes == {"time": 2.5, "name": "β", "flag": True, "count": 3}
+
+
+def test_a_write_that_fails_leaves_the_old_file_and_no_litter(tmp_path):
+    archive.write_text(tmp_path / "x.txt", "old")
+    with pytest.raises(RuntimeError), archive.replacing(tmp_path / "x.txt") as temporary:
+        temporary.write_text("half of the new")
+        raise RuntimeError("the disk is full")
+    assert (tmp_path / "x.txt").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["x.txt"]
+
+
+def test_a_new_file_is_readable_by_others_and_folders_are_made(tmp_path):
+    archive.write_text(tmp_path / "deep" / "er" / "x.txt", "new")
+    assert (tmp_path / "deep" / "er" / "x.txt").stat().st_mode & 0o777 == 0o644

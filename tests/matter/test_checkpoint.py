@@ -1,0 +1,32 @@
+"""Checkpoints: two kept, the newest readable one counts, floats survive to the bit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from matter import checkpoint
+
+
+def test_the_newest_comes_back_to_the_bit(tmp_path):
+    x = np.random.default_rng(1).normal(size=(7, 3))
+    for step in (5, 10, 15):
+        checkpoint.save(tmp_path, step, {"x": x * step}, {"dt": 0.1 + step, "phase": "impact"})
+    arrays, scalars = checkpoint.newest(tmp_path)
+    np.testing.assert_array_equal(arrays["x"], x * 15)
+    assert scalars == {"step": 15, "dt": 15.1, "phase": "impact"}
+    assert len(list(tmp_path.glob("checkpoint_*.h5"))) == 2
+
+
+def test_one_cut_short_falls_back_to_the_one_before(tmp_path):
+    for step in (5, 10):
+        path = checkpoint.save(tmp_path, step, {"x": np.full(1000, step)}, {})
+    path.write_bytes(path.read_bytes()[:700])
+    arrays, scalars = checkpoint.newest(tmp_path)
+    assert scalars["step"] == 5 and arrays["x"][0] == 5
+
+
+def test_none_and_cleared(tmp_path):
+    assert checkpoint.newest(tmp_path) is None
+    checkpoint.save(tmp_path, 1, {"x": np.zeros(1)}, {})
+    checkpoint.clear(tmp_path)
+    assert checkpoint.newest(tmp_path) is None and not list(tmp_path.iterdir())

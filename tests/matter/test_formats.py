@@ -1,0 +1,106 @@
+"""Other codes' text files."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from matter import formats
+from matter.errors import InputError
+from matter.particles import Particles
+
+DUMP = """\
+ITEM: TIMESTEP
+0
+ITEM: NUMBER OF ATOMS
+1
+ITEM: BOX BOUNDS ff ff ff
+0 1
+0 1
+0 1
+ITEM: ATOMS id type x y z vx vy vz radius mass c_pe
+1 1 9 9 9 0 0 0 0.5 3 0
+ITEM: TIMESTEP
+5000
+ITEM: NUMBER OF ATOMS
+2
+ITEM: BOX BOUNDS ff ff ff
+0 1
+0 1
+0 1
+ITEM: ATOMS id type x y z vx vy vz radius mass c_pe
+2 2 1 2 3 4 5 6 0.25 7 0.1
+1 1 0 0 1 0 0 0 0.50 3 0.2
+"""
+
+
+def test_a_header_names_columns_and_units(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(
+        "# made by hand\nx [km], y [km], z [km], m, p [GPa], sxx, sxy, sxz, syy, syz, szz\n1,2,3,4,5,1,2,3,4,5,6\n0,0,0,1,0,0,0,0,0,0,0\n"
+    )
+    found = formats.read(path, materials="ice, water")
+    np.testing.assert_allclose(found.position[0], [1e3, 2e3, 3e3])
+    np.testing.assert_allclose(found.pressure, [5e9, 0.0])
+    np.testing.assert_allclose(found.deviatoric_stress[0], [1, 2, 3, 4, 5, 6])
+    np.testing.assert_array_equal(found.identity, [0, 1])
+    assert found.attributes["materials"] == ["ice", "water"]
+
+
+@pytest.mark.parametrize("mark", [" ", "\t", ";", ","])
+def test_columns_may_be_named_by_hand(tmp_path, mark):
+    path = tmp_path / "a.txt"
+    path.write_text("\n".join(mark.join(map(str, row)) for row in [[1, 2, 3, 9.5, 7], [4, 5, 6, 9.5, 8]]))
+    found = formats.read(path, columns="x,y,z,-,h")
+    np.testing.assert_allclose(found.position, [[1, 2, 3], [4, 5, 6]])
+    np.testing.assert_allclose(found.smoothing_length, [7, 8])
+    assert set(found) == {"position", "smoothing_length", "identity"}
+
+
+def test_the_last_step_of_a_dump_is_read(tmp_path):
+    path = tmp_path / "dump.impact"
+    path.write_text(DUMP)
+    found = formats.read(path)
+    np.testing.assert_array_equal(found.identity, [2, 1])
+    np.testing.assert_allclose(found.velocity[0], [4, 5, 6])
+    np.testing.assert_allclose(found.radius, [0.25, 0.5])
+    np.testing.assert_array_equal(found.material, [1, 0])  # types count from 1
+    assert found.attributes == {"stage": "dem", "step": 5000}
+
+
+def test_a_round_trip_through_our_own_format(tmp_path):
+    cloud = Particles({"position": np.eye(3), "mass": [1.0, 2.0, 3.0]}, {"time": 3.0})
+    formats.save(cloud, tmp_path / "a.vtkhdf")
+    assert formats.read(tmp_path / "a.vtkhdf").attributes["time"] == 3.0
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "columns", "words"),
+    [
+        ("a.csv", "x,y,z\n", None, "no data"),
+        ("a.csv", "", None, "no data"),
+        ("a.csv", "1,2,3\n", None, "no header"),
+        ("a.csv", "1,2,3\n", "x,y", "2 column names for 3 columns"),
+        ("a.csv", "1,2,3\n", "x,y,mass", "position lacks component 2"),
+        ("a.csv", "1,2,3\n", "x,y,colour", "unknown column 'colour'"),
+        ("a.csv", "x,y,z\n1,2,three\n", None, "three"),
+        ("a.csv", "x [kg],y,z\n1,2,3\n", None, "is not a quantity in m"),
+        ("a.csv", "m,rho\n1,2\n", None, "lacks position"),
+        ("a.dump", "x y z\n1 2 3\n", None, "not a text dump"),
+        ("a.ssf", "", None, "OpenSPH"),
+        ("a.h5", "", None, "miluphcuda"),
+        ("a.xyz", "", None, "name the format with --format"),
+    ],
+)
+def test_what_cannot_be_read_is_a_message(tmp_path, name, text, columns, words):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=words):
+        formats.read(tmp_path / name, columns=columns)
+
+
+def test_values_that_are_not_finite_are_not_imported(tmp_path):
+    (tmp_path / "a.csv").write_text("x,y,z,m\n1,2,nan,4\n")
+    with pytest.raises(InputError, match="'position' has 1 values that are not finite"):
+        formats.save(formats.read(tmp_path / "a.csv"), tmp_path / "a.vtkhdf")
+    with pytest.raises(InputError, match="unknown format"):
+        formats.read(tmp_path / "a.csv", "netcdf")

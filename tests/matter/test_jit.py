@@ -1,0 +1,120 @@
+"""Compiled code: a law that was edited in another file is never served from an old cache."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+from matter import jit
+
+ROOT = Path(__file__).resolve().parents[2]
+LAW = """\
+from matter.jit import law
+
+
+@law
+def pressure(rho):
+    return {factor} * rho
+"""
+LOOP = """\
+import numpy as np
+
+from matter.jit import kernel
+from sph import law_of_test
+
+
+@kernel
+def total(rho):
+    s = 0.0
+    for i in range(rho.size):
+        s += law_of_test.pressure(rho[i])
+    return s
+
+
+print(total(np.ones(4)), total.stats.cache_hits)
+"""
+
+
+@pytest.fixture
+def house(tmp_path):
+    """A small copy of the house: the floor's compiled-code policy and one room with a law and a loop."""
+    (tmp_path / "matter").mkdir()
+    (tmp_path / "sph").mkdir()
+    for name in ("__init__.py", "jit.py"):
+        shutil.copyfile(ROOT / "matter" / name, tmp_path / "matter" / name)
+    (tmp_path / "sph" / "__init__.py").write_text("")
+    (tmp_path / "sph" / "loop.py").write_text(LOOP)
+    (tmp_path / "sph" / "law_of_test.py").write_text(LAW.format(factor=2.0))
+    return tmp_path
+
+
+def result(house: Path) -> tuple[float, bool]:
+    """The sum that the loop prints, and whether its machine code came from the cache."""
+    environment = {**os.environ, "PYTHONPATH": str(house), "BOLIDE_CACHE": str(house / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run([sys.executable, "-P", "-m", "sph.loop"], capture_output=True, text=True, env=environment, timeout=120, cwd=house)
+    assert done.returncode == 0, done.stderr
+    value, hits = done.stdout.split(maxsplit=1)
+    return float(value), "Counter()" not in hits
+
+
+def test_an_edited_law_in_another_file_is_compiled_anew(house):
+    assert result(house) == (8.0, False)
+    assert result(house) == (8.0, True)  # the cache works
+    (house / "sph" / "law_of_test.py").write_text(LAW.format(factor=3.0))
+    assert result(house) == (12.0, False)  # and does not serve the old law
+    (house / "sph" / "untouched.py").write_text("x = 1\n")
+    assert result(house) == (12.0, True)  # a file that nothing imports changes nothing
+
+
+def test_the_key_follows_every_import_and_the_numba_version(tmp_path, monkeypatch):
+    monkeypatch.setattr(jit, "HOUSE", tmp_path)
+    (tmp_path / "sph" / "eos").mkdir(parents=True)
+    for path, text in {
+        "sph/loop.py": "from sph.eos import tillotson as law\nimport numpy\n",
+        "sph/eos/__init__.py": "",
+        "sph/eos/tillotson.py": "import sph.constants\n",
+        "sph/constants.py": "G = 6.7e-11\n",
+        "sph/other.py": "x = 1\n",
+    }.items():
+        (tmp_path / path).write_text(text)
+    loop = tmp_path / "sph" / "loop.py"
+    reached = {path.name for path in jit.reached_sources(loop)}
+    assert reached == {"loop.py", "__init__.py", "tillotson.py", "constants.py"}
+
+    def key():
+        jit.source_key.cache_clear()
+        jit._local_imports.cache_clear()
+        return jit.source_key(loop)
+
+    first = key()
+    (tmp_path / "sph" / "other.py").write_text("x = 2\n")
+    assert key() == first
+    (tmp_path / "sph" / "constants.py").write_text("G = 6.6743e-11\n")
+    second = key()
+    assert second != first
+    monkeypatch.setattr(numba, "__version__", "0.0.0")
+    assert key() != second
+
+
+def test_threads_are_bounded_by_what_numba_found():
+    before = numba.get_num_threads()
+    try:
+        assert jit.set_threads(1) == 1 == numba.get_num_threads()
+        assert jit.set_threads(10**6) == numba.config.NUMBA_NUM_THREADS
+        assert jit.set_threads(None) == numba.config.NUMBA_NUM_THREADS
+    finally:
+        numba.set_num_threads(before)
+
+
+def test_a_law_is_also_a_python_function():
+    @jit.law
+    def cube(x):
+        return x**3
+
+    assert cube(3.0) == cube.py_func(3.0) == 27.0

@@ -1,0 +1,54 @@
+"""Particles: the table of fields is the only truth about shapes, units and meanings."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from matter import quantity
+from matter.errors import InputError
+from matter.particles import FIELDS, Particles
+
+
+@pytest.fixture
+def three() -> Particles:
+    return Particles({"position": np.arange(9.0).reshape(3, 3), "mass": [1, 2, 3]}, {"time": 1.0}, {"contacts/pair": [[0, 1]]})
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_every_field_has_a_readable_unit_and_a_meaning(name):
+    entry = FIELDS[name]
+    assert len(entry.meaning) > 3
+    assert np.dtype(entry.dtype).kind in "if"
+    assert entry.unit == "1" or quantity.parse(f"1 {entry.unit}") > 0
+
+
+def test_a_field_is_an_attribute_and_an_item(three):
+    assert three.mass is three["mass"]
+    assert three.mass.dtype == np.float64 and len(three) == 3 and "mass" in three and list(three) == ["position", "mass"]
+    assert three.tables["contacts/pair"].shape == (1, 2)
+
+
+def test_wrong_fields_are_named(three):
+    with pytest.raises(InputError, match="unknown particle field 'mas'"):
+        three["mas"] = [1, 2, 3]
+    with pytest.raises(InputError, match="2 values for 3 particles"):
+        three["density"] = [1, 2]
+    with pytest.raises(InputError, match=r"'velocity' needs shape \(n, 3\), got \(3, 2\)"):
+        three["velocity"] = np.zeros((3, 2))
+    with pytest.raises(InputError, match=r"lacks density, damage \(density: bulk density \[kg/m\^3\]"):
+        three.need("mass", "density", "damage")
+    with pytest.raises(AttributeError, match="carry no field 'density'"):
+        _ = three.density
+
+
+def test_a_selection_is_a_copy(three):
+    some = three.select(np.array([True, False, True]))
+    some.mass[0] = 99.0
+    assert three.mass[0] == 1.0 and some.attributes == {"time": 1.0} and len(some) == 2
+    np.testing.assert_array_equal(three.select([2, 0]).mass, [3.0, 1.0])
+
+
+def test_no_particles_are_particles_too():
+    nothing = Particles({"position": np.zeros((0, 3)), "mass": []})
+    assert len(nothing) == 0 and len(Particles({})) == 0
