@@ -16,6 +16,7 @@ from matter.errors import InputError
 from matter.particles import Particles
 
 if TYPE_CHECKING:
+    from handoff.handoff_time import Choice
     from handoff.transfer import Handoff
 
 _GRAINS_PER_RADIUS = 10.0
@@ -33,7 +34,6 @@ def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, 
     if "residual_speed_over_sqrt_g_r" in bed.attributes:
         ledger.measure("bed_residual_speed_over_sqrt_g_r", bed.attributes["residual_speed_over_sqrt_g_r"])
     _statements(ledger, made)
-    ledger.complete()
     return ledger
 
 
@@ -218,6 +218,17 @@ def _shock(ledger: Ledger, made: Handoff, source: Particles, region: domain.Doma
     )
     elastic = float(np.sum(left.elastic[made.compact] * made.share))
     ledger.measure("elastic_over_kinetic_energy", elastic / made.before.kinetic if made.before.kinetic > 0.0 else 0.0, f"{elastic:.4e} J")
+
+
+def time_row(ledger: Ledger, made: Handoff, time: float, choice: Choice | None, column: Column) -> None:
+    """The row on the time of the handoff over the crater's own; T from the largest cavity of the series, or from this cavity."""
+    volume = max([made.size.volume] + ([row.volume for row in choice.series[: choice.deepest + 1]] if choice else []))
+    if volume <= 0.0:
+        ledger.skip("t_handoff_over_T_crater_max", "not_applicable", "there is no cavity")
+        return
+    crater = 0.8 * float(np.sqrt(np.cbrt(volume) / column.surface_gravity))
+    note = f"handed over at {time:.4g} s, T = {crater:.4g} s" + (f"; {choice.reason}" if choice else "; time given")
+    ledger.measure("t_handoff_over_T_crater_max", time / crater, note)
 
 
 def _statements(ledger: Ledger, made: Handoff) -> None:

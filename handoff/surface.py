@@ -114,11 +114,8 @@ def reference_density(source: Particles) -> np.ndarray:
     return np.where(source.material < len(table), table[np.clip(source.material, 0, len(table) - 1)], 0.0)
 
 
-def classify(source: Particles, domain: Domain, column: Column, rules: Rules) -> tuple[Split, AlphaShape]:
-    """Split the source and return the alpha-shape of its compact material (the largest piece).
-
-    Raises ``InputError`` when nothing compact is left, or when the projectile has not hit yet.
-    """
+def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -> Split:
+    """Split the source by the rules that need no surface (all but ``detached``). Raises ``InputError`` for an unusable source."""
     check(source)
     frame = domain.frame
     height, up = frame.height(source.position), frame.up(source.position)
@@ -128,30 +125,41 @@ def classify(source: Particles, domain: Domain, column: Column, rules: Rules) ->
     limit = float(np.sqrt(2.0 * column.surface_gravity * headroom)) if rules.speed_limit == "auto" else float(rules.speed_limit)
     apex = column.apex(height, upward, speed)
     spacing = spacing_of(source)
-    _refuse_incoming(source, height, upward, limit)
     reason = np.zeros(len(source), dtype=np.int8)
     reason[apex > headroom] = HIGH
     reason[(speed > limit) & (upward > 0.0) & (apex > 0.0)] = FAST
     reason[source.density < _EXPANDED * reference_density(source)] = EXPANDED
     reason[neighbour_count(source, spacing) < rules.neighbours] = SPARSE
-    left = np.flatnonzero(reason == COMPACT)
+    return Split(reason, limit, spacing)
+
+
+def classify(source: Particles, domain: Domain, column: Column, rules: Rules) -> tuple[Split, AlphaShape]:
+    """Split the source and return the alpha-shape of its compact material (the largest piece).
+
+    Raises ``InputError`` when nothing compact is left, or when the projectile has not hit yet.
+    """
+    split = by_motion(source, domain, column, rules)
+    _refuse_incoming(source, domain, split.speed_limit)
+    reason, spacing = split.reason, split.spacing
+    left = np.flatnonzero(split.compact)
     if len(left) < 4:
         raise InputError(
-            f"all {len(source)} particles of the source are ejecta (speed limit {limit:.4g} m/s): there is no surface to carve with"
+            f"all {len(source)} particles of the source are ejecta (speed limit {split.speed_limit:.4g} m/s): "
+            "there is no surface to carve with"
         )
     shape = alpha_shape(source.position[left], spacing[left], rules.alpha, fill_below=float(np.median(spacing[left]) ** 3))
     reason[left[shape.members != 0]] = DETACHED
-    return Split(reason, limit, spacing), shape.only(1)
+    return split, shape.only(1)
 
 
-def _refuse_incoming(source: Particles, height: np.ndarray, upward: np.ndarray, limit: float) -> None:
-    if "layer" not in source:
+def _refuse_incoming(source: Particles, domain: Domain, limit: float) -> None:
+    if "layer" not in source or not (source.layer < 0).any():
         return
     projectile = source.layer < 0
-    if not projectile.any():
-        return
+    position, velocity = source.position[projectile], source.velocity[projectile]
     mass = source.mass[projectile]
-    incoming = (height[projectile] > 0.0) & (upward[projectile] < -limit)
+    downward = -np.einsum("ij,ij->i", velocity, domain.frame.up(position))
+    incoming = (domain.frame.height(position) > 0.0) & (downward > limit)
     if mass[incoming].sum() > 0.5 * mass.sum():
         raise InputError(
             f"the projectile is still above the surface: {mass[incoming].sum() / mass.sum():.0%} of it flies downwards; take a later snapshot"

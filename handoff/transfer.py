@@ -78,12 +78,15 @@ def transfer(
 
     Returns the bed that the granular stage starts from, and the ledger. Raises ``InputError`` for inputs that cannot be handed over.
     """
-    from handoff.account import ledger_of
+    from handoff.account import ledger_of, time_row
 
     rules = rules or surface.Rules()
     column = column or column_of(source, bed)
     made = hand_over(source, bed, rules, column)
-    return made.start, ledger_of(made, source, bed, column, waive or {})
+    ledger = ledger_of(made, source, bed, column, waive or {})
+    time_row(ledger, made, float(source.attributes.get("time", 0.0)), None, column)
+    ledger.complete()
+    return made.start, ledger
 
 
 def column_of(source: Particles, bed: Particles) -> hydrostatic.Column:

@@ -1,0 +1,177 @@
+"""Stage 4, handoff: from the shock-physics cloud to the granular bed that goes on.
+
+Reads ``2_sph/snap_*.vtkhdf``, ``2_sph/target.json`` and ``3_bed/bed.vtkhdf``; writes ``start.vtkhdf``, ``surface.ply``, ``ledger.json``,
+``handoff.json`` (choice of time, sizes, residuals), ``report.html`` and its pictures.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from handoff import account, compare, handoff_time, hydrostatic, report, surface, transfer
+from handoff import domain as domains
+from handoff.ledger import check_waivers
+from matter import archive, snapshot
+from matter.errors import InputError, Unsound
+from matter.particles import Particles
+from matter.progress import Progress
+from matter.quantity import PositiveTime
+
+# measured on one core of the 2-core build machine (AVX-512): see benchmarks/handoff.py
+_S_PER_PARTICLE, _S_PER_GRAIN, _S_PER_SNAPSHOT_PARTICLE, _S_FIXED = 6e-5, 1.5e-4, 6e-6, 6.0
+_BYTES_PER_PARTICLE, _BYTES_PER_GRAIN, _BYTES_FIXED = 4000.0, 3500.0, 3e8
+
+
+class Settings(surface.Rules):
+    """The handoff's own table ``[handoff]`` in a case file."""
+
+    time: PositiveTime | Literal["auto", "last"] = "auto"
+    """``auto`` by the rule of ``handoff.handoff_time``; ``last`` snapshot; or a time after the impact (the nearest snapshot is taken)."""
+    waive: Mapping[str, str] = Field(default_factory=dict)
+    """Ledger rows that do not bind this case, each with its reason."""
+    pictures: bool = True
+    """Whether the report gets its pictures."""
+    particles: int = Field(15_000, gt=0)
+    """Size of the source, for the prediction of ``--check`` only."""
+    grains: int = Field(20_000, gt=0)
+    """Size of the bed, for the prediction of ``--check`` only."""
+    snapshots: int = Field(61, gt=0)
+    """Number of source snapshots, for the prediction of ``--check`` only."""
+
+    @field_validator("waive")
+    @classmethod
+    def _waivable(cls, value: Mapping[str, str]) -> Mapping[str, str]:
+        check_waivers(value)
+        return value
+
+
+def predict(settings: Settings) -> dict[str, float]:
+    """Wall time, memory and disk of this stage."""
+    diagnosis = settings.snapshots * (0.12 + _S_PER_SNAPSHOT_PARTICLE * settings.particles) if settings.time == "auto" else 0.0
+    return {
+        "wall_s": _S_FIXED + _S_PER_PARTICLE * settings.particles + _S_PER_GRAIN * settings.grains + diagnosis,
+        "memory_bytes": _BYTES_FIXED + _BYTES_PER_PARTICLE * settings.particles + _BYTES_PER_GRAIN * settings.grains,
+        "disk_bytes": 1.5e6 + 250.0 * settings.grains + 120.0 * settings.particles,
+    }
+
+
+def run(settings: Settings, inputs: Path, out: Path) -> None:
+    """Hand over. Raises ``InputError`` for inputs that cannot be, ``Unsound`` (all outputs written) when an unwaived limit fails."""
+    bed = snapshot.read(inputs / "3_bed" / f"bed{snapshot.SUFFIX}")
+    region = domains.read(bed.attributes)
+    column = column_for(inputs, region)
+    rules = surface.Rules(**{name: getattr(settings, name) for name in surface.Rules.model_fields})
+    progress = Progress("handoff", 1.0)
+    choice, source = chosen_source(settings, rules, inputs / "2_sph", bed, region, column, progress)
+    progress.update(0.6, "surface and transfer", force=True)
+    made = transfer.hand_over(source, bed, rules, column)
+    ledger = account.ledger_of(made, source, bed, column, settings.waive)
+    account.time_row(ledger, made, float(source.attributes.get("time", 0.0)), choice, column)
+    ledger.complete()
+    progress.update(0.85, "writing", force=True)
+    snapshot.write(made.start, out / f"start{snapshot.SUFFIX}")
+    with archive.replacing(out / "surface.ply") as temporary:
+        made.solid.mesh.export(str(temporary), file_type="ply")
+    ledger.write(out / "ledger.json")
+    archive.write_text(out / "handoff.json", json.dumps(_record(made, source, bed, choice, settings), indent=1))
+    _write_residuals(made, source, bed, out / "residuals.h5")
+    report.write(inputs, out, settings.pictures)
+    progress.update(1.0, "done", force=True)
+    if ledger.failures:
+        raise Unsound(f"handoff: {', '.join(ledger.failures)} beyond the limit; see {out / 'report.html'}")
+
+
+def column_for(inputs: Path, region: domains.Domain) -> hydrostatic.Column:
+    """The undisturbed column of the run's target about the bed's datum."""
+    datum = region.datum if isinstance(region, domains.Cone) else 0.0
+    return hydrostatic.read(inputs / "2_sph" / "target.json", datum)
+
+
+def chosen_source(
+    settings: Settings,
+    rules: surface.Rules,
+    folder: Path,
+    bed: Particles,
+    region: domains.Domain,
+    column: hydrostatic.Column,
+    progress: Progress | None = None,
+) -> tuple[handoff_time.Choice | None, Particles]:
+    """The snapshot to hand over, by ``settings.time``, and how it was chosen (None when it was given)."""
+    paths = handoff_time.files(folder)
+    if settings.time == "last":
+        return None, snapshot.read(paths[-1])
+    if settings.time != "auto":
+        times = np.array([snapshot_time(path) for path in paths])
+        nearest = int(np.argmin(np.abs(times - settings.time)))
+        gap = float(np.max(np.diff(times))) if len(times) > 1 else np.inf
+        if abs(times[nearest] - settings.time) > gap:
+            raise InputError(f"no snapshot near {settings.time:.4g} s: the series runs from {times[0]:.4g} to {times[-1]:.4g} s")
+        return None, snapshot.read(paths[nearest])
+    series, earlier = [], None
+    for number, path in enumerate(paths):
+        source = snapshot.read(path)
+        series.append(handoff_time.diagnose(source, earlier, path.name, region, column, rules))
+        earlier = source
+        if progress:
+            progress.update(0.6 * (number + 1) / len(paths), f"looking at {path.name}")
+    choice = handoff_time.choose(series, float(bed.radius.mean()), column.surface_gravity)
+    return choice, snapshot.read(paths[choice.index])
+
+
+def snapshot_time(path: Path) -> float:
+    """Time of a snapshot [s]."""
+    return float(snapshot.attributes(path).get("time", 0.0))
+
+
+def _record(made: transfer.Handoff, source: Particles, bed: Particles, choice: handoff_time.Choice | None, settings: Settings) -> dict:
+    region = domains.read(bed.attributes)
+    return {
+        "time_s": float(source.attributes.get("time", 0.0)),
+        "snapshot": choice.series[choice.index].file if choice else None,
+        "choice": choice.as_table() if choice else {"reason": f"given: {settings.time}"},
+        "speed_limit_m_s": made.split.speed_limit,
+        "alpha_spacings": settings.alpha,
+        "offset_spacings": made.offset,
+        "mapping": settings.mapping,
+        "particles": made.split.counts(),
+        "grains": {"bed": len(bed), "kept": int(made.stays.sum()), "ejecta": len(made.ejecta.mass)},
+        "cavity": {
+            "radius_m": made.size.radius,
+            "depth_m": made.size.depth,
+            "volume_m3": made.size.volume,
+            "rim_height_m": made.size.rim_height,
+        },
+        "local_momentum": [
+            {"region": name, "relative": value, "share": share} for name, value, share in compare.local_momentum(made.fields_raw, region)
+        ],
+        "ejecta_mass_kg": dict(made.ejecta.mass_by_state()),
+    }
+
+
+def _write_residuals(made: transfer.Handoff, source: Particles, bed: Particles, path: Path) -> None:
+    """What the report draws: the split, surface heights of both clouds, and the fields cell by cell."""
+    number, _ = account.comparison_cells(made, source, float(bed.radius.mean()))
+    cells = compare.field_difference(account.corrected_fields(made, bed), number)
+    foot, distance, height, carved = made.columns
+    archive.write(
+        path,
+        {
+            "source/reason": made.split.reason,
+            "bed/stays": made.stays,
+            "columns/foot": (foot, "m", "point on the datum"),
+            "columns/distance": (distance, "m", "distance along the datum from the axis"),
+            "columns/height_source": (height, "m", "surface of the source above the datum"),
+            "columns/height_bed": (carved, "m", "surface of the carved bed above the datum"),
+            "cells/centre": (cells.centre, "m", "centre of a comparison cell"),
+            "cells/mass": (cells.mass, "kg", "mass of the source in it"),
+            "cells/before": (cells.before, "m/s", "mean velocity of the source"),
+            "cells/after": (cells.after, "m/s", "mean velocity of the grains"),
+            "correction/velocity": (made.change, "m/s", "change of velocity of each kept grain by the correction"),
+        },
+    )
