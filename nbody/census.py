@@ -1,0 +1,172 @@
+"""A census of encounters: draw particles, fly them, collect events until there are enough.
+
+Resumable; the same bits for any number of threads.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numba
+import numpy as np
+
+from matter import checkpoint
+from matter.errors import InputError
+from matter.progress import Progress, stop_here
+from nbody import conditions, encounters, moon_mode
+from nbody.conditions import CHUNK, Population
+from nbody.encounters import ENTRY
+from nbody.integrators import fast
+from nbody.system import System, jovian
+
+INTEGRATORS = ("rkck", "fast", "tube")
+CHECKPOINT_S = 10.0
+MAX_PARTICLES = 400_000_000
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to count: ``count`` entries into the Hill sphere of ``target`` (effective ones for ``tube``)."""
+
+    target: str
+    population: Population
+    integrator: str
+    count: int
+    seed: int
+
+    def __post_init__(self) -> None:
+        if self.integrator not in INTEGRATORS:
+            raise InputError(f"unknown integrator {self.integrator!r} (known: {', '.join(INTEGRATORS)})")
+        if self.count < 1:
+            raise InputError(f"count = {self.count} must be at least 1")
+        if self.seed < 0:
+            raise InputError(f"seed = {self.seed} must not be negative")
+
+
+@dataclass
+class Tally:
+    """What a census found so far; ``ends`` counts flights by how they ended, ``errors`` are the largest relative errors seen."""
+
+    table: dict[str, np.ndarray]
+    block: int = 0
+    particles: int = 0
+    steps: int = 0
+    ends: np.ndarray = None
+    energy_error: float = 0.0
+    angular_momentum_error: float = 0.0
+    wall_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.ends is None:
+            self.ends = np.zeros(5, np.int64)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Result of one unit of work, in the order in which units are numbered."""
+
+    table: dict[str, np.ndarray]
+    particles: int
+    steps: int
+    ends: np.ndarray
+    energy_error: float
+    angular_momentum_error: float
+
+
+def _fast(system: System, request: Request, number: int) -> Block:
+    lot = conditions.lot(system, request.population, request.seed, number)
+    flights = fast.run(system, lot, request.population.duration)
+    table = encounters.join([flights.table, moon_mode.collide(flights.table, system, request.seed)])
+    return Block(
+        table,
+        CHUNK,
+        int(flights.ends[:, 1].sum()),
+        np.bincount(flights.ends[:, 0], minlength=5),
+        flights.ephemeris.energy_error,
+        flights.ephemeris.angular_momentum_error,
+    )
+
+
+WORKERS: dict[str, Callable[[System, Request, int], Block]] = {"fast": _fast}
+
+
+def found(request: Request, system: System, table: dict[str, np.ndarray]) -> float:
+    """Entries at the target so far: their number, or (sum w)^2 / sum w^2 where they carry weights."""
+    weight = table["weight"][(table["event"] == ENTRY) & (table["moon"] == system.moon(request.target))]
+    return float(weight.sum() ** 2 / (weight**2).sum()) if len(weight) else 0.0
+
+
+def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
+    """Run a census, with checkpoints in ``out``; continues where an interrupted one stopped. Raises ``Stopped`` on request."""
+    system = jovian(request.target)
+    tally = _resumed(request, out)
+    progress = Progress(stage, float(request.count), start=found(request, system, tally.table))
+    tables, enough, saved, began = [tally.table], progress.start, time.monotonic(), time.monotonic() - tally.wall_s
+    for block in _blocks(system, request, tally.block):
+        tables.append(block.table)
+        tally.block += 1
+        tally.particles += block.particles
+        tally.steps += block.steps
+        tally.ends += block.ends
+        tally.energy_error = max(tally.energy_error, block.energy_error)
+        tally.angular_momentum_error = max(tally.angular_momentum_error, block.angular_momentum_error)
+        tally.wall_s = time.monotonic() - began
+        if len(tables) > 64:
+            tables = [encounters.join(tables)]
+        enough += found(request, system, block.table)
+        progress.update(enough, f"{tally.particles} particles")
+        if time.monotonic() - saved > CHECKPOINT_S:
+            tables = [encounters.join(tables)]
+            tally.table, saved = tables[0], time.monotonic()
+            _save(request, out, tally)
+            stop_here(stage)
+        if enough >= request.count:
+            break
+        if tally.particles >= MAX_PARTICLES:
+            raise InputError(f"{tally.particles} particles gave only {enough:.0f} of {request.count} entries at {request.target}")
+    tally.table = encounters.join(tables)
+    progress.update(enough, f"{tally.particles} particles", force=True)
+    return tally
+
+
+def _blocks(system: System, request: Request, first: int) -> Iterator[Block]:
+    """Units of work in order; threads work ahead, but what is taken depends on the order alone."""
+    work = WORKERS[request.integrator]
+    threads = numba.get_num_threads()
+    with ThreadPoolExecutor(threads) as pool:
+        number = first + threads + 1
+        waiting = deque(pool.submit(work, system, request, n) for n in range(first, number))
+        try:
+            while True:
+                yield waiting.popleft().result()
+                waiting.append(pool.submit(work, system, request, number))
+                number += 1
+        finally:
+            for future in waiting:
+                future.cancel()
+
+
+def _identity(request: Request) -> str:
+    population = request.population
+    return f"{request.target} {population.name} {population.mean_anomaly} {population.notes} {request.integrator} {request.seed}"
+
+
+def _save(request: Request, out: Path, tally: Tally) -> None:
+    arrays = {f"events/{name}": column for name, column in tally.table.items()} | {"ends": tally.ends}
+    scalars = {name: getattr(tally, name) for name in ("block", "particles", "steps", "energy_error", "angular_momentum_error", "wall_s")}
+    checkpoint.save(out, tally.block, arrays, {**scalars, "request": _identity(request)})
+
+
+def _resumed(request: Request, out: Path) -> Tally:
+    kept = checkpoint.newest(out)
+    if kept is None or kept[1]["request"] != _identity(request):
+        return Tally(encounters.empty())
+    arrays, scalars = kept
+    names = ("block", "particles", "steps", "energy_error", "angular_momentum_error", "wall_s")
+    table = {name: arrays[f"events/{name}"] for name in encounters.TABLE}
+    return Tally(table, ends=arrays["ends"], **{name: scalars[name] for name in names})

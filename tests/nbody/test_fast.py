@@ -1,0 +1,71 @@
+"""The fast path: against REBOUND's IAS15, invariants, events."""
+
+import numpy as np
+import pytest
+
+from nbody import census, conditions, encounters, soundness
+from nbody.integrators import fast
+
+POPULATION = conditions.population("literal")
+
+
+@pytest.fixture(scope="module")
+def flights():
+    system = census.jovian("callisto")
+    lot = conditions.lot(system, POPULATION, 11, 0)
+    return system, lot, fast.run(system, lot, POPULATION.duration)
+
+
+def ias15(rebound, system, lot, particle, t, moon):
+    """Position and velocity relative to the moon at time t, integrated by IAS15 with all bodies."""
+    sim = rebound.Simulation()
+    for gm, x, v in zip(system.gm, lot.start.position, lot.start.velocity):
+        sim.add(m=gm, x=x[0], y=x[1], z=x[2], vx=v[0], vy=v[1], vz=v[2])
+    sim.N_active = len(system.gm)
+    x = lot.state[particle - lot.first]
+    sim.add(m=0.0, x=x[0], y=x[1], z=x[2], vx=x[3], vy=x[4], vz=x[5])
+    sim.integrate(t)
+    last, other = sim.particles[len(system.gm)], sim.particles[int(2 + moon)]
+    return np.array(last.xyz) - np.array(other.xyz), np.array(last.vxyz) - np.array(other.vxyz)
+
+
+def test_entries_agree_with_ias15_within_a_kilometre(flights):
+    rebound = pytest.importorskip("rebound", reason="oracle of the [test] extra")
+    system, lot, result = flights
+    table = encounters.select(result.table, result.table["event"] == encounters.ENTRY)
+    _, first = np.unique(table["particle"], return_index=True)  # before any close passage
+    assert len(first) >= 10
+    for row in first[:12]:
+        x, v = ias15(rebound, system, lot, table["particle"][row], table["time"][row], table["moon"][row])
+        assert np.linalg.norm(x - table["position"][row]) < 1e3
+        assert np.linalg.norm(v - table["velocity"][row]) < 1.0
+
+
+def test_after_a_close_passage_within_100_km(flights):
+    rebound = pytest.importorskip("rebound", reason="oracle of the [test] extra")
+    system, lot, result = flights
+    table = encounters.select(result.table, result.table["event"] == encounters.EXIT)
+    assert len(table["time"]) >= 10
+    for row in range(10):
+        x, _ = ias15(rebound, system, lot, table["particle"][row], table["time"][row], table["moon"][row])
+        assert np.linalg.norm(x - table["position"][row]) < 1e5
+
+
+def test_events_come_in_order_and_lie_where_they_should(flights):
+    system, _, result = flights
+    table = result.table
+    radius = system.hill_radii[table["moon"]]
+    on_sphere = np.isin(table["event"], (encounters.ENTRY, encounters.EXIT))
+    assert np.abs(table["distance"] - radius)[on_sphere].max() < 1.0
+    entries, approaches = (encounters.select(table, table["event"] == k) for k in (encounters.ENTRY, encounters.APPROACH))
+    assert (np.cos(entries["angle"]) > 0).all()  # inwards
+    assert np.abs(np.cos(approaches["angle"])).max() < 1e-4
+    counts = [(table["event"] == k).sum() for k in (1, 2, 3, 4)]
+    assert counts[2] <= counts[0] and counts[3] == counts[2] and counts[1] == counts[0] - counts[2]
+
+
+def test_jacobi_constant():
+    drift = soundness.jacobi_drift(census.jovian("callisto"), POPULATION, 2, count=64)
+    assert drift["maximum"] < 1e-7
+    loose = soundness.jacobi_drift(census.jovian("callisto"), POPULATION, 2, count=64, tolerance=1e-5)
+    assert loose["maximum"] > 10.0 * drift["maximum"]
