@@ -144,24 +144,21 @@ def _outside_taken(case: Case) -> Case:
             found.append(Complaint((stage, key), f"no file at {path}"))
         outside[stage] = path
     case = replace(case, document=document, outside=outside, found=tuple(found))
-    return with_impact(case, outside["nbody"], pins_win=False) if "nbody" in outside and outside["nbody"].is_file() else case
+    return with_impact(case, outside["nbody"]) if "nbody" in outside and outside["nbody"].is_file() else case
 
 
-def with_impact(case: Case, file: Path, pins_win: bool = True) -> Case:
-    """The case with speed, angle and projectile of an ``impact.toml``.
+def with_impact(case: Case, file: Path) -> Case:
+    """The case with speed, angle and projectile of an ``impact.toml``: from then on that file is the one truth about the impact.
 
-    What ``[impact]`` states itself wins over the encounter statistics of this run (the case pins it), but not over a file that the case
-    asks for.
+    The encounters' stage has written the values there that ``[impact]`` pins; a file from elsewhere replaces them.
     """
-    keys = (*FROM_ENCOUNTERS, "projectile")
     try:
         content = tomllib.loads(file.read_text())
     except tomllib.TOMLDecodeError as reason:
         raise InputError(f"{file} is not valid TOML: {reason}") from None
-    given = {key: content[key] for key in keys if key in content}
+    given = {key: content[key] for key in (*FROM_ENCOUNTERS, "projectile") if key in content}
     own = case.document.get("impact", {})
-    own = own if isinstance(own, dict) else {}
-    return replace(case, document={**case.document, "impact": overlay.merged(given, own) if pins_win else overlay.merged(own, given)})
+    return replace(case, document={**case.document, "impact": overlay.merged(own if isinstance(own, dict) else {}, given)})
 
 
 def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model]:
@@ -190,6 +187,8 @@ def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model
         if not isinstance(table, dict):
             continue  # already complained about
         payload, moved = _payload(model, table, shared, document)
+        if "pinned" in model.model_fields:
+            payload.setdefault("pinned", case.pinned)
         made, wrong = _checked(model, payload, (stage,), moved)
         if stage in case.outside:  # it will not run: misspelt keys still count, missing ones do not
             wrong = [complaint for complaint in wrong if complaint.message != "is missing"]

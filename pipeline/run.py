@@ -58,17 +58,26 @@ class Outcome:
 
 
 def settings_of(request: Request) -> dict[str, Model]:
-    """The settings of the stages, from the case and, where the case leaves it open, from the impact that was found before.
+    """The settings of the stages: from the case, and from the impact that an earlier run of the encounters has chosen.
 
     Raises ``InputError`` with every complaint about the case.
     """
-    case = request.case
-    found = stages.folder(request.run_folder, "nbody") / outside.PLACES["nbody"]
-    if not case.pinned and "nbody" not in request.wanted:
-        if not found.is_file():
-            raise InputError(f"{case.file} leaves speed and angle to the encounters, and {found} does not exist: run nbody first")
-        case = with_impact(case, found)
-    return compose(case, request.wanted)
+    if "nbody" in request.wanted:
+        return compose(request.case, request.wanted)
+    if not request.case.pinned and not _impact_file(request).is_file():
+        raise InputError(
+            f"{request.case.file} leaves speed and angle to the encounters, and there is no {_impact_file(request)}: run nbody first"
+        )
+    return _after_the_encounters(request)
+
+
+def _impact_file(request: Request) -> Path:
+    return stages.folder(request.run_folder, "nbody") / outside.PLACES["nbody"]
+
+
+def _after_the_encounters(request: Request) -> dict[str, Model]:
+    found = _impact_file(request)
+    return compose(with_impact(request.case, found) if found.is_file() else request.case, request.wanted)
 
 
 def run(request: Request, screen: Screen) -> Outcome:
@@ -93,6 +102,9 @@ def run(request: Request, screen: Screen) -> Outcome:
                 if progress.stop_requested():
                     raise Stopped(f"stopped before {stage}; the same command resumes")
                 _one_stage(request, stage, settings, journal, outcome)
+                if stage == "nbody":
+                    settings = _after_the_encounters(request)
+                    used.write(run_folder / "case.used.toml", request.case, settings)
             journal.write("done")
         except Stopped:
             journal.write("stopped")
@@ -115,10 +127,6 @@ def _to_do(request: Request) -> list[str]:
 def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal: Journal, outcome: Outcome) -> None:
     """Skip, install or run one stage and mark it done."""
     run_folder, source = request.run_folder, request.case.outside.get(stage)
-    if source is None and stage != "nbody" and not request.case.pinned:
-        found = stages.folder(run_folder, "nbody") / outside.PLACES["nbody"]
-        settings = compose(with_impact(request.case, found), request.wanted)
-        used.write(run_folder / "case.used.toml", request.case, settings)
     inputs = folder.inputs_sha256(run_folder, stage, settings.get(stage), source)
     label = stages.folder(run_folder, stage).name
     if folder.is_done(run_folder, stage, inputs):

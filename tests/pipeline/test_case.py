@@ -34,6 +34,7 @@ def test_shared_tables_reach_the_stages_that_declare_them(case_folder):
     assert settings["sph"].impact.speed == settings["nbody"].impact.speed == 18234.0
     assert settings["bed"].contact.friction == settings["dem"].contact.friction == 0.7
     assert not hasattr(settings["crater"], "target")
+    assert settings["nbody"].pinned is True
 
 
 def test_a_key_inside_a_default_changes_only_that_key(case_folder):
@@ -196,7 +197,8 @@ def test_speed_and_angle_may_be_left_to_the_encounters(case_folder, tmp_path):
     found.write_text('speed = "9.6 km/s"\nangle_from_vertical = "45 deg"\n[projectile]\nmaterial = "ice"\nradius = "10 km"\n')
     impact = cases.compose(cases.with_impact(case, found))["sph"].impact
     assert impact.speed == pytest.approx(9600.0)
-    assert impact.projectile.radius == pytest.approx(53.9e3)  # the case says the radius: it wins over the encounters
+    assert impact.projectile.radius == pytest.approx(10e3)  # the file is the one truth about the impact
+    assert cases.compose(case)["nbody"].pinned is False
 
 
 def test_an_impact_from_elsewhere_wins_over_the_case(case_folder, tmp_path):

@@ -10,6 +10,7 @@ from matter.body import Impact, Model
 class Settings(Model):
     impact: Impact | None = None
     count: int = 100
+    pinned: bool = True
 
 
 def predict(settings: Settings) -> dict:
@@ -17,5 +18,6 @@ def predict(settings: Settings) -> dict:
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
-    text = f'speed = "{10000.0 + settings.count} m/s"\nangle_from_vertical = "0.5 rad"\n[projectile]\nmaterial = "ice"\nradius = "50 km"\n'
-    (out / "impact.toml").write_text(text)
+    pinned = settings.pinned and settings.impact is not None
+    speed, angle = (settings.impact.speed, settings.impact.angle_from_vertical) if pinned else (10000.0 + settings.count, 0.5)
+    (out / "impact.toml").write_text(f'speed = "{speed} m/s"\nangle_from_vertical = "{angle} rad"\n')
