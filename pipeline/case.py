@@ -215,7 +215,7 @@ def _payload(
     model: type[BaseModel], table: dict[str, Any], shared: dict[str, Any], document: dict[str, Any]
 ) -> tuple[dict[str, Any], dict[str, KeyPath]]:
     """A stage's own table with the shared tables that its settings declare, and where those stand in the document."""
-    payload, moved = dict(table), {}
+    payload, moved = dict(table), dict[str, KeyPath]()
     for name in stages.SHARED_TABLES:
         if name in model.model_fields and name in shared and name not in table:
             payload[name], moved[name] = shared[name], (name,)

@@ -21,7 +21,7 @@ BIBLIOGRAPHY = Path(__file__).with_name("references.bib")
 def entries() -> dict[str, str]:
     """The bibliography: BibTeX text by key."""
     found = re.split(r"^(?=@)", BIBLIOGRAPHY.read_text(), flags=re.MULTILINE)
-    return {re.match(r"@\w+\{(\w+),", text).group(1): text.strip() for text in found if text.startswith("@")}
+    return {_part(r"@\w+\{(\w+),", text): text.strip() for text in found if text.startswith("@")}
 
 
 def cited(text: str) -> list[str]:
@@ -29,9 +29,15 @@ def cited(text: str) -> list[str]:
     return [key for key, entry in entries().items() if _pattern(entry).search(text)]
 
 
+def _part(pattern: str, entry: str) -> str:
+    found = re.search(pattern, entry)
+    if found is None:
+        raise ValueError(f"{BIBLIOGRAPHY.name}: nothing matches {pattern} in {entry[:60]!r}")
+    return found.group(1)
+
+
 def _pattern(entry: str) -> re.Pattern:
-    author = re.search(r"author = \{([^,]+),", entry).group(1)
-    year = re.search(r"year = \{(\d+)\}", entry).group(1)
+    author, year = _part(r"author = \{([^,]+),", entry), _part(r"year = \{(\d+)\}", entry)
     spelt = re.escape(author).replace("ä", "(?:ä|ae|a)")
     return re.compile(rf"\b{spelt}\b[^.;\d]{{0,60}}?(?:et al\.)?[^.;\d]{{0,20}}?\b{year}\b")
 
