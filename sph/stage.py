@@ -116,10 +116,10 @@ def _read_impact(settings: Settings, inputs: Path) -> Impact:
             {
                 "speed": content["speed"],
                 "angle_from_vertical": content["angle_from_vertical"],
-                "projectile": {k: ball[k] for k in ("material", "radius") if k in ball} or settings.impact.projectile.model_dump(),
-                "expected_transient_diameter": settings.impact.expected_transient_diameter,
+                "projectile": {k: ball[k] for k in ("material", "radius") if k in ball} or settings.impact.projectile,
+                "expected_transient_diameter": f"{settings.impact.expected_transient_diameter!r} m",
             },
-            context={"units": "required"} if ball else None,
+            context={"units": "required"},
         )
     except KeyError as missing:
         raise InputError(f"{path} lacks the key {missing}") from None
