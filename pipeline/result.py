@@ -26,12 +26,22 @@ def table(run: Path) -> str:
         return ""
     measures = json.loads(path.read_text())
     kinds = [kind for kind in ("transient", "final") if measures.get(kind)]
-    lines = [f"{'':<22}" + "".join(f"{kind:>24}" for kind in kinds)]
+    lines = [f"{'':<20}" + "".join(f"{kind:>30}" for kind in kinds)]
     for key, words in ROWS:
         cells = [shown(measures[kind].get(key)) for kind in kinds]
         if any(cells):
-            lines.append(f"{words:<22}" + "".join(f"{cell or '--':>24}" for cell in cells))
-    return "\n".join(lines + _published(measures.get("reference")))
+            lines.append(f"{words:<20}" + "".join(f"{cell or '--':>30}" for cell in cells))
+    return "\n".join(lines + [_published(entry) for entry in measures.get("reference", [])])
+
+
+def _published(entry: dict[str, Any]) -> str:
+    """A published number, ours beside it, and whether it is met; that it is not met is a finding, not a failure."""
+    scale, unit = _scale(entry["unit"], abs(entry["value"]))
+    error = f" +{entry['plus'] * scale:.3g} -{entry['minus'] * scale:.3g}" if "plus" in entry and "minus" in entry else ""
+    verdict = {True: "met", False: "not met"}.get(entry.get("met"), "not measured")
+    ours = shown(entry.get("ours"))
+    words = f"published {entry['name']}: {entry['value'] * scale:.4g}{error} {unit} ({entry.get('source', 'no source')})"
+    return f"{words}; here {ours or '--'}: {verdict}"
 
 
 def shown(entry: Any) -> str:
@@ -52,21 +62,3 @@ def _scale(unit: str, value: float) -> tuple[float, str]:
     if unit == "s" and value >= 120:
         return 1 / 60, "min"
     return 1.0, unit
-
-
-def _published(reference: Any) -> list[str]:
-    """A line per published number."""
-    return [line for line in _lines(reference, "") if line]
-
-
-def _lines(entry: Any, name: str) -> list[str]:
-    if isinstance(entry, list):
-        return [line for part in entry for line in _lines(part, name)]
-    if not isinstance(entry, dict):
-        return []
-    if "value" in entry:
-        name = str(entry.get("name", name))
-        met = entry.get("met", entry.get("verdict"))
-        word = {True: "met", False: "not met", None: ""}.get(met, str(met)) if isinstance(met, bool | None) else str(met)
-        return [f"published: {name} {shown(entry)}  {entry.get('source', '')}  {word}".rstrip()]
-    return [line for key, part in entry.items() for line in _lines(part, f"{name} {key}".strip())]
