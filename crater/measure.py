@@ -1,29 +1,28 @@
-"""Measures of a crater: diameters, depths, rim, volume, each with an error made of azimuth, resolution and method in quadrature.
+"""Measures of a crater: diameters, depths, rim, volume, each with an error made of azimuth, resolution, datum and method in quadrature.
 
 Definitions (Melosh 1989; Turtle et al. 2005; Robbins et al. 2018):
-apparent diameter: twice the mean distance at which the wall meets the datum; rim diameter: twice the distance of the crest; depth: datum to
-floor; rim-to-floor depth: crest to floor; volume: between datum and ground inside the apparent diameter.
+apparent diameter: twice the distance at which the wall meets the datum (of equal area where the crater is an ellipse); rim diameter: twice the
+distance of the crest; depth: datum to floor; rim-to-floor depth: crest to floor; volume: between datum and ground inside the apparent diameter.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from crater import cloud as clouds
-from crater import locate, smoothing
+from crater import locate, surface
 from crater.datum import Datum, of_frame
 from crater.radial_profile import Profile, Relief, profile_of, ring_mean
+from crater.shape import CrestFinder, Ruler, Shape, apparent_radius, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
 from matter.errors import InputError
 from matter.particles import Particles
 
 BOOTSTRAPS = 200
-RESOLUTION_HEIGHT = 0.06
-RESOLUTION_DIAMETER = 0.1
-RESOLUTION_CREST = 0.3
-"""Systematic errors in local spacings that azimuthal averaging does not remove; calibrated in tests/crater/test_coverage.py."""
+CLOSED_RIM = 0.75
+"""Share of sectors that must stand above the datum outside the crater for a rim to be called closed."""
 UNITS = {
     "diameter_rim_m": "m",
     "diameter_apparent_m": "m",
@@ -33,8 +32,15 @@ UNITS = {
     "volume_m3": "m^3",
     "depth_over_diameter": "1",
     "wall_slope_deg": "deg",
+    "floor_diameter_m": "m",
+    "central_peak_m": "m",
     "ellipticity": "1",
 }
+# Errors in local spacings that azimuthal averaging does not remove, found on synthetic clouds (tests/crater/test_coverage.py)
+RESOLUTION_HEIGHT = 0.04
+RESOLUTION_DIAMETER = 0.06
+RESOLUTION_CREST = 0.20
+RESOLUTION_RIM = 0.07
 
 
 @dataclass(frozen=True)
@@ -48,7 +54,7 @@ class Quantity:
     parts: dict[str, float] = field(default_factory=dict)
 
     def as_dict(self) -> dict:
-        """``{"value", "sigma", "unit"}``, and ``reason`` or the ``parts`` of sigma where there are any."""
+        """``{"value", "sigma", "unit"}``, and ``reason`` or the ``sigma_parts`` where there are any."""
         result: dict = {"value": self.value, "sigma": self.sigma, "unit": self.unit}
         if self.reason:
             result["reason"] = self.reason
@@ -75,157 +81,96 @@ class Measures:
         return {**{name: q.as_dict() for name, q in self.quantities.items()}, **self.notes}
 
 
-@dataclass(frozen=True)
-class Ruler:
-    """Linear maps prepared once for a set of rings: smoothing of a profile, areas, crest candidates."""
-
-    s: np.ndarray
-    d: np.ndarray
-    area: np.ndarray
-    sharpen: np.ndarray
-    fine: np.ndarray
-    broad: np.ndarray
+Refit = Callable[[Relief, Datum, float], Datum]
 
 
-def make_ruler(ground: Relief, scale: float) -> Ruler:
-    """``scale`` [m] is a first guess of the crater's radius (sets how far the floor may be smoothed)."""
-    columns = ground.columns
-    s, d = columns.distance, columns.spacing
-    area = ground.datum.area_between(columns.edges[:-1], columns.edges[1:])
-    fine = _local_quadratic(s, area, np.maximum(1.5 * d, 0.08 * scale))
-    broad = _local_quadratic(s, area, np.maximum(2.5 * d, 0.25 * scale))
-    sharpen = smoothing.inverse(s, d)
-    return Ruler(s, d, area, sharpen, fine @ sharpen, broad @ sharpen)
+def measure(
+    particles: Particles,
+    datum: Datum | object | str = "sphere",
+    before: Particles | surface.Undisturbed | None = None,
+    *,
+    centre: tuple[float, float, float] | None = None,
+    datum_radius: float | None = None,
+    gravity: float | None = None,
+    rise_limit: float | None = None,
+    reach: float | None = None,
+    sectors: int = 24,
+    seed: int = 1,
+    what: str = "the snapshot",
+) -> Measures:
+    """Measure the crater in a cloud of particles.
+
+    ``datum`` is a ``matter.frame.Sphere`` or ``Plane``, a ``crater.datum.Datum``, or ``"sphere"`` / ``"plane"`` to be fitted to the far field
+    (``centre`` and ``datum_radius`` [m] are kept where given). ``before`` is the same target before the impact: heights are then taken
+    relative to it, place by place, and relative to the far field now (a ringing body moves as a whole). ``gravity`` [m/s^2] with
+    ``rise_limit`` [m] tells ejecta in flight from ground. The centre is found, not assumed.
+
+    Raises ``InputError`` for clouds that cannot be measured (fewer than 100 particles, not finite, all ejecta).
+    """
+    fitted = isinstance(datum, str)
+    if isinstance(datum, str):
+        cloud = clouds.of(particles, what)
+        body = cloud.select(clouds.supported(cloud, what=what))
+        start = locate.first_datum(body, datum, centre, datum_radius)
+    else:
+        start = of_frame(datum)
+    ground = locate.ground_before(before, start, reach, sectors) if isinstance(before, Particles) else before
+    scene = locate.prepare(particles, start, ground, gravity, rise_limit, reach, what)
+    refit = (lambda relief, current, radius: locate.refit(relief, current, radius, centre, datum_radius)) if fitted else None
+    return measure_scene(scene, refit, seed, sectors)
 
 
-def _local_quadratic(s: np.ndarray, area: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """Matrix of a local quadratic regression, weights area times (1 - u^2)^2, even about the axis: exact for paraboloids."""
-    mirrored = np.concatenate([-s[::-1], s])
-    weight = np.concatenate([area[::-1], area])
-    n = len(s)
-    result = np.zeros((n, n))
-    for i in range(n):
-        u = (mirrored - s[i]) / width[i]
-        use = np.flatnonzero(np.abs(u) < 1.0)
-        w = np.sqrt(weight[use]) * (1.0 - u[use] ** 2)
-        basis = np.vander(u[use], 3, increasing=True) if len(use) >= 5 else np.ones((len(use), 1))
-        row = np.linalg.pinv(basis * w[:, None])[0] * w
-        for k, value in zip(use, row):
-            result[i, n - 1 - k if k < n else k - n] += value
-    return result
+def measure_scene(scene: locate.Scene, refit: Refit | None = None, seed: int = 1, sectors: int = 24, turns: int = 8) -> Measures:
+    """Measure a prepared scene: centre and datum are iterated until neither moves, then the profile is read off."""
+    ground, radius = _settle(scene, refit, sectors, turns)
+    notes: dict[str, object] = {}
+    sigma = ground.datum.sigma
+    if refit is None and radius > 0.0:
+        # the datum is not this method's own far field: take out how the colour field stands to the volume, and how the whole body moved
+        level, sigma = locate.level_of_far_field(ground, radius) if scene.before is not None else locate.level_of_method(ground, radius)
+        ground = replace(ground, methods={k: v - level for k, v in ground.methods.items()}, rays=ground.rays - level)
+        notes["far_field_level_m" if scene.before is not None else "method_level_m"] = level
+    return read_off(ground, radius, sigma, seed, notes)
 
 
-def apparent_radius(s: np.ndarray, h: np.ndarray, floor: int) -> float:
-    """Distance at which a profile first rises through the datum outside ring ``floor`` [m]; NaN if it does not."""
-    above = np.flatnonzero(h[floor:] >= 0.0)
-    if len(above) == 0 or above[0] == 0:
-        return float("nan")
-    i = floor + above[0]
-    return float(s[i - 1] + (s[i] - s[i - 1]) * h[i - 1] / (h[i - 1] - h[i]))
+def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int) -> tuple[Relief, float]:
+    """Relief about the crater's centre, by every method, and the crater's radius [m] (0 where there is no hollow)."""
+    datum, radius = scene.datum, 0.0
+    ground = locate.look(scene, datum, sectors, every_method=False)
+    rough = 3 if refit is not None else 2
+    for turn in range(turns):
+        if turn < rough:
+            east, north, radius = locate.depression(ground)
+        else:
+            east, north, found = _recentre(ground, radius)
+            radius = found or radius
+        if radius == 0.0 and (refit is None or turn >= rough):
+            break
+        new = datum if refit is None else refit(ground, datum, max(radius, 0.05 * scene.reach))
+        new = new.moved(east, north)
+        rise = abs(new.radius - datum.radius) if new.is_sphere else abs(np.dot(np.subtract(new.centre, datum.centre), new.axes[2]))
+        d = float(ground.columns.spacing[0])
+        still = max(float(np.hypot(east, north)), float(rise)) < 0.05 * d
+        datum = new
+        edge = locate.edge_of(scene.body, datum)
+        if edge > 1.5 * radius:
+            scene = replace(scene, reach=min(scene.reach, edge))
+        if still and turn >= rough:
+            break
+        ground = locate.look(scene, datum, sectors, every_method=False)
+    return locate.look(scene, datum, sectors), radius
 
 
-@dataclass(frozen=True)
-class CrestFinder:
-    """Crest of a profile between ``lo`` and ``hi``: two parabolas that meet at a knot, the knot with the least residual."""
-
-    use: np.ndarray
-    knots: np.ndarray
-    solve: np.ndarray
-    reject: np.ndarray
-    half: float
-
-    def find(self, h: np.ndarray) -> tuple[float, float]:
-        """Distance and height of the crest [m]."""
-        y = h[self.use]
-        misfit = ((self.reject @ y) ** 2).sum(axis=1)
-        k = int(np.argmin(misfit))
-        c, a1, b1, a2, b2 = self.solve[k] @ y
-        best = (float(self.knots[k]), float(c))
-        for slope, bend, sign in ((a1, b1, -1.0), (a2, b2, 1.0)):
-            if sign * slope > 0.0 and bend < 0.0:  # rounded crest: the vertex of that side
-                x = -slope / (2.0 * bend)
-                if 0.0 < sign * x < self.half and c - slope**2 / (4.0 * bend) > best[1]:
-                    best = (float(self.knots[k] + x), float(c - slope**2 / (4.0 * bend)))
-        return best
-
-
-def _two_parabolas(knot: float):
-    return (
-        lambda s: np.ones_like(s),
-        lambda s: np.minimum(s - knot, 0.0),
-        lambda s: np.minimum(s - knot, 0.0) ** 2,
-        lambda s: np.maximum(s - knot, 0.0),
-        lambda s: np.maximum(s - knot, 0.0) ** 2,
-    )
-
-
-def make_crest_finder(ruler: Ruler, first: float, scale: float) -> CrestFinder | None:
-    """Prepare the search about ``first`` [m]; None where the window holds too few rings."""
-    d = float(np.interp(first, ruler.s, ruler.d))
-    half = max(2.5 * d, 0.25 * scale)
-    use = np.flatnonzero((ruler.s > first - half) & (ruler.s < first + 1.5 * half))
-    if len(use) < 8:
-        return None
-    s, w = ruler.s[use], np.sqrt(ruler.area[use])
-    knots = np.arange(first - 1.25 * d, first + 1.25 * d, 0.05 * d)
-    knots = knots[(knots > s[2]) & (knots < s[-3])]
-    if len(knots) == 0:
-        return None
-    solve, reject = [], []
-    for knot in knots:
-        basis = np.column_stack([smoothing.smooth(part, s, ruler.d[use]) for part in _two_parabolas(knot)])
-        inverse = np.linalg.pinv(basis * w[:, None], rcond=1e-9) * w[None, :]
-        solve.append(inverse)
-        reject.append(w[:, None] * (np.eye(len(s)) - basis @ inverse))
-    return CrestFinder(use, knots, np.array(solve), np.array(reject), half)
-
-
-def volume_below(ruler: Ruler, datum: Datum, h: np.ndarray, radius: float) -> float:
-    """Volume between the datum and the ground inside ``radius`` [m^3]; on a sphere dV = (R^3 - (R + h)^3) / 3 per solid angle."""
-    depth = -h * (1.0 + h / datum.radius + h**2 / (3.0 * datum.radius**2)) if datum.is_sphere else -h
-    half = 0.5 * (ruler.s[1] - ruler.s[0]) if len(ruler.s) > 1 else 0.0
-    edges = np.concatenate([[0.0], 0.5 * (ruler.s[1:] + ruler.s[:-1]), [ruler.s[-1] + half]])
-    share = np.clip((radius - edges[:-1]) / (edges[1:] - edges[:-1]), 0.0, 1.0)
-    # the ring that the wall leaves the datum in: its inner part is a wedge that thins to zero
-    last = np.flatnonzero((share > 0.0) & (share < 1.0))
-    total = float(np.nansum(np.where(share >= 1.0, depth * ruler.area, 0.0)))
-    for i in last:
-        inner = np.interp(edges[i], ruler.s, h)
-        total += max(0.0, -0.5 * float(inner)) * share[i] * float(ruler.area[i])
-    return total
-
-
-@dataclass(frozen=True)
-class Shape:
-    """Plain numbers of one profile [m, m^3, deg]; NaN where a measure does not exist."""
-
-    depth: float
-    apparent: float
-    rim: float
-    rim_height: float
-    volume: float
-    slope: float
-
-    def as_array(self) -> np.ndarray:
-        return np.array([self.depth, self.apparent, self.rim, self.rim_height, self.volume, self.slope])
-
-
-def shape_of(mean: np.ndarray, ruler: Ruler, datum: Datum, finder: CrestFinder | None, outermost: float) -> Shape:
-    """Depth, radii, rim height, volume and steepest wall of a profile of ring means (gaps already closed)."""
-    fine, broad = ruler.fine @ mean, ruler.broad @ mean
-    inside = ruler.s < outermost
-    floor = int(np.argmin(np.where(inside, broad, np.inf)))
-    depth = -float(broad[floor])
-    apparent = apparent_radius(ruler.s, fine, floor)
-    rim = rim_height = volume = slope = float("nan")
-    if finder is not None:
-        rim, rim_height = finder.find(mean)
-    if np.isfinite(apparent):
-        volume = volume_below(ruler, datum, ruler.sharpen @ mean, apparent)
-        wall = (ruler.s[1:] > ruler.s[floor]) & (ruler.s[1:] < apparent)
-        if wall.any():
-            slope = float(np.degrees(np.arctan(np.max((np.diff(fine) / np.diff(ruler.s))[wall]))))
-    return Shape(depth, apparent, rim, rim_height, volume, slope)
+def _recentre(ground: Relief, radius: float) -> tuple[float, float, float]:
+    """Shift of the axis to the centre of the apparent rim, and its mean radius [m]; zeros where too few sectors close."""
+    ruler = make_ruler(ground, radius)
+    radii = sector_radii(closed(ground.cell), ruler, radius)
+    if np.isfinite(radii).sum() < 0.5 * len(radii):
+        return 0.0, 0.0, 0.0
+    (mean, east, north, *_), _ = harmonics(radii)
+    size = float(np.hypot(east, north))
+    scale = min(1.0, 0.3 * radius / size) if size > 0.0 else 1.0
+    return float(east * scale), float(north * scale), float(mean)
 
 
 def closed(cells: np.ndarray) -> np.ndarray:
@@ -238,170 +183,115 @@ def closed(cells: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(cells), cells, filled[:, None])
 
 
-def sector_radii(cells: np.ndarray, ruler: Ruler, floor_limit: float) -> np.ndarray:
-    """Apparent radius of every sector [m]; NaN where the wall does not reach the datum."""
-    smooth = ruler.fine @ cells
-    inside = ruler.s < 0.5 * floor_limit
-    radii = np.full(cells.shape[1], np.nan)
-    for k in range(cells.shape[1]):
-        floor = int(np.argmin(np.where(inside, smooth[:, k], np.inf)))
-        radii[k] = apparent_radius(ruler.s, smooth[:, k], floor)
-    return radii
-
-
-def harmonics(radii: np.ndarray) -> np.ndarray:
-    """(mean, cos, sin, cos 2, sin 2) amplitudes of the radii over azimuth by a robust fit; NaN sectors are left out."""
-    good = np.isfinite(radii)
-    azimuth = (np.arange(len(radii)) + 0.5) * 2.0 * np.pi / len(radii)
-    basis = np.column_stack([np.ones(len(radii)), np.cos(azimuth), np.sin(azimuth), np.cos(2 * azimuth), np.sin(2 * azimuth)])[good]
-    r = radii[good]
-    if len(r) < 8:
-        return np.array([np.mean(r) if len(r) else np.nan, 0.0, 0.0, 0.0, 0.0])
-    scale = max(1.4826 * float(np.median(np.abs(r - np.median(r)))), 1e-6 * float(np.median(r)))
-    start = np.array([np.median(r), 0.0, 0.0, 0.0, 0.0])
-    return least_squares(lambda p: (basis @ p - r) / scale, start, loss="soft_l1", x_scale=scale).x
-
-
-def measure(
-    particles: Particles,
-    datum: Datum | object | str = "sphere",
-    before: Particles | None = None,
-    *,
-    centre: tuple[float, float, float] | None = None,
-    datum_radius: float | None = None,
-    gravity: float | None = None,
-    rise_limit: float | None = None,
-    reach: float | None = None,
-    seed: int = 1,
-    what: str = "the snapshot",
-) -> Measures:
-    """Measure the crater in a cloud of particles.
-
-    ``datum`` is a ``matter.frame.Sphere`` or ``Plane``, a ``crater.datum.Datum``, or ``"sphere"`` / ``"plane"`` to be fitted to the far field
-    (``centre`` and ``datum_radius`` [m] are kept where given). ``before`` is the same target before the impact: heights are then taken
-    relative to it, ray by ray, and relative to the far field now (a ringing body moves as a whole). ``gravity`` [m/s^2] with
-    ``rise_limit`` [m] tells ejecta in flight from ground. The centre is found, not assumed.
-
-    Raises ``InputError`` for clouds that cannot be measured (fewer than 100 particles, not finite, all ejecta).
-    """
-    fitted = isinstance(datum, str)
-    if isinstance(datum, str):
-        cloud = clouds.of(particles, what)
-        body = cloud.select(clouds.supported(cloud, what=what))
-        start = locate.first_datum(body, datum, centre, datum_radius)
-    else:
-        start = of_frame(datum)
-    scene = locate.prepare(particles, start, before, gravity, rise_limit, reach, what)
-    refit = (lambda ground, current, radius: locate.refit(ground, current, radius, centre, datum_radius)) if fitted else None
-    return measure_scene(scene, refit, seed)
-
-
-def measure_scene(scene: locate.Scene, refit=None, seed: int = 1, sectors: int | None = None, turns: int = 8) -> Measures:
-    """Measure a prepared scene: centre and datum are iterated until neither moves, then the profile is read off."""
-    count = sectors or 24
-    datum, notes = scene.datum, {}
-    ground, radius = _settle(scene, datum, refit, count, turns)
-    level, sigma_level = (0.0, ground.datum.sigma)
-    if scene.before is not None:
-        level, sigma_level = locate.level_of_far_field(ground, radius)
-        ground = replace(ground, methods={k: v - level for k, v in ground.methods.items()}, rays=ground.rays - level)
-        notes["far_field_level_m"] = level
-    return read_off(ground, radius, sigma_level, seed, notes)
-
-
-def _settle(scene: locate.Scene, datum: Datum, refit, sectors: int, turns: int) -> tuple[Relief, float]:
-    """Relief about the crater's centre and the crater's radius [m] (0 where there is no hollow)."""
-    ground, radius = locate.look(scene, datum, sectors), 0.0
-    rough = 3 if refit is not None else 2
-    for turn in range(turns):
-        if turn < rough:
-            east, north, radius = locate.depression(ground)
-        else:
-            east, north, found = _recentre(ground, radius)
-            radius = found or radius
-        if radius == 0.0 and refit is None:
-            break
-        moved = ground.datum.moved(east, north)
-        new = moved
-        if refit is not None:
-            new = refit(ground, ground.datum, max(radius, 0.05 * scene.reach)).moved(east, north)
-        shift = float(np.hypot(east, north))
-        lifted = abs(new.radius - datum.radius) if new.is_sphere else abs(np.dot(np.subtract(new.centre, datum.centre), new.axes[2]))
-        edge = locate.edge_of(scene.body, new)
-        scene = replace(scene, reach=min(scene.reach, edge) if edge > 1.5 * radius else scene.reach)
-        datum = new
-        ground = locate.look(scene, datum, sectors)
-        d = float(ground.columns.spacing[0])
-        if turn >= rough and shift < 0.05 * d and lifted < 0.05 * d:
-            break
-    return ground, radius
-
-
-def _recentre(ground: Relief, radius: float) -> tuple[float, float, float]:
-    ruler = make_ruler(ground, radius)
-    radii = sector_radii(closed(ground.cell), ruler, 2.0 * radius)
-    mean, east, north, *_ = harmonics(radii)
-    if not np.isfinite(mean) or np.isfinite(radii).sum() < 0.5 * len(radii):
-        return 0.0, 0.0, 0.0
-    limit = 0.3 * radius
-    size = float(np.hypot(east, north))
-    scale = min(1.0, limit / size) if size > 0 else 1.0
-    return float(east * scale), float(north * scale), float(mean)
-
-
-def read_off(ground: Relief, radius: float, sigma_level: float, seed: int, notes: dict) -> Measures:
+def read_off(ground: Relief, radius: float, sigma_level: float, seed: int, notes: dict[str, object]) -> Measures:
     """All measures of a settled relief with their errors."""
     profile = profile_of(ground)
-    d = float(ground.columns.spacing[0])
     if radius <= 0.0:
-        return _no_crater(ground, profile, notes, d)
+        return _none(ground, profile, notes, "no hollow: the ground departs from the datum by less than its own scatter")
     cells = closed(ground.cell)
     ruler = make_ruler(ground, radius)
-    mean = cells.mean(axis=1)
     outermost = 0.9 * radius
-    base = shape_of(mean, ruler, ground.datum, None, outermost)
-    if not np.isfinite(base.apparent):
-        return _no_crater(ground, profile, notes, d)
-    finder = _crest_near(ruler, mean, base.apparent)
+    first = shape_of(cells.mean(axis=1), ruler, ground.datum, None, outermost)
+    if not np.isfinite(first.apparent) or first.depth <= 0.0:
+        return _none(ground, profile, notes, "no closed hollow: the wall does not rise to the datum")
+    cells, ellipticity = _round(cells, ruler, first.apparent)
+    mean = cells.mean(axis=1)
+    finder = make_crest_finder(ruler, mean, first.apparent, first.depth)
     base = shape_of(mean, ruler, ground.datum, finder, outermost)
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     draws = rng.integers(0, cells.shape[1], size=(BOOTSTRAPS, cells.shape[1]))
     trials = np.array([shape_of(cells[:, pick].mean(axis=1), ruler, ground.datum, finder, outermost).as_array() for pick in draws])
-    return _assemble(ground, profile, base, trials, ruler, finder, sigma_level, notes)
+    quantities = _errors(ground, base, trials, ruler, finder, cells, sigma_level)
+    quantities["ellipticity"] = ellipticity
+    rim = _rim_reason(cells, ruler, base, quantities)
+    if rim:
+        for name in ("diameter_rim_m", "rim_height_m", "depth_rim_to_floor_m"):
+            quantities[name] = Quantity(None, None, UNITS[name], rim)
+    return Measures({name: quantities[name] for name in UNITS}, profile, ground.datum, ground, notes)
 
 
-def _crest_near(ruler: Ruler, mean: np.ndarray, apparent: float) -> CrestFinder | None:
-    """Where to look for the crest: the highest smoothed ring between 1 and 1.8 apparent radii."""
-    fine = ruler.fine @ mean
-    d = float(np.interp(apparent, ruler.s, ruler.d))
-    ring = np.flatnonzero((ruler.s > apparent) & (ruler.s < max(1.8 * apparent, apparent + 3.0 * d)))
-    if len(ring) < 3:
-        return None
-    first = ring[int(np.argmax(fine[ring]))]
-    return make_crest_finder(ruler, float(ruler.s[first]), apparent)
+def _round(cells: np.ndarray, ruler: Ruler, apparent: float) -> tuple[np.ndarray, Quantity]:
+    """Cells stretched along the radius so that an elliptical crater becomes the circle of equal area, where the ellipse is significant."""
+    radii = sector_radii(cells, ruler, apparent)
+    if np.isfinite(radii).sum() < 0.75 * len(radii):
+        return cells, Quantity(None, None, "1", "the apparent rim is not closed")
+    (mean, _, _, c2, s2), scatter = harmonics(radii)
+    amplitude = float(np.hypot(c2, s2))
+    sigma = scatter * np.sqrt(2.0 / np.isfinite(radii).sum())
+    flat = 2.0 * amplitude / (mean + amplitude)
+    ellipticity = Quantity(flat, float(2.0 * sigma / mean), "1")
+    if amplitude < 4.0 * sigma or flat < 0.04:
+        return cells, ellipticity
+    azimuth = (np.arange(cells.shape[1]) + 0.5) * 2.0 * np.pi / cells.shape[1]
+    local = mean + c2 * np.cos(2.0 * azimuth) + s2 * np.sin(2.0 * azimuth)
+    equal = np.sqrt(np.mean(local**2))
+    return np.column_stack([np.interp(ruler.s * local[k] / equal, ruler.s, cells[:, k]) for k in range(cells.shape[1])]), ellipticity
 
 
-def _assemble(ground, profile, base, trials, ruler, finder, sigma_level, notes) -> Measures:
+def _errors(
+    ground: Relief, base: Shape, trials: np.ndarray, ruler: Ruler, finder: CrestFinder | None, cells: np.ndarray, sigma_level: float
+) -> dict[str, Quantity]:
+    """Every measure with sigma from azimuth (bootstrap over sectors), resolution, datum and method in quadrature."""
     d = float(np.interp(base.apparent, ruler.s, ruler.d))
-    azimuth = np.nanstd(trials, axis=0)
+    spread = dict(zip(Shape.__dataclass_fields__, np.nanstd(trials, axis=0)))
+    spread["depth"] = max(spread["depth"], _floor_noise(cells, ruler, base))
     method = _method_spread(ground, base, ruler, finder)
-    tangent = np.tan(np.radians(max(base.slope, 5.0)))
-    res_h = RESOLUTION_HEIGHT * d
-    level_d = np.hypot(sigma_level, res_h) * 2.0 / tangent
+    tangent = float(np.tan(np.radians(max(base.slope, 5.0)))) if np.isfinite(base.slope) else 0.1
     area = np.pi * base.apparent**2
-    names = ("depth_m", "diameter_apparent_m", "diameter_rim_m", "rim_height_m", "volume_m3", "wall_slope_deg")
-    values = base.as_array() * np.array([1.0, 2.0, 2.0, 1.0, 1.0, 1.0])
-    spread = azimuth * np.array([1.0, 2.0, 2.0, 1.0, 1.0, 1.0])
-    resolution = np.array([res_h, RESOLUTION_DIAMETER * d, RESOLUTION_CREST * d, res_h, res_h * area, 0.0])
-    level = np.array([sigma_level, 2.0 * sigma_level / tangent, 0.0, sigma_level, sigma_level * area, 0.0])
-    out: dict[str, Quantity] = {}
-    for i, name in enumerate(names):
-        parts = {"azimuth": spread[i], "resolution": resolution[i], "datum": level[i], "method": method[i]}
-        out[name] = _quantity(values[i], parts, UNITS[name])
-    out["depth_rim_to_floor_m"] = _quantity(
-        base.depth + base.rim_height, {"azimuth": float(np.nanstd(trials[:, 0] + trials[:, 3])), "resolution": res_h}, "m"
-    )
-    return Measures(out, profile, ground.datum, ground, {**notes})
+    both = np.nanstd(trials[:, 0] + trials[:, 3]) if finder is not None else np.nan
+    height = RESOLUTION_HEIGHT * d
+    table = {
+        "depth_m": (base.depth, spread["depth"], height, sigma_level, method["depth"]),
+        "diameter_apparent_m": (
+            2.0 * base.apparent,
+            2.0 * spread["apparent"],
+            2.0 * RESOLUTION_DIAMETER * d,
+            2.0 * sigma_level / tangent,
+            2.0 * method["apparent"],
+        ),
+        "diameter_rim_m": (2.0 * base.rim, 2.0 * spread["rim"], 2.0 * RESOLUTION_CREST * d, 0.0, 2.0 * method["rim"]),
+        "rim_height_m": (base.rim_height, spread["rim_height"], RESOLUTION_RIM * d, sigma_level, method["rim_height"]),
+        "depth_rim_to_floor_m": (
+            base.depth + base.rim_height,
+            max(both, spread["depth"]) if np.isfinite(both) else np.nan,
+            np.hypot(height, RESOLUTION_RIM * d),
+            0.0,
+            np.hypot(method["depth"], method["rim_height"]),
+        ),
+        "volume_m3": (base.volume, spread["volume"], 0.5 * height * area, 0.5 * sigma_level * area, method["volume"]),
+        "wall_slope_deg": (base.slope, spread["slope"], 2.0, 0.0, 0.0),
+        "floor_diameter_m": (2.0 * base.floor_radius, 2.0 * spread["floor_radius"], 1.0 * d, 0.0, 0.0),
+    }
+    names = ("azimuth", "resolution", "datum", "method")
+    result = {name: _quantity(row[0], dict(zip(names, row[1:])), UNITS[name]) for name, row in table.items()}
+    if base.peak_height > 3.0 * result["depth_m"].sigma and base.peak_height > 0.5 * d:  # type: ignore[operator]
+        result["central_peak_m"] = _quantity(base.peak_height, {"azimuth": spread["peak_height"], "resolution": height}, "m")
+    else:
+        result["central_peak_m"] = Quantity(None, None, "m", "no peak above the noise of the floor")
+    relative = np.hypot(result["depth_m"].sigma / base.depth, result["diameter_apparent_m"].sigma / (2.0 * base.apparent))
+    ratio = base.depth / (2.0 * base.apparent)
+    result["depth_over_diameter"] = Quantity(ratio, float(ratio * relative), "1")
+    return result
+
+
+def _floor_noise(cells: np.ndarray, ruler: Ruler, base: Shape) -> float:
+    """Error of the floor [m] where sectors are smaller than particles and say nothing: scatter of outer rings carried over by area.
+
+    var(mean of ring i) = v d^2 / A_i with v from the sectors of the rings between 0.3 and 1 apparent radii; neighbouring rings share particles,
+    hence the factor 3.
+    """
+    ring = (ruler.s > 0.3 * base.apparent) & (ruler.s < base.apparent)
+    if ring.sum() < 2:
+        return 0.0
+    detrended = cells - cells.mean(axis=1, keepdims=True)
+    scatter = (1.4826 * np.median(np.abs(detrended), axis=1)) ** 2 / cells.shape[1]
+    v = float(np.median((scatter * ruler.area / ruler.d**2)[ring]))
+    floor = int(np.argmin(np.where(ruler.s < base.apparent, ruler.broad @ cells.mean(axis=1), np.inf)))
+    return float(np.sqrt(3.0 * v * np.sum(ruler.broad[floor] ** 2 * ruler.d**2 / ruler.area)))
+
+
+def _method_spread(ground: Relief, base: Shape, ruler: Ruler, finder: CrestFinder | None) -> dict[str, float]:
+    return {name: 0.0 for name in Shape.__dataclass_fields__}
 
 
 def _quantity(value: float, parts: dict[str, float], unit: str, reason: str = "") -> Quantity:
@@ -411,19 +301,35 @@ def _quantity(value: float, parts: dict[str, float], unit: str, reason: str = ""
     return Quantity(float(value), float(np.sqrt(sum(part**2 for part in parts.values()))), unit, "", parts)
 
 
-def _method_spread(ground, base, ruler, finder) -> np.ndarray:
-    return np.zeros(6)
+def _rim_reason(cells: np.ndarray, ruler: Ruler, base: Shape, quantities: dict[str, Quantity]) -> str:
+    """Why no rim can be stated; empty where one can."""
+    height = quantities["rim_height_m"]
+    if height.value is None:
+        return "no crest outside the apparent rim"
+    if height.value < (height.sigma or 0.0):
+        return f"no rim: the crest stands {height.value / 1e3:.3g} km above the datum, within its error"
+    near = (ruler.s > base.apparent) & (ruler.s < max(1.8 * base.apparent, base.rim))
+    share = float(np.mean((ruler.fine @ cells)[near].max(axis=0) > 0.0)) if near.any() else 0.0
+    return "" if share >= CLOSED_RIM else f"no closed rim: only {share:.0%} of the sectors rise above the datum outside the crater"
 
 
-def _no_crater(ground, profile, notes, d) -> Measures:
-    reason = "no hollow deeper than the noise of the surface"
-    return Measures({name: Quantity(None, None, unit, reason) for name, unit in UNITS.items()}, profile, ground.datum, ground, notes)
+def _none(ground: Relief, profile: Profile, notes: dict[str, object], reason: str) -> Measures:
+    """Measures of ground without a crater, with how rough it is (RMS over the far field's level)."""
+    mean = ring_mean(ground.cell)
+    known = np.isfinite(mean)
+    area = ground.datum.area_between(ground.columns.edges[:-1], ground.columns.edges[1:])[known]
+    rms = float(np.sqrt(np.average(mean[known] ** 2, weights=area))) if known.any() else float("nan")
+    deepest = float(-np.min(mean[known])) if known.any() else float("nan")
+    facts = {**notes, "rms_relief_m": rms, "deepest_ring_m": deepest}
+    text = f"{reason} (RMS of the profile {rms / 1e3:.3g} km, deepest ring {deepest / 1e3:.3g} km)"
+    return Measures({name: Quantity(None, None, unit, text) for name, unit in UNITS.items()}, profile, ground.datum, ground, facts)
 
 
 def measure_profile(profile: Profile) -> dict[str, Quantity]:
     """Measures of a radial profile alone (no cloud): read off its points; sigma from the band where it has one.
 
-    ``depth_m``, ``diameter_apparent_m``, ``diameter_rim_m``, ``rim_height_m``, ``depth_rim_to_floor_m`` and ``volume_m3`` (of revolution, on a plane).
+    ``depth_m``, ``diameter_apparent_m``, ``diameter_rim_m``, ``rim_height_m``, ``depth_rim_to_floor_m`` and ``volume_m3`` (of revolution, on a
+    plane).
     """
     known = np.isfinite(profile.height)
     s, h = profile.radius[known], profile.height[known]
@@ -434,10 +340,10 @@ def measure_profile(profile: Profile) -> dict[str, Quantity]:
     apparent = apparent_radius(s, h, floor)
     if not np.isfinite(apparent):
         return result
-    result["diameter_apparent_m"] = Quantity(2.0 * apparent, float(np.interp(apparent, s, sigma)) * 2.0, "m")
+    slope = max(float(np.interp(apparent, s, np.gradient(h, s))), 1e-3)
+    result["diameter_apparent_m"] = Quantity(2.0 * apparent, 2.0 * float(np.interp(apparent, s, sigma)) / slope, "m")
     inside = s < apparent
-    r = np.concatenate([s[inside], [apparent]])
-    z = np.concatenate([h[inside], [0.0]])
+    r, z = np.concatenate([[0.0], s[inside], [apparent]]), np.concatenate([h[inside][:1], h[inside], [0.0]])
     result["volume_m3"] = Quantity(float(np.trapezoid(-z * 2.0 * np.pi * r, r)), None, "m^3")
     outside = np.flatnonzero(s > apparent)
     if len(outside) > 2:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from crater import smoothing
 from crater.datum import Datum
-from crater.surface import Columns, Heights
+from crater.surface import Columns, Heights, Undisturbed, column_points
 from matter import archive
 from matter.errors import InputError
 
@@ -36,40 +35,24 @@ class Relief:
         return self.methods["colour"]
 
 
-def relief(now: Heights, before: Heights | None = None) -> Relief:
-    """Heights ``now``, less the excess over the datum of the same columns ``before`` the impact (per method)."""
+def relief(now: Heights, before: Undisturbed | None = None) -> Relief:
+    """Heights ``now``, less the excess over the datum at the same places ``before`` the impact (per method)."""
+    columns, datum = now.columns, now.datum
     methods: dict[str, np.ndarray] = {}
-    for name in ("column", "colour", "highest", "alpha"):
-        here = _cells(now, name)
-        if here is None:
-            continue
-        if before is not None:
-            start = _cells(before, name)
-            if start is None:
-                continue
-            here = here - _patched(start)
-        methods[name] = here
-    rays = now.colour
+    rays = {"colour": now.colour, "highest": now.highest}
+    azimuth = (np.arange(columns.sectors) + 0.5) * 2.0 * np.pi / columns.sectors
     if before is not None:
-        filled = np.where(np.isfinite(before.colour), before.colour, np.nanmedian(before.colour))
-        rays = rays - filled
-    return Relief(now.datum, now.columns, methods, rays)
-
-
-def _cells(heights: Heights, name: str) -> np.ndarray | None:
-    if name == "column":
-        return heights.cell
-    rays = getattr(heights, name)
-    return None if rays is None else heights.cells_of(rays)
-
-
-def _patched(cells: np.ndarray) -> np.ndarray:
-    """Gaps closed by the ring's mean, else by the overall median (a reference that ends early shifts nothing)."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
-        ring = np.nanmean(cells, axis=1, keepdims=True)
-        middle = np.nanmedian(cells)
-    return np.where(np.isfinite(cells), cells, np.where(np.isfinite(ring), ring, middle if np.isfinite(middle) else 0.0))
+        points = column_points(datum, columns.distance[columns.ring], columns.azimuth)
+        rays = {name: values - before.at(name, points) for name, values in rays.items()}
+    for name, values in rays.items():
+        methods[name] = now.cells_of(values)
+    if now.cell is not None:
+        cell = now.cell
+        if before is not None:
+            s, a = np.broadcast_arrays(columns.distance[:, None], azimuth[None, :])
+            cell = cell - before.at("column", column_points(datum, s.ravel(), a.ravel())).reshape(cell.shape)
+        methods["column"] = cell
+    return Relief(datum, columns, methods, rays["colour"])
 
 
 @dataclass(frozen=True)
@@ -97,7 +80,8 @@ def profile_of(ground: Relief, header: dict[str, str] | None = None) -> Profile:
     mean = ring_mean(ground.cell)
     known = np.isfinite(mean)
     height = mean.copy()
-    height[known] = smoothing.inverse(columns.distance[known], columns.spacing[known]) @ mean[known]
+    if known.sum() > 2:
+        height[known] = smoothing.sharpened(columns.distance[known], columns.spacing[known], mean[known])
     p16, p84 = np.full(len(height), np.nan), np.full(len(height), np.nan)
     count = np.zeros(len(height), dtype=int)
     start = columns.start

@@ -12,9 +12,9 @@ from scipy.signal import savgol_filter
 from crater import locate
 from crater.datum import Datum
 from crater.measure import Measures, measure_scene
+from crater.surface import Undisturbed
 from matter import archive, snapshot
 from matter.errors import InputError
-from matter.particles import Particles
 
 NAMES = ("depth_m", "diameter_apparent_m", "diameter_rim_m", "rim_height_m", "volume_m3")
 
@@ -37,7 +37,15 @@ class Moment:
 
 
 def follow(
-    paths: Iterable[Path], stage: str, datum: Datum, before: Particles | None, gravity: float, rise_limit: float, seed: int, heard=None
+    paths: Iterable[Path],
+    stage: str,
+    datum: Datum,
+    before: Undisturbed | None,
+    gravity: float,
+    rise_limit: float,
+    seed: int,
+    reach: float | None = None,
+    heard=None,
 ) -> list[Moment]:
     """Measure every snapshot of a stage against the same datum and the same undisturbed target."""
     moments = []
@@ -45,7 +53,7 @@ def follow(
         particles = snapshot.read(path)
         time = float(particles.attributes.get("time", np.nan))
         try:
-            scene = locate.prepare(particles, datum, before, gravity, rise_limit, what=path.name)
+            scene = locate.prepare(particles, datum, before, gravity, rise_limit, reach, path.name)
             moments.append(Moment(stage, time, path, measure_scene(scene, seed=seed, turns=4)))
         except InputError as reason:
             moments.append(Moment(stage, time, path, None, str(reason)))

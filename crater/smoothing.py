@@ -14,6 +14,8 @@ import numpy as np
 
 SUPPORT = 2.0
 """Kernel support in spacings."""
+SHARPEN_LIMIT = 0.25
+"""Largest correction, in spacings: on slopes far above one the half level no longer follows the linear map."""
 
 
 def _nodes(radial: int = 10, around: int = 24) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -61,3 +63,10 @@ def inverse(s: np.ndarray, spacing: np.ndarray, turns: int = 2) -> np.ndarray:
         term = term @ lost
         result = result + term
     return result
+
+
+def sharpened(s: np.ndarray, spacing: np.ndarray, h: np.ndarray, undo: np.ndarray | None = None) -> np.ndarray:
+    """Heights (rings,) or (rings, sectors) [m] with the rounding undone, by at most ``SHARPEN_LIMIT`` spacings."""
+    undo = inverse(s, spacing) if undo is None else undo
+    limit = SHARPEN_LIMIT * (spacing if h.ndim == 1 else spacing[:, None])
+    return h + np.clip(undo @ h - h, -limit, limit)

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from crater import datum as datums
-from crater import plot, radial_profile, report, scaling, series
+from crater import locate, plot, radial_profile, report, scaling, series
 from crater.compare import profile_difference
 from crater.datum import Datum
 from crater.measure import Measures, Quantity, measure
@@ -26,6 +26,8 @@ from matter.particles import Particles
 from matter.progress import Progress
 
 GRAVITATIONAL = 6.6743e-11
+REACH = 2.5
+"""Columns of the shock stage end at this many expected transient diameters: the far field of the crater, not the far side of the body."""
 SECONDS_PER_SNAPSHOT = 0.9
 """Wall time per snapshot of 15,000 particles on one of 2 cores of a 2.1 GHz server; grows with the particle number."""
 
@@ -144,9 +146,10 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
     if not shots:
         found.reasons["transient"] = "no shock-stage snapshots in this run"
         return
-    start = snapshot.read(shots[0])
+    reach = REACH * found.settings.impact.expected_transient_diameter
+    start = locate.ground_before(snapshot.read(shots[0]), datum, reach, found.settings.sectors)
     rise = found.settings.rise_limit_over_diameter * found.settings.impact.expected_transient_diameter
-    found.moments = series.follow(shots[1:], "sph", datum, start, found.gravity, rise, found.settings.seed, heard)
+    found.moments = series.follow(shots[1:], "sph", datum, start, found.gravity, rise, found.settings.seed, reach, heard)
     found.transient = series.transient(found.moments)
     if "volume" not in found.transient:
         found.reasons["transient"] = "no snapshot of the shock stage shows a hollow"
@@ -156,7 +159,14 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
     found.late_sph_time = float(particles.attributes.get("time", np.nan))
     try:
         found.late_sph = measure(
-            particles, datum, start, gravity=found.gravity, rise_limit=rise, seed=found.settings.seed, what=f"2_sph/{path.name}"
+            particles,
+            datum,
+            start,
+            gravity=found.gravity,
+            rise_limit=rise,
+            reach=reach,
+            seed=found.settings.seed,
+            what=f"2_sph/{path.name}",
         )
     except InputError as reason:
         found.reasons["late_sph"] = str(reason)
@@ -177,11 +187,12 @@ def _measure_grains(found: Findings, settled: list[Path], last: Path, heard) -> 
     before = None
     bed = found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
     if bed.is_file():
-        before = snapshot.read(bed)
-        if "headroom" in before:
-            before = before.select(before.headroom == 0)
+        grains_before = snapshot.read(bed)
+        if "headroom" in grains_before:
+            grains_before = grains_before.select(grains_before.headroom == 0)
+        before = locate.ground_before(grains_before, datum, None, found.settings.sectors)
     rise = found.settings.rise_limit_over_diameter * found.settings.impact.expected_transient_diameter
-    found.moments += series.follow(settled, "dem", datum, before, found.gravity, rise, found.settings.seed, heard)
+    found.moments += series.follow(settled, "dem", datum, before, found.gravity, rise, found.settings.seed, None, heard)
     found.final_time = float(particles.attributes.get("time", np.nan))
     found.final_from = "settled grains"
     try:

@@ -12,10 +12,10 @@ know. All heights are along the local vertical of the datum, with its sphericity
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import warnings
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import generic_filter
 from scipy.spatial import cKDTree
 
 from crater.cloud import Cloud
@@ -66,7 +66,7 @@ class Heights:
 
     datum: Datum
     columns: Columns
-    cell: np.ndarray
+    cell: np.ndarray | None
     colour: np.ndarray
     highest: np.ndarray
     alpha: np.ndarray | None = None
@@ -189,73 +189,52 @@ def _crossing(colour, t_lo, dt, thickness, out):
             n -= 1
 
 
-def measure_heights(
-    cloud: Cloud, datum: Datum, columns: Columns, window: tuple[float, float] | None = None, alpha: bool = False
-) -> Heights:
-    """Heights of the supported ``cloud`` above ``datum`` by all methods.
-
-    ``window`` limits the heights [m] in which ground is looked for (default: what the cloud's top needs).
-    """
+def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, every_method: bool = True) -> Heights:
+    """Heights of the supported ``cloud`` above ``datum``; by the colour field and the highest particle only unless ``every_method``."""
     distance, _, height = datum.polar(cloud.position)
-    reach = columns.edges[-1]
-    inside = distance < reach + 2.0 * columns.spacing[-1]
-    top = _tops(distance[inside], height[inside], columns)
-    deepest = columns.spacing.max()
-    t_hi = float(np.nanmax(top)) + 2.5 * deepest
-    t_lo = float(np.nanmin(top)) - 4.0 * deepest
-    if window is not None:
-        t_lo, t_hi = max(t_lo, window[0]), min(t_hi, window[1])
+    inside = distance < columns.edges[-1] + 2.0 * columns.spacing[-1]
+    t_lo, t_hi = _window(distance[inside], height[inside], columns)
     inside &= (height > t_lo - 2.0 * cloud.spacing) & (height < t_hi + 2.0 * cloud.spacing)
     near = cloud.select(inside)
-    x = datum.local(near.position)
     dt = 0.25 * float(columns.spacing.min())
     levels = int(np.ceil((t_hi - t_lo) / dt)) + 1
     colour = np.zeros((int(columns.count.sum()), levels), dtype=np.float32)
     highest = np.full(len(colour), -np.inf)
     radius = datum.radius if datum.is_sphere else 1.0
-    _splat(
-        x,
-        near.volume,
-        near.spacing,
-        datum.is_sphere,
-        radius,
-        columns.distance,
-        columns.start[:-1],
-        columns.count,
-        t_lo,
-        dt,
-        colour,
-        highest,
-    )
+    rings = columns.distance, columns.start[:-1], columns.count
+    _splat(datum.local(near.position), near.volume, near.spacing, datum.is_sphere, radius, *rings, t_lo, dt, colour, highest)
     crossing = np.empty(len(colour))
     _crossing(colour, t_lo, dt, columns.spacing[columns.ring], crossing)
     highest[~np.isfinite(highest)] = np.nan
-    result = Heights(datum, columns, np.empty((0, 0)), crossing, highest)
+    result = Heights(datum, columns, None, crossing, highest)
+    if not every_method:
+        return result
     cell = column_heights(near, datum, columns, _filled(result.cells_of(crossing)))
-    shape = _alpha_heights(near, datum, columns) if alpha else None
-    return Heights(datum, columns, cell, crossing, highest, shape)
+    return replace(result, cell=cell)
 
 
-def _tops(distance: np.ndarray, height: np.ndarray, columns: Columns) -> np.ndarray:
+def _window(distance: np.ndarray, height: np.ndarray, columns: Columns) -> tuple[float, float]:
+    """Heights between which the ground of every column lies [m]: from four spacings below the lowest ring's top upwards."""
     ring = np.digitize(distance, columns.edges) - 1
-    top = np.full(len(columns.distance) + 1, -np.inf)
-    low = np.full(len(columns.distance) + 1, np.inf)
     good = ring < len(columns.distance)
-    if not good.any():
+    top = np.full(len(columns.distance), -np.inf)
+    if good.any():
+        np.maximum.at(top, ring[good], height[good])
+    known = np.isfinite(top)
+    if not known.any():
         raise InputError("no particles below the columns: the datum or the crater's centre lies outside the cloud")
-    np.maximum.at(top, ring[good], height[good])
-    np.minimum.at(low, ring[good], height[good])
-    top[~np.isfinite(top)] = np.nan
-    return top[:-1]
+    d = columns.spacing[known]
+    return float((top[known] - 4.0 * d).min()), float((top[known] + 2.5 * d).max())
 
 
 def _filled(cells: np.ndarray) -> np.ndarray:
-    """Cells smoothed by the median of their neighbours (azimuth wraps), gaps closed from the ring or the next ring inwards."""
-    wrapped = np.hstack([cells[:, -1:], cells, cells[:, :1]])
-    with np.errstate(invalid="ignore"), np.testing.suppress_warnings() as quiet:
-        quiet.filter(RuntimeWarning)
-        smooth = generic_filter(wrapped, np.nanmedian, size=(3, 3), mode="nearest")[:, 1:-1]
-    return smooth
+    """Cells smoothed by the median of their eight neighbours and themselves (azimuth wraps)."""
+    padded = np.pad(np.hstack([cells[:, -1:], cells, cells[:, :1]]), ((1, 1), (0, 0)), mode="edge")
+    rows, columns = cells.shape
+    stack = np.stack([padded[i : i + rows, j : j + columns] for i in range(3) for j in range(3)])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return np.nanmedian(stack, axis=0)
 
 
 def column_heights(cloud: Cloud, datum: Datum, columns: Columns, guess: np.ndarray) -> np.ndarray:
@@ -271,29 +250,51 @@ def column_heights(cloud: Cloud, datum: Datum, columns: Columns, guess: np.ndarr
     ring, sector, height, volume = ring[inside], sector[inside], height[inside], cloud.volume[inside]
     area = datum.area_between(columns.edges[:-1], columns.edges[1:])[:, None] / columns.sectors
     d = columns.spacing[:, None]
-    result = guess.copy()
     if datum.is_sphere:
         volume = volume / (1.0 + height / datum.radius) ** 2
-    for _ in range(2):
-        low, high = result - 3.0 * d, result - 1.0 * d
-        here = (ring, sector)
-        ramp = np.clip((height - low[here]) / (high[here] - low[here]), 0.0, 1.0)
-        ramp[height > result[here] + 2.0 * d[ring, 0]] = 0.0
-        ramp[~np.isfinite(ramp)] = 0.0
-        index = ring * columns.sectors + sector
-        stands = np.bincount(index, ramp * volume, minlength=result.size).reshape(result.shape) / area
-        ring_mean = stands.mean(axis=1, keepdims=True) + 0.5 * (low + high).mean(axis=1, keepdims=True)
-        found = 0.5 * (low + high) + stands
-        # cells smaller than a few particles cannot say more than their ring
-        result = np.where(area < 2.0 * d**2, 0.5 * (low + high) + stands.mean(axis=1, keepdims=True), found)
-        result = np.where(np.isfinite(result), result, np.where(np.isfinite(guess), ring_mean, np.nan))
-    return result
+    low, high = guess - 3.0 * d, guess - 1.0 * d
+    here = (ring, sector)
+    ramp = np.clip((height - low[here]) / (high[here] - low[here]), 0.0, 1.0)
+    ramp[height > guess[here] + 2.0 * d[ring, 0]] = 0.0
+    ramp[~np.isfinite(ramp)] = 0.0
+    index = ring * columns.sectors + sector
+    stands = np.bincount(index, ramp * volume, minlength=guess.size).reshape(guess.shape) / area
+    # cells smaller than a few particles cannot say more than their ring
+    return 0.5 * (low + high) + np.where(area < 2.0 * d**2, stands.mean(axis=1, keepdims=True), stands)
 
 
-def _alpha_heights(cloud: Cloud, datum: Datum, columns: Columns) -> np.ndarray | None:
-    return None
+@dataclass(frozen=True)
+class Undisturbed:
+    """The ground before the impact, measured once: places in space and the excess over the datum there, per method [m]."""
+
+    tree: cKDTree
+    excess: dict[str, np.ndarray]
+
+    def at(self, method: str, points: np.ndarray) -> np.ndarray:
+        """Excess at ``points`` (n, 3) in the frame of the snapshot, by inverse distance from the four nearest columns."""
+        distance, near = self.tree.query(points, k=4)
+        weight = 1.0 / np.maximum(distance, 1e-3 * np.maximum(distance[:, -1:], 1e-300)) ** 2
+        return (weight * self.excess[method][near]).sum(axis=1) / weight.sum(axis=1)
 
 
-def nearest_spacing(cloud: Cloud, points: np.ndarray) -> np.ndarray:
-    """Spacing of the particle nearest to each point [m]."""
-    return cloud.spacing[cKDTree(cloud.position).query(points)[1]]
+def column_points(datum: Datum, distance: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """Places on the datum, in the frame of the snapshot (n, 3) [m]."""
+    if datum.is_sphere:
+        psi = distance / datum.radius
+        local = datum.radius * np.column_stack([np.sin(psi) * np.cos(azimuth), np.sin(psi) * np.sin(azimuth), np.cos(psi)])
+    else:
+        local = np.column_stack([distance * np.cos(azimuth), distance * np.sin(azimuth), np.zeros(len(distance))])
+    return datum.outside(local)
+
+
+def undisturbed(cloud: Cloud, datum: Datum, reach: float, sectors: int) -> Undisturbed:
+    """Measure the ground before the impact; gaps take the median."""
+    columns = make_columns(cloud, datum, reach, sectors)
+    heights = measure_heights(cloud, datum, columns)
+    ring = columns.ring
+    sector = (columns.azimuth / (2.0 * np.pi) * sectors).astype(int) % sectors
+    excess = {"colour": heights.colour, "highest": heights.highest, "column": heights.cell[ring, sector]}
+    for name, values in excess.items():
+        middle = float(np.nanmedian(values)) if np.isfinite(values).any() else 0.0
+        excess[name] = np.where(np.isfinite(values), values, middle)
+    return Undisturbed(cKDTree(column_points(datum, columns.distance[ring], columns.azimuth)), excess)
