@@ -29,7 +29,8 @@ def describe(run_folder: Path, case: Case, wanted: tuple[str, ...], settings: di
         "sessions": [*sessions, session],
     }
     archive.write_text(run_folder / "provenance.json", json.dumps(content, indent=1))
-    references.write(run_folder / "references.bib", case, made, materials(settings.values()))
+    done = [stage for stage in stages.ORDER if (stages.folder(run_folder, stage) / folder.DONE).exists() and stage not in case.outside]
+    references.write(run_folder / "references.bib", case, {*made, *done}, materials(settings.values()))
 
 
 def _case(case: Case) -> dict[str, Any]:
