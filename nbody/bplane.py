@@ -43,28 +43,30 @@ def hit_probability(radius: float, gm: float, distance: np.ndarray, speed: np.nd
     return (capture_parameter(radius, gm, distance, speed) / distance) ** 2
 
 
-def resample(entry: np.ndarray, velocity: np.ndarray, radius: float, gm: float, rng: np.random.Generator, tries: int = 100000):
-    """Moon mode: a new place on the Hill sphere from which the particle hits.
+def resample(entry: np.ndarray, velocity: np.ndarray, radius: float, gm: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Moon mode: new places on the Hill sphere from which particles hit, for entries (n, 3) with velocities (n, 3) relative to the moon.
 
-    ``entry`` and ``velocity`` (3,) are relative to the moon. Returns (place (3,), draws): how many uniform draws over the facing hemisphere
-    it would have taken. None for the place when no such point exists on that hemisphere.
+    Returns places (n, 3) and how many uniform draws over the facing hemisphere each would have taken. An entry points inwards, so that at
+    least half of the cap lies on that hemisphere: there is always a solution.
     """
-    distance, speed = np.linalg.norm(entry), np.linalg.norm(velocity)
-    n, back = entry / distance, -velocity / speed
+    distance, speed = np.sqrt(dot(entry, entry)), np.sqrt(dot(velocity, velocity))
+    n, back = entry / distance[:, None], -velocity / speed[:, None]
     sine = capture_parameter(radius, gm, distance, speed) / distance
-    least = math.sqrt(max(0.0, 1.0 - sine * sine))
-    share = 1.0 - least  # of the hemisphere's solid angle 2 pi, while the cap lies inside it
-    helper = np.array([0.0, 0.0, 1.0]) if abs(back[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
-    first = np.cross(back, helper)
-    first /= np.linalg.norm(first)
+    least = np.sqrt(1.0 - sine**2)
+    first = np.cross(back, np.where(abs(back[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]]))
+    first /= np.linalg.norm(first, axis=1)[:, None]
     second = np.cross(back, first)
-    for draw in range(1, tries + 1):
-        c, longitude = rng.uniform(least, 1.0), rng.uniform(0.0, 2.0 * math.pi)
-        s = math.sqrt(1.0 - c * c)
-        place = c * back + s * (math.cos(longitude) * first + math.sin(longitude) * second)
-        if place @ n >= 0.0:
-            return distance * place, int(rng.negative_binomial(draw, share)) + draw
-    return None, tries
+    places, hits, waiting = np.empty_like(n), np.zeros(len(n), np.int64), np.arange(len(n))
+    while len(waiting):
+        c = rng.uniform(least[waiting], 1.0)
+        longitude = rng.uniform(0.0, 2.0 * math.pi, len(waiting))
+        s = np.sqrt(1.0 - c * c)
+        side = np.cos(longitude)[:, None] * first[waiting] + np.sin(longitude)[:, None] * second[waiting]
+        places[waiting] = c[:, None] * back[waiting] + s[:, None] * side
+        hits[waiting] += 1
+        waiting = waiting[dot(places[waiting], n[waiting]) < 0.0]
+    # each draw falls into the cap with probability 1 - cos(theta_max), its share of the hemisphere
+    return distance[:, None] * places, rng.negative_binomial(hits, np.maximum(1.0 - least, 1e-12)) + hits
 
 
 def fall(place: np.ndarray, velocity: np.ndarray, radius: float, gm: float) -> Impact:
@@ -114,3 +116,18 @@ def pericentre(place: np.ndarray, velocity: np.ndarray, gm: float) -> tuple[np.n
     nearest = p / (1.0 + e)
     start = -np.arccos(np.clip((p / r0 - 1.0) / e, -1.0, 1.0))
     return nearest, momentum / nearest, _time(start, energy, momentum, e, gm)
+
+
+def apsis(place: np.ndarray, velocity: np.ndarray, gm: float) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors to the closest approach and along the motion there, for particles (n, 3) on two-body orbits."""
+    h = np.cross(place, velocity)
+    eccentricity = np.cross(velocity, h) / gm - place / np.linalg.norm(place, axis=1)[:, None]
+    up = eccentricity / np.maximum(np.linalg.norm(eccentricity, axis=1), 1e-300)[:, None]
+    along = np.cross(h / np.maximum(np.linalg.norm(h, axis=1), 1e-300)[:, None], up)
+    return up, along
+
+
+def mirrored(place: np.ndarray, velocity: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """State at the same distance on the way out: the orbit is symmetric about the apsis ``up``, with time reversed."""
+    x = 2.0 * dot(place, up)[:, None] * up - place
+    return x, velocity - 2.0 * dot(velocity, up)[:, None] * up

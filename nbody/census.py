@@ -21,7 +21,7 @@ from matter.progress import Progress, stop_here
 from nbody import conditions, encounters, moon_mode
 from nbody.conditions import CHUNK, Population
 from nbody.encounters import ENTRY
-from nbody.integrators import fast
+from nbody.integrators import fast, rkck, tube
 from nbody.system import System, jovian
 
 INTEGRATORS = ("rkck", "fast", "tube")
@@ -81,7 +81,7 @@ class Block:
 def _fast(system: System, request: Request, number: int) -> Block:
     lot = conditions.lot(system, request.population, request.seed, number)
     flights = fast.run(system, lot, request.population.duration)
-    table = encounters.join([flights.table, moon_mode.collide(flights.table, system, request.seed)])
+    table = encounters.join([flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)])
     return Block(
         table,
         CHUNK,
@@ -92,7 +92,27 @@ def _fast(system: System, request: Request, number: int) -> Block:
     )
 
 
-WORKERS: dict[str, Callable[[System, Request, int], Block]] = {"fast": _fast}
+def _tube(system: System, request: Request, number: int) -> Block:
+    lot = conditions.lot(system, request.population, request.seed, number)
+    flights = tube.run(system, lot, request.population.duration, request.seed)
+    table = encounters.join([flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)])
+    return Block(
+        table,
+        CHUNK,
+        int(flights.ends[:, 1].sum()),
+        np.bincount(flights.ends[:, 0], minlength=5),
+        flights.ephemeris.energy_error,
+        flights.ephemeris.angular_momentum_error,
+    )
+
+
+def _rkck(system: System, request: Request, number: int) -> Block:
+    lot = conditions.lot(system, request.population, request.seed, number)
+    flights = rkck.run(system, lot, request.population.duration, request.seed)
+    return Block(flights.table, CHUNK, int(flights.ends[:, 1].sum()), np.bincount(flights.ends[:, 0], minlength=5), 0.0, 0.0)
+
+
+WORKERS: dict[str, Callable[[System, Request, int], Block]] = {"fast": _fast, "tube": _tube, "rkck": _rkck}
 
 
 def found(request: Request, system: System, table: dict[str, np.ndarray]) -> float:

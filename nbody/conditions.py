@@ -44,13 +44,15 @@ COLUMNS = ("speed_at_infinity_km_s", "inclination_deg", "weight")
 class Population:
     """How particles start: ``draw(system, start, count, rng) -> (position, velocity, weight)`` relative to Jupiter.
 
-    ``mean_anomaly`` of Jupiter at the start [rad] (None: random in every chunk), ``duration`` of a flight [s].
+    ``mean_anomaly`` of Jupiter at the start [rad] (None: random in every chunk), ``duration`` of a flight [s], ``focused``: constructed
+    collisions weigh by their chance to hit (not so in the thesis).
     """
 
     name: str
     draw: Callable[[System, Start, int, np.random.Generator], tuple[np.ndarray, np.ndarray, np.ndarray]]
     mean_anomaly: float | None
     duration: float
+    focused: bool = True
     notes: dict = field(default_factory=dict)
 
 
@@ -274,9 +276,9 @@ def population(name: str, mean_anomaly: float | str | None = None, speed: float 
     own = LITERAL_MEAN_ANOMALY if name == "literal" else None
     phase = own if mean_anomaly is None else None if mean_anomaly == "random" else float(mean_anomaly)
     if name == "literal":
-        return Population(name, _literal, phase, 1.4 * YEAR, {"cone_deg": 15, "speeds_m_s": LITERAL_SPEEDS.tolist()})
+        return Population(name, _literal, phase, 1.4 * YEAR, False, {"cone_deg": 15, "speeds_m_s": LITERAL_SPEEDS.tolist()})
     if name == "corrected":
-        return Population(name, _corrected, phase, 3.0 * YEAR, {"eccentricity_max": ECCENTRICITY, "inclination_max_deg": 10})
+        return Population(name, _corrected, phase, 3.0 * YEAR, notes={"eccentricity_max": ECCENTRICITY, "inclination_max_deg": 10})
     if name == "isotropic":
-        return Population(name, _isotropic(speed), phase, 1.0 * YEAR, {"speed_at_infinity_m_s": speed})
-    return Population(str(name), _from_file(Path(name)), phase, 1.0 * YEAR, {"file": str(name)})
+        return Population(name, _isotropic(speed), phase, 1.0 * YEAR, notes={"speed_at_infinity_m_s": speed})
+    return Population(str(name), _from_file(Path(name)), phase, 1.0 * YEAR, notes={"file": str(name)})

@@ -264,8 +264,11 @@ class Flights:
     ephemeris: ephemeris.Ephemeris
 
 
-def run(system: System, lot: Lot, duration: float, tolerance: float = TOLERANCE) -> Flights:
-    """Fly all particles of ``lot`` for ``duration`` [s]; raises ``UnphysicalState`` when one cannot be integrated."""
+def run(system: System, lot: Lot, duration: float, tolerance: float = TOLERANCE, reach: float = 1.0) -> Flights:
+    """Fly all particles of ``lot`` for ``duration`` [s]; entries are those into ``reach`` Hill radii.
+
+    Raises ``UnphysicalState`` when a particle cannot be integrated.
+    """
     orbits = ephemeris.compute(system, lot.start, duration)
     count = len(lot.state)
     ends, finals = np.zeros((count, 2), np.int64), np.zeros((count, 7))
@@ -280,7 +283,7 @@ def run(system: System, lot: Lot, duration: float, tolerance: float = TOLERANCE)
             orbits.interval,
             orbits.gm,
             orbits.ring,
-            system.hill_radii,
+            reach * system.hill_radii,
             np.array([moon.radius for moon in system.moons]),
             np.array([moon.semi_major_axis for moon in system.moons]),
             system.planet.radius,

@@ -1,0 +1,222 @@
+"""Weighted estimator: how often would a moon be where the particle crosses its orbit?
+
+The moon's longitude is uniform in time, so a particle that flies through the torus of minor radius s around the orbit (radius a) meets
+the Hill sphere with the expected number
+
+    w = pi r_H^2 (1 + 2 GM/(r_H u^2)) u dt / (2 pi^2 a s^2),
+
+u the speed relative to the moon there, dt the time inside the torus; the bracket is the moon's own focusing onto its Hill sphere. Each
+passage becomes
+one weighted entry with speed (u^2 + 2 GM/r_H)^(1/2) at a random place on the sphere's cross-section; closest approach, exit and
+collision follow on the two-body hyperbola. The moons do not pull the particle on its way; one particle in fifteen gives an entry instead
+of one in a thousand.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from matter.errors import UnphysicalState
+from matter.jit import kernel, law
+from nbody import bplane, encounters, ephemeris
+from nbody.conditions import Lot
+from nbody.encounters import APPROACH, ENTRY, EXIT
+from nbody.flight import field, step
+from nbody.integrators.dop853 import STAGES
+from nbody.integrators.fast import FLYING, HIT_PLANET, LEFT, OUTER, TIMED_OUT, TOLERANCE
+from nbody.system import System, hill_radius
+
+WIDTH = 2.0  # minor radius of the torus in Hill radii: 1 to 4 give the same speeds within their errors
+STREAM = 4  # spawn key of this module's random numbers
+
+
+@law
+def curve(u, y, new, a0, a1, h, out):
+    """Position and velocity at fraction ``u`` of a step: quintic Hermite through both ends, into ``out`` (6,)."""
+    for d in range(3):
+        rise = new[d] - y[d]
+        v0, v1, b0, b1 = y[d + 3] * h, new[d + 3] * h, a0[d] * h * h, a1[d] * h * h
+        c3 = 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 1.5 * b0 + 0.5 * b1
+        c4 = -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 1.5 * b0 - b1
+        c5 = 6.0 * rise - 3.0 * (v0 + v1) - 0.5 * (b0 - b1)
+        out[d] = ((((c5 * u + c4) * u + c3) * u + 0.5 * b0) * u + v0) * u + y[d]
+        out[d + 3] = ((((5.0 * c5 * u + 4.0 * c4) * u + 3.0 * c3) * u + b0) * u + v0) / h
+
+
+@law
+def from_ring(x, orbit):
+    """Distance of a place from the circle of radius ``orbit`` in the plane z = 0."""
+    rho = (x[0] * x[0] + x[1] * x[1]) ** 0.5 - orbit
+    return (rho * rho + x[2] * x[2]) ** 0.5
+
+
+@kernel
+def thread(starts, first, duration, polynomial, interval, gm, orbit, tube, planet_radius, outer, tolerance, rows, ends):
+    """Fly particles ``starts`` (n, 6) without moons and note each passage through a torus: rows (particle, moon, dt, t, x, v).
+
+    ``ends`` (n, 2) as in ``fast.fly``. Returns (status, count, particle): 1 full table, 2 step too small.
+    """
+    kx, kv = np.empty((STAGES, 3)), np.empty((STAGES, 3))
+    y, new, last, out = np.empty(6), np.empty(6), np.empty(3), np.empty(6)
+    moons, count, widest = orbit.shape[0], 0, 0.0
+    for m in range(moons):
+        widest = max(widest, orbit[m] + 2.0 * tube[m])
+    entered = np.empty(moons)
+    for p in range(starts.shape[0]):
+        y[:] = starts[p]
+        entered[:] = -1.0
+        t, h, taken, end = 0.0, 2e5, 0, FLYING
+        kv[0, 0], kv[0, 1], kv[0, 2] = field(t, y[0], y[1], y[2], False, polynomial, interval, gm, 0.0)
+        while end == FLYING:
+            h = min(h, duration - t)
+            error = step(t, y, h, False, polynomial, interval, gm, 0.0, kx, kv, new) / tolerance
+            taken += 1
+            if not error <= 1.0:
+                h *= max(0.2, 0.9 * error**-0.125) if error == error else 0.1
+                if h < 1e-6:
+                    return 2, count, first + p
+                continue
+            last[0], last[1], last[2] = field(t + h, new[0], new[1], new[2], False, polynomial, interval, gm, 0.0)
+            r0 = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
+            r = (new[0] * new[0] + new[1] * new[1] + new[2] * new[2]) ** 0.5
+            v2 = max(y[3] * y[3] + y[4] * y[4] + y[5] * y[5], new[3] * new[3] + new[4] * new[4] + new[5] * new[5])
+            if min(r0, r) < widest + 1.5 * v2**0.5 * h:
+                count = passages(first + p, t, y, h, new, kv[0], last, orbit, tube, 1.5 * v2**0.5, entered, rows, count, out)
+                if count < 0:
+                    return 1, 0, first + p
+            t += h
+            h *= min(5.0, 0.9 * max(error, 1e-8) ** -0.125)
+            y[:] = new
+            kv[0, 0], kv[0, 1], kv[0, 2] = last[0], last[1], last[2]
+            outward = y[0] * y[3] + y[1] * y[4] + y[2] * y[5] > 0.0
+            if t >= duration * (1.0 - 1e-14):
+                end = TIMED_OUT
+            elif r < planet_radius:
+                end = HIT_PLANET
+            elif outward and r > outer:
+                end = LEFT
+            elif outward and r > 3.0 * widest:
+                energy = 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) - gm[1] / r
+                if energy >= 0.0 or 0.8 * 2.0 * math.pi * ((-0.5 * gm[1] / energy) ** 3 / gm[1]) ** 0.5 > duration - t:
+                    end = LEFT
+        ends[p, 0], ends[p, 1] = end, taken
+    return 0, count, -1
+
+
+@law
+def passages(particle, t, y, h, new, a0, a1, orbit, tube, speed, entered, rows, count, out):
+    """Follow one step along its curve and write a row for every torus left; returns the count, -1 when the table is full.
+
+    ``entered[m]`` is the time at which the particle went into torus m, negative outside. Boundaries are found by advancing no further than
+    the distance to them allows (to 1/500 of the tube), so that no passage is skipped.
+    """
+    for m in range(orbit.shape[0]):
+        tau = 0.0
+        while True:
+            curve(tau / h, y, new, a0, a1, h, out)
+            gap = from_ring(out, orbit[m]) - tube[m]
+            if entered[m] < 0.0 and gap < 0.0:
+                entered[m] = t + tau
+            elif entered[m] >= 0.0 and gap > 0.0:
+                if count >= rows.shape[0]:
+                    return -1
+                row = rows[count]
+                row[0], row[1], row[2], row[3] = particle, m, t + tau - entered[m], 0.5 * (t + tau + entered[m])
+                row[4:10] = out
+                count += 1
+                entered[m] = -1.0
+            if tau >= h:
+                break
+            tau = min(h, tau + max(abs(gap), 2e-3 * tube[m]) / speed)
+    return count
+
+
+@dataclass(frozen=True)
+class Flights:
+    """Weighted events of a lot, ``ends`` (n, 2), and the ephemeris (of the Sun) that was used."""
+
+    table: dict[str, np.ndarray]
+    ends: np.ndarray
+    ephemeris: ephemeris.Ephemeris
+
+
+def run(system: System, lot: Lot, duration: float, seed: int, tolerance: float = TOLERANCE, width: float = WIDTH) -> Flights:
+    """Weighted entries, closest approaches and exits of all particles of ``lot``; raises ``UnphysicalState``."""
+    orbits = ephemeris.compute(system, lot.start, duration)
+    orbit, hill = np.array([moon.semi_major_axis for moon in system.moons]), system.hill_radii
+    ends = np.zeros((len(lot.state), 2), np.int64)
+    capacity = 64 + 2 * len(lot.state)
+    while True:
+        rows = np.zeros((capacity, 10))
+        status, found, particle = thread(
+            lot.state,
+            lot.first,
+            duration,
+            orbits.polynomial,
+            orbits.interval,
+            orbits.gm,
+            orbit,
+            width * hill,
+            system.planet.radius,
+            OUTER * system.start_radius,
+            tolerance,
+            rows,
+            ends,
+        )
+        if status != 1:
+            break
+        capacity *= 4
+    if status != 0:
+        raise UnphysicalState(f"n-body: the step of particle {particle} became too small (start {lot.state[particle - lot.first]})")
+    table = _events(system, rows[:found], lot, seed, width)
+    return Flights(table, ends, orbits)
+
+
+def _events(system: System, rows: np.ndarray, lot: Lot, seed: int, width: float) -> dict[str, np.ndarray]:
+    """Entries, closest approaches and exits that the passages stand for, on two-body hyperbolas about a moon put on the way."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, lot.first)))
+    made = []
+    for index, moon in enumerate(system.moons):
+        mine = rows[rows[:, 1] == index]
+        if not len(mine):
+            continue
+        hill, a = hill_radius(moon), moon.semi_major_axis
+        x, v = mine[:, 4:7], mine[:, 7:10]
+        radial = x * [1.0, 1.0, 0.0]
+        radial /= np.linalg.norm(radial, axis=1)[:, None]
+        tangent = np.cross([0.0, 0.0, 1.0], radial)
+        flight = math.sqrt((system.planet.gm + moon.gm) / a) * tangent
+        relative = v - flight
+        u = np.linalg.norm(relative, axis=1)
+        boost = 1.0 + 2.0 * moon.gm / (hill * u**2)
+        weight = hill**2 * boost * u * mine[:, 2] / (2.0 * math.pi * a * (width * hill) ** 2)
+        # uniform over the focused cross-section = uniform in sin^2 of the angle of entry
+        sine, angle = np.sqrt(rng.random(len(mine))), rng.uniform(0.0, 2.0 * math.pi, len(mine))
+        ahead = relative / u[:, None]
+        first = np.cross(ahead, np.where(abs(ahead[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]]))
+        first /= np.linalg.norm(first, axis=1)[:, None]
+        side = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * np.cross(ahead, first)
+        place = hill * (sine[:, None] * side - np.sqrt(1.0 - sine**2)[:, None] * ahead)
+        velocity = ahead * np.sqrt(u**2 + 2.0 * moon.gm / hill)[:, None]
+        made += _three(mine, index, place, velocity, a * radial, flight, weight * lot.weight[mine[:, 0].astype(int) - lot.first], moon.gm)
+    return encounters.join(made)
+
+
+def _three(mine, index, place, velocity, moon_place, moon_motion, weight, gm) -> list[dict[str, np.ndarray]]:
+    """Tables of entries, closest approaches and exits."""
+    nearest, speed, time = bplane.pericentre(place, velocity, gm)
+    up, out = bplane.apsis(place, velocity, gm)
+    tables = []
+    for kind, x, v, later in (
+        (ENTRY, place, velocity, 0.0),
+        (APPROACH, nearest[:, None] * up, speed[:, None] * out, time),
+        (EXIT, *bplane.mirrored(place, velocity, up), 2.0 * time),
+    ):
+        rows = np.zeros((len(mine), encounters.RAW))
+        rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 16] = mine[:, 0], index, kind, mine[:, 3] + later, mine[:, 2]
+        rows[:, 4:7], rows[:, 7:10], rows[:, 10:13], rows[:, 13:16] = x, v, moon_place + x, moon_motion + v
+        tables.append(encounters.from_rows(rows, weight))
+    return tables
