@@ -73,10 +73,10 @@ def edge_of(cloud: Cloud, datum: Datum) -> float:
     return min(edge, 0.5 * np.pi * datum.radius) if datum.is_sphere else edge
 
 
-def look(scene: Scene, datum: Datum, sectors: int, every_method: bool = True) -> Relief:
+def look(scene: Scene, datum: Datum, sectors: int, methods: str = "two") -> Relief:
     """The relief of a scene about the axis of ``datum``."""
     columns = surface.make_columns(scene.body, datum, scene.reach, sectors)
-    return relief(surface.measure_heights(scene.body, datum, columns, every_method), scene.before)
+    return relief(surface.measure_heights(scene.body, datum, columns, methods), scene.before)
 
 
 def depression(ground: Relief) -> tuple[float, float, float]:

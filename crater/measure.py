@@ -37,7 +37,7 @@ UNITS = {
     "ellipticity": "1",
 }
 # Errors in local spacings that azimuthal averaging does not remove, found on synthetic clouds (tests/crater/test_coverage.py)
-RESOLUTION_HEIGHT = 0.04
+RESOLUTION_HEIGHT = 0.08
 RESOLUTION_DIAMETER = 0.06
 RESOLUTION_CREST = 0.20
 RESOLUTION_RIM = 0.07
@@ -120,9 +120,14 @@ def measure(
     return measure_scene(scene, refit, seed, sectors)
 
 
-def measure_scene(scene: locate.Scene, refit: Refit | None = None, seed: int = 1, sectors: int = 24, turns: int = 8) -> Measures:
-    """Measure a prepared scene: centre and datum are iterated until neither moves, then the profile is read off."""
-    ground, radius = _settle(scene, refit, sectors, turns)
+def measure_scene(
+    scene: locate.Scene, refit: Refit | None = None, seed: int = 1, sectors: int = 24, turns: int = 8, methods: str = "four"
+) -> Measures:
+    """Measure a prepared scene: centre and datum are iterated until neither moves, then the profile is read off.
+
+    ``methods`` of the last look as in ``surface.measure_heights``.
+    """
+    ground, radius = _settle(scene, refit, sectors, turns, methods)
     notes: dict[str, object] = {}
     sigma = ground.datum.sigma
     if refit is None and radius > 0.0:
@@ -133,10 +138,10 @@ def measure_scene(scene: locate.Scene, refit: Refit | None = None, seed: int = 1
     return read_off(ground, radius, sigma, seed, notes)
 
 
-def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int) -> tuple[Relief, float]:
+def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int, methods: str) -> tuple[Relief, float]:
     """Relief about the crater's centre, by every method, and the crater's radius [m] (0 where there is no hollow)."""
     datum, radius = scene.datum, 0.0
-    ground = locate.look(scene, datum, sectors, every_method=False)
+    ground = locate.look(scene, datum, sectors)
     rough = 3 if refit is not None else 2
     for turn in range(turns):
         if turn < rough:
@@ -157,8 +162,8 @@ def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int) 
             scene = replace(scene, reach=min(scene.reach, edge))
         if still and turn >= rough:
             break
-        ground = locate.look(scene, datum, sectors, every_method=False)
-    return locate.look(scene, datum, sectors), radius
+        ground = locate.look(scene, datum, sectors)
+    return locate.look(scene, datum, sectors, methods), radius
 
 
 def _recentre(ground: Relief, radius: float) -> tuple[float, float, float]:
@@ -201,7 +206,9 @@ def read_off(ground: Relief, radius: float, sigma_level: float, seed: int, notes
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     draws = rng.integers(0, cells.shape[1], size=(BOOTSTRAPS, cells.shape[1]))
     trials = np.array([shape_of(cells[:, pick].mean(axis=1), ruler, ground.datum, finder, outermost).as_array() for pick in draws])
-    quantities = _errors(ground, base, trials, ruler, finder, cells, sigma_level)
+    by_method = _by_method(ground, radius, ruler, base, outermost)
+    quantities = _errors(base, trials, ruler, finder, cells, sigma_level, by_method)
+    notes = {**notes, "by_method": by_method}
     quantities["ellipticity"] = ellipticity
     rim = _rim_reason(cells, ruler, base, quantities)
     if rim:
@@ -229,36 +236,42 @@ def _round(cells: np.ndarray, ruler: Ruler, apparent: float) -> tuple[np.ndarray
 
 
 def _errors(
-    ground: Relief, base: Shape, trials: np.ndarray, ruler: Ruler, finder: CrestFinder | None, cells: np.ndarray, sigma_level: float
+    base: Shape,
+    trials: np.ndarray,
+    ruler: Ruler,
+    finder: CrestFinder | None,
+    cells: np.ndarray,
+    sigma_level: float,
+    table_of_methods: dict[str, dict[str, float]],
 ) -> dict[str, Quantity]:
     """Every measure with sigma from azimuth (bootstrap over sectors), resolution, datum and method in quadrature."""
     d = float(np.interp(base.apparent, ruler.s, ruler.d))
     spread = dict(zip(Shape.__dataclass_fields__, np.nanstd(trials, axis=0)))
     spread["depth"] = max(spread["depth"], _floor_noise(cells, ruler, base))
-    method = _method_spread(ground, base, ruler, finder)
+    method = {name: _method_error(table_of_methods, name) for name in UNITS}
     tangent = float(np.tan(np.radians(max(base.slope, 5.0)))) if np.isfinite(base.slope) else 0.1
     area = np.pi * base.apparent**2
     both = np.nanstd(trials[:, 0] + trials[:, 3]) if finder is not None else np.nan
     height = RESOLUTION_HEIGHT * d
     table = {
-        "depth_m": (base.depth, spread["depth"], height, sigma_level, method["depth"]),
+        "depth_m": (base.depth, spread["depth"], height, sigma_level, method["depth_m"]),
         "diameter_apparent_m": (
             2.0 * base.apparent,
             2.0 * spread["apparent"],
             2.0 * RESOLUTION_DIAMETER * d,
             2.0 * sigma_level / tangent,
-            2.0 * method["apparent"],
+            method["diameter_apparent_m"],
         ),
-        "diameter_rim_m": (2.0 * base.rim, 2.0 * spread["rim"], 2.0 * RESOLUTION_CREST * d, 0.0, 2.0 * method["rim"]),
-        "rim_height_m": (base.rim_height, spread["rim_height"], RESOLUTION_RIM * d, sigma_level, method["rim_height"]),
+        "diameter_rim_m": (2.0 * base.rim, 2.0 * spread["rim"], 2.0 * RESOLUTION_CREST * d, 0.0, method["diameter_rim_m"]),
+        "rim_height_m": (base.rim_height, spread["rim_height"], RESOLUTION_RIM * d, sigma_level, method["rim_height_m"]),
         "depth_rim_to_floor_m": (
             base.depth + base.rim_height,
             max(both, spread["depth"]) if np.isfinite(both) else np.nan,
             np.hypot(height, RESOLUTION_RIM * d),
             0.0,
-            np.hypot(method["depth"], method["rim_height"]),
+            np.hypot(method["depth_m"], method["rim_height_m"]),
         ),
-        "volume_m3": (base.volume, spread["volume"], 0.5 * height * area, 0.5 * sigma_level * area, method["volume"]),
+        "volume_m3": (base.volume, spread["volume"], 0.5 * height * area, 0.5 * sigma_level * area, method["volume_m3"]),
         "wall_slope_deg": (base.slope, spread["slope"], 2.0, 0.0, 0.0),
         "floor_diameter_m": (2.0 * base.floor_radius, 2.0 * spread["floor_radius"], 1.0 * d, 0.0, 0.0),
     }
@@ -290,8 +303,37 @@ def _floor_noise(cells: np.ndarray, ruler: Ruler, base: Shape) -> float:
     return float(np.sqrt(3.0 * v * np.sum(ruler.broad[floor] ** 2 * ruler.d**2 / ruler.area)))
 
 
-def _method_spread(ground: Relief, base: Shape, ruler: Ruler, finder: CrestFinder | None) -> dict[str, float]:
-    return {name: 0.0 for name in Shape.__dataclass_fields__}
+def _by_method(ground: Relief, radius: float, ruler: Ruler, base: Shape, outermost: float) -> dict[str, dict[str, float]]:
+    """Depth, diameters, rim height and volume by every method that was used, each over its own far field, in m and m^3."""
+    far, _ = locate.far_field(ground, radius)
+    table: dict[str, dict[str, float]] = {}
+    for name, cells in ground.methods.items():
+        filled = closed(cells)
+        if name != "colour" and far.any():
+            offset = np.average((filled - closed(ground.cell)).mean(axis=1)[far], weights=ruler.area[far])
+            filled = filled - offset
+        mean = filled.mean(axis=1)
+        finder = make_crest_finder(ruler, mean, base.apparent, base.depth)
+        shape = shape_of(mean, ruler, ground.datum, finder, outermost)
+        table[name] = {
+            "depth_m": shape.depth,
+            "diameter_apparent_m": 2.0 * shape.apparent,
+            "diameter_rim_m": 2.0 * shape.rim,
+            "rim_height_m": shape.rim_height,
+            "volume_m3": shape.volume,
+        }
+    return table
+
+
+def _method_error(table: dict[str, dict[str, float]], name: str) -> float:
+    """Half the distance between the colour field and the median of the other methods [SI]; 0 where there are none.
+
+    Half, because the others are noisier (the volume method) or coarser (the highest particle): their own errors make most of the distance.
+    """
+    ours = table["colour"].get(name, np.nan)
+    others = np.array([row.get(name, np.nan) for method, row in table.items() if method != "colour"])
+    others = others[np.isfinite(others)]
+    return 0.5 * abs(float(np.median(others)) - ours) if len(others) and np.isfinite(ours) else 0.0
 
 
 def _quantity(value: float, parts: dict[str, float], unit: str, reason: str = "") -> Quantity:

@@ -21,6 +21,8 @@ INK = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
 MATERIAL_COLOURS = {"ice": "#9fd3ea", "water": "#2f6fb2", "basalt": "#8a7563", "iron": "#4d4d4d"}
 PROJECTILE_COLOUR = "#d62828"
 KM = 1e-3
+SLAB_HEIGHT = 0.85
+"""Height of a cross-section over half of its width."""
 
 
 def figure(width: float, height: float):
@@ -172,15 +174,15 @@ def _published_box(axis, found: Findings, scale: float) -> None:
 
 def draw_series(found: Findings, path: Path) -> None:
     """D(t), depth(t) and V(t) with errors; the published transient values as bands, the scaling laws as a bracket."""
-    fig = figure(9.0, 7.5)
+    fig = figure(9.0, 8.0)
     axes = fig.subplots(3, 1, sharex=True)
     rows = (
         ("diameter_apparent_m", "apparent diameter [km]", 1e-3),
         ("depth_m", "depth below datum [km]", 1e-3),
-        ("volume_m3", "volume below datum [10$^6$ km$^3$]", 1e-15),
+        ("volume_m3", "volume below datum [$10^6$ km$^3$]", 1e-15),
     )
     for axis, (name, label, scale) in zip(axes, rows):
-        for stage, colour, word in (("sph", INK[0], "SPH"), ("dem", INK[2], "DEM")):
+        for stage, colour, word in (("sph", INK[0], "SPH"), ("dem", INK[2], "grains (DEM)")):
             chosen = [m for m in found.moments if m.stage == stage and np.isfinite(m.value(name))]
             if chosen:
                 t = [m.time / 60.0 for m in chosen]
@@ -188,27 +190,26 @@ def draw_series(found: Findings, path: Path) -> None:
                 e = [(m.measures[name].sigma or 0.0) * scale for m in chosen]  # type: ignore[index]
                 axis.errorbar(t, y, yerr=e, fmt="o-", color=colour, markersize=3, linewidth=1.2, elinewidth=0.7, capsize=2, label=word)
         axis.set_ylabel(label)
-        axis.set_ylim(bottom=0.0)
         _grid(axis)
     for row in found.reference:
         if row["name"] == "transient depth_m" or row["name"].startswith("transient diameter"):
             axis = axes[1] if "depth" in row["name"] else axes[0]
-            axis.axhspan(
-                (row["value"] - row["minus"]) * 1e-3,
-                (row["value"] + row["plus"]) * 1e-3,
-                color="black",
-                alpha=0.08,
-                label="published transient",
-            )
-            axis.axhline(row["value"] * 1e-3, color="black", linewidth=0.8, linestyle=":")
+            low, high = (row["value"] - row["minus"]) * KM, (row["value"] + row["plus"]) * KM
+            axis.axhspan(low, high, color="black", alpha=0.08, label="published transient")
+            axis.axhline(row["value"] * KM, color="black", linewidth=0.8, linestyle=":")
     if found.scaling:
-        low, high = (x * 1e-3 for x in found.scaling["range_m"])
+        low, high = (x * KM for x in found.scaling["range_m"])
         axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label="pi-scaling (Zahnle, Collins, Schmidt-Housen water)")
     for key, colour in (("volume", INK[1]), ("depth", INK[3])):
         if key in found.transient:
             for axis in axes:
                 axis.axvline(found.transient[key].time / 60.0, color=colour, linewidth=0.8, linestyle="--", label=f"first maximum of {key}")
-    axes[0].legend(frameon=False, fontsize=7.5, loc="best")
+    for axis in axes:
+        axis.relim()
+        axis.autoscale_view()
+        axis.set_ylim(bottom=0.0)
+    handles, labels = axes[0].get_legend_handles_labels()
+    fig.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False, fontsize=8)
     axes[-1].set_xlabel("time after contact [min]")
     save(fig, path)
 
@@ -230,7 +231,7 @@ def draw_heightmap(measures: Measures, path: Path) -> None:
     fig = figure(6.6, 5.6)
     axis = fig.add_subplot(aspect="equal")
     drawn = axis.tripcolor(x, y, h, shading="gouraud", cmap="RdBu_r", vmin=-limit, vmax=limit)
-    fig.colorbar(drawn, ax=axis, label=f"height above the datum [{unit}]")
+    fig.colorbar(drawn, ax=axis, shrink=0.75, label=f"height above the datum [{unit}]")
     if apparent:
         angle = np.linspace(0.0, 2.0 * np.pi, 200)
         axis.plot(
@@ -257,9 +258,9 @@ def draw_cross_sections(found: Findings, path: Path) -> None:
             panels.append((f"{word}, {float(grains.attributes.get('time', np.nan)) / 60:.1f} min", grains))
     if not panels:
         return
-    half = 0.75 * found.settings.impact.expected_transient_diameter
-    fig = figure(9.0, 3.1 * len(panels))
-    axes = np.atleast_1d(fig.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
+    half = 1.1 * found.settings.impact.expected_transient_diameter
+    fig = figure(9.0, 0.7 + 8.6 * SLAB_HEIGHT / 2.0 * len(panels))
+    axes = fig.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     radius = found.settings.target.radius
     for axis, (title, particles) in zip(axes, panels):
         radius = float(particles.attributes.get("target_radius_m", radius))
@@ -267,7 +268,7 @@ def draw_cross_sections(found: Findings, path: Path) -> None:
         axis.set_title(title, fontsize=9, loc="left")
         axis.set_ylabel("z - surface [km]")
     axes[-1].set_xlabel("x, downrange [km]")
-    _legend(axes[0], panels)
+    _legend(fig, panels)
     save(fig, path)
 
 
@@ -297,8 +298,8 @@ def _slab(axis, particles: Particles, radius: float, half: float) -> None:
         spacing = np.minimum(np.cbrt(particles.mass / np.maximum(particles.density, 1e-3)), 0.12 * half)
     spacing = np.where(np.isfinite(spacing), spacing, 0.02 * half)
     p = particles.position
-    low, high = -0.85 * half, 0.55 * half
-    inside = (np.abs(p[:, 1]) < 0.5 * spacing) & (np.abs(p[:, 0]) < half) & (p[:, 2] - radius > low) & (p[:, 2] - radius < high)
+    low, high = -0.5 * half, (SLAB_HEIGHT - 0.5) * half
+    inside = (np.abs(p[:, 1]) < 0.6 * spacing) & (np.abs(p[:, 0]) < half) & (p[:, 2] - radius > low) & (p[:, 2] - radius < high)
     if "state" in particles:
         inside &= particles.state < 2
     order = np.flatnonzero(inside)
@@ -323,7 +324,7 @@ def _slab(axis, particles: Particles, radius: float, half: float) -> None:
     axis.set_ylim(low * KM, high * KM)
 
 
-def _legend(axis, panels: Sequence[tuple[str, Particles]]) -> None:
+def _legend(fig, panels: Sequence[tuple[str, Particles]]) -> None:
     from matplotlib.lines import Line2D
 
     names: dict[str, str] = {}
@@ -334,7 +335,7 @@ def _legend(axis, panels: Sequence[tuple[str, Particles]]) -> None:
             names.setdefault("projectile", PROJECTILE_COLOUR)
     marks: list[Any] = [Line2D([], [], marker="o", linestyle="", color=colour, label=name, markersize=6) for name, colour in names.items()]
     marks.append(Line2D([], [], color="black", linestyle="--", linewidth=0.8, label="surface before"))
-    axis.legend(handles=marks, fontsize=7.5, ncols=len(marks), frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    fig.legend(handles=marks, fontsize=8, ncols=len(marks), frameon=False, loc="outside upper center")
 
 
 def draw_comparison(craters: Sequence[Crater], path: Path) -> None:

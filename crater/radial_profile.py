@@ -40,6 +40,8 @@ def relief(now: Heights, before: Undisturbed | None = None) -> Relief:
     columns, datum = now.columns, now.datum
     methods: dict[str, np.ndarray] = {}
     rays = {"colour": now.colour, "highest": now.highest}
+    if now.alpha is not None and (before is None or "alpha" in before.excess):
+        rays["alpha"] = now.alpha
     azimuth = (np.arange(columns.sectors) + 0.5) * 2.0 * np.pi / columns.sectors
     if before is not None:
         points = column_points(datum, columns.distance[columns.ring], columns.azimuth)

@@ -123,6 +123,8 @@ def _summary(found: Findings) -> str:
                 f"First maximum of {key} at {moment.time / 60:.1f} min: apparent diameter {shown(m['diameter_apparent_m'])}, "
                 f"depth {shown(m['depth_m'])}."
             )
+    if found.growing:
+        lines.append(f"Still growing in the last snapshot: {', '.join(found.growing)}.")
     if found.final is not None:
         lines.append(
             f"Final crater ({html.escape(found.final_from)}): depth {shown(found.final['depth_m'])}, apparent diameter {shown(found.final['diameter_apparent_m'])}."

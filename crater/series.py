@@ -46,6 +46,7 @@ def follow(
     seed: int,
     reach: float | None = None,
     heard=None,
+    methods: str = "three",
 ) -> list[Moment]:
     """Measure every snapshot of a stage against the same datum and the same undisturbed target."""
     moments = []
@@ -54,7 +55,7 @@ def follow(
         time = float(particles.attributes.get("time", np.nan))
         try:
             scene = locate.prepare(particles, datum, before, gravity, rise_limit, reach, path.name)
-            moments.append(Moment(stage, time, path, measure_scene(scene, seed=seed, turns=4)))
+            moments.append(Moment(stage, time, path, measure_scene(scene, seed=seed, turns=4, methods=methods)))
         except InputError as reason:
             moments.append(Moment(stage, time, path, None, str(reason)))
         if heard is not None:
@@ -109,12 +110,20 @@ def first_maximum(time: np.ndarray, values: np.ndarray, lasting: float = 0.03) -
     return int(best)
 
 
-def transient(moments: list[Moment]) -> dict[str, Moment]:
-    """The moments of the first maximum of ``volume``, ``depth`` and ``diameter`` (apparent), where they exist."""
+def transient(moments: list[Moment]) -> tuple[dict[str, Moment], list[str]]:
+    """The moments of the first maximum of ``volume``, ``depth`` and ``diameter`` (apparent), and the keys that still grow at the end."""
     time = np.array([moment.time for moment in moments])
-    found = {}
+    found, growing = {}, []
     for key, name in (("volume", "volume_m3"), ("depth", "depth_m"), ("diameter", "diameter_apparent_m")):
-        index = first_maximum(time, np.array([moment.value(name) for moment in moments]))
+        values = np.array([moment.value(name) for moment in moments])
+        index = first_maximum(time, values)
         if index is not None:
             found[key] = moments[index]
-    return found
+            if index == int(np.flatnonzero(np.isfinite(values))[-1]):
+                growing.append(key)
+    return found, growing
+
+
+def again(moment: Moment, datum: Datum, before: Undisturbed | None, gravity: float, rise_limit: float, seed: int, reach: float) -> Moment:
+    """The same moment measured by all four methods."""
+    return follow([moment.path], moment.stage, datum, before, gravity, rise_limit, seed, reach, methods="four")[0]

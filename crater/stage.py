@@ -86,6 +86,7 @@ class Findings:
     final: Measures | None = None
     final_time: float = float("nan")
     final_from: str = ""
+    growing: list[str] = field(default_factory=list)
     gravity: float = float("nan")
     reasons: dict[str, str] = field(default_factory=dict)
     scaling: dict[str, Any] = field(default_factory=dict)
@@ -150,7 +151,12 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
     start = locate.ground_before(snapshot.read(shots[0]), datum, reach, found.settings.sectors)
     rise = found.settings.rise_limit_over_diameter * found.settings.impact.expected_transient_diameter
     found.moments = series.follow(shots[1:], "sph", datum, start, found.gravity, rise, found.settings.seed, reach, heard)
-    found.transient = series.transient(found.moments)
+    found.transient, found.growing = series.transient(found.moments)
+    measured: dict[Path, series.Moment] = {}
+    for key, moment in found.transient.items():
+        if moment.path not in measured:
+            measured[moment.path] = series.again(moment, datum, start, found.gravity, rise, found.settings.seed, reach)
+        found.transient[key] = measured[moment.path]
     if "volume" not in found.transient:
         found.reasons["transient"] = "no snapshot of the shock stage shows a hollow"
     last = found.inputs / "2_sph" / f"last{snapshot.SUFFIX}"
