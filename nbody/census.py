@@ -190,3 +190,70 @@ def _resumed(request: Request, out: Path) -> Tally:
     names = ("block", "particles", "steps", "energy_error", "angular_momentum_error", "wall_s")
     table = {name: arrays[f"events/{name}"] for name in encounters.TABLE}
     return Tally(table, ends=arrays["ends"], **{name: scalars[name] for name in names})
+
+
+def run(request: Request, out: Path) -> tuple[dict[str, np.ndarray], dict]:
+    """A census into ``out``: collects, or reads ``encounters.h5`` if the same one already stands there. Returns table and attributes."""
+    path = out / "encounters.h5"
+    if path.is_file():
+        table, attributes = encounters.read(path)
+        if attributes.get("request") == _identity(request) and attributes.get("count") == request.count:
+            return table, attributes
+    tally = collect(request, out)
+    attributes = {
+        "request": _identity(request),
+        "moons": ", ".join(moon.name for moon in jovian(request.target).moons),
+        "target": request.target,
+        "population": request.population.name,
+        "integrator": request.integrator,
+        "count": request.count,
+        "seed": request.seed,
+        "particles": tally.particles,
+        "steps": tally.steps,
+        "flights_timed_out": int(tally.ends[1]),
+        "flights_left": int(tally.ends[2]),
+        "flights_hit_jupiter": int(tally.ends[3]),
+        "flights_hit_moon": int(tally.ends[4]),
+        "energy_error": tally.energy_error,
+        "angular_momentum_error": tally.angular_momentum_error,
+        "wall_s": tally.wall_s,
+        "threads": numba.get_num_threads(),
+    }
+    encounters.write(path, tally.table, attributes)
+    checkpoint.clear(out)
+    return tally.table, attributes
+
+
+def census(
+    target: str = "callisto",
+    population: str = "literal",
+    integrator: str = "fast",
+    count: int = 1000,
+    seed: int = 1,
+    out: Path | str | None = None,
+    mean_anomaly: float | str | None = None,
+    speed: float = conditions.ISOTROPIC_SPEED,
+) -> int:
+    """What the command ``impact_census`` does: impact statistics of one population at one moon as tables and pictures.
+
+    ``target``: io, europa, ganymede or callisto. ``population``: literal, corrected, isotropic, or a CSV file (see ``nbody.conditions``).
+    ``integrator``: rkck, fast or tube. ``count``: entries into the target's Hill sphere (effective ones for tube). ``out``: folder, default
+    ``census-<target>-<population>-<integrator>-<count>-<seed>``; the same command resumes what was interrupted there, or only redraws.
+    ``mean_anomaly``: Jupiter's at the start [rad] or "random" (default: the population's own); ``speed``: at infinity, ``isotropic`` [m/s].
+
+    Returns the exit code 0. Raises ``InputError`` (2) for bad input and ``Stopped`` (75) on request. Prints folder first, result last.
+    """
+    from nbody import products
+
+    request = Request(target, conditions.population(population, mean_anomaly, speed), integrator, count, seed)
+    jovian(target)
+    name = Path(population).stem
+    folder = Path(out) if out is not None else Path(f"census-{target}-{name}-{integrator}-{count}-{seed}")
+    folder.mkdir(parents=True, exist_ok=True)
+    print(folder)
+    table, attributes = run(request, folder)
+    print(products.write(table, attributes, folder))
+    return 0
+
+
+main = census

@@ -42,8 +42,8 @@ def relative(t, y, moon, polynomial, interval, out):
 
 @law
 def record(events, count, particle, moon, kind, t, y, h, polynomial, interval, gm, out):
-    """Write one event; returns the new count, or -1 when the table is full."""
-    if count >= events.shape[0]:
+    """Write one event; returns the new count, or -1 when the table is (or was) full."""
+    if count < 0 or count >= events.shape[0]:
         return -1
     relative(t, y, moon, polynomial, interval, out)
     row = events[count]
@@ -64,37 +64,32 @@ def record(events, count, particle, moon, kind, t, y, h, polynomial, interval, g
 
 
 @law
-def gauge(kind, t, y, moon, size, polynomial, interval, out):
-    """What vanishes at an event: distance - ``size``, or r.v at the closest approach."""
-    d, rv = relative(t, y, moon, polynomial, interval, out)
-    return rv if kind == APPROACH else d - size
-
-
-@law
 def locate(kind, moon, size, low, high, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out):
     """Partial step length in [low, high] at which the event happens; ``new`` holds the state there (Illinois regula falsi)."""
-    step(t, y, low, near, polynomial, interval, gm, ring, kx, kv, new)
-    f_low = gauge(kind, t + low, new, moon, size, polynomial, interval, out)
-    step(t, y, high, near, polynomial, interval, gm, ring, kx, kv, new)
-    f_high = gauge(kind, t + high, new, moon, size, polynomial, interval, out)
-    h, side = high, 0
-    for _ in range(60):
-        h = (low * f_high - high * f_low) / (f_high - f_low) if f_high != f_low else 0.5 * (low + high)
-        if not low <= h <= high:
-            h = 0.5 * (low + high)
+    f_low, f_high, h, side = 0.0, 0.0, low, 0
+    for trial in range(62):  # one call of ``step`` for both ends and all trials: it is large, and every copy costs a second of compilation
+        if trial == 1:
+            h = high
+        elif trial > 1:
+            h = (low * f_high - high * f_low) / (f_high - f_low) if f_high != f_low else 0.5 * (low + high)
+            if not low <= h <= high:
+                h = 0.5 * (low + high)
         step(t, y, h, near, polynomial, interval, gm, ring, kx, kv, new)
-        f = gauge(kind, t + h, new, moon, size, polynomial, interval, out)
-        if f * f_high > 0.0:
+        d, rv = relative(t + h, new, moon, polynomial, interval, out)
+        f = rv if kind == APPROACH else d - size
+        if trial == 0:
+            f_low = f
+        elif trial == 1:
+            f_high = f
+        elif f * f_high > 0.0:
             high, f_high = h, f
-            if side == -1:
-                f_low *= 0.5
+            f_low *= 0.5 if side == -1 else 1.0
             side = -1
         else:
             low, f_low = h, f
-            if side == 1:
-                f_high *= 0.5
+            f_high *= 0.5 if side == 1 else 1.0
             side = 1
-        if high - low < 1e-6 or f == 0.0:  # 1e-6 s: centimetres
+        if trial > 1 and (high - low < 1e-6 or f == 0.0):  # 1e-6 s: centimetres
             break
     return h
 
@@ -144,6 +139,60 @@ def first_entry(t, y, h, new, kv, last, polynomial, interval, gm, hill, orbit, c
     return found, found_low, found_high
 
 
+@law
+def within(
+    particle, moon, approached, rv_before, radius, hill, t, y, h, near, polynomial, interval, gm, ring, kx, kv, new, out, events, count
+):
+    """Events of one step inside the Hill sphere of ``moon``: closest approach, collision, exit.
+
+    Returns (count, step length, passed, end): ``passed`` 1 after the closest approach, 2 after the exit (then the step ends there).
+    """
+    passed, end = 0, FLYING
+    d, rv = relative(t + h, new, moon, polynomial, interval, out)
+    if not approached and rv_before < 0.0 and rv >= 0.0:
+        part = locate(APPROACH, moon, 0.0, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
+        d, _ = relative(t + part, new, moon, polynomial, interval, out)
+        passed = 1
+        if d > radius:
+            count = record(events, count, particle, moon, APPROACH, t + part, new, h, polynomial, interval, gm, out)
+            step(t, y, h, near, polynomial, interval, gm, ring, kx, kv, new)
+            d, rv = relative(t + h, new, moon, polynomial, interval, out)
+        else:
+            h = part
+    if d <= radius:
+        part = locate(COLLISION, moon, radius, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
+        count = record(events, count, particle, moon, COLLISION, t + part, new, h, polynomial, interval, gm, out)
+        end = HIT_MOON
+    elif d > hill:
+        h = locate(EXIT, moon, hill, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
+        count = record(events, count, particle, moon, EXIT, t + h, new, h, polynomial, interval, gm, out)
+        passed = 2
+    return count, h, passed, end
+
+
+@law
+def fate(t, y, duration, inside, gm, planet_radius, outer, far):
+    """Whether a flight goes on: FLYING, TIMED_OUT, HIT_PLANET, or LEFT when it is beyond ``outer`` or cannot come back in time.
+
+    A bound orbit that goes out beyond ``far`` is taken to come back after four fifths of an osculating period: the Sun's pull has room.
+    """
+    if t >= duration * (1.0 - 1e-14):
+        return TIMED_OUT
+    r = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
+    if r < planet_radius:
+        return HIT_PLANET
+    if y[0] * y[3] + y[1] * y[4] + y[2] * y[5] <= 0.0:
+        return FLYING
+    if r > outer:
+        return LEFT
+    if inside or r <= far:
+        return FLYING
+    energy = 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) - gm[1] / r
+    if energy >= 0.0 or 0.8 * 2.0 * math.pi * ((-0.5 * gm[1] / energy) ** 3 / gm[1]) ** 0.5 > duration - t:
+        return LEFT
+    return FLYING
+
+
 @kernel
 def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, orbit, planet_radius, outer, tolerance, events, ends, finals):
     """Integrate the particles ``starts`` (n, 6) over ``duration`` [s]; rows of events go to ``events``.
@@ -191,24 +240,12 @@ def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, or
                 continue
             growth = min(5.0, 0.9 * max(error, 1e-8) ** -0.125)
             if inside >= 0:
-                d, rv = relative(t + h, new, inside, polynomial, interval, out)
-                if not approached and rv_before < 0.0 and rv >= 0.0:
-                    part = locate(APPROACH, inside, 0.0, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
-                    d, _ = relative(t + part, new, inside, polynomial, interval, out)
-                    approached = True
-                    if d > radii[inside]:
-                        count = record(events, count, first + p, inside, APPROACH, t + part, new, h, polynomial, interval, gm, out)
-                        step(t, y, h, near, polynomial, interval, gm, ring, kx, kv, new)
-                        d, rv = relative(t + h, new, inside, polynomial, interval, out)
-                    else:
-                        h = part
-                if d <= radii[inside]:
-                    part = locate(COLLISION, inside, radii[inside], 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
-                    count = record(events, count, first + p, inside, COLLISION, t + part, new, h, polynomial, interval, gm, out)
-                    end = HIT_MOON
-                elif d > hill[inside]:
-                    h = locate(EXIT, inside, hill[inside], 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
-                    count = record(events, count, first + p, inside, EXIT, t + h, new, h, polynomial, interval, gm, out)
+                count, h, passed, end = within(
+                    first + p, inside, approached, rv_before, radii[inside], hill[inside], t, y, h, near, polynomial, interval, gm, ring,
+                    kx, kv, new, out, events, count,
+                )  # fmt: skip
+                approached = approached or passed > 0
+                if passed == 2:
                     leaving, inside = inside, -1
                 if count < 0:
                     return 1, 0, first + p
@@ -223,31 +260,15 @@ def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, or
                         return 1, 0, first + p
                     inside, approached, growth, fresh = moon, False, 1.0, True
             elif leaving >= 0:
-                d, rv = relative(t + h, new, leaving, polynomial, interval, out)
+                d, _ = relative(t + h, new, leaving, polynomial, interval, out)
                 if d > 1.1 * hill[leaving]:  # no second entry on the way out
                     leaving = -1
             t += h
             y[:] = new
             kv[0, 0], kv[0, 1], kv[0, 2] = last[0], last[1], last[2]
             h *= growth
-            r = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
-            outward = y[0] * y[3] + y[1] * y[4] + y[2] * y[5] > 0.0
-            if end != FLYING:
-                pass
-            elif t >= duration * (1.0 - 1e-14):
-                end = TIMED_OUT
-            elif r < planet_radius:
-                end = HIT_PLANET
-            elif outward and r > outer:
-                end = LEFT
-            elif outward and inside < 0 and r > 3.0 * widest:
-                energy = 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) - gm[1] / r
-                if energy >= 0.0:
-                    end = LEFT
-                else:  # bound, but back only after the end: four fifths of an osculating period leave room for the Sun's pull
-                    semi_major_axis = -0.5 * gm[1] / energy
-                    if 0.8 * 2.0 * math.pi * (semi_major_axis**3 / gm[1]) ** 0.5 > duration - t:
-                        end = LEFT
+            if end == FLYING:
+                end = fate(t, y, duration, inside >= 0, gm, planet_radius, outer, 3.0 * widest)
         ends[p, 0], ends[p, 1] = end, taken
         finals[p, 0] = t
         finals[p, 1:7] = y

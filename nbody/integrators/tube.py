@@ -6,10 +6,9 @@ the Hill sphere with the expected number
     w = pi r_H^2 (1 + 2 GM/(r_H u^2)) u dt / (2 pi^2 a s^2),
 
 u the speed relative to the moon there, dt the time inside the torus; the bracket is the moon's own focusing onto its Hill sphere. Each
-passage becomes
-one weighted entry with speed (u^2 + 2 GM/r_H)^(1/2) at a random place on the sphere's cross-section; closest approach, exit and
-collision follow on the two-body hyperbola. The moons do not pull the particle on its way; one particle in fifteen gives an entry instead
-of one in a thousand.
+passage becomes one weighted entry with speed (u^2 + 2 GM/r_H)^(1/2) at a random place on the sphere's cross-section; closest approach, exit
+and collision follow on the two-body hyperbola. The moons do not pull the particle on its way. One particle in four passes Callisto's torus,
+one in seven hundred enters its Hill sphere.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from nbody.conditions import Lot
 from nbody.encounters import APPROACH, ENTRY, EXIT
 from nbody.flight import field, step
 from nbody.integrators.dop853 import STAGES
-from nbody.integrators.fast import FLYING, HIT_PLANET, LEFT, OUTER, TIMED_OUT, TOLERANCE
+from nbody.integrators.fast import FLYING, OUTER, TOLERANCE, fate
 from nbody.system import System, hill_radius
 
 WIDTH = 2.0  # minor radius of the torus in Hill radii: 1 to 4 give the same speeds within their errors
@@ -91,17 +90,7 @@ def thread(starts, first, duration, polynomial, interval, gm, orbit, tube, plane
             h *= min(5.0, 0.9 * max(error, 1e-8) ** -0.125)
             y[:] = new
             kv[0, 0], kv[0, 1], kv[0, 2] = last[0], last[1], last[2]
-            outward = y[0] * y[3] + y[1] * y[4] + y[2] * y[5] > 0.0
-            if t >= duration * (1.0 - 1e-14):
-                end = TIMED_OUT
-            elif r < planet_radius:
-                end = HIT_PLANET
-            elif outward and r > outer:
-                end = LEFT
-            elif outward and r > 3.0 * widest:
-                energy = 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) - gm[1] / r
-                if energy >= 0.0 or 0.8 * 2.0 * math.pi * ((-0.5 * gm[1] / energy) ** 3 / gm[1]) ** 0.5 > duration - t:
-                    end = LEFT
+            end = fate(t, y, duration, False, gm, planet_radius, outer, 3.0 * widest)
         ends[p, 0], ends[p, 1] = end, taken
     return 0, count, -1
 
