@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -92,17 +93,14 @@ def approach_ratio(table: Table, moons: Sequence[Body], target: int, out: Path) 
     axes[0, 0].plot(distance / 1e6, value, ".", markersize=2, alpha=0.5)
     edges = np.linspace(0.0, max(distance.max(initial=1.0), 1.0), 11)
     rows = []
-    for low, high in zip(edges[:-1], edges[1:]):
+    for low, high in itertools.pairwise(edges):
         inside = (distance >= low) & (distance < high)
         if inside.sum() > 1:
             mean = tables.weighted_mean(value[inside], weight[inside])
             rows.append([float(low / 1e6), float(high / 1e6), mean.value, mean.standard_error, float(value[inside].max()), mean.count])
             axes[0, 0].errorbar([(low + high) / 2e6], [mean.value], [mean.standard_error], fmt="o", color="tab:red", markersize=4)
-    axes[0, 0].set(
-        title=f"{moons[target].title}: red, means",
-        xlabel="distance of the closest approach [1000 km]",
-        ylabel="v(impact) / v(closest approach)",
-    )
+    axes[0, 0].set(title=f"{moons[target].title} (red: means)", xlabel="distance of the closest approach [1000 km]")
+    axes[0, 0].set_ylabel("v(impact) / v(closest approach)")
     header = ["distance_low_1000_km", "distance_high_1000_km", "mean_ratio", "error", "maximum", "entries"]
     _save(out, "figure_16_impact_over_approach", figure, header, rows)
 
