@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from handoff import compare, domain, shock
 from handoff.hydrostatic import Column
 from handoff.ledger import Ledger
+from handoff.surface import Rules, calibrated
 from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
 from matter.particles import Particles
@@ -158,11 +159,14 @@ def _overlaps(ledger: Ledger, made: Handoff) -> None:
             ledger.skip(name, "not_applicable" if depth == 0.0 else "not_measured", "the bed carries no field 'stiffness'")
 
 
-def grain_surface(made: Handoff, bed: Particles):
-    """Surface of the carved bed: the alpha-shape of the grains that stay, half a grain spacing outside their centres (a mesh)."""
+def grain_surface(made: Handoff, bed: Particles, chosen: np.ndarray):
+    """Surface of the carved bed (a mesh): the alpha-shape of the grains that stay, at the offset at which it holds, among the sample points
+    ``chosen`` (mask), as many as the cells of these grains."""
     spacing = np.cbrt(made.volume[made.stays])
     shape = alpha_shape(bed.position[made.stays], spacing, 1.5, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
-    return shape.offset(0.5 * spacing).mesh
+    points = made.samples.position[chosen]
+    share = float(np.mean(made.stays[made.samples.grain[chosen]]))
+    return calibrated(shape, spacing, points, share, Rules())[0].mesh
 
 
 def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domain) -> None:
@@ -181,7 +185,8 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
         return (frame.distance(points) < 1.5 * size.radius) & (region.depth_inside(points) > margin)
 
     try:
-        there, back = compare.surface_distance(made.solid.mesh, grain_surface(made, bed), chosen)
+        mesh = grain_surface(made, bed, chosen(made.samples.position))
+        there, back = compare.surface_distance(made.solid.mesh, mesh, chosen)
     except InputError as reason:
         ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))
     else:
@@ -243,6 +248,7 @@ def _statements(ledger: Ledger, made: Handoff) -> None:
         "ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source"
     )
     ledger.state("surface_offset_spacings", made.offset, "1", "found from the volume of the compact particles unless given")
+    ledger.state("defect_share", made.defect_share, "1", "share of the fit's defect handed to the grains; below 1 where it would create energy")
     ledger.state("surface_voids_filled", float(made.solid.shape.voids_filled), "1")
     ledger.state("cavity_radius", made.size.radius, "m")
     ledger.state("cavity_depth", made.size.depth, "m")

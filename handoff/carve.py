@@ -22,7 +22,7 @@ from matter.errors import InputError
 from matter.particles import Particles
 
 _POINTS_PER_GRAIN = 16
-_PACKING_RADII = 4.0
+_PACKING_RADII = 2.6
 
 
 @dataclass(frozen=True)
@@ -65,18 +65,18 @@ def sample(domain: Domain, surface: OffsetShape, compact: cKDTree, grains: cKDTr
 def grain_volumes(bed: Particles, samples: Samples, grains: cKDTree) -> np.ndarray:
     """Volume that each grain of the uncarved bed stands for [m^3]: its own volume over the packing fraction around it.
 
-    The packing fraction is that of all grains within four mean radii, their cells measured with the sample points.
+    Every cell, measured with the sample points, is divided among the grains within 2.6 mean radii in proportion to their solid volume:
+    V_g = v_g sum_j c_j / s_j, with c_j the cell of grain j and s_j the solid volume around j. The sum over all grains is the domain's volume.
     """
     solid = 4.0 / 3.0 * np.pi * bed.radius**3
     cell = np.bincount(samples.grain, minlength=len(bed)) * samples.volume
     pairs = grains.query_pairs(_PACKING_RADII * float(bed.radius.mean()), output_type="ndarray")
-    sums = []
-    for values in (solid, cell):
-        total = values.copy()
-        total += np.bincount(pairs[:, 0], weights=values[pairs[:, 1]], minlength=len(bed))
-        total += np.bincount(pairs[:, 1], weights=values[pairs[:, 0]], minlength=len(bed))
-        sums.append(total)
-    return solid * sums[1] / np.maximum(sums[0], 1e-300)
+
+    def around(values: np.ndarray) -> np.ndarray:
+        total = values + np.bincount(pairs[:, 0], weights=values[pairs[:, 1]], minlength=len(bed))
+        return total + np.bincount(pairs[:, 1], weights=values[pairs[:, 0]], minlength=len(bed))
+
+    return solid * around(cell / around(solid))
 
 
 def keep(bed: Particles, surface: OffsetShape, domain: Domain) -> np.ndarray:

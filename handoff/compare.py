@@ -30,18 +30,32 @@ class Fields:
     velocity_after: np.ndarray
 
 
-def spread(samples: Samples, mass: np.ndarray, velocity: np.ndarray, grain_mass: np.ndarray, grain_velocity: np.ndarray) -> Fields:
+def spread(
+    samples: Samples,
+    mass: np.ndarray,
+    velocity: np.ndarray,
+    gradient: np.ndarray,
+    grain_mass: np.ndarray,
+    grain_velocity: np.ndarray,
+) -> Fields:
     """Spread both clouds over the points.
 
-    ``mass`` and ``velocity`` of the compact particles (mass: the share inside the domain), ``grain_mass`` (zero for carved grains) and
+    ``mass``, ``velocity`` and ``gradient`` of the compact particles (mass: the share inside the domain): a particle's velocity varies
+    linearly over its cell, with the particle's own as the mean, so that its momentum is kept. ``grain_mass`` (zero for carved grains) and
     ``grain_velocity`` of all grains of the uncarved bed.
     """
-    count = np.bincount(samples.particle[samples.inside], minlength=len(mass))
+    owner = samples.particle[samples.inside]
+    count = np.bincount(owner, minlength=len(mass))
+    place = samples.position[samples.inside]
+    centre = np.stack([np.bincount(owner, weights=place[:, k], minlength=len(mass)) for k in range(3)], axis=1)
+    centre /= np.maximum(count, 1)[:, None]
+    moving = velocity[samples.particle]
+    moving[samples.inside] += np.einsum("sa,sab->sb", place - centre[owner], gradient[owner])
     per_point = mass / np.maximum(count, 1)
     before = np.where(samples.inside, per_point[samples.particle], 0.0)
     cell = np.bincount(samples.grain, minlength=len(grain_mass))
     after = (grain_mass / np.maximum(cell, 1))[samples.grain]
-    return Fields(samples, before, after, velocity[samples.particle], grain_velocity[samples.grain])
+    return Fields(samples, before, after, moving, grain_velocity[samples.grain])
 
 
 def cells(fields: Fields, support: np.ndarray, smallest: float) -> tuple[np.ndarray, np.ndarray]:

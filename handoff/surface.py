@@ -35,7 +35,7 @@ from matter.quantity import PositiveSpeed
 REASONS = ("compact", "sparse", "expanded", "fast", "high", "detached")
 COMPACT, SPARSE, EXPANDED, FAST, HIGH, DETACHED = range(6)
 _EXPANDED = 0.5
-_OFFSET_RANGE = (0.2, 0.8)
+_OFFSET_RANGE = (0.0, 0.75)
 _CELL_POINTS = 128
 # columns per area of the domain: their mean distance is this fraction of the grain or particle spacing
 _LEVELS = 96
@@ -50,6 +50,8 @@ class Rules(Model):
     """Alpha of the alpha-shape in local particle spacings (0.8 is the least that keeps a close-packed lattice whole)."""
     offset: float | Literal["auto"] = "auto"
     """Distance of the surface outside its particles, in local spacings (0 ... 1); ``auto`` closes volume against mass over density."""
+    smoothing: int = Field(4, ge=0, le=50)
+    """Passes of a volume-keeping filter over the surface, against the roughness of single particles."""
     neighbours: int = Field(6, ge=0, le=60)
     """A particle with fewer neighbours inside its support is ejecta (a full support of 2 spacings holds about 33)."""
     mapping: Literal["linear", "nearest"] = "linear"
@@ -194,22 +196,27 @@ def share_inside(
     return share, centre
 
 
-def calibrated(shape: AlphaShape, spacing: np.ndarray, domain: Domain, volume: float, rules: Rules) -> tuple[OffsetShape, float]:
-    """The surface at its offset, and that offset in spacings.
+def calibrated(shape: AlphaShape, spacing: np.ndarray, points: np.ndarray, share: float, rules: Rules) -> tuple[OffsetShape, float]:
+    """The surface at its offset, and that offset in spacings: the one at which the solid holds ``share`` of the even ``points`` (s, 3).
 
-    ``spacing`` (n,) of the shape's particles [m]; ``volume`` [m^3] is what the compact particles inside the domain stand for.
+    ``spacing`` (n,) of the shape's particles [m].
     """
     if rules.offset != "auto":
-        return shape.offset(rules.offset * spacing), float(rules.offset)
-    points = domain.points(qmc.Sobol(3, scramble=True, rng=2).random_base2(16))
-    depth = shape.contains(points)
-    shell = points[~depth]
+        return shape.offset(rules.offset * spacing, rules.smoothing), float(rules.offset)
+    deep = shape.contains(points)
+    shell = points[~deep]
     factors = np.linspace(*_OFFSET_RANGE, 4)
-    volumes = [
-        (depth.sum() + np.count_nonzero(shape.offset(factor * spacing).contains(shell))) / len(points) * domain.volume for factor in factors
+    held = [
+        (deep.sum() + np.count_nonzero(shape.offset(factor * spacing, rules.smoothing).contains(shell))) / len(points)
+        for factor in factors
     ]
-    factor = float(np.interp(volume, volumes, factors))
-    return shape.offset(factor * spacing), factor
+    factor = float(np.interp(share, held, factors))
+    return shape.offset(factor * spacing, rules.smoothing), factor
+
+
+def even_points(domain: Domain) -> np.ndarray:
+    """65,536 even points of the domain."""
+    return domain.points(qmc.Sobol(3, scramble=True, rng=2).random_base2(16))
 
 
 def surface_heights(

@@ -55,6 +55,7 @@ class Handoff:
     after: closing.Sums
     change: np.ndarray
     scale: float
+    defect_share: float
     size: cavity.Cavity
     columns: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
@@ -115,7 +116,8 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     share, centre = surface.share_inside(source.position[compact], spacing, region, tree, np.arange(len(compact)))
     if not np.any(share > 0.0):
         raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
-    solid, offset = surface.calibrated(shape, split.spacing[shape_places(split, shape)], region, float(np.sum(share * volume_of)), rules)
+    part = float(np.sum(share * volume_of)) / region.volume
+    solid, offset = surface.calibrated(shape, split.spacing[shape_places(split)], surface.even_points(region), part, rules)
     samples = carve.sample(region, solid, tree, grains)
     stays = carve.keep(bed, solid, region)
     volume = carve.grain_volumes(bed, samples, grains)
@@ -123,12 +125,10 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     _refuse_misfit(size, source, compact, region, rules, bed)
 
     kept = np.flatnonzero(stays)
-    nearest = compact[tree.query(bed.position[kept])[1]]
-    count = neighbours_used(volume[kept], volume_of[tree.query(bed.position[kept])[1]])
-    velocity, gradient = interpolation.local_linear(tree, source.velocity[compact], volume_of, bed.position[kept], count)
-    if rules.mapping == "nearest":
-        velocity = source.velocity[nearest].copy()
-    spin = interpolation.rotation_rate(gradient)
+    near = tree.query(bed.position[kept])[1]
+    nearest = compact[near]
+    mapped = _mapped(source, compact, tree, volume_of, bed, kept, samples, volume[kept], near)
+    spin = interpolation.rotation_rate(mapped.gradient)
     raw_mass = source.density[nearest] * volume[kept]
     packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())
     carved = _carved(bed, stays, source, nearest)
@@ -141,8 +141,13 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     outside = closing.sums(source.mass[compact] * (1.0 - share), source.position[compact], source.velocity[compact])
     airborne = closing.sums(flying.mass, flying.position, flying.velocity)
     place, radius = bed.position[kept], bed.radius[kept]
-    raw = closing.sums(raw_mass, place, velocity, radius, spin) + airborne
     scale = (before.mass - airborne.mass) / raw_mass.sum()
+    velocity, shared = source.velocity[nearest].copy(), 0.0
+    if rules.mapping == "linear":
+        smooth = closing.sums(raw_mass, place, mapped.velocity, radius, spin).kinetic * scale + airborne.kinetic
+        shared = energy_share(raw_mass * scale, mapped.velocity, mapped.defect, before.kinetic - smooth)
+        velocity = mapped.velocity + shared * mapped.defect
+    raw = closing.sums(raw_mass, place, velocity, radius, spin) + airborne
     mass = raw_mass * scale
     mass *= (before.mass - airborne.mass) / mass.sum()
     moved = velocity.copy()
@@ -153,14 +158,16 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
     bed_mass, bed_velocity = np.zeros(len(bed)), np.zeros((len(bed), 3))
     bed_mass[kept], bed_velocity[kept] = raw_mass, velocity
-    fields = compare.spread(samples, source.mass[compact] * share, source.velocity[compact], bed_mass, bed_velocity)
+    fields = compare.spread(
+        samples, source.mass[compact] * share, source.velocity[compact], mapped.own_gradient, bed_mass, bed_velocity
+    )
     return Handoff(
         start, split, compact, share, centre, solid, offset, stays, volume, samples, fields, flying, before, outside, raw, after,
-        moved - velocity, scale, size, columns,
+        moved - velocity, scale, shared, size, columns,
     )  # fmt: skip
 
 
-def shape_places(split: surface.Split, shape) -> np.ndarray:
+def shape_places(split: surface.Split) -> np.ndarray:
     """Places in the source of the points that the alpha-shape was built on (compact and detached)."""
     return np.flatnonzero((split.reason == surface.COMPACT) | (split.reason == surface.DETACHED))
 
@@ -169,6 +176,44 @@ def neighbours_used(grain_volume: np.ndarray, particle_volume: np.ndarray) -> in
     """Neighbours of the fit: 20 where the source is coarse, more where a grain stands for several particles (at most 64)."""
     ratio = float(np.median(grain_volume / particle_volume))
     return int(np.clip(round(4.0 * ratio), _LEAST_NEIGHBOURS, _MOST_NEIGHBOURS))
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """Velocities [m/s] and gradients [1/s] of the kept grains, the ``defect`` [m/s] still to be handed to them, and the gradients of the
+    compact particles themselves."""
+
+    velocity: np.ndarray
+    gradient: np.ndarray
+    defect: np.ndarray
+    own_gradient: np.ndarray
+
+
+def _mapped(source: Particles, compact, tree, volume_of, bed: Particles, kept, samples: carve.Samples, volume, near) -> Mapped:
+    """The linear fit, and what it leaves of each particle's velocity, handed to the grains in that particle's cell (a defect correction:
+    sharpens what the fit smoothed; linear fields stay exact)."""
+    motion = source.velocity[compact]
+    count = neighbours_used(volume, volume_of[near])
+    velocity, gradient = interpolation.local_linear(tree, motion, volume_of, bed.position[kept], count)
+    _, own = interpolation.local_linear(tree, motion, volume_of, tree.data, count)
+    place = np.full(len(bed), -1)
+    place[kept] = np.arange(len(kept))
+    here = samples.inside & (place[samples.grain] >= 0)
+    overlap = interpolation.Overlap(
+        samples.particle[here], place[samples.grain[here]], samples.position[here], tree.data, bed.position[kept]
+    )
+    return Mapped(velocity, gradient, overlap.deposited(overlap.defect(motion, own, velocity, gradient)), own)
+
+
+def energy_share(mass: np.ndarray, velocity: np.ndarray, step: np.ndarray, room: float) -> float:
+    """The largest share in [0, 1] of ``step`` (n, 3) that may be added to ``velocity`` without adding more than ``room`` [J] of energy."""
+    linear = float(np.sum(mass * np.einsum("ij,ij->i", velocity, step)))
+    square = 0.5 * float(np.sum(mass * np.einsum("ij,ij->i", step, step)))
+    if linear + square <= room:
+        return 1.0
+    if room <= 0.0 or square <= 0.0:
+        return 0.0
+    return float(np.clip((-linear + np.sqrt(linear**2 + 4.0 * square * room)) / (2.0 * square), 0.0, 1.0))
 
 
 def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: domain.Domain, bed: Particles):
