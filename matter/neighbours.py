@@ -17,8 +17,8 @@ from matter.jit import kernel, parallel_kernel, prange
 class Grid(NamedTuple):
     """Cell grids of all levels over particles already sorted by ``order``.
 
-    ``largest`` (levels,) the largest h of a level, ``width`` (levels,) cell width, ``origin`` (levels, 3), ``shape`` (levels, 3), ``offset`` (levels,) where the cells of
-    a level begin in ``start`` (cells + 1,), which holds the first particle of every cell.
+    ``largest`` (levels,) the largest h of a level, ``width`` (levels,) cell width, ``origin`` and ``shape`` (levels, 3),
+    ``offset`` (levels,) where the cells of a level begin in ``start`` (cells + 1,), which holds the first particle of every cell.
     """
 
     largest: np.ndarray

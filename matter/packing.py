@@ -45,7 +45,7 @@ def _rotation(a: float, b: float, c: float) -> np.ndarray:
 
 @kernel
 def _repel(position, spacing, index, count, moves, move):
-    """One sweep: neighbours closer than 1.7 spacings push each other apart; returns nothing, fills ``move`` for the first ``moves`` points."""
+    """One sweep: neighbours closer than 1.7 spacings push each other apart: fills ``move`` (first ``moves`` points)."""
     for i in range(moves):
         mx, my, mz = 0.0, 0.0, 0.0
         for k in range(count[i]):
@@ -54,7 +54,8 @@ def _repel(position, spacing, index, count, moves, move):
             r = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-300
             q = r / (0.85 * (spacing[i] + spacing[j]))
             if q < 1.0:
-                push = (1.0 - q) ** 2 / r
+                # a force that grows as s^2 is the same pressure everywhere: else the fine region would swell into the coarse one
+                push = (1.0 - q) ** 2 / r * (0.5 * (spacing[i] + spacing[j]) / spacing[i]) ** 2
                 mx += push * dx
                 my += push * dy
                 mz += push * dz

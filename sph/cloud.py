@@ -75,7 +75,13 @@ class Cloud:
         """A cloud at rest of the given bodies, identities in their order."""
         cloud = cls(sum(len(body.mass) for body in bodies))
         cloud.identity[:] = np.arange(len(cloud))
-        for name, field in (("position", "position"), ("mass", "mass"), ("density", "density"), ("smoothing_length", "h"), ("layer", "layer")):
+        for name, field in (
+            ("position", "position"),
+            ("mass", "mass"),
+            ("density", "density"),
+            ("smoothing_length", "h"),
+            ("layer", "layer"),
+        ):
             getattr(cloud, name)[:] = np.concatenate([getattr(body, field) for body in bodies])
         cloud.material[:] = np.concatenate([body.material for body in bodies])
         cloud.initial_position[:] = cloud.position

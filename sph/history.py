@@ -15,7 +15,7 @@ from sph.integrator import Integrator
 COLUMNS = (
     "time_s dt_s dt_limit mass_kg momentum_x momentum_y momentum_z angular_momentum_x angular_momentum_y angular_momentum_z "
     "kinetic_J internal_J gravitational_J total_J ejected_mass_kg damaged_mass_kg lost_mass_kg lost_internal_J max_pressure_Pa "
-    "steps list_builds gravity_evaluations gravity_correction"
+    "steps list_builds gravity_evaluations gravity_correction removed_angular_momentum_x removed_angular_momentum_y removed_angular_momentum_z"
 ).split()
 
 
@@ -40,7 +40,7 @@ def row(integrator: Integrator) -> dict[str, float | str]:
         integrator.time, integrator.dt, integrator.why, m.sum(), *momentum, *spin, kinetic, internal, gravitational,
         kinetic + internal + gravitational, m[unbound].sum(), float(m @ cloud.root_damage**3), m[lost].sum(),
         float(m[lost] @ cloud.specific_energy[lost]), integrator.evaluated.pressure.max(), integrator.steps,
-        integrator.neighbourhood.builds, integrator.gravity_evaluations, integrator.gravity_correction,
+        integrator.neighbourhood.builds, integrator.gravity_evaluations, integrator.gravity_correction, *integrator.torque_removed,
     )  # fmt: skip
     return dict(zip(COLUMNS, (value if isinstance(value, str) else float(value) for value in values)))
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from matter import tree
-from matter.jit import parallel_kernel, prange
+from matter.jit import kernel, parallel_kernel, prange
 from sph import rates as pair_rates
 from sph import state, timestep
 from sph.cloud import Cloud, Neighbourhood
@@ -55,8 +55,29 @@ def _close(dt, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, hS, h
             S[i, c] = hS[i, c] + 0.5 * dt * dS[i, c]
 
 
+@kernel
+def _net_torque(x, a, mass, out):
+    """Sum of m x (x) a and the inertia tensor (xx xy xz yy yz zz) about the origin, in ``out`` (9,)."""
+    out[:] = 0.0
+    for i in range(len(mass)):
+        m, p, q, r = mass[i], x[i, 0], x[i, 1], x[i, 2]
+        out[0] += m * (q * a[i, 2] - r * a[i, 1])
+        out[1] += m * (r * a[i, 0] - p * a[i, 2])
+        out[2] += m * (p * a[i, 1] - q * a[i, 0])
+        out[3] += m * (q * q + r * r)
+        out[4] -= m * p * q
+        out[5] -= m * p * r
+        out[6] += m * (p * p + r * r)
+        out[7] -= m * q * r
+        out[8] += m * (p * p + q * q)
+
+
 class Integrator:
     """Steps a cloud.
+
+    Pairs that carry shear stress exert torques that do not cancel (their force is not along the line between them). Like the net torque of the tree's
+    field, the net torque of the pair forces is taken out by one rigid angular acceleration of the whole cloud at each evaluation;
+    ``torque_removed`` holds its integral [kg m^2/s], so that what was corrected stays in sight.
 
     Parameters
     ----------
@@ -64,12 +85,24 @@ class Integrator:
     a bound particle has moved this share of its h.  strength, damage : which physics is on;  hold : u and D stay (relaxation).
     """
 
-    def __init__(self, cloud: Cloud, materials: Materials, radius: float, *, alpha: float, beta: float, courant: float, theta: float, gravity_shift: float):
+    def __init__(
+        self,
+        cloud: Cloud,
+        materials: Materials,
+        radius: float,
+        *,
+        alpha: float,
+        beta: float,
+        courant: float,
+        theta: float,
+        gravity_shift: float,
+    ):
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
         self.alpha, self.beta, self.courant, self.theta, self.gravity_shift = alpha, beta, courant, theta, gravity_shift
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
+        self.torque_removed, self._torque = np.zeros(3), np.zeros(3)
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * self.rows.tillotson[:, 0]
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius)
@@ -104,10 +137,16 @@ class Integrator:
         cloud = self.cloud
         state.evaluate(cloud, self.rows, self.strength, self.damage, self.evaluated)
         state.check(cloud, self.materials, self.evaluated, self.time)
-        pair_rates.compute(
-            self.evaluated.row, self.neighbourhood.found, cloud, self.rows.shear, self.alpha, self.beta, self.strength, self.rates
-        )
+        pair_rates.compute(self.evaluated.row, self.neighbourhood.found, cloud, self.rows.shear, self.alpha, self.beta, self.strength, self.rates)
         cloud.neighbours[:] = self.rates.count
+        if self.strength:
+            sums = np.empty(9)
+            _net_torque(cloud.position, self.rates.acceleration, cloud.mass, sums)
+            self._torque = sums[:3]
+            inertia = np.array([[sums[3], sums[4], sums[5]], [sums[4], sums[6], sums[7]], [sums[5], sums[7], sums[8]]])
+            turn = np.linalg.solve(inertia, self._torque)
+            # about the centre of mass, so that no net force comes with it
+            self.rates.acceleration -= np.cross(turn, cloud.position - cloud.mass @ cloud.position / cloud.mass.sum())
 
     def next_step(self, until: float) -> float:
         """The next step [s], no further than the time ``until``; counts what limits it."""
@@ -143,4 +182,5 @@ class Integrator:
             cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_stress, cloud.half_damage,
             e.pressure, cloud.peak_pressure, self.floor, cloud.material, self.hold, keep,
         )  # fmt: skip
+        self.torque_removed += dt * self._torque
         self.steps += 1

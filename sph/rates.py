@@ -27,7 +27,24 @@ _BLOCK = 64
 
 
 @parallel_kernel(fastmath=True)
-def _pairs(row, index, listed, material, shear, stress, alpha, beta, strength, acceleration, density_rate, energy_rate, stress_rate, divergence, approach, count):
+def _pairs(
+    row,
+    index,
+    listed,
+    material,
+    shear,
+    stress,
+    alpha,
+    beta,
+    strength,
+    acceleration,
+    density_rate,
+    energy_rate,
+    stress_rate,
+    divergence,
+    approach,
+    count,
+):
     n = len(row)
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         s = np.empty((WIDTH, index.shape[1] + 8))
@@ -93,9 +110,7 @@ def _pairs(row, index, listed, material, shear, stress, alpha, beta, strength, a
             trace = lxx + lyy + lzz
             density_rate[i] = -trace / rho_inv
             divergence[i] = trace
-            energy_rate[i] = rho_inv * (
-                txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy)
-            ) + heat
+            energy_rate[i] = rho_inv * (txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy)) + heat
             approach[i] = -slowest
             count[i] = int(near)
             G = shear[material[i]]
@@ -129,8 +144,8 @@ def _pairs(row, index, listed, material, shear, stress, alpha, beta, strength, a
 class Rates:
     """Time derivatives and by-products of one evaluation, kept from step to step.
 
-    ``acceleration`` (n, 3), ``density`` [kg/(m^3 s)], ``energy`` [W/kg], ``stress`` (n, 5) [Pa/s], ``divergence`` of velocity [1/s], ``approach`` the largest -mu [m/s] of
-    the viscosity, ``count`` neighbours inside the support.
+    ``acceleration`` (n, 3), ``density`` [kg/(m^3 s)], ``energy`` [W/kg], ``stress`` (n, 5) [Pa/s], ``divergence`` of velocity [1/s],
+    ``approach`` the largest -mu [m/s] of the viscosity, ``count`` neighbours inside the support.
     """
 
     def __init__(self, n: int):

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, model_validator
 
-from matter import archive, checkpoint, progress, quantity, snapshot, tree
+from matter import archive, checkpoint, progress, snapshot
 from matter.body import Impact, Model, Target
 from matter.errors import InputError
 from matter.particles import Particles
@@ -37,8 +37,10 @@ class Settings(Model):
     """Settings of the shock stage.
 
     spacing_at_impact, spacing_far : particle spacing within ``fine_radius`` of the impact point and far away; between them it grows by ``growth`` per distance.
-        Equal values give a uniform hexagonal lattice.
-    projectile_particles : about how many particles the projectile has (1 is one heavy particle).
+    contact_refinement, contact_radius : within ``contact_radius`` of the impact point the spacing is finer by this factor.
+        Equal spacings and no refinement give a uniform hexagonal lattice.
+    projectile_particles : about how many particles the projectile has (1 is one heavy particle); by default its particles weigh what the target's
+        at the contact weigh: light particles thrown at heavy ones bounce off one by one, with peak pressures three times the planar limit.
     end_time : simulated time after the start [s];  snapshot_interval, history_interval : output every so often.
     alpha, beta : artificial viscosity;  courant : step factor;  theta : opening angle of gravity;
     gravity_shift : gravity is evaluated anew when a bound particle has moved this share of its h (0: at every step).
@@ -52,7 +54,9 @@ class Settings(Model):
     spacing_far: PositiveLength = 200e3
     fine_radius: PositiveLength = 650e3
     growth: Annotated[float, Field(gt=0, le=0.3)] = 0.1
-    projectile_particles: Annotated[int, Field(ge=1, le=100_000)] = 81
+    contact_refinement: Annotated[float, Field(ge=1, le=10)] = 2.0
+    contact_radius: PositiveLength = 120e3
+    projectile_particles: Annotated[int, Field(ge=1, le=100_000)] | None = None
     end_time: PositiveTime = 3600.0
     snapshot_interval: PositiveTime = 60.0
     history_interval: PositiveTime = 30.0
@@ -77,9 +81,11 @@ class Settings(Model):
             raise ValueError("spacing_far must be at least spacing_at_impact")
         return self
 
-    def spacing(self, points: np.ndarray) -> np.ndarray:
-        """Spacing [m] at points (n, 3)."""
-        return bodies.spacing_law(self.target, self.spacing_at_impact, self.spacing_far, self.fine_radius, self.growth)(points)
+    @property
+    def zones(self) -> bodies.Zones:
+        """Where the particles are how fine."""
+        contact = self.spacing_at_impact / self.contact_refinement
+        return bodies.Zones(contact, self.contact_radius, self.spacing_at_impact, self.fine_radius, self.spacing_far, self.growth)
 
 
 def _count(settings: Settings) -> int:
@@ -88,13 +94,13 @@ def _count(settings: Settings) -> int:
     points = rng.normal(size=(20_000, 3))
     points *= (settings.target.radius * rng.random(20_000) ** (1 / 3) / np.linalg.norm(points, axis=1))[:, None]
     volume = 4.0 / 3.0 * np.pi * settings.target.radius**3
-    return int(volume * (settings.spacing(points) ** -3.0).mean())
+    return int(volume * (bodies.spacing_law(settings.target, settings.zones)(points) ** -3.0).mean())
 
 
 def predict(settings: Settings) -> dict[str, float]:
     """Wall time [s] (warm, 2 cores), memory and disk [bytes] of this stage."""
     n = _count(settings)
-    quiet = settings.courant * settings.spacing_at_impact / (1.6 * 3800.0)  # the shell's longitudinal wave
+    quiet = settings.courant * settings.zones.contact / (1.6 * 3800.0)  # the shell's longitudinal wave
     steps = 1.6 * settings.end_time / quiet + 200.0  # measured: fast ejecta and the impact itself ask for 1.6 times the quiet number
     relax = settings.relaxation_time / quiet if settings.target.start == "relaxed" else 0.0
     evaluations = steps * (1.0 if settings.gravity_shift == 0 else 0.3)
@@ -196,16 +202,12 @@ class _Run:
 
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
-        return Integrator(
-            cloud, self.materials, self.radius, alpha=s.alpha, beta=s.beta, courant=s.courant, theta=s.theta, gravity_shift=s.gravity_shift
-        )
+        return Integrator(cloud, self.materials, self.radius, alpha=s.alpha, beta=s.beta, courant=s.courant, theta=s.theta, gravity_shift=s.gravity_shift)
 
     def begin(self) -> None:
         """The first state of the first phase."""
         s = self.settings
-        body = bodies.build(
-            s.target, self.profile, self.materials, s.spacing_at_impact, s.spacing_far, s.fine_radius, s.growth, s.seed
-        )
+        body = bodies.build(s.target, self.profile, self.materials, s.zones, s.seed)
         self.integrator = self._integrator(Cloud.of(body))
         self._enter(self.phase)
         if self.phase == "impact":
@@ -225,11 +227,18 @@ class _Run:
         order = np.argsort(target.identity)
         pieces = [
             bodies.Body(
-                target.position[order], target.mass[order], target.density[order], target.smoothing_length[order], target.layer[order], target.material[order]
+                target.position[order],
+                target.mass[order],
+                target.density[order],
+                target.smoothing_length[order],
+                target.layer[order],
+                target.material[order],
             )
         ]
         if not s.control:
-            pieces.append(bodies.projectile(self.impact, s.projectile_particles, self.radius, 2.0 * s.spacing_at_impact, self.materials))
+            count = s.projectile_particles
+            spacing = (self.impact.projectile.volume / count) ** (1.0 / 3.0) if count else s.zones.contact
+            pieces.append(bodies.projectile(self.impact, spacing, self.radius, 2.0 * s.zones.contact, self.materials))
         cloud = Cloud.of(*pieces)
         if not s.control:
             cloud.velocity[cloud.layer < 0] = self.impact.velocity
@@ -250,7 +259,8 @@ class _Run:
         arrays |= {"places": i.neighbourhood.places, "limits": i.limits}
         scalars = {
             "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "builds": i.neighbourhood.builds,
-            "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction, "times": json.dumps(self.times),
+            "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction,
+            "torque_removed": i.torque_removed, "times": json.dumps(self.times),
         }  # fmt: skip
         self.history.write()
         checkpoint.save(self.out, i.steps + (10**8 if self.phase == "impact" else 0), arrays, scalars)
@@ -274,6 +284,7 @@ class _Run:
         i.time, i.dt, i.steps = float(scalars["time"]), float(scalars["dt"]), int(scalars["steps"])
         i.neighbourhood.builds = int(scalars["builds"])
         i.gravity_evaluations, i.gravity_correction = int(scalars["gravity_evaluations"]), float(scalars["gravity_correction"])
+        i.torque_removed[:] = scalars["torque_removed"]
         self.times = json.loads(scalars["times"])
         self.phase = str(scalars["phase"])
         relaxing = self.phase == "relax"
@@ -349,7 +360,7 @@ class _Run:
 
     def finish(self) -> None:
         """Last snapshot, history, report."""
-        s, i = self.settings, self.integrator
+        i = self.integrator
         snapshot.write(self.particles(), self.out / f"last{snapshot.SUFFIX}")
         self.history.write()
         ball = self.impact
@@ -367,6 +378,7 @@ class _Run:
             "list_builds": i.neighbourhood.builds,
             "gravity_evaluations": i.gravity_evaluations,
             "gravity_correction_max_rel": i.gravity_correction,
+            "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque_removed)) / scale["angular_momentum_kg_m2_s"],
             "projectile": {"mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"]},
             "drift": drift,
             "drift_over_projectile": {name: drift[name] / scale[name] for name in drift},

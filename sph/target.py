@@ -76,15 +76,34 @@ def hydrostatic(target: Target, shells: int = 4000) -> Profile:
     return Profile(edges[1:], r, middle, rho, P, G * mass / r**2, mass, layer)
 
 
-def spacing_law(target: Target, fine: float, coarse: float, fine_radius: float, growth: float):
-    """Spacing [m] against place: ``fine`` within ``fine_radius`` of the impact point, then growing by ``growth`` per distance up to ``coarse``."""
+def spacing_law(target: Target, zones: Zones):
+    """Spacing [m] against place, as ``Zones`` says: a function of points (n, 3)."""
     pole = np.array([0.0, 0.0, target.radius])
 
     def spacing(points: np.ndarray) -> np.ndarray:
         distance = np.linalg.norm(points - pole, axis=1)
-        return np.clip(fine + growth * (distance - fine_radius), fine, coarse)
+        inner = np.clip(zones.contact + zones.growth * (distance - zones.contact_radius), zones.contact, zones.fine)
+        return np.clip(inner + zones.growth * np.maximum(distance - zones.fine_radius, 0.0), zones.contact, zones.coarse)
 
     return spacing
+
+
+class Zones(NamedTuple):
+    """Particle spacing against the distance d from the impact point, all [m] but ``growth`` (spacing per distance).
+
+    ``contact`` for d < ``contact_radius``, growing to ``fine``, which holds to ``fine_radius``, then growing to ``coarse``.
+    """
+
+    contact: float
+    contact_radius: float
+    fine: float
+    fine_radius: float
+    coarse: float
+    growth: float
+
+    @property
+    def uniform(self) -> bool:
+        return self.contact >= self.coarse
 
 
 class Body(NamedTuple):
@@ -98,20 +117,21 @@ class Body(NamedTuple):
     material: np.ndarray
 
 
-def build(target: Target, profile: Profile, materials: Materials, fine: float, coarse: float, fine_radius: float, growth: float, seed: int) -> Body:
-    """The target's particles: a graded glass, layer by layer, or (``coarse <= fine``) a uniform hexagonal lattice.
+def build(target: Target, profile: Profile, materials: Materials, zones: Zones, seed: int) -> Body:
+    """The target's particles: a graded glass, layer by layer, or (one spacing everywhere) a uniform hexagonal lattice.
 
     Masses of every layer are those of ``profile``; positions are stretched to it.
     """
     radii = (0.0, *target.outer_radii)
     points, volumes, layers, supports = [], [], [], []
-    if coarse <= fine:
+    if zones.uniform:
+        fine = zones.contact
         lattice = packing.hexagonal(fine, target.radius)
         layer = np.searchsorted(np.array(radii[1:]), np.linalg.norm(lattice, axis=1))
         points, volumes, layers = [lattice], [np.full(len(lattice), fine**3)], [layer]
         supports = [np.full(len(lattice), 2.0 * fine)]
     else:
-        spacing = spacing_law(target, fine, coarse, fine_radius, growth)
+        spacing = spacing_law(target, zones)
         streams = np.random.SeedSequence(seed).spawn(len(target.layers))
         for l in range(len(target.layers)):
             place, volume = packing.graded_shell(spacing, radii[l], radii[l + 1], np.random.default_rng(streams[l]))
@@ -141,13 +161,12 @@ def build(target: Target, profile: Profile, materials: Materials, fine: float, c
     return Body(position, mass, density, h, layer_of.astype(np.int32), material.astype(np.int32))
 
 
-def projectile(impact: Impact, count: int, surface: float, gap: float, materials: Materials) -> Body:
-    """A uniform sphere of about ``count`` particles on its way to (0, 0, ``surface``), ``gap`` [m] above it."""
+def projectile(impact: Impact, spacing: float, surface: float, gap: float, materials: Materials) -> Body:
+    """A uniform sphere of particles about ``spacing`` apart on its way to (0, 0, ``surface``), ``gap`` [m] above it."""
     body = impact.projectile
     index = materials.index(body.material)
     rho0 = materials.tillotson[index, 0]
-    spacing = (body.volume / count) ** (1.0 / 3.0)
-    places = np.zeros((1, 3)) if count == 1 else packing.hexagonal(spacing, body.radius)
+    places = packing.hexagonal(spacing, body.radius) if body.volume > 3.0 * spacing**3 else np.zeros((1, 3))
     places = places - places.mean(axis=0)
     velocity = np.array(impact.velocity)
     along = velocity / np.linalg.norm(velocity)

@@ -36,9 +36,7 @@ ITEM: ATOMS id type x y z vx vy vz radius mass c_pe
 
 def test_a_header_names_columns_and_units(tmp_path):
     path = tmp_path / "a.csv"
-    path.write_text(
-        "# made by hand\nx [km], y [km], z [km], m, p [GPa], sxx, sxy, sxz, syy, syz, szz\n1,2,3,4,5,1,2,3,4,5,6\n0,0,0,1,0,0,0,0,0,0,0\n"
-    )
+    path.write_text("# made by hand\nx [km], y [km], z [km], m, p [GPa], sxx, sxy, sxz, syy, syz, szz\n1,2,3,4,5,1,2,3,4,5,6\n0,0,0,1,0,0,0,0,0,0,0\n")
     found = formats.read(path, materials="ice, water")
     np.testing.assert_allclose(found.position[0], [1e3, 2e3, 3e3])
     np.testing.assert_allclose(found.pressure, [5e9, 0.0])

@@ -10,10 +10,7 @@ from matter import material, quantity
 from matter.errors import InputError
 
 DIMENSIONS = {
-    "tillotson": {"rho0": "kg/m^3"}
-    | dict.fromkeys(("A", "B"), "Pa")
-    | dict.fromkeys(("E0", "Eiv", "Ecv"), "J/kg")
-    | dict.fromkeys("ab", ""),
+    "tillotson": {"rho0": "kg/m^3"} | dict.fromkeys(("A", "B"), "Pa") | dict.fromkeys(("E0", "Eiv", "Ecv"), "J/kg") | dict.fromkeys("ab", ""),
     "elastic": {"shear_modulus": "Pa", "bulk_modulus": "Pa"},
     "von_mises": {"Y0": "Pa", "melt_energy": "J/kg"},
     "weibull": {"k": "1/m^3", "m": ""},

@@ -1,0 +1,133 @@
+"""The pair pass: exact symmetries, linear fields, rotation."""
+
+import numpy as np
+import pytest
+
+from matter import neighbours
+from sph import rates, state
+from sph.materials import collect
+
+SHEAR = np.array([2.8e9])
+
+
+class _Cloud:
+    """The few arrays that the pair pass reads."""
+
+    def __init__(self, n, seed=1):
+        rng = np.random.default_rng(seed)
+        side = round(n ** (1 / 3))
+        grid = np.stack(np.meshgrid(*(np.arange(side),) * 3, indexing="ij"), axis=-1).reshape(-1, 3).astype(float)
+        self.position = (grid + rng.uniform(-0.15, 0.15, grid.shape)) * 1e3
+        h = 2e3 * rng.uniform(0.8, 1.3, len(grid))
+        order, cells = neighbours.sort(self.position, h)
+        self.position, self.smoothing_length = self.position[order], h[order]
+        self.found = neighbours.build(self.position, self.smoothing_length, cells)
+        m = len(order)
+        self.density = 917.0 * rng.uniform(0.7, 1.3, m)
+        self.mass = self.density * 1e9 * rng.uniform(0.8, 1.2, m)
+        self.velocity = rng.normal(size=(m, 3)) * 100.0
+        self.stress = rng.normal(size=(m, 5)) * 1e8
+        self.pressure = rng.normal(size=m) * 1e9
+        self.material = np.zeros(m, dtype=np.int32)
+
+    def rows(self, stressed=True):
+        s, P = self.stress * stressed, self.pressure
+        return np.concatenate(
+            [
+                self.position, self.velocity, (self.mass / self.density)[:, None], 1 / self.density[:, None], self.smoothing_length[:, None],
+                np.full((len(P), 1), 3200.0), (s[:, 0] - P)[:, None], s[:, 1:2], s[:, 2:3], (s[:, 3] - P)[:, None], s[:, 4:5],
+                (-s[:, 0] - s[:, 3] - P)[:, None],
+            ],
+            axis=1,
+        )  # fmt: skip
+
+    def evaluate(self, alpha=1.0, beta=2.0):
+        out = rates.Rates(len(self.mass))
+        rates.compute(self.rows(), self.found, self, SHEAR, alpha, beta, True, out)
+        return out
+
+
+def test_pairs_keep_momentum_and_total_energy():
+    c = _Cloud(1000)
+    r = c.evaluate()
+    force = c.mass[:, None] * r.acceleration
+    assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
+    work = (force * c.velocity).sum() + c.mass @ r.energy
+    assert abs(work) < 1e-12 * np.abs(force * c.velocity).sum()
+
+
+def test_pressure_alone_keeps_angular_momentum():
+    c = _Cloud(1000)
+    c.stress[:] = 0
+    r = c.evaluate()
+    torque = c.mass[:, None] * np.cross(c.position, r.acceleration)
+    assert np.abs(torque.sum(axis=0)).max() < 1e-11 * np.abs(torque).sum()
+
+
+def test_neighbours_are_counted():
+    c = _Cloud(1000)
+    r = c.evaluate()
+    i = 431
+    d = np.linalg.norm(c.position - c.position[i], axis=1)
+    assert r.count[i] == np.count_nonzero(d < 0.5 * (c.smoothing_length + c.smoothing_length[i])) - 1
+
+
+def test_stress_rate_of_a_linear_flow_is_exact():
+    """Corrected gradients: dS = 2 mu dev(eps) exactly for v = L x, in disorder and for unequal h."""
+    c = _Cloud(1000)
+    L = np.array([[1.0, 0.4, -0.3], [0.2, -0.5, 0.7], [0.1, 0.6, 0.3]]) * 1e-3
+    c.velocity = c.position @ L.T
+    c.stress[:] = 0
+    r = c.evaluate(0.0, 0.0)
+    eps = 0.5 * (L + L.T)
+    eps -= np.eye(3) * np.trace(eps) / 3
+    wanted = 2 * SHEAR[0] * np.array([eps[0, 0], eps[0, 1], eps[0, 2], eps[1, 1], eps[1, 2]])
+    inner = ((c.position > 2.5e3) & (c.position < 6.5e3)).all(axis=1)
+    assert np.abs(r.stress[inner] - wanted).max() < 1e-9 * np.abs(wanted).max()
+
+
+def test_rotation_turns_the_stress_and_makes_none():
+    """Jaumann: for rigid rotation dS/dt = W S - S W, so that invariants stay."""
+    c = _Cloud(1000)
+    w = np.array([0.3, -0.2, 0.5]) * 1e-3
+    c.velocity = np.cross(w, c.position)
+    W = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+    r = c.evaluate(0.0, 0.0)
+    inner = np.flatnonzero(((c.position > 2.5e3) & (c.position < 6.5e3)).all(axis=1))
+    for i in inner:
+        a, b, cc, d, e = c.stress[i]
+        S = np.array([[a, b, cc], [b, d, e], [cc, e, -a - d]])
+        wanted = W @ S - S @ W
+        got = np.array([r.stress[i, 0], r.stress[i, 1], r.stress[i, 2], r.stress[i, 3], r.stress[i, 4]])
+        assert got == pytest.approx(np.array([wanted[0, 0], wanted[0, 1], wanted[0, 2], wanted[1, 1], wanted[1, 2]]), rel=1e-8, abs=1e-3)
+
+
+def test_damage_takes_tension_and_shear_once():
+    """A broken particle carries no tension and no shear; its pressure in compression is whole."""
+    materials = collect(("ice",))
+
+    class Cloud:
+        pass
+
+    cloud = Cloud()
+    n = 4
+    cloud.position, cloud.velocity = np.zeros((n, 3)), np.zeros((n, 3))
+    cloud.mass = np.full(n, 1e16)
+    cloud.density = np.array([900.0, 900.0, 930.0, 930.0])
+    cloud.specific_energy, cloud.smoothing_length = np.zeros(n), np.full(n, 1e5)
+    cloud.stress = np.full((n, 5), 1e6)
+    cloud.root_damage = np.array([0.0, 1.0, 0.0, 1.0])
+    cloud.material, cloud.neighbours = np.zeros(n, dtype=np.int32), np.full(n, 33, dtype=np.int32)
+    cloud.flaw_first, cloud.flaw_last = np.arange(n), np.arange(1, n + 1)
+    cloud.flaw_strain = np.full(n, 1.0, dtype=np.float32)
+    out = state.Evaluated(n)
+    state.evaluate(cloud, materials.rows, True, True, out)
+    assert out.pressure[0] == -materials.rows.tension[0]  # the cut
+    assert out.pressure[1] == 0.0
+    assert out.pressure[2] == out.pressure[3] > 0.0
+    assert out.row[1, 11] == 0.0 and out.row[3, 11] == 0.0
+    assert out.row[2, 11] == pytest.approx(1e6)
+
+
+def test_a_particle_without_neighbours_feels_no_pressure():
+    assert state.holding(0) == 0.0 and state.holding(state.FREE) == 0.0 and state.holding(state.BOUND) == 1.0

@@ -1,0 +1,81 @@
+"""Hydrostatic bodies and their particles."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from matter.body import Impact, Layer, Projectile, Target
+from sph import materials, target
+
+CALLISTO = Target(
+    layers=(
+        Layer(name="core", material="basalt", thickness=1842e3),
+        Layer(name="ocean", material="water", thickness=150e3),
+        Layer(name="shell", material="ice", thickness=150e3),
+    )
+)
+
+
+@pytest.fixture(scope="module")
+def profile():
+    return target.hydrostatic(CALLISTO)
+
+
+def test_profile_against_an_independent_solution(profile):
+    """Winter 2017 model 2, relaxed: pressure and density within 0.5 % away from interfaces, radius within 1 km."""
+    path = Path(__file__).parent.parent / "data" / "callisto_model2_relaxed.csv"
+    rows = list(csv.DictReader(line for line in path.open() if not line.startswith("#")))
+    interfaces = np.array([1802.8e3, 1947.0e3, 2101.9e3])
+    checked = 0
+    for row in rows:
+        r = float(row["radius_m"])
+        if np.abs(interfaces - r).min() < 5e3:
+            continue
+        assert np.interp(r, profile.middle, profile.pressure) == pytest.approx(float(row["pressure_Pa"]), rel=5e-3)
+        assert np.interp(r, profile.middle, profile.density) == pytest.approx(float(row["density_kg_m3"]), rel=5e-3)
+        checked += 1
+    assert checked > 50
+    assert profile.radius[-1] == pytest.approx(2101.9e3, abs=1e3)
+    assert profile.gravity[-1] == pytest.approx(1.2840, rel=1e-3)
+    assert profile.pressure[0] == pytest.approx(4.355e9, rel=5e-3)
+
+
+def test_literal_profile_is_uniform():
+    literal = target.hydrostatic(CALLISTO.model_copy(update={"start": "literal"}))
+    assert literal.radius[-1] == pytest.approx(2142e3)
+    assert literal.gravity[-1] == pytest.approx(1.2363, rel=1e-4)
+    assert literal.mass[-1] == pytest.approx(8.4989e22, rel=1e-4)
+    assert np.all(literal.pressure == 0.0)
+
+
+@pytest.mark.parametrize("uniform", [True, False])
+def test_particles_carry_the_layer_masses(profile, uniform):
+    rows = materials.collect(CALLISTO.materials)
+    zones = target.Zones(140e3, 1e3, 140e3, 1e3, 140e3, 0.1) if uniform else target.Zones(75e3, 100e3, 110e3, 400e3, 260e3, 0.15)
+    body = target.build(CALLISTO, profile, rows, zones, seed=1)
+    for layer, (inner, outer) in enumerate(zip((0, 1842e3, 1992e3), (1842e3, 1992e3, 2142e3))):
+        rho0 = rows.tillotson[rows.index(CALLISTO.layers[layer].material), 0]
+        assert body.mass[body.layer == layer].sum() == pytest.approx(rho0 * 4 / 3 * math.pi * (outer**3 - inner**3), rel=1e-12)
+    r = np.linalg.norm(body.position, axis=1)
+    assert r.max() < profile.radius[-1]
+    assert (body.density[body.layer == 0] > 2700).all()
+
+
+def test_projectile_flies_to_the_pole():
+    rows = materials.collect(("ice",))
+    impact = Impact(
+        speed=18234.0,
+        angle_from_vertical=math.radians(40),
+        projectile=Projectile(material="ice", radius=53.9e3),
+        expected_transient_diameter=980e3,
+    )
+    ball = target.projectile(impact, 26e3, 2102e3, 52e3, rows)
+    assert ball.mass.sum() == pytest.approx(6.0148e17, rel=1e-3)
+    centre = ball.position.mean(axis=0)
+    lowest = centre[2] - 53.9e3
+    assert lowest - 2102e3 == pytest.approx(52e3, rel=1e-9)
+    time = (2102e3 + 53.9e3 - centre[2]) / impact.velocity[2]
+    assert centre + time * np.array(impact.velocity) == pytest.approx(np.array([0, 0, 2102e3 + 53.9e3]), abs=1.0)
