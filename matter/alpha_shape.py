@@ -23,6 +23,7 @@ from threadpoolctl import threadpool_limits
 from matter.errors import InputError
 
 JOGGLE = 1e-6
+_FLAT = 1e-3  # of a spacing: rms distance of the points from their best plane
 _SEED = 7919
 # faces of a tetrahedron: row k is opposite vertex k
 _FACES = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
@@ -309,11 +310,14 @@ def alpha_shape(points: np.ndarray, spacing: np.ndarray | float, factor: float =
     if not factor > 0.0:
         raise InputError(f"alpha must be a positive multiple of the spacing, got {factor}")
     shift, scale = points.mean(axis=0), float(np.ptp(points, axis=0).max())
+    spread = np.sqrt(max(float(np.linalg.eigvalsh(np.cov((points - shift).T))[0]), 0.0))
+    if spread < _FLAT * float(np.median(spacing)):
+        raise InputError("the points lie in one plane or on one line: they enclose no volume")
     points = points + np.random.default_rng(_SEED).uniform(-JOGGLE, JOGGLE, points.shape) * spacing[:, None]
     try:
         triangulation = Delaunay((points - shift) / scale)
     except (QhullError, ValueError) as reason:
-        raise InputError(f"the points lie in one plane or coincide: no tetrahedra ({str(reason).splitlines()[0]})") from None
+        raise InputError(f"the points span no tetrahedra ({str(reason).splitlines()[0]})") from None
     with threadpool_limits(limits=1, user_api="blas"):  # a threaded BLAS takes 100 times longer over these 3 x 3 matrices
         triangulation.transform  # noqa: B018  (computed once, kept by scipy)
     simplices = triangulation.simplices
