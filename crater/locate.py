@@ -28,6 +28,7 @@ class Scene:
     before: surface.Undisturbed | None
     datum: Datum
     reach: float
+    within: float = np.inf
 
 
 def first_datum(cloud: Cloud, kind: str, centre: tuple[float, float, float] | None, radius: float | None) -> Datum:
@@ -73,16 +74,16 @@ def edge_of(cloud: Cloud, datum: Datum) -> float:
     return min(edge, 0.5 * np.pi * datum.radius) if datum.is_sphere else edge
 
 
-def look(scene: Scene, datum: Datum, sectors: int, methods: str = "two") -> Relief:
+def look(scene: Scene, datum: Datum, sectors: int, methods: str = "two", coarse: float = 1.0) -> Relief:
     """The relief of a scene about the axis of ``datum``."""
-    columns = surface.make_columns(scene.body, datum, scene.reach, sectors)
+    columns = surface.make_columns(scene.body, datum, scene.reach, sectors, coarse)
     return relief(surface.measure_heights(scene.body, datum, columns, methods), scene.before)
 
 
-def depression(ground: Relief) -> tuple[float, float, float]:
+def depression(ground: Relief, within: float = np.inf) -> tuple[float, float, float]:
     """Shift (along x', y') from the axis to the middle of the deepest hollow, and its radius, all [m]; radius 0 where there is none.
 
-    The hollow is what lies below half of the deepest smoothed height, taken about its centroid.
+    The hollow is what lies below half of the deepest smoothed height, taken about its centroid; it is looked for ``within`` [m] of the axis.
     """
     columns = ground.columns
     ring = columns.ring
@@ -92,11 +93,14 @@ def depression(ground: Relief) -> tuple[float, float, float]:
     x, y, h = (s * np.cos(azimuth))[good], (s * np.sin(azimuth))[good], h[good]
     smooth = _smooth(x, y, h, columns.spacing[ring][good])
     noise = 1.4826 * float(np.median(np.abs(smooth - np.median(smooth))))
-    deepest = float(smooth.min())
+    seen = np.hypot(x, y) <= within
+    if not seen.any():
+        return 0.0, 0.0, 0.0
+    deepest = float(smooth[seen].min())
     if deepest > -max(3.0 * noise, 0.25 * float(columns.spacing.min())):
         return 0.0, 0.0, 0.0
     hollow = smooth < 0.5 * deepest
-    seed = int(np.argmin(smooth))
+    seed = int(np.argmin(np.where(seen, smooth, np.inf)))
     cx, cy = x[seed], y[seed]
     for _ in range(10):
         # grow from the deepest point only, so that a second hollow elsewhere does not pull
@@ -207,11 +211,12 @@ def prepare(
     rise_limit: float | None = None,
     reach: float | None = None,
     what: str = "the snapshot",
+    within: float = np.inf,
 ) -> Scene:
     """The supported part of a snapshot, the ground before the impact, and how far the columns go."""
     body = supported_part(clouds.of(particles, what), datum, gravity, rise_limit, what)
     edge = edge_of(body, datum)
-    return Scene(body, before, datum, min(edge, reach) if reach else edge)
+    return Scene(body, before, datum, min(edge, reach) if reach else edge, within)
 
 
 def supported_part(cloud: Cloud, datum: Datum, gravity: float | None, rise_limit: float | None, what: str) -> Cloud:

@@ -23,6 +23,8 @@ from matter.particles import Particles
 BOOTSTRAPS = 200
 CLOSED_RIM = 0.75
 """Share of sectors that must stand above the datum outside the crater for a rim to be called closed."""
+SHALLOWEST = 0.5
+"""A hollow shallower than this many spacings has no diameter."""
 UNITS = {
     "diameter_rim_m": "m",
     "diameter_apparent_m": "m",
@@ -97,13 +99,14 @@ def measure(
     sectors: int = 24,
     seed: int = 1,
     what: str = "the snapshot",
+    within: float = np.inf,
 ) -> Measures:
     """Measure the crater in a cloud of particles.
 
     ``datum`` is a ``matter.frame.Sphere`` or ``Plane``, a ``crater.datum.Datum``, or ``"sphere"`` / ``"plane"`` to be fitted to the far field
     (``centre`` and ``datum_radius`` [m] are kept where given). ``before`` is the same target before the impact: heights are then taken
     relative to it, place by place, and relative to the far field now (a ringing body moves as a whole). ``gravity`` [m/s^2] with
-    ``rise_limit`` [m] tells ejecta in flight from ground. The centre is found, not assumed.
+    ``rise_limit`` [m] tells ejecta in flight from ground. The centre is found, not assumed; it is looked for ``within`` [m] of the datum's axis.
 
     Raises ``InputError`` for clouds that cannot be measured (fewer than 100 particles, not finite, all ejecta).
     """
@@ -115,7 +118,7 @@ def measure(
     else:
         start = of_frame(datum)
     ground = locate.ground_before(before, start, reach, sectors) if isinstance(before, Particles) else before
-    scene = locate.prepare(particles, start, ground, gravity, rise_limit, reach, what)
+    scene = locate.prepare(particles, start, ground, gravity, rise_limit, reach, what, within)
     refit = (lambda relief, current, radius: locate.refit(relief, current, radius, centre, datum_radius)) if fitted else None
     return measure_scene(scene, refit, seed, sectors)
 
@@ -141,11 +144,12 @@ def measure_scene(
 def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int, methods: str) -> tuple[Relief, float]:
     """Relief about the crater's centre, by every method, and the crater's radius [m] (0 where there is no hollow)."""
     datum, radius = scene.datum, 0.0
-    ground = locate.look(scene, datum, sectors)
     rough = 3 if refit is not None else 2
+    ground = locate.look(scene, datum, sectors, coarse=2.0)
     for turn in range(turns):
         if turn < rough:
-            east, north, radius = locate.depression(ground)
+            # the first look may go anywhere within reach; later ones stay with the hollow that was found
+            east, north, radius = locate.depression(ground, scene.within if turn == 0 else max(2.0 * radius, 0.1 * scene.reach))
         else:
             east, north, found = _recentre(ground, radius)
             radius = found or radius
@@ -154,22 +158,22 @@ def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int, 
         new = datum if refit is None else refit(ground, datum, max(radius, 0.05 * scene.reach))
         new = new.moved(east, north)
         rise = abs(new.radius - datum.radius) if new.is_sphere else abs(np.dot(np.subtract(new.centre, datum.centre), new.axes[2]))
-        d = float(ground.columns.spacing[0])
-        still = max(float(np.hypot(east, north)), float(rise)) < 0.05 * d
+        still = max(float(np.hypot(east, north)), float(rise)) < 0.05 * float(ground.columns.spacing[0])
         datum = new
         edge = locate.edge_of(scene.body, datum)
         if edge > 1.5 * radius:
             scene = replace(scene, reach=min(scene.reach, edge))
-        if still and turn >= rough:
+        if (still and turn >= rough) or turn == turns - 1:
             break
-        ground = locate.look(scene, datum, sectors)
+        ground = locate.look(scene, datum, sectors, coarse=2.0 if turn < rough - 1 else 1.0)
     return locate.look(scene, datum, sectors, methods), radius
 
 
 def _recentre(ground: Relief, radius: float) -> tuple[float, float, float]:
     """Shift of the axis to the centre of the apparent rim, and its mean radius [m]; zeros where too few sectors close."""
-    ruler = make_ruler(ground, radius)
-    radii = sector_radii(closed(ground.cell), ruler, radius)
+    cells = closed(ground.cell)
+    ruler = make_ruler(ground, radius, cells.mean(axis=1))
+    radii = sector_radii(cells, ruler, radius)
     if np.isfinite(radii).sum() < 0.5 * len(radii):
         return 0.0, 0.0, 0.0
     (mean, east, north, *_), _ = harmonics(radii)
@@ -194,7 +198,7 @@ def read_off(ground: Relief, radius: float, sigma_level: float, seed: int, notes
     if radius <= 0.0:
         return _none(ground, profile, notes, "no hollow: the ground departs from the datum by less than its own scatter")
     cells = closed(ground.cell)
-    ruler = make_ruler(ground, radius)
+    ruler = make_ruler(ground, radius, cells.mean(axis=1))
     outermost = 0.9 * radius
     first = shape_of(cells.mean(axis=1), ruler, ground.datum, None, outermost)
     if not np.isfinite(first.apparent) or first.depth <= 0.0:
@@ -208,9 +212,13 @@ def read_off(ground: Relief, radius: float, sigma_level: float, seed: int, notes
     trials = np.array([shape_of(cells[:, pick].mean(axis=1), ruler, ground.datum, finder, outermost).as_array() for pick in draws])
     by_method = _by_method(ground, radius, ruler, base, outermost)
     quantities = _errors(base, trials, ruler, finder, cells, sigma_level, by_method)
-    notes = {**notes, "by_method": by_method}
+    notes = {**notes, "by_method": by_method, **_relief_facts(ground, ruler, mean, base.apparent)}
     quantities["ellipticity"] = ellipticity
-    rim = _rim_reason(cells, ruler, base, quantities)
+    shallow = _shallow_reason(quantities, base, ruler)
+    if shallow:
+        for name in ("diameter_apparent_m", "volume_m3", "depth_over_diameter", "floor_diameter_m", "wall_slope_deg", "ellipticity"):
+            quantities[name] = Quantity(None, None, UNITS[name], shallow)
+    rim = shallow or _rim_reason(cells, ruler, base, quantities)
     if rim:
         for name in ("diameter_rim_m", "rim_height_m", "depth_rim_to_floor_m"):
             quantities[name] = Quantity(None, None, UNITS[name], rim)
@@ -299,8 +307,9 @@ def _floor_noise(cells: np.ndarray, ruler: Ruler, base: Shape) -> float:
     detrended = cells - cells.mean(axis=1, keepdims=True)
     scatter = (1.4826 * np.median(np.abs(detrended), axis=1)) ** 2 / cells.shape[1]
     v = float(np.median((scatter * ruler.area / ruler.d**2)[ring]))
-    floor = int(np.argmin(np.where(ruler.s < base.apparent, ruler.broad @ cells.mean(axis=1), np.inf)))
-    return float(np.sqrt(3.0 * v * np.sum(ruler.broad[floor] ** 2 * ruler.d**2 / ruler.area)))
+    seen = ruler.broad @ cells.mean(axis=1)
+    floor = int(np.argmin(np.where((ruler.s < base.apparent) & np.isfinite(seen), seen, np.inf)))
+    return float(np.sqrt(3.0 * v * np.nansum(ruler.broad[floor] ** 2 * ruler.d**2 / ruler.area)))
 
 
 def _by_method(ground: Relief, radius: float, ruler: Ruler, base: Shape, outermost: float) -> dict[str, dict[str, float]]:
@@ -341,6 +350,23 @@ def _quantity(value: float, parts: dict[str, float], unit: str, reason: str = ""
         return Quantity(None, None, unit, reason or "not found in the profile")
     parts = {name: float(part) for name, part in parts.items() if np.isfinite(part) and part > 0.0}
     return Quantity(float(value), float(np.sqrt(sum(part**2 for part in parts.values()))), unit, "", parts)
+
+
+def _relief_facts(ground: Relief, ruler: Ruler, mean: np.ndarray, apparent: float) -> dict[str, object]:
+    """RMS height of the profile inside 1.5 apparent radii [m], and the number of spacings across the radius."""
+    inside = ruler.s < 1.5 * apparent
+    rms = float(np.sqrt(np.average(mean[inside] ** 2, weights=ruler.area[inside])))
+    return {"rms_relief_m": rms, "spacings_per_radius": apparent / float(np.interp(apparent, ruler.s, ruler.d))}
+
+
+def _shallow_reason(quantities: dict[str, Quantity], base: Shape, ruler: Ruler) -> str:
+    """Why a hollow has no diameter: shallower than the particles resolve; empty where it has one."""
+    depth = quantities["depth_m"]
+    d = float(np.interp(base.apparent, ruler.s, ruler.d))
+    limit = max(SHALLOWEST * d, 2.0 * (depth.sigma or 0.0))
+    if depth.value is not None and depth.value >= limit:
+        return ""
+    return f"a trough {base.depth / 1e3:.3g} km deep, less than the {limit / 1e3:.3g} km that this spacing resolves, has no diameter"
 
 
 def _rim_reason(cells: np.ndarray, ruler: Ruler, base: Shape, quantities: dict[str, Quantity]) -> str:

@@ -152,7 +152,7 @@ def draw_profiles(found: Findings, path: Path) -> None:
 
 
 def _interesting(found: Findings, reach: float) -> float:
-    sizes = [moment.value("diameter_apparent_m") for moment in found.transient.values()]
+    sizes = [moment.value("diameter_apparent_m") for key, moment in found.transient.items() if key != "diameter"]
     known = [size for size in sizes if np.isfinite(size)]
     return min(reach, max(2.0 * max(known), 1.2 * found.settings.impact.expected_transient_diameter)) if known else reach
 

@@ -47,6 +47,7 @@ def follow(
     reach: float | None = None,
     heard=None,
     methods: str = "three",
+    within: float = np.inf,
 ) -> list[Moment]:
     """Measure every snapshot of a stage against the same datum and the same undisturbed target."""
     moments = []
@@ -54,7 +55,7 @@ def follow(
         particles = snapshot.read(path)
         time = float(particles.attributes.get("time", np.nan))
         try:
-            scene = locate.prepare(particles, datum, before, gravity, rise_limit, reach, path.name)
+            scene = locate.prepare(particles, datum, before, gravity, rise_limit, reach, path.name, within)
             moments.append(Moment(stage, time, path, measure_scene(scene, seed=seed, turns=4, methods=methods)))
         except InputError as reason:
             moments.append(Moment(stage, time, path, None, str(reason)))
@@ -92,7 +93,7 @@ def smoothed(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return result
 
 
-def first_maximum(time: np.ndarray, values: np.ndarray, lasting: float = 0.03) -> int | None:
+def first_maximum(time: np.ndarray, values: np.ndarray, lasting: float = 0.2) -> int | None:
     """Index of the first maximum of a series that is not exceeded by more than ``lasting`` (relative) before it has fallen by that much.
 
     None where the series has no value.
@@ -124,6 +125,8 @@ def transient(moments: list[Moment]) -> tuple[dict[str, Moment], list[str]]:
     return found, growing
 
 
-def again(moment: Moment, datum: Datum, before: Undisturbed | None, gravity: float, rise_limit: float, seed: int, reach: float) -> Moment:
+def again(
+    moment: Moment, datum: Datum, before: Undisturbed | None, gravity: float, rise_limit: float, seed: int, reach: float, within: float
+) -> Moment:
     """The same moment measured by all four methods."""
-    return follow([moment.path], moment.stage, datum, before, gravity, rise_limit, seed, reach, methods="four")[0]
+    return follow([moment.path], moment.stage, datum, before, gravity, rise_limit, seed, reach, methods="four", within=within)[0]

@@ -31,14 +31,25 @@ class Ruler:
         return smoothing.sharpened(self.s, self.d, h, self.sharpen)
 
 
-def make_ruler(ground: Relief, scale: float) -> Ruler:
-    """``scale`` [m] is a first guess of the crater's radius (sets how far the floor may be smoothed)."""
+def make_ruler(ground: Relief, scale: float, mean: np.ndarray) -> Ruler:
+    """``scale`` [m] is a first guess of the crater's radius, ``mean`` the ring means: they set how far and where the floor may be smoothed."""
     columns = ground.columns
     s, d = columns.distance, columns.spacing
     area = ground.datum.area_between(columns.edges[:-1], columns.edges[1:])
+    sharpen = smoothing.inverse(s, d)
     fine = _local_quadratic(s, area, np.maximum(1.5 * d, 0.08 * scale))
-    broad = _local_quadratic(s, area, np.maximum(3.5 * d, 0.3 * scale))
-    return Ruler(s, d, area, smoothing.inverse(s, d), fine, broad)
+    # the floor is smoothed without the wall: what lies below 0.6 of the deepest ring inside the crater
+    seen = fine @ smoothing.sharpened(s, d, mean, sharpen)
+    inside = s < 0.9 * scale
+    deepest = float(seen[inside].min()) if inside.any() else float(seen.min())
+    bottom = inside & (seen < 0.6 * deepest) if deepest < 0.0 else inside
+    broad = np.full((len(s), len(s)), np.nan)
+    rows = np.flatnonzero(bottom)
+    if len(rows):
+        local = _local_quadratic(s[rows], area[rows], np.maximum(3.5 * d, 0.3 * scale)[rows])
+        broad[np.ix_(rows, np.arange(len(s)))] = 0.0
+        broad[np.ix_(rows, rows)] = local
+    return Ruler(s, d, area, sharpen, fine, broad)
 
 
 def _local_quadratic(s: np.ndarray, area: np.ndarray, width: np.ndarray) -> np.ndarray:
@@ -184,12 +195,16 @@ def shape_of(mean: np.ndarray, ruler: Ruler, datum: Datum, finder: CrestFinder |
     """
     sharp = ruler.sharpened(mean)
     fine, broad = ruler.fine @ sharp, ruler.broad @ sharp
-    floor = int(np.argmin(np.where(ruler.s < outermost, broad, np.inf)))
+    broad = np.where((ruler.s < outermost) & np.isfinite(broad), broad, np.inf)
+    floor = int(np.argmin(broad))
+    if not np.isfinite(broad[floor]):
+        return Shape(*([float("nan")] * len(Shape.__dataclass_fields__)))
     depth = -float(broad[floor])
     apparent = apparent_radius(ruler.s, fine, floor)
     rim, rim_height = finder.find(mean) if finder is not None else (float("nan"), float("nan"))
     volume = slope = floor_radius = float("nan")
-    peak = max(0.0, float(broad[: floor + 1].max()) + depth)
+    within = broad[: floor + 1][np.isfinite(broad[: floor + 1])]
+    peak = max(0.0, float(within.max()) + depth)
     if np.isfinite(apparent):
         volume = volume_below(ruler, datum, sharp, apparent)
         floor_radius = apparent_radius(ruler.s, fine + 0.9 * depth, floor)

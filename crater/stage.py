@@ -148,14 +148,15 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
         found.reasons["transient"] = "no shock-stage snapshots in this run"
         return
     reach = REACH * found.settings.impact.expected_transient_diameter
+    within = 0.5 * found.settings.impact.expected_transient_diameter
     start = locate.ground_before(snapshot.read(shots[0]), datum, reach, found.settings.sectors)
     rise = found.settings.rise_limit_over_diameter * found.settings.impact.expected_transient_diameter
-    found.moments = series.follow(shots[1:], "sph", datum, start, found.gravity, rise, found.settings.seed, reach, heard)
+    found.moments = series.follow(shots[1:], "sph", datum, start, found.gravity, rise, found.settings.seed, reach, heard, within=within)
     found.transient, found.growing = series.transient(found.moments)
     measured: dict[Path, series.Moment] = {}
     for key, moment in found.transient.items():
         if moment.path not in measured:
-            measured[moment.path] = series.again(moment, datum, start, found.gravity, rise, found.settings.seed, reach)
+            measured[moment.path] = series.again(moment, datum, start, found.gravity, rise, found.settings.seed, reach, within)
         found.transient[key] = measured[moment.path]
     if "volume" not in found.transient:
         found.reasons["transient"] = "no snapshot of the shock stage shows a hollow"
@@ -198,12 +199,20 @@ def _measure_grains(found: Findings, settled: list[Path], last: Path, heard) -> 
             grains_before = grains_before.select(grains_before.headroom == 0)
         before = locate.ground_before(grains_before, datum, None, found.settings.sectors)
     rise = found.settings.rise_limit_over_diameter * found.settings.impact.expected_transient_diameter
-    found.moments += series.follow(settled, "dem", datum, before, found.gravity, rise, found.settings.seed, None, heard)
+    within = 0.5 * found.settings.impact.expected_transient_diameter
+    found.moments += series.follow(settled, "dem", datum, before, found.gravity, rise, found.settings.seed, None, heard, within=within)
     found.final_time = float(particles.attributes.get("time", np.nan))
     found.final_from = "settled grains"
     try:
         found.final = measure(
-            particles, datum, before, gravity=found.gravity, rise_limit=rise, seed=found.settings.seed, what="5_dem/last.vtkhdf"
+            particles,
+            datum,
+            before,
+            gravity=found.gravity,
+            rise_limit=rise,
+            seed=found.settings.seed,
+            within=within,
+            what="5_dem/last.vtkhdf",
         )
     except InputError as reason:
         found.reasons["final"] = str(reason)

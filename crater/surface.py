@@ -94,8 +94,8 @@ class Heights:
         return np.where(fill, mean[:, None], cells)
 
 
-def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24) -> Columns:
-    """Columns out to ``reach`` [m] whose rings are half a local spacing wide.
+def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24, coarse: float = 1.0) -> Columns:
+    """Columns out to ``reach`` [m] whose rings are half a local spacing wide (``coarse`` times that for a quick look).
 
     The local spacing at a distance is the median over the uppermost particles there.
     """
@@ -105,10 +105,10 @@ def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24) ->
         float(np.quantile(d[distance < max(0.3 * reach, 4.0 * np.quantile(d, 0.05))], 0.1)) if (distance < 0.3 * reach).any() else 0.0
     )
     smallest = smallest or float(np.quantile(d, 0.05))
-    coarse = np.arange(0.0, reach + 2.0 * smallest, 2.0 * smallest)
-    which = np.digitize(distance, coarse) - 1
-    local = np.full(len(coarse), np.nan)
-    for i in np.unique(which[distance <= coarse[-1]]):
+    bins = np.arange(0.0, reach + 2.0 * smallest, 2.0 * smallest)
+    which = np.digitize(distance, bins) - 1
+    local = np.full(len(bins), np.nan)
+    for i in np.unique(which[distance <= bins[-1]]):
         members = np.flatnonzero(which == i)
         top = members[height[members] > np.quantile(height[members], 0.6)] if len(members) > 20 else members
         local[i] = np.median(d[top]) if len(top) else np.nan
@@ -117,18 +117,18 @@ def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24) ->
         raise InputError("no particles below the columns: the datum or the crater's centre lies outside the cloud")
     edges = [0.0]
     while edges[-1] < reach and len(edges) <= MOST_RINGS:
-        here = np.interp(edges[-1], coarse[good] + smallest, local[good])
-        edges.append(edges[-1] + max(RING_PER_SPACING * here, reach / MOST_RINGS))
+        here = np.interp(edges[-1], bins[good] + smallest, local[good])
+        edges.append(edges[-1] + max(RING_PER_SPACING * coarse * here, reach / MOST_RINGS))
     edges = np.asarray(edges)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    spacing = np.interp(middle, coarse[good] + smallest, local[good])
+    spacing = np.interp(middle, bins[good] + smallest, local[good])
     around = datum.radius * np.sin(middle / datum.radius) if datum.is_sphere else middle
-    count = np.maximum(6, np.ceil(2.0 * np.pi * np.maximum(around, 0.0) / spacing)).astype(np.int64)
+    count = np.maximum(6, np.ceil(2.0 * np.pi * np.maximum(around, 0.0) / (coarse * spacing))).astype(np.int64)
     return Columns(edges, middle, spacing, count, sectors)
 
 
 @kernel(fastmath=True)
-def _splat(x, volume, spacing, sphere, radius, ring_s, start, count, t_lo, dt, colour, highest):
+def _splat(x, volume, spacing, sphere, radius, ring_s, start, count, place, t_lo, dt, colour, highest):
     """Add every particle's kernel to the columns within its support; keep the highest particle of each column."""
     rings, levels = len(ring_s), colour.shape[1]
     for j in range(len(x)):
@@ -149,18 +149,16 @@ def _splat(x, volume, spacing, sphere, radius, ring_s, start, count, t_lo, dt, c
             if k1 - k0 >= count[i]:
                 k0, k1 = 0, count[i] - 1
             for k in range(k0, k1 + 1):
-                a = (k + 0.5) * step
+                column = start[i] + k % count[i]
                 if sphere:
-                    psi = ring_s[i] / radius
-                    along = np.sin(psi) * (x[j, 0] * np.cos(a) + x[j, 1] * np.sin(a)) + np.cos(psi) * x[j, 2]
+                    along = place[column, 0] * x[j, 0] + place[column, 1] * x[j, 1] + place[column, 2] * x[j, 2]
                     lateral2 = r * r - along * along
                     t = along - radius
                 else:
-                    lateral2 = (x[j, 0] - ring_s[i] * np.cos(a)) ** 2 + (x[j, 1] - ring_s[i] * np.sin(a)) ** 2
+                    lateral2 = (x[j, 0] - place[column, 0]) ** 2 + (x[j, 1] - place[column, 1]) ** 2
                     t = x[j, 2]
                 if lateral2 >= h * h:
                     continue
-                column = start[i] + k % count[i]
                 if lateral2 < 0.3183 * spacing[j] ** 2 and t + 0.5 * spacing[j] > highest[column]:  # column of area spacing^2
                     highest[column] = t + 0.5 * spacing[j]
                 reach = np.sqrt(h * h - lateral2)
@@ -209,7 +207,7 @@ def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str =
     colour = np.zeros((int(columns.count.sum()), levels), dtype=np.float32)
     highest = np.full(len(colour), -np.inf)
     radius = datum.radius if datum.is_sphere else 1.0
-    rings = columns.distance, columns.start[:-1], columns.count
+    rings = columns.distance, columns.start[:-1], columns.count, _places(datum, columns)
     _splat(datum.local(near.position), near.volume, near.spacing, datum.is_sphere, radius, *rings, t_lo, dt, colour, highest)
     crossing = np.empty(len(colour))
     _crossing(colour, t_lo, dt, columns.spacing[columns.ring], crossing)
@@ -220,6 +218,15 @@ def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str =
     cell = column_heights(near, datum, columns, _filled(result.cells_of(crossing)))
     alpha = alpha_heights(near, datum, columns, t_hi) if methods == "four" and len(near) <= MOST_FOR_ALPHA else None
     return replace(result, cell=cell, alpha=alpha)
+
+
+def _places(datum: Datum, columns: Columns) -> np.ndarray:
+    """Canonical direction (sphere) or place (plane) of every column, shape (n, 3)."""
+    s, a = columns.distance[columns.ring], columns.azimuth
+    if datum.is_sphere:
+        psi = s / datum.radius
+        return np.column_stack([np.sin(psi) * np.cos(a), np.sin(psi) * np.sin(a), np.cos(psi)])
+    return np.column_stack([s * np.cos(a), s * np.sin(a), np.zeros(len(s))])
 
 
 def _window(distance: np.ndarray, height: np.ndarray, columns: Columns) -> tuple[float, float]:
