@@ -8,6 +8,7 @@ None for random). A particle depends on the seed and its index alone: particles 
 ``literal``    Winter 2017, section 2.2.2, read as its tables demand: shell 0.95-1 Hill radii, position fixed, velocity (eq. 12: 65 m/s
 radial,
                670 m/s orbital, 4534 m/s vertical, relative to Jupiter) redrawn until it points within 15 deg of Jupiter.
+``printed``    the same with eq. 6 as printed (cube corners): nothing reaches the moons in 1.4 years.
 ``corrected``  flux of heliocentric orbits, uniform in a, e < 0.1 and i < 10 deg with random angles, through Jupiter's Hill sphere.
 ``isotropic``  isotropic directions, one speed at infinity.
 a file         CSV with ``speed_at_infinity_km_s``, ``inclination_deg``, ``weight``: rows of a distribution of incoming asymptotes.
@@ -29,7 +30,7 @@ from nbody.system import start as place_bodies
 
 CHUNK = 8192
 YEAR = 365.25 * 86400.0
-POPULATIONS = ("literal", "corrected", "isotropic")
+POPULATIONS = ("literal", "printed", "corrected", "isotropic")
 
 SHELL = (0.95, 1.0)  # of the Hill radius; Winter 2017, eq. 6
 CONE = math.radians(15.0)
@@ -134,6 +135,15 @@ def _literal(system: System, start: Start, count: int, rng: np.random.Generator)
     return position, velocities_in_cone(aim, LITERAL_SPEEDS, CONE, rng) @ axes, np.ones(count)
 
 
+def _printed(system: System, start: Start, count: int, rng: np.random.Generator):
+    """Eq. 6 as printed: every coordinate is +-(0.95 ... 1) Hill radii, which puts particles at the corners of a cube, 1.65-1.73 Hill radii away."""
+    signs = rng.choice([-1.0, 1.0], (count, 3))
+    axes = triad(start)
+    place = signs * rng.uniform(*SHELL, (count, 3)) * system.start_radius
+    aim = -place / np.linalg.norm(place, axis=1)[:, None]
+    return place @ axes, velocities_in_cone(aim, LITERAL_SPEEDS, CONE, rng) @ axes, np.ones(count)
+
+
 def _heliocentric(distance: np.ndarray, latitude: np.ndarray, mu: float, rng: np.random.Generator):
     """Velocities (radial, orbital, vertical) and density weights of orbits uniform in a, e, i with random angles, at given places.
 
@@ -222,9 +232,7 @@ def read_asymptotes(path: Path) -> np.ndarray:
     """Rows (speed at infinity [m/s], inclination [rad], weight) of a population file; ``InputError`` says which row is wrong and why."""
     path = Path(path)
     if not path.is_file():
-        raise InputError(
-            f"unknown population {str(path)!r}: take one of {', '.join(POPULATIONS)} or a CSV file with columns {', '.join(COLUMNS)}"
-        )
+        raise InputError(f"unknown population {str(path)!r}: take one of {', '.join(POPULATIONS)} or a CSV file with columns {', '.join(COLUMNS)}")
     with path.open(newline="") as file:
         rows = csv.DictReader(line for line in file if not line.lstrip().startswith("#"))
         missing = [name for name in COLUMNS if name not in (rows.fieldnames or [])]
@@ -277,6 +285,8 @@ def population(name: str, mean_anomaly: float | str | None = None, speed: float 
     phase = own if mean_anomaly is None else None if mean_anomaly == "random" else float(mean_anomaly)
     if name == "literal":
         return Population(name, _literal, phase, 1.4 * YEAR, False, {"cone_deg": 15, "speeds_m_s": LITERAL_SPEEDS.tolist()})
+    if name == "printed":
+        return Population(name, _printed, LITERAL_MEAN_ANOMALY if phase is None else phase, 1.4 * YEAR, False, {"cone_deg": 15})
     if name == "corrected":
         return Population(name, _corrected, phase, 3.0 * YEAR, notes={"eccentricity_max": ECCENTRICITY, "inclination_max_deg": 10})
     if name == "isotropic":

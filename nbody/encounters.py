@@ -35,9 +35,7 @@ TABLE: dict[str, Column] = {
     "periapsis": Column((), "int8", "1", "1 if the particle has passed its smallest distance from Jupiter (r.v >= 0)"),
     "time": Column((), "float64", "s", "time since the start"),
     "speed": Column((), "float64", "m/s", "relative speed of particle and moon"),
-    "angle": Column(
-        (), "float64", "rad", "angle between -velocity and the position from the moon's centre; from the vertical for collisions"
-    ),
+    "angle": Column((), "float64", "rad", "angle between -velocity and the position from the moon's centre; from the vertical for collisions"),
     "distance": Column((), "float64", "m", "distance from the moon's centre"),
     "z": Column((), "float64", "m", "height of the particle above the orbital plane, which is the moon's equator"),
     "step": Column((), "float64", "s", "step size of the integration at the event"),
@@ -52,9 +50,7 @@ TABLE: dict[str, Column] = {
     "jovicentric_position": Column((3,), "float64", "m", "particle minus Jupiter"),
     "jovicentric_velocity": Column((3,), "float64", "m/s", "particle minus Jupiter"),
     "leading": Column((), "float64", "1", "cosine of the angle between the place on the moon and its direction of motion (+1 apex)"),
-    "longitude": Column(
-        (), "float64", "rad", "east longitude from the meridian that faces Jupiter, synchronous rotation; the apex is at -pi/2"
-    ),
+    "longitude": Column((), "float64", "rad", "east longitude from the meridian that faces Jupiter, synchronous rotation; the apex is at -pi/2"),
 }
 RAW = 17  # columns of the kernels' rows: see integrators/fast.py
 

@@ -155,9 +155,7 @@ def latitude_dependence(table: Table, moons: Sequence[Body], target: int, out: P
         mean, weight = tables.mean_angle(hit, inside), hit["weight"][inside]
         density = weight.sum() / hit["weight"].sum() / area if len(weight) else 0.0
         error = math.sqrt((weight**2).sum()) / hit["weight"].sum() / area if len(weight) else 0.0
-        rows.append(
-            [float(low), float(low + width), mean.value, mean.standard_error, float(np.degrees(angle)), density, error, part / area]
-        )
+        rows.append([float(low), float(low + width), mean.value, mean.standard_error, float(np.degrees(angle)), density, error, part / area])
     array = np.array(rows, float)
     middle = 0.5 * (array[:, 0] + array[:, 1])
     axes[0, 0].errorbar(middle, array[:, 2], array[:, 3], fmt="o", markersize=4, label="census")

@@ -102,9 +102,7 @@ def step(t, y, h, near, polynomial, interval, gm, ring, kx, kv, new):
             v1 += a * kv[j, 1]
             v2 += a * kv[j, 2]
         kx[s, 0], kx[s, 1], kx[s, 2] = y[3] + h * v0, y[4] + h * v1, y[5] + h * v2
-        kv[s, 0], kv[s, 1], kv[s, 2] = field(
-            t + C[s] * h, y[0] + h * x0, y[1] + h * x1, y[2] + h * x2, near, polynomial, interval, gm, ring
-        )
+        kv[s, 0], kv[s, 1], kv[s, 2] = field(t + C[s] * h, y[0] + h * x0, y[1] + h * x1, y[2] + h * x2, near, polynomial, interval, gm, ring)
     ex5, ex3, ev5, ev3 = 0.0, 0.0, 0.0, 0.0
     for d in range(3):
         x, v, x5, x3, v5, v3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -38,9 +38,7 @@ class Choice(NamedTuple):
 def check(rule: str) -> str:
     """The rule itself if it can be read; raises ``ValueError`` saying what is known."""
     if rule != "draw one" and not _RULE.fullmatch(rule):
-        raise ValueError(
-            f"unknown rule {rule!r}: write '<mean|maximum|minimum|quantile 0.9> of <retrograde|prograde|all> impacts' or 'draw one'"
-        )
+        raise ValueError(f"unknown rule {rule!r}: write '<mean|maximum|minimum|quantile 0.9> of <retrograde|prograde|all> impacts' or 'draw one'")
     return rule
 
 

@@ -35,9 +35,7 @@ def jacobi(system: System, x: np.ndarray, v: np.ndarray, sun: np.ndarray) -> np.
     return kinetic - system.planet.gm / np.linalg.norm(x, axis=1) - system.sun.gm * tide - rate * momentum
 
 
-def jacobi_drift(
-    system: System, population: Population, seed: int, count: int = 128, tolerance: float = fast.TOLERANCE
-) -> dict[str, float]:
+def jacobi_drift(system: System, population: Population, seed: int, count: int = 128, tolerance: float = fast.TOLERANCE) -> dict[str, float]:
     """Change of the Jacobi constant of ``count`` particles over their flights: median and maximum, over GM_p / a of the outermost moon."""
     simple = restricted(system)
     lot = conditions.lot(simple, population, seed, 0).part(0, count)

@@ -124,10 +124,7 @@ def _report(settings: Settings, tally: census.Tally, drift: dict, choice: rules.
         "steps_per_particle": tally.steps / max(tally.particles, 1),
         "flights": {name: int(n) for name, n in zip(names, tally.ends) if name},
         "events": {
-            moon.name: {
-                kind: int(((tally.table["moon"] == index) & (tally.table["event"] == number)).sum())
-                for number, kind in encounters.KINDS.items()
-            }
+            moon.name: {kind: int(((tally.table["moon"] == index) & (tally.table["event"] == number)).sum()) for number, kind in encounters.KINDS.items()}
             for index, moon in enumerate(jovian(settings.body).moons)
         },
         "massive_bodies": {"energy_relative_error": tally.energy_error, "angular_momentum_relative_error": tally.angular_momentum_error},

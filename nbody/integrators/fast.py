@@ -140,9 +140,7 @@ def first_entry(t, y, h, new, kv, last, polynomial, interval, gm, hill, orbit, c
 
 
 @law
-def within(
-    particle, moon, approached, rv_before, radius, hill, t, y, h, near, polynomial, interval, gm, ring, kx, kv, new, out, events, count
-):
+def within(particle, moon, approached, rv_before, radius, hill, t, y, h, near, polynomial, interval, gm, ring, kx, kv, new, out, events, count):
     """Events of one step inside the Hill sphere of ``moon``: closest approach, collision, exit.
 
     Returns (count, step length, passed, end): ``passed`` 1 after the closest approach, 2 after the exit (then the step ends there).
