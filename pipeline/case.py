@@ -211,9 +211,7 @@ def _tables(document: dict[str, Any]) -> list[Complaint]:
     return found
 
 
-def _payload(
-    model: type[BaseModel], table: dict[str, Any], shared: dict[str, Any], document: dict[str, Any]
-) -> tuple[dict[str, Any], dict[str, KeyPath]]:
+def _payload(model: type[BaseModel], table: dict[str, Any], shared: dict[str, Any], document: dict[str, Any]) -> tuple[dict[str, Any], dict[str, KeyPath]]:
     """A stage's own table with the shared tables that its settings declare, and where those stand in the document."""
     payload, moved = dict(table), dict[str, KeyPath]()
     for name in stages.SHARED_TABLES:
@@ -229,9 +227,7 @@ def _payload(
     return payload, moved
 
 
-def _checked(
-    model: type[Model], payload: Any, place: KeyPath, moved: dict[str, KeyPath] | None = None
-) -> tuple[Model | None, list[Complaint]]:
+def _checked(model: type[Model], payload: Any, place: KeyPath, moved: dict[str, KeyPath] | None = None) -> tuple[Model | None, list[Complaint]]:
     try:
         return model.model_validate(payload, context=UNITS), []
     except ValidationError as error:

@@ -185,7 +185,7 @@ def _impact_census(
     def action() -> int:
         from nbody import census
 
-        return census.main(target=target, population=population, integrator=integrator, count=count, seed=seed, out=out)
+        return _watched("census", lambda: census.census(target, population, integrator, count, seed, out))
 
     _guarded(action)
 
@@ -208,6 +208,21 @@ def _import_snapshot(
         return 0
 
     _guarded(action)
+
+
+def _watched(name: str, work: Callable[[], int]) -> int:
+    """Run something long with a progress line; SIGINT and SIGTERM let it save first."""
+    from matter import progress
+    from pipeline.journal import signals
+    from pipeline.screen import screen
+
+    display = screen()
+    progress.listen(lambda state: display.moves(name, state))
+    try:
+        with signals(display):
+            return work()
+    finally:
+        display.close()
 
 
 def _length(text: str | None) -> float | None:

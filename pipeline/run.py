@@ -65,9 +65,7 @@ def settings_of(request: Request) -> dict[str, Model]:
     if "nbody" in request.wanted:
         return compose(request.case, request.wanted)
     if not request.case.pinned and not _impact_file(request).is_file():
-        raise InputError(
-            f"{request.case.file} leaves speed and angle to the encounters, and there is no {_impact_file(request)}: run nbody first"
-        )
+        raise InputError(f"{request.case.file} leaves speed and angle to the encounters, and there is no {_impact_file(request)}: run nbody first")
     return _after_the_encounters(request)
 
 

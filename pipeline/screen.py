@@ -77,13 +77,13 @@ class BarScreen:
         """A stage begins: its bar appears."""
         self._clear()
         self.say(text)
-        self._task = self._bar.add_task(stage, total=1.0, left="--", note="")
-        self._bar.start()
+        self._open(stage)
 
     def moves(self, stage: str, state: Progress) -> None:
         """A stage reports where it is."""
-        if self._task is not None:
-            self._bar.update(self._task, completed=state.fraction, left=duration(state.eta_s), note=state.note, refresh=True)
+        if self._task is None:
+            self._open(stage)
+        self._bar.update(self._task, completed=state.fraction, left=duration(state.eta_s), note=state.note, refresh=True)
 
     def ends(self, stage: str, text: str) -> None:
         """A stage is done: its bar goes."""
@@ -93,6 +93,10 @@ class BarScreen:
     def close(self) -> None:
         """Leave the terminal as it was found."""
         self._clear()
+
+    def _open(self, stage: str) -> None:
+        self._task = self._bar.add_task(stage, total=1.0, left="--", note="")
+        self._bar.start()
 
     def _clear(self) -> None:
         if self._task is not None:

@@ -162,9 +162,7 @@ def test_the_used_case_is_a_case_with_the_same_settings(case_folder, tmp_path):
     before = cases.compose(first)
     used.write(tmp_path / "case.used.toml", first, before)
     after = composed(tmp_path / "case.used.toml")
-    assert {stage: folder.settings_text(item) for stage, item in after.items()} == {
-        stage: folder.settings_text(item) for stage, item in before.items()
-    }
+    assert {stage: folder.settings_text(item) for stage, item in after.items()} == {stage: folder.settings_text(item) for stage, item in before.items()}
     content = tomllib.loads((tmp_path / "case.used.toml").read_text())
     assert content["impact"]["speed"] == "18234.0 m/s"
     assert content["bed"]["radius"] == "1000.0 m"  # a default
@@ -172,9 +170,7 @@ def test_the_used_case_is_a_case_with_the_same_settings(case_folder, tmp_path):
 
 
 def test_lines_of_keys_are_found_in_unusual_files():
-    text = (
-        'a.b = 1\n[x]\ntext = """\n[y]\nz = 3\n"""\n"quoted key" = 2\n[[x.list]]\nq = 1\n[[x.list]]\nq = { r = 2 }\n[x.list.inner]\nw = 1\n'
-    )
+    text = 'a.b = 1\n[x]\ntext = """\n[y]\nz = 3\n"""\n"quoted key" = 2\n[[x.list]]\nq = 1\n[[x.list]]\nq = { r = 2 }\n[x.list.inner]\nw = 1\n'
     lines = toml_lines.key_lines(text)
     assert lines["a", "b"] == 1
     assert lines["x", "text"] == 3

@@ -136,3 +136,27 @@ def test_import_snapshot_reads_columns_with_units(tmp_path):
     }.items():
         done = command(*arguments)
         assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_terminal_gets_a_bar_and_a_pipe_gets_lines(case_folder, tmp_path):
+    pty = pytest.importorskip("pty")
+    fakes = Path(__file__).resolve().parent / "fake_rooms"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(fakes)]), "TERM": "xterm", "COLUMNS": "120"}
+    ours, theirs = pty.openpty()
+    command = [sys.executable, str(fakes / "drive.py"), str(case_folder), "--out", str(tmp_path / "runs")]
+    process = subprocess.Popen(command, stdout=theirs, stderr=subprocess.PIPE, env=environment)
+    os.close(theirs)
+    seen = b""
+    while True:
+        try:
+            part = os.read(ours, 65536)
+        except OSError:  # Linux: the other end was closed
+            break
+        if not part:
+            break
+        seen += part
+    os.close(ours)
+    assert process.wait(timeout=60) == 0, process.stderr.read()
+    text = seen.decode()
+    assert "100.0 %" in text and "step 60" in text and "\x1b[?25h" in text  # a moving bar, and the cursor is given back
+    assert "result: " in text.splitlines()[-1]
