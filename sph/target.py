@@ -45,9 +45,9 @@ def hydrostatic(target: Target, shells: int = 4000) -> Profile:
     Raises ``InputError`` when the balance does not converge (a body too massive for its materials).
     """
     outer = np.array(target.outer_radii)
-    edges = np.concatenate([np.linspace(0.0, outer[-1], shells + 1), outer])
-    edges = np.unique(edges)
-    edges = edges[np.concatenate([[True], np.diff(edges) > 1e-6 * outer[-1]])]
+    inner = np.concatenate([[0.0], outer[:-1]])
+    pieces = [np.linspace(a, b, max(10, round(shells * (b - a) / outer[-1])) + 1)[1:] for a, b in zip(inner, outer)]
+    edges = np.concatenate([[0.0], *pieces])
     middle = 0.5 * (edges[1:] + edges[:-1])
     layer = np.searchsorted(outer, middle)
     eos = [parameters(tillotson.Parameters, piece.material, "tillotson") for piece in target.layers]

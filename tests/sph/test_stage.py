@@ -1,0 +1,120 @@
+"""The stage as a whole, at a size of seconds: conservation, resume to the last bit, bad input."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from matter import checkpoint, progress, snapshot
+from matter.body import Impact, Layer, Projectile, Target
+from matter.errors import InputError, Stopped
+from sph import stage
+
+TARGET = Target(
+    layers=(
+        Layer(name="core", material="basalt", thickness=1842e3),
+        Layer(name="ocean", material="water", thickness=150e3),
+        Layer(name="shell", material="ice", thickness=150e3),
+    )
+)
+IMPACT = Impact(
+    speed=18234.0,
+    angle_from_vertical=math.radians(40),
+    projectile=Projectile(material="ice", radius=53.9e3),
+    expected_transient_diameter=980e3,
+)
+
+
+def settings(**changes):
+    values = dict(
+        target=TARGET, impact=IMPACT, spacing_at_impact=130e3, spacing_far=300e3, fine_radius=400e3, growth=0.15, contact_refinement=1.5,
+        relaxation_time=100.0, end_time=60.0, snapshot_interval=30.0, history_interval=10.0,
+    )  # fmt: skip
+    return stage.Settings(**(values | changes))
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    root = tmp_path_factory.mktemp("run")
+    out = root / "2_sph"
+    out.mkdir()
+    stage.run(settings(), root, out)
+    return out
+
+
+def test_conservation_and_outputs(finished):
+    report = json.loads((finished / "stage_report.json").read_text())
+    assert report["drift_over_projectile"]["energy_J"] < 0.02
+    assert report["drift_over_projectile"]["momentum_kg_m_s"] < 1e-10
+    assert report["drift_over_projectile"]["angular_momentum_kg_m2_s"] < 0.01
+    target = json.loads((finished / "target.json").read_text())
+    assert target["mass_kg"] == pytest.approx(8.4989e22, rel=1e-4)
+    assert sum(layer["mass_kg"] for layer in target["layers"]) == pytest.approx(target["mass_kg"], rel=1e-12)
+    last, first = snapshot.read(finished / "last.vtkhdf"), snapshot.read(snapshot.series(finished)[0])
+    assert len(snapshot.series(finished)) == 3
+    assert np.array_equal(last.identity, np.arange(len(last)))
+    assert first.attributes["time"] == 0.0 and last.attributes["time"] == 60.0
+    assert np.all(first.deviatoric_stress == 0) and np.all(first.damage == 0)
+    assert first.mass.sum() == last.mass.sum()
+    assert last.peak_pressure.max() > 1e10
+    assert last.damage.max() == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("stop_at", [60, 130])  # in the relaxation, in the impact
+def test_stopped_and_resumed_run_is_the_same_to_the_last_bit(finished, tmp_path, stop_at):
+    out = tmp_path / "2_sph"
+    out.mkdir()
+
+    def stopper(report):
+        if report.done > stop_at:
+            progress.request_stop()
+
+    progress.listen(stopper)
+    try:
+        with pytest.raises(Stopped):
+            for _ in range(2):
+                stage.run(settings(), tmp_path, out)
+    finally:
+        progress.silence()
+        progress.clear_stop()
+    assert checkpoint.newest(out) is not None
+    stage.run(settings(), tmp_path, out)
+    for name in ("last.vtkhdf", "snap_0001.vtkhdf"):
+        a, b = snapshot.read(finished / name), snapshot.read(out / name)
+        for field in a:
+            assert np.array_equal(a[field], b[field]), (name, field)
+    assert (finished / "history.csv").read_bytes() == (out / "history.csv").read_bytes()
+
+
+def test_control_run_has_no_projectile(tmp_path):
+    stage.run(settings(control=True, end_time=20.0, relaxation_time=20.0, snapshot_interval=20.0), tmp_path, tmp_path)
+    assert (snapshot.read(tmp_path / "last.vtkhdf").layer >= 0).all()
+
+
+def test_literal_start_is_uniform(tmp_path):
+    literal = TARGET.model_copy(update={"start": "literal"})
+    stage.run(settings(target=literal, end_time=1.0, snapshot_interval=1.0, history_interval=1.0), tmp_path, tmp_path)
+    first = snapshot.read(tmp_path / "snap_0000.vtkhdf")
+    assert set(np.unique(first.density[first.layer >= 0])) == {2700.0, 998.0, 917.0}
+    assert first.attributes["target_radius_m"] == pytest.approx(2142e3)
+
+
+def test_impact_file_is_read_and_complained_about(tmp_path):
+    (tmp_path / "1_nbody").mkdir()
+    path = tmp_path / "1_nbody" / "impact.toml"
+    path.write_text('speed = "10 km/s"\nangle_from_vertical = "30 deg"\n[projectile]\nmaterial = "ice"\nradius = "40 km"\n')
+    read = stage._read_impact(settings(), tmp_path)
+    assert read.speed == 10e3 and read.projectile.radius == 40e3
+    path.write_text('speed = "10 km"\nangle_from_vertical = "30 deg"\n')
+    with pytest.raises(InputError, match="speed"):
+        stage._read_impact(settings(), tmp_path)
+    path.write_text('angle_from_vertical = "30 deg"\n')
+    with pytest.raises(InputError, match="speed"):
+        stage._read_impact(settings(), tmp_path)
+
+
+def test_too_coarse_a_layer_is_named(tmp_path):
+    thin = Target(layers=(Layer(name="core", material="basalt", thickness=2000e3), Layer(name="crust", material="ice", thickness=1.0)))
+    with pytest.raises(InputError, match="crust"):
+        stage.run(settings(target=thin, spacing_at_impact=300e3, spacing_far=300e3, contact_refinement=1.0), tmp_path, tmp_path)
