@@ -68,9 +68,7 @@ def of(particles: Particles, what: str = "the snapshot") -> Cloud:
     finite = np.isfinite(position).all(axis=1)
     if not finite.all():
         first = int(np.flatnonzero(~finite)[0])
-        raise InputError(
-            f"{what} has {int((~finite).sum())} positions that are not finite, the first is particle {first}: {position[first]}"
-        )
+        raise InputError(f"{what} has {int((~finite).sum())} positions that are not finite, the first is particle {first}: {position[first]}")
     volume, low = _volumes(chosen, what)
     velocity = chosen.velocity if "velocity" in chosen else None
     return Cloud(position, volume, np.cbrt(volume), velocity, low)
@@ -78,7 +76,13 @@ def of(particles: Particles, what: str = "the snapshot") -> Cloud:
 
 def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
     low = np.zeros(len(particles), dtype=bool)
-    if "mass" in particles and "density" in particles and (particles.density > 0.0).all() and (particles.mass > 0.0).all():
+    if "mass" in particles and "density" in particles:
+        for name in ("mass", "density"):
+            bad = np.flatnonzero(~(np.isfinite(particles[name]) & (particles[name] > 0.0)))
+            if len(bad):
+                raise InputError(
+                    f"{what}: the {name} of {len(bad)} particles is not a positive number, the first is particle {bad[0]}: {particles[name][bad[0]]}"
+                )
         density = particles.density
         group = particles.material if "material" in particles else np.zeros(len(particles), dtype=int)
         usual = np.empty(len(particles))
@@ -96,7 +100,7 @@ def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
         volume = 4.0 / 3.0 * np.pi * np.maximum(distance[:, -1], 1e-300) ** 3 / 12.5
         volume[:] = np.minimum(volume, 2.0 * np.median(volume))  # at a surface half of the neighbours are missing
     if not (np.isfinite(volume).all() and (volume > 0.0).all()):
-        raise InputError(f"{what}: mass, density or radius of {int((~(volume > 0.0)).sum())} particles is not a positive number")
+        raise InputError(f"{what}: radius or smoothing length of {int((~(volume > 0.0)).sum())} particles is not a positive number")
     return volume, low
 
 
@@ -137,7 +141,5 @@ def supported(
     touching = border & (near & body[neighbour]).any(axis=1)
     result = body | touching
     if result.sum() < FEWEST:
-        raise InputError(
-            f"{what} holds no compact body: the largest connected group has {int(result.sum())} of {len(cloud)} particles, the rest is ejecta"
-        )
+        raise InputError(f"{what} holds no compact body: the largest connected group has {int(result.sum())} of {len(cloud)} particles, the rest is ejecta")
     return result

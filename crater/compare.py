@@ -151,9 +151,7 @@ def differences(craters: list[Crater]) -> list[dict[str, Any] | None]:
 
 
 def _table(craters: list[Crater]) -> str:
-    head = (
-        ["name"] + [c for n in SHOWN for c in (n, f"{n}_minus", f"{n}_plus")] + ["depth_over_diameter", "rms_m", "rms_over_depth", "source"]
-    )
+    head = ["name"] + [c for n in SHOWN for c in (n, f"{n}_minus", f"{n}_plus")] + ["depth_over_diameter", "rms_m", "rms_over_depth", "source"]
     lines = [",".join(head)]
     for crater, difference in zip(craters, differences(craters)):
         row = [_quoted(crater.name)]

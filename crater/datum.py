@@ -99,9 +99,7 @@ def sphere(radius: float, centre=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), source: 
     """A spherical datum whose crater lies in the direction ``axis`` from its ``centre``."""
     if not radius > 0.0:
         raise InputError(f"the radius of the datum sphere must be positive, got {radius}")
-    return Datum(
-        "sphere", float(radius), tuple(float(c) for c in centre), _axes(np.asarray(axis, float), np.array([1.0, 0, 0])), 0.0, source
-    )
+    return Datum("sphere", float(radius), tuple(float(c) for c in centre), _axes(np.asarray(axis, float), np.array([1.0, 0, 0])), 0.0, source)
 
 
 def plane(level: float = 0.0, origin=(0.0, 0.0), normal=(0.0, 0.0, 1.0), source: str = "given") -> Datum:

@@ -18,6 +18,8 @@ from matter.particles import Particles
 
 FAR = 3.0
 """The far field begins at three crater radii."""
+HOLLOW = 0.35
+"""Depth in spacings below which smoothed ground is no hollow."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ def look(scene: Scene, datum: Datum, sectors: int, methods: str = "two", coarse:
 
 
 def depression(ground: Relief, within: float = np.inf) -> tuple[float, float, float]:
-    """Shift (along x', y') from the axis to the middle of the deepest hollow, and its radius, all [m]; radius 0 where there is none.
+    """Shift (along x', y') from the axis to the middle of the deepest hollow (in local spacings), and its radius, all [m]; radius 0 where there is none.
 
     The hollow is what lies below half of the deepest smoothed height, taken about its centroid; it is looked for ``within`` [m] of the axis.
     """
@@ -91,16 +93,17 @@ def depression(ground: Relief, within: float = np.inf) -> tuple[float, float, fl
     good = np.isfinite(h)
     area = (np.diff(columns.edges)[ring] * np.maximum(s, 1.0) / columns.count[ring])[good]
     x, y, h = (s * np.cos(azimuth))[good], (s * np.sin(azimuth))[good], h[good]
-    smooth = _smooth(x, y, h, columns.spacing[ring][good])
+    smooth = _smooth(x, y, h)
     noise = 1.4826 * float(np.median(np.abs(smooth - np.median(smooth))))
     seen = np.hypot(x, y) <= within
     if not seen.any():
         return 0.0, 0.0, 0.0
-    deepest = float(smooth[seen].min())
-    if deepest > -max(3.0 * noise, 0.25 * float(columns.spacing.min())):
+    spacing = columns.spacing[ring][good]
+    seed = int(np.argmin(np.where(seen, smooth / spacing, np.inf)))
+    deepest = float(smooth[seed])
+    if deepest > -max(4.0 * noise, HOLLOW * float(spacing[seed])):
         return 0.0, 0.0, 0.0
     hollow = smooth < 0.5 * deepest
-    seed = int(np.argmin(np.where(seen, smooth, np.inf)))
     cx, cy = x[seed], y[seed]
     for _ in range(10):
         # grow from the deepest point only, so that a second hollow elsewhere does not pull
@@ -113,7 +116,7 @@ def depression(ground: Relief, within: float = np.inf) -> tuple[float, float, fl
     return cx, cy, 1.4 * radius
 
 
-def _smooth(x: np.ndarray, y: np.ndarray, h: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+def _smooth(x: np.ndarray, y: np.ndarray, h: np.ndarray) -> np.ndarray:
     tree = cKDTree(np.column_stack([x, y]))
     count = min(9, len(x))
     _, near = tree.query(np.column_stack([x, y]), k=count)
@@ -138,9 +141,7 @@ def refit(ground: Relief, datum: Datum, radius: float, centre=None, fixed_radius
     """The datum fitted to the far field of a relief; its axis keeps passing through the crater."""
     far, _ = far_field(ground, radius)
     if far.sum() < 2:
-        raise InputError(
-            f"the cloud ends at {ground.columns.edges[-1] / max(radius, 1e-300):.1f} crater radii: no far field to fit a datum to (give it)"
-        )
+        raise InputError(f"the cloud ends at {ground.columns.edges[-1] / max(radius, 1e-300):.1f} crater radii: no far field to fit a datum to (give it)")
     columns = ground.columns
     cells = ground.cell[far]
     azimuth = (np.arange(columns.sectors) + 0.5) * 2.0 * np.pi / columns.sectors

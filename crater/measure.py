@@ -123,9 +123,7 @@ def measure(
     return measure_scene(scene, refit, seed, sectors)
 
 
-def measure_scene(
-    scene: locate.Scene, refit: Refit | None = None, seed: int = 1, sectors: int = 24, turns: int = 8, methods: str = "four"
-) -> Measures:
+def measure_scene(scene: locate.Scene, refit: Refit | None = None, seed: int = 1, sectors: int = 24, turns: int = 8, methods: str = "four") -> Measures:
     """Measure a prepared scene: centre and datum are iterated until neither moves, then the profile is read off.
 
     ``methods`` of the last look as in ``surface.measure_heights``.

@@ -52,9 +52,7 @@ def load(name: str) -> Observation:
             values[key] = (parts[0], parts[1], parts[2])
     except (KeyError, ValueError) as reason:
         raise InputError(f"{path.name}: measure {key!r} needs value, minus and plus with units ({reason})") from None
-    return Observation(
-        name, content["title"], content.get("kind", "final"), values, _profile(content), content["source"], content.get("note", "")
-    )
+    return Observation(name, content["title"], content.get("kind", "final"), values, _profile(content), content["source"], content.get("note", ""))
 
 
 def _profile(content: dict) -> Profile | None:

@@ -59,9 +59,7 @@ def _profile_line(axis, profile: Profile, scale: float, colour: str, label: str)
     axis.plot(profile.radius[known] * scale, profile.height[known] * scale, color=colour, linewidth=1.8, label=label)
     band = np.isfinite(profile.p16) & np.isfinite(profile.p84)
     if band.any():
-        axis.fill_between(
-            profile.radius[band] * scale, profile.p16[band] * scale, profile.p84[band] * scale, color=colour, alpha=0.15, linewidth=0
-        )
+        axis.fill_between(profile.radius[band] * scale, profile.p16[band] * scale, profile.p84[band] * scale, color=colour, alpha=0.15, linewidth=0)
 
 
 def draw_all(found: Findings, out: Path) -> None:
@@ -144,9 +142,7 @@ def draw_profiles(found: Findings, path: Path) -> None:
     axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
     axis.legend(frameon=False, fontsize=8, loc="lower right")
     if found.late_sph is not None and found.final is not None and found.final is not found.late_sph:
-        axis.set_title(
-            "The two late stages differ in method and in rheology: continuum with yield strength / grains with friction", fontsize=9
-        )
+        axis.set_title("The two late stages differ in method and in rheology: continuum with yield strength / grains with friction", fontsize=9)
     _grid(axis)
     save(fig, path)
 
@@ -165,9 +161,7 @@ def _published_box(axis, found: Findings, scale: float) -> None:
         low, high = row["minus"] * scale, row["plus"] * scale
         if "diameter" in row["name"]:
             r = 0.5 * row["value"] * scale
-            axis.errorbar(
-                [r], [0.0], xerr=[[0.5 * low], [0.5 * high]], fmt="s", color="black", markersize=4, capsize=3, label="published transient"
-            )
+            axis.errorbar([r], [0.0], xerr=[[0.5 * low], [0.5 * high]], fmt="s", color="black", markersize=4, capsize=3, label="published transient")
         elif row["name"].endswith("depth_m"):
             axis.errorbar([0.0], [-row["value"] * scale], yerr=[[low], [high]], fmt="s", color="black", markersize=4, capsize=3)
 
@@ -234,9 +228,7 @@ def draw_heightmap(measures: Measures, path: Path) -> None:
     fig.colorbar(drawn, ax=axis, shrink=0.75, label=f"height above the datum [{unit}]")
     if apparent:
         angle = np.linspace(0.0, 2.0 * np.pi, 200)
-        axis.plot(
-            0.5 * apparent * scale * np.cos(angle), 0.5 * apparent * scale * np.sin(angle), color="black", linewidth=0.8, linestyle="--"
-        )
+        axis.plot(0.5 * apparent * scale * np.cos(angle), 0.5 * apparent * scale * np.sin(angle), color="black", linewidth=0.8, linestyle="--")
     axis.set(xlabel=f"x, downrange [{unit}]", ylabel=f"y [{unit}]")
     save(fig, path)
 
@@ -274,14 +266,8 @@ def draw_cross_sections(found: Findings, path: Path) -> None:
 
 def _colours(particles: Particles) -> np.ndarray:
     names = list(particles.attributes.get("materials", []))
-    palette = np.array(
-        [MATERIAL_COLOURS.get(name.split("_")[0], INK[k % len(INK)]) for k, name in enumerate(names)] or ["#999999"], dtype=object
-    )
-    colours = (
-        palette[np.clip(particles.material, 0, len(palette) - 1)]
-        if "material" in particles
-        else np.full(len(particles), "#999999", dtype=object)
-    )
+    palette = np.array([MATERIAL_COLOURS.get(name.split("_")[0], INK[k % len(INK)]) for k, name in enumerate(names)] or ["#999999"], dtype=object)
+    colours = palette[np.clip(particles.material, 0, len(palette) - 1)] if "material" in particles else np.full(len(particles), "#999999", dtype=object)
     if "layer" in particles:
         colours = colours.copy()
         colours[particles.layer < 0] = PROJECTILE_COLOUR

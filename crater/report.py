@@ -120,8 +120,7 @@ def _summary(found: Findings) -> str:
         if moment is not None and moment.measures is not None:
             m = moment.measures
             lines.append(
-                f"First maximum of {key} at {moment.time / 60:.1f} min: apparent diameter {shown(m['diameter_apparent_m'])}, "
-                f"depth {shown(m['depth_m'])}."
+                f"First maximum of {key} at {moment.time / 60:.1f} min: apparent diameter {shown(m['diameter_apparent_m'])}, depth {shown(m['depth_m'])}."
             )
     if found.growing:
         lines.append(f"Still growing in the last snapshot: {', '.join(found.growing)}.")
@@ -220,11 +219,7 @@ def _ledger(path: Path) -> str:
 
 
 def _number(value: Any) -> str:
-    return (
-        f"{value:.4g}"
-        if isinstance(value, (int, float)) and not isinstance(value, bool)
-        else ("" if value is None else html.escape(str(value)))
-    )
+    return f"{value:.4g}" if isinstance(value, (int, float)) and not isinstance(value, bool) else ("" if value is None else html.escape(str(value)))
 
 
 def _conservation(path: Path) -> str:
@@ -253,9 +248,7 @@ def _conservation(path: Path) -> str:
     limits: dict[str, int] = {}
     for row in rows:
         limits[row["dt_limit"]] = limits.get(row["dt_limit"], 0) + 1
-    lines.append(
-        ("what limited the step (rows of the history)", ", ".join(f"{k} {v}" for k, v in sorted(limits.items(), key=lambda i: -i[1])[:4]))
-    )
+    lines.append(("what limited the step (rows of the history)", ", ".join(f"{k} {v}" for k, v in sorted(limits.items(), key=lambda i: -i[1])[:4])))
     body = "".join(f"<tr><td>{word}</td><td>{html.escape(value)}</td></tr>" for word, value in lines)
     return f"<h2>Conservation in the shock stage</h2><table>{body}</table>"
 

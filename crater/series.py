@@ -46,7 +46,7 @@ def follow(
     seed: int,
     reach: float | None = None,
     heard=None,
-    methods: str = "three",
+    methods: str = "two",
     within: float = np.inf,
 ) -> list[Moment]:
     """Measure every snapshot of a stage against the same datum and the same undisturbed target."""
@@ -72,10 +72,7 @@ def write_csv(moments: list[Moment], path: Path) -> None:
         row = [moment.stage, f"{moment.time:.3f}"]
         for name in NAMES:
             quantity = moment.measures[name] if moment.measures else None
-            row += [
-                "" if quantity is None or quantity.value is None else f"{x:.6g}"
-                for x in ((quantity.value, quantity.sigma) if quantity else (None, None))
-            ]
+            row += ["" if quantity is None or quantity.value is None else f"{x:.6g}" for x in ((quantity.value, quantity.sigma) if quantity else (None, None))]
         level = moment.measures.notes.get("far_field_level_m", "") if moment.measures else ""
         row += [f"{level:.6g}" if level != "" else "", moment.reason.replace(",", ";").replace("\n", " ")]
         lines.append(",".join(row))
@@ -125,8 +122,6 @@ def transient(moments: list[Moment]) -> tuple[dict[str, Moment], list[str]]:
     return found, growing
 
 
-def again(
-    moment: Moment, datum: Datum, before: Undisturbed | None, gravity: float, rise_limit: float, seed: int, reach: float, within: float
-) -> Moment:
+def again(moment: Moment, datum: Datum, before: Undisturbed | None, gravity: float, rise_limit: float, seed: int, reach: float, within: float) -> Moment:
     """The same moment measured by all four methods."""
     return follow([moment.path], moment.stage, datum, before, gravity, rise_limit, seed, reach, methods="four", within=within)[0]

@@ -91,6 +91,7 @@ class CrestFinder:
     reject: np.ndarray
     low: float
     high: float
+    scale: float
 
     def find(self, h: np.ndarray) -> tuple[float, float]:
         """Distance and height of the crest [m], of the true profile: the best fit that has a crest inside the window; else NaN."""
@@ -111,17 +112,18 @@ class CrestFinder:
             if bend < 0.0 and side * slope > 0.0:
                 vertex = -slope / (2.0 * bend)
                 if c - slope**2 / (4.0 * bend) > best[1]:
-                    best = (knot + vertex, c - slope**2 / (4.0 * bend))
+                    best = (knot + self.scale * vertex, c - slope**2 / (4.0 * bend))
         return best
 
 
-def _two_parabolas(knot: float):
+def _two_parabolas(knot: float, scale: float):
+    """Constant, and inner and outer powers of the distance to the knot in units of ``scale`` [m] (so that the fit is well conditioned)."""
     return (
         lambda s: np.ones_like(s),
-        lambda s: np.minimum(s - knot, 0.0),
-        lambda s: np.minimum(s - knot, 0.0) ** 2,
-        lambda s: np.maximum(s - knot, 0.0),
-        lambda s: np.maximum(s - knot, 0.0) ** 2,
+        lambda s: np.minimum((s - knot) / scale, 0.0),
+        lambda s: np.minimum((s - knot) / scale, 0.0) ** 2,
+        lambda s: np.maximum((s - knot) / scale, 0.0),
+        lambda s: np.maximum((s - knot) / scale, 0.0) ** 2,
     )
 
 
@@ -147,14 +149,14 @@ def make_crest_finder(ruler: Ruler, mean: np.ndarray, apparent: float, depth: fl
     knots = knots[(knots > s[1]) & (knots < s[-4])]
     solve, reject = [], []
     for knot in knots:
-        basis = np.column_stack([smoothing.smooth(part, s, ruler.d[use]) for part in _two_parabolas(knot)])
+        basis = np.column_stack([smoothing.smooth(part, s, ruler.d[use]) for part in _two_parabolas(knot, d)])
         inverse = np.linalg.pinv(basis * w[:, None], rcond=1e-9) * w[None, :]
         solve.append(inverse)
         reject.append(w[:, None] * (np.eye(len(s)) - basis @ inverse))
     if not solve:
         return None
     low = max(apparent, first - 2.0 * d)
-    return CrestFinder(use, knots, np.array(solve), np.array(reject), low, first + 2.0 * d)
+    return CrestFinder(use, knots, np.array(solve), np.array(reject), low, first + 2.0 * d, d)
 
 
 def volume_below(ruler: Ruler, datum: Datum, h: np.ndarray, radius: float) -> float:

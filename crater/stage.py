@@ -109,9 +109,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     shots = snapshot.series(found.inputs / "2_sph")[:: settings.every]
     grains = found.inputs / "5_dem" / f"last{snapshot.SUFFIX}"
     if not shots and not grains.is_file():
-        raise InputError(
-            f"nothing to measure: {found.inputs} holds neither 2_sph/snap_0000{snapshot.SUFFIX} nor 5_dem/last{snapshot.SUFFIX}"
-        )
+        raise InputError(f"nothing to measure: {found.inputs} holds neither 2_sph/snap_0000{snapshot.SUFFIX} nor 5_dem/last{snapshot.SUFFIX}")
     settled = snapshot.series(found.inputs / "5_dem")
     progress = Progress("crater", total=float(len(shots) + len(settled) + 4))
     heard = iter(range(1, len(shots) + len(settled) + 2))

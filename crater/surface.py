@@ -101,9 +101,7 @@ def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24, co
     """
     distance, _, height = datum.polar(cloud.position)
     d = cloud.spacing
-    smallest = (
-        float(np.quantile(d[distance < max(0.3 * reach, 4.0 * np.quantile(d, 0.05))], 0.1)) if (distance < 0.3 * reach).any() else 0.0
-    )
+    smallest = float(np.quantile(d[distance < max(0.3 * reach, 4.0 * np.quantile(d, 0.05))], 0.1)) if (distance < 0.3 * reach).any() else 0.0
     smallest = smallest or float(np.quantile(d, 0.05))
     bins = np.arange(0.0, reach + 2.0 * smallest, 2.0 * smallest)
     which = np.digitize(distance, bins) - 1

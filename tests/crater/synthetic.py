@@ -158,3 +158,25 @@ def as_fields(position, spacing, density=1000.0):
     n = len(position)
     spacing = np.broadcast_to(spacing, n)
     return {"position": position, "mass": density * spacing**3, "density": np.full(n, density)}
+
+
+def graded_cloud_on_sphere(shape, spacing, rng, growth=1.0, reach=None, below=None):
+    """A regular cloud whose spacing grows away from the pole: a lattice about the pole, stretched as q -> q (1 + growth q^2 / reach^2).
+
+    Returns positions and local spacing = (volume per particle)^(1/3) = spacing (f' f^2 / q^2)^(1/3), exact for the stretch.
+    """
+    R = shape.R
+    reach = reach or 1.3 * shape.reach / (1 + growth)
+    below = below or (shape.depth + 4 * spacing)
+    q_most = reach
+    box = _hexagonal(spacing, -q_most * np.ones(3), q_most * np.ones(3)) @ _rotation(rng).T
+    q = np.linalg.norm(box, axis=1)
+    box, q = box[q < q_most], q[q < q_most]
+    stretch = 1 + growth * (q / reach) ** 2
+    slope = 1 + 3 * growth * (q / reach) ** 2
+    p = box * stretch[:, None] + np.array([0.0, 0.0, R])
+    size = spacing * np.cbrt(slope * stretch**2)
+    r = np.linalg.norm(p, axis=1)
+    s = R * np.arctan2(np.hypot(p[:, 0], p[:, 1]), p[:, 2])
+    keep = (s < shape.reach) & (r - R < shape.h(s)) & (r > R - below - 3 * size)
+    return p[keep], size[keep]
