@@ -41,6 +41,7 @@ class Assembly:
     walls : boundaries, at rest.
     gravity : uniform or central field.
     dt : time step [s]; None takes the shortest contact time / ``contact.steps_per_contact``.
+    overlap_limit : instead of ``contact.overlap_stop`` (a packing starts with any overlap).
     threads : chunks of the half list, one per thread; results are bitwise repeatable at one number.
     """
 
@@ -53,6 +54,7 @@ class Assembly:
         dt: float | None = None,
         threads: int = 1,
         skin: float = 0.2,
+        overlap_limit: float | None = None,
     ):
         grains.need("identity", "position", "velocity", "angular_velocity", "mass", "radius", "material", "species", "stiffness")
         _check(grains)
@@ -81,7 +83,7 @@ class Assembly:
         self.skin = skin * self.mean_radius
         self.steps, self.builds, self.since_build = 0, 0, 0
         self.start_time = float(grains.attributes.get("time", 0.0))
-        self.overlap_limit = contact.overlap_stop
+        self.overlap_limit = contact.overlap_stop if overlap_limit is None else overlap_limit
         # sums over the run: dissipated in contacts, excess taken from returned grains, dissipated by drag and at walls, impulse (6)
         self.report = np.zeros(10)
         self.booked = np.zeros(9)  # of grains that left: count, mass, momentum, angular momentum, energy
@@ -181,9 +183,7 @@ class Assembly:
 
     def _drift(self, c: int) -> float:
         lo, hi = self._moving_ends[c], self._moving_ends[c + 1]
-        return integrator.drift(
-            lo, hi, self.active, self.X, self.V, self.W, self.A, self.E, self.reference, self.dt, self._kick_report[c]
-        )
+        return integrator.drift(lo, hi, self.active, self.X, self.V, self.W, self.A, self.E, self.reference, self.dt, self._kick_report[c])
 
     def _pairs(self, c: int, dt: float, over_speed: float) -> None:
         self._last[c] = forces.pair_forces(

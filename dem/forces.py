@@ -108,9 +108,7 @@ def contact(nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, k
                 ax, ay, az = turned(h[3], h[4], h[5], nx, ny, nz, turn)
                 kr = k * arm * arm
                 before = 0.5 * kr * (ax * ax + ay * ay + az * az)
-                mx, my, mz, ax, ay, az = _rolling(
-                    ax + rx * span, ay + ry * span, az + rz * span, rx, ry, rz, kr, damping * arm * arm, table[4] * arm * load
-                )
+                mx, my, mz, ax, ay, az = _rolling(ax + rx * span, ay + ry * span, az + rz * span, rx, ry, rz, kr, damping * arm * arm, table[4] * arm * load)
                 h[3] = ax
                 h[4] = ay
                 h[5] = az

@@ -104,7 +104,7 @@ def kick(
                 uz = -vz - d * (wx * ny - wy * nx)
                 un = ux * nx + uy * ny + uz * nz
                 wn = wx * nx + wy * ny + wz * nz
-                fn, fx, fy, fz, mx, my, mz, stored, spent, beyond = contact(
+                fn, fx, fy, fz, mx, my, mz, stored, spent, _ = contact(
                     nx, ny, nz, radius - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn,
                     stiffness, m, radius, wall_tables[w, kind[i]], wall_history[i, w], dt, rule, tail, 0.0,
                 )  # fmt: skip

@@ -1,0 +1,94 @@
+"""What a bed is like: packing fraction, bulk density, stress against weight, coordination, against distance from the centre."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from dem.assembly import Assembly
+from dem.domain import Domain
+
+
+class Shells:
+    """Equidistant concentric shells, fine against the grains, and the volume of every grain that falls into each.
+
+    The part of a sphere beyond a shell boundary is that beyond the tangent plane (grains are small against the body).
+    """
+
+    def __init__(self, position: np.ndarray, radius: np.ndarray, domain: Domain, width: float, top: float):
+        count = max(8, round((top - domain.core_radius) / width))
+        self.edges = np.linspace(domain.core_radius, top, count + 1)
+        self.middle = 0.5 * (self.edges[1:] + self.edges[:-1])
+        self.volume = domain.solid_angle * np.diff(self.edges**3) / 3.0
+        height = (self.edges[None, :] - np.linalg.norm(position, axis=1)[:, None]) / radius[:, None]
+        np.clip(height, -1.0, 1.0, out=height)
+        below = np.pi / 3.0 * radius[:, None] ** 3 * (2.0 + 3.0 * height - height**3)
+        self.share = sparse.csr_matrix(np.diff(below, axis=1))  # (grains, shells) volume [m^3]
+
+    def smooth(self, quantity: np.ndarray, window: float) -> np.ndarray:
+        """Volume average of a per-volume sum in windows of full width ``window`` about each shell, cut at the ends."""
+        inside = np.abs(self.middle[:, None] - self.middle[None, :]) <= 0.5 * window
+        return (inside @ quantity) / (inside @ self.volume)
+
+
+def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Static contacts: indices of both grains, force on the second (m, 3), branch vector (m, 3), overlap over the smaller radius."""
+    first, second, history = bed._touching()
+    branch = bed.X[second, :3] - bed.X[first, :3]
+    d = np.linalg.norm(branch, axis=1)
+    r1, r2 = bed.X[first, 3], bed.X[second, 3]
+    k = np.minimum(bed.V[first, 7], bed.V[second, 7])
+    overlap = r1 + r2 - d
+    ratio = bed.pair_table[bed.kind[first], bed.kind[second], 6]
+    force = (k * overlap / d)[:, None] * branch - (k * ratio)[:, None] * history[:, :3]
+    return first, second, force, branch, overlap / np.minimum(r1, r2)
+
+
+def radial_stress(bed: Assembly, shells: Shells, window: float) -> tuple[np.ndarray, np.ndarray]:
+    """Radial and mean tangential normal stress [Pa], positive in compression, smoothed over ``window``.
+
+    sigma = (1/V) sum f x b over contacts (Christoffersen et al. 1981), each spread over the shells that its branch crosses.
+    """
+    first, second, force, branch, _ = contact_forces(bed)
+    up = bed.X[first, :3] + 0.5 * branch
+    up /= np.linalg.norm(up, axis=1)[:, None]
+    rr = np.einsum("ij,ij->i", force, up) * np.einsum("ij,ij->i", branch, up)
+    tt = 0.5 * (np.einsum("ij,ij->i", force, branch) - rr)
+    ends = np.sort(np.linalg.norm(np.stack([bed.X[first, :3], bed.X[second, :3]]), axis=2), axis=0)
+    span = np.maximum(ends[1] - ends[0], 1e-6 * bed.mean_radius)
+    below = np.clip((shells.edges[None, :] - ends[0][:, None]) / span[:, None], 0.0, 1.0)
+    part = np.diff(below, axis=1)
+    return shells.smooth(part.T @ rr, window), shells.smooth(part.T @ tt, window)
+
+
+def coordination(bed: Assembly, which: np.ndarray) -> tuple[float, float]:
+    """Mean contacts per grain among ``which`` (mask), rattlers included, and the share of rattlers (fewer than two contacts)."""
+    first, second, _, _, _ = contact_forces(bed)
+    count = np.bincount(first, minlength=len(bed.X)) + np.bincount(second, minlength=len(bed.X))
+    count += (bed.wall_history[:, : len(bed.walls), 7] != 0.0).sum(axis=1)
+    return float(count[which].mean()), float((count[which] < 2).mean())
+
+
+def floor_force(bed: Assembly) -> float:
+    """Normal force on wall 0, the core [N]."""
+    d = np.linalg.norm(bed.X[:, :3], axis=1) - bed.walls[0, 7]
+    return float(np.sum(bed.V[:, 7] * np.maximum(bed.X[:, 3] - d, 0.0)))
+
+
+def residual(bed: Assembly, g: float) -> dict[str, float]:
+    """Rms and largest speed of the grains below the datum, and rms of the headroom, over sqrt(g r)."""
+    speed = np.linalg.norm(bed.W[:, :3], axis=1)
+    unit = float(np.sqrt(g * bed.mean_radius))
+    below = bed.headroom == 0
+    head = float(np.sqrt(np.mean(speed[~below] ** 2)) / unit) if (~below).any() else 0.0
+    return {"rms": float(np.sqrt(np.mean(speed[below] ** 2)) / unit), "max": float(speed[below].max() / unit), "headroom_rms": head, "unit_m_s": unit}
+
+
+def overlaps(bed: Assembly) -> dict[str, Any]:
+    """Percentiles of the overlap over the smaller radius."""
+    x = contact_forces(bed)[4]
+    if len(x) == 0:
+        return {"contacts": 0, "mean": 0.0, "p99": 0.0, "max": 0.0}
+    return {"contacts": len(x), "mean": float(x.mean()), "p99": float(np.percentile(x, 99)), "max": float(x.max())}

@@ -1,0 +1,241 @@
+"""Stage 3, the bed: a settled random packing of grains that stands for the outer layers of the body without projectile.
+
+Random points in the domain are relaxed to a close packing (frictionless, no gravity), loaded with the body's own gravity, and the grains above
+the datum (the *headroom*, from which a crater's rim can later be carved) are made weightless again, so that taking them away leaves the stress of
+the bed as it is. Then friction is switched on, masses are set from the measured packing fraction so that the bulk density is that of
+the body, and the bed comes to rest. A settled bed is kept in ``<run folder>/../beds/<hash>`` and shared by every run that asks for the same one.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import math
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from dem import bed_measures, packing, settling
+from dem.assembly import Assembly
+from dem.contact_settings import SPECIES, Contact
+from dem.domain import Domain
+from dem.layered_body import LayeredBody
+from matter import archive, checkpoint, jit, snapshot
+from matter.body import Impact, Model, Target
+from matter.errors import InputError, Unsound
+from matter.quantity import PositiveLength
+
+_VERSION = 1
+"""Part of the key of a kept bed: raise it when the physics of settling changes."""
+
+STEPS = 3600
+"""Steps to settle a bed, from random points to rest (measured at 20,000 grains, see docs/results)."""
+GRAIN_STEPS_PER_S = 3.0e6
+"""Grain steps per second of one core while settling, lists and measures included (measured on an AVX-512 core at 20,000 grains)."""
+
+
+class Settings(Model):
+    """Settings of the bed."""
+
+    target: Target
+    impact: Impact
+    contact: Contact = Contact()
+    count: Annotated[int, Field(ge=200, le=20_000_000)] = 20_000
+    """Grains in the bed and its headroom together."""
+    arc_radius: PositiveLength = 1.5e6
+    """Radius of the bed along the datum; the cone's half angle is this over the body's radius."""
+    depth: PositiveLength | None = None
+    """Depth of the bed below the datum; None: down to the outer surface of the innermost layer (the core)."""
+    headroom_fraction: Annotated[float, Field(ge=0.0, le=1.0)] = 0.15
+    """Height of the headroom above the datum, over ``impact.expected_transient_diameter``."""
+    radius_spread: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.15
+    """Grain radii are uniform within +- this fraction of their mean."""
+    damped_layers: Annotated[float, Field(ge=0.0, le=50.0)] = 3.0
+    """Width of the damped layer along the cone, in mean grain diameters."""
+    residual_speed: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-3
+    """Largest rms speed of the settled bed over sqrt(g r)."""
+    seed: int = 1
+    """Seed of radii and first positions."""
+    share: bool = True
+    """Keep the settled bed in ``<run folder>/../beds`` and take it from there."""
+
+
+def domain_of(settings: Settings, body: LayeredBody) -> Domain:
+    """The domain that the settings ask for; ``InputError`` when the body cannot hold it."""
+    if settings.depth is not None:
+        core = body.radius - settings.depth
+        if core <= 0.0:
+            raise InputError(f"[bed] depth = {settings.depth:.6g} m reaches the body's centre (radius {body.radius:.6g} m)")
+    elif len(body.outer) < 2:
+        raise InputError("[bed] depth is needed: the target has one layer only, so there is no core whose surface could be the floor")
+    else:
+        core = float(body.outer[0])
+    angle = settings.arc_radius / body.radius
+    if angle >= 0.5 * math.pi:
+        limit = 0.5 * math.pi * body.radius
+        raise InputError(f"[bed] arc_radius = {settings.arc_radius:.6g} m must be below a quarter of the circumference, {limit:.6g} m")
+    top = body.radius + settings.headroom_fraction * settings.impact.expected_transient_diameter
+    floor_layer = int(body.layer_of(np.array([core]))[0])
+    species = settings.contact.species_of(body.materials[floor_layer])
+    return Domain(core, body.radius, top, angle, 0.0, 0.0, species)
+
+
+def _damped(domain: Domain, settings: Settings, mean_radius: float, wave_speed: float) -> Domain:
+    """The domain with its damped layer: an outgoing wave is down to 5 % when it has come back from the cone."""
+    width = settings.damped_layers * 2.0 * mean_radius
+    rate = 4.5 * wave_speed / width if width > 0.0 else 0.0
+    return Domain(**{**domain.__dict__, "damped_width": width, "damping_rate": rate})
+
+
+def predict(settings: Settings) -> dict[str, float]:
+    """Wall time with warm kernels [s], memory and disk [bytes]; a kept bed costs nothing."""
+    n = settings.count
+    threads = settling.threads_for(n)
+    return {"wall_s": 3.0 + n * STEPS / (GRAIN_STEPS_PER_S * threads), "memory_bytes": 2.5e8 + 2500.0 * n, "disk_bytes": 400.0 * n}
+
+
+def run(settings: Settings, inputs: Path, out: Path) -> None:
+    """Make the bed, or take the kept one: ``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``.
+
+    Raises ``InputError`` when ``2_sph/target.json`` is missing or the domain does not fit, ``Unsound`` when the bed did not come to rest.
+    """
+    target = Path(inputs) / "2_sph" / "target.json"
+    body = LayeredBody.read(target)
+    domain = domain_of(settings, body)
+    if not settings.share:
+        _make(settings, body, domain, out)
+        return
+    kept = Path(inputs).resolve().parent / "beds" / _key(settings, target)
+    with _locked(kept.with_suffix(".lock")):
+        if not (kept / "bed.vtkhdf").is_file():
+            _make(settings, body, domain, out)
+            kept.mkdir(parents=True, exist_ok=True)
+            for name in ("bed_report.json", "bed.png", "bed.vtkhdf"):  # the bed last: it says that the folder is whole
+                _link(out / name, kept / name)
+            return
+    for name in ("bed_report.json", "bed.png", "bed.vtkhdf"):
+        _link(kept / name, out / name)
+
+
+def _key(settings: Settings, target: Path) -> str:
+    """Hash of everything that the settled bed depends on."""
+    own = settings.model_dump(mode="json", exclude={"target", "impact", "share"})
+    own["headroom"] = settings.headroom_fraction * settings.impact.expected_transient_diameter
+    digest = hashlib.sha256(json.dumps([_VERSION, settling.threads_for(settings.count), own], sort_keys=True).encode())
+    digest.update(target.read_bytes())
+    digest.update(jit.source_key(Path(__file__).resolve()).encode())
+    return digest.hexdigest()[:16]
+
+
+def _link(source: Path, place: Path) -> None:
+    """A hard link, or a copy where the file system has none; whole or absent."""
+    part = place.with_name(f".{place.name}.part")
+    part.unlink(missing_ok=True)
+    try:
+        os.link(source, part)
+    except OSError:
+        shutil.copyfile(source, part)
+    os.replace(part, place)
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold a lock file: a second run that wants the same bed waits for it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path, "w") as handle:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        try:
+            yield
+        finally:
+            fcntl.flock(handle, fcntl.LOCK_UN)
+
+
+def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> None:
+    seeds = np.random.SeedSequence(settings.seed).spawn(2)
+    radius = packing.radii(settings.count, settings.radius_spread, domain, seeds[0])
+    points = packing.random_points(radius, domain, seeds[1])
+    bed, steps = settling.settle(points, radius, body, domain, settings.contact, settings.residual_speed, out)
+    wave = float(np.max(2.0 * bed.X[:, 3] * np.sqrt(bed.V[:, 7] / bed.V[:, 6])))
+    domain = _damped(domain, settings, bed.mean_radius, wave)
+    report = _report(bed, body, domain, steps)
+    materials = list(dict.fromkeys(body.materials))
+    attributes = {
+        "time": 0.0,
+        "stage": "bed",
+        "frame": "sphere",
+        "materials": materials,
+        "species": list(SPECIES),
+        "domain": domain.as_attribute(),
+        "contact": {**settings.contact.as_attribute(), "dt_s": bed.dt, "wave_speed_m_s": wave},
+        "packing_fraction": report["packing_fraction"],
+        "coordination_number": report["coordination_number"],
+        "residual_speed_over_sqrt_g_r": report["residual_speed_over_sqrt_g_r"]["rms"],
+        "mean_radius_m": bed.mean_radius,
+    }
+    archive.write_text(out / "bed_report.json", json.dumps(report, indent=1))
+    _picture(bed, domain, report, out / "bed.png")
+    snapshot.write(bed.particles(attributes), out / "bed.vtkhdf")
+    checkpoint.clear(out)
+    if report["residual_speed_over_sqrt_g_r"]["rms"] > settings.residual_speed:
+        raise Unsound(
+            f"bed: the rms speed is still {report['residual_speed_over_sqrt_g_r']['rms']:.3g} sqrt(g r) after {steps} steps (limit {settings.residual_speed:g})"
+        )
+
+
+def _report(bed: Assembly, body: LayeredBody, domain: Domain, steps: int) -> dict[str, Any]:
+    """Everything that says how good the bed is."""
+    g = float(body.gravity().strength(np.array(body.radius)))
+    distance = np.linalg.norm(bed.X[:, :3], axis=1)
+    below = bed.headroom == 0
+    shells = bed_measures.Shells(bed.X[:, :3], bed.X[:, 3], domain, 0.25 * bed.mean_radius, domain.datum_radius)
+    window = 5.0 * bed.mean_radius
+    volume = 4.0 / 3.0 * np.pi * bed.X[:, 3] ** 3
+    phi = shells.smooth(np.asarray(shells.share.sum(axis=0)).ravel(), window)
+    density = shells.smooth(shells.share.T @ (bed.mass / volume), window)
+    wanted = shells.smooth(body.density(shells.middle) * shells.volume, window)
+    radial, tangential = bed_measures.radial_stress(bed, shells, window)
+    pressure = shells.smooth(body.pressure(shells.middle) * shells.volume, window)
+    z, rattlers = bed_measures.coordination(bed, below)
+    mass = body.mass_between(domain.core_radius, domain.datum_radius, domain.solid_angle)
+    area = domain.solid_angle * domain.core_radius**2
+    return {
+        "grains": len(bed.X),
+        "grains_headroom": int((~below).sum()),
+        "mean_radius_m": bed.mean_radius,
+        "headroom_height_m": float(np.percentile(distance + bed.X[:, 3], 99.0) - domain.datum_radius),
+        "packing_fraction": float(np.average(phi, weights=shells.volume)),
+        "coordination_number": z,
+        "rattler_share": rattlers,
+        "residual_speed_over_sqrt_g_r": bed_measures.residual(bed, g),
+        "mass_kg": float(bed.mass[below].sum()),
+        "mass_error": float(bed.mass[below].sum() / mass - 1.0),
+        "density_error_max": float(np.abs(density / wanted - 1.0).max()),
+        "floor_pressure_Pa": bed_measures.floor_force(bed) / area,
+        "floor_pressure_target_Pa": float(body.pressure(np.array(domain.core_radius))),
+        "overlap": bed_measures.overlaps(bed),
+        "time_step_s": bed.dt,
+        "steps": steps,
+        "domain": domain.as_attribute(),
+        "profile": {
+            "radius_m": shells.middle.tolist(),
+            "packing_fraction": phi.tolist(),
+            "density_kg_m3": density.tolist(),
+            "density_target_kg_m3": wanted.tolist(),
+            "radial_stress_Pa": radial.tolist(),
+            "tangential_stress_Pa": tangential.tolist(),
+            "pressure_target_Pa": pressure.tolist(),
+        },
+    }
+
+
+def _picture(bed: Assembly, domain: Domain, report: dict[str, Any], path: Path) -> None:
+    from dem import pictures
+
+    pictures.bed(bed, domain, report, path)

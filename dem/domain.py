@@ -1,0 +1,92 @@
+"""The piece of the body that the grains fill: above the core, inside a cone with its apex at the centre, up to a headroom.
+
+Gravity and the cone are both radial, so the cone carries no weight; beyond its upper end (``top_radius``) the domain is open, and what
+crosses its side there, or the cone itself, has left. The outermost grains are damped so that waves do not come back from the cone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from dem import walls
+from matter.errors import InputError
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Radii from the centre [m], half angle of the cone [rad], arc radius along the datum [m], damped width [m] and its rate [1/s]."""
+
+    core_radius: float
+    datum_radius: float
+    top_radius: float
+    half_angle: float
+    damped_width: float
+    damping_rate: float
+    core_species: int
+
+    @property
+    def solid_angle(self) -> float:
+        """Solid angle of the cone [sr]."""
+        return 2.0 * math.pi * (1.0 - math.cos(self.half_angle))
+
+    def volume(self, inner: float, outer: float) -> float:
+        """Volume of the domain between two radii [m^3]."""
+        return self.solid_angle * (outer**3 - inner**3) / 3.0
+
+    def walls(self) -> tuple[walls.Wall, ...]:
+        """Wall 0: the core's surface, rough as its species is; wall 1: the frictionless cone."""
+        return (
+            walls.Wall(walls.SPHERE_OUTSIDE, radius=self.core_radius, species=self.core_species),
+            walls.Wall(walls.CONE, half_angle=self.half_angle, top=self.top_radius),
+        )
+
+    def lid(self) -> walls.Wall:
+        """The closing sphere while a random packing is made."""
+        return walls.Wall(walls.SPHERE_INSIDE, radius=self.top_radius)
+
+    def polar_angle(self, position: np.ndarray) -> np.ndarray:
+        """Angle from the axis [rad]."""
+        return np.arctan2(np.hypot(position[:, 0], position[:, 1]), position[:, 2])
+
+    def drag(self, position: np.ndarray) -> np.ndarray:
+        """Damping rate [1/s]: rises with the square of the depth into the damped layer."""
+        if self.damped_width <= 0.0:
+            return np.zeros(len(position))
+        inside = (self.half_angle - self.polar_angle(position)) * self.datum_radius
+        return self.damping_rate * np.clip(1.0 - inside / self.damped_width, 0.0, 1.0) ** 2
+
+    def outside(self, position: np.ndarray) -> np.ndarray:
+        """Whether a grain's centre is beyond the side of the cone or its extension."""
+        return self.polar_angle(position) > self.half_angle
+
+    def as_attribute(self) -> dict[str, float]:
+        """Plain numbers for a snapshot's attribute ``domain``."""
+        return {
+            "core_radius_m": self.core_radius,
+            "datum_radius_m": self.datum_radius,
+            "top_radius_m": self.top_radius,
+            "cone_half_angle_rad": self.half_angle,
+            "arc_radius_m": self.half_angle * self.datum_radius,
+            "damped_width_m": self.damped_width,
+            "damping_rate_1_s": self.damping_rate,
+            "core_species": self.core_species,
+        }
+
+    @staticmethod
+    def of_attribute(values: dict[str, float]) -> Domain:
+        """The domain that a snapshot records."""
+        names = {
+            "core_radius": "core_radius_m", "datum_radius": "datum_radius_m", "top_radius": "top_radius_m",
+            "half_angle": "cone_half_angle_rad", "damped_width": "damped_width_m", "damping_rate": "damping_rate_1_s",
+            "core_species": "core_species",
+        }  # fmt: skip
+        missing = [key for key in names.values() if key not in values]
+        if missing:
+            raise InputError(f"the snapshot's attribute 'domain' lacks {', '.join(missing)}")
+        return Domain(**{name: int(values[key]) if name == "core_species" else float(values[key]) for name, key in names.items()})
+
+    def __str__(self) -> str:
+        return ", ".join(f"{key} = {value:.6g}" for key, value in asdict(self).items())

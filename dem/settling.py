@@ -1,0 +1,268 @@
+"""From random points to a bed at rest: the phases of settling, resumable at any step.
+
+======= ======== ========== ======================= ====================================================================
+phase   friction steering   weight above the datum  purpose
+======= ======== ========== ======================= ====================================================================
+pack    off      FIRE       (no gravity, a lid)     random points become a stable close packing (radii change places)
+load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it without load
+trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks for
+grip    on       drag       0.001                   friction and its springs
+rest    on       drag       0                       until the rms speed of the bed is half the limit
+free    on       none       0                       proof: the bed stays below the limit by itself, else ``rest`` again
+======= ======== ========== ======================= ====================================================================
+
+Weight is switched by the place of a grain (below or above the datum) until ``rest``, in which the headroom is marked. Masses are set after
+``load`` and once more after the first ``trim``.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from scipy.optimize import isotonic_regression
+
+from dem import bed_measures, packing
+from dem.assembly import Assembly
+from dem.contact_settings import OCEAN, Contact
+from dem.domain import Domain
+from dem.layered_body import LayeredBody
+from dem.relaxation import Fire
+from dem.walls import Wall
+from matter import checkpoint
+from matter.particles import Particles
+from matter.progress import Progress, stop_here, stop_requested
+
+LIGHT = 1e-3
+"""Weight of the headroom while it settles onto the bed: its load moves the bed's surface by less than 1e-4 radii."""
+CHECKPOINT_EVERY_S = 15.0
+LOOK_EVERY = 10
+"""Steps between two looks at which grains are above the datum."""
+EXCHANGE_EVERY = 3
+REST_LIMIT = 12
+"""Times that ``rest`` is repeated before the bed is given up."""
+
+
+class Phase(NamedTuple):
+    """``length`` in travel times of a wave through the bed at the collision step; ``light`` weight above the datum at start and end."""
+
+    name: str
+    length: float
+    fire: bool
+    light: tuple[float, float]
+    masses: bool = False
+    exchange: bool = False
+
+    @property
+    def friction(self) -> bool:
+        """FIRE phases have none."""
+        return not self.fire
+
+
+PHASES = (
+    Phase("pack", 3.0, True, (0.0, 0.0), exchange=True),
+    Phase("load", 3.0, True, (0.5, LIGHT), masses=True, exchange=True),
+    Phase("trim", 2.0, True, (LIGHT, LIGHT), masses=True),
+    Phase("trim", 3.0, True, (LIGHT, LIGHT)),
+    Phase("grip", 1.5, False, (LIGHT, LIGHT)),
+    Phase("rest", 1.5, False, (0.0, 0.0)),
+    Phase("free", 1.0, False, (0.0, 0.0)),
+)
+_REST, _FREE = len(PHASES) - 2, len(PHASES) - 1
+
+
+def threads_for(count: int) -> int:
+    """Threads that pay: below some ten thousand grains a step is shorter than the hand-over."""
+    return int(numba.get_num_threads()) if count >= 10_000 else 1
+
+
+def residual_speed(bed: Assembly, body: LayeredBody) -> float:
+    """Rms speed of the grains below the datum over sqrt(g r)."""
+    g = float(body.gravity().strength(np.array(body.radius)))
+    return bed_measures.residual(bed, g)["rms"]
+
+
+class Settling:
+    """The settling of one bed: which phase it is in, and the assembly."""
+
+    def __init__(self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact, limit: float):
+        self.body, self.domain, self.contact, self.limit = body, domain, contact, limit
+        smooth = OCEAN.model_copy(update={"restitution": 0.5})
+        self.smooth_contact = contact.model_copy(update={"shell": smooth, "ocean": smooth})
+        self.gravity = body.gravity()
+        self.phase, self.done, self.repeats, self.total = 0, 0, 0, 0
+        self._begin(self.thrown(points, radius))
+
+    # -- phases --------------------------------------------------------------------------------------------------------------
+
+    def _begin(self, grains: Particles) -> None:
+        """Grains in the walls and with the laws of the present phase."""
+        now = PHASES[self.phase]
+        walls: tuple[Wall, ...] = self.domain.walls()
+        if now.name == "pack":
+            walls = (*walls, self.domain.lid())
+        contact = self.contact if now.friction else self.smooth_contact
+        limit = np.inf if now.fire else contact.overlap_stop
+        self.bed = Assembly(grains, contact, walls, self.gravity, threads=threads_for(len(grains)), overlap_limit=limit)
+        wave = 2.0 * self.bed.X[:, 3] * np.sqrt(self.bed.V[:, 7] / self.bed.V[:, 6])
+        travel = (self.domain.top_radius - self.domain.core_radius) / float(np.median(wave))
+        self.steps = max(20, int(now.length * travel / self.bed.dt))
+        self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else 4.0 / travel
+        self.fire = Fire(self.bed)
+        self.done = 0
+
+    def step(self) -> None:
+        """One step of the present phase."""
+        now = PHASES[self.phase]
+        if self.done % LOOK_EVERY == 0:
+            self._weigh(self.done / self.steps)
+        if now.fire:
+            self.fire.step()
+        else:
+            self.bed.step()
+        self.done += 1
+        self.total += 1
+        if now.exchange and self.done % EXCHANGE_EVERY == 0 and 20 < self.done < 0.9 * self.steps:
+            # under load only what is well below the datum: at the datum the step in pressure would sort the grains by size
+            deep = self.domain.datum_radius - 2.5 * self.bed.mean_radius
+            which = self._squared_distance() < (np.inf if now.name == "pack" else deep**2)
+            packing.exchange_radii(self.bed, self.domain, now.name == "pack", which)
+
+    def _squared_distance(self) -> np.ndarray:
+        return np.einsum("ij,ij->i", self.bed.X[:, :3], self.bed.X[:, :3])
+
+    def _weigh(self, part: float) -> None:
+        """Set the weights for the present place of the grains."""
+        now, bed = PHASES[self.phase], self.bed
+        if now.name == "pack":
+            bed.weight[:] = 0.0
+            return
+        start, end = now.light
+        light = max(end, start * (1.0 - 1.5 * part))
+        above = bed.headroom > 0 if self.phase >= _REST else self._squared_distance() > self.domain.datum_radius**2
+        bed.weight[:] = np.where(above, light, 1.0)
+
+    def next(self) -> bool:
+        """Go to the next phase at the end of one; False when the bed is at rest or has been given up."""
+        now = PHASES[self.phase]
+        bed = self.bed
+        grains = bed.particles({"time": 0.0})
+        if self.phase >= _REST:
+            found = residual_speed(bed, self.body)
+            if now.name == "free" and (found < self.limit or self.repeats >= REST_LIMIT):
+                return False
+            self.repeats += 1
+            quiet = now.name == "rest" and (found < 0.5 * self.limit or self.repeats >= REST_LIMIT)
+            self.phase = _FREE if quiet else _REST
+        else:
+            self.phase += 1
+            if not now.friction:
+                for name in ("contacts/history", "contacts/wall_history"):
+                    grains.tables[name] = np.zeros_like(grains.tables[name])
+            if now.masses:
+                grains = self.matched(grains, bed)
+            if self.phase == _REST:
+                grains["headroom"] = np.linalg.norm(grains.position, axis=1) > self.domain.datum_radius
+        self._begin(grains)
+        return True
+
+    @property
+    def progress(self) -> float:
+        """Travel times done, in the plan without repetitions."""
+        return sum(p.length for p in PHASES[: self.phase]) + PHASES[self.phase].length * self.done / self.steps
+
+    # -- state ---------------------------------------------------------------------------------------------------------------
+
+    def save(self, out: Path) -> None:
+        """Write a checkpoint."""
+        arrays, scalars = self.bed.state_arrays()
+        own = {name: getattr(self, name) for name in ("phase", "done", "repeats", "total", "steps")}
+        checkpoint.save(out, self.total, arrays, {**{f"bed_{k}": v for k, v in scalars.items()}, **own, **self.fire.state()})
+
+    def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
+        """Continue from a checkpoint, bit for bit."""
+        self.phase, self.repeats, self.total = (int(scalars[k]) for k in ("phase", "repeats", "total"))
+        self._begin(self.bed.particles({"time": 0.0}, tables=False))
+        self.done, self.steps = int(scalars["done"]), int(scalars["steps"])
+        self.bed.restore(arrays, {k[4:]: v for k, v in scalars.items() if k.startswith("bed_")})
+        self.fire.restore(scalars)
+
+    # -- grains --------------------------------------------------------------------------------------------------------------
+
+    def thrown(self, points: np.ndarray, radius: np.ndarray) -> Particles:
+        """Grains at rest at the random points, with masses for a nominal packing fraction."""
+        n = len(points)
+        zero = np.zeros((n, 3))
+        grains = Particles(
+            dict(
+                identity=np.arange(n), position=points, velocity=zero, angular_velocity=zero, radius=radius, mass=np.ones(n),
+                material=np.zeros(n), species=np.zeros(n), density=np.zeros(n), stiffness=np.ones(n), headroom=np.zeros(n),
+            )
+        )  # fmt: skip
+        return self.matched(grains, None)
+
+    def matched(self, grains: Particles, bed: Assembly | None) -> Particles:
+        """The grains with material, species, mass and stiffness for where they are; ``bed`` None takes a nominal packing fraction.
+
+        The mass of a grain is rho(r) V / phi(r), phi measured in windows of 5 radii, made never to grow outwards (isotonic
+        regression): a frictionless ocean of grains that are lighter below than above turns over. At last the whole is scaled to the body's
+        mass between floor and datum.
+        """
+        domain, body = self.domain, self.body
+        distance = np.linalg.norm(grains.position, axis=1)
+        rho = body.density(distance)
+        volume = 4.0 / 3.0 * np.pi * grains.radius**3
+        mean = float(grains.radius.mean())
+        if bed is None:
+            mass = rho * volume / packing.FRACTION
+        else:
+            top = min(domain.datum_radius + 3.0 * mean, float(np.percentile(distance, 99.0)))
+            shells = bed_measures.Shells(grains.position, grains.radius, domain, 0.25 * mean, top)
+            phi = shells.smooth(np.asarray(shells.share.sum(axis=0)).ravel(), 5.0 * mean)
+            outwards = np.argsort(distance, kind="stable")
+            grain_density = np.empty(len(distance))
+            found = (rho / np.interp(distance, shells.middle, phi))[outwards]
+            grain_density[outwards] = isotonic_regression(found, weights=volume[outwards], increasing=False).x
+            mass = grain_density * volume
+            below = distance <= domain.datum_radius
+            mass *= body.mass_between(domain.core_radius, domain.datum_radius, domain.solid_angle) / mass[below].sum()
+        layer = body.layer_of(distance)
+        names = list(dict.fromkeys(body.materials))
+        material, species, stiffness = (np.empty(len(grains)) for _ in range(3))
+        floor = float(body.pressure(np.array(domain.core_radius)))
+        for k, name in enumerate(body.materials):
+            here = layer == k
+            material[here], species[here] = names.index(name), self.contact.species_of(name)
+            stiffness[here] = self.contact.stiffness(grains.radius[here], mass[here], name, floor)
+        fields = dict(grains)
+        fields.update(mass=mass, density=rho, material=material, species=species, stiffness=stiffness)
+        return Particles(fields, grains.attributes, grains.tables)
+
+
+def settle(points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact, limit: float, out: Path) -> tuple[Assembly, int]:
+    """Settle grains of ``radius`` [m] thrown at ``points`` until the bed's rms speed over sqrt(g r) stays below ``limit``.
+
+    Resumes from a checkpoint in ``out``. Returns the bed, its time set to 0, and the number of steps that it took.
+    """
+    work = Settling(points, radius, body, domain, contact, limit)
+    saved = checkpoint.newest(out)
+    if saved is not None:
+        work.restore(*saved)
+    progress = Progress("bed", sum(p.length for p in PHASES), start=work.progress)
+    last_saved = time.monotonic()
+    while True:
+        while work.done < work.steps:
+            work.step()
+            progress.update(work.progress, f"{PHASES[work.phase].name}: {work.bed.speed:.3g} m/s")
+            if stop_requested() or time.monotonic() - last_saved > CHECKPOINT_EVERY_S:
+                work.save(out)
+                last_saved = time.monotonic()
+                stop_here("bed")
+        if not work.next():
+            break
+    bed = work.bed
+    bed.start_time = -bed.steps * bed.dt
+    return bed, work.total
