@@ -85,14 +85,8 @@ def corrected_fields(made: Handoff, bed: Particles) -> compare.Fields:
     count = int(made.stays.sum())
     mass[made.stays], velocity[made.stays] = made.start.mass[:count], made.start.velocity[:count]
     raw = made.fields_raw
-    cell = np.bincount(made.samples.grain, minlength=len(bed))
-    return compare.Fields(
-        raw.samples,
-        raw.mass_before,
-        (mass / np.maximum(cell, 1))[made.samples.grain],
-        raw.velocity_before,
-        velocity[made.samples.grain],
-    )
+    after = np.where(made.heir[:, None] >= 0, velocity[made.heir], 0.0)
+    return compare.Fields(raw.samples, raw.mass_before, compare.share_out(made.heir, mass), raw.velocity_before, after)
 
 
 def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, region: domain.Domain) -> None:
@@ -191,9 +185,7 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
         ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))
     else:
         both = np.r_[there, back] / radius
-        ledger.measure(
-            "cavity_hausdorff_over_r", both.max(), f"rms {np.sqrt(np.mean(both**2)):.3f}, 99 % below {np.percentile(both, 99):.3f}"
-        )
+        ledger.measure("cavity_hausdorff_over_r", both.max(), f"rms {np.sqrt(np.mean(both**2)):.3f}, 99 % below {np.percentile(both, 99):.3f}")
     if ratio < _GRAINS_PER_RADIUS:
         ledger.skip("cavity_volume_rel", "not_applicable", f"{ratio:.1f} grains per cavity radius: fewer than {_GRAINS_PER_RADIUS:.0f}")
         return
@@ -244,9 +236,7 @@ def _statements(ledger: Ledger, made: Handoff) -> None:
     for name, mass in flying.mass_by_state().items():
         ledger.state(f"ejecta_mass_{name.replace(' ', '_')}", mass, "kg")
     ledger.state("ejecta_count", float(len(flying.mass)), "1", f"{flying.shrunk} shrunk, {flying.lifted} lifted to fit")
-    ledger.state(
-        "ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source"
-    )
+    ledger.state("ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source")
     ledger.state("surface_offset_spacings", made.offset, "1", "found from the volume of the compact particles unless given")
     ledger.state("defect_share", made.defect_share, "1", "share of the fit's defect handed to the grains; below 1 where it would create energy")
     ledger.state("surface_voids_filled", float(made.solid.shape.voids_filled), "1")

@@ -4,8 +4,8 @@ A grain stays when its centre lies inside the surface (the partial-overlap rule:
 Grains do not move, so the contacts among grains that stay are untouched and their history is kept.
 
 ``Samples`` are quasi-random points of even density in the bed's domain. Each belongs to the nearest compact source particle and to the
-nearest grain of the uncarved bed, so that sums over points compare the two clouds on the same small volumes: that of a grain's cell gives
-the volume which the grain stands for, walls and free surfaces included, without a tessellation.
+nearest grain, so that sums over points compare the two clouds on the same small volumes, walls and free surfaces included, without a
+tessellation.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from matter.errors import InputError
 from matter.particles import Particles
 
 _POINTS_PER_GRAIN = 16
-_PACKING_RADII = 2.6
+_PACKING_RADII = 4.0
 
 
 @dataclass(frozen=True)
@@ -62,21 +62,40 @@ def sample(domain: Domain, surface: OffsetShape, compact: cKDTree, grains: cKDTr
     )
 
 
-def grain_volumes(bed: Particles, samples: Samples, grains: cKDTree) -> np.ndarray:
-    """Volume that each grain of the uncarved bed stands for [m^3]: its own volume over the packing fraction around it.
+def heirs(bed: Particles, stays: np.ndarray, samples: Samples) -> np.ndarray:
+    """(s,) the grain that stays and is nearest to each point inside the surface; -1 for points outside."""
+    heir = np.where(samples.inside, samples.grain, -1)
+    orphan = np.flatnonzero(samples.inside & ~stays[samples.grain])
+    kept = np.flatnonzero(stays)
+    heir[orphan] = kept[cKDTree(bed.position[kept]).query(samples.position[orphan], workers=-1)[1]]
+    return heir
 
-    Every cell, measured with the sample points, is divided among the grains within 2.6 mean radii in proportion to their solid volume:
-    V_g = v_g sum_j c_j / s_j, with c_j the cell of grain j and s_j the solid volume around j. The sum over all grains is the domain's volume.
+
+def grain_volumes(bed: Particles, stays: np.ndarray, heir: np.ndarray, point_volume: float) -> np.ndarray:
+    """Volume that each grain stands for [m^3], zero for carved ones: what it stood for in the bed, b = mass / density, times a local factor.
+
+    The cell c of a grain is what lies inside the surface nearer to it than to any other grain that stays. The factor is the kernel mean of c
+    over that of b, W = (1 - (d/4r)^2)^2; a second pass adds the same of what the first left (c - V). The sum is the volume inside the
+    surface, and hardly any volume is lost locally to the grains that the surface cuts, while no grain takes over the shape of its own cell.
     """
-    solid = 4.0 / 3.0 * np.pi * bed.radius**3
-    cell = np.bincount(samples.grain, minlength=len(bed)) * samples.volume
-    pairs = grains.query_pairs(_PACKING_RADII * float(bed.radius.mean()), output_type="ndarray")
+    kept = np.flatnonzero(stays)
+    own = bed.mass[kept] / bed.density[kept] if "density" in bed else bed.radius[kept] ** 3
+    cell = np.bincount(heir[heir >= 0], minlength=len(bed))[kept] * point_volume
+    reach = _PACKING_RADII * float(bed.radius.mean())
+    place = bed.position[kept]
+    one, other = cKDTree(place).query_pairs(reach, output_type="ndarray").T
+    weight = (1.0 - np.sum((place[one] - place[other]) ** 2, axis=1) / reach**2) ** 2
 
     def around(values: np.ndarray) -> np.ndarray:
-        total = values + np.bincount(pairs[:, 0], weights=values[pairs[:, 1]], minlength=len(bed))
-        return total + np.bincount(pairs[:, 1], weights=values[pairs[:, 0]], minlength=len(bed))
+        total = values + np.bincount(one, weights=weight * values[other], minlength=len(kept))
+        return total + np.bincount(other, weights=weight * values[one], minlength=len(kept))
 
-    return solid * around(cell / around(solid))
+    stands = np.zeros(len(kept))
+    for _ in range(2):
+        stands += own * around(cell - stands) / around(own)
+    volume = np.zeros(len(bed))
+    volume[kept] = stands * (cell.sum() / stands.sum())
+    return volume
 
 
 def keep(bed: Particles, surface: OffsetShape, domain: Domain) -> np.ndarray:

@@ -35,13 +35,14 @@ def spread(
     mass: np.ndarray,
     velocity: np.ndarray,
     gradient: np.ndarray,
+    heir: np.ndarray,
     grain_mass: np.ndarray,
     grain_velocity: np.ndarray,
 ) -> Fields:
     """Spread both clouds over the points.
 
     ``mass``, ``velocity`` and ``gradient`` of the compact particles (mass: the share inside the domain): a particle's velocity varies
-    linearly over its cell, with the particle's own as the mean, so that its momentum is kept. ``grain_mass`` (zero for carved grains) and
+    linearly over its cell, with the particle's own as the mean, so that its momentum is kept. ``heir`` (s,) as from ``carve.heirs``; ``grain_mass`` and
     ``grain_velocity`` of all grains of the uncarved bed.
     """
     owner = samples.particle[samples.inside]
@@ -53,9 +54,13 @@ def spread(
     moving[samples.inside] += np.einsum("sa,sab->sb", place - centre[owner], gradient[owner])
     per_point = mass / np.maximum(count, 1)
     before = np.where(samples.inside, per_point[samples.particle], 0.0)
-    cell = np.bincount(samples.grain, minlength=len(grain_mass))
-    after = (grain_mass / np.maximum(cell, 1))[samples.grain]
-    return Fields(samples, before, after, moving, grain_velocity[samples.grain])
+    return Fields(samples, before, share_out(heir, grain_mass), moving, np.where(heir[:, None] >= 0, grain_velocity[heir], 0.0))
+
+
+def share_out(heir: np.ndarray, grain_mass: np.ndarray) -> np.ndarray:
+    """Mass (s,) of each point: its grain's, divided evenly among the points of that grain."""
+    cell = np.bincount(heir[heir >= 0], minlength=len(grain_mass))
+    return np.where(heir >= 0, (grain_mass / np.maximum(cell, 1))[heir], 0.0)
 
 
 def cells(fields: Fields, support: np.ndarray, smallest: float) -> tuple[np.ndarray, np.ndarray]:
@@ -107,9 +112,7 @@ def field_difference(fields: Fields, number: np.ndarray) -> FieldDifference:
     l2 = float(np.sqrt(np.sum(w * np.sum((a - b) ** 2, axis=1)) / np.sum(w * np.sum(b**2, axis=1))))
     cosine = np.sum(a * b, axis=1) / np.maximum(np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1), 1e-300)
     angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    return FieldDifference(
-        (centre / np.maximum(count, 1)[:, None])[both], weight, before, after, l2, float(np.sum(w * angle) / w.sum()), angle
-    )
+    return FieldDifference((centre / np.maximum(count, 1)[:, None])[both], weight, before, after, l2, float(np.sum(w * angle) / w.sum()), angle)
 
 
 def local_momentum(fields: Fields, domain: Domain) -> list[tuple[str, float, float]]:

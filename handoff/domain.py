@@ -112,9 +112,7 @@ def read(attributes: Mapping[str, Any]) -> Domain:
     if not isinstance(table, Mapping):
         raise InputError("the bed carries no attribute 'domain': core_radius_m, datum_radius_m, top_radius_m, cone_half_angle_rad")
     flat = attributes.get("frame", "sphere") == "plane"
-    names = (
-        ("radius_m", "floor_m", "datum_m", "top_m") if flat else ("core_radius_m", "datum_radius_m", "top_radius_m", "cone_half_angle_rad")
-    )
+    names = ("radius_m", "floor_m", "datum_m", "top_m") if flat else ("core_radius_m", "datum_radius_m", "top_radius_m", "cone_half_angle_rad")
     missing = [name for name in names if name not in table]
     if missing:
         raise InputError(f"the bed's attribute 'domain' lacks {', '.join(missing)}")

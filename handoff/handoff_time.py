@@ -178,9 +178,7 @@ def choose(series: Sequence[Diagnosis], grain_radius: float, gravity: float) -> 
     empty = f"the window is empty ({shock}, 0.1 T = {window[1]:.4g} s)"
     for k in resolved:
         if all(row.drive <= DRIVE for row in series[k : deepest + 1]):
-            return Choice(
-                k, f"{empty}; from here on the flow is under gravity: drive {series[k].drive:.3g} g", window, tuple(series), deepest
-            )
+            return Choice(k, f"{empty}; from here on the flow is under gravity: drive {series[k].drive:.3g} g", window, tuple(series), deepest)
     return Choice(deepest, f"{empty}, the flow is driven up to the first maximum of depth", window, tuple(series), deepest)
 
 

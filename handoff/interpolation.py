@@ -66,9 +66,7 @@ class Overlap:
         self.per_grain = np.bincount(grain, minlength=len(grains))
         self.centre = _mean(particle, place, self.per_particle)
 
-    def defect(
-        self, velocity: np.ndarray, gradient: np.ndarray, grain_velocity: np.ndarray, grain_gradient: np.ndarray
-    ) -> np.ndarray:
+    def defect(self, velocity: np.ndarray, gradient: np.ndarray, grain_velocity: np.ndarray, grain_gradient: np.ndarray) -> np.ndarray:
         """What each particle (n, 3) moves faster than the grains that took its place [m/s]; zero for every linear field.
 
         The grains' field u(x) = v_g + G_g (x - x_g) is averaged over the particle's cell and carried from the cell's centroid to the

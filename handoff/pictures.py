@@ -197,9 +197,7 @@ def _residuals(data):
     difference = residuals["columns/height_bed"] - residuals["columns/height_source"]
     radius = float(data["bed"].radius.mean())
     axes[1, 1].plot(distance / unit, difference / radius, ".", ms=2)
-    axes[1, 1].set(
-        xlabel=f"distance from the axis [{'km' if unit > 1 else 'm'}]", ylabel="height, bed - source [grain radii]", title="carved surface"
-    )
+    axes[1, 1].set(xlabel=f"distance from the axis [{'km' if unit > 1 else 'm'}]", ylabel="height, bed - source [grain radii]", title="carved surface")
     axes[1, 1].set_ylim(-4, 4)
     return figure
 

@@ -147,9 +147,7 @@ def _record(made: transfer.Handoff, source: Particles, bed: Particles, choice: h
             "volume_m3": made.size.volume,
             "rim_height_m": made.size.rim_height,
         },
-        "local_momentum": [
-            {"region": name, "relative": value, "share": share} for name, value, share in compare.local_momentum(made.fields_raw, region)
-        ],
+        "local_momentum": [{"region": name, "relative": value, "share": share} for name, value, share in compare.local_momentum(made.fields_raw, region)],
         "ejecta_mass_kg": dict(made.ejecta.mass_by_state()),
     }
 

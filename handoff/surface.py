@@ -84,9 +84,7 @@ def check(source: Particles) -> None:
         if bad.any():
             first = int(np.flatnonzero(bad)[0])
             who = int(source.identity[first]) if "identity" in source else first
-            raise InputError(
-                f"the source's field {name!r} is not finite for {bad.sum()} of {len(source)} particles (first: particle {who})"
-            )
+            raise InputError(f"the source's field {name!r} is not finite for {bad.sum()} of {len(source)} particles (first: particle {who})")
     for name in ("mass", "density"):
         if np.any(source[name] <= 0.0):
             raise InputError(f"the source's field {name!r} is not positive for {int(np.sum(source[name] <= 0.0))} particles")
@@ -145,10 +143,7 @@ def classify(source: Particles, domain: Domain, column: Column, rules: Rules) ->
     reason, spacing = split.reason, split.spacing
     left = np.flatnonzero(split.compact)
     if len(left) < 4:
-        raise InputError(
-            f"all {len(source)} particles of the source are ejecta (speed limit {split.speed_limit:.4g} m/s): "
-            "there is no surface to carve with"
-        )
+        raise InputError(f"all {len(source)} particles of the source are ejecta (speed limit {split.speed_limit:.4g} m/s): there is no surface to carve with")
     shape = alpha_shape(source.position[left], spacing[left], rules.alpha, fill_below=float(np.median(spacing[left]) ** 3))
     reason[left[shape.members != 0]] = DETACHED
     return split, shape.only(1)
@@ -163,14 +158,10 @@ def _refuse_incoming(source: Particles, domain: Domain, limit: float) -> None:
     downward = -np.einsum("ij,ij->i", velocity, domain.frame.up(position))
     incoming = (domain.frame.height(position) > 0.0) & (downward > limit)
     if mass[incoming].sum() > 0.5 * mass.sum():
-        raise InputError(
-            f"the projectile is still above the surface: {mass[incoming].sum() / mass.sum():.0%} of it flies downwards; take a later snapshot"
-        )
+        raise InputError(f"the projectile is still above the surface: {mass[incoming].sum() / mass.sum():.0%} of it flies downwards; take a later snapshot")
 
 
-def share_inside(
-    position: np.ndarray, spacing: np.ndarray, domain: Domain, owner: cKDTree, owners: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def share_inside(position: np.ndarray, spacing: np.ndarray, domain: Domain, owner: cKDTree, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Which part of each particle's matter lies inside the domain, and where its centre is.
 
     A particle near a face of the domain is represented by its Voronoi cell: the points of a ball of one spacing that are nearer to it than
@@ -206,10 +197,7 @@ def calibrated(shape: AlphaShape, spacing: np.ndarray, points: np.ndarray, share
     deep = shape.contains(points)
     shell = points[~deep]
     factors = np.linspace(*_OFFSET_RANGE, 4)
-    held = [
-        (deep.sum() + np.count_nonzero(shape.offset(factor * spacing, rules.smoothing).contains(shell))) / len(points)
-        for factor in factors
-    ]
+    held = [(deep.sum() + np.count_nonzero(shape.offset(factor * spacing, rules.smoothing).contains(shell))) / len(points) for factor in factors]
     factor = float(np.interp(share, held, factors))
     return shape.offset(factor * spacing, rules.smoothing), factor
 
@@ -219,9 +207,7 @@ def even_points(domain: Domain) -> np.ndarray:
     return domain.points(qmc.Sobol(3, scramble=True, rng=2).random_base2(16))
 
 
-def surface_heights(
-    contains: Callable[[np.ndarray], np.ndarray], domain: Domain, columns: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def surface_heights(contains: Callable[[np.ndarray], np.ndarray], domain: Domain, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Height of the topmost matter along even columns of the domain.
 
     ``contains`` says which points hold matter. Returns foot points on the datum (m, 3), their distance along the datum from the axis (m,)

@@ -47,6 +47,7 @@ class Handoff:
     stays: np.ndarray
     volume: np.ndarray
     samples: carve.Samples
+    heir: np.ndarray
     fields_raw: compare.Fields
     ejecta: ejected.Ejecta
     before: closing.Sums
@@ -120,14 +121,15 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     solid, offset = surface.calibrated(shape, split.spacing[shape_places(split)], surface.even_points(region), part, rules)
     samples = carve.sample(region, solid, tree, grains)
     stays = carve.keep(bed, solid, region)
-    volume = carve.grain_volumes(bed, samples, grains)
+    heir = carve.heirs(bed, stays, samples)
+    volume = carve.grain_volumes(bed, stays, heir, samples.volume)
     size, columns = _cavity(solid, stays, grains, region, bed)
     _refuse_misfit(size, source, compact, region, rules, bed)
 
     kept = np.flatnonzero(stays)
     near = tree.query(bed.position[kept])[1]
     nearest = compact[near]
-    mapped = _mapped(source, compact, tree, volume_of, bed, kept, samples, volume[kept], near)
+    mapped = _mapped(source, compact, tree, volume_of, bed, kept, samples, heir, volume[kept], near)
     spin = interpolation.rotation_rate(mapped.gradient)
     raw_mass = source.density[nearest] * volume[kept]
     packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())
@@ -158,11 +160,9 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
     bed_mass, bed_velocity = np.zeros(len(bed)), np.zeros((len(bed), 3))
     bed_mass[kept], bed_velocity[kept] = raw_mass, velocity
-    fields = compare.spread(
-        samples, source.mass[compact] * share, source.velocity[compact], mapped.own_gradient, bed_mass, bed_velocity
-    )
+    fields = compare.spread(samples, source.mass[compact] * share, source.velocity[compact], mapped.own_gradient, heir, bed_mass, bed_velocity)
     return Handoff(
-        start, split, compact, share, centre, solid, offset, stays, volume, samples, fields, flying, before, outside, raw, after,
+        start, split, compact, share, centre, solid, offset, stays, volume, samples, heir, fields, flying, before, outside, raw, after,
         moved - velocity, scale, shared, size, columns,
     )  # fmt: skip
 
@@ -189,7 +189,7 @@ class Mapped:
     own_gradient: np.ndarray
 
 
-def _mapped(source: Particles, compact, tree, volume_of, bed: Particles, kept, samples: carve.Samples, volume, near) -> Mapped:
+def _mapped(source: Particles, compact, tree, volume_of, bed: Particles, kept, samples: carve.Samples, heir, volume, near) -> Mapped:
     """The linear fit, and what it leaves of each particle's velocity, handed to the grains in that particle's cell (a defect correction:
     sharpens what the fit smoothed; linear fields stay exact)."""
     motion = source.velocity[compact]
@@ -198,10 +198,8 @@ def _mapped(source: Particles, compact, tree, volume_of, bed: Particles, kept, s
     _, own = interpolation.local_linear(tree, motion, volume_of, tree.data, count)
     place = np.full(len(bed), -1)
     place[kept] = np.arange(len(kept))
-    here = samples.inside & (place[samples.grain] >= 0)
-    overlap = interpolation.Overlap(
-        samples.particle[here], place[samples.grain[here]], samples.position[here], tree.data, bed.position[kept]
-    )
+    here = heir >= 0
+    overlap = interpolation.Overlap(samples.particle[here], place[heir[here]], samples.position[here], tree.data, bed.position[kept])
     return Mapped(velocity, gradient, overlap.deposited(overlap.defect(motion, own, velocity, gradient)), own)
 
 
@@ -226,13 +224,10 @@ def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: doma
 def _refuse_misfit(size: cavity.Cavity, source, compact, region, rules: surface.Rules, bed: Particles) -> None:
     radius = float(bed.radius.mean())
     if size.radius == 0.0 and rules.crater == "required":
-        raise InputError(
-            f"no crater: the compact surface lies nowhere deeper than two grain radii ({2.0 * radius:.4g} m) below the datum near the axis"
-        )
+        raise InputError(f"no crater: the compact surface lies nowhere deeper than two grain radii ({2.0 * radius:.4g} m) below the datum near the axis")
     if size.radius > _WIDEST * region.arc:
         raise InputError(
-            f"the crater (radius {size.radius:.4g} m) is wider than {_WIDEST:.0%} of the bed ({region.arc:.4g} m): "
-            "take a wider bed or an earlier snapshot"
+            f"the crater (radius {size.radius:.4g} m) is wider than {_WIDEST:.0%} of the bed ({region.arc:.4g} m): take a wider bed or an earlier snapshot"
         )
     place = source.position[compact]
     foot = place - region.frame.height(place)[:, None] * region.frame.up(place)
