@@ -50,11 +50,15 @@ class Request:
 
 @dataclass
 class Tally:
-    """What a census found so far; ``ends`` counts flights by how they ended, ``errors`` are the largest relative errors seen."""
+    """What a census found so far; ``ends`` counts flights by how they ended, the errors are the largest relative ones seen.
+
+    ``flown`` of the ``particles`` were integrated: ``rkck`` flies only those that come near a moon.
+    """
 
     table: dict[str, np.ndarray]
     block: int = 0
     particles: int = 0
+    flown: int = 0
     steps: int = 0
     ends: np.ndarray = None
     energy_error: float = 0.0
@@ -72,6 +76,7 @@ class Block:
 
     table: dict[str, np.ndarray]
     particles: int
+    flown: int
     steps: int
     ends: np.ndarray
     energy_error: float
@@ -84,6 +89,7 @@ def _fast(system: System, request: Request, number: int) -> Block:
     table = encounters.join([flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)])
     return Block(
         table,
+        CHUNK,
         CHUNK,
         int(flights.ends[:, 1].sum()),
         np.bincount(flights.ends[:, 0], minlength=5),
@@ -99,6 +105,7 @@ def _tube(system: System, request: Request, number: int) -> Block:
     return Block(
         table,
         CHUNK,
+        CHUNK,
         int(flights.ends[:, 1].sum()),
         np.bincount(flights.ends[:, 0], minlength=5),
         flights.ephemeris.energy_error,
@@ -108,8 +115,10 @@ def _tube(system: System, request: Request, number: int) -> Block:
 
 def _rkck(system: System, request: Request, number: int) -> Block:
     lot = conditions.lot(system, request.population, request.seed, number)
-    flights = rkck.run(system, lot, request.population.duration, request.seed)
-    return Block(flights.table, CHUNK, int(flights.ends[:, 1].sum()), np.bincount(flights.ends[:, 0], minlength=5), 0.0, 0.0)
+    flights = rkck.run(system, lot, request.population.duration, request.seed, to_the_end=True)
+    taken = flights.ends[:, 1]
+    ends = np.bincount(flights.ends[:, 0], minlength=5)
+    return Block(flights.table, CHUNK, int((taken > 0).sum()), int(taken.sum()), ends, 0.0, 0.0)
 
 
 WORKERS: dict[str, Callable[[System, Request, int], Block]] = {"fast": _fast, "tube": _tube, "rkck": _rkck}
@@ -131,6 +140,7 @@ def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
         tables.append(block.table)
         tally.block += 1
         tally.particles += block.particles
+        tally.flown += block.flown
         tally.steps += block.steps
         tally.ends += block.ends
         tally.energy_error = max(tally.energy_error, block.energy_error)
@@ -178,7 +188,7 @@ def _identity(request: Request) -> str:
 
 def _save(request: Request, out: Path, tally: Tally) -> None:
     arrays = {f"events/{name}": column for name, column in tally.table.items()} | {"ends": tally.ends}
-    scalars = {name: getattr(tally, name) for name in ("block", "particles", "steps", "energy_error", "angular_momentum_error", "wall_s")}
+    scalars = {name: getattr(tally, name) for name in ("block", "particles", "flown", "steps", "energy_error", "angular_momentum_error", "wall_s")}
     checkpoint.save(out, tally.block, arrays, {**scalars, "request": _identity(request)})
 
 
@@ -187,7 +197,7 @@ def _resumed(request: Request, out: Path) -> Tally:
     if kept is None or kept[1]["request"] != _identity(request):
         return Tally(encounters.empty())
     arrays, scalars = kept
-    names = ("block", "particles", "steps", "energy_error", "angular_momentum_error", "wall_s")
+    names = ("block", "particles", "flown", "steps", "energy_error", "angular_momentum_error", "wall_s")
     table = {name: arrays[f"events/{name}"] for name in encounters.TABLE}
     return Tally(table, ends=arrays["ends"], **{name: scalars[name] for name in names})
 
@@ -210,6 +220,7 @@ def run(request: Request, out: Path) -> tuple[dict[str, np.ndarray], dict]:
         "seed": request.seed,
         "particles": tally.particles,
         "steps": tally.steps,
+        "steps_per_flight": tally.steps / max(tally.flown, 1),
         "flights_timed_out": int(tally.ends[1]),
         "flights_left": int(tally.ends[2]),
         "flights_hit_jupiter": int(tally.ends[3]),

@@ -1,17 +1,19 @@
 """A collision for every entry: the particle keeps its velocity and is put elsewhere on the Hill sphere until it hits.
 
-Winter 2017, section 2.1.1 ("moon mode"). The last leg is the two-body hyperbola of ``nbody.bplane``; against full integration the speed
-agrees to 1e-3 and the angle to a degree.
+Winter 2017, section 2.1.1 ("moon mode"). The last leg is that of ``nbody.bplane``: against full integration the speed agrees to 1e-3 and
+the angle to a degree.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from matter.errors import UnphysicalState
 from nbody import bplane, encounters
 from nbody.encounters import COLLISION, ENTRY
-from nbody.system import System
+from nbody.system import Body, System
 
+MARGIN = 1.15  # of b_max: the tide shifts the disc of hits by a few per cent for the slowest
 STREAM = 1  # spawn key of this module's random numbers
 
 
@@ -32,16 +34,17 @@ def collide(table: dict[str, np.ndarray], system: System, seed: int, chunk: int,
         chance = bplane.hit_probability(body.radius, body.gm, made["distance"][of], made["speed"][of])
         made["hit_probability"][of] = chance
         table["hit_probability"][entries[of]] = chance
-        places, made["draws"][of] = bplane.resample(made["position"][of], made["velocity"][of], body.radius, body.gm, rng)
-        hit = bplane.fall(places, made["velocity"][of], body.radius, body.gm)
-        # the moon goes on along its orbit meanwhile
         shift = made["jovicentric_position"][of] - made["position"][of]
         motion = made["jovicentric_velocity"][of] - made["velocity"][of]
-        turn = np.linalg.norm(motion, axis=1) / np.linalg.norm(shift, axis=1) * hit.flight_time
+        rate = np.linalg.norm(motion, axis=1) / np.linalg.norm(shift, axis=1)
+        x, v, later, made["draws"][of] = last_leg(system, body, made["position"][of], made["velocity"][of], -shift, rate, rng)
+        hit = bplane.fall(x, v, body.radius, body.gm)
+        later += hit.flight_time
+        turn = rate * later  # the moon goes on along its orbit meanwhile
         made["position"][of], made["velocity"][of] = hit.position, hit.velocity
         made["jovicentric_position"][of] = _turned(shift, turn) + hit.position
         made["jovicentric_velocity"][of] = _turned(motion, turn) + hit.velocity
-        made["time"][of] += hit.flight_time
+        made["time"][of] += later
     if focused:
         made["weight"] *= made["hit_probability"]
     flags = made["retrograde"].copy(), made["periapsis"].copy()
@@ -51,6 +54,26 @@ def collide(table: dict[str, np.ndarray], system: System, seed: int, chunk: int,
     by_itself = set(zip(table["particle"][direct].tolist(), table["moon"][direct].tolist()))
     keep = [pair not in by_itself for pair in zip(made["particle"].tolist(), made["moon"].tolist())]
     return encounters.select(made, np.array(keep, bool))
+
+
+def last_leg(system: System, body: Body, entry: np.ndarray, velocity: np.ndarray, planet: np.ndarray, rate: np.ndarray, rng: np.random.Generator):
+    """Redraw places on the Hill sphere until the flight under moon and planet hits the body.
+
+    Returns states above the surface (n, 3) from which the hyperbola hits, the time to there [s] and how many draws over the facing
+    hemisphere it took.
+    """
+    x, v, later, draws = np.empty_like(entry), np.empty_like(entry), np.zeros(len(entry)), np.zeros(len(entry), np.int64)
+    waiting = np.arange(len(entry))
+    for _ in range(1000):
+        places, tried = bplane.resample(entry[waiting], velocity[waiting], body.radius, body.gm, rng, MARGIN)
+        draws[waiting] += tried
+        x[waiting], v[waiting], later[waiting] = bplane.descend(places, velocity[waiting], planet[waiting], rate[waiting], body.gm, system.planet.gm)
+        nearest, _, _ = bplane.pericentre(x[waiting], v[waiting], body.gm)
+        inwards = bplane.dot(x[waiting], v[waiting]) < 0.0
+        waiting = waiting[(nearest > body.radius) | ~inwards]
+        if not len(waiting):
+            return x, v, later, draws
+    raise UnphysicalState(f"n-body: no place on the Hill sphere of {body.title} leads to a hit at {np.linalg.norm(velocity[waiting[0]]):.4g} m/s")
 
 
 def _turned(vectors: np.ndarray, angle: np.ndarray) -> np.ndarray:

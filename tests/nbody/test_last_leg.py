@@ -27,9 +27,7 @@ def test_fall_keeps_energy_and_angular_momentum_and_agrees_with_integration():
         assert np.linalg.norm(path.y[:3, -1] - hit.position[0]) < 1.0
         assert np.linalg.norm(path.y[3:, -1] - hit.velocity[0]) < 1e-3
         up = hit.position[0] / CALLISTO.radius
-        assert np.degrees(hit.angle[0]) == pytest.approx(
-            np.degrees(np.arccos(-up @ hit.velocity[0] / np.linalg.norm(hit.velocity[0]))), abs=1e-6
-        )
+        assert np.degrees(hit.angle[0]) == pytest.approx(np.degrees(np.arccos(-up @ hit.velocity[0] / np.linalg.norm(hit.velocity[0]))), abs=1e-6)
 
 
 def test_slow_bound_fall_takes_the_elliptic_time():
