@@ -215,6 +215,7 @@ def run(request: Request, out: Path) -> tuple[dict[str, np.ndarray], dict]:
         "moons": ", ".join(moon.name for moon in jovian(request.target).moons),
         "target": request.target,
         "population": request.population.name,
+        "jupiter_mean_anomaly_deg": "random" if request.population.mean_anomaly is None else float(np.degrees(request.population.mean_anomaly)),
         "integrator": request.integrator,
         "count": request.count,
         "seed": request.seed,

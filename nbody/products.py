@@ -9,6 +9,7 @@ import numpy as np
 
 from matter import archive
 from nbody import figures, tables
+from nbody.encounters import ENTRY
 from nbody.rules import Statistic
 from nbody.system import jovian
 
@@ -57,7 +58,12 @@ def summarise(table: dict[str, np.ndarray], attributes: dict) -> dict:
         numbers["mean_angle_deg"] = tables.mean_angle(hit, np.ones(len(weight), bool))
         for name, window in tables.BASINS.items():
             numbers[f"{name}_mean_angle_deg"] = tables.mean_angle(hit, tables.in_band(hit, *window))
+        inside = masks["retrograde"] & tables.in_band(hit, *tables.BASINS["Valhalla"])
+        numbers["Valhalla_retrograde_mean_angle_deg"] = tables.mean_angle(hit, inside)
         numbers["leading_over_trailing"] = tables.asymmetry(table, index)["all"]
+        entries = table["weight"][(table["event"] == ENTRY) & (table["moon"] == index)]
+        rate, particles = float(entries.sum()), int(attributes["particles"])
+        numbers["entries_per_particle"] = Statistic(rate / particles, float(np.sqrt((entries**2).sum())) / particles, len(entries))
         result["moons"][moon.name] = {name: value._asdict() for name, value in numbers.items()}
     return result
 
