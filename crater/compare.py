@@ -29,7 +29,7 @@ class Crater:
 
 
 def profile_difference(a: Profile, b: Profile, depth: float | None = None) -> dict[str, Any]:
-    """RMS and largest height difference of two profiles on the coarser one's rings [m], area-weighted, where both exist.
+    """RMS, mean and largest height difference (b minus a) of two profiles on the coarser one's rings [m], area-weighted, where both exist.
 
     ``depth`` [m] is the scale that ``rms_over_depth`` is stated in (default: the deeper of the two).
     """

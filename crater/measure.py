@@ -39,10 +39,10 @@ UNITS = {
     "ellipticity": "1",
 }
 # Errors in local spacings that azimuthal averaging does not remove, found on synthetic clouds (tests/crater/test_coverage.py)
-RESOLUTION_HEIGHT = 0.08
-RESOLUTION_DIAMETER = 0.06
+RESOLUTION_HEIGHT = 0.06
+RESOLUTION_DIAMETER = 0.045
 RESOLUTION_CREST = 0.20
-RESOLUTION_RIM = 0.07
+RESOLUTION_RIM = 0.055
 
 
 @dataclass(frozen=True)
@@ -297,7 +297,7 @@ def _floor_noise(cells: np.ndarray, ruler: Ruler, base: Shape) -> float:
     """Error of the floor [m] where sectors are smaller than particles and say nothing: scatter of outer rings carried over by area.
 
     var(mean of ring i) = v d^2 / A_i with v from the sectors of the rings between 0.3 and 1 apparent radii; neighbouring rings share particles,
-    hence the factor 3.
+    hence the factor 4.
     """
     ring = (ruler.s > 0.3 * base.apparent) & (ruler.s < base.apparent)
     if ring.sum() < 2:
@@ -307,7 +307,7 @@ def _floor_noise(cells: np.ndarray, ruler: Ruler, base: Shape) -> float:
     v = float(np.median((scatter * ruler.area / ruler.d**2)[ring]))
     seen = ruler.broad @ cells.mean(axis=1)
     floor = int(np.argmin(np.where((ruler.s < base.apparent) & np.isfinite(seen), seen, np.inf)))
-    return float(np.sqrt(3.0 * v * np.nansum(ruler.broad[floor] ** 2 * ruler.d**2 / ruler.area)))
+    return float(np.sqrt(4.0 * v * np.nansum(ruler.broad[floor] ** 2 * ruler.d**2 / ruler.area)))
 
 
 def _by_method(ground: Relief, radius: float, ruler: Ruler, base: Shape, outermost: float) -> dict[str, dict[str, float]]:

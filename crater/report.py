@@ -91,7 +91,7 @@ def write(found: Findings, out: Path) -> None:
         "<h2>In time</h2>",
         _picture(
             out / "time_series.png",
-            "Errors: azimuth, resolution, method and datum in quadrature. After the collapse has begun the diameter is that of a wide trough and loses its meaning.",
+            "Errors: azimuth, resolution, method and datum in quadrature. Once the collapse has begun the diameter is that of a wide trough.",
         ),
         "<h2>Cross-sections through the impact plane</h2>",
         _picture(out / "cross_section.png", "Particles within half a spacing of the plane y = 0, by material."),
@@ -126,7 +126,8 @@ def _summary(found: Findings) -> str:
         lines.append(f"Still growing in the last snapshot: {', '.join(found.growing)}.")
     if found.final is not None:
         lines.append(
-            f"Final crater ({html.escape(found.final_from)}): depth {shown(found.final['depth_m'])}, apparent diameter {shown(found.final['diameter_apparent_m'])}."
+            f"Final crater ({html.escape(found.final_from)}): depth {shown(found.final['depth_m'])}, "
+            f"apparent diameter {shown(found.final['diameter_apparent_m'])}."
         )
     if found.late_difference:
         d = found.late_difference

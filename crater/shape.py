@@ -46,14 +46,14 @@ def make_ruler(ground: Relief, scale: float, mean: np.ndarray) -> Ruler:
     broad = np.full((len(s), len(s)), np.nan)
     rows = np.flatnonzero(bottom)
     if len(rows):
-        local = _local_quadratic(s[rows], area[rows], np.maximum(3.5 * d, 0.3 * scale)[rows])
+        local = _local_quadratic(s[rows], area[rows], np.maximum(4.5 * d, 0.3 * scale)[rows], power=1)
         broad[np.ix_(rows, np.arange(len(s)))] = 0.0
         broad[np.ix_(rows, rows)] = local
     return Ruler(s, d, area, sharpen, fine, broad)
 
 
-def _local_quadratic(s: np.ndarray, area: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """Matrix of a local quadratic regression, weights area times (1 - u^2)^2, even about the axis: exact for paraboloids."""
+def _local_quadratic(s: np.ndarray, area: np.ndarray, width: np.ndarray, power: int = 2) -> np.ndarray:
+    """Matrix of a local quadratic regression, weights area times (1 - u^2)^power, even about the axis: exact for paraboloids."""
     mirrored = np.concatenate([-s[::-1], s])
     weight = np.concatenate([area[::-1], area])
     n = len(s)
@@ -61,7 +61,7 @@ def _local_quadratic(s: np.ndarray, area: np.ndarray, width: np.ndarray) -> np.n
     for i in range(n):
         u = (mirrored - s[i]) / width[i]
         use = np.flatnonzero(np.abs(u) < 1.0)
-        w = np.sqrt(weight[use]) * (1.0 - u[use] ** 2)
+        w = np.sqrt(weight[use] * (1.0 - u[use] ** 2) ** power)
         basis = np.vander(u[use], 3, increasing=True) if len(use) >= 5 else np.ones((len(use), 1))
         row = np.linalg.pinv(basis * w[:, None])[0] * w
         np.add.at(result[i], np.where(use < n, n - 1 - use, use - n), row)

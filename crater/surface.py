@@ -297,18 +297,36 @@ def alpha_heights(cloud: Cloud, datum: Datum, columns: Columns, above: float) ->
     return result
 
 
+WIDE = 250
+"""Columns over which the ground before the impact is averaged where it has been moved: some six spacings around."""
+
+
 @dataclass(frozen=True)
 class Undisturbed:
-    """The ground before the impact, measured once: places in space and the excess over the datum there, per method [m]."""
+    """The ground before the impact, measured once: places in space, ``excess`` over the datum there per method [m], local ``spacing`` [m].
+
+    ``wide`` is the excess averaged over some six spacings.
+    """
 
     tree: cKDTree
     excess: dict[str, np.ndarray]
+    spacing: np.ndarray
+    wide: dict[str, np.ndarray]
 
-    def at(self, method: str, points: np.ndarray) -> np.ndarray:
-        """Excess at ``points`` (n, 3) in the frame of the snapshot, by inverse distance from the four nearest columns."""
+    def at(self, method: str, points: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """Excess to be taken from the ``height`` (n,) found at ``points`` (n, 3) in the frame of the snapshot.
+
+        Ground that has hardly moved still shows the imprint of its own particles: there the excess is that of the nearest columns. Ground that
+        has moved by a spacing is made of other particles, and the old imprint would only add its scatter: there it is the mean of the
+        wider surroundings.
+        """
         distance, near = self.tree.query(points, k=4)
         weight = 1.0 / np.maximum(distance, 1e-3 * np.maximum(distance[:, -1:], 1e-300)) ** 2
-        return (weight * self.excess[method][near]).sum(axis=1) / weight.sum(axis=1)
+        local = (weight * self.excess[method][near]).sum(axis=1) / weight.sum(axis=1)
+        moved = (height - local) / self.spacing[near[:, 0]]
+        wide = self.wide[method][near[:, 0]]
+        keep = np.exp(-4.0 * np.where(np.isfinite(moved), moved, np.inf) ** 2)
+        return wide + keep * (local - wide)
 
 
 def column_points(datum: Datum, distance: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
@@ -330,7 +348,11 @@ def undisturbed(cloud: Cloud, datum: Datum, reach: float, sectors: int, methods:
     excess = {"colour": heights.colour, "highest": heights.highest, "column": heights.cell[ring, sector]}
     if heights.alpha is not None:
         excess["alpha"] = heights.alpha
+    tree = cKDTree(column_points(datum, columns.distance[ring], columns.azimuth))
+    _, near = tree.query(tree.data, k=min(WIDE, len(tree.data)))
+    wide = {}
     for name, values in excess.items():
         middle = float(np.nanmedian(values)) if np.isfinite(values).any() else 0.0
         excess[name] = np.where(np.isfinite(values), values, middle)
-    return Undisturbed(cKDTree(column_points(datum, columns.distance[ring], columns.azimuth)), excess)
+        wide[name] = excess[name][near].mean(axis=1)
+    return Undisturbed(tree, excess, columns.spacing[ring], wide)

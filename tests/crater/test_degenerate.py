@@ -18,7 +18,7 @@ def box(rng, kind="jitter", spacing=0.2):
 
 def test_fewer_than_a_hundred_particles():
     p = np.random.default_rng(1).uniform(-1, 1, (60, 3))
-    with pytest.raises(InputError, match="60 particles.*at least 100"):
+    with pytest.raises(InputError, match=r"60 particles.*at least 100"):
         measure(Particles(synthetic.as_fields(p, 0.3)), "plane")
 
 

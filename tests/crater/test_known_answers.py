@@ -48,7 +48,7 @@ def test_tilted_plane_with_ejecta_at_twenty_per_radius():
 def test_sphere_of_valhalla_size_at_twenty_per_radius():
     rng = np.random.default_rng(12)
     R, rim = 2142e3, 300e3
-    shape = synthetic.Shape(synthetic.exponential(rim), rim, 1000e3, R)
+    shape = synthetic.Shape(synthetic.exponential(rim), rim, 750e3, R)
     spacing = rim / 20
     position = synthetic.cloud_on_sphere(shape, spacing, rng, "jitter", ejecta=0.05, depth_of_cloud=shape.depth + 4 * spacing)
     found = measure(Particles(synthetic.as_fields(position, spacing)), frame.Sphere(R))

@@ -1,0 +1,170 @@
+"""The stage on a synthetic run folder: with both stages, with one, with none; and the command on a bare snapshot."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+import synthetic
+
+from crater import stage
+from matter import snapshot
+from matter.body import Impact, Layer, Projectile, Target
+from matter.errors import InputError
+from matter.particles import Particles
+
+R, RIM, SPACING = 2102e3, 300e3, 60e3
+TIMES = (0.0, 120.0, 240.0, 360.0, 480.0, 600.0)
+DEPTH_RATIO = {0.0: 0.0, 120.0: 0.1, 240.0: 0.2, 360.0: 0.25, 480.0: 0.12, 600.0: 0.02}
+
+
+def settings(**more) -> stage.Settings:
+    layers = (
+        Layer(name="core", material="basalt", thickness="1842 km"),
+        Layer(name="ocean", material="water", thickness="150 km"),
+        Layer(name="shell", material="ice", thickness="150 km"),
+    )
+    projectile = Projectile(material="ice", radius="53.9 km")
+    impact = Impact(speed="18.234 km/s", angle_from_vertical="40 deg", projectile=projectile, expected_transient_diameter="700 km")
+    published = (
+        stage.Published(quantity="depth_m", at="volume", value="150 km", plus="20 km", minus="20 km", source="made up"),
+        stage.Published(quantity="diameter_apparent_m", at="volume", value="980 km", plus="177 km", minus="273 km", source="made up"),
+    )
+    return stage.Settings(target=Target(layers=layers), impact=impact, reference=published, **more)
+
+
+def cloud(ratio: float, body: float = R) -> tuple[np.ndarray, synthetic.Shape]:
+    height = synthetic.bowl(RIM, max(ratio, 1e-6), 0.2 * ratio)
+    shape = synthetic.Shape(height, RIM, 1600e3, body)
+    return synthetic.cloud_on_sphere(shape, SPACING, np.random.default_rng(7), "jitter", depth_of_cloud=400e3), shape
+
+
+def write_sph(folder):
+    folder.mkdir(parents=True)
+    (folder / "target.json").write_text(json.dumps({"centre": [0, 0, 0], "radius_m": R, "surface_gravity_m_s2": 1.284}))
+    for number, time in enumerate(TIMES):
+        p, _ = cloud(DEPTH_RATIO[time])
+        fields = synthetic.as_fields(p, SPACING, 917.0)
+        fields |= {"velocity": np.zeros_like(p), "material": np.zeros(len(p)), "layer": np.full(len(p), 2)}
+        facts = {"time": time, "stage": "sph", "frame": "sphere", "materials": ["ice"], "target_radius_m": R}
+        snapshot.write(Particles(fields, facts), folder / f"snap_{number:04d}.vtkhdf")
+    snapshot.write(Particles(fields, facts), folder / "last.vtkhdf")
+
+
+def write_grains(run):
+    for folder in ("3_bed", "5_dem"):
+        (run / folder).mkdir(parents=True)
+    facts = {"frame": "sphere", "materials": ["ice"], "species": ["shell"], "domain": {"datum_radius_m": R}}
+    p, _ = cloud(0.0)
+    lid = p[np.linalg.norm(p, axis=1) > R - 80e3] * (1 + 80e3 / R)
+    fields = synthetic.as_fields(np.vstack([p, lid]), SPACING, 917.0)
+    fields |= {"headroom": np.r_[np.zeros(len(p)), np.ones(len(lid))], "radius": np.full(len(p) + len(lid), 0.5 * SPACING)}
+    snapshot.write(Particles(fields, {**facts, "time": 0.0, "stage": "bed"}), run / "3_bed" / "bed.vtkhdf")
+    p, shape = cloud(0.15)
+    fields = synthetic.as_fields(p, SPACING, 917.0) | {"velocity": np.zeros_like(p), "radius": np.full(len(p), 0.5 * SPACING)}
+    for name in ("snap_0000", "last"):
+        snapshot.write(Particles(fields, {**facts, "time": 3600.0, "stage": "dem"}), run / "5_dem" / f"{name}.vtkhdf")
+    return shape
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
+    run = tmp_path_factory.mktemp("run")
+    write_sph(run / "2_sph")
+    shape = write_grains(run)
+    (run / "4_handoff").mkdir()
+    rows = [{"name": "mass_total_rel", "value": 1e-15, "limit": 1e-12, "verdict": "pass", "unit": "1", "note": "a < b & c"}]
+    (run / "4_handoff" / "ledger.json").write_text(json.dumps(rows))
+    out = run / "6_crater"
+    out.mkdir()
+    stage.run(settings(), run, out)
+    return run, out, shape
+
+
+def test_transient_and_final_are_told_apart(both):
+    _, out, shape = both
+    measures = json.loads((out / "measures.json").read_text())
+    assert measures["transient"]["time_s"]["value"] == 360.0
+    assert measures["transient"]["depth_m"]["value"] == pytest.approx(0.25 * 2 * RIM, abs=0.3 * SPACING)
+    assert measures["final"]["from"] == "settled grains"
+    assert measures["final"]["depth_m"]["value"] == pytest.approx(shape.depth, abs=0.3 * SPACING)
+    assert measures["final"]["diameter_apparent_m"]["value"] == pytest.approx(2 * shape.apparent, rel=0.04)
+    for name in ("diameter_rim_m", "diameter_apparent_m", "depth_m", "depth_rim_to_floor_m", "rim_height_m", "volume_m3", "time_s"):
+        for phase in ("transient", "final"):
+            assert set(measures[phase][name]) >= {"value", "sigma", "unit"}
+    assert set(measures["transient"]["by_method"]) == {"colour", "highest", "column", "alpha"}
+
+
+def test_published_numbers_have_verdicts(both):
+    _, out, _ = both
+    reference = json.loads((out / "measures.json").read_text())["reference"]
+    assert [row["met"] for row in reference] == [True, False]
+
+
+def test_every_file_is_there(both):
+    _, out, _ = both
+    for name in (
+        "measures.json compare.json profile.csv profile_sph.csv profile_transient.csv time_series.csv heightmap.h5 "
+        "profile.png time_series.png cross_section.png heightmap.png report.html"
+    ).split():
+        assert (out / name).stat().st_size > 0, name
+    compared = json.loads((out / "compare.json").read_text())
+    assert compared["scaling"]["range_m"][0] == pytest.approx(590e3, rel=0.03)
+    assert compared["late_stage_sph_against_dem"]["rms_over_depth"] > 0.05
+    rows = list(csv.DictReader((out / "time_series.csv").open()))
+    assert [row["stage"] for row in rows] == ["sph"] * 5 + ["dem"]
+    lines = (out / "profile.csv").read_text().splitlines()
+    assert any(line.startswith("# datum_radius_m = 2.102e+06") for line in lines)
+
+
+def test_the_page_is_self_contained(both):
+    _, out, _ = both
+    page = (out / "report.html").read_text()
+    assert page.count("data:image/png;base64,") == 4
+    assert "http" not in page.replace("http-equiv", "")
+    assert "a &lt; b &amp; c" in page and "mass_total_rel" in page
+    assert "differ by" in page
+
+
+def test_only_the_shock_stage(tmp_path):
+    write_sph(tmp_path / "2_sph")
+    out = tmp_path / "6_crater"
+    out.mkdir()
+    stage.run(settings(every=3), tmp_path, out)
+    measures = json.loads((out / "measures.json").read_text())
+    assert measures["final"]["from"] == "all-SPH late stage"
+    assert measures["final"]["diameter_apparent_m"]["value"] is None
+    assert "trough" in measures["final"]["diameter_apparent_m"]["reason"] or "hollow" in measures["final"]["diameter_apparent_m"]["reason"]
+
+
+def test_only_grains(tmp_path):
+    shape = write_grains(tmp_path)
+    out = tmp_path / "6_crater"
+    out.mkdir()
+    stage.run(settings(), tmp_path, out)
+    measures = json.loads((out / "measures.json").read_text())
+    assert measures["final"]["depth_m"]["value"] == pytest.approx(shape.depth, abs=0.3 * SPACING)
+    assert "no shock-stage" in measures["transient"]["reason"]
+
+
+def test_nothing_to_measure(tmp_path):
+    with pytest.raises(InputError, match="neither 2_sph"):
+        stage.run(settings(), tmp_path, tmp_path)
+
+
+def test_measure_crater_on_a_bare_snapshot(tmp_path, capsys):
+    shape = synthetic.Shape(synthetic.bowl(100.0), 100.0, 320.0)
+    p = synthetic.cloud_on_plane(shape, 12.0, np.random.default_rng(1), "jitter")
+    path = tmp_path / "other.vtkhdf"
+    snapshot.write(Particles({"position": p, "radius": np.full(len(p), 6.0)}, {"packing_fraction": np.pi / 6}), path)
+    assert stage.measure_snapshot(path, out=tmp_path / "out") == 0
+    assert "depth below the datum" in capsys.readouterr().out
+    measures = json.loads((tmp_path / "out" / "measures.json").read_text())
+    assert measures["final"]["depth_m"]["value"] == pytest.approx(shape.depth, abs=0.3 * 12)
+    assert (tmp_path / "out" / "profile.csv").is_file() and (tmp_path / "out" / "profile.png").is_file()
+
+
+def test_prediction_has_the_three_numbers():
+    assert set(stage.predict(settings())) == {"wall_s", "memory_bytes", "disk_bytes"}
