@@ -56,14 +56,15 @@ def _close(dt, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, hS, h
 
 
 @kernel
-def _net_torque(x, a, mass, out):
-    """Sum of m x (x) a and the inertia tensor (xx xy xz yy yz zz) about the origin, in ``out`` (9,)."""
+def _net_torque(x, a, g, mass, out):
+    """Sum of m x (x) (a + g) and the inertia tensor (xx xy xz yy yz zz) about the origin, in ``out`` (9,)."""
     out[:] = 0.0
     for i in range(len(mass)):
         m, p, q, r = mass[i], x[i, 0], x[i, 1], x[i, 2]
-        out[0] += m * (q * a[i, 2] - r * a[i, 1])
-        out[1] += m * (r * a[i, 0] - p * a[i, 2])
-        out[2] += m * (p * a[i, 1] - q * a[i, 0])
+        ax, ay, az = a[i, 0] + g[i, 0], a[i, 1] + g[i, 1], a[i, 2] + g[i, 2]
+        out[0] += m * (q * az - r * ay)
+        out[1] += m * (r * ax - p * az)
+        out[2] += m * (p * ay - q * ax)
         out[3] += m * (q * q + r * r)
         out[4] -= m * p * q
         out[5] -= m * p * r
@@ -75,8 +76,8 @@ def _net_torque(x, a, mass, out):
 class Integrator:
     """Steps a cloud.
 
-    Pairs that carry shear stress exert torques that do not cancel (their force is not along the line between them). Like the net torque of the tree's
-    field, the net torque of the pair forces is taken out by one rigid angular acceleration of the whole cloud at each evaluation;
+    Pairs that carry shear stress exert torques that do not cancel (their force is not along the line between them), and a frozen field of gravity turns
+    what has moved since. Like the net torque of the tree's field, both are taken out by one rigid angular acceleration of the whole cloud at each evaluation;
     ``torque_removed`` holds its integral [kg m^2/s], so that what was corrected stays in sight.
 
     Parameters
@@ -139,14 +140,16 @@ class Integrator:
         state.check(cloud, self.materials, self.evaluated, self.time)
         pair_rates.compute(self.evaluated.row, self.neighbourhood.found, cloud, self.rows.shear, self.alpha, self.beta, self.strength, self.rates)
         cloud.neighbours[:] = self.rates.count
-        if self.strength:
-            sums = np.empty(9)
-            _net_torque(cloud.position, self.rates.acceleration, cloud.mass, sums)
-            self._torque = sums[:3]
-            inertia = np.array([[sums[3], sums[4], sums[5]], [sums[4], sums[6], sums[7]], [sums[5], sums[7], sums[8]]])
-            turn = np.linalg.solve(inertia, self._torque)
-            # about the centre of mass, so that no net force comes with it
-            self.rates.acceleration -= np.cross(turn, cloud.position - cloud.mass @ cloud.position / cloud.mass.sum())
+        self._remove_net_torque()
+
+    def _remove_net_torque(self) -> None:
+        """Of pair forces and (frozen, hence slightly misplaced) gravity together; about the centre of mass, so that no net force comes with it."""
+        cloud, sums = self.cloud, np.empty(9)
+        centred = cloud.position - cloud.mass @ cloud.position / cloud.mass.sum()
+        _net_torque(centred, self.rates.acceleration, cloud.gravity, cloud.mass, sums)
+        self._torque = sums[:3]
+        inertia = np.array([[sums[3], sums[4], sums[5]], [sums[4], sums[6], sums[7]], [sums[5], sums[7], sums[8]]])
+        self.rates.acceleration -= np.cross(np.linalg.solve(inertia, self._torque), centred)
 
     def next_step(self, until: float) -> float:
         """The next step [s], no further than the time ``until``; counts what limits it."""

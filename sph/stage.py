@@ -61,8 +61,8 @@ class Settings(Model):
     snapshot_interval: PositiveTime = 60.0
     history_interval: PositiveTime = 30.0
     first_step: PositiveTime = 0.05
-    alpha: Annotated[float, Field(ge=0, le=10)] = 1.0
-    beta: Annotated[float, Field(ge=0, le=20)] = 2.0
+    alpha: Annotated[float, Field(ge=0, le=10)] = 2.0
+    beta: Annotated[float, Field(ge=0, le=50)] = 10.0
     courant: Annotated[float, Field(gt=0, le=1)] = 0.3
     theta: Annotated[float, Field(gt=0, le=1)] = 0.5
     gravity_shift: Annotated[float, Field(ge=0, le=1)] = 0.05
