@@ -21,6 +21,7 @@ from matter.errors import InputError, UnphysicalState
 from matter.particles import Particles
 
 ACTIVE, BALLISTIC, LEFT = 0, 1, 2
+REASONS = ("escaped", "landed_outside", "through_the_side")
 
 # per-grain arrays that are sorted, saved and restored together
 _PER_GRAIN = (
@@ -86,7 +87,8 @@ class Assembly:
         self.overlap_limit = contact.overlap_stop if overlap_limit is None else overlap_limit
         # sums over the run: dissipated in contacts, excess taken from returned grains, dissipated by drag and at walls, impulse (6)
         self.report = np.zeros(10)
-        self.booked = np.zeros(9)  # of grains that left: count, mass, momentum, angular momentum, energy
+        # of grains that left, by reason: count, mass, momentum (3), angular momentum (3), energy
+        self.booked = np.zeros((len(REASONS), 9))
         self.elastic, self.contacts, self.over_warn, self.worst, self.speed = 0.0, 0, 0, 0.0, 0.0
         self.threads = max(1, threads)
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
@@ -277,10 +279,12 @@ class Assembly:
             "elastic_J": self.elastic,
         }
 
-    def change_states(self, where: np.ndarray, state: int) -> None:
+    def change_states(self, where: np.ndarray, state: int, reason: str = REASONS[0]) -> None:
         """Move grains (mask in the present order) into or out of the contact search, or out of the run, at a full step.
 
-        What leaves is booked with the half kick that its contacts have just given it, so that the sums stay exact.
+        The order of the grains changes: masks made before are void.
+
+        What leaves is booked under ``reason`` with the half kick that its contacts have just given it, so that the sums stay exact.
         """
         where = where & (self.state != state)
         if not where.any():
@@ -291,11 +295,12 @@ class Assembly:
             p = m[:, None] * self.W[where, :3] + half * self.F[where, :3]
             inertia = 0.4 * m * self.X[where, 3] ** 2
             energy = 0.5 * np.sum(p * self.W[where, :3], axis=1) + m * self.gravity.potential(x)
-            self.booked[0] += where.sum()
-            self.booked[1] += m.sum()
-            self.booked[2:5] += p.sum(axis=0)
-            self.booked[5:8] += (np.cross(x, p) + inertia[:, None] * self.W[where, 3:] + half * self.F[where, 3:]).sum(axis=0)
-            self.booked[8] += energy.sum()
+            book = self.booked[REASONS.index(reason)]
+            book[0] += where.sum()
+            book[1] += m.sum()
+            book[2:5] += p.sum(axis=0)
+            book[5:8] += (np.cross(x, p) + inertia[:, None] * self.W[where, 3:] + half * self.F[where, 3:]).sum(axis=0)
+            book[8] += energy.sum()
         if state == BALLISTIC:
             self.returned[where] = 1
         self.state[where] = state

@@ -57,6 +57,12 @@ def radial_stress(bed: Assembly, shells: Shells, window: float) -> tuple[np.ndar
     rr = np.einsum("ij,ij->i", force, up) * np.einsum("ij,ij->i", branch, up)
     tt = 0.5 * (np.einsum("ij,ij->i", force, branch) - rr)
     ends = np.sort(np.linalg.norm(np.stack([bed.X[first, :3], bed.X[second, :3]]), axis=2), axis=0)
+    distance = np.linalg.norm(bed.X[:, :3], axis=1)
+    floor = np.flatnonzero(distance - bed.walls[0, 7] < bed.X[:, 3])  # the branch from a grain to the core is radial
+    gap = distance[floor] - bed.walls[0, 7]
+    rr = np.concatenate([rr, bed.V[floor, 7] * (bed.X[floor, 3] - gap) * gap])
+    tt = np.concatenate([tt, np.zeros(len(floor))])
+    ends = np.concatenate([ends, np.stack([distance[floor] - gap, distance[floor]])], axis=1)
     span = np.maximum(ends[1] - ends[0], 1e-6 * bed.mean_radius)
     below = np.clip((shells.edges[None, :] - ends[0][:, None]) / span[:, None], 0.0, 1.0)
     part = np.diff(below, axis=1)
@@ -84,6 +90,24 @@ def residual(bed: Assembly, g: float) -> dict[str, float]:
     below = bed.headroom == 0
     head = float(np.sqrt(np.mean(speed[~below] ** 2)) / unit) if (~below).any() else 0.0
     return {"rms": float(np.sqrt(np.mean(speed[below] ** 2)) / unit), "max": float(speed[below].max() / unit), "headroom_rms": head, "unit_m_s": unit}
+
+
+def rearrangement_speed(bed: Assembly, g: float) -> float:
+    """Rms speed of the grains below the datum against the mean of the grains that they touch, over sqrt(g r).
+
+    Smooth motions drop out of it, above all the sloshing of the bed in its cone, a mode of hours (omega^2 = g k tanh(k H) with k = 1.84 /
+    arc radius) which no settling can wait for; they count in ``residual``.
+    """
+    first, second, _ = bed._touching()
+    n = len(bed.X)
+    count = np.bincount(first, minlength=n) + np.bincount(second, minlength=n)
+    here = (bed.headroom == 0) & (count > 0)
+    total = np.zeros(int(here.sum()))
+    for c in range(3):
+        v = bed.W[:, c]
+        around = np.bincount(first, v[second], minlength=n) + np.bincount(second, v[first], minlength=n)
+        total += (v[here] - around[here] / count[here]) ** 2
+    return float(np.sqrt(np.mean(total)) / np.sqrt(g * bed.mean_radius))
 
 
 def overlaps(bed: Assembly) -> dict[str, Any]:

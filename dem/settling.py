@@ -6,13 +6,15 @@ phase   friction steering   weight above the datum  purpose
 pack    off      FIRE       (no gravity, a lid)     random points become a stable close packing (radii change places)
 load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it without load
 trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks for
-grip    on       drag       0.001                   friction and its springs
-rest    on       drag       0                       until the rms speed of the bed is half the limit
-free    on       none       0                       proof: the bed stays below the limit by itself, else ``rest`` again
+grip    on       drag       (headroom taken away)   friction and its springs
+rest    on       drag       (headroom taken away)   until grains move by less than a tenth of the limit in their cages
+free    on       none       (headroom taken away)   proof: by itself the bed stays below the limit, else ``rest`` again
+lay     off      FIRE       0                       the headroom is laid back onto the bed, which is held still: touching, no load
 ======= ======== ========== ======================= ====================================================================
 
-Weight is switched by the place of a grain (below or above the datum) until ``rest``, in which the headroom is marked. Masses are set after
-``load`` and once more after the first ``trim``.
+Weight is switched by the place of a grain (below or above the datum). Masses are set after ``load`` and once more after the first
+``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the bed comes to rest, so that no bed grain
+can lean on them, and carving them later changes nothing.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from scipy.optimize import isotonic_regression
 
 from dem import bed_measures, packing
 from dem.assembly import Assembly
-from dem.contact_settings import OCEAN, Contact
+from dem.contact_settings import OCEAN, SPECIES, Contact
 from dem.domain import Domain
 from dem.layered_body import LayeredBody
 from dem.relaxation import Fire
@@ -43,7 +45,9 @@ LOOK_EVERY = 10
 """Steps between two looks at which grains are above the datum."""
 EXCHANGE_EVERY = 3
 REST_LIMIT = 12
-"""Times that ``rest`` is repeated before the bed is given up."""
+"""Times that ``rest`` and ``free`` are repeated before the bed is given up."""
+QUIET = 0.1
+"""Rms speed of grains against their neighbours at the end of ``rest``, over the limit: slow modes that creep under the drag run faster without it."""
 
 
 class Phase(NamedTuple):
@@ -67,22 +71,17 @@ PHASES = (
     Phase("load", 3.0, True, (0.5, LIGHT), masses=True, exchange=True),
     Phase("trim", 2.0, True, (LIGHT, LIGHT), masses=True),
     Phase("trim", 3.0, True, (LIGHT, LIGHT)),
-    Phase("grip", 1.5, False, (LIGHT, LIGHT)),
+    Phase("grip", 1.5, False, (0.0, 0.0)),
     Phase("rest", 1.5, False, (0.0, 0.0)),
     Phase("free", 1.0, False, (0.0, 0.0)),
+    Phase("lay", 1.0, True, (0.0, 0.0)),
 )
-_REST, _FREE = len(PHASES) - 2, len(PHASES) - 1
+_GRIP, _REST, _FREE, _LAY = (k for k, p in enumerate(PHASES) if p.name in ("grip", "rest", "free", "lay"))
 
 
 def threads_for(count: int) -> int:
     """Threads that pay: below some ten thousand grains a step is shorter than the hand-over."""
     return int(numba.get_num_threads()) if count >= 10_000 else 1
-
-
-def residual_speed(bed: Assembly, body: LayeredBody) -> float:
-    """Rms speed of the grains below the datum over sqrt(g r)."""
-    g = float(body.gravity().strength(np.array(body.radius)))
-    return bed_measures.residual(bed, g)["rms"]
 
 
 class Settling:
@@ -94,6 +93,9 @@ class Settling:
         self.smooth_contact = contact.model_copy(update={"shell": smooth, "ocean": smooth})
         self.gravity = body.gravity()
         self.phase, self.done, self.repeats, self.total = 0, 0, 0, 0
+        self.aside: Particles | None = None
+        self.rested: Particles | None = None
+        self.free_speed = float("nan")
         self._begin(self.thrown(points, radius))
 
     # -- phases --------------------------------------------------------------------------------------------------------------
@@ -121,6 +123,10 @@ class Settling:
             self._weigh(self.done / self.steps)
         if now.fire:
             self.fire.step()
+            if now.name == "lay":
+                still = self.bed.headroom == 0
+                self.bed.W[still] = 0.0
+                self.bed.A[still] = 0.0
         else:
             self.bed.step()
         self.done += 1
@@ -142,32 +148,73 @@ class Settling:
             return
         start, end = now.light
         light = max(end, start * (1.0 - 1.5 * part))
-        above = bed.headroom > 0 if self.phase >= _REST else self._squared_distance() > self.domain.datum_radius**2
+        above = bed.headroom > 0 if self.phase >= _GRIP else self._squared_distance() > self.domain.datum_radius**2
         bed.weight[:] = np.where(above, light, 1.0)
 
     def next(self) -> bool:
         """Go to the next phase at the end of one; False when the bed is at rest or has been given up."""
         now = PHASES[self.phase]
         bed = self.bed
+        if self.phase == _LAY:
+            return False
         grains = bed.particles({"time": 0.0})
-        if self.phase >= _REST:
-            found = residual_speed(bed, self.body)
-            if now.name == "free" and (found < self.limit or self.repeats >= REST_LIMIT):
-                return False
+        if self.phase in (_REST, _FREE):
+            g = float(self.gravity.strength(np.array(self.body.radius)))
+            found = bed_measures.residual(bed, g)["rms"]
+            enough = self.repeats >= REST_LIMIT
             self.repeats += 1
-            quiet = now.name == "rest" and (found < 0.5 * self.limit or self.repeats >= REST_LIMIT)
-            self.phase = _FREE if quiet else _REST
+            if now.name == "rest":
+                self.phase = _FREE if bed_measures.rearrangement_speed(bed, g) < QUIET * self.limit or enough else _REST
+                self.rested = grains
+            else:
+                self.phase = _LAY if found < self.limit or enough else _REST
+                self.free_speed = found
         else:
             self.phase += 1
-            if not now.friction:
-                for name in ("contacts/history", "contacts/wall_history"):
-                    grains.tables[name] = np.zeros_like(grains.tables[name])
-            if now.masses:
-                grains = self.matched(grains, bed)
-            if self.phase == _REST:
-                grains["headroom"] = np.linalg.norm(grains.position, axis=1) > self.domain.datum_radius
+        if not now.friction:
+            for name in ("contacts/history", "contacts/wall_history"):
+                grains.tables[name] = np.zeros_like(grains.tables[name])
+        if now.masses:
+            grains = self.matched(grains, bed)
+        if self.phase == _GRIP:
+            grains = self._take_headroom(grains)
+        if self.phase == _LAY:
+            assert self.rested is not None
+            grains = self._give_headroom(self.rested)
         self._begin(grains)
         return True
+
+    def _take_headroom(self, grains: Particles) -> Particles:
+        """The grains below the datum; the others wait aside."""
+        above = np.linalg.norm(grains.position, axis=1) > self.domain.datum_radius
+        grains["headroom"] = above
+        self.aside = grains.select(above)
+        bed = grains.select(~above)
+        bed.tables.update(grains.tables)
+        return bed
+
+    def _give_headroom(self, grains: Particles) -> Particles:
+        """The settled bed and the headroom, at rest, in one; the contacts of the bed keep their history."""
+        assert self.aside is not None
+        fields = {name: np.concatenate([grains[name], self.aside[name]]) for name in grains}
+        for name in ("velocity", "angular_velocity"):
+            fields[name] = np.zeros_like(fields[name])
+        return Particles(fields, grains.attributes)
+
+    def result(self) -> Assembly:
+        """The bed with its headroom, at rest, under the real contact laws, with the contact history of the bed."""
+        grains = self.bed.particles({"time": 0.0}, tables=False)
+        rested = self.rested
+        assert rested is not None
+        place = np.searchsorted(grains.identity, rested.identity)
+        for name in ("velocity", "angular_velocity"):
+            values = np.zeros_like(grains[name])
+            values[place] = rested[name]
+            grains[name] = values
+        grains.tables.update(rested.tables)
+        bed = Assembly(grains, self.contact, self.domain.walls(), self.gravity, threads=threads_for(len(grains)))
+        bed.weight[:] = np.where(bed.headroom > 0, 0.0, 1.0)
+        return bed
 
     @property
     def progress(self) -> float:
@@ -179,14 +226,22 @@ class Settling:
     def save(self, out: Path) -> None:
         """Write a checkpoint."""
         arrays, scalars = self.bed.state_arrays()
-        own = {name: getattr(self, name) for name in ("phase", "done", "repeats", "total", "steps")}
+        for label, kept in (("aside", self.aside), ("rested", self.rested)):
+            if kept is not None:
+                arrays = {**arrays, **{f"{label}_fields/{k}": v for k, v in kept.items()}, **{f"{label}_tables/{k}": v for k, v in kept.tables.items()}}
+        own = {name: getattr(self, name) for name in ("phase", "done", "repeats", "total", "steps", "free_speed")}
         checkpoint.save(out, self.total, arrays, {**{f"bed_{k}": v for k, v in scalars.items()}, **own, **self.fire.state()})
 
     def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
         """Continue from a checkpoint, bit for bit."""
         self.phase, self.repeats, self.total = (int(scalars[k]) for k in ("phase", "repeats", "total"))
+        for label in ("aside", "rested"):
+            fields = {k.split("/", 1)[1]: v for k, v in arrays.items() if k.startswith(f"{label}_fields/")}
+            tables = {k.split("/", 1)[1]: v for k, v in arrays.items() if k.startswith(f"{label}_tables/")}
+            if fields:
+                setattr(self, label, Particles(fields, {"time": 0.0}, tables))
         self._begin(self.bed.particles({"time": 0.0}, tables=False))
-        self.done, self.steps = int(scalars["done"]), int(scalars["steps"])
+        self.done, self.steps, self.free_speed = int(scalars["done"]), int(scalars["steps"]), float(scalars["free_speed"])
         self.bed.restore(arrays, {k[4:]: v for k, v in scalars.items() if k.startswith("bed_")})
         self.fire.restore(scalars)
 
@@ -207,8 +262,8 @@ class Settling:
     def matched(self, grains: Particles, bed: Assembly | None) -> Particles:
         """The grains with material, species, mass and stiffness for where they are; ``bed`` None takes a nominal packing fraction.
 
-        The mass of a grain is rho(r) V / phi(r), phi measured in windows of 5 radii, made never to grow outwards (isotonic
-        regression): a frictionless ocean of grains that are lighter below than above turns over. At last the whole is scaled to the body's
+        The mass of a grain is rho(r) V / phi(r), phi measured in windows of 5 radii; in a liquid it is made never to grow
+        outwards (isotonic regression): a frictionless ocean of grains that are lighter below than above turns over. At last the whole is scaled to the body's
         mass between floor and datum.
         """
         domain, body = self.domain, self.body
@@ -222,10 +277,12 @@ class Settling:
             top = min(domain.datum_radius + 3.0 * mean, float(np.percentile(distance, 99.0)))
             shells = bed_measures.Shells(grains.position, grains.radius, domain, 0.25 * mean, top)
             phi = shells.smooth(np.asarray(shells.share.sum(axis=0)).ravel(), 5.0 * mean)
-            outwards = np.argsort(distance, kind="stable")
-            grain_density = np.empty(len(distance))
-            found = (rho / np.interp(distance, shells.middle, phi))[outwards]
-            grain_density[outwards] = isotonic_regression(found, weights=volume[outwards], increasing=False).x
+            grain_density = rho / np.interp(distance, shells.middle, phi)
+            liquid = np.flatnonzero([self.contact.species_of(body.materials[k]) == SPECIES.index("ocean") for k in body.layer_of(distance)])
+            if len(liquid):
+                outwards = liquid[np.argsort(distance[liquid], kind="stable")]
+                found = isotonic_regression(grain_density[outwards], weights=volume[outwards], increasing=False)
+                grain_density[outwards] = found.x
             mass = grain_density * volume
             below = distance <= domain.datum_radius
             mass *= body.mass_between(domain.core_radius, domain.datum_radius, domain.solid_angle) / mass[below].sum()
@@ -242,10 +299,13 @@ class Settling:
         return Particles(fields, grains.attributes, grains.tables)
 
 
-def settle(points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact, limit: float, out: Path) -> tuple[Assembly, int]:
+def settle(
+    points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact, limit: float, out: Path
+) -> tuple[Assembly, dict[str, float]]:
     """Settle grains of ``radius`` [m] thrown at ``points`` until the bed's rms speed over sqrt(g r) stays below ``limit``.
 
-    Resumes from a checkpoint in ``out``. Returns the bed, its time set to 0, and the number of steps that it took.
+    Resumes from a checkpoint in ``out``. Returns the bed and facts on how it got there: ``steps``, and ``free_run_speed``, the rms speed over
+    sqrt(g r) after a travel time without any damping.
     """
     work = Settling(points, radius, body, domain, contact, limit)
     saved = checkpoint.newest(out)
@@ -263,6 +323,4 @@ def settle(points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Do
                 stop_here("bed")
         if not work.next():
             break
-    bed = work.bed
-    bed.start_time = -bed.steps * bed.dt
-    return bed, work.total
+    return work.result(), {"steps": float(work.total), "free_run_speed_over_sqrt_g_r": work.free_speed}

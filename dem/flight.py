@@ -1,0 +1,75 @@
+"""Which grains take part in the contact search, which fly, and which have left for good."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dem.assembly import ACTIVE, BALLISTIC, LEFT, Assembly
+from dem.domain import Domain
+
+EVERY = 10
+"""Steps between two looks."""
+ESCAPE_RADII = 1.5
+"""A grain faster than escape is booked beyond this many radii of the body; slower ones may come back."""
+
+
+def look(bed: Assembly, domain: Domain) -> None:
+    """Move grains between the contact search, free flight and the books (at a full step).
+
+    The *shell* is the highest touching grain or the top of the domain, whichever is higher, and two radii more: above it a grain without contact flies
+    ballistically (gravity only), and comes back into the search before it can reach the shell again. Booked are grains on an escape
+    orbit, grains that come down beside the domain, and grains that have gone through its side.
+    """
+    distance = np.linalg.norm(bed.X[:, :3], axis=1)
+    touching = np.zeros(len(bed.X), dtype=bool)
+    first, second, _ = bed._touching()
+    touching[first] = touching[second] = True
+    largest = float(bed.X[:, 3].max())
+    top = float(np.max((distance + bed.X[:, 3])[touching], initial=domain.top_radius))
+    shell = top + 2.0 * largest
+    outward = np.einsum("ij,ij->i", bed.X[:, :3], bed.W[:, :3]) > 0.0
+    outside = domain.outside(bed.X[:, :3])
+    speed2 = np.einsum("ij,ij->i", bed.W[:, :3], bed.W[:, :3])
+    bound = 0.5 * speed2 + bed.gravity.potential(bed.X[:, :3]) < 0.0
+    active, flying = bed.state == ACTIVE, bed.state == BALLISTIC
+    reach = 2.0 * EVERY * bed.dt * np.sqrt(speed2) + 2.0 * largest
+
+    aside = active & outside & (distance < domain.top_radius)
+    launched = active & ~touching & ~aside & (((distance - bed.X[:, 3] > shell) & outward) | outside)
+    gone = flying & ~bound & (distance > ESCAPE_RADII * domain.datum_radius)
+    beside = flying & outside & ~outward & (distance < domain.top_radius)
+    beside |= flying & (distance < domain.core_radius)
+    back = flying & ~outside & ~outward & (distance < shell + reach)
+    if back.any():
+        back &= ~_overlapping(bed, np.flatnonzero(back))
+    changed = np.where(aside, 1, 0) + np.where(launched, 2, 0) + np.where(gone, 3, 0) + np.where(beside, 4, 0) + np.where(back & ~beside, 5, 0)
+    if not changed.any():
+        return
+    by_identity = dict(zip(bed.identity[changed > 0].tolist(), changed[changed > 0].tolist()))
+    for code, state, reason in ((1, LEFT, "through_the_side"), (2, BALLISTIC, ""), (3, LEFT, "escaped"), (4, LEFT, "landed_outside"), (5, ACTIVE, "")):
+        wanted = [identity for identity, found in by_identity.items() if found == code]
+        if wanted:
+            bed.change_states(np.isin(bed.identity, wanted), state, reason)
+
+
+def _overlapping(bed: Assembly, candidates: np.ndarray) -> np.ndarray:
+    """Mask of the candidates that would be put into another grain by more than a tenth of the smaller radius."""
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(bed.X[: bed.active, :3])
+    mask = np.zeros(len(bed.X), dtype=bool)
+    largest = float(bed.X[:, 3].max())
+    for i in candidates:
+        near = tree.query_ball_point(bed.X[i, :3], bed.X[i, 3] + largest)
+        if near:
+            gap = np.linalg.norm(bed.X[near, :3] - bed.X[i, :3], axis=1) - bed.X[near, 3] - bed.X[i, 3]
+            mask[i] = bool(np.any(-gap > 0.1 * np.minimum(bed.X[near, 3], bed.X[i, 3])))
+    return mask
+
+
+def damp(bed: Assembly, domain: Domain) -> None:
+    """Set the damping of the outermost grains for where they are now; what flies is not damped."""
+    drag = domain.drag(bed.X[:, :3])
+    drag[bed.active :] = 0.0
+    drag[np.einsum("ij,ij->i", bed.X[:, :3], bed.X[:, :3]) > domain.top_radius**2] = 0.0
+    bed.drag[:] = drag

@@ -1,0 +1,286 @@
+"""Stage 5: the collapse of the carved bed, as grains in contact, from the handoff until the profile stops changing."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from dem import flight, settling
+from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly, shortest_contact_time
+from dem.contact_settings import Contact
+from dem.domain import Domain
+from dem.layered_body import LayeredBody
+from dem.stillness import Stillness, surface_profile
+from matter import archive, checkpoint, snapshot
+from matter.body import Model
+from matter.errors import InputError, Unsound
+from matter.particles import Particles
+from matter.progress import Progress, stop_here, stop_requested
+from matter.quantity import PositiveTime
+
+GRAIN_STEPS_PER_S = 2.0e6
+"""Grain steps per second of one core in a collapse, with lists, looks and output (measured on an AVX-512 core at 20,000 grains)."""
+TIME_STEP_S = 0.9
+"""Time step of the quick Valhalla bed, for the prediction only."""
+MOMENTUM_LIMIT = 1e-9
+"""Largest error of the momentum balance (momentum + what left - impulses), over the sum of m |v| at the start."""
+ENERGY_LIMIT = 0.05
+"""Largest error of the energy balance, over the kinetic energy at the start plus what was dissipated."""
+CHECKPOINT_EVERY_S = 15.0
+
+_VECTORS = ("momentum", "angular_momentum")
+COLUMNS = (
+    "time_s", "dt_s", "mass_kg", *(f"{v}_{c}" for v in _VECTORS for c in "xyz"), "kinetic_J", "rotational_J", "gravitational_J", "elastic_J",
+    "dissipated_contacts_J", "dissipated_returning_J", "dissipated_damping_J", "dissipated_walls_J", "booked_J", "total_J",
+    *(f"impulse_{c}" for c in "xyz"), *(f"angular_impulse_{c}" for c in "xyz"), "momentum_error", "angular_momentum_error", "energy_error",
+    "overlap_max", "overlaps_above_warning", "contacts", "speed_max", "grains_active", "grains_ballistic", "grains_left", "booked_mass_kg",
+    "profile_change",
+)  # fmt: skip
+
+
+class Settings(Model):
+    """Settings of the collapse."""
+
+    contact: Contact = Contact()
+    end_time: PositiveTime = 3600.0
+    """Earliest end, counted from the impact: the shock stage's own end, so that both late stages can be compared."""
+    latest_time: PositiveTime = 7200.0
+    """Latest end, counted from the impact."""
+    still_interval: PositiveTime = 600.0
+    """The run ends when the profile has changed by less than ``still_change`` over this time."""
+    still_change: Annotated[float, Field(gt=0.0, le=5.0)] = 0.1
+    """RMS change of the profile, in mean grain radii, below which it counts as still."""
+    snapshot_interval: PositiveTime = 120.0
+    """Simulated time between snapshots."""
+    history_interval: PositiveTime = 10.0
+    """Simulated time between rows of ``history.csv``."""
+    step_factor: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+    """Multiplies the time step (a sensitivity test halves it)."""
+
+    @model_validator(mode="after")
+    def _order(self) -> Settings:
+        if self.latest_time < self.end_time:
+            raise ValueError(f"latest_time ({self.latest_time:g} s) must not be before end_time ({self.end_time:g} s)")
+        return self
+
+
+def predict(settings: Settings, count: int = 20_000) -> dict[str, float]:
+    """Wall time with warm kernels [s], memory and disk [bytes] for ``count`` grains of the quick Valhalla case (larger beds step finer)."""
+    dt = TIME_STEP_S * settings.step_factor * (20_000 / count) ** (1.0 / 3.0) / np.sqrt(settings.contact.stiffness_factor)
+    end = 0.5 * (settings.end_time + settings.latest_time)
+    steps = end / (dt * settings.contact.steps_per_contact / 30)
+    shots = end / settings.snapshot_interval
+    rate = GRAIN_STEPS_PER_S * settling.threads_for(count)
+    return {"wall_s": 2.0 + count * (steps + 100 * shots) / rate, "memory_bytes": 2.5e8 + 2000.0 * count, "disk_bytes": 170.0 * count * (shots + 4)}
+
+
+def run(settings: Settings, inputs: Path, out: Path) -> None:
+    """Run the collapse: ``snap_*.vtkhdf``, ``history.csv``, ``last.vtkhdf``, ``stage_report.json`` in ``out``.
+
+    Raises ``InputError`` when an input file is missing or incomplete, ``UnphysicalState`` when grains overlap beyond the limit (the
+    snapshots until then stay), ``Unsound`` at the end when a balance is broken.
+    """
+    inputs, out = Path(inputs), Path(out)
+    collapse = Collapse(settings, snapshot.read(inputs / "4_handoff" / "start.vtkhdf"), LayeredBody.read(inputs / "2_sph" / "target.json"), out)
+    saved = checkpoint.newest(out)
+    if saved is not None:
+        collapse.restore(*saved)
+    collapse.advance()
+    collapse.finish()
+
+
+class Collapse:
+    """One run of the stage: the assembly and what is remembered about it."""
+
+    def __init__(self, settings: Settings, start: Particles, body: LayeredBody, out: Path):
+        _check(start, settings)
+        self.settings, self.out = settings, out
+        self.domain = Domain.of_attribute(start.attributes["domain"])
+        start["stiffness"] = capped_stiffness(start)
+        dt = shortest_contact_time(start.mass, start.stiffness) / settings.contact.steps_per_contact * settings.step_factor
+        self.bed = Assembly(start, settings.contact, self.domain.walls(), body.gravity(), dt=dt, threads=settling.threads_for(len(start)), skin=0.3)
+        self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")}
+        self.still = Stillness(settings.still_interval)
+        self.change, self.snapshots = np.inf, 0
+        self.rows: list[list[float]] = []
+        self.next_row = self.next_look = self.next_snapshot = self.bed.start_time
+        self.start_momentum, self.start_angular = self.bed.momentum(), self.bed.angular_momentum()
+        energies = self.bed.energies()
+        self.start_energy, self.start_kinetic = sum(energies.values()), energies["kinetic_J"] + energies["rotational_J"]
+        m, v = self.bed.mass, self.bed.W[:, :3]
+        self.scale_p = float(np.sum(m * np.linalg.norm(v, axis=1)))
+        self.scale_l = float(np.sum(m * np.linalg.norm(self.bed.X[:, :3], axis=1) * np.linalg.norm(v, axis=1)))
+        self.worst_overlap, self.returned = 0.0, 0
+
+    # -- time ----------------------------------------------------------------------------------------------------------------
+
+    def advance(self) -> None:
+        """Step until the profile is still (not before ``end_time``) or ``latest_time`` is reached."""
+        bed, settings = self.bed, self.settings
+        progress = Progress("dem", settings.end_time, start=bed.time)
+        last_saved = time.monotonic()
+        while True:
+            self._due()
+            now = bed.time
+            if now >= settings.latest_time or (now >= settings.end_time and self.change < settings.still_change):
+                return
+            if bed.steps % flight.EVERY == 0:
+                flight.look(bed, self.domain)
+                flight.damp(bed, self.domain)
+            bed.step()
+            self.worst_overlap = max(self.worst_overlap, bed.worst)
+            if now > settings.end_time:
+                progress.total = settings.latest_time
+            progress.update(bed.time, f"{bed.speed:.0f} m/s, {bed.moving - bed.active} in flight")
+            if stop_requested() or time.monotonic() - last_saved > CHECKPOINT_EVERY_S:
+                self.save()
+                last_saved = time.monotonic()
+                stop_here("dem")
+
+    def _due(self) -> None:
+        """Write what falls due at this step: a look at the profile, a row of the history, a snapshot."""
+        now, settings = self.bed.time, self.settings
+        if now >= self.next_look:
+            self.change = self.still.look(surface_profile(self.bed, self.domain), self.bed.mean_radius)
+            self.next_look += self.still.every
+        if now >= self.next_row:
+            self.rows.append(self._row())
+            self.next_row += settings.history_interval
+        if now >= self.next_snapshot:
+            self._snapshot(f"snap_{self.snapshots:04d}", tables=False)
+            self.snapshots += 1
+            self.next_snapshot += settings.snapshot_interval
+
+    def _row(self) -> list[float]:
+        bed = self.bed
+        energies, booked = bed.energies(), bed.booked.sum(axis=0)
+        p, l = bed.momentum(), bed.angular_momentum()
+        total = sum(energies.values()) + float(bed.report[:4].sum()) + booked[8]
+        spent = float(bed.report[:4].sum())
+        error_p = np.linalg.norm(p + booked[2:5] - bed.report[4:7] - self.start_momentum) / max(self.scale_p, 1e-300)
+        error_l = np.linalg.norm(l + booked[5:8] - bed.report[7:10] - self.start_angular) / max(self.scale_l, 1e-300)
+        error_e = (total - self.start_energy) / max(self.start_kinetic + spent, 1e-300)
+        return [
+            bed.time, bed.dt, float(bed.mass[: bed.moving].sum()), *p, *l, *energies.values(), *bed.report[:4], booked[8], total,
+            *bed.report[4:], error_p, error_l, error_e, bed.worst, bed.over_warn, bed.contacts, bed.speed, bed.active,
+            bed.moving - bed.active, len(bed.X) - bed.moving, booked[1], self.change,
+        ]  # fmt: skip
+
+    # -- files ---------------------------------------------------------------------------------------------------------------
+
+    def _particles(self, tables: bool) -> Particles:
+        attributes = {**self.carried, "time": self.bed.time, "stage": "dem"}
+        return self.bed.particles(attributes, tables)
+
+    def _snapshot(self, name: str, tables: bool) -> None:
+        snapshot.write(self._particles(tables), self.out / f"{name}{snapshot.SUFFIX}")
+
+    def _write_history(self) -> None:
+        lines = [",".join(COLUMNS), *(",".join(f"{value:.10g}" for value in row) for row in self.rows)]
+        archive.write_text(self.out / "history.csv", "\n".join(lines) + "\n")
+
+    def save(self) -> None:
+        """Write a checkpoint (the whole state) and the history so far."""
+        arrays, scalars = self.bed.state_arrays()
+        arrays = {**arrays, "history_rows": np.array(self.rows), "profiles": np.array(self.still.kept)}
+        for name in ("start_momentum", "start_angular"):
+            arrays[name] = getattr(self, name)
+        own = {f"own_{name}": getattr(self, name) for name in _OWN}
+        checkpoint.save(self.out, self.bed.steps, arrays, {**scalars, **own})
+        self._write_history()
+
+    def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
+        """Continue from a checkpoint, bit for bit."""
+        self.bed.restore(arrays, scalars)
+        self.rows = [list(row) for row in arrays["history_rows"]]
+        self.still.kept = list(arrays["profiles"])
+        for name in ("start_momentum", "start_angular"):
+            setattr(self, name, arrays[name])
+        for name in _OWN:
+            setattr(self, name, scalars[f"own_{name}"])
+
+    def finish(self) -> None:
+        """Write the last files; raise ``Unsound`` when a balance is broken."""
+        if not self.rows or self.rows[-1][0] < self.bed.time:
+            self.rows.append(self._row())
+        self._write_history()
+        self._snapshot("last", tables=True)
+        times = {path.name: float(snapshot.read(path).attributes["time"]) for path in snapshot.series(self.out)}
+        snapshot.write_series(self.out, times, "snap")
+        report = self._report()
+        archive.write_text(self.out / "stage_report.json", json.dumps(report, indent=1))
+        checkpoint.clear(self.out)
+        broken = [
+            f"{name} = {report[name]:.3g} (limit {limit:g})"
+            for name, limit in (("momentum_error", MOMENTUM_LIMIT), ("angular_momentum_error", MOMENTUM_LIMIT), ("energy_error", ENERGY_LIMIT))
+            if abs(report[name]) > limit
+        ]
+        if broken:
+            raise Unsound("dem: " + "; ".join(broken))
+
+    def _report(self) -> dict[str, Any]:
+        bed, last = self.bed, dict(zip(COLUMNS, self.rows[-1]))
+        worst = {name: max((abs(row[COLUMNS.index(name)]) for row in self.rows), default=0.0) for name in ("momentum_error", "angular_momentum_error")}
+        notes = [
+            "Ocean grains have no friction, rolling or twisting resistance; as spheres they still keep an angle of some 6 degrees.",
+            f"Sliding rule: {self.settings.contact.sliding}; attractive tail kept: {self.settings.contact.attractive_tail}.",
+        ]
+        if self.worst_overlap > self.settings.contact.overlap_warn:
+            notes.append(f"Overlaps reached {self.worst_overlap:.3f} radii (warning above {self.settings.contact.overlap_warn:g}).")
+        if last["dissipated_returning_J"] > 0.0:
+            notes.append(f"Returning ejecta above the contact speed limit lost {last['dissipated_returning_J']:.3g} J in scaled contacts.")
+        still = self.change < self.settings.still_change
+        if not still:
+            notes.append(f"Stopped at latest_time while the profile still changed by {self.change:.3g} radii.")
+        return {
+            "time_s": bed.time,
+            "steps": bed.steps,
+            "time_step_s": bed.dt,
+            "list_builds": bed.builds,
+            "grains": len(bed.X),
+            "still": bool(still),
+            "profile_change_radii": self.change if np.isfinite(self.change) else None,
+            "overlap_max": self.worst_overlap,
+            "energy_error": last["energy_error"],
+            **worst,
+            "ballistic_at_end": int((bed.state == BALLISTIC).sum()),
+            "left": int((bed.state == LEFT).sum()),
+            "booked": {reason: _book(row) for reason, row in zip(REASONS, bed.booked)},
+            "notes": notes,
+        }  # fmt: skip
+
+
+_OWN = (
+    "change", "snapshots", "next_row", "next_look", "next_snapshot", "start_energy", "start_kinetic", "scale_p", "scale_l", "worst_overlap",
+    "returned",
+)  # fmt: skip
+
+
+def _book(row: np.ndarray) -> dict[str, Any]:
+    p, l = row[2:5].tolist(), row[5:8].tolist()
+    return {"grains": int(row[0]), "mass_kg": row[1], "momentum_kg_m_s": p, "angular_momentum_kg_m2_s": l, "energy_J": row[8]}
+
+
+def _check(start: Particles, settings: Settings) -> None:
+    """Refuse a start that cannot be run, naming what is missing."""
+    start.need("identity", "position", "velocity", "angular_velocity", "mass", "radius", "material", "species", "stiffness")
+    if "domain" not in start.attributes:
+        raise InputError("the start lacks the attribute 'domain' (core, datum, cone): it must come from a bed of this project")
+    time_now = float(start.attributes.get("time", 0.0))
+    if time_now >= settings.end_time:
+        raise InputError(f"[dem] end_time = {settings.end_time:g} s is not after the handoff at {time_now:g} s")
+
+
+def capped_stiffness(start: Particles) -> np.ndarray:
+    """k_n of the start [N/m] with light ejecta softened: none may ask for a finer step than the bed does, within a factor sqrt(2).
+
+    A grain much lighter than the bed's (vapour, thin ejecta) would otherwise set the step of all.
+    """
+    frequency = start.stiffness / start.mass
+    usual = float(np.percentile(frequency, 90.0))
+    return np.minimum(start.stiffness, 2.0 * usual * start.mass)

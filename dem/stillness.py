@@ -1,0 +1,59 @@
+"""The surface profile of the bed while it moves, and when it has stopped changing."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dem.assembly import ACTIVE, Assembly
+from dem.domain import Domain
+
+COLUMN = 2.0
+"""Width of a column and of a ring, in mean grain radii."""
+
+
+def surface_profile(bed: Assembly, domain: Domain) -> np.ndarray:
+    """Mean height [m] of the top of the bed above the datum in rings about the axis; nan where a ring is empty.
+
+    The surface is the highest touching grain of each column of an equal-area grid (Lambert's projection), so that grains in flight do
+    not count.
+    """
+    touching = np.zeros(len(bed.X), dtype=bool)
+    first, second, _ = bed._touching()
+    touching[first] = touching[second] = True
+    here = np.flatnonzero(touching & (bed.state == ACTIVE))
+    x = bed.X[here]
+    distance = np.linalg.norm(x[:, :3], axis=1)
+    angle = domain.polar_angle(x[:, :3])
+    flat = 2.0 * domain.datum_radius * np.sin(0.5 * angle)
+    plan = flat / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-300)
+    size = COLUMN * bed.mean_radius
+    half = int(np.ceil(2.0 * domain.datum_radius * np.sin(0.5 * domain.half_angle) / size)) + 1
+    column = (np.floor(x[:, 0] * plan / size).astype(int) + half) * (2 * half + 1) + np.floor(x[:, 1] * plan / size).astype(int) + half
+    top = np.full((2 * half + 1) ** 2, -np.inf)
+    good = (column >= 0) & (column < len(top)) & (angle <= domain.half_angle)
+    np.maximum.at(top, column[good], (distance + x[:, 3] - domain.datum_radius)[good])
+    cells = np.arange(len(top))
+    centre = np.hypot(cells // (2 * half + 1) - half + 0.5, cells % (2 * half + 1) - half + 0.5)
+    ring = centre.astype(int)
+    filled = np.isfinite(top)
+    count = np.bincount(ring[filled], minlength=half)[:half]
+    total = np.bincount(ring[filled], top[filled], minlength=half)[:half]
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+class Stillness:
+    """Remembers profiles over ``interval`` [s] and says by how much, in mean radii, the present one differs from any of them (RMS)."""
+
+    def __init__(self, interval: float, samples: int = 10):
+        self.every = interval / samples
+        self.samples = samples
+        self.kept: list[np.ndarray] = []
+
+    def look(self, profile: np.ndarray, radius: float) -> float:
+        """Add a profile (every ``self.every`` seconds); returns the change, inf until the interval is full."""
+        self.kept.append(profile)
+        if len(self.kept) <= self.samples:
+            return np.inf
+        self.kept = self.kept[-self.samples - 1 :]
+        changes = [np.sqrt(np.nanmean((profile - old) ** 2)) for old in self.kept[:-1]]
+        return float(np.nanmax(changes) / radius)
