@@ -67,7 +67,8 @@ def load(item: str) -> Crater:
             raise InputError(f"{item} holds no measured crater (no 6_crater/measures.json): run the stage 'crater' first")
         return _of_run(path, folder)
     if path.is_file():
-        return _of_profile(path)
+        measured = path.name == "profile.csv" and (path.parent / "measures.json").is_file()
+        return _of_run(path.parent.parent if path.parent.name == "6_crater" else path.parent, path.parent) if measured else _of_profile(path)
     if item in observations.names():
         known = observations.load(item)
         return Crater(known.title, known.values, known.profile, known.source)

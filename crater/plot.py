@@ -138,7 +138,7 @@ def draw_profiles(found: Findings, path: Path) -> None:
         _mark(axis, moment.measures, scale, INK[1])
     _published_box(axis, found, scale)
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
-    axis.set_xlim(0.0, reach * scale)
+    axis.set_xlim(-0.015 * reach * scale, reach * scale)
     axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
     axis.legend(frameon=False, fontsize=8, loc="lower right")
     if found.late_sph is not None and found.final is not None and found.final is not found.late_sph:
@@ -177,11 +177,11 @@ def draw_series(found: Findings, path: Path) -> None:
     )
     for axis, (name, label, scale) in zip(axes, rows):
         for stage, colour, word in (("sph", INK[0], "SPH"), ("dem", INK[2], "grains (DEM)")):
-            chosen = [m for m in found.moments if m.stage == stage and np.isfinite(m.value(name))]
-            if chosen:
+            chosen = [m for m in found.moments if m.stage == stage]
+            y = np.array([m.value(name) * scale for m in chosen])  # NaN breaks the line where a measure does not exist
+            if np.isfinite(y).any():
                 t = [m.time / 60.0 for m in chosen]
-                y = [m.value(name) * scale for m in chosen]
-                e = [(m.measures[name].sigma or 0.0) * scale for m in chosen]  # type: ignore[index]
+                e = np.array([m.sigma(name) * scale for m in chosen])
                 axis.errorbar(t, y, yerr=e, fmt="o-", color=colour, markersize=3, linewidth=1.2, elinewidth=0.7, capsize=2, label=word)
         axis.set_ylabel(label)
         _grid(axis)
@@ -251,15 +251,23 @@ def draw_cross_sections(found: Findings, path: Path) -> None:
     if not panels:
         return
     half = 1.1 * found.settings.impact.expected_transient_diameter
-    fig = figure(9.0, 0.7 + 8.6 * SLAB_HEIGHT / 2.0 * len(panels))
-    axes = fig.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    across = 1 if len(panels) < 3 else 2
+    down = -(-len(panels) // across)
+    fig = figure(9.0 if across == 1 else 14.0, 0.7 + (8.6 if across == 1 else 6.6) * SLAB_HEIGHT / 2.0 * down)
+    grid = fig.subplots(down, across, sharex=True, sharey=True, squeeze=False)
+    # grains stand beside, not below, the shock stage
+    axes = grid.T.ravel()[: len(panels)]
+    for axis in grid.T.ravel()[len(panels) :]:
+        axis.set_visible(False)
     radius = found.settings.target.radius
     for axis, (title, particles) in zip(axes, panels):
         radius = float(particles.attributes.get("target_radius_m", radius))
         _slab(axis, particles, radius, half)
         axis.set_title(title, fontsize=9, loc="left")
+    for axis in grid[:, 0]:
         axis.set_ylabel("z - surface [km]")
-    axes[-1].set_xlabel("x, downrange [km]")
+    for axis in grid[-1]:
+        axis.set_xlabel("x, downrange [km]")
     _legend(fig, panels)
     save(fig, path)
 

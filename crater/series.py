@@ -35,6 +35,11 @@ class Moment:
             return float("nan")
         return float(self.measures[name].value)
 
+    def sigma(self, name: str) -> float:
+        """The error of a measure, NaN where it is missing."""
+        sigma = None if self.measures is None else self.measures[name].sigma
+        return float("nan") if sigma is None else float(sigma)
+
 
 def follow(
     paths: Iterable[Path],
@@ -71,8 +76,7 @@ def write_csv(moments: list[Moment], path: Path) -> None:
     for moment in moments:
         row = [moment.stage, f"{moment.time:.3f}"]
         for name in NAMES:
-            quantity = moment.measures[name] if moment.measures else None
-            row += ["" if quantity is None or quantity.value is None else f"{x:.6g}" for x in ((quantity.value, quantity.sigma) if quantity else (None, None))]
+            row += [f"{x:.6g}" if np.isfinite(x) else "" for x in (moment.value(name), moment.sigma(name))]
         level = moment.measures.notes.get("far_field_level_m", "") if moment.measures else ""
         row += [f"{level:.6g}" if level != "" else "", moment.reason.replace(",", ";").replace("\n", " ")]
         lines.append(",".join(row))

@@ -209,7 +209,7 @@ def shape_of(mean: np.ndarray, ruler: Ruler, datum: Datum, finder: CrestFinder |
     peak = max(0.0, float(within.max()) + depth)
     if np.isfinite(apparent):
         volume = volume_below(ruler, datum, sharp, apparent)
-        floor_radius = apparent_radius(ruler.s, fine + 0.9 * depth, floor)
+        floor_radius = apparent_radius(ruler.s, fine - 0.9 * float(fine[floor]), floor)
         wall = (ruler.s[1:] > ruler.s[floor]) & (ruler.s[:-1] < apparent)
         if wall.any():
             slope = float(np.degrees(np.arctan(np.max((np.diff(fine) / np.diff(ruler.s))[wall]))))
