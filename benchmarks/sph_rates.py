@@ -1,0 +1,91 @@
+"""Speed of the shock stage without gravity: list, state, pairs, step limit and update, full physics, about 60 neighbours.
+
+    python benchmarks/sph_rates.py [--json] [--size N] [--threads T]
+
+A disordered block of three materials (basalt, water, ice) with strength, damage and explicit flaws. A neighbour visit is a directed pair inside the
+support, counted
+once per evaluation of the forces.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import time
+
+import numpy as np
+
+from matter import jit
+from sph import stage, timestep
+from sph import target as bodies
+from sph.cloud import Cloud
+from sph.integrator import Integrator
+from sph.materials import collect
+
+
+def cloud_of(size: int) -> tuple[Cloud, object]:
+    """A cube of jittered particles, 1 km apart, h for about 60 neighbours."""
+    side = round(size ** (1 / 3))
+    rng = np.random.default_rng(1)
+    place = np.stack(np.meshgrid(*(np.arange(side),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.25, 0.25, (side**3, 3))
+    material = np.minimum((3 * place[:, 2] / side).astype(np.int32).clip(0), 2)
+    materials = collect(("basalt", "water", "ice"))
+    rho = materials.tillotson[material, 0] * rng.uniform(1.0, 1.02, len(place))
+    body = bodies.Body((place - 0.5 * side) * 1e3, rho * 1e9, rho, np.full(len(place), 2.43e3), material.astype(np.int32), material.astype(np.int32))
+    cloud = Cloud.of(body)
+    cloud.velocity[:] = rng.normal(size=cloud.velocity.shape) * 20.0
+    stage._seed_flaws(cloud, materials, 1)
+    return cloud, materials
+
+
+class WithoutGravity(Integrator):
+    """The integrator with gravity left out."""
+
+    def _gravity(self) -> None:
+        self.cloud.gravity_position[:] = self.cloud.position
+
+    def _gravity_is_stale(self) -> bool:
+        return False
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--size", type=int, default=200_000)
+    parser.add_argument("--threads", type=int, default=None)
+    options = parser.parse_args()
+    threads = jit.set_threads(options.threads)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    cloud, materials = cloud_of(options.size)
+    integrator = WithoutGravity(cloud, materials, 1e7, alpha=2.0, beta=10.0, courant=0.3, theta=0.5, gravity_shift=0.05)
+    integrator.start()
+    for _ in range(3):
+        integrator.dt = 0.0
+        integrator.step(min(integrator.next_step(1e9), 0.02))
+    steps, visits, builds = 20, 0, integrator.neighbourhood.builds
+    begun = time.perf_counter()
+    for _ in range(steps):
+        integrator.step(integrator.next_step(1e9))
+        visits += int(cloud.neighbours.sum())
+    wall = time.perf_counter() - begun
+    n = len(cloud)
+    result = {
+        "particles": n,
+        "threads": threads,
+        "mean_neighbours": float(cloud.neighbours.mean()),
+        "particle_steps_per_s": n * steps / wall,
+        "neighbour_visits_per_s": visits / wall,
+        "list_builds_per_step": (integrator.neighbourhood.builds - builds) / steps,
+        "bytes_per_particle": (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / n,
+        "limited_by": timestep.REASONS[int(np.argmax(integrator.limits))],
+    }
+    for name, value in result.items():
+        print(f"{name:24s} {value:.6g}" if not isinstance(value, str) else f"{name:24s} {value}")
+    if options.json:
+        print(json.dumps(result))
+
+
+if __name__ == "__main__":
+    main()
