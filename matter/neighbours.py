@@ -7,6 +7,7 @@ make the list, and every pair loop over it, run on contiguous memory (measured 4
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -116,7 +117,8 @@ def _fill(x, y, z, h, reach, largest, width, origin, shape, offset, start, neigh
             count[i] = found
 
 
-class Neighbours(NamedTuple):
+@dataclass(frozen=True)
+class Neighbours:
     """``index[i, :count[i]]`` are the neighbours of particle i (both directions are listed); rows are padded to the stride of ``index``."""
 
     index: np.ndarray

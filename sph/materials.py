@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,7 +37,8 @@ class Rows(NamedTuple):
     flawed: np.ndarray  # 1 where damage applies
 
 
-class Materials(NamedTuple):
+@dataclass(frozen=True)
+class Materials:
     """Names of the materials of a run and their rows."""
 
     names: tuple[str, ...]
@@ -53,7 +55,15 @@ class Materials(NamedTuple):
 def collect(names: tuple[str, ...]) -> Materials:
     """Rows for the materials ``names``. Sections that a material lacks mean: no shear, no yield, no flaws, no tension."""
     count = len(names)
-    rows = Rows(np.zeros((count, 10)), *(np.zeros(count) for _ in range(1)), np.ones((count, 2)), *(np.zeros(count) for _ in range(4)))
+    rows = Rows(
+        tillotson=np.zeros((count, 10)),
+        shear=np.zeros(count),
+        von_mises=np.ones((count, 2)),
+        tension=np.zeros(count),
+        young=np.zeros(count),
+        crack_speed=np.zeros(count),
+        flawed=np.zeros(count),
+    )
     for i, name in enumerate(names):
         sections = material.load(name)
         rows.tillotson[i] = parameters(tillotson.Parameters, name, "tillotson")
