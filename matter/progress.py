@@ -44,7 +44,7 @@ class Progress:
     @property
     def eta_s(self) -> float:
         advanced = self.done - self.start
-        return self.elapsed_s * (self.total - self.done) / advanced if advanced > 0 else float("nan")
+        return max(0.0, self.elapsed_s * (self.total - self.done) / advanced) if advanced > 0 else float("nan")
 
     def update(self, done: float, note: str = "", force: bool = False) -> None:
         """Report the position; listeners hear of it at most every ``interval_s`` seconds unless ``force``."""
