@@ -239,6 +239,12 @@ def _statements(ledger: Ledger, made: Handoff) -> None:
     ledger.state("ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source")
     ledger.state("surface_offset_spacings", made.offset, "1", "found from the volume of the compact particles unless given")
     ledger.state("defect_share", made.defect_share, "1", "share of the fit's defect handed to the grains; below 1 where it would create energy")
+    ledger.state(
+        "mass_by_particle_density_rel",
+        abs(made.plain_mass / made.before.mass - 1.0),
+        "1",
+        "with each grain at the density of its nearest particle as it stands, before local sums are matched",
+    )
     ledger.state("surface_voids_filled", float(made.solid.shape.voids_filled), "1")
     ledger.state("cavity_radius", made.size.radius, "m")
     ledger.state("cavity_depth", made.size.depth, "m")

@@ -17,12 +17,12 @@ from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
 from handoff.domain import Domain
+from handoff.interpolation import matching_factor
 from matter.alpha_shape import OffsetShape
 from matter.errors import InputError
 from matter.particles import Particles
 
 _POINTS_PER_GRAIN = 16
-_PACKING_RADII = 4.0
 
 
 @dataclass(frozen=True)
@@ -74,25 +74,14 @@ def heirs(bed: Particles, stays: np.ndarray, samples: Samples) -> np.ndarray:
 def grain_volumes(bed: Particles, stays: np.ndarray, heir: np.ndarray, point_volume: float) -> np.ndarray:
     """Volume that each grain stands for [m^3], zero for carved ones: what it stood for in the bed, b = mass / density, times a local factor.
 
-    The cell c of a grain is what lies inside the surface nearer to it than to any other grain that stays. The factor is the kernel mean of c
-    over that of b, W = (1 - (d/4r)^2)^2; a second pass adds the same of what the first left (c - V). The sum is the volume inside the
-    surface, and hardly any volume is lost locally to the grains that the surface cuts, while no grain takes over the shape of its own cell.
+    The cell c of a grain is what lies inside the surface nearer to it than to any other grain that stays; the factor is that of
+    ``interpolation.matching_factor``, c against b. The sum is the volume inside the surface, and hardly any volume is lost locally to the
+    grains that the surface cuts, while no grain takes over the odd shape of its own cell.
     """
     kept = np.flatnonzero(stays)
     own = bed.mass[kept] / bed.density[kept] if "density" in bed else bed.radius[kept] ** 3
     cell = np.bincount(heir[heir >= 0], minlength=len(bed))[kept] * point_volume
-    reach = _PACKING_RADII * float(bed.radius.mean())
-    place = bed.position[kept]
-    one, other = cKDTree(place).query_pairs(reach, output_type="ndarray").T
-    weight = (1.0 - np.sum((place[one] - place[other]) ** 2, axis=1) / reach**2) ** 2
-
-    def around(values: np.ndarray) -> np.ndarray:
-        total = values + np.bincount(one, weights=weight * values[other], minlength=len(kept))
-        return total + np.bincount(other, weights=weight * values[one], minlength=len(kept))
-
-    stands = np.zeros(len(kept))
-    for _ in range(2):
-        stands += own * around(cell - stands) / around(own)
+    stands = own * matching_factor(cKDTree(bed.position[kept]), cell, own)
     volume = np.zeros(len(bed))
     volume[kept] = stands * (cell.sum() / stands.sum())
     return volume

@@ -44,9 +44,20 @@ class Cone:
     def depth_inside(self, position: np.ndarray) -> np.ndarray:
         """(n,) distance [m] to the nearest face of the domain, positive inside."""
         radius = np.linalg.norm(position, axis=1)
+        return np.minimum(np.minimum(radius - self.core, self.top - radius), self.cut_depth(position))
+
+    def between(self, position: np.ndarray) -> np.ndarray:
+        """(n,) whether each point lies between the faces that are interfaces: core and top."""
+        radius = np.linalg.norm(position, axis=1)
+        return (radius > self.core) & (radius < self.top)
+
+    def cut_depth(self, position: np.ndarray) -> np.ndarray:
+        """(n,) distance [m] to the nearest face that cuts through uniform matter, positive inside: here the side.
+
+        The floor is the surface of the core, an interface that particles do not straddle.
+        """
         angle = np.arctan2(np.hypot(position[:, 0], position[:, 1]), position[:, 2])
-        side = radius * np.sin(np.clip(self.half_angle - angle, -math.pi / 2, math.pi / 2))
-        return np.minimum(np.minimum(radius - self.core, self.top - radius), side)
+        return np.linalg.norm(position, axis=1) * np.sin(np.clip(self.half_angle - angle, -math.pi / 2, math.pi / 2))
 
     def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density, up to the radius ``top``."""
@@ -90,8 +101,15 @@ class Cylinder:
 
     def depth_inside(self, position: np.ndarray) -> np.ndarray:
         """(n,) distance [m] to the nearest face of the domain, positive inside."""
-        side = self.radius - np.hypot(position[:, 0], position[:, 1])
-        return np.minimum(np.minimum(position[:, 2] - self.floor, self.top - position[:, 2]), side)
+        return np.minimum(self.top - position[:, 2], self.cut_depth(position))
+
+    def between(self, position: np.ndarray) -> np.ndarray:
+        """(n,) whether each point lies between the faces that are interfaces: below the top."""
+        return position[:, 2] < self.top
+
+    def cut_depth(self, position: np.ndarray) -> np.ndarray:
+        """(n,) distance [m] to the nearest face that cuts through uniform matter, positive inside: side and floor."""
+        return np.minimum(position[:, 2] - self.floor, self.radius - np.hypot(position[:, 0], position[:, 1]))
 
     def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density, up to the height ``top``."""

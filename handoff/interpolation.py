@@ -53,6 +53,26 @@ def local_linear(tree: cKDTree, velocity: np.ndarray, volume: np.ndarray, query:
     return value, gradient
 
 
+def matching_factor(tree: cKDTree, wanted: np.ndarray, own: np.ndarray, count: int = 24, passes: int = 2) -> np.ndarray:
+    """Smooth factor (n,) such that ``own`` times it has the local sums of ``wanted``; 1 where nothing is there.
+
+    The kernel mean of ``wanted`` over that of ``own`` among the ``count`` nearest points of ``tree``, W = (1 - q^2)^2 with q the distance over
+    that of the last one; every further pass adds the same of what is left.
+    """
+    count = min(count, tree.n - 1)
+    distance, near = tree.query(tree.data, k=count + 1)
+    weight = (1.0 - (distance / distance[:, -1:]) ** 2) ** 2
+
+    def around(values: np.ndarray) -> np.ndarray:
+        return np.einsum("ik,ik->i", weight, values[near])
+
+    mean = around(own)
+    factor = np.zeros(len(own))
+    for _ in range(passes):
+        factor += np.where(mean > 0.0, around(wanted - own * factor) / np.where(mean > 0.0, mean, 1.0), 0.0 if factor.any() else 1.0)
+    return factor
+
+
 class Overlap:
     """Which particle and which grain the same sample points belong to, and the defect correction that this allows.
 

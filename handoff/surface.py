@@ -164,13 +164,14 @@ def _refuse_incoming(source: Particles, domain: Domain, limit: float) -> None:
 def share_inside(position: np.ndarray, spacing: np.ndarray, domain: Domain, owner: cKDTree, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Which part of each particle's matter lies inside the domain, and where its centre is.
 
-    A particle near a face of the domain is represented by its Voronoi cell: the points of a ball of one spacing that are nearer to it than
-    to any other particle. ``owner`` is the tree over all compact particles, ``owners`` (n,) the places in it of the ones asked for.
-    Returns the share (n,) in [0, 1] and the centroid (n, 3) [m] of the part inside.
+    A particle near a face that cuts through matter is represented by its Voronoi cell: the points of a ball of one spacing that are nearer
+    to it than to any other particle. At a face that is an interface the centre decides: particles of either side keep off it. ``owner`` is
+    the tree over all compact particles, ``owners`` (n,) the places in it of the ones asked for. Returns the share (n,) in [0, 1] and the
+    centroid (n, 3) [m] of the part inside.
     """
-    depth = domain.depth_inside(position)
-    share, centre = (depth > 0.0).astype(float), position.copy()
-    crossing = np.flatnonzero(np.abs(depth) < spacing)
+    between, cut = domain.between(position), domain.cut_depth(position)
+    share, centre = (between & (cut > 0.0)).astype(float), position.copy()
+    crossing = np.flatnonzero(between & (np.abs(cut) < spacing))
     cloud = qmc.Sobol(3, scramble=True, rng=1).random(_CELL_POINTS)
     radius, cosine, azimuth = np.cbrt(cloud[:, 0]), 2.0 * cloud[:, 1] - 1.0, 2.0 * np.pi * cloud[:, 2]
     sine = np.sqrt(1.0 - cosine**2)
@@ -179,7 +180,7 @@ def share_inside(position: np.ndarray, spacing: np.ndarray, domain: Domain, owne
         rows = crossing[begin : begin + 4096]
         points = (position[rows, None] + spacing[rows, None, None] * ball).reshape(-1, 3)
         mine = (owner.query(points)[1].reshape(len(rows), -1)) == owners[rows, None]
-        inside = (domain.depth_inside(points) > 0.0).reshape(mine.shape) & mine
+        inside = (domain.cut_depth(points) > 0.0).reshape(mine.shape) & mine
         count = inside.sum(axis=1)
         share[rows] = count / np.maximum(mine.sum(axis=1), 1)
         mean = np.einsum("ik,ikj->ij", inside, points.reshape(len(rows), -1, 3)) / np.maximum(count, 1)[:, None]
