@@ -40,9 +40,9 @@ UNITS = {
 }
 # Errors in local spacings that azimuthal averaging does not remove, found on synthetic clouds (tests/crater/test_coverage.py)
 RESOLUTION_HEIGHT = 0.06
-RESOLUTION_DIAMETER = 0.045
+RESOLUTION_DIAMETER = 0.055
 RESOLUTION_CREST = 0.20
-RESOLUTION_RIM = 0.055
+RESOLUTION_RIM = 0.045
 
 
 @dataclass(frozen=True)
@@ -131,9 +131,10 @@ def measure_scene(scene: locate.Scene, refit: Refit | None = None, seed: int = 1
     ground, radius = _settle(scene, refit, sectors, turns, methods)
     notes: dict[str, object] = {}
     sigma = ground.datum.sigma
-    if refit is None and radius > 0.0:
+    if refit is None:
         # the datum is not this method's own far field: take out how the colour field stands to the volume, and how the whole body moved
-        level, sigma = locate.level_of_far_field(ground, radius) if scene.before is not None else locate.level_of_method(ground, radius)
+        size = radius or 0.2 * scene.reach
+        level, sigma = locate.level_of_far_field(ground, size) if scene.before is not None else locate.level_of_method(ground, size)
         ground = replace(ground, methods={k: v - level for k, v in ground.methods.items()}, rays=ground.rays - level)
         notes["far_field_level_m" if scene.before is not None else "method_level_m"] = level
     return read_off(ground, radius, sigma, seed, notes)
@@ -252,12 +253,12 @@ def _errors(
 ) -> dict[str, Quantity]:
     """Every measure with sigma from azimuth (bootstrap over sectors), resolution, datum and method in quadrature."""
     d = float(np.interp(base.apparent, ruler.s, ruler.d))
-    spread = dict(zip(Shape.__dataclass_fields__, np.nanstd(trials, axis=0)))
+    spread = dict(zip(Shape.__dataclass_fields__, _deviation(trials)))
     spread["depth"] = max(spread["depth"], _floor_noise(cells, ruler, base))
     method = {name: _method_error(table_of_methods, name) for name in UNITS}
     tangent = float(np.tan(np.radians(max(base.slope, 5.0)))) if np.isfinite(base.slope) else 0.1
     area = np.pi * base.apparent**2
-    both = np.nanstd(trials[:, 0] + trials[:, 3]) if finder is not None else np.nan
+    both = float(_deviation((trials[:, 0] + trials[:, 3])[:, None])[0])
     height = RESOLUTION_HEIGHT * d
     table = {
         "depth_m": (base.depth, spread["depth"], height, sigma_level, method["depth_m"]),
@@ -291,6 +292,15 @@ def _errors(
     ratio = base.depth / (2.0 * base.apparent)
     result["depth_over_diameter"] = Quantity(ratio, float(ratio * relative), "1")
     return result
+
+
+def _deviation(trials: np.ndarray) -> np.ndarray:
+    """Standard deviation of each column over the trials in which it exists; NaN where it exists in fewer than half of them."""
+    number = np.isfinite(trials).sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.nansum(trials, axis=0) / number
+        deviation = np.sqrt(np.nansum((trials - mean) ** 2, axis=0) / number)
+    return np.where(2 * number >= len(trials), deviation, np.nan)
 
 
 def _floor_noise(cells: np.ndarray, ruler: Ruler, base: Shape) -> float:

@@ -33,7 +33,7 @@ body{font:15px/1.5 system-ui,sans-serif;max-width:1080px;margin:2em auto;padding
 h1{font-size:1.6em;margin:.2em 0}h2{font-size:1.15em;margin:1.8em 0 .4em;border-bottom:1px solid #ccd4dc}
 table{border-collapse:collapse;margin:.6em 0;font-variant-numeric:tabular-nums}
 th,td{padding:.22em .8em;text-align:right;border-bottom:1px solid #e3e8ee}th:first-child,td:first-child{text-align:left}
-td.note,th.note{text-align:left;color:#55606c;font-size:.9em}img{max-width:100%;height:auto}
+td{white-space:nowrap}td.note,th.note{text-align:left;white-space:normal;color:#55606c;font-size:.9em}img{max-width:100%;height:auto}img[alt=heightmap]{max-width:620px}
 .pass,.met{color:#1b7f3b}.fail,.unmet{color:#b3261e}.waived{color:#9a6700}figure{margin:1em 0}figcaption{color:#55606c;font-size:.9em}
 @media print{body{margin:0;max-width:none}h2{break-after:avoid}figure,table{break-inside:avoid}}
 """
@@ -57,6 +57,8 @@ def _digits(value: float, count: int = 2) -> str:
 def _scale(value: float, unit: str) -> tuple[float, str]:
     if unit == "m" and abs(value) >= 1e3:
         return 1e-3, "km"
+    if unit == "m^3" and abs(value) >= 1e14:
+        return 1e-15, "10⁶ km³"
     if unit == "m^3" and abs(value) >= 1e8:
         return 1e-9, "km³"
     if unit == "m^3":
@@ -66,13 +68,19 @@ def _scale(value: float, unit: str) -> tuple[float, str]:
     return 1.0, "" if unit == "1" else ("°" if unit == "deg" else unit)
 
 
+def _plain(text: str) -> str:
+    for sign, words in (("±", "+-"), ("10⁶", "1e6"), ("³", "3"), ("°", "deg")):
+        text = text.replace(sign, words)
+    return text
+
+
 def as_text(measures: Measures) -> str:
     """The measures as lines of text."""
     datum = measures.datum
     lines = [f"datum: {datum.kind}" + (f" of radius {datum.radius / 1e3:.6g} km" if datum.is_sphere else "") + f" ({datum.source})"]
     for name, word in WORDS.items():
         if name in measures.quantities:
-            lines.append(f"  {word:<34} {shown(measures[name]).replace('±', '+-').replace('³', '3').replace('°', ' deg')}")
+            lines.append(f"  {word:<34} {_plain(shown(measures[name]))}")
     return "\n".join(lines)
 
 

@@ -28,7 +28,7 @@ from matter.progress import Progress
 GRAVITATIONAL = 6.6743e-11
 REACH = 2.5
 """Columns of the shock stage end at this many expected transient diameters: the far field of the crater, not the far side of the body."""
-SECONDS_PER_SNAPSHOT = 0.9
+SECONDS_PER_SNAPSHOT = 0.33
 """Wall time per snapshot of 15,000 particles on one of 2 cores of a 2.1 GHz server; grows with the particle number."""
 
 
@@ -97,7 +97,7 @@ class Findings:
 def predict(settings: Settings) -> dict[str, float]:
     """Wall time, memory and disk: some 65 snapshots measured, a few pictures."""
     count = 65 / settings.every
-    return {"wall_s": SECONDS_PER_SNAPSHOT * count + 15.0, "memory_bytes": 6e8, "disk_bytes": 5e6}
+    return {"wall_s": SECONDS_PER_SNAPSHOT * count + 6.0, "memory_bytes": 6e8, "disk_bytes": 5e6}
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
