@@ -32,13 +32,13 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("...i,...i->...", a, b)
 
 
-def capture_parameter(radius: float, gm: float, distance: np.ndarray, speed: np.ndarray) -> np.ndarray:
+def capture_parameter(radius: float, gm: float, distance: np.ndarray | float, speed: np.ndarray | float) -> np.ndarray:
     """Largest impact parameter b_max [m] (lever arm of the velocity at ``distance``) that still hits the surface."""
     inside = 1.0 + 2.0 * gm * (1.0 / radius - 1.0 / distance) / speed**2
     return np.minimum(radius * np.sqrt(np.maximum(inside, 0.0)), distance)
 
 
-def hit_probability(radius: float, gm: float, distance: np.ndarray, speed: np.ndarray) -> np.ndarray:
+def hit_probability(radius: float, gm: float, distance: np.ndarray | float, speed: np.ndarray | float) -> np.ndarray:
     """Chance that a particle entering the Hill sphere anywhere on its cross-section hits: (b_max / r0)^2."""
     return (capture_parameter(radius, gm, distance, speed) / distance) ** 2
 

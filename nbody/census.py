@@ -9,7 +9,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numba
@@ -60,14 +60,10 @@ class Tally:
     particles: int = 0
     flown: int = 0
     steps: int = 0
-    ends: np.ndarray = None
+    ends: np.ndarray = field(default_factory=lambda: np.zeros(5, np.int64))
     energy_error: float = 0.0
     angular_momentum_error: float = 0.0
     wall_s: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.ends is None:
-            self.ends = np.zeros(5, np.int64)
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ def table(summaries: list[dict], target: str, command: str) -> str:
         "",
         "| quantity | " + " | ".join(title(summary) for summary in summaries) + " |",
         "|---" * (len(summaries) + 1) + "|",
-        "| particles; impacts | " + " | ".join(f"{s['census']['particles']:,}; {s['moons'][target]['mean']['count']:,}" for s in summaries) + " |",
+        "| particles; impacts | " + " | ".join(f"{s['census']['particles']:,}; {s['moons'][target]['mean']['impacts']:,}" for s in summaries) + " |",
     ]
     for key, (label, factor, digits) in ROWS.items():
         numbers = [summary["moons"][target][key] for summary in summaries]

@@ -97,7 +97,7 @@ def approach_ratio(table: Table, moons: Sequence[Body], target: int, out: Path) 
         inside = (distance >= low) & (distance < high)
         if inside.sum() > 1:
             mean = tables.weighted_mean(value[inside], weight[inside])
-            rows.append([float(low / 1e6), float(high / 1e6), mean.value, mean.standard_error, float(value[inside].max()), mean.count])
+            rows.append([float(low / 1e6), float(high / 1e6), mean.value, mean.standard_error, float(value[inside].max()), mean.impacts])
             axes[0, 0].errorbar([(low + high) / 2e6], [mean.value], [mean.standard_error], fmt="o", color="tab:red", markersize=4)
     axes[0, 0].set(title=f"{moons[target].title} (red: means)", xlabel="distance of the closest approach [1000 km]")
     axes[0, 0].set_ylabel("v(impact) / v(closest approach)")

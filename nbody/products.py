@@ -76,7 +76,7 @@ def as_text(summary: dict) -> str:
         back, front = numbers["v2_retrograde_mean"], numbers["v4_prograde_mean"]
         side = numbers["retrograde_over_prograde"]
         lines.append(
-            f"{moon}: {numbers['mean']['count']} impacts, retrograde {_km(back)}, prograde {_km(front)}, "
+            f"{moon}: {numbers['mean']['impacts']} impacts, retrograde {_km(back)}, prograde {_km(front)}, "
             f"retrograde/prograde {side['value']:.2f} +- {side['standard_error']:.2f}, "
             f"angle {numbers['mean_angle_deg']['value']:.1f} +- {numbers['mean_angle_deg']['standard_error']:.1f} deg"
         )

@@ -25,7 +25,7 @@ class Statistic(NamedTuple):
 
     value: float
     standard_error: float
-    count: int
+    impacts: int
 
 
 class Choice(NamedTuple):
@@ -85,7 +85,7 @@ def apply(rule: str, table: dict[str, np.ndarray], moon: int, window: tuple[floa
     if not inside.any():
         raise InputError(f"the rule {rule!r} finds no impact among {len(inside)}: ask for more encounters")
     speed, weight = hits["speed"], hits["weight"]
-    if rule == "draw one":
+    if match is None:  # draw one
         share = weight[inside] / weight[inside].sum()
         row = np.flatnonzero(inside)[np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,))).choice(inside.sum(), p=share)]
         return Choice(Statistic(float(speed[row]), float("nan"), 1), Statistic(float(hits["angle"][row]), float("nan"), 1))

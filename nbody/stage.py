@@ -170,7 +170,7 @@ def impact_toml(settings: Settings, choice: rules.Choice) -> str:
 
 
 def _found(name: str, statistic: rules.Statistic, factor: float, unit: str) -> list[str]:
-    lines = [f"found_{name} = {_text(statistic.value * factor, unit)}", f"found_{name}_count = {statistic.count}"]
+    lines = [f"found_{name} = {_text(statistic.value * factor, unit)}", f"found_{name}_count = {statistic.impacts}"]
     if math.isfinite(statistic.standard_error):
         lines.insert(1, f"found_{name}_standard_error = {_text(statistic.standard_error * factor, unit)}")
     return lines

@@ -152,7 +152,7 @@ def speeds(table: Table, moons: Sequence[Body]) -> str:
     rows = []
     for index, moon in enumerate(moons):
         for name, statistic in classes(table, index).items():
-            rows.append([moon.name, name, statistic.value / 1e3, statistic.standard_error / 1e3, statistic.count])
+            rows.append([moon.name, name, statistic.value / 1e3, statistic.standard_error / 1e3, statistic.impacts])
         hit = hits(table, index)
         if len(hit["speed"]):
             rows += [[moon.name, "minimum", float(hit["speed"].min() / 1e3), "", len(hit["speed"])]]
@@ -166,7 +166,7 @@ def speeds(table: Table, moons: Sequence[Body]) -> str:
 def hemispheres(table: Table, moons: Sequence[Body]) -> str:
     """Leading/trailing ratios of the moons."""
     rows = [
-        [moon.name, name, statistic.value, statistic.standard_error, statistic.count]
+        [moon.name, name, statistic.value, statistic.standard_error, statistic.impacts]
         for index, moon in enumerate(moons)
         for name, statistic in asymmetry(table, index).items()
     ]

@@ -25,7 +25,7 @@ from nbody.conditions import Lot
 from nbody.encounters import APPROACH, ENTRY, EXIT
 from nbody.flight import field, step
 from nbody.integrators.dop853 import STAGES
-from nbody.integrators.fast import FLYING, OUTER, TOLERANCE, fate
+from nbody.integrators.fast import FLYING, LEFT, OUTER, SCREEN, TOLERANCE, fate, misses
 from nbody.system import System, hill_radius
 
 WIDTH = 2.0  # minor radius of the torus in Hill radii: 1 to 4 give the same speeds within their errors
@@ -67,7 +67,7 @@ def thread(starts, first, duration, polynomial, interval, gm, orbit, tube, plane
     for p in range(starts.shape[0]):
         y[:] = starts[p]
         entered[:] = -1.0
-        t, h, taken, end = 0.0, 2e5, 0, FLYING
+        t, h, taken, end, screened = 0.0, 2e5, 0, FLYING, False
         kv[0, 0], kv[0, 1], kv[0, 2] = field(t, y[0], y[1], y[2], False, polynomial, interval, gm, 0.0)
         while end == FLYING:
             h = min(h, duration - t)
@@ -91,6 +91,10 @@ def thread(starts, first, duration, polynomial, interval, gm, orbit, tube, plane
             y[:] = new
             kv[0, 0], kv[0, 1], kv[0, 2] = last[0], last[1], last[2]
             end = fate(t, y, duration, False, gm, planet_radius, outer, 3.0 * widest)
+            if end == FLYING and not screened and r < SCREEN * widest:
+                screened = True
+                if misses(t, y, duration, gm, widest):
+                    end = LEFT
         ends[p, 0], ends[p, 1] = end, taken
     return 0, count, -1
 

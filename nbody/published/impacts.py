@@ -154,7 +154,7 @@ def angles(e: Evidence) -> list[Score]:
     ]  # fmt: skip
     basins = {name: tables.mean_angle(c, tables.in_band(c, *window)) for name, window in tables.BASINS.items()}
     scores.append(Score("W35", "mean angle at Valhalla's and Asgard's latitudes", "40.34; 44.92 deg",
-          "; ".join(f"{b.value:.2f} +- {b.standard_error:.2f} (n = {b.count})" for b in basins.values()), "+-0.9",
+          "; ".join(f"{b.value:.2f} +- {b.standard_error:.2f} (n = {b.impacts})" for b in basins.values()), "+-0.9",
           all_met(close(basins["Valhalla"].value, 40.34, absolute=0.9), close(basins["Asgard"].value, 44.92, absolute=0.9))))  # fmt: skip
     published = {"Valhalla": (41.6, 39.73, 39.23, 40.8), "Asgard": (43.85, 45.49, 44.76, 44.99)}
     texts, verdicts = [], []
@@ -175,7 +175,7 @@ def angles(e: Evidence) -> list[Score]:
 
 def _bands(bands, target) -> str:
     """Chi square of the bands, with the published numbers' own errors (same spread, 11,660 impacts) included."""
-    total = sum(b.count for b in bands)
+    total = sum(b.impacts for b in bands)
     pulls = [(b.value - p) / (b.standard_error * math.sqrt(1.0 + total / 11660.0)) for b, p in zip(bands, target)]
     worst = max(pulls, key=abs)
     return f"largest deviation {worst:+.1f} sigma of both (chance of one so large among six: {1 - (1 - 2 * norm.sf(abs(worst))) ** 6:.2f})"

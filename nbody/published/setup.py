@@ -104,7 +104,7 @@ def starts(_: Evidence) -> list[Score]:
     mu, a = load("sun").gm, 5.2 * AU
     planet = math.sqrt(mu / a)
     outer = math.sqrt(mu * (2.0 / a - (1.0 - 0.1) / a)), math.sqrt(mu * (2.0 / a - (1.0 + 0.1) / a))
-    slope = _printed_crossing(a)
+    slope = _printed_crossing()
 
     def chord(inclination: float) -> float:
         """Eq. 11 [m/s]."""
@@ -131,14 +131,9 @@ def starts(_: Evidence) -> list[Score]:
     ]  # fmt: skip
 
 
-def _printed_crossing(a: float) -> float:
-    """Angle [rad] between circle and ellipse where eqs. 9 and 10 intersect (both centred on the Sun), e = 0.1."""
-    ap = 0.5 * (a * 0.9 / 0.9 / 0.9 + a / 1.1)  # means of the two special orbits, 5.78 and 4.73 AU
-    bp = ap * math.sqrt(1.0 - 0.01)
-    x2 = (a * a - bp * bp) / (1.0 - (bp / ap) ** 2)
-    if x2 < 0.0 or x2 > a * a:  # the ellipse lies outside the circle: take the largest slope difference of eq. 9 instead
-        t = np.linspace(0.0, 0.5 * math.pi, 9001)
-        x, y = ap * np.cos(t), bp * np.sin(t)
-        return float(np.max(np.abs(np.arctan2(bp * np.cos(t), -ap * np.sin(t)) - np.arctan2(x, -y))))
-    x, y = math.sqrt(x2), math.sqrt(a * a - x2)
-    return abs(math.atan2(bp * bp * x, ap * ap * y) - math.atan2(x, y))
+def _printed_crossing() -> float:
+    """Largest angle [rad] between circle and ellipse of eqs. 9 and 10, both centred on the Sun, e = 0.1: atan(e^2 / (2 sqrt(1 - e^2))).
+
+    With the printed mean semi-major axis (5.25 AU) the ellipse encloses Jupiter's circle, so that the curves do not even meet.
+    """
+    return math.atan(0.1**2 / (2.0 * math.sqrt(1.0 - 0.1**2)))
