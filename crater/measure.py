@@ -15,6 +15,7 @@ import numpy as np
 from crater import cloud as clouds
 from crater import locate, surface
 from crater.datum import Datum, of_frame
+from crater.ejecta import blanket
 from crater.radial_profile import Profile, Relief, profile_of, ring_mean
 from crater.shape import CrestFinder, Ruler, Shape, apparent_radius, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
 from matter.errors import InputError
@@ -37,6 +38,8 @@ UNITS = {
     "floor_diameter_m": "m",
     "central_peak_m": "m",
     "ellipticity": "1",
+    "blanket_exponent": "1",
+    "blanket_height_at_rim_m": "m",
 }
 # Errors in local spacings that azimuthal averaging does not remove, found on synthetic clouds (tests/crater/test_coverage.py)
 RESOLUTION_HEIGHT = 0.06
@@ -221,7 +224,21 @@ def read_off(ground: Relief, radius: float, sigma_level: float, seed: int, notes
     if rim:
         for name in ("diameter_rim_m", "rim_height_m", "depth_rim_to_floor_m"):
             quantities[name] = Quantity(None, None, UNITS[name], rim)
+    quantities |= _blanket(cells, draws, ruler, base.rim, rim)
     return Measures({name: quantities[name] for name in UNITS}, profile, ground.datum, ground, notes)
+
+
+def _blanket(cells: np.ndarray, draws: np.ndarray, ruler: Ruler, rim_radius: float, no_rim: str) -> dict[str, Quantity]:
+    """Exponent and height of the ejecta blanket, errors by the same bootstrap over sectors."""
+    names = ("blanket_exponent", "blanket_height_at_rim_m")
+    if no_rim:
+        return {name: Quantity(None, None, UNITS[name], no_rim) for name in names}
+    sharp = ruler.sharpened(cells.mean(axis=1))
+    found = blanket(sharp, ruler, rim_radius)
+    trials = np.array([blanket(ruler.sharpened(cells[:, pick].mean(axis=1)), ruler, rim_radius) for pick in draws])
+    spread = _deviation(trials)
+    reason = "fewer than five rings stand above the datum between 1.1 and 3 rim radii"
+    return {name: _quantity(value, {"azimuth": sigma}, UNITS[name], reason) for name, value, sigma in zip(names, found, spread)}
 
 
 def _round(cells: np.ndarray, ruler: Ruler, apparent: float) -> tuple[np.ndarray, Quantity]:

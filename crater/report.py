@@ -27,6 +27,10 @@ WORDS = {
     "depth_over_diameter": "depth / apparent diameter",
     "wall_slope_deg": "steepest wall",
     "ellipticity": "ellipticity (1 - b/a)",
+    "floor_diameter_m": "floor diameter",
+    "central_peak_m": "central peak over the floor",
+    "blanket_exponent": "ejecta blanket: exponent of its fall",
+    "blanket_height_at_rim_m": "ejecta blanket and uplift at the rim",
 }
 STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;max-width:1080px;margin:2em auto;padding:0 1.2em;color:#1c2530}
@@ -136,6 +140,12 @@ def _summary(found: Findings) -> str:
         lines.append(
             f"Final crater ({html.escape(found.final_from)}): depth {shown(found.final['depth_m'])}, "
             f"apparent diameter {shown(found.final['diameter_apparent_m'])}."
+        )
+    if found.leaving:
+        lost = found.leaving
+        lines.append(
+            f"Leaves the body (all-SPH, at the end): {lost['target_mass_kg']:.3g} kg of the target and {lost['projectile_mass_kg']:.3g} kg of the projectile; "
+            f"momentum that stays, over the projectile's: {lost['beta']:.3f}."
         )
     if found.late_difference:
         d = found.late_difference

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from crater import datum as datums
-from crater import locate, plot, radial_profile, report, scaling, series
+from crater import ejecta, locate, plot, radial_profile, report, scaling, series
 from crater.compare import profile_difference
 from crater.datum import Datum
 from crater.measure import Measures, Quantity, measure
@@ -86,6 +86,7 @@ class Findings:
     final: Measures | None = None
     final_time: float = float("nan")
     final_from: str = ""
+    leaving: dict[str, float] = field(default_factory=dict)
     growing: list[str] = field(default_factory=list)
     gravity: float = float("nan")
     reasons: dict[str, str] = field(default_factory=dict)
@@ -161,6 +162,11 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
     last = found.inputs / "2_sph" / f"last{snapshot.SUFFIX}"
     path = last if last.is_file() else shots[-1]
     particles = snapshot.read(path)
+    if "velocity" in particles and "mass" in particles:
+        bodies = particles.layer >= 0 if "layer" in particles else np.ones(len(particles), dtype=bool)
+        impact = found.settings.impact
+        momentum = _strike(found).mass * np.asarray(impact.velocity)
+        found.leaving = ejecta.leaving(particles, float(particles.mass[bodies].sum()), momentum)
     found.late_sph_time = float(particles.attributes.get("time", np.nan))
     try:
         found.late_sph = measure(
@@ -304,6 +310,8 @@ def measures_json(found: Findings) -> dict[str, Any]:
     if found.final is not None:
         final = {**found.final.as_dict(), "time_s": Quantity(found.final_time, 0.0, "s").as_dict(), "from": found.final_from}
     content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": found.reference}
+    if found.leaving:
+        content["leaving"] = found.leaving
     if found.late_sph is not None:
         content["late_sph"] = {**found.late_sph.as_dict(), "time_s": Quantity(found.late_sph_time, 0.0, "s").as_dict()}
     return content

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import synthetic
 
+from crater import ejecta
 from crater.measure import measure
 from matter import frame
 from matter.particles import Particles
@@ -127,6 +128,25 @@ def test_ellipse_is_measured_as_the_circle_of_equal_area():
     assert abs(error["diameter_apparent_m"]) < 0.03 * truth["diameter_apparent_m"]
     centre = np.asarray(found.datum.centre)
     assert np.hypot(centre[0] - 0.2, centre[1] - 0.1) < 0.4 * spacing
+
+
+@pytest.mark.parametrize("decay", [2.5, 3.5])
+def test_blanket_exponent(decay):
+    rng = np.random.default_rng(31)
+    shape = synthetic.Shape(synthetic.bowl(1000.0, 0.2, 0.06, decay), 1000.0, 4200.0)
+    position = synthetic.cloud_on_plane(shape, 100.0, rng, "lattice")
+    found = measure(Particles(synthetic.as_fields(position, 100.0)), frame.Plane())
+    assert found["blanket_exponent"].value == pytest.approx(decay, abs=max(0.4, 3 * found["blanket_exponent"].sigma))
+    assert found["blanket_height_at_rim_m"].value == pytest.approx(shape.rim_height, rel=0.2)
+
+
+def test_what_leaves_the_body():
+    position = np.array([[0.0, 0.0, 2e6], [0.0, 0.0, 2e6], [0.0, 0.0, 2e6], [0.0, 0.0, 2e6]])
+    velocity = np.array([[0.0, 0.0, 5e3], [0.0, 0.0, -5e3], [0.0, 0.0, 5e2], [3e3, 0.0, 4e3]])
+    particles = Particles({"position": position, "velocity": velocity, "mass": [1.0, 2.0, 4.0, 8.0], "layer": [0, 0, 0, -1]})
+    gone = ejecta.leaving(particles, 8.5e22, np.array([0.0, 0.0, -1e3]))
+    assert (gone["target_mass_kg"], gone["projectile_mass_kg"]) == (1.0, 8.0)
+    assert gone["beta"] == pytest.approx(1.0 + (5e3 + 32e3) / 1e3)
 
 
 def test_ejecta_in_flight_is_no_ground():
