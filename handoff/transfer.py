@@ -292,6 +292,7 @@ def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.nd
         carved["species"] = _species_by_material(bed, names)[carved.material]
     carved["density"] = source.density[nearest]
     carved.attributes["materials"] = names
+    carved.attributes["bed_grains"] = int(bed.identity.max()) + 1  # identities from here on are ejecta
     return carved
 
 
