@@ -28,6 +28,8 @@ _LEAST_NEIGHBOURS, _MOST_NEIGHBOURS = 20, 64
 _COLUMNS = 2500
 _DENSITY_FACTOR = (0.7, 1.4)
 _WIDEST = 0.9
+# matter slower than this share of the speed limit rests; resting above the headroom it may make up this share of the mass over the bed
+_RESTING, _STANDING = 0.2, 2e-3
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     heir = carve.heirs(bed, stays, samples)
     volume = carve.grain_volumes(bed, stays, heir, samples.volume)
     size, columns = _cavity(solid, stays, grains, region, bed)
-    _refuse_misfit(size, source, compact, region, rules, bed)
+    _refuse_misfit(size, source, split, region, rules, bed)
 
     kept = np.flatnonzero(stays)
     near = tree.query(bed.position[kept])[1]
@@ -239,7 +241,7 @@ def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: doma
     return size, (foot, distance, height, carved)
 
 
-def _refuse_misfit(size: cavity.Cavity, source, compact, region, rules: surface.Rules, bed: Particles) -> None:
+def _refuse_misfit(size: cavity.Cavity, source: Particles, split: surface.Split, region: domain.Domain, rules: surface.Rules, bed: Particles) -> None:
     radius = float(bed.radius.mean())
     if size.radius == 0.0 and rules.crater == "required":
         raise InputError(f"no crater: the compact surface lies nowhere deeper than two grain radii ({2.0 * radius:.4g} m) below the datum near the axis")
@@ -247,15 +249,13 @@ def _refuse_misfit(size: cavity.Cavity, source, compact, region, rules: surface.
         raise InputError(
             f"the crater (radius {size.radius:.4g} m) is wider than {_WIDEST:.0%} of the bed ({region.arc:.4g} m): take a wider bed or an earlier snapshot"
         )
-    place = source.position[compact]
-    foot = place - region.frame.height(place)[:, None] * region.frame.up(place)
-    above = (region.frame.height(place) > surface.span(region)[1]) & (region.depth_inside(foot) > 0.0)
-    share = source.mass[compact][above].sum() / source.mass[compact].sum()
-    if share > 0.0:
-        raise InputError(
-            f"{above.sum()} compact particles stand higher than the bed's headroom ({surface.span(region)[1]:.4g} m): "
-            "give the bed more headroom or lower the speed limit"
-        )
+    frame, headroom = region.frame, surface.span(region)[1]
+    height = frame.height(source.position)
+    over = region.cut_depth(source.position - height[:, None] * frame.up(source.position)) > 0.0
+    resting = np.linalg.norm(source.velocity, axis=1) < _RESTING * split.speed_limit
+    standing = (height > headroom) & over & resting & (split.reason != surface.SPARSE)
+    if source.mass[standing].sum() > _STANDING * source.mass[split.compact & over].sum():
+        raise InputError(f"{np.count_nonzero(standing)} particles rest higher than the bed's headroom ({headroom:.4g} m): give the bed more headroom")
 
 
 def _material_numbers(source: Particles, bed: Particles) -> tuple[list[str], np.ndarray]:
@@ -292,7 +292,6 @@ def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.nd
         carved["species"] = _species_by_material(bed, names)[carved.material]
     carved["density"] = source.density[nearest]
     carved.attributes["materials"] = names
-    carved.attributes["bed_grains"] = int(bed.identity.max()) + 1  # identities from here on are ejecta
     return carved
 
 
@@ -336,4 +335,5 @@ def _start(carved: Particles, bed, source, stays, mass, volume, velocity, spin, 
         else:
             raise InputError(f"the bed carries the field {name!r}, which ejecta have no value for")
     attributes = {**bed.attributes, "materials": names, "stage": "handoff", "time": float(source.attributes.get("time", 0.0))}
+    attributes["bed_grains"] = int(bed.identity.max()) + 1  # identities from here on are ejecta
     return Particles(fields, attributes, carve.surviving_tables(bed, stays))
