@@ -141,7 +141,7 @@ def differences(craters: list[Crater]) -> list[dict[str, Any] | None]:
     first = next((crater for crater in craters if crater.profile is not None), None)
     result: list[dict[str, Any] | None] = []
     for crater in craters:
-        if first is None or crater.profile is None or crater is first:
+        if first is None or first.profile is None or crater.profile is None or crater is first:
             result.append(None)
             continue
         try:

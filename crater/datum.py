@@ -86,20 +86,25 @@ class Datum:
         return np.pi * (np.asarray(outer) ** 2 - np.asarray(inner) ** 2)
 
 
+def _triple(vector) -> tuple[float, float, float]:
+    x, y, z = (float(c) for c in vector)
+    return x, y, z
+
+
 def _axes(z: np.ndarray, x_hint: np.ndarray) -> tuple[tuple[float, float, float], ...]:
     z = z / np.linalg.norm(z)
     x = np.asarray(x_hint) - np.dot(x_hint, z) * z
     if np.linalg.norm(x) < 1e-9:
         x = np.array([0.0, 1.0, 0.0]) - z[1] * z
     x = x / np.linalg.norm(x)
-    return tuple(tuple(float(c) for c in row) for row in (x, np.cross(z, x), z))
+    return _triple(x), _triple(np.cross(z, x)), _triple(z)
 
 
 def sphere(radius: float, centre=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), source: str = "given") -> Datum:
     """A spherical datum whose crater lies in the direction ``axis`` from its ``centre``."""
     if not radius > 0.0:
         raise InputError(f"the radius of the datum sphere must be positive, got {radius}")
-    return Datum("sphere", float(radius), tuple(float(c) for c in centre), _axes(np.asarray(axis, float), np.array([1.0, 0, 0])), 0.0, source)
+    return Datum("sphere", float(radius), _triple(centre), _axes(np.asarray(axis, float), np.array([1.0, 0, 0])), 0.0, source)
 
 
 def plane(level: float = 0.0, origin=(0.0, 0.0), normal=(0.0, 0.0, 1.0), source: str = "given") -> Datum:

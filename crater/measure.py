@@ -18,6 +18,7 @@ from crater.datum import Datum, of_frame
 from crater.ejecta import blanket
 from crater.radial_profile import Profile, Relief, profile_of, ring_mean
 from crater.shape import CrestFinder, Ruler, Shape, apparent_radius, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
+from matter import frame
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -42,7 +43,7 @@ UNITS = {
     "blanket_height_at_rim_m": "m",
 }
 # Errors in local spacings that azimuthal averaging does not remove, found on synthetic clouds (tests/crater/test_coverage.py)
-RESOLUTION_HEIGHT = 0.06
+RESOLUTION_HEIGHT = 0.075
 RESOLUTION_DIAMETER = 0.055
 RESOLUTION_CREST = 0.20
 RESOLUTION_RIM = 0.045
@@ -91,7 +92,7 @@ Refit = Callable[[Relief, Datum, float], Datum]
 
 def measure(
     particles: Particles,
-    datum: Datum | object | str = "sphere",
+    datum: Datum | frame.Sphere | frame.Plane | str = "sphere",
     before: Particles | surface.Undisturbed | None = None,
     *,
     centre: tuple[float, float, float] | None = None,
@@ -305,7 +306,7 @@ def _errors(
         result["central_peak_m"] = _quantity(base.peak_height, {"azimuth": spread["peak_height"], "resolution": height}, "m")
     else:
         result["central_peak_m"] = Quantity(None, None, "m", "no peak above the noise of the floor")
-    relative = np.hypot(result["depth_m"].sigma / base.depth, result["diameter_apparent_m"].sigma / (2.0 * base.apparent))
+    relative = np.hypot((result["depth_m"].sigma or 0.0) / base.depth, (result["diameter_apparent_m"].sigma or 0.0) / (2.0 * base.apparent))
     ratio = base.depth / (2.0 * base.apparent)
     result["depth_over_diameter"] = Quantity(ratio, float(ratio * relative), "1")
     return result

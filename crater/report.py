@@ -260,8 +260,8 @@ def _conservation(path: Path) -> str:
         ("total energy, largest departure over the initial kinetic energy", f"{np.abs(drift).max():.3%}"),
         ("total energy, at the end", f"{drift[-1]:+.3%}"),
         ("mass, relative change", f"{column('mass_kg')[-1] / column('mass_kg')[0] - 1.0:.2e}"),
-        ("linear momentum, change over the initial", f"{np.linalg.norm(momentum[-1] - momentum[0]) / np.linalg.norm(momentum[0]):.3%}"),
-        ("angular momentum, change over the initial", f"{np.linalg.norm(spin[-1] - spin[0]) / max(np.linalg.norm(spin[0]), 1e-300):.3%}"),
+        ("linear momentum, change over the initial", f"{_change(momentum):.3%}"),
+        ("angular momentum, change over the initial", f"{_change(spin):.3%}"),
         ("median step", f"{np.median(column('dt_s')):.3g} s"),
     ]
     limits: dict[str, int] = {}
@@ -270,6 +270,11 @@ def _conservation(path: Path) -> str:
     lines.append(("what limited the step (rows of the history)", ", ".join(f"{k} {v}" for k, v in sorted(limits.items(), key=lambda i: -i[1])[:4])))
     body = "".join(f"<tr><td>{word}</td><td>{html.escape(value)}</td></tr>" for word, value in lines)
     return f"<h2>Conservation in the shock stage</h2><table>{body}</table>"
+
+
+def _change(vectors: np.ndarray) -> float:
+    """Size of last minus first over size of the first."""
+    return float(np.linalg.norm(vectors[-1] - vectors[0])) / max(float(np.linalg.norm(vectors[0])), 1e-300)
 
 
 def _provenance(path: Path) -> str:

@@ -31,9 +31,8 @@ class Moment:
 
     def value(self, name: str) -> float:
         """A measure, NaN where it is missing."""
-        if self.measures is None or self.measures[name].value is None:
-            return float("nan")
-        return float(self.measures[name].value)
+        value = None if self.measures is None else self.measures[name].value
+        return float("nan") if value is None else float(value)
 
     def sigma(self, name: str) -> float:
         """The error of a measure, NaN where it is missing."""

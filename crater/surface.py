@@ -113,11 +113,11 @@ def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24, co
     good = np.isfinite(local)
     if not good.any():
         raise InputError("no particles below the columns: the datum or the crater's centre lies outside the cloud")
-    edges = [0.0]
-    while edges[-1] < reach and len(edges) <= MOST_RINGS:
-        here = np.interp(edges[-1], bins[good] + smallest, local[good])
-        edges.append(edges[-1] + max(RING_PER_SPACING * coarse * here, reach / MOST_RINGS))
-    edges = np.asarray(edges)
+    ends = [0.0]
+    while ends[-1] < reach and len(ends) <= MOST_RINGS:
+        here = np.interp(ends[-1], bins[good] + smallest, local[good])
+        ends.append(ends[-1] + max(RING_PER_SPACING * coarse * here, reach / MOST_RINGS))
+    edges = np.asarray(ends)
     middle = 0.5 * (edges[1:] + edges[:-1])
     spacing = np.interp(middle, bins[good] + smallest, local[good])
     around = datum.radius * np.sin(middle / datum.radius) if datum.is_sphere else middle
@@ -345,7 +345,9 @@ def undisturbed(cloud: Cloud, datum: Datum, reach: float, sectors: int, methods:
     heights = measure_heights(cloud, datum, columns, methods)
     ring = columns.ring
     sector = (columns.azimuth / (2.0 * np.pi) * sectors).astype(int) % sectors
-    excess = {"colour": heights.colour, "highest": heights.highest, "column": heights.cell[ring, sector]}
+    excess = {"colour": heights.colour, "highest": heights.highest}
+    if heights.cell is not None:
+        excess["column"] = heights.cell[ring, sector]
     if heights.alpha is not None:
         excess["alpha"] = heights.alpha
     tree = cKDTree(column_points(datum, columns.distance[ring], columns.azimuth))
