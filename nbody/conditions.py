@@ -80,7 +80,10 @@ def lot(system: System, population: Population, seed: int, chunk: int) -> Lot:
     Neither is given in the thesis; a chunk hosts about ten encounters, so that a census averages over them.
     """
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0, chunk)))
-    anomaly = rng.uniform(0.0, 2.0 * math.pi)
+    rng.random()  # once the chunk's phase: still drawn, so that the particles of earlier censuses stay what they are
+    # golden-ratio sequence from a random start: a few chunks already cover Jupiter's orbit evenly
+    first = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(5,))).random()
+    anomaly = 2.0 * math.pi * ((first + chunk * 0.5 * (math.sqrt(5.0) - 1.0)) % 1.0)
     longitudes = rng.uniform(0.0, 2.0 * math.pi, len(system.moons))
     begin = place_bodies(system, anomaly if population.mean_anomaly is None else population.mean_anomaly, longitudes)
     position, velocity, weight = population.draw(system, begin, CHUNK, rng)
