@@ -73,7 +73,9 @@ class Assembly:
         self.state = grains.state.copy() if "state" in grains else np.zeros(n, dtype=np.int8)
         self.headroom = grains.headroom.copy() if "headroom" in grains else np.zeros(n, dtype=np.int8)
         self.density = grains.density.copy() if "density" in grains else grains.mass / (4.0 / 3.0 * np.pi * grains.radius**3)
-        self.returned = (self.state == BALLISTIC).astype(np.int8)
+        # ejecta, from the start or after their flight: light and fast, stopped by contacts scaled to them rather than by a limit on overlap
+        ejecta = self.identity >= grains.attributes.get("bed_grains", np.iinfo(np.int64).max)
+        self.returned = ((self.state == BALLISTIC) | ejecta).astype(np.int8)
         self.drag, self.weight = np.zeros(n), np.ones(n)
         self.wall_history = np.zeros((n, max(1, len(walls_)), forces.HISTORY))
         self.reference = np.zeros((n, 3))
@@ -115,6 +117,7 @@ class Assembly:
     def _rebuild(self, known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None) -> None:
         """Sort the grains by cell and build the list; ``known`` contacts replace those of the present list."""
         first, second, history = self._touching() if known is None else known
+        self._adapt_skin()
         by_state = np.argsort(self.state, kind="stable")
         active = int(np.count_nonzero(self.state == ACTIVE))
         reach = 2.0 * float(self.X[:, 3].max()) + self.skin
@@ -135,17 +138,18 @@ class Assembly:
         self.wall_history[active:] = 0.0
         self.reference = self.X[:, :3].copy()
         self.builds += 1
-        self._adapt_skin()
+        self.since_build = 0
         self._cut()
 
     def _adapt_skin(self) -> None:
-        """A list should serve 10 to 60 steps: a rebuild costs about three, and every entry beyond touch costs in each."""
-        if self.builds > 1:
-            if self.since_build < 10:
-                self.skin = min(self.skin * 1.25, 0.5 * self.mean_radius)
-            elif self.since_build > 60:
-                self.skin = max(self.skin * 0.8, 0.05 * self.mean_radius)
-        self.since_build = 0
+        """Set the skin of the list about to be built: a list should serve 10 to 60 steps.
+
+        A rebuild costs about three steps, and every entry beyond touch costs in each.
+        """
+        if self.builds > 1 and self.since_build < 10:
+            self.skin = min(self.skin * 1.25, 0.5 * self.mean_radius)
+        elif self.builds > 1 and self.since_build > 60:
+            self.skin = max(self.skin * 0.8, 0.05 * self.mean_radius)
 
     def _cut(self) -> None:
         """Chunks of rows with about equal numbers of list entries."""
@@ -198,15 +202,18 @@ class Assembly:
         g = self.gravity
         return integrator.kick(
             self._moving_ends[c], self._moving_ends[c + 1], c, self.active, self.X, self.V, self.W, self.A, self.E, self.F, self._spill,
-            self._last, self.drag, self.weight, self.kind, self.walls, self.wall_tables, self.wall_history, g.uniform, g.table, g.radius,
+            self._last, self.drag, self.weight, self.kind, self.returned, self.walls, self.wall_tables, self.wall_history, g.uniform, g.table, g.radius,
             dt, half, RULES[self.contact.sliding], self.contact.attractive_tail, self._kick_report[c],
         )  # fmt: skip
 
     def _forces(self, initial: bool = False) -> None:
         dt = 0.0 if initial else self.dt
         over_speed = 0.0 if initial else self.contact.returning_speed_limit
+        kept = (self.hist.copy(), self.wall_history.copy()) if initial else None
         self._each(lambda c: self._pairs(c, dt, over_speed))
         bad = max(self._each(lambda c: self._kick(c, dt, 0.5 * dt)))
+        if kept:  # a first evaluation only marks the contacts: springs are as they were given
+            self.hist[:, :7], self.wall_history[:, :, :7] = kept[0][:, :7], kept[1][:, :, :7]
         pair, single = self._pair_report, self._kick_report
         self.elastic = float(pair[:, forces.ELASTIC].sum() + single[:, integrator.WALL_ELASTIC].sum())
         self.contacts = int(pair[:, forces.CONTACTS].sum())
@@ -223,6 +230,13 @@ class Assembly:
             raise UnphysicalState(f"grain {self.identity[bad]} is not finite: {self._where(bad)}")
         if self.worst > self.overlap_limit:
             self._refuse_overlap()
+        if single[:, integrator.WALL_OVERLAP].max() > self.overlap_limit:
+            c = int(np.argmax(single[:, integrator.WALL_OVERLAP]))
+            i = int(single[c, integrator.WALL_GRAIN])
+            raise UnphysicalState(
+                f"grain {self.identity[i]} overlaps a wall by {single[c, integrator.WALL_OVERLAP]:.3f} of its radius (limit "
+                f"{self.overlap_limit:g}): {self._where(i)}. The springs are too soft for this load or speed"
+            )
 
     def _where(self, i: int) -> str:
         x, v = self.X[i, :3], self.W[i, :3]

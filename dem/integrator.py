@@ -57,7 +57,7 @@ def drift(lo, hi, active, X, V, W, A, E, reference, dt, report):
 
 @kernel
 def kick(
-    lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, walls, wall_tables, wall_history,
+    lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, returned, walls, wall_tables, wall_history,
     uniform, g_table, g_radius, dt, half, rule, tail, report,
 ):  # fmt: skip
     """Sum the forces on grains lo..hi and finish the step (``half`` = dt/2; 0 only evaluates); returns the first grain that is not finite, or -1.
@@ -110,7 +110,7 @@ def kick(
                 )  # fmt: skip
                 wall_stored += stored
                 wall_lost += spent
-                if (radius - d) / radius > worst:
+                if returned[i] == 0 and (radius - d) / radius > worst:
                     worst, worst_grain = (radius - d) / radius, i
                 fx -= fn * nx
                 fy -= fn * ny

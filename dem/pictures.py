@@ -1,4 +1,4 @@
-"""Pictures of grains: a thin slab through the x-z plane, and the profiles of a bed."""
+"""Pictures of grains: a thin slab through the x-z plane, the profiles of a bed, the stages of a collapse."""
 
 from __future__ import annotations
 
@@ -9,28 +9,24 @@ import numpy as np
 
 from dem.assembly import LEFT, Assembly
 from dem.domain import Domain
+from matter.particles import Particles
 
-_COLOURS = {0: "#d9c8a0", 1: "#5b8fc7"}
+_COLOURS = ("#d9c8a0", "#5b8fc7")
+_HEADROOM = "#efe7d5"
 
 
-def slab(axes: Any, bed: Assembly, domain: Domain, colours: np.ndarray | None = None, thickness: float = 1.0, unit: float = 1e3) -> None:
-    """Draw the circles that grains within ``thickness`` mean radii of y = 0 cut out of that plane; lengths in ``unit`` m."""
+def slab(axes: Any, grains: Particles, domain: Domain, unit: float = 1e3) -> None:
+    """Draw the circles that the grains cut out of the plane y = 0, coloured by species; lengths in ``unit`` m."""
     from matplotlib.collections import EllipseCollection
 
-    y = np.abs(bed.X[:, 1])
-    here = np.flatnonzero((y < np.minimum(bed.X[:, 3], thickness * bed.mean_radius)) & (bed.state != LEFT))
-    cut = np.sqrt(bed.X[here, 3] ** 2 - y[here] ** 2)
-    if colours is None:
-        face: Any = [_COLOURS[int(k)] if h == 0 else "#efe7d5" for k, h in zip(bed.kind[here], bed.headroom[here])]
-        circles = EllipseCollection(
-            2 * cut / unit, 2 * cut / unit, np.zeros(len(here)), units="xy", facecolors=face, edgecolors="#444444", linewidths=0.2,
-            offsets=bed.X[here][:, [0, 2]] / unit, offset_transform=axes.transData,
-        )  # fmt: skip
-    else:
-        circles = EllipseCollection(
-            2 * cut / unit, 2 * cut / unit, np.zeros(len(here)), units="xy", array=colours[here], cmap="viridis", edgecolors="none",
-            offsets=bed.X[here][:, [0, 2]] / unit, offset_transform=axes.transData,
-        )  # fmt: skip
+    y = np.abs(grains.position[:, 1])
+    here = np.flatnonzero((y < grains.radius) & (grains.state != LEFT))
+    width = 2.0 * np.sqrt(grains.radius[here] ** 2 - y[here] ** 2) / unit
+    face = [_HEADROOM if h else _COLOURS[int(k)] for k, h in zip(grains.species[here], grains.headroom[here])]
+    circles = EllipseCollection(
+        width, width, np.zeros(len(here)), units="xy", facecolors=face, edgecolors="#444444", linewidths=0.2,
+        offsets=grains.position[here][:, [0, 2]] / unit, offset_transform=axes.transData,
+    )  # fmt: skip
     axes.add_collection(circles)
     angle = np.linspace(-domain.half_angle, domain.half_angle, 200)
     for radius, style in ((domain.core_radius, "k-"), (domain.datum_radius, "r--")):
@@ -38,6 +34,10 @@ def slab(axes: Any, bed: Assembly, domain: Domain, colours: np.ndarray | None = 
     for side in (-1, 1):
         line = np.array([domain.core_radius, domain.top_radius]) / unit
         axes.plot(side * line * np.sin(domain.half_angle), line * np.cos(domain.half_angle), "k-", lw=0.8)
+    reach = 1.05 * domain.top_radius * np.sin(domain.half_angle) / unit
+    floor = domain.core_radius * np.cos(domain.half_angle)
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(0.97 * floor / unit, (domain.top_radius + 0.35 * (domain.top_radius - domain.core_radius)) / unit)
     axes.set_aspect("equal")
     axes.set_xlabel("x [km]")
     axes.set_ylabel("z [km]")
@@ -51,7 +51,7 @@ def bed(assembly: Assembly, domain: Domain, report: dict[str, Any], path: Path) 
     figure = Figure(figsize=(12, 9), layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 3)
-    slab(figure.add_subplot(grid[0, :]), assembly, domain)
+    slab(figure.add_subplot(grid[0, :]), assembly.particles({}, tables=False), domain)
     profile = report["profile"]
     depth = (domain.datum_radius - np.array(profile["radius_m"])) / 1e3
     panels = (
@@ -69,3 +69,18 @@ def bed(assembly: Assembly, domain: Domain, report: dict[str, Any], path: Path) 
         axes.set_ylabel("depth below the datum [km]")
         axes.legend(frameon=False)
     figure.savefig(path, dpi=110)
+
+
+def collapse(frames: list[Particles], domain: Domain, path: Path) -> None:
+    """The same cut at several times, one below the other."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    rows = (len(frames) + 1) // 2
+    figure = Figure(figsize=(15, 3.6 * rows), layout="constrained")
+    FigureCanvasAgg(figure)
+    for k, frame in enumerate(frames):
+        axes = figure.add_subplot(rows, 2, k + 1)
+        slab(axes, frame, domain)
+        axes.set_title(f"t = {float(frame.attributes['time']):.0f} s", fontsize=10)
+    figure.savefig(path, dpi=100)

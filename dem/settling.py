@@ -7,8 +7,8 @@ pack    off      FIRE       (no gravity, a lid)     random points become a stabl
 load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it without load
 trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks for
 grip    on       drag       (headroom taken away)   friction and its springs
-rest    on       drag       (headroom taken away)   until grains move by less than a tenth of the limit in their cages
-free    on       none       (headroom taken away)   proof: by itself the bed stays below the limit, else ``rest`` again
+rest    on       drag       (headroom taken away)   until grains move at a tenth of the limit in their cages, and none faster than the limit
+free    on       none       (headroom taken away)   proof: by itself the bed stays below the limit, no grain beyond four times it
 lay     off      FIRE       0                       the headroom is laid back onto the bed, which is held still: touching, no load
 ======= ======== ========== ======================= ====================================================================
 
@@ -44,8 +44,10 @@ CHECKPOINT_EVERY_S = 15.0
 LOOK_EVERY = 10
 """Steps between two looks at which grains are above the datum."""
 EXCHANGE_EVERY = 3
-REST_LIMIT = 12
+REST_LIMIT = 20
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
+LOOSE = 4.0
+"""Largest speed of any one grain after ``free``, over the limit on the rms speed."""
 QUIET = 0.1
 """Rms speed of grains against their neighbours at the end of ``rest``, over the limit: slow modes that creep under the drag run faster without it."""
 
@@ -160,15 +162,17 @@ class Settling:
         grains = bed.particles({"time": 0.0})
         if self.phase in (_REST, _FREE):
             g = float(self.gravity.strength(np.array(self.body.radius)))
-            found = bed_measures.residual(bed, g)["rms"]
+            found = bed_measures.residual(bed, g)
             enough = self.repeats >= REST_LIMIT
             self.repeats += 1
             if now.name == "rest":
-                self.phase = _FREE if bed_measures.rearrangement_speed(bed, g) < QUIET * self.limit or enough else _REST
+                quiet = bed_measures.rearrangement_speed(bed, g) < QUIET * self.limit and found["max"] < self.limit
+                self.phase = _FREE if quiet or enough else _REST
                 self.rested = grains
             else:
-                self.phase = _LAY if found < self.limit or enough else _REST
-                self.free_speed = found
+                quiet = found["rms"] < self.limit and found["max"] < LOOSE * self.limit
+                self.phase = _LAY if quiet or enough else _REST
+                self.free_speed = found["rms"]
         else:
             self.phase += 1
         if not now.friction:

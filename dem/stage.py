@@ -59,6 +59,8 @@ class Settings(Model):
     """Simulated time between snapshots."""
     history_interval: PositiveTime = 10.0
     """Simulated time between rows of ``history.csv``."""
+    grains: Annotated[int, Field(ge=1)] = 20_000
+    """Expected number of grains, for the prediction of the cost only."""
     step_factor: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     """Multiplies the time step (a sensitivity test halves it)."""
 
@@ -69,14 +71,15 @@ class Settings(Model):
         return self
 
 
-def predict(settings: Settings, count: int = 20_000) -> dict[str, float]:
-    """Wall time with warm kernels [s], memory and disk [bytes] for ``count`` grains of the quick Valhalla case (larger beds step finer)."""
-    dt = TIME_STEP_S * settings.step_factor * (20_000 / count) ** (1.0 / 3.0) / np.sqrt(settings.contact.stiffness_factor)
-    end = 0.5 * (settings.end_time + settings.latest_time)
-    steps = end / (dt * settings.contact.steps_per_contact / 30)
-    shots = end / settings.snapshot_interval
-    rate = GRAIN_STEPS_PER_S * settling.threads_for(count)
-    return {"wall_s": 2.0 + count * (steps + 100 * shots) / rate, "memory_bytes": 2.5e8 + 2000.0 * count, "disk_bytes": 170.0 * count * (shots + 4)}
+def predict(settings: Settings) -> dict[str, float]:
+    """Wall time with warm kernels [s], memory and disk [bytes], for the step of the Valhalla bed scaled to ``grains``."""
+    n = settings.grains
+    dt = TIME_STEP_S * (20_000 / n) ** (1.0 / 3.0) / np.sqrt(settings.contact.stiffness_factor)
+    dt *= settings.step_factor * 30 / settings.contact.steps_per_contact
+    simulated = 0.5 * (settings.end_time + settings.latest_time)
+    shots = simulated / settings.snapshot_interval
+    wall = 2.0 + n * simulated / dt / (GRAIN_STEPS_PER_S * settling.threads_for(n)) + 1e-5 * n * shots
+    return {"wall_s": wall, "memory_bytes": 2.5e8 + 2000.0 * n, "disk_bytes": 170.0 * n * (shots + 4)}
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:

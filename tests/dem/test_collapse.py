@@ -1,0 +1,176 @@
+"""The collapse stage on a small carved bed."""
+
+import csv
+import json
+import shutil
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from dem import stage
+from matter import progress, snapshot
+from matter.errors import InputError, Stopped, UnphysicalState
+from matter.particles import Particles
+
+BOWL, DEPTH = 350e3, 260e3
+
+
+@pytest.fixture(scope="module")
+def carved(tmp_path_factory, bed_run):
+    """The bed with a paraboloid bowl, outward velocities at its rim, and six grains in flight (one escaping)."""
+    run = tmp_path_factory.mktemp("carved")
+    shutil.copytree(bed_run / "2_sph", run / "2_sph")
+    (run / "4_handoff").mkdir()
+    bed = snapshot.read(bed_run / "3_bed" / "bed.vtkhdf")
+    datum = bed.attributes["domain"]["datum_radius_m"]
+    distance = np.linalg.norm(bed.position, axis=1)
+    flat = np.hypot(bed.position[:, 0], bed.position[:, 1])
+    arc = datum * np.arctan2(flat, bed.position[:, 2])
+    height = distance - datum
+    keep = np.where(arc < BOWL, height < -DEPTH * (1 - (arc / BOWL) ** 2), height < 60e3 * np.exp(-(arc - BOWL) / 100e3))
+    start = bed.select(keep)
+    arc, flat = arc[keep], flat[keep]
+    outward = np.column_stack([start.position[:, :2] / flat[:, None], np.zeros(len(start))])
+    up = start.position / distance[keep][:, None]
+    start["velocity"] = start.velocity + 150.0 * np.exp(-(((arc - BOWL) / 1e5) ** 2))[:, None] * (outward + up)
+    flyers = start.select(np.arange(6))
+    azimuth = np.arange(6) * np.pi / 3
+    flyers["identity"] = 10_000 + np.arange(6)
+    flyers["position"] = (datum + 4e5) * np.column_stack([0.15 * np.cos(azimuth), 0.15 * np.sin(azimuth), np.full(6, np.sqrt(1 - 0.15**2))])
+    flyers["velocity"] = np.array([0.0, 0.0, 1.0]) * np.array([2500.0, 100.0, 0.0, -300.0, 200.0, 300.0])[:, None]
+    flyers["mass"] = flyers.mass * np.array([1, 1, 0.01, 1, 1, 1])
+    fields = {name: np.concatenate([start[name], flyers[name]]) for name in start}
+    fields["state"] = np.concatenate([np.zeros(len(start)), np.ones(6)])
+    together = Particles(fields, {**bed.attributes, "time": 300.0, "stage": "handoff"}, bed.tables)
+    snapshot.write(together, run / "4_handoff" / "start.vtkhdf")
+    return run
+
+
+SETTINGS = stage.Settings(end_time=900.0, latest_time=1500.0, still_interval=200.0)
+
+
+@pytest.fixture(scope="module")
+def result(carved):
+    out = carved / "5_dem"
+    out.mkdir()
+    stage.run(SETTINGS, carved, out)
+    return out
+
+
+def history(out):
+    with open(out / "history.csv") as file:
+        rows = list(csv.DictReader(file))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def test_balances_hold(result):
+    found = history(result)
+    assert found["momentum_error"].max() < 1e-11 and found["angular_momentum_error"].max() < 1e-11
+    assert np.abs(found["energy_error"]).max() < 0.01
+    assert np.all(np.diff(found["dissipated_contacts_J"]) >= 0.0)
+
+
+def test_it_ends_between_its_two_times_and_leaves_its_files(result):
+    report = json.loads((result / "stage_report.json").read_text())
+    assert 900.0 <= report["time_s"] <= 1502.0
+    last = snapshot.read(result / "last.vtkhdf")
+    assert last.attributes["stage"] == "dem" and last.attributes["time"] == pytest.approx(report["time_s"])
+    assert "contacts/pair" in last.tables
+    times = [snapshot.read(path).attributes["time"] for path in snapshot.series(result)]
+    assert times[0] == 300.0 and np.allclose(np.diff(times), 120.0, atol=3.0)
+    assert not list(result.glob("checkpoint_*"))
+
+
+def test_what_escapes_is_booked_and_what_falls_comes_back(result):
+    report = json.loads((result / "stage_report.json").read_text())
+    last = snapshot.read(result / "last.vtkhdf")
+    assert report["booked"]["escaped"]["grains"] == 1
+    assert report["booked"]["escaped"]["mass_kg"] == pytest.approx(last.mass[last.identity == 10_000][0])
+    fallen = np.isin(last.identity, 10_000 + np.arange(1, 6))
+    assert np.sum(last.state[fallen] == 0) >= 4
+
+
+def test_a_light_grain_does_not_set_the_step(carved, result):
+    start = snapshot.read(carved / "4_handoff" / "start.vtkhdf")
+    capped = stage.capped_stiffness(start)
+    light = start.identity == 10_002
+    assert capped[light] < start.stiffness[light]
+    assert np.mean(capped == start.stiffness) > 0.99
+
+
+def test_the_bowl_fills(carved, result):
+    from dem.assembly import Assembly
+    from dem.contact_settings import Contact
+    from dem.domain import Domain
+    from dem.stillness import surface_profile
+
+    profiles = []
+    for path in (result / "snap_0000.vtkhdf", result / "last.vtkhdf"):
+        grains = snapshot.read(path)
+        domain = Domain.of_attribute(grains.attributes["domain"])
+        profiles.append(surface_profile(Assembly(grains, Contact(), domain.walls()), domain))
+    assert profiles[0][0] < -0.5 * DEPTH
+    assert profiles[1][0] > profiles[0][0] + 30e3
+
+
+def test_a_stopped_run_resumes_bit_for_bit(tmp_path, carved):
+    settings = SETTINGS.model_copy(update={"end_time": 500.0, "latest_time": 500.0})
+    results = []
+    for name, stops in (("whole", ()), ("resumed", (7, 61))):
+        run = tmp_path / name
+        run.mkdir()
+        for part in ("2_sph", "4_handoff"):
+            (run / part).symlink_to(carved / part)
+        out = run / "5_dem"
+        out.mkdir()
+        seen = [0]
+
+        def listen(_, stops=stops, seen=seen):
+            seen[0] += 1
+            if seen[0] in stops:
+                progress.request_stop()
+
+        progress.Progress.interval_s, kept = 0.0, progress.Progress.interval_s
+        progress.listen(listen)
+        try:
+            for _ in range(1 + len(stops)):
+                try:
+                    stage.run(settings, run, out)
+                except Stopped:
+                    progress.clear_stop()
+        finally:
+            progress.silence()
+            progress.clear_stop()
+            progress.Progress.interval_s = kept
+        results.append((snapshot.read(out / "last.vtkhdf"), (out / "history.csv").read_text()))
+    (one, text_one), (two, text_two) = results
+    for name in one:
+        assert np.array_equal(one[name], two[name]), name
+    for name in one.tables:
+        assert np.array_equal(one.tables[name], two.tables[name]), name
+    assert text_one == text_two
+
+
+def test_a_bed_that_explodes_stops_with_a_name(tmp_path, carved):
+    run = tmp_path
+    shutil.copytree(carved / "2_sph", run / "2_sph")
+    (run / "4_handoff").mkdir()
+    (run / "5_dem").mkdir()
+    start = snapshot.read(carved / "4_handoff" / "start.vtkhdf")
+    velocity = start.velocity.copy()
+    velocity[np.argmin(start.position[:, 0] ** 2 + start.position[:, 1] ** 2 + 1e12 * start.state)] = [0.0, 0.0, -9000.0]
+    start["velocity"] = velocity
+    snapshot.write(start, run / "4_handoff" / "start.vtkhdf")
+    with pytest.raises(UnphysicalState, match=r"overlaps? .*limit 0.5.*place"):
+        stage.run(SETTINGS, run, run / "5_dem")
+    assert (run / "5_dem" / "snap_0000.vtkhdf").is_file()
+
+
+def test_bad_settings_and_inputs(tmp_path, carved):
+    with pytest.raises(ValidationError, match="latest_time"):
+        stage.Settings(end_time=100.0, latest_time=50.0)
+    with pytest.raises(InputError, match="no snapshot"):
+        stage.run(SETTINGS, tmp_path, tmp_path)
+    with pytest.raises(InputError, match="not after the handoff"):
+        stage.run(stage.Settings(end_time=200.0, latest_time=200.0), carved, tmp_path)
