@@ -98,7 +98,7 @@ def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, re
     ledger.measure("velocity_field_L2", difference.l2, note)
     ledger.measure("velocity_direction_deg_mean", difference.direction_deg, note)
     local = compare.local_momentum(made.fields_raw, region)
-    worst = max(local, key=lambda row: row[1])
+    worst = max(local, key=lambda row: row[1], default=("none: nothing moves", 0.0, 0.0))
     ledger.measure("momentum_local_rel", worst[1], f"worst: {worst[0]}, which holds {worst[2]:.1%} of sum m|v|")
     density = compare.density_difference(fields, radius)
     if np.isfinite(density):

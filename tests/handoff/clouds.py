@@ -237,7 +237,7 @@ def sphere_source(
     thrown = (R_BODY + height)[:, None] * direction
     thrown_velocity = speed[:, None] * (0.7 * direction + 0.7 * outward)
     projectile = np.arange(curtain) % 4 == 0
-    thrown_volume = np.where(projectile, 40e3**3, float(volume[reach > R_OCEAN].min()) * 1.3)
+    thrown_volume = np.where(projectile, 25e3**3, float(volume[reach > R_OCEAN].min()) * 1.3)
     n, m = len(points), curtain
     position = np.concatenate([points, thrown])
     rho = np.concatenate([density, np.full(m, 700.0)])
@@ -246,7 +246,7 @@ def sphere_source(
     bulk = np.array(BULK)[number]
     return Particles(
         {
-            "identity": np.arange(n + m) + int(1e6) * 0,
+            "identity": np.arange(n + m),
             "position": position,
             "velocity": np.concatenate([flow, thrown_velocity]),
             "mass": rho * size,

@@ -43,7 +43,7 @@ def handed(request, flat_bed, ground):
 
 
 def test_sums_before_the_correction(handed):
-    name, _, _, made, ledger = handed
+    _, _, _, made, ledger = handed
     assert ledger["mass_raw_rel"]["value"] < 3e-3
     assert ledger["momentum_linear_raw_rel"]["value"] < 1e-2
     assert ledger["momentum_angular_raw_rel"]["value"] < 2e-2

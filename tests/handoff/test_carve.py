@@ -1,0 +1,92 @@
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from handoff import carve, domain, surface, transfer
+from matter.alpha_shape import alpha_shape
+from tests.handoff import clouds
+from tests.handoff.clouds import ARC_FLAT, CAVITY, DEPTH
+
+
+@pytest.fixture(scope="module")
+def carved(flat_bed, ground):
+    source = clouds.flat_source(1.7, ARC_FLAT, DEPTH, lambda p: -np.sqrt(np.maximum(CAVITY**2 - p[:, 0] ** 2 - p[:, 1] ** 2, 0.0)), lambda p: np.zeros_like(p))
+    return transfer.hand_over(source, flat_bed, surface.Rules(), ground)
+
+
+def test_grains_stay_by_their_centres_and_do_not_move(flat_bed, carved):
+    rho = np.hypot(flat_bed.position[:, 0], flat_bed.position[:, 1])
+    outside = np.hypot(rho, flat_bed.position[:, 2])
+    deep = (flat_bed.position[:, 2] < -1.5) & (outside > CAVITY + 1.5)
+    empty = (flat_bed.position[:, 2] > 1.5) | (outside < CAVITY - 1.5)
+    assert carved.stays[deep].all()
+    assert not carved.stays[empty].any()
+    np.testing.assert_array_equal(carved.start.position, flat_bed.position[carved.stays])
+    np.testing.assert_array_equal(carved.start.radius, flat_bed.radius[carved.stays])
+    np.testing.assert_array_equal(carved.start.identity, flat_bed.identity[carved.stays])
+    assert not carved.start.headroom.any()
+
+
+def test_contacts_of_untouched_neighbours_keep_their_history(flat_bed, carved):
+    before, after = flat_bed.tables, carved.start.tables
+    kept = set(flat_bed.identity[carved.stays].tolist())
+    pairs = {tuple(pair): row for pair, row in zip(before["contacts/pair"].tolist(), before["contacts/history"])}
+    expected = [pair for pair in pairs if pair[0] in kept and pair[1] in kept]
+    assert [tuple(pair) for pair in after["contacts/pair"].tolist()] == expected
+    assert 0 < len(expected) < len(pairs)
+    for pair, row in zip(after["contacts/pair"].tolist(), after["contacts/history"]):
+        np.testing.assert_array_equal(row, pairs[tuple(pair)])
+    walls = {int(identity): row for (identity, _), row in zip(before["contacts/wall_pair"], before["contacts/wall_history"])}
+    assert [int(i) for i, _ in after["contacts/wall_pair"]] == [i for i in walls if i in kept]
+    for (identity, _), row in zip(after["contacts/wall_pair"], after["contacts/wall_history"]):
+        np.testing.assert_array_equal(row, walls[int(identity)])
+
+
+def test_volumes_of_the_grains_sum_to_the_solid(flat_bed, carved):
+    inside = carved.samples.inside.sum() * carved.samples.volume
+    assert carved.volume.sum() == pytest.approx(inside, rel=1e-9)
+    assert np.all(carved.volume[carved.stays] > 0.0) and not carved.volume[~carved.stays].any()
+    solid = 4.0 / 3.0 * np.pi * flat_bed.radius**3
+    packing = solid[carved.stays] / carved.volume[carved.stays]
+    assert 0.35 < np.percentile(packing, 1) and np.percentile(packing, 99) < 0.85
+
+
+def test_a_lattice_bed_recovers_its_cells():
+    """Grains on a cubic lattice stand for one cell each, at the walls too."""
+    n = 12
+    points = np.stack(np.meshgrid(*(np.arange(n) + 0.5,) * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    points -= [n / 2, n / 2, n]
+    region = domain.Cylinder(4.5, -9.0, -3.0, -3.0)
+    bed = clouds.bed_of(points, np.full(len(points), 0.5), "plane", {"radius_m": 4.5, "floor_m": -9.0, "datum_m": -3.0, "top_m": -3.0}, 0.52)
+    solid = alpha_shape(points, 1.0, 1.2).offset(0.5)
+    samples = carve.sample(region, solid, cKDTree(points), cKDTree(points))
+    assert samples.inside.all()
+    stays = np.ones(len(bed), dtype=bool)
+    volume = carve.grain_volumes(bed, stays, carve.heirs(bed, stays, samples), samples.volume)
+    deep = (np.hypot(points[:, 0], points[:, 1]) < 2.0) & (np.abs(points[:, 2] + 6.0) < 1.5)
+    assert volume[deep] == pytest.approx(1.0, rel=0.03)
+    assert volume.sum() == pytest.approx(region.volume, rel=1e-9)
+
+
+def test_share_of_particles_at_the_side_is_their_part_inside():
+    """A lattice cut by a cylinder: the shares sum to the volume inside, a particle on the face counts half."""
+    points = clouds.lattice((9.0, 9.0, 9.0), 1.0)
+    region = domain.Cylinder(5.0, -5.0, 0.0, 5.0)
+    share, centre = surface.share_inside(points, np.ones(len(points)), region, cKDTree(points), np.arange(len(points)))
+    assert share.sum() == pytest.approx(region.volume, rel=0.02)  # the top counts by centres
+    side = np.abs(np.hypot(points[:, 0], points[:, 1]) - 5.0) < 0.05
+    assert np.mean(share[side & (np.abs(points[:, 2]) < 4.0)]) == pytest.approx(0.5, abs=0.05)
+    assert set(np.unique(share[region.cut_depth(points) > 1.0])) <= {0.0, 1.0}
+    assert np.all(region.cut_depth(centre[share > 0.0]) > 0.0)
+
+
+def test_domain_points_are_even_and_columns_cover_it():
+    cone = domain.Cone(1.0, 2.0, 2.5, 0.6)
+    points = cone.points(np.random.default_rng(1).random((200_000, 3)))
+    assert np.all(cone.depth_inside(points) > 0.0)
+    inner = np.linalg.norm(points, axis=1) < 1.7
+    assert inner.mean() == pytest.approx((1.7**3 - 1.0) / (2.5**3 - 1.0), abs=0.005)
+    assert cone.volume == pytest.approx(2 * np.pi / 3 * (1 - np.cos(0.6)) * (2.5**3 - 1.0))
+    assert cone.depth_inside(np.array([[0.0, 0.0, 1.4], [0.0, 0.0, 2.6], [np.sin(0.7) * 2, 0.0, np.cos(0.7) * 2]])) == pytest.approx(
+        [0.4, -0.1, -2.0 * np.sin(0.1)]
+    )

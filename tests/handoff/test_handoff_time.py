@@ -1,0 +1,88 @@
+"""The rule that picks the time, on made-up series; and the diagnosis of made-up clouds."""
+
+import numpy as np
+import pytest
+
+from handoff import domain, handoff_time, hydrostatic, surface
+from handoff.handoff_time import Diagnosis, choose, first_maximum
+from matter.errors import InputError
+from matter.particles import Particles
+from tests.handoff import clouds
+
+G = 1.24
+
+
+def series(depth, drive, excess, radius=400e3, step=60.0, volume=1e17):
+    return [
+        Diagnosis(f"snap_{k:04d}", k * step, radius if d > 0 else 0.0, d, volume * d / max(depth), 0.0, e, e, 1e25, 1e24, 0.0, 0.0, a)
+        for k, (d, a, e) in enumerate(zip(depth, drive, excess))
+    ]
+
+
+DEPTH = [0, 100e3, 160e3, 220e3, 250e3, 260e3, 255e3, 230e3, 150e3]
+
+
+def test_first_maximum_ignores_small_dips_and_later_peaks():
+    assert first_maximum([0, 1, 3, 2.9, 3.1, 4, 2, 1, 0.5, 9]) == 5
+    assert first_maximum([0, 0, 1, 2, 3]) == 4
+    assert first_maximum([5, 4, 3]) == 0
+
+
+def test_takes_the_first_snapshot_under_gravity_when_the_window_is_empty():
+    drive = [np.nan, 8, 3, 0.8, 1.2, 0.6, 0.5, 0.4, 0.4]
+    choice = choose(series(DEPTH, drive, [1e-1] * 9), 30e3, G)
+    assert choice.index == 5 and choice.deepest == 5  # 180 s is quiet, but 240 s is not
+    assert "empty" in choice.reason and "0.6" in choice.reason
+    choice = choose(series(DEPTH, [np.nan, 8, 3, 0.9, 0.8, 0.6, 0.5, 0.4, 0.4], [1e-1] * 9), 30e3, G)
+    assert choice.index == 3 and choice.window[0] > choice.window[1]
+
+
+def test_never_later_than_the_first_maximum_of_depth():
+    choice = choose(series(DEPTH, [np.nan] + [5.0] * 8, [1e-1] * 9), 30e3, G)
+    assert choice.index == 5 and "driven up to" in choice.reason
+
+
+def test_takes_the_first_snapshot_of_the_window_where_there_is_one():
+    """A small body: the shock has left long before a tenth of the crater's time."""
+    depth = [0, 0.5, 0.8, 1.0, 1.3, 1.6, 1.8, 2.0, 1.9]
+    found = series(depth, [np.nan] + [50.0] * 8, [1e-1, 1e-2, 5e-4, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5], radius=5.0, step=1.0, volume=300.0)
+    choice = choose(found, 0.3, 1.2e-4)
+    assert choice.index == 2 and choice.reason.startswith("window")
+    assert choice.window[0] == 2.0 and choice.window[1] == pytest.approx(0.08 * np.sqrt(300.0 ** (1 / 3) / 1.2e-4))
+    # the cavity must be resolved by then
+    later = [*found[:4], *(row for row in found[4:])]
+    assert choose([Diagnosis(**{**row.__dict__, "radius": 1.0 if k < 4 else 5.0}) for k, row in enumerate(later)], 0.3, 1.2e-4).index == 4
+
+
+def test_no_crater_is_a_clear_message():
+    with pytest.raises(InputError, match="cavity of 5 grain radii"):
+        choose(series(DEPTH, [np.nan] + [0.5] * 8, [0.1] * 9, radius=100e3), 30e3, G)
+
+
+def test_diagnosis_of_a_bowl_and_its_drive(sphere_cloud):
+    column = hydrostatic.from_target(clouds.target_table(), clouds.R_BODY)
+    region = domain.Cone(clouds.R_CORE, clouds.R_BODY, clouds.R_BODY + clouds.HEADROOM, clouds.ARC / clouds.R_BODY)
+    source = clouds.sphere_source(sphere_cloud, 500e3, 200e3, 40e3, time=100.0, velocity=lambda p: np.zeros_like(p), curtain=40)
+    body = source.neighbours > 10
+    falling = Particles({name: source[name] for name in source}, {**source.attributes, "time": 110.0})
+    up = region.frame.up(source.position)
+    falling["velocity"] = source.velocity + np.where(body[:, None], -10.0 * G * up, 0.0)
+    found = handoff_time.diagnose(falling, source, "snap_0001", region, column, surface.Rules())
+    assert found.drive == pytest.approx(1.0, rel=0.02)  # free fall: all of the weight is unbalanced
+    assert found.depth == pytest.approx(200e3, abs=40e3)  # half a particle spacing
+    assert found.radius == pytest.approx(500e3 * np.sqrt(200 / 240), rel=0.12)
+    assert found.excess_pressure < 1e-3  # the synthetic body is in balance
+    assert found.ejected == pytest.approx(source.mass[~body].sum(), rel=0.1)
+    assert np.isnan(handoff_time.diagnose(source, None, "snap_0000", region, column, surface.Rules()).drive)
+    inside = body & (region.depth_inside(source.position) > 0.0)
+    assert found.kinetic == pytest.approx(0.5 * np.sum(source.mass[inside]) * (10.0 * G) ** 2, rel=0.02)
+
+
+def test_files_of_a_stage(tmp_path):
+    with pytest.raises(InputError, match="no snapshots"):
+        handoff_time.files(tmp_path)
+    (tmp_path / "last.vtkhdf").touch()
+    assert [path.name for path in handoff_time.files(tmp_path)] == ["last.vtkhdf"]
+    for number in (2, 0, 1):
+        (tmp_path / f"snap_{number:04d}.vtkhdf").touch()
+    assert [path.name for path in handoff_time.files(tmp_path)] == ["snap_0000.vtkhdf", "snap_0001.vtkhdf", "snap_0002.vtkhdf"]

@@ -1,0 +1,81 @@
+"""Bowls of known size in a half space and on a sphere, twenty grains per cavity radius."""
+
+import numpy as np
+import pytest
+
+from handoff import account, domain, hydrostatic, surface, transfer
+from tests.handoff import clouds
+
+RADIUS, BOWL, RIM = 20.0, 9.0, 3.0
+
+
+def bowl_in_a_plane(points):
+    """A paraboloid with a rim that falls as the cube of the distance."""
+    rho = np.hypot(points[:, 0], points[:, 1])
+    return np.where(rho < RADIUS, -BOWL + (BOWL + RIM) * (rho / RADIUS) ** 2, RIM * (RADIUS / np.maximum(rho, 1e-9)) ** 3)
+
+
+# particle spacing, and the error of the volume that it allows: a source this coarse rounds off the crest of the rim
+@pytest.fixture(scope="module", params=[(1.8, 0.02), (2.5, 0.06)], ids=["fine source", "coarse source"])
+def in_a_plane(request):
+    spacing, allowed = request.param
+    bed = clouds.flat_bed(1.0, 29.0, 13.0, 5.0)
+    source = clouds.flat_source(spacing, 29.0, 13.0, bowl_in_a_plane, lambda p: np.tile([0.0, 0.0, 1.0], (len(p), 1)))
+    column = hydrostatic.uniform(1e3, 1000.0, 30.0)
+    made = transfer.hand_over(source, bed, surface.Rules(), column)
+    return made, account.ledger_of(made, source, bed, column, {}), allowed
+
+
+def test_bowl_in_a_plane(in_a_plane):
+    made, ledger, allowed = in_a_plane
+    rho0 = RADIUS * np.sqrt(BOWL / (BOWL + RIM))  # where the bowl crosses the datum
+    truth = np.pi * BOWL * rho0**2 / 2.0
+    assert made.size.depth == pytest.approx(BOWL, rel=0.05)
+    assert made.size.radius == pytest.approx(rho0, rel=0.05)
+    assert made.size.volume == pytest.approx(truth, rel=allowed)
+    samples = made.samples
+    removed = ~made.stays[samples.grain] & (samples.position[:, 2] < 0.0) & (np.hypot(*samples.position[:, :2].T) < RADIUS)
+    assert removed.sum() * samples.volume == pytest.approx(truth, rel=allowed)
+    assert ledger["cavity_volume_rel"]["value"] < 0.02
+    assert ledger["cavity_hausdorff_over_r"]["value"] < 1.5
+    assert ledger["mass_raw_rel"]["value"] < 3e-3
+    assert made.solid.mesh.is_watertight
+
+
+def test_carved_bed_against_the_true_bowl(in_a_plane):
+    made = in_a_plane[0]
+    for vertices, limit in ((np.asarray(made.solid.mesh.vertices), 1.5), (made.start.position, 1.5)):
+        near = (np.hypot(vertices[:, 0], vertices[:, 1]) < 0.9 * RADIUS) & (vertices[:, 2] > -12.0)
+        height = vertices[near, 2] - bowl_in_a_plane(vertices[near])
+        assert height.max() < limit  # nothing stands further above the bowl
+
+
+def test_bowl_on_a_sphere(sphere_cloud, sphere_bed):
+    radius, depth, rim = 500e3, 180e3, 40e3
+    source = clouds.sphere_source(sphere_cloud, radius, depth, rim, velocity=lambda p: np.zeros_like(p), curtain=40)
+    column = hydrostatic.from_target(clouds.target_table(), clouds.R_BODY)
+    made = transfer.hand_over(source, sphere_bed, surface.Rules(), column)
+    ledger = account.ledger_of(made, source, sphere_bed, column, {})
+    arc = radius * np.sqrt(depth / (depth + rim))
+    angle = np.linspace(0.0, arc / clouds.R_BODY, 4001)
+    floor = clouds.R_BODY - depth + (depth + rim) * (angle * clouds.R_BODY / radius) ** 2
+    truth = np.trapezoid(2.0 * np.pi * np.sin(angle) * (clouds.R_BODY**3 - floor**3) / 3.0, angle)
+    assert made.size.depth == pytest.approx(depth, rel=0.08)
+    assert made.size.radius == pytest.approx(arc, rel=0.08)
+    assert made.size.volume == pytest.approx(truth, rel=0.12)  # a coarse source: 6 particles per radius
+    assert ledger["cavity_volume_rel"]["value"] < 0.04  # eleven grains per radius
+    assert ledger["cavity_hausdorff_over_r"]["value"] < 1.5
+    assert made.solid.mesh.is_watertight
+    # the curtain became ejecta, and the surface does not reach up to it
+    assert len(made.ejecta.mass) >= 40
+    assert np.linalg.norm(made.solid.mesh.vertices, axis=1).max() < clouds.R_BODY + 2.5 * rim
+
+
+def test_surface_heights_of_a_known_solid():
+    region = domain.Cone(1.0, 2.0, 2.4, 0.5)
+    foot, distance, height = surface.surface_heights(lambda p: np.linalg.norm(p, axis=1) < 1.8 + 0.3 * p[:, 0], region, 500)
+    direction = foot / 2.0
+    exact = 1.8 / (1.0 - 0.3 * direction[:, 0]) - 2.0
+    np.testing.assert_allclose(height, exact, atol=0.002)
+    np.testing.assert_allclose(distance, 2.0 * np.arccos(direction[:, 2]), atol=1e-12)
+    assert np.mean(direction[:, 2]) == pytest.approx((1 + np.cos(0.5)) / 2, abs=1e-3)  # even over the cap

@@ -1,0 +1,124 @@
+"""The pieces of the mapping against analytic values: linear fit, defect, closing field, energy limit, local sums."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+
+from handoff import compare, correction, interpolation
+from handoff.transfer import energy_share, neighbours_used
+
+
+def cloud(count=3000, seed=1):
+    return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 3))
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10_000), st.integers(12, 40))
+def test_linear_fields_come_out_exactly(seed, count):
+    rng = np.random.default_rng(seed)
+    points, query = cloud(seed=seed), rng.uniform(-0.95, 0.95, (50, 3))
+    gradient, offset = rng.normal(size=(3, 3)), rng.normal(size=3)
+    value, found = interpolation.local_linear(cKDTree(points), points @ gradient + offset, rng.uniform(0.5, 2.0, len(points)), query, count)
+    np.testing.assert_allclose(value, query @ gradient + offset, atol=1e-9)
+    np.testing.assert_allclose(found, np.broadcast_to(gradient, (50, 3, 3)), atol=1e-7)
+    antisymmetric = 0.5 * np.array([gradient[1, 2] - gradient[2, 1], gradient[2, 0] - gradient[0, 2], gradient[0, 1] - gradient[1, 0]])
+    np.testing.assert_allclose(interpolation.rotation_rate(found), np.tile(antisymmetric, (50, 1)), atol=1e-7)
+
+
+def test_fit_converges_with_second_order():
+    errors = []
+    for count in (2000, 16_000, 128_000):
+        points, query = cloud(count), np.random.default_rng(5).uniform(-0.7, 0.7, (400, 3))
+
+        def field(p):
+            return np.stack([np.sin(3 * p[:, 1]), np.cos(2 * p[:, 2]), np.sin(2 * p[:, 0])], axis=1)
+
+        value, _ = interpolation.local_linear(cKDTree(points), field(points), np.ones(count), query, 20)
+        errors.append(np.sqrt(np.mean((value - field(query)) ** 2)))
+    assert errors[0] / errors[1] > 3.4 and errors[1] / errors[2] > 3.4  # halved spacing: a quarter of the error
+
+
+def test_no_velocity_is_made_up_in_a_plane_or_beyond_the_edge():
+    plane = np.column_stack([cloud()[:, :2], np.zeros(3000)])
+    motion = np.column_stack([plane[:, 0], np.zeros(3000), np.zeros(3000)])
+    value, gradient = interpolation.local_linear(cKDTree(plane), motion, np.ones(3000), np.array([[0.1, 0.2, 0.05], [0.0, 0.0, 0.5]]), 20)
+    assert np.all(np.isfinite(value)) and np.all(np.isfinite(gradient))
+    assert value[0, 0] == pytest.approx(0.1, abs=0.02)
+    far, _ = interpolation.local_linear(cKDTree(cloud()), cloud(), np.ones(3000), np.array([[9.0, 0.0, 0.0]]), 20)
+    assert np.linalg.norm(far) < 3.0  # limited to twice the neighbours' deviation from their mean
+
+
+def test_defect_vanishes_for_linear_fields_and_hands_over_the_rest():
+    rng = np.random.default_rng(3)
+    particles, grains, place = cloud(400), cloud(700, 2), cloud(60_000, 4)
+    overlap = interpolation.Overlap(cKDTree(particles).query(place)[1], cKDTree(grains).query(place)[1], place, particles, grains)
+    gradient = rng.normal(size=(3, 3))
+    own, theirs = np.tile(gradient, (400, 1, 1)), np.tile(gradient, (700, 1, 1))
+    assert np.abs(overlap.defect(particles @ gradient, own, grains @ gradient, theirs)).max() < 1e-12
+    still = overlap.defect(np.tile([1.0, 0.0, 0.0], (400, 1)), 0 * own, np.zeros((700, 3)), 0 * theirs)
+    np.testing.assert_allclose(overlap.deposited(still)[:, 0], 1.0)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_closing_field_adds_exactly_what_lacks(seed):
+    rng = np.random.default_rng(seed)
+    mass, place = rng.uniform(0.1, 3.0, 60), rng.normal(size=(60, 3)) * [1.0, 2.0, 0.3] + rng.normal(size=3) * 10
+    momentum, angular = rng.normal(size=3), rng.normal(size=3)
+    change = correction.closing_field(mass, place, momentum, angular)
+    np.testing.assert_allclose((mass[:, None] * change).sum(axis=0), momentum, atol=1e-10)
+    np.testing.assert_allclose(np.cross(place, mass[:, None] * change).sum(axis=0), angular, atol=1e-9)
+
+
+def test_sums_of_a_spinning_moving_sphere():
+    sums = correction.sums(np.array([2.0]), np.array([[0.0, 3.0, 0.0]]), np.array([[4.0, 0.0, 0.0]]), np.array([0.5]), np.array([[0.0, 0.0, 7.0]]))
+    inertia = 0.4 * 2.0 * 0.25
+    np.testing.assert_allclose(sums.momentum, [8.0, 0.0, 0.0])
+    np.testing.assert_allclose(sums.angular, [0.0, 0.0, -24.0 + inertia * 7.0])
+    assert sums.kinetic == pytest.approx(16.0 + 0.5 * inertia * 49.0)
+    assert (sums + sums).mass == 4.0 and sums.angular_scale == 24.0
+
+
+def test_energy_share_stops_where_the_room_ends():
+    rng = np.random.default_rng(8)
+    mass, velocity, step = rng.uniform(1, 2, 40), rng.normal(size=(40, 3)), rng.normal(size=(40, 3))
+
+    def energy(part):
+        return 0.5 * np.sum(mass * np.sum((velocity + part * step) ** 2, axis=1))
+
+    for room in (0.5, 5.0):
+        share = energy_share(mass, velocity, step, room)
+        assert 0.0 < share < 1.0
+        assert energy(share) - energy(0.0) == pytest.approx(room, rel=1e-9)
+    assert energy_share(mass, velocity, step, 1e9) == 1.0
+    assert energy_share(mass, velocity, 0.1 * velocity, -1.0) == 0.0
+
+
+def test_local_sums_are_matched_smoothly():
+    points = cloud(4000)
+    rng = np.random.default_rng(1)
+    own = rng.uniform(0.8, 1.2, 4000)
+    wanted = own * (1.0 + 0.2 * points[:, 0]) * rng.uniform(0.9, 1.1, 4000)
+    factor = interpolation.matching_factor(cKDTree(points), wanted, own)
+    left, right = points[:, 0] < -0.5, points[:, 0] > 0.5
+    for part in (left, right):
+        assert (own * factor)[part].sum() == pytest.approx(wanted[part].sum(), rel=4e-3)
+    assert np.std(factor / (1.0 + 0.2 * points[:, 0])) < 0.05  # far below the noise of single points
+    assert interpolation.matching_factor(cKDTree(points), 3.0 * own, own) == pytest.approx(3.0)
+
+
+def test_mass_curve_difference():
+    mass, speed = np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 2.0, 3.0, 4.0])
+    assert compare.mass_curve_difference(mass, speed, mass, speed, 1.5) == 0.0
+    assert compare.mass_curve_difference(mass, speed, mass[::-1], speed[::-1], 1.5) == 0.0
+    assert compare.mass_curve_difference(mass, speed, mass, np.array([1.0, 2.0, 3.0, 2.5]), 1.5) == pytest.approx(4.0 / 9.0)
+    assert compare.mass_curve_difference(mass, speed, mass, speed, 9.0) == 0.0
+    assert compare.mass_curve_difference(mass, speed, mass, speed * 10, 9.0) == np.inf
+
+
+def test_neighbours_follow_the_resolution():
+    assert neighbours_used(np.ones(5), np.ones(5)) == 20
+    assert neighbours_used(np.full(5, 10.0), np.ones(5)) == 40
+    assert neighbours_used(np.full(5, 1e3), np.ones(5)) == 64

@@ -1,0 +1,150 @@
+"""What is ejecta: apex heights, the rules in their order, and inputs that cannot be handed over."""
+
+import numpy as np
+import pytest
+
+from handoff import domain, hydrostatic, surface, transfer
+from matter.errors import InputError
+from matter.particles import Particles
+from tests.handoff import clouds
+
+G, R = 1.24, 2.1e6
+
+
+@pytest.fixture(scope="module")
+def column():
+    return hydrostatic.from_target(clouds.target_table(), clouds.R_BODY)
+
+
+def test_apex_of_free_flight(column):
+    mu = G * R**2
+    v = np.array([500.0, 2000.0, 3000.0, 500.0, 0.0, 1500.0])
+    up = np.array([500.0, 2000.0, 3000.0, -500.0, 0.0, 300.0])
+    height = np.array([0.0, 1e5, 0.0, 2e4, 5e4, 0.0])
+    apex = column.apex(height, up, v)
+    assert apex[0] == pytest.approx(1.0 / (1.0 / R - 500.0**2 / (2.0 * mu)) - R, rel=1e-12)  # vertical: energy alone
+    assert apex[1] == pytest.approx(1.0 / (1.0 / (R + 1e5) - 2000.0**2 / (2.0 * mu)) - R, rel=1e-9)
+    assert apex[2] == np.inf  # beyond escape: sqrt(2 mu / R) = 2282 m/s
+    assert apex[3] == 2e4 and apex[4] == 5e4
+    # oblique: r_max is where the radial speed vanishes, e = l^2 / (2 r^2) - mu / r
+    r = R + apex[5]
+    transverse = np.sqrt(1500.0**2 - 300.0**2) * R
+    assert 0.5 * (transverse / r) ** 2 - mu / r == pytest.approx(0.5 * 1500.0**2 - mu / R, rel=1e-12)
+    flat = hydrostatic.uniform(2.0, 1000.0, 100.0)
+    assert flat.apex(np.array([1.0]), np.array([4.0]), np.array([9.0]))[0] == pytest.approx(5.0)
+    assert column.escape_speed(np.array([0.0]))[0] == pytest.approx(np.sqrt(2 * G * R))
+
+
+def test_hydrostatic_column(column):
+    assert column.pressure_at(np.array([1e3, -1e5]))[0] == 0.0
+    assert column.pressure_at(np.array([-1e5]))[0] == pytest.approx(930.0 * G * 1e5, rel=0.02)
+    assert column.gravity_at(np.array([R]))[0] == pytest.approx(G / 4.0, rel=1e-6)
+
+
+def test_rules_of_ejecta(sphere_cloud, column):
+    """Single particles changed in an otherwise resting body."""
+    source = clouds.sphere_source(sphere_cloud, velocity=lambda p: np.zeros_like(p), curtain=40)
+    region = domain.Cone(clouds.R_CORE, R, R + clouds.HEADROOM, clouds.ARC / R)
+    height = region.frame.height(source.position)
+    up = region.frame.up(source.position)
+    body = np.flatnonzero(source.neighbours > 10)
+    top = body[np.argsort(-height[body])[:6]]
+    deep = body[np.argmin(np.abs(height[body] + 250e3))]
+    limit = np.sqrt(2.0 * G * clouds.HEADROOM)
+    side = np.cross(up[top], [0.0, 1.0, 0.0])
+    side /= np.linalg.norm(side, axis=1)[:, None]
+    source.velocity[top[0]] = 0.98 * limit * up[top[0]]  # within the limit, but it starts above the datum: rises beyond the headroom
+    source.velocity[top[1]] = 1.5 * limit * side[1] + 10.0 * up[top[1]]  # fast along the ground and rising
+    source.velocity[top[2]] = -1.5 * limit * up[top[2]]  # fast downwards
+    source.velocity[deep] = 1.2 * limit * up[deep]  # fast upwards, but 250 km deep: it would not come out
+    source.neighbours[top[3]] = 3
+    source.density[top[4]] = 400.0
+    split, shape = surface.classify(source, region, column, surface.Rules())
+    assert height[top[0]] > 0.1 * clouds.HEADROOM
+    names = [surface.REASONS[code] for code in split.reason[np.r_[top, deep]]]
+    assert names == ["high", "fast", "compact", "sparse", "expanded", "compact", "compact"]
+    assert split.speed_limit == pytest.approx(limit)
+    assert np.all(split.reason[source.neighbours == 2] != surface.COMPACT)  # the curtain
+    assert sum(split.counts().values()) == len(source)
+    given = surface.by_motion(source, region, column, surface.Rules(speed_limit=2.0 * limit))
+    assert surface.REASONS[given.reason[top[1]]] == "compact"
+    assert shape.component_volume.size == 1
+
+
+def test_a_detached_block_is_ejecta(column):
+    points = clouds.lattice((12.0, 12.0, 12.0), 1.0)
+    points = np.concatenate([points[points[:, 2] < 0.0], clouds.lattice((2.0, 2.0, 2.0), 1.0) + [0.0, 0.0, 6.0]])
+    source = clouds.source_of(points, np.ones(len(points)), np.zeros((len(points), 3)), 1000.0)
+    split, _ = surface.classify(source, domain.Cylinder(8.0, -8.0, 0.0, 9.0), hydrostatic.uniform(1.0, 1000.0, 9.0), surface.Rules())
+    block = points[:, 2] > 2.0
+    assert np.all(split.reason[block] == surface.DETACHED)
+    assert np.mean(split.reason[~block] == surface.COMPACT) > 0.99
+
+
+def changed(source: Particles, **fields) -> Particles:
+    return Particles({name: fields.get(name, source[name]) for name in source}, source.attributes)
+
+
+@pytest.fixture(scope="module")
+def bowl():
+    return clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.where(np.hypot(p[:, 0], p[:, 1]) < 10.0, -6.0, 0.0), lambda p: np.zeros_like(p))
+
+
+@pytest.fixture(scope="module")
+def bed():
+    return clouds.flat_bed(1.2, 21.0, 12.0, 4.0)
+
+
+def hand(source, bed, **rules):
+    return transfer.hand_over(source, bed, surface.Rules(**rules), hydrostatic.uniform(1.0, 1000.0, 20.0))
+
+
+def test_inputs_that_cannot_be_handed_over(bowl, bed):
+    n = len(bowl)
+    with pytest.raises(InputError, match=r"all .* ejecta"):
+        hand(changed(bowl, velocity=np.tile([0.0, 0.0, 1e3], (n, 1))), bed)
+    with pytest.raises(InputError, match="no crater"):
+        flat = clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.zeros(len(p)), lambda p: np.zeros_like(p))
+        hand(flat, bed)
+    assert hand(flat, bed, crater="any").size.radius == 0.0
+    with pytest.raises(InputError, match="wider than"):
+        hand(clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.full(len(p), -6.0), lambda p: np.zeros_like(p)), bed)
+    with pytest.raises(InputError, match="headroom"):
+        hand(
+            clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.where(np.hypot(p[:, 0], p[:, 1]) < 10.0, -6.0, 8.0), lambda p: np.zeros_like(p)),
+            bed,
+        )
+    velocity = np.zeros((n, 3))
+    velocity[7, 1] = np.nan
+    with pytest.raises(InputError, match=r"'velocity' is not finite for 1 of .* particle 7"):
+        hand(changed(bowl, velocity=velocity), bed)
+    mass = bowl.mass.copy()
+    mass[3] = 0.0
+    with pytest.raises(InputError, match="'mass' is not positive"):
+        hand(changed(bowl, mass=mass), bed)
+    layer = np.zeros(n)
+    above = np.argsort(-bowl.position[:, 2])[:20]
+    layer[above] = -1
+    position, velocity = bowl.position.copy(), np.zeros((n, 3))
+    position[above, 2] += 30.0
+    velocity[above, 2] = -100.0
+    with pytest.raises(InputError, match="still above the surface"):
+        hand(changed(bowl, layer=layer, position=position, velocity=velocity), bed)
+    with pytest.raises(InputError, match="share a frame"):
+        hand(changed(bowl, position=bowl.position - [0.0, 0.0, 500.0]), bed)
+    with pytest.raises(InputError, match="lacks"):
+        hand(Particles({name: bowl[name] for name in bowl if name != "velocity"}, bowl.attributes), bed)
+
+
+def test_beds_that_cannot_be_used(bowl, bed):
+    with pytest.raises(InputError, match="domain"):
+        hand(bowl, Particles(dict(bed), {k: v for k, v in bed.attributes.items() if k != "domain"}))
+    with pytest.raises(InputError, match="lacks top_m"):
+        table = {k: v for k, v in bed.attributes["domain"].items() if k != "top_m"}
+        hand(bowl, Particles(dict(bed), {**bed.attributes, "domain": table}))
+    with pytest.raises(InputError, match="bounds no volume"):
+        hand(bowl, Particles(dict(bed), {**bed.attributes, "domain": {**bed.attributes["domain"], "floor_m": 50.0}}))
+    position = bed.position.copy()
+    position[0, 0] = np.inf
+    with pytest.raises(InputError, match="'position' is not finite"):
+        hand(bowl, changed(bed, position=position))
