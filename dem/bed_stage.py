@@ -16,6 +16,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -91,7 +92,7 @@ def _damped(domain: Domain, settings: Settings, mean_radius: float, wave_speed: 
     """The domain with its damped layer: an outgoing wave is down to 5 % when it has come back from the cone."""
     width = settings.damped_layers * 2.0 * mean_radius
     rate = 4.5 * wave_speed / width if width > 0.0 else 0.0
-    return Domain(**{**domain.__dict__, "damped_width": width, "damping_rate": rate})
+    return replace(domain, damped_width=width, damping_rate=rate)
 
 
 def predict(settings: Settings) -> dict[str, float]:

@@ -7,12 +7,14 @@ crosses its side there, or the cone itself, has left. The outermost grains are d
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
-from dem import walls
+from dem.walls import CONE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
 from matter.errors import InputError
+
+_KEYS = ("core_radius_m", "datum_radius_m", "top_radius_m", "cone_half_angle_rad", "damped_width_m", "damping_rate_1_s", "core_species")
 
 
 @dataclass(frozen=True)
@@ -36,16 +38,16 @@ class Domain:
         """Volume of the domain between two radii [m^3]."""
         return self.solid_angle * (outer**3 - inner**3) / 3.0
 
-    def walls(self) -> tuple[walls.Wall, ...]:
+    def walls(self) -> tuple[Wall, ...]:
         """Wall 0: the core's surface, rough as its species is; wall 1: the frictionless cone."""
         return (
-            walls.Wall(walls.SPHERE_OUTSIDE, radius=self.core_radius, species=self.core_species),
-            walls.Wall(walls.CONE, half_angle=self.half_angle, top=self.top_radius),
+            Wall(SPHERE_OUTSIDE, radius=self.core_radius, species=self.core_species),
+            Wall(CONE, half_angle=self.half_angle, top=self.top_radius),
         )
 
-    def lid(self) -> walls.Wall:
+    def lid(self) -> Wall:
         """The closing sphere while a random packing is made."""
-        return walls.Wall(walls.SPHERE_INSIDE, radius=self.top_radius)
+        return Wall(SPHERE_INSIDE, radius=self.top_radius)
 
     def polar_angle(self, position: np.ndarray) -> np.ndarray:
         """Angle from the axis [rad]."""
@@ -78,15 +80,8 @@ class Domain:
     @staticmethod
     def of_attribute(values: dict[str, float]) -> Domain:
         """The domain that a snapshot records."""
-        names = {
-            "core_radius": "core_radius_m", "datum_radius": "datum_radius_m", "top_radius": "top_radius_m",
-            "half_angle": "cone_half_angle_rad", "damped_width": "damped_width_m", "damping_rate": "damping_rate_1_s",
-            "core_species": "core_species",
-        }  # fmt: skip
-        missing = [key for key in names.values() if key not in values]
+        missing = [key for key in _KEYS if key not in values]
         if missing:
             raise InputError(f"the snapshot's attribute 'domain' lacks {', '.join(missing)}")
-        return Domain(**{name: int(values[key]) if name == "core_species" else float(values[key]) for name, key in names.items()})
-
-    def __str__(self) -> str:
-        return ", ".join(f"{key} = {value:.6g}" for key, value in asdict(self).items())
+        core, datum, top, angle, width, rate, species = (values[key] for key in _KEYS)
+        return Domain(float(core), float(datum), float(top), float(angle), float(width), float(rate), int(species))

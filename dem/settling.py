@@ -7,7 +7,7 @@ pack    off      FIRE       (no gravity, a lid)     random points become a stabl
 load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it without load
 trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks for
 grip    on       drag       (headroom taken away)   friction and its springs
-rest    on       drag       (headroom taken away)   until grains move at a tenth of the limit in their cages, and none faster than the limit
+rest    on       drag       (headroom taken away)   until grains move at a tenth of the limit in their cages, and none faster than half of it
 free    on       none       (headroom taken away)   proof: by itself the bed stays below the limit, no grain beyond four times it
 lay     off      FIRE       0                       the headroom is laid back onto the bed, which is held still: touching, no load
 ======= ======== ========== ======================= ====================================================================
@@ -166,7 +166,7 @@ class Settling:
             enough = self.repeats >= REST_LIMIT
             self.repeats += 1
             if now.name == "rest":
-                quiet = bed_measures.rearrangement_speed(bed, g) < QUIET * self.limit and found["max"] < self.limit
+                quiet = bed_measures.rearrangement_speed(bed, g) < QUIET * self.limit and found["max"] < 0.5 * self.limit
                 self.phase = _FREE if quiet or enough else _REST
                 self.rested = grains
             else:
