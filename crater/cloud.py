@@ -49,8 +49,8 @@ class Cloud:
 def of(particles: Particles, what: str = "the snapshot") -> Cloud:
     """The cloud of a snapshot: projectile (layer -1) and booked particles (state other than 0) left out.
 
-    Spacing is (mass / density)^(1/3), else half the kernel's support, else from the grain radius and the packing fraction, else from the
-    distance to the twelfth neighbour. A density below half the median of its material marks expanded matter.
+    Spacing is that of a grain's radius and the packing fraction, else (mass / density)^(1/3), else half the kernel's support, else from the
+    distance to the twelfth neighbour. A density of shock-stage matter below half the median of its material marks expanded matter.
 
     Raises ``InputError`` for fewer than 100 particles or a position that is not finite.
     """
@@ -76,7 +76,10 @@ def of(particles: Particles, what: str = "the snapshot") -> Cloud:
 
 def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
     low = np.zeros(len(particles), dtype=bool)
-    if "mass" in particles and "density" in particles:
+    if "radius" in particles:  # a grain fills the space that its sphere takes in a packing, whatever the density of the matter it stands for
+        packing = float(particles.attributes.get("packing_fraction", RANDOM_PACKING))
+        volume = 4.0 / 3.0 * np.pi * particles.radius**3 / packing
+    elif "mass" in particles and "density" in particles:
         for name in ("mass", "density"):
             bad = np.flatnonzero(~(np.isfinite(particles[name]) & (particles[name] > 0.0)))
             if len(bad):
@@ -92,9 +95,6 @@ def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
         volume = particles.mass / np.maximum(density, 0.5 * usual)  # vapour must not paint a huge solid
     elif "smoothing_length" in particles:
         volume = (0.5 * particles.smoothing_length) ** 3
-    elif "radius" in particles:
-        packing = float(particles.attributes.get("packing_fraction", RANDOM_PACKING))
-        volume = 4.0 / 3.0 * np.pi * particles.radius**3 / packing
     else:
         distance, _ = cKDTree(particles.position).query(particles.position, k=13)
         volume = 4.0 / 3.0 * np.pi * np.maximum(distance[:, -1], 1e-300) ** 3 / 12.5
