@@ -84,7 +84,9 @@ class Contact(Model):
             for b, two in enumerate(laws):
                 row = table[a, b]
                 row[DAMPING_N] = normal_hooke.damping_number(min(one.restitution, two.restitution))
-                row[DAMPING_T] = normal_hooke.damping_number(min(one.restitution_tangential, two.restitution_tangential))
+                # C_t = number sqrt(k_t m) = number sqrt(k_t / k_n) sqrt(k_n m)
+                number = normal_hooke.damping_number(min(one.restitution_tangential, two.restitution_tangential))
+                row[DAMPING_T] = number * np.sqrt(self.tangential_stiffness_ratio)
                 row[FRICTION] = min(one.friction, two.friction)
                 row[SHAPE] = min(one.shape, two.shape)
                 row[ROLLING] = min(one.rolling, two.rolling)

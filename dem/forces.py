@@ -30,7 +30,7 @@ ELASTIC, DISSIPATED, EXCESS, CONTACTS, OVERLAP, OVERLAP_I, OVERLAP_J, OVER_WARN 
 REPORT = 8
 
 
-@law
+@law(forceinline=True)
 def turned(sx, sy, sz, nx, ny, nz, angle):
     """A spring turned by ``angle`` about the normal, laid back into the contact plane, with its length kept."""
     s2 = sx * sx + sy * sy + sz * sz
@@ -50,7 +50,7 @@ def turned(sx, sy, sz, nx, ny, nz, angle):
     return tx * q, ty * q, tz * q
 
 
-@law
+@law(forceinline=True)
 def edge_of_contact(overlap, un, flag, dt):
     """Weight of the dashpots, time over which springs load, and the new flag, in a step in which a contact may begin or end.
 
@@ -71,7 +71,7 @@ def edge_of_contact(overlap, un, flag, dt):
     return 1.0 - given, dt, 1.0
 
 
-@law
+@law(forceinline=True)
 def contact(nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, k, reduced, radius, table, h, dt, rule, tail, over_speed):
     """One contact over one step: forces and moments on the first body, and the history brought up to date in ``h`` (8,).
 
@@ -81,7 +81,8 @@ def contact(nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, k
     Returns (F_n, F_t x y z, M x y z, elastic energy, dissipated energy, excess energy): F_n pushes apart, F_t and M act on the first.
     """
     share, span, h[7] = edge_of_contact(overlap, un, h[7], dt)
-    damping = table[0] * np.sqrt(k * reduced) * share
+    root = np.sqrt(k * reduced) * share
+    damping = table[0] * root
     fn = _normal(overlap, un, k, damping, tail)
     spent = (k * overlap - fn) * un * dt
     stored = 0.5 * k * overlap * overlap
@@ -90,7 +91,7 @@ def contact(nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, k
     if mu > 0.0:
         load = abs(fn)
         kt = k * table[6]
-        ct = table[1] * np.sqrt(kt * reduced) * share
+        ct = table[1] * root
         turn = spin * dt
         sx, sy, sz = turned(h[0], h[1], h[2], nx, ny, nz, turn)
         before = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
