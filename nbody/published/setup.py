@@ -76,7 +76,7 @@ def integration(e: Evidence) -> list[Score]:
     return [
         Score("W13", "accumulated error of 81k steps", "121.5 km; 0.009 m/s", "0.5 m x 81k = 40.5 km (x 3 = 121.5); 1e-7 x 81k = 0.0081 m/s",
               "-", "arithmetic", "an upper bound with a factor 3 for positions only; against IAS15 the error is some 10 m"),
-        Score("W14", "steps 81k (moon mode 400), 1.4 yr and 15-130 min", "81k; 15-130 min", found, "order of magnitude", verdict, note),
+        Score("W14", "steps 81k (moon mode 400), 1.4 yr and 15-130 min", "81k; 15-130 min", found, "factor 2 in steps", verdict, note),
         Score("W15", "Hill radii", "0.338 AU; 2.12e-4 (Ganymede), 3.35e-4 AU", f"{hill:.5f}; {moons[0]:.3e}, {moons[1]:.3e} AU", "0.3 %",
               all_met(close(hill, 0.338, 3e-3), close(moons[0], 2.12e-4, 3e-3), close(moons[1], 3.35e-4, 3e-3))),
     ]  # fmt: skip
