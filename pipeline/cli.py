@@ -120,7 +120,7 @@ def _concluded(outcome: Any) -> int:
     from pipeline import result
 
     for stage, reason in outcome.unsound.items():
-        print(f"UNSOUND {stage}: {reason}")
+        print(f"UNSOUND {stage}: {reason.removeprefix(f'{stage}: ')}")
     table = result.table(outcome.run)
     print(f"\n{table}\n\nresult: {outcome.run}" if table else f"result: {outcome.run}", flush=True)
     return 1 if outcome.unsound else 0

@@ -129,7 +129,7 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
     label = stages.folder(run_folder, stage).name
     if folder.is_done(run_folder, stage, inputs):
         done = folder.record(stages.folder(run_folder, stage) / folder.DONE)
-        journal.screen.ends(stage, f"{label}: done before ({done.get('wall_s', 0):.1f} s)")
+        journal.screen.ends(stage, f"{label}: done before ({done.get('wall_s', 0):.1f} s{_by_other_sources(stage, done)})")
         if done.get("unsound"):
             outcome.unsound[stage] = done["unsound"]
         return
@@ -158,6 +158,14 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
     note = f"; UNSOUND: {more['unsound']}" if "unsound" in more else "; taken from elsewhere" if source else ""
     journal.screen.ends(stage, f"{label}: done in {wall_s:.1f} s{note}")
     journal.log(f"{label} done, {wall_s:.1f} s{note}")
+
+
+def _by_other_sources(stage: str, done: dict[str, Any]) -> str:
+    """A word of warning when the program has changed since a stage was done: its settings are the same, its physics may not be."""
+    made_by = done.get("sources_sha256")
+    if made_by in (None, provenance.source_key(stages.MODULES[stage])):
+        return ""
+    return f", by other sources than today's: --from {stage} makes it anew"
 
 
 def _clear_the_way(request: Request, interrupted: bool) -> None:

@@ -71,7 +71,7 @@ def test_a_finished_run_prints_its_folder_first_and_its_result_last(drive, case_
 def test_an_unsound_stage_is_exit_1_with_its_reason(drive, case_folder, tmp_path):
     for _ in range(2):  # also when it was done before
         code, out, err = drive(case_folder, "--set", "handoff.broken=true", "--out", tmp_path / "runs")
-        assert code == 1 and "UNSOUND handoff: handoff: mass_total_rel is 0.1" in out and "Traceback" not in err
+        assert code == 1 and "UNSOUND handoff: mass_total_rel is 0.1" in out and "Traceback" not in err
     code, out, err = drive(case_folder, "--set", "dem.failure=unphysical", "--out", tmp_path / "runs")
     assert code == 1 and "grain 7 at (0, 0, 1) m" in err and "Traceback" not in err
 

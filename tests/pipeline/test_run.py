@@ -87,6 +87,15 @@ def test_the_run_folder_describes_itself(go, case_folder):
     assert len(json.loads((outcome.run / "provenance.json").read_text())["sessions"]) == 2
 
 
+def test_a_stage_that_other_sources_made_is_kept_and_said_so(go):
+    outcome, _ = go()
+    file = outcome.run / "5_dem" / "done.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), "sources_sha256": "of yesterday"}))
+    _, screen = go()
+    assert screen.worked() == []
+    assert [line for line in screen.lines if "other sources" in line] == [line for line in screen.lines if line.startswith("5_dem")]
+
+
 def test_a_stage_without_its_done_file_runs_again_and_so_do_those_after_it(go):
     outcome, _ = go()
     (stages.folder(outcome.run, "handoff") / "done.json").unlink()

@@ -1,0 +1,95 @@
+"""The real thing, small: the six stages of Valhalla in a minute, killed in the shock stage and in the collapse, ending in the same bits."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from matter import snapshot
+from pipeline import stages
+
+ROOT = Path(__file__).resolve().parents[2]
+DRIVER = Path(__file__).resolve().parent / "frequent_checkpoints.py"
+CASE = ROOT / "cases" / "valhalla_980km"
+
+
+def start(out: Path) -> subprocess.Popen:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
+    command = [sys.executable, str(DRIVER), str(CASE), "--preset", "tiny", "--out", str(out)]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def finished(out: Path) -> tuple[Path, str]:
+    """Run to the end; the run folder and what was printed."""
+    process = start(out)
+    text, _ = process.communicate(timeout=900)
+    assert process.returncode in (0, 1), text  # at this size a soundness limit may well be broken
+    return next(out.glob("valhalla_980km-*")), text
+
+
+def killed_in(out: Path, stage: str) -> None:
+    """Run until ``stage`` has written two checkpoints, then kill the process the hard way."""
+    process = start(out)
+    end = time.monotonic() + 600
+    while len(list(out.glob(f"valhalla_980km-*/*_{stage}/checkpoint_*.h5"))) < 2:
+        assert process.poll() is None, process.communicate()[0]
+        assert time.monotonic() < end, f"{stage} wrote no checkpoint"
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait(timeout=30) == -signal.SIGKILL
+    run_folder = next(out.glob("valhalla_980km-*"))
+    assert not (stages.folder(run_folder, stage) / "done.json").exists()
+    assert json.loads((run_folder / "status.json").read_text())["stage"] == stage
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> tuple[Path, str]:
+    """The uninterrupted run."""
+    return finished(tmp_path_factory.mktemp("whole"))
+
+
+def test_every_stage_is_done_and_a_crater_is_measured(whole):
+    run_folder, text = whole
+    for stage in stages.ORDER:
+        assert json.loads((stages.folder(run_folder, stage) / "done.json").read_text())["stage"] == stage
+    measures = json.loads((run_folder / "6_crater" / "measures.json").read_text())
+    assert measures["transient"]["depth_m"]["value"] > 0
+    assert text.splitlines()[0] == f"run folder: {run_folder}"
+    assert text.strip().splitlines()[-1] == f"result: {run_folder}"
+    assert "published transient depth_m: 300 +51 -51 km" in text
+    assert "BenzAsphaug1999" in (run_folder / "references.bib").read_text()
+
+
+def test_the_ledger_closes_mass_and_momenta(whole):
+    rows = {row["name"]: row for row in json.loads((whole[0] / "4_handoff" / "ledger.json").read_text())}
+    assert abs(rows["mass_total_rel"]["value"]) < 1e-12
+    assert abs(rows["momentum_linear_rel_after"]["value"]) < 1e-10
+    assert abs(rows["momentum_angular_rel_after"]["value"]) < 1e-10
+
+
+def test_killed_twice_it_ends_in_the_same_bits(whole, tmp_path):
+    reference, _ = whole
+    shutil.copytree(reference.parent / "beds", tmp_path / "beds")  # the bed is shared, as between any two runs
+    killed_in(tmp_path, "sph")
+    killed_in(tmp_path, "dem")
+    run_folder, text = finished(tmp_path)
+    assert "2_sph: done before" in text and "5_dem: continued" in text
+    for stage, name in (("sph", "last"), ("handoff", "start"), ("dem", "last")):
+        expected = snapshot.read(stages.folder(reference, stage) / f"{name}.vtkhdf")
+        found = snapshot.read(stages.folder(run_folder, stage) / f"{name}.vtkhdf")
+        assert set(found) == set(expected)
+        for field in expected:
+            np.testing.assert_array_equal(found[field], expected[field], err_msg=f"{stage} {field}")
+        for table in expected.tables:
+            np.testing.assert_array_equal(found.tables[table], expected.tables[table], err_msg=f"{stage} {table}")
+    for name in ("2_sph/history.csv", "5_dem/history.csv", "6_crater/profile.csv"):
+        assert (run_folder / name).read_text() == (reference / name).read_text(), name
