@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from handoff.transfer import Handoff
 
 _GRAINS_PER_RADIUS = 10.0
+_CALIBRATION = 60_000
 
 
 def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]) -> Ledger:
@@ -28,7 +29,7 @@ def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, 
     ledger = Ledger(waive)
     region = domain.read(bed.attributes)
     _sums(ledger, made)
-    _fields(ledger, made, source, bed, region)
+    _fields(ledger, made, source, bed, region, column)
     _overlaps(ledger, made)
     _surface(ledger, made, bed, region)
     _shock(ledger, made, source, region, column)
@@ -89,7 +90,7 @@ def corrected_fields(made: Handoff, bed: Particles) -> compare.Fields:
     return compare.Fields(raw.samples, raw.mass_before, compare.share_out(made.heir, mass), raw.velocity_before, after)
 
 
-def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, region: domain.Domain) -> None:
+def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, region: domain.Domain, column: Column) -> None:
     radius = float(bed.radius.mean())
     number, size = comparison_cells(made, source, radius)
     fields = corrected_fields(made, bed)
@@ -105,19 +106,23 @@ def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, re
         ledger.measure("bulk_density_rel", density)
     else:
         ledger.skip("bulk_density_rel", "not_applicable", "no cube of 5 grain radii lies wholly inside the surface")
-    compact_speed = np.linalg.norm(source.velocity[made.compact], axis=1)
     thrown = made.ejecta.source
+    before = flying_mass(source.position[thrown], source.velocity[thrown], source.mass[thrown], region, column)
+    inside = flying_mass(source.position[made.compact], source.velocity[made.compact], source.mass[made.compact] * made.share, region, column)
+    after = flying_mass(made.start.position, made.start.velocity, made.start.mass, region, column)
     ledger.measure(
         "ejecta_mass_curve_rel",
-        compare.mass_curve_difference(
-            np.r_[source.mass[made.compact] * made.share, source.mass[thrown]],
-            np.r_[compact_speed, np.linalg.norm(source.velocity[thrown], axis=1)],
-            made.start.mass,
-            np.linalg.norm(made.start.velocity, axis=1),
-            made.split.speed_limit,
-        ),
-        f"all matter of the domain and the ejecta above {made.split.speed_limit:.4g} m/s",
+        compare.mass_curve_difference(*(np.r_[a, b] for a, b in zip(before, inside)), *after, made.split.speed_limit),
+        f"rising matter above {made.split.speed_limit:.4g} m/s that free flight brings above the datum; grains of the bed included",
     )
+
+
+def flying_mass(position, velocity, mass, region: domain.Domain, column: Column) -> tuple[np.ndarray, np.ndarray]:
+    """Masses [kg] and speeds [m/s] of what rises and would come above the datum in free flight."""
+    height, speed = region.frame.height(position), np.linalg.norm(velocity, axis=1)
+    upward = np.einsum("ij,ij->i", velocity, region.frame.up(position))
+    flies = (upward > 0.0) & (column.apex(height, upward, speed) > 0.0)
+    return mass[flies], speed[flies]
 
 
 def _overlaps(ledger: Ledger, made: Handoff) -> None:
@@ -153,14 +158,15 @@ def _overlaps(ledger: Ledger, made: Handoff) -> None:
             ledger.skip(name, "not_applicable" if depth == 0.0 else "not_measured", "the bed carries no field 'stiffness'")
 
 
-def grain_surface(made: Handoff, bed: Particles, chosen: np.ndarray):
-    """Surface of the carved bed (a mesh): the alpha-shape of the grains that stay, at the offset at which it holds, among the sample points
-    ``chosen`` (mask), as many as the cells of these grains."""
-    spacing = np.cbrt(made.volume[made.stays])
-    shape = alpha_shape(bed.position[made.stays], spacing, 1.5, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
-    points = made.samples.position[chosen]
-    share = float(np.mean(made.stays[made.samples.grain[chosen]]))
-    return calibrated(shape, spacing, points, share, Rules())[0].mesh
+def grain_surface(made: Handoff, bed: Particles, chosen: Callable[[np.ndarray], np.ndarray], wider: np.ndarray):
+    """Surface of the carved bed (a mesh): the alpha-shape of the grains that stay, at the offset at which it holds, among the ``chosen``
+    sample points, as many as the cells of these grains. Only grains in ``wider`` (mask over the bed) are looked at."""
+    taken = made.stays & wider
+    spacing = np.cbrt(made.volume[taken])
+    shape = alpha_shape(bed.position[taken], spacing, 1.5, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
+    here = chosen(made.samples.position)
+    share = float(np.mean(made.stays[made.samples.grain[here]]))
+    return calibrated(shape, spacing, made.samples.position[here][:_CALIBRATION], share, Rules())[0].mesh
 
 
 def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domain) -> None:
@@ -179,7 +185,7 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
         return (frame.distance(points) < 1.5 * size.radius) & (region.depth_inside(points) > margin)
 
     try:
-        mesh = grain_surface(made, bed, chosen(made.samples.position))
+        mesh = grain_surface(made, bed, chosen, frame.distance(bed.position) < 1.8 * size.radius)
         there, back = compare.surface_distance(made.solid.mesh, mesh, chosen)
     except InputError as reason:
         ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))

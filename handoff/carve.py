@@ -22,7 +22,8 @@ from matter.alpha_shape import OffsetShape
 from matter.errors import InputError
 from matter.particles import Particles
 
-_POINTS_PER_GRAIN = 16
+_POINTS_PER_GRAIN = 8
+_LEAST_POWER = 19
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,8 @@ def check(bed: Particles) -> None:
 
 
 def sample(domain: Domain, surface: OffsetShape, compact: cKDTree, grains: cKDTree) -> Samples:
-    """Sample the domain with some ``_POINTS_PER_GRAIN`` points per grain (a power of two in all)."""
-    power = int(np.ceil(np.log2(_POINTS_PER_GRAIN * grains.n)))
+    """Sample the domain with a power of two of points: at least eight per grain, and half a million."""
+    power = max(_LEAST_POWER, int(np.ceil(np.log2(_POINTS_PER_GRAIN * grains.n))))
     position = domain.points(qmc.Sobol(3, scramble=True, rng=3).random_base2(power))
     return Samples(
         position,

@@ -69,8 +69,16 @@ def cells(fields: Fields, support: np.ndarray, smallest: float) -> tuple[np.ndar
     level = np.maximum(np.ceil(np.log2(np.maximum(support / smallest, 1e-9)) - 1e-9), 0.0).astype(np.int64)
     size = smallest * 2.0**level
     index = np.floor(fields.samples.position / size[:, None]).astype(np.int64)
-    _, first, number = np.unique(np.column_stack([level, index]), axis=0, return_index=True, return_inverse=True)
-    return number.ravel(), size[first]
+    _, first, number = np.unique(_key(np.column_stack([level, index])), return_index=True, return_inverse=True)
+    return number, size[first]
+
+
+def _key(index: np.ndarray) -> np.ndarray:
+    """One number (s,) for each row of small whole numbers (s, k)."""
+    key = np.zeros(len(index), dtype=np.int64)
+    for column in (index - index.min(axis=0)).T:
+        key = key * (int(column.max()) + 1) + column
+    return key
 
 
 def sums_by(number: np.ndarray, mass: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -141,8 +149,7 @@ def density_difference(fields: Fields, radius: float) -> float:
     """rms of the relative difference of bulk density, coarse grained over cubes of the volume of a ball of 5 ``radius`` [m]."""
     size = 5.0 * radius * (4.0 * np.pi / 3.0) ** (1.0 / 3.0)
     index = np.floor(fields.samples.position / size).astype(np.int64)
-    _, number = np.unique(index, axis=0, return_inverse=True)
-    number = number.ravel()
+    number = np.unique(_key(index), return_inverse=True)[1]
     before = np.bincount(number, weights=fields.mass_before)
     after = np.bincount(number, weights=fields.mass_after)
     full = np.bincount(number, weights=fields.samples.inside) >= 0.98 * size**3 / fields.samples.volume

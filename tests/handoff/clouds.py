@@ -227,7 +227,7 @@ def sphere_source(
     points, volume, reach = points[keep], volume[keep], reach[keep]
     layer = np.select([reach < R_CORE, reach < R_OCEAN], [0, 1], 2)
     density = np.array([row[4] for row in LAYERS])[layer]
-    flow = velocity(points) if velocity else excavation(points, radius, 300.0)
+    flow = velocity(points) if velocity else excavation(points, radius, 60.0)
     rng = np.random.default_rng(9)
     azimuth, along = 2 * np.pi * rng.random(curtain), rng.random(curtain)
     arc, height = radius * (1.1 + 0.6 * along), 1.6 * HEADROOM + 400e3 * along
@@ -265,8 +265,8 @@ def sphere_source(
 
 
 def excavation(points: np.ndarray, radius: float, speed: float) -> np.ndarray:
-    """Maxwell's Z-model (Z = 3) about a point 0.25 radii below the datum: ``speed`` at one radius below it."""
-    return z_model(points - np.array([0.0, 0.0, R_BODY - 0.25 * radius]), 3.0, speed, radius)
+    """Maxwell's Z-model (Z = 3) about the impact point: ``speed`` at one radius below it."""
+    return z_model(points - np.array([0.0, 0.0, R_BODY]), 3.0, speed, radius)
 
 
 def z_model(place: np.ndarray, z: float, speed: float, radius: float) -> np.ndarray:
