@@ -114,7 +114,9 @@ def _peaks(e: Evidence) -> Score:
         texts.append(f"{moon[0].upper()} {found[0][0]:.2f} and {found[1][0]:.2f}, heights {found[0][1]}:{found[1][1]} ({height:.1f} +- {error:.1f})")
         verdicts += [close(found[1][0], high, absolute=0.4), close(height, ratio, 0.25)]
     return Score("W28", "peaks of the impact speeds", "G 12.65 and 25.91 (6.5x), C 10.62 and 19.22 km/s (5.7x)", "; ".join(texts),
-                 "upper peak +-0.4 km/s, heights +-25 %", all_met(*verdicts), "upper peaks agree; heights are counts in one bin of 0.1 km/s (41 and 72 for the lower ones), so their ratios are within 2 sigma; lower peaks are 1 km/s broad")  # fmt: skip
+                 "upper peak +-0.4 km/s, heights +-25 %", all_met(*verdicts), 
+                 "upper peaks agree; heights are counts in one bin of 0.1 km/s (41 and 72 published for the lower ones): their ratios are "
+                 "uncertain by a fifth on either side; the lower peaks are 1 km/s broad")  # fmt: skip
 
 
 def _analytic() -> list[Score]:

@@ -42,9 +42,12 @@ def test_beam_model_of_isotropic_radiants_is_45_degrees():
 @pytest.fixture(scope="module")
 def isotropic():
     jovian, population = census.jovian("callisto"), conditions.population("isotropic")
-    lot = conditions.lot(jovian, population, 5, 0)
-    flights = tube.run(jovian, lot, population.duration, 5)
-    return jovian, encounters.join([flights.table, moon_mode.collide(flights.table, jovian, 5, 0, focused=True)])
+    made = []
+    for chunk in range(6):
+        lot = conditions.lot(jovian, population, 5, chunk)
+        flights = tube.run(jovian, lot, population.duration, 5)
+        made += [flights.table, moon_mode.collide(flights.table, jovian, 5, chunk, focused=True)]
+    return jovian, encounters.join(made)
 
 
 @pytest.mark.parametrize("moon", ["ganymede", "callisto"])
