@@ -80,21 +80,19 @@ def comparison_cells(made: Handoff, source: Particles, radius: float) -> tuple[n
     return compare.cells(made.fields_raw, support, 3.0 * radius)
 
 
-def corrected_fields(made: Handoff, bed: Particles) -> compare.Fields:
+def corrected_fields(made: Handoff, source: Particles, bed: Particles) -> compare.Fields:
     """Both clouds on the sample points with the corrected masses and velocities."""
-    mass, velocity = np.zeros(len(bed)), np.zeros((len(bed), 3))
-    count = int(made.stays.sum())
-    mass[made.stays], velocity[made.stays] = made.start.mass[:count], made.start.velocity[:count]
-    raw = made.fields_raw
-    after = np.where(made.heir[:, None] >= 0, velocity[made.heir], 0.0)
-    return compare.Fields(raw.samples, raw.mass_before, compare.share_out(made.heir, mass), raw.velocity_before, after)
+    kept = np.flatnonzero(made.stays)
+    before = (source.mass[made.compact] * made.share, source.velocity[made.compact], made.own_gradient)
+    start, count = made.start, len(kept)
+    return compare.fields_of(bed, kept, made.samples, made.heir, before, start.mass[:count], start.velocity[:count], made.volume)
 
 
 def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, region: domain.Domain, column: Column) -> None:
     radius = float(bed.radius.mean())
     number, size = comparison_cells(made, source, radius)
-    fields = corrected_fields(made, bed)
-    difference = compare.field_difference(fields, number)
+    fields = corrected_fields(made, source, bed)
+    difference = compare.field_difference(fields, number, size)
     note = f"{len(difference.mass)} cells of {size.min():.4g} ... {size.max():.4g} m"
     ledger.measure("velocity_field_L2", difference.l2, note)
     ledger.measure("velocity_direction_deg_mean", difference.direction_deg, note)
@@ -244,7 +242,8 @@ def _statements(ledger: Ledger, made: Handoff) -> None:
     ledger.state("ejecta_count", float(len(flying.mass)), "1", f"{flying.shrunk} shrunk, {flying.lifted} lifted to fit")
     ledger.state("ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source")
     ledger.state("surface_offset_spacings", made.offset, "1", "found from the volume of the compact particles unless given")
-    ledger.state("defect_share", made.defect_share, "1", "share of the fit's defect handed to the grains; below 1 where it would create energy")
+    shares = ", ".join(f"{share:.2f}" for share in made.defect_shares)
+    ledger.state("defect_shares", shares, "1", "share of each defect correction taken; below 1 where more would create energy")
     ledger.state(
         "mass_by_particle_density_rel",
         abs(made.plain_mass / made.before.mass - 1.0),

@@ -14,9 +14,13 @@ from scipy.spatial import cKDTree
 
 from handoff.carve import Samples
 from handoff.domain import Domain
+from handoff.interpolation import local_linear
+from matter.particles import Particles
 
 _SHELLS = 8
+_NEIGHBOURS = 20
 _SLOW = 0.05
+_FILLED = 0.25
 
 
 @dataclass(frozen=True)
@@ -30,31 +34,57 @@ class Fields:
     velocity_after: np.ndarray
 
 
+def fields_of(
+    bed: Particles,
+    kept: np.ndarray,
+    samples: Samples,
+    heir: np.ndarray,
+    before: tuple[np.ndarray, np.ndarray, np.ndarray],
+    mass: np.ndarray,
+    velocity: np.ndarray,
+    volume: np.ndarray,
+) -> Fields:
+    """Both clouds on the sample points; ``before`` is (mass, velocity, gradient) of the particles, ``mass`` and ``velocity`` those of the
+    kept grains, whose gradient is found from themselves."""
+    tree = cKDTree(bed.position[kept])
+    gradient = local_linear(tree, velocity, volume[kept], tree.data, _NEIGHBOURS)[1]
+    whole_mass, whole_velocity, whole_gradient = np.zeros(len(bed)), np.zeros((len(bed), 3)), np.zeros((len(bed), 3, 3))
+    whole_mass[kept], whole_velocity[kept], whole_gradient[kept] = mass, velocity, gradient
+    return spread(samples, heir, *before, whole_mass, whole_velocity, whole_gradient)
+
+
 def spread(
     samples: Samples,
+    heir: np.ndarray,
     mass: np.ndarray,
     velocity: np.ndarray,
     gradient: np.ndarray,
-    heir: np.ndarray,
     grain_mass: np.ndarray,
     grain_velocity: np.ndarray,
+    grain_gradient: np.ndarray,
 ) -> Fields:
     """Spread both clouds over the points.
 
-    ``mass``, ``velocity`` and ``gradient`` of the compact particles (mass: the share inside the domain): a particle's velocity varies
-    linearly over its cell, with the particle's own as the mean, so that its momentum is kept. ``heir`` (s,) as from ``carve.heirs``; ``grain_mass`` and
-    ``grain_velocity`` of all grains of the uncarved bed.
+    ``mass``, ``velocity`` and ``gradient`` of the compact particles (mass: the share inside the domain), and the same of all grains of the
+    uncarved bed; ``heir`` (s,) as from ``carve.heirs``. A velocity varies linearly over its owner's cell, with the owner's own as the mean,
+    so that its momentum is kept.
     """
-    owner = samples.particle[samples.inside]
-    count = np.bincount(owner, minlength=len(mass))
-    place = samples.position[samples.inside]
-    centre = np.stack([np.bincount(owner, weights=place[:, k], minlength=len(mass)) for k in range(3)], axis=1)
+    inside = np.flatnonzero(heir >= 0)
+    before, after = np.zeros(len(heir)), np.zeros(len(heir))
+    moving, moving_after = np.zeros((len(heir), 3)), np.zeros((len(heir), 3))
+    owner = samples.particle[inside]
+    before[inside] = (mass / np.maximum(np.bincount(owner, minlength=len(mass)), 1))[owner]
+    moving[inside] = _linear_in_cells(owner, samples.position[inside], velocity, gradient)
+    after = share_out(heir, grain_mass)
+    moving_after[inside] = _linear_in_cells(heir[inside], samples.position[inside], grain_velocity, grain_gradient)
+    return Fields(samples, before, after, moving, moving_after)
+
+
+def _linear_in_cells(owner: np.ndarray, place: np.ndarray, velocity: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+    count = np.bincount(owner, minlength=len(velocity))
+    centre = np.stack([np.bincount(owner, weights=place[:, k], minlength=len(velocity)) for k in range(3)], axis=1)
     centre /= np.maximum(count, 1)[:, None]
-    moving = velocity[samples.particle]
-    moving[samples.inside] += np.einsum("sa,sab->sb", place - centre[owner], gradient[owner])
-    per_point = mass / np.maximum(count, 1)
-    before = np.where(samples.inside, per_point[samples.particle], 0.0)
-    return Fields(samples, before, share_out(heir, grain_mass), moving, np.where(heir[:, None] >= 0, grain_velocity[heir], 0.0))
+    return velocity[owner] + np.einsum("sa,sab->sb", place - centre[owner], gradient[owner])
 
 
 def share_out(heir: np.ndarray, grain_mass: np.ndarray) -> np.ndarray:
@@ -102,18 +132,23 @@ class FieldDifference:
     direction_errors_deg: np.ndarray
 
 
-def field_difference(fields: Fields, number: np.ndarray) -> FieldDifference:
-    """L2 = sqrt(sum M |v' - v|^2 / sum M |v|^2) over the cells with |v| above 5 % of the largest, and the mean angle between v' and v."""
+def field_difference(fields: Fields, number: np.ndarray, size: np.ndarray) -> FieldDifference:
+    """L2 = sqrt(sum M |v' - v|^2 / sum M |v|^2) over the cells with |v| above 5 % of the largest, and the mean angle between v' and v.
+
+    ``size`` [m] of each cell: cells that hold less than a quarter of their volume (cut off by the surface or a wall) hold too few particles
+    for a mean and are left out.
+    """
     mass, momentum, _ = sums_by(number, fields.mass_before, fields.velocity_before)
     mass_after, momentum_after, _ = sums_by(number, fields.mass_after, fields.velocity_after)
-    both = (mass > 0.05 * np.median(mass[mass > 0.0])) & (mass_after > 0.0)
+    filled = np.bincount(number, weights=fields.samples.inside, minlength=len(mass)) * fields.samples.volume
+    both = (filled > _FILLED * size**3) & (mass > 0.0) & (mass_after > 0.0)
     before = momentum[both] / mass[both, None]
     after = momentum_after[both] / mass_after[both, None]
     count = np.bincount(number, minlength=len(mass))
     centre = np.stack([np.bincount(number, weights=fields.samples.position[:, k], minlength=len(mass)) for k in range(3)], axis=1)
     weight = mass[both]
     speed = np.linalg.norm(before, axis=1)
-    flowing = speed > _SLOW * speed.max() if speed.max() > 0.0 else np.zeros(len(speed), dtype=bool)
+    flowing = (speed > _SLOW * speed.max(initial=0.0)) & (speed > 0.0)
     if not flowing.any():
         return FieldDifference((centre / np.maximum(count, 1)[:, None])[both], weight, before, after, 0.0, 0.0, np.empty(0))
     w, b, a = weight[flowing], before[flowing], after[flowing]
@@ -124,24 +159,28 @@ def field_difference(fields: Fields, number: np.ndarray) -> FieldDifference:
 
 
 def local_momentum(fields: Fields, domain: Domain) -> list[tuple[str, float, float]]:
-    """(region, |dp| / sum m|v|, share of the total sum m|v|) for the octants about the centre of mass and 8 shells around the impact."""
-    samples = fields.samples
-    place = samples.position
-    centre = (fields.mass_before[:, None] * place).sum(axis=0) / fields.mass_before.sum()
-    octant = (place > centre) @ np.array([1, 2, 4])
+    """(region, |dp| / sum m|v|, share of the total sum m|v|) for 8 octants and 8 shells.
+
+    The octants meet in the m|v|-weighted centre of the flow; the shells around the impact hold equal parts of sum m|v| each.
+    """
+    place = fields.samples.position
+    weight = fields.mass_before * np.linalg.norm(fields.velocity_before, axis=1)
+    if weight.sum() == 0.0:
+        return []
+    octant = (place > (weight[:, None] * place).sum(axis=0) / weight.sum()) @ np.array([1, 2, 4])
     foot = domain.frame.height(np.zeros((1, 3)))[0]
     distance = np.linalg.norm(place - np.array([0.0, 0.0, -foot]), axis=1)
-    edges = np.quantile(distance[samples.inside], np.linspace(0.0, 1.0, _SHELLS + 1)[1:-1])
-    shell = np.digitize(distance, edges)
+    order = np.argsort(distance, kind="stable")
+    shell = np.empty(len(place), dtype=np.int64)
+    shell[order] = np.minimum((_SHELLS * np.cumsum(weight[order]) / weight.sum()).astype(np.int64), _SHELLS - 1)
     rows = []
     for title, number, count in (("octant", octant, 8), ("shell", shell, _SHELLS)):
         _, momentum, scale = sums_by(number, fields.mass_before, fields.velocity_before)
         _, after, _ = sums_by(number, fields.mass_after, fields.velocity_after)
-        total = scale.sum()
         for k in range(min(count, len(scale))):
             if scale[k] > 0.0:
                 name = "".join(axis + ("+" if k >> bit & 1 else "-") for bit, axis in enumerate("xyz")) if title == "octant" else str(k + 1)
-                rows.append((f"{title} {name}", float(np.linalg.norm(after[k] - momentum[k]) / scale[k]), float(scale[k] / total)))
+                rows.append((f"{title} {name}", float(np.linalg.norm(after[k] - momentum[k]) / scale[k]), float(scale[k] / scale.sum())))
     return rows
 
 

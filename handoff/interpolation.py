@@ -73,40 +73,6 @@ def matching_factor(tree: cKDTree, wanted: np.ndarray, own: np.ndarray, count: i
     return factor
 
 
-class Overlap:
-    """Which particle and which grain the same sample points belong to, and the defect correction that this allows.
-
-    ``particle`` and ``grain`` (s,) of each point, ``place`` (s, 3) [m]; ``particles`` (n, 3) and ``grains`` (m, 3) are the centres.
-    """
-
-    def __init__(self, particle: np.ndarray, grain: np.ndarray, place: np.ndarray, particles: np.ndarray, grains: np.ndarray):
-        self.particle, self.grain, self.particles, self.grains = particle, grain, particles, grains
-        self.arm = place - grains[grain]
-        self.per_particle = np.bincount(particle, minlength=len(particles))
-        self.per_grain = np.bincount(grain, minlength=len(grains))
-        self.centre = _mean(particle, place, self.per_particle)
-
-    def defect(self, velocity: np.ndarray, gradient: np.ndarray, grain_velocity: np.ndarray, grain_gradient: np.ndarray) -> np.ndarray:
-        """What each particle (n, 3) moves faster than the grains that took its place [m/s]; zero for every linear field.
-
-        The grains' field u(x) = v_g + G_g (x - x_g) is averaged over the particle's cell and carried from the cell's centroid to the
-        particle with the particle's own gradient.
-        """
-        field = grain_velocity[self.grain] + np.einsum("sa,sab->sb", self.arm, grain_gradient[self.grain])
-        mean = _mean(self.particle, field, self.per_particle)
-        carried = mean + np.einsum("na,nab->nb", self.particles - self.centre, gradient)
-        return np.where((self.per_particle > 0)[:, None], velocity - carried, 0.0)
-
-    def deposited(self, values: np.ndarray) -> np.ndarray:
-        """Mean (m, 3) of particle values (n, 3) over each grain's cell: what the particles there hand to the grain."""
-        return _mean(self.grain, values[self.particle], self.per_grain)
-
-
-def _mean(number: np.ndarray, values: np.ndarray, count: np.ndarray) -> np.ndarray:
-    total = np.stack([np.bincount(number, weights=values[:, k], minlength=len(count)) for k in range(3)], axis=1)
-    return total / np.maximum(count, 1)[:, None]
-
-
 def rotation_rate(gradient: np.ndarray) -> np.ndarray:
     """Half the vorticity (m, 3) [rad/s] of a gradient d v_b / d x_a (m, 3, 3)."""
     return 0.5 * np.stack(

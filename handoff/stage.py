@@ -154,8 +154,8 @@ def _record(made: transfer.Handoff, source: Particles, bed: Particles, choice: h
 
 def _write_residuals(made: transfer.Handoff, source: Particles, bed: Particles, path: Path) -> None:
     """What the report draws: the split, surface heights of both clouds, and the fields cell by cell."""
-    number, _ = account.comparison_cells(made, source, float(bed.radius.mean()))
-    cells = compare.field_difference(account.corrected_fields(made, bed), number)
+    number, size = account.comparison_cells(made, source, float(bed.radius.mean()))
+    cells = compare.field_difference(account.corrected_fields(made, source, bed), number, size)
     foot, distance, height, carved = made.columns
     archive.write(
         path,

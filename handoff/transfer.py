@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import carve, cavity, compare, domain, hydrostatic, interpolation, surface
+from handoff import carve, cavity, compare, domain, hydrostatic, mapping, surface
 from handoff import correction as closing
 from handoff import ejecta as ejected
 from handoff.ledger import Ledger
@@ -24,9 +24,7 @@ from matter.alpha_shape import OffsetShape
 from matter.errors import InputError
 from matter.particles import Particles
 
-_LEAST_NEIGHBOURS, _MOST_NEIGHBOURS = 20, 64
 _COLUMNS = 2500
-_DENSITY_FACTOR = (0.7, 1.4)
 _WIDEST = 0.9
 # matter slower than this share of the speed limit rests; resting above the headroom it may make up this share of the mass over the bed
 _RESTING, _STANDING = 0.2, 2e-3
@@ -37,7 +35,8 @@ class Handoff:
     """Everything that one transfer made and measured.
 
     ``start`` is the bed for the granular stage; ``stays`` (grains of the uncarved bed), ``volume`` (what each of them stands for, m^3),
-    ``compact`` (places in the source), ``share`` (part of each compact particle inside the domain); sums before, raw and after.
+    ``compact`` (places in the source of compact particles between floor and top), ``share`` (part of each of them inside the domain);
+    sums before, raw and after.
     """
 
     start: Particles
@@ -51,6 +50,7 @@ class Handoff:
     volume: np.ndarray
     samples: carve.Samples
     heir: np.ndarray
+    own_gradient: np.ndarray
     fields_raw: compare.Fields
     ejecta: ejected.Ejecta
     before: closing.Sums
@@ -59,7 +59,7 @@ class Handoff:
     after: closing.Sums
     change: np.ndarray
     scale: float
-    defect_share: float
+    defect_shares: tuple[float, ...]
     plain_mass: float
     size: cavity.Cavity
     columns: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -114,7 +114,12 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     carve.check(bed)
     region = domain.read(bed.attributes)
     split, shape = surface.classify(source, region, column, rules)
-    compact = np.flatnonzero(split.compact)
+    everything = np.flatnonzero(split.compact)
+    # matter beyond the floor (the core) is another body to the grains: they slide on it and take nothing from it
+    within = region.between(source.position[everything])
+    compact, beyond = everything[within], everything[~within]
+    if len(compact) < mapping.LEAST_NEIGHBOURS:
+        raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
     spacing = split.spacing[compact]
     tree, grains = cKDTree(source.position[compact]), cKDTree(bed.position)
     volume_of = source.mass[compact] / source.density[compact]
@@ -133,10 +138,9 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     kept = np.flatnonzero(stays)
     near = tree.query(bed.position[kept])[1]
     nearest = compact[near]
-    mapped = _mapped(source, compact, tree, volume_of, bed, kept, samples, heir, volume[kept], near)
-    spin = interpolation.rotation_rate(mapped.gradient)
+    grid = mapping.Overlap(samples.particle, heir, samples.position, tree.data, bed.position, kept)
     plain_mass = source.density[nearest] * volume[kept]
-    raw_mass = _locally_closed(plain_mass, kept, len(bed), tree, source.mass[compact] * share, samples, heir)
+    raw_mass = mapping.locally_closed(plain_mass, tree, source.mass[compact] * share, grid)
     packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())
     carved = _carved(bed, stays, source, nearest)
 
@@ -145,15 +149,15 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     before = closing.sums(source.mass[compact] * share, centre, source.velocity[compact]) + closing.sums(
         source.mass[thrown], source.position[thrown], source.velocity[thrown]
     )
-    outside = closing.sums(source.mass[compact] * (1.0 - share), source.position[compact], source.velocity[compact])
+    outside = closing.sums(source.mass[compact] * (1.0 - share), source.position[compact], source.velocity[compact]) + closing.sums(
+        source.mass[beyond], source.position[beyond], source.velocity[beyond]
+    )
     airborne = closing.sums(flying.mass, flying.position, flying.velocity)
     place, radius = bed.position[kept], bed.radius[kept]
     scale = (before.mass - airborne.mass) / raw_mass.sum()
-    velocity, shared = source.velocity[nearest].copy(), 0.0
-    if rules.mapping == "linear":
-        smooth = closing.sums(raw_mass, place, mapped.velocity, radius, spin).kinetic * scale + airborne.kinetic
-        shared = energy_share(raw_mass * scale, mapped.velocity, mapped.defect, before.kinetic - smooth)
-        velocity = mapped.velocity + shared * mapped.defect
+    motion = source.velocity[compact]
+    taken = mapping.motion(tree, motion, volume_of, grid, raw_mass * scale, radius, before.kinetic - airborne.kinetic, volume[kept], near)
+    velocity, spin = motion[near] if rules.mapping == "nearest" else taken.velocity, taken.spin
     raw = closing.sums(raw_mass, place, velocity, radius, spin) + airborne
     mass = raw_mass * scale
     mass *= (before.mass - airborne.mass) / mass.sum()
@@ -163,75 +167,16 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
         moved += closing.closing_field(mass, place, before.momentum - now.momentum, before.angular - now.angular)
     after = closing.sums(mass, place, moved, radius, spin) + airborne
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
-    bed_mass, bed_velocity = np.zeros(len(bed)), np.zeros((len(bed), 3))
-    bed_mass[kept], bed_velocity[kept] = raw_mass, velocity
-    fields = compare.spread(samples, source.mass[compact] * share, source.velocity[compact], mapped.own_gradient, heir, bed_mass, bed_velocity)
+    fields = compare.fields_of(bed, kept, samples, heir, (source.mass[compact] * share, motion, taken.own_gradient), raw_mass, velocity, volume)
     return Handoff(
-        start, split, compact, share, centre, solid, offset, stays, volume, samples, heir, fields, flying, before, outside, raw, after,
-        moved - velocity, scale, shared, float(plain_mass.sum() + airborne.mass), size, columns,
+        start, split, compact, share, centre, solid, offset, stays, volume, samples, heir, taken.own_gradient, fields, flying, before, outside, raw, after,
+        moved - velocity, scale, taken.shares, float(plain_mass.sum() + airborne.mass), size, columns,
     )  # fmt: skip
 
 
 def shape_places(split: surface.Split) -> np.ndarray:
     """Places in the source of the points that the alpha-shape was built on (compact and detached)."""
     return np.flatnonzero((split.reason == surface.COMPACT) | (split.reason == surface.DETACHED))
-
-
-def neighbours_used(grain_volume: np.ndarray, particle_volume: np.ndarray) -> int:
-    """Neighbours of the fit: 20 where the source is coarse, more where a grain stands for several particles (at most 64)."""
-    ratio = float(np.median(grain_volume / particle_volume))
-    return int(np.clip(round(4.0 * ratio), _LEAST_NEIGHBOURS, _MOST_NEIGHBOURS))
-
-
-@dataclass(frozen=True)
-class Mapped:
-    """Velocities [m/s] and gradients [1/s] of the kept grains, the ``defect`` [m/s] still to be handed to them, and the gradients of the
-    compact particles themselves."""
-
-    velocity: np.ndarray
-    gradient: np.ndarray
-    defect: np.ndarray
-    own_gradient: np.ndarray
-
-
-def _mapped(source: Particles, compact, tree, volume_of, bed: Particles, kept, samples: carve.Samples, heir, volume, near) -> Mapped:
-    """The linear fit, and what it leaves of each particle's velocity, handed to the grains in that particle's cell (a defect correction:
-    sharpens what the fit smoothed; linear fields stay exact)."""
-    motion = source.velocity[compact]
-    count = neighbours_used(volume, volume_of[near])
-    velocity, gradient = interpolation.local_linear(tree, motion, volume_of, bed.position[kept], count)
-    _, own = interpolation.local_linear(tree, motion, volume_of, tree.data, count)
-    place = np.full(len(bed), -1)
-    place[kept] = np.arange(len(kept))
-    here = heir >= 0
-    overlap = interpolation.Overlap(samples.particle[here], place[heir[here]], samples.position[here], tree.data, bed.position[kept])
-    return Mapped(velocity, gradient, overlap.deposited(overlap.defect(motion, own, velocity, gradient)), own)
-
-
-def _locally_closed(mass: np.ndarray, kept: np.ndarray, grains: int, tree: cKDTree, wanted: np.ndarray, samples: carve.Samples, heir: np.ndarray) -> np.ndarray:
-    """Grain masses whose local sums are those of the source.
-
-    A cloud of particles fills space with mass / density of each only roughly (a few per cent, at interfaces and after much flow), so that
-    the particles' own densities do not sum to their mass. The factor that closes it is smooth over about 24 particles.
-    """
-    here = heir >= 0
-    whole = np.zeros(grains)
-    whole[kept] = mass
-    points = compare.share_out(heir, whole)[here]
-    found = np.bincount(samples.particle[here], weights=points, minlength=len(wanted))
-    factor = np.clip(interpolation.matching_factor(tree, wanted, found), *_DENSITY_FACTOR)
-    return np.bincount(heir[here], weights=points * factor[samples.particle[here]], minlength=grains)[kept]
-
-
-def energy_share(mass: np.ndarray, velocity: np.ndarray, step: np.ndarray, room: float) -> float:
-    """The largest share in [0, 1] of ``step`` (n, 3) that may be added to ``velocity`` without adding more than ``room`` [J] of energy."""
-    linear = float(np.sum(mass * np.einsum("ij,ij->i", velocity, step)))
-    square = 0.5 * float(np.sum(mass * np.einsum("ij,ij->i", step, step)))
-    if linear + square <= room:
-        return 1.0
-    if room <= 0.0 or square <= 0.0:
-        return 0.0
-    return float(np.clip((-linear + np.sqrt(linear**2 + 4.0 * square * room)) / (2.0 * square), 0.0, 1.0))
 
 
 def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: domain.Domain, bed: Particles):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from handoff import compare, correction, interpolation
-from handoff.transfer import energy_share, neighbours_used
+from handoff.mapping import Overlap, energy_share, neighbours_used
 
 
 def cloud(count=3000, seed=1):
@@ -53,7 +53,7 @@ def test_no_velocity_is_made_up_in_a_plane_or_beyond_the_edge():
 def test_defect_vanishes_for_linear_fields_and_hands_over_the_rest():
     rng = np.random.default_rng(3)
     particles, grains, place = cloud(400), cloud(700, 2), cloud(60_000, 4)
-    overlap = interpolation.Overlap(cKDTree(particles).query(place)[1], cKDTree(grains).query(place)[1], place, particles, grains)
+    overlap = Overlap(cKDTree(particles).query(place)[1], cKDTree(grains).query(place)[1], place, particles, grains, np.arange(700))
     gradient = rng.normal(size=(3, 3))
     own, theirs = np.tile(gradient, (400, 1, 1)), np.tile(gradient, (700, 1, 1))
     assert np.abs(overlap.defect(particles @ gradient, own, grains @ gradient, theirs)).max() < 1e-12
