@@ -89,7 +89,9 @@ def _integrate(x, v, gm, nodes, interval, substeps, positions, velocities, accel
     xs, acceleration = np.empty((n, 3)), np.empty((n, 3))
     for node in range(nodes):
         newton(x, gm, acceleration)
-        positions[node], velocities[node], accelerations[node] = x, v, acceleration
+        for i in range(n):
+            for d in range(3):
+                positions[node, i, d], velocities[node, i, d], accelerations[node, i, d] = x[i, d], v[i, d], acceleration[i, d]
         for _ in range(substeps):
             for s in range(STAGES):
                 for i in range(n):

@@ -49,8 +49,8 @@ def record(events, count, particle, moon, kind, t, y, h, polynomial, interval, g
     relative(t, y, moon, polynomial, interval, out)
     row = events[count]
     row[0], row[1], row[2], row[3], row[16] = particle, moon, kind, t, h
-    row[4:10] = out
-    row[10:16] = y
+    for d in range(6):  # assigning slices would compile numba's broadcasting: seconds
+        row[4 + d], row[10 + d] = out[d], y[d]
     for m in range(polynomial.shape[1] - 1):  # the planet is opposite to its moons
         w = gm[m + 2] / gm[1]
         px, py, pz = place(polynomial, interval, m + 1, t)
@@ -149,22 +149,22 @@ def within(particle, moon, approached, rv_before, radius, hill, t, y, h, near, p
     passed, end = 0, FLYING
     d, rv = relative(t + h, new, moon, polynomial, interval, out)
     if not approached and rv_before < 0.0 and rv >= 0.0:
-        part = locate(APPROACH, moon, 0.0, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
+        part = locate(np.int64(APPROACH), moon, 0.0, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
         d, _ = relative(t + part, new, moon, polynomial, interval, out)
         passed = 1
         if d > radius:
-            count = record(events, count, particle, moon, APPROACH, t + part, new, h, polynomial, interval, gm, out)
+            count = record(events, count, particle, moon, np.int64(APPROACH), t + part, new, h, polynomial, interval, gm, out)
             step(t, y, h, near, polynomial, interval, gm, ring, kx, kv, new)
             d, rv = relative(t + h, new, moon, polynomial, interval, out)
         else:
             h = part
     if d <= radius:
-        part = locate(COLLISION, moon, radius, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
-        count = record(events, count, particle, moon, COLLISION, t + part, new, h, polynomial, interval, gm, out)
+        part = locate(np.int64(COLLISION), moon, radius, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
+        count = record(events, count, particle, moon, np.int64(COLLISION), t + part, new, h, polynomial, interval, gm, out)
         end = HIT_MOON
     elif d > hill:
-        h = locate(EXIT, moon, hill, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
-        count = record(events, count, particle, moon, EXIT, t + h, new, h, polynomial, interval, gm, out)
+        h = locate(np.int64(EXIT), moon, hill, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
+        count = record(events, count, particle, moon, np.int64(EXIT), t + h, new, h, polynomial, interval, gm, out)
         passed = 2
     return count, h, passed, end
 
@@ -224,14 +224,16 @@ def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, or
     kx, kv = np.empty((STAGES, 3)), np.empty((STAGES, 3))
     y, new, last, out = np.empty(6), np.empty(6), np.empty(3), np.empty(6)
     coefficient = np.empty((3, 6))
-    count = 0
+    # typed, not literal: numba compiles a called function anew for every literal that it is given
+    count, never = np.int64(0), duration < 0.0
     widest, reach = 0.0, 0.0
     for m in range(orbit.shape[0]):
         widest, reach = max(widest, orbit[m]), max(reach, orbit[m] + 2.0 * hill[m])
     switch = NEAR * widest
     for p in range(starts.shape[0]):
-        y[:] = starts[p]
-        t, h, inside, leaving, approached, taken = 0.0, 2e5, -1, -1, False, 0
+        for d in range(6):
+            y[d] = starts[p, d]
+        t, h, inside, leaving, approached, taken = 0.0, 2e5, np.int64(-1), np.int64(-1), never, 0
         near_before, fresh, end, screened = True, True, FLYING, False
         while end == FLYING:
             r = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
@@ -266,7 +268,7 @@ def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, or
                 )  # fmt: skip
                 approached = approached or passed > 0
                 if passed == 2:
-                    leaving, inside = inside, -1
+                    leaving, inside = inside, np.int64(-1)
                 if count < 0:
                     return 1, 0, first + p
             last[0], last[1], last[2] = field(t + h, new[0], new[1], new[2], near, polynomial, interval, gm, ring)
@@ -274,17 +276,18 @@ def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, or
                 moon, low, high = first_entry(t, y, h, new, kv, last, polynomial, interval, gm, hill, orbit, coefficient)
                 if moon >= 0:
                     size = hill[moon]
-                    h = locate(ENTRY, moon, size, low, high, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
-                    count = record(events, count, first + p, moon, ENTRY, t + h, new, h, polynomial, interval, gm, out)
+                    h = locate(np.int64(ENTRY), moon, size, low, high, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
+                    count = record(events, count, first + p, moon, np.int64(ENTRY), t + h, new, h, polynomial, interval, gm, out)
                     if count < 0:
                         return 1, 0, first + p
-                    inside, approached, growth, fresh = moon, False, 1.0, True
+                    inside, approached, growth, fresh = moon, never, 1.0, True
             elif leaving >= 0:
                 d, _ = relative(t + h, new, leaving, polynomial, interval, out)
                 if d > 1.1 * hill[leaving]:  # no second entry on the way out
-                    leaving = -1
+                    leaving = np.int64(-1)
             t += h
-            y[:] = new
+            for d in range(6):
+                y[d] = new[d]
             kv[0, 0], kv[0, 1], kv[0, 2] = last[0], last[1], last[2]
             h *= growth
             if end == FLYING:
@@ -295,7 +298,8 @@ def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, or
                     end = LEFT
         ends[p, 0], ends[p, 1] = end, taken
         finals[p, 0] = t
-        finals[p, 1:7] = y
+        for d in range(6):
+            finals[p, 1 + d] = y[d]
     return 0, count, -1
 
 

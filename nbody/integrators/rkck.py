@@ -47,7 +47,9 @@ E = B5 - B4
 def rkck(x, v, h, gm, kx, kv, xs, x_new, v_new):
     """One step of length ``h`` from (x, v), shape (n, 3); kv[0] holds the accelerations. Returns the error over the tolerances."""
     n = x.shape[0]
-    kx[0] = v
+    for i in range(n):
+        for d in range(3):
+            kx[0, i, d] = v[i, d]
     for s in range(1, 6):
         for i in range(n):
             for d in range(3):
@@ -79,6 +81,14 @@ def rkck(x, v, h, gm, kx, kv, xs, x_new, v_new):
             speed += (dx * dx + dy * dy + dz * dz) ** 0.5
     pairs = 0.5 * n * (n - 1)
     return h * max(worst_x / (0.1 * EPSILON * distance / pairs), worst_v / (EPSILON * speed / pairs))
+
+
+@law
+def copy(x, v, x_to, v_to):
+    """Copy states (n, 3)."""
+    for i in range(x.shape[0]):
+        for d in range(3):
+            x_to[i, d], v_to[i, d] = x[i, d], v[i, d]
 
 
 @law
@@ -125,9 +135,11 @@ def record(rows, count, particle, moon, kind, t, u, h, x, v, x_new, v_new, out):
     row = rows[count]
     row[0], row[1], row[2], row[3], row[16] = particle, moon, kind, t + u * h, h
     between(u, h, x, v, x_new, v_new, last, moon + 2, out)
-    row[4:10] = out
-    between(u, h, x, v, x_new, v_new, last, 1, out)
-    row[10:16] = out
+    for d in range(6):  # assigning slices would compile numba's broadcasting: seconds
+        row[4 + d] = out[d]
+    between(u, h, x, v, x_new, v_new, last, np.int64(1), out)
+    for d in range(6):
+        row[10 + d] = out[d]
     return count + 1
 
 
@@ -143,11 +155,13 @@ def normal_mode(x0, v0, state, first, duration, gm, hill, radii, outer, to_the_e
     masses[:bodies] = gm
     kx, kv = np.empty((6, n, 3)), np.empty((6, n, 3))
     x, v, x_new, v_new, xs, out = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty(6)
-    count = 0
+    count, never = np.int64(0), duration < 0.0  # typed, not literal: one compilation of each function called
     for p in range(state.shape[0]):
-        x[:bodies], v[:bodies] = x0, v0
-        x[last], v[last] = state[p, :3], state[p, 3:]
-        t, h, inside, taken, end, approached = 0.0, 60.0, -1, 0, FLYING, False
+        for d in range(3):
+            for i in range(bodies):
+                x[i, d], v[i, d] = x0[i, d], v0[i, d]
+            x[last, d], v[last, d] = state[p, d], state[p, 3 + d]
+        t, h, inside, taken, end, approached = 0.0, 60.0, np.int64(-1), 0, FLYING, never
         newton(x, masses, kv[0])
         while end == FLYING:
             h = min(h, duration - t)
@@ -164,33 +178,35 @@ def normal_mode(x0, v0, state, first, duration, gm, hill, radii, outer, to_the_e
                 _, rv0 = between(0.0, h, x, v, x_new, v_new, last, inside + 2, out)
                 d, rv = between(1.0, h, x, v, x_new, v_new, last, inside + 2, out)
                 if d <= radii[inside]:
-                    count = record(rows, count, first + p, inside, COLLISION, t, 1.0, h, x, v, x_new, v_new, out)
+                    count = record(rows, count, first + p, inside, np.int64(COLLISION), t, 1.0, h, x, v, x_new, v_new, out)
                     end = HIT_MOON
                 elif rv0 < 0.0 and rv >= 0.0 and not approached:
-                    u = place(APPROACH, 0.0, h, x, v, x_new, v_new, last, inside + 2, out)
-                    count = record(rows, count, first + p, inside, APPROACH, t, u, h, x, v, x_new, v_new, out)
+                    u = place(np.int64(APPROACH), 0.0, h, x, v, x_new, v_new, last, inside + 2, out)
+                    count = record(rows, count, first + p, inside, np.int64(APPROACH), t, u, h, x, v, x_new, v_new, out)
                     approached = True
                 if end == FLYING and d > hill[inside]:
-                    u = place(EXIT, hill[inside], h, x, v, x_new, v_new, last, inside + 2, out)
-                    count = record(rows, count, first + p, inside, EXIT, t, u, h, x, v, x_new, v_new, out)
-                    inside = -1
+                    u = place(np.int64(EXIT), hill[inside], h, x, v, x_new, v_new, last, inside + 2, out)
+                    count = record(rows, count, first + p, inside, np.int64(EXIT), t, u, h, x, v, x_new, v_new, out)
+                    inside = np.int64(-1)
             else:
                 for m in range(moons):
                     d, rv = between(1.0, h, x, v, x_new, v_new, last, m + 2, out)
                     if d < hill[m]:
-                        u = place(ENTRY, hill[m], h, x, v, x_new, v_new, last, m + 2, out)
-                        saved[count, :, :3], saved[count, :, 3:] = x_new, v_new
-                        count = record(rows, count, first + p, m, ENTRY, t, u, h, x, v, x_new, v_new, out)
-                        inside, approached = m, False
+                        u = place(np.int64(ENTRY), hill[m], h, x, v, x_new, v_new, last, m + 2, out)
+                        for i in range(n):
+                            for k in range(3):
+                                saved[count, i, k], saved[count, i, 3 + k] = x_new[i, k], v_new[i, k]
+                        count = record(rows, count, first + p, m, np.int64(ENTRY), t, u, h, x, v, x_new, v_new, out)
+                        inside, approached = m, never
                         d, rv = between(1.0, h, x, v, x_new, v_new, last, m + 2, out)
                         if rv >= 0.0:  # entered and passed the closest point within one step
-                            w = place(APPROACH, 0.0, h, x, v, x_new, v_new, last, m + 2, out)
-                            count = record(rows, count, first + p, m, APPROACH, t, w, h, x, v, x_new, v_new, out)
+                            w = place(np.int64(APPROACH), 0.0, h, x, v, x_new, v_new, last, m + 2, out)
+                            count = record(rows, count, first + p, m, np.int64(APPROACH), t, w, h, x, v, x_new, v_new, out)
                             approached = True
                         break
             t += h
             h = after(h, error)
-            x[:], v[:] = x_new, v_new
+            copy(x_new, v_new, x, v)
             newton(x, masses, kv[0])
             if end == FLYING:
                 end = fate(x, v, t, duration, inside, gm, radii, outer, to_the_end)
@@ -240,8 +256,11 @@ def moon_mode(states, moon, gm, radius, hill, places, out, result):
     x, v, x_new, v_new, xs = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     taken = 0
     for i in range(places.shape[0]):
-        x[:], v[:] = states[:, :3], states[:, 3:]
-        x[last] = x[other] + places[i]
+        for j in range(n):
+            for k in range(3):
+                x[j, k], v[j, k] = states[j, k], states[j, 3 + k]
+        for k in range(3):
+            x[last, k] = x[other, k] + places[i, k]
         t, h = 0.0, 1e6
         newton(x, masses, kv[0])
         while True:
@@ -256,15 +275,17 @@ def moon_mode(states, moon, gm, radius, hill, places, out, result):
             d, rv = between(1.0, h, x, v, x_new, v_new, last, other, out)
             t += h
             if d <= radius:
-                result[:6] = out
-                between(1.0, h, x, v, x_new, v_new, last, 1, out)
-                result[6:12] = out
+                for k in range(6):
+                    result[k] = out[k]
+                between(1.0, h, x, v, x_new, v_new, last, np.int64(1), out)
+                for k in range(6):
+                    result[6 + k] = out[k]
                 result[12], result[13] = t, h
                 return i, taken
             if rv >= 0.0 or d > 1.001 * hill:
                 break
             h = after(h, error)
-            x[:], v[:] = x_new, v_new
+            copy(x_new, v_new, x, v)
             newton(x, masses, kv[0])
     return -1, taken
 

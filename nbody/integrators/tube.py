@@ -68,8 +68,10 @@ def thread(starts, first, duration, polynomial, interval, gm, orbit, tube, plane
         widest = max(widest, orbit[m] + 2.0 * tube[m])
     entered, begun = np.empty(moons), np.empty((moons, 6))
     for p in range(starts.shape[0]):
-        y[:] = starts[p]
-        entered[:] = -1.0
+        for d in range(6):
+            y[d] = starts[p, d]
+        for m in range(moons):
+            entered[m] = -1.0
         t, h, taken, end, screened = 0.0, 2e5, 0, FLYING, False
         kv[0, 0], kv[0, 1], kv[0, 2] = field(t, y[0], y[1], y[2], False, polynomial, interval, gm, 0.0)
         while end == FLYING:
@@ -91,7 +93,8 @@ def thread(starts, first, duration, polynomial, interval, gm, orbit, tube, plane
                     return 1, 0, first + p
             t += h
             h *= min(5.0, 0.9 * max(error, 1e-8) ** -0.125)
-            y[:] = new
+            for d in range(6):
+                y[d] = new[d]
             kv[0, 0], kv[0, 1], kv[0, 2] = last[0], last[1], last[2]
             end = fate(t, y, duration, False, gm, planet_radius, outer, 3.0 * widest)
             if end == FLYING and not screened and r < SCREEN * widest:
@@ -116,13 +119,15 @@ def passages(particle, t, y, h, new, a0, a1, orbit, tube, speed, entered, begun,
             gap = from_ring(out, orbit[m]) - tube[m]
             if entered[m] < 0.0 and gap < 0.0:
                 entered[m] = t + tau
-                begun[m] = out
+                for d in range(6):
+                    begun[m, d] = out[d]
             elif entered[m] >= 0.0 and gap > 0.0:
                 if count >= rows.shape[0]:
                     return -1
                 row = rows[count]
                 row[0], row[1], row[2], row[3] = particle, m, t + tau - entered[m], entered[m]
-                row[4:10] = begun[m]
+                for d in range(6):
+                    row[4 + d] = begun[m, d]
                 count += 1
                 entered[m] = -1.0
             if tau >= h:
