@@ -110,9 +110,7 @@ class Particles(Mapping[str, np.ndarray]):
         """Raise ``InputError`` naming every field of ``names`` that is missing."""
         missing = [name for name in names if name not in self._fields]
         if missing:
-            raise InputError(
-                f"the snapshot lacks {', '.join(missing)} ({'; '.join(f'{m}: {FIELDS[m].meaning} [{FIELDS[m].unit}]' for m in missing)})"
-            )
+            raise InputError(f"the snapshot lacks {', '.join(missing)} ({'; '.join(f'{m}: {FIELDS[m].meaning} [{FIELDS[m].unit}]' for m in missing)})")
 
     def select(self, which: np.ndarray) -> Particles:
         """The particles chosen by a mask or by indices, as copies, with the same attributes (tables are left behind)."""
