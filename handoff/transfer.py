@@ -127,8 +127,7 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     if not np.any(share > 0.0):
         raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
     part = float(np.sum(share * volume_of)) / region.volume
-    coarse = 2.0 * float(bed.radius.mean())
-    solid, offset = surface.calibrated(shape, split.spacing[shape_places(split)], surface.even_points(region), part, rules, coarse)
+    solid, offset = surface.calibrated(shape, split.spacing[shape_places(split)], surface.even_points(region), part, rules)
     samples = carve.sample(region, solid, tree, grains)
     stays = carve.keep(bed, solid, region)
     heir = carve.heirs(bed, stays, samples)
