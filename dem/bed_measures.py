@@ -92,11 +92,20 @@ def residual(bed: Assembly, g: float) -> dict[str, float]:
     return {"rms": float(np.sqrt(np.mean(speed[below] ** 2)) / unit), "max": float(speed[below].max() / unit), "headroom_rms": head, "unit_m_s": unit}
 
 
+def creep(bed: Assembly) -> np.ndarray:
+    """Horizontal velocity [m/s] at the pole, (x, y), of the rotation about the body's centre that fits the grains below the datum best."""
+    below = bed.headroom == 0
+    x, v = bed.X[below, :3], bed.W[below, :3]
+    inertia = np.einsum("ij,ij->", x, x) * np.eye(3) - np.einsum("ij,ik->jk", x, x)
+    spin = np.linalg.solve(inertia, np.cross(x, v).sum(axis=0))
+    return float(np.linalg.norm(x, axis=1).max()) * np.array([spin[1], -spin[0]])
+
+
 def rearrangement_speed(bed: Assembly, g: float) -> float:
     """Rms speed of the grains below the datum against the mean of the grains that they touch, over sqrt(g r).
 
     Smooth motions drop out of it, above all the sloshing of the bed in its cone, a mode of hours (omega^2 = g k tanh(k H) with k = 1.84 /
-    arc radius) which no settling can wait for; they count in ``residual``.
+    arc radius) which no settling can wait for; it counts in ``residual`` and is taken out by ``Settling._level``.
     """
     first, second, _ = bed._touching()
     n = len(bed.X)

@@ -44,8 +44,10 @@ CHECKPOINT_EVERY_S = 15.0
 LOOK_EVERY = 10
 """Steps between two looks at which grains are above the datum."""
 EXCHANGE_EVERY = 3
-REST_LIMIT = 20
+REST_LIMIT = 15
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
+LEVEL_GAIN = 2.0
+"""Correction per round of ``rest`` over the estimate in ``_level``: the solid layer bridges part of it, so the estimate is too small."""
 LOOSE = 4.0
 """Largest speed of any one grain after ``free``, over the limit on the rms speed."""
 QUIET = 0.1
@@ -166,8 +168,11 @@ class Settling:
             enough = self.repeats >= REST_LIMIT
             self.repeats += 1
             if now.name == "rest":
-                quiet = bed_measures.rearrangement_speed(bed, g) < QUIET * self.limit and found["max"] < 0.5 * self.limit
+                sloshing = float(np.linalg.norm(bed_measures.creep(bed))) / found["unit_m_s"]
+                quiet = max(bed_measures.rearrangement_speed(bed, g), sloshing) < QUIET * self.limit and found["max"] < 0.5 * self.limit
                 self.phase = _FREE if quiet or enough else _REST
+                if self.phase == _REST:
+                    grains = self._level(grains, bed, g)
                 self.rested = grains
             else:
                 quiet = found["rms"] < self.limit and found["max"] < LOOSE * self.limit
@@ -187,6 +192,25 @@ class Settling:
             grains = self._give_headroom(self.rested)
         self._begin(grains)
         return True
+
+    def _level(self, grains: Particles, bed: Assembly, g: float) -> Particles:
+        """The grains with the weight of the solid layer on the liquid one levelled, so that the bed does not slosh in its cone.
+
+        A bed whose solid layer is slightly heavier on one side creeps over to the other, under the drag at v = a / rate; a gradient of
+        the solid grains' mass of a R / (g H_s) per R (parts in a thousand) takes the force away. Without the drag that mode would swing
+        for hours.
+        """
+        solid = grains.species != SPECIES.index("ocean")
+        if not solid.any() or solid.all():
+            return grains
+        radius = self.domain.datum_radius
+        thickness = float(np.sum(grains.mass[solid] / grains.density[solid])) / (self.domain.solid_angle * radius**2)
+        slope = LEVEL_GAIN * bed_measures.creep(bed) * float(bed.drag[0]) / (g * thickness)
+        mass = grains.mass.copy()
+        before = mass.sum()
+        mass[solid] *= 1.0 + grains.position[solid, :2] @ slope
+        grains["mass"] = mass * (before / mass.sum())
+        return grains
 
     def _take_headroom(self, grains: Particles) -> Particles:
         """The grains below the datum; the others wait aside."""

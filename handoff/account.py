@@ -110,7 +110,7 @@ def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, re
     after = flying_mass(made.start.position, made.start.velocity, made.start.mass, region, column)
     ledger.measure(
         "ejecta_mass_curve_rel",
-        compare.mass_curve_difference(*(np.r_[a, b] for a, b in zip(before, inside)), *after, made.split.speed_limit),
+        compare.mass_curve_difference(np.r_[before[0], inside[0]], np.r_[before[1], inside[1]], *after, above=made.split.speed_limit),
         f"rising matter above {made.split.speed_limit:.4g} m/s that free flight brings above the datum; grains of the bed included",
     )
 

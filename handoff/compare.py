@@ -82,8 +82,8 @@ def spread(
 
 def _linear_in_cells(owner: np.ndarray, place: np.ndarray, velocity: np.ndarray, gradient: np.ndarray) -> np.ndarray:
     count = np.bincount(owner, minlength=len(velocity))
-    centre = np.stack([np.bincount(owner, weights=place[:, k], minlength=len(velocity)) for k in range(3)], axis=1)
-    centre /= np.maximum(count, 1)[:, None]
+    total = np.stack([np.bincount(owner, weights=place[:, k], minlength=len(velocity)) for k in range(3)], axis=1)
+    centre = total / np.maximum(count, 1)[:, None]
     return velocity[owner] + np.einsum("sa,sab->sb", place - centre[owner], gradient[owner])
 
 

@@ -106,11 +106,11 @@ def neighbour_count(source: Particles, spacing: np.ndarray) -> np.ndarray:
 
 def reference_density(source: Particles) -> np.ndarray:
     """Reference density of each particle's material [kg/m^3]; zero where the material is not known here."""
-    table = []
+    densities: list[float] = []
     for name in source.attributes.get("materials", []):
         sections = material.load(name) if name in material.names() else {}
-        table.append(float(sections.get("tillotson", {}).get("rho0", 0.0)))
-    table = np.array(table or [0.0])
+        densities.append(float(sections.get("tillotson", {}).get("rho0", 0.0)))
+    table = np.array(densities or [0.0])
     return np.where(source.material < len(table), table[np.clip(source.material, 0, len(table) - 1)], 0.0)
 
 

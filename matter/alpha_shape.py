@@ -245,8 +245,8 @@ class OffsetShape:
         return float(self.mesh.volume)
 
     @cached_property
-    def _prisms(self) -> tuple[np.ndarray, np.ndarray, cKDTree, float]:
-        """Per prism tetrahedron: origin (p, 3, 3), inverse edge matrix (p, 3, 3, 3); tree of prism centres; largest reach."""
+    def _prisms(self) -> tuple[np.ndarray, np.ndarray, cKDTree, np.ndarray]:
+        """Per prism tetrahedron: origin (p, 3, 3), inverse edge matrix (p, 3, 3, 3); tree of prism centres; reach of each."""
         faces, particle = self.shape._manifold
         inner, outer = self.shape.points[particle], np.asarray(self.mesh.vertices)
         faces = np.sort(faces, axis=1)
@@ -259,7 +259,7 @@ class OffsetShape:
         edges = np.where(flat[..., None, None], np.eye(3), edges)
         inverse = np.where(flat[..., None, None], np.nan, np.linalg.inv(edges))
         centre = corners.mean(axis=1)
-        reach = float(np.max(np.linalg.norm(corners - centre[:, None], axis=-1)))
+        reach = np.max(np.linalg.norm(corners - centre[:, None], axis=-1), axis=1)
         return tetrahedra[:, :, 0], inverse, cKDTree(centre), reach
 
     def contains(self, position: np.ndarray) -> np.ndarray:
@@ -273,13 +273,13 @@ class OffsetShape:
         near = min(_NEAR_PRISMS, tree.n)
         for begin in range(0, len(open_), 50_000):
             rows = open_[begin : begin + 50_000]
-            rows = rows[np.isfinite(tree.query(position[rows], distance_upper_bound=reach)[0])]
+            rows = rows[np.isfinite(tree.query(position[rows], distance_upper_bound=float(reach.max()))[0])]
             if len(rows) == 0:
                 continue
-            candidates = tree.query(position[rows], k=near)[1].reshape(len(rows), near)
+            distance, candidates = (array.reshape(len(rows), near) for array in tree.query(position[rows], k=near))
             hit = np.zeros(len(rows), dtype=bool)
             for column in range(near):
-                todo = np.flatnonzero(~hit)
+                todo = np.flatnonzero(~hit & (distance[:, column] <= reach[candidates[:, column]]))
                 chosen = candidates[todo, column]
                 relative = position[rows[todo], None] - origin[chosen]
                 weights = np.einsum("ptij,ptj->pti", inverse[chosen], relative)

@@ -10,17 +10,32 @@ from pipeline import folder, provenance, stages
 from pipeline.run import Request
 from pipeline.screen import duration
 
+# how large the work of a later stage is depends on an earlier one: sizes by name, for the settings that have a field of that name
+SIZES = ("particles", "grains", "snapshots")
+
 
 def predictions(request: Request, settings: dict[str, Model]) -> dict[str, dict[str, float]]:
     """``wall_s``, ``memory_bytes`` and ``disk_bytes`` of each wanted stage (two cores, kernels compiled before)."""
     rows: dict[str, dict[str, float]] = {}
-    for stage in request.wanted:
+    sizes: dict[str, int] = {}
+    if "bed" in settings and hasattr(settings["bed"], "count"):
+        sizes["grains"] = settings["bed"].count
+    for stage in stages.ORDER:
         if stage in request.case.outside:
             size = request.case.outside[stage].stat().st_size
-            rows[stage] = {"wall_s": 0.1, "memory_bytes": 4.0 * size, "disk_bytes": float(size)}
-        else:
-            rows[stage] = {key: float(value) for key, value in stages.load(stage).predict(settings[stage]).items()}
+            row = {"wall_s": 0.1, "memory_bytes": 4.0 * size, "disk_bytes": float(size)}
+        elif stage in settings:
+            row = stages.load(stage).predict(_sized(settings[stage], sizes))
+            sizes |= {name: int(row[name]) for name in SIZES if name in row}
+        if stage in request.wanted:
+            rows[stage] = {key: float(value) for key, value in row.items()}
     return rows
+
+
+def _sized(settings: Model, sizes: dict[str, int]) -> Model:
+    """The settings with the sizes of the earlier stages, where the case does not state them itself."""
+    fill = {name: count for name, count in sizes.items() if name in type(settings).model_fields and name not in settings.model_fields_set}
+    return settings.model_copy(update=fill)
 
 
 def table(request: Request, rows: dict[str, dict[str, float]]) -> str:

@@ -38,7 +38,7 @@ def _published(entry: dict[str, Any]) -> str:
     """A published number, ours beside it, and whether it is met; that it is not met is a finding, not a failure."""
     scale, unit = _scale(entry["unit"], abs(entry["value"]))
     error = f" +{entry['plus'] * scale:.3g} -{entry['minus'] * scale:.3g}" if "plus" in entry and "minus" in entry else ""
-    verdict = {True: "met", False: "not met"}.get(entry.get("met"), "not measured")
+    verdict = "not measured" if entry.get("met") is None else "met" if entry["met"] else "not met"
     ours = shown(entry.get("ours"))
     words = f"published {entry['name']}: {entry['value'] * scale:.4g}{error} {unit} ({entry.get('source', 'no source')})"
     return f"{words}; here {ours or '--'}: {verdict}"

@@ -98,7 +98,7 @@ def _count(settings: Settings) -> int:
 
 
 def predict(settings: Settings) -> dict[str, float]:
-    """Wall time [s] (warm, 2 cores), memory and disk [bytes] of this stage."""
+    """Wall time [s] (warm, 2 cores), memory and disk [bytes] of this stage, and the sizes that the stages after it go by."""
     n = _count(settings)
     quiet = settings.courant * settings.zones.contact / (1.6 * 3800.0)  # the shell's longitudinal wave
     steps = 1.6 * settings.end_time / quiet + 200.0  # measured: fast ejecta and the impact itself ask for 1.6 times the quiet number
@@ -107,7 +107,8 @@ def predict(settings: Settings) -> dict[str, float]:
     rows = settings.end_time / settings.history_interval
     wall = n * (_SECONDS_PER_STEP * (steps + relax) + _SECONDS_PER_GRAVITY * evaluations) + rows * _SECONDS_PER_PAIR * n**2 + 3.0
     snapshots = settings.end_time / settings.snapshot_interval + 2.0
-    return {"wall_s": wall, "memory_bytes": 3e8 + 1400.0 * n, "disk_bytes": snapshots * 300.0 * n}
+    sizes = {"particles": n, "snapshots": snapshots}
+    return {"wall_s": wall, "memory_bytes": 3e8 + 1400.0 * n, "disk_bytes": snapshots * 300.0 * n, **sizes}
 
 
 def _read_impact(settings: Settings, inputs: Path) -> Impact:

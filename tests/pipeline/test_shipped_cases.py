@@ -1,0 +1,59 @@
+"""Every case that ships: valid with each of its presets, described, and no limit waived beyond those that may be."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from pipeline import case as cases
+from pipeline import folder, prediction, stages, used
+from pipeline.run import Request
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDERS = sorted(path.parent for path in (ROOT / "cases").glob("*/case.toml"))
+WAIVABLE = {"t_handoff_over_T_crater_max", "residual_pressure_over_bulk_modulus", "elastic_over_kinetic_energy"}
+
+
+def with_presets() -> list:
+    found = []
+    for place in FOLDERS:
+        presets = tomllib.loads((place / "case.toml").read_text()).get("preset", {})
+        found += [pytest.param(place, preset, id=f"{place.name}-{preset}") for preset in (None, *presets)]
+    return found
+
+
+@pytest.mark.parametrize(("place", "preset"), with_presets())
+def test_it_is_valid_and_its_cost_is_predicted(place, preset, tmp_path):
+    request = Request(cases.read(place, preset), tmp_path)
+    settings = cases.compose(request.case)
+    assert set(settings) == set(stages.ORDER)
+    for stage, row in prediction.predictions(request, settings).items():
+        assert 0 < row["wall_s"] < 3e6 and 1e6 < row["memory_bytes"] < 1e12 and 0 < row["disk_bytes"] < 1e13, (stage, row)
+    used.write(tmp_path / "case.used.toml", request.case, settings)
+    again = cases.compose(cases.read(tmp_path / "case.used.toml"))
+    assert {stage: folder.settings_text(s) for stage, s in again.items()} == {stage: folder.settings_text(s) for stage, s in settings.items()}
+
+
+@pytest.mark.parametrize("place", FOLDERS, ids=lambda place: place.name)
+def test_it_names_its_source_and_waives_nothing_that_binds(place):
+    content = tomllib.loads((place / "case.toml").read_text())
+    assert content["case"]["title"] and content["case"]["source"]
+    waived = content.get("handoff", {}).get("waive", {})
+    assert set(waived) <= WAIVABLE and all(len(reason) > 20 for reason in waived.values())
+    text = (place / "README.md").read_text()
+    for preset in content.get("preset", {}):
+        assert f"`{preset}`" in text, f"{place.name}/README.md does not describe preset {preset}"
+
+
+def test_the_980_km_case_is_the_published_one():
+    settings = cases.compose(cases.read(ROOT / "cases" / "valhalla_980km"))
+    impact, target = settings["sph"].impact, settings["sph"].target
+    assert (impact.speed, impact.projectile.radius) == (18234.0, 53900.0)
+    assert impact.angle_from_vertical == pytest.approx(0.698131700797, abs=1e-12)
+    assert [(layer.material, layer.thickness) for layer in target.layers] == [("basalt", 1842e3), ("water", 150e3), ("ice", 150e3)]
+    assert settings["nbody"].pinned and settings["bed"].count == 100_000
+    # the published particle number: 300,000 of one size
+    assert (4.18879 * target.radius**3) / settings["sph"].spacing_at_impact ** 3 == pytest.approx(3e5, rel=0.01)
+    assert settings["sph"].spacing_far == settings["sph"].spacing_at_impact
