@@ -50,8 +50,8 @@ class Rules(Model):
     """Alpha of the alpha-shape in local particle spacings (0.8 is the least that keeps a close-packed lattice whole)."""
     offset: float | Literal["auto"] = "auto"
     """Distance of the surface outside its particles, in local spacings (0 ... 1); ``auto`` closes volume against mass over density."""
-    smoothing: int = Field(4, ge=0, le=50)
-    """Passes of a volume-keeping filter over the surface, against the roughness of single particles."""
+    smoothing: int = Field(6, ge=0, le=50)
+    """Passes of a volume-keeping filter over the surface, against the roughness of single particles; more where they are finer than grains."""
     neighbours: int = Field(6, ge=0, le=60)
     """A particle with fewer neighbours inside its support is ejecta (a full support of 2 spacings holds about 33)."""
     mapping: Literal["linear", "nearest"] = "linear"
@@ -188,19 +188,22 @@ def share_inside(position: np.ndarray, spacing: np.ndarray, domain: Domain, owne
     return share, centre
 
 
-def calibrated(shape: AlphaShape, spacing: np.ndarray, points: np.ndarray, share: float, rules: Rules) -> tuple[OffsetShape, float]:
+def calibrated(shape: AlphaShape, spacing: np.ndarray, points: np.ndarray, share: float, rules: Rules, coarse: float = 0.0) -> tuple[OffsetShape, float]:
     """The surface at its offset, and that offset in spacings: the one at which the solid holds ``share`` of the even ``points`` (s, 3).
 
-    ``spacing`` (n,) of the shape's particles [m].
+    ``spacing`` (n,) of the shape's particles [m]. Where they are finer than ``coarse`` [m], what the surface is for, it is smoothed with
+    the square of the ratio more passes: details that grains cannot take over go.
     """
+    finer = np.clip(np.round(np.log2(np.maximum(coarse / spacing, 1.0))), 0, 4)
+    passes = (rules.smoothing * 4.0**finer).astype(np.int64)
     if rules.offset != "auto":
-        return shape.offset(rules.offset * spacing, rules.smoothing), float(rules.offset)
+        return shape.offset(rules.offset * spacing, passes), float(rules.offset)
     deep = shape.contains(points)
     shell = points[~deep]
     factors = np.linspace(*_OFFSET_RANGE, 4)
-    held = [(deep.sum() + np.count_nonzero(shape.offset(factor * spacing, rules.smoothing).contains(shell))) / len(points) for factor in factors]
+    held = [(deep.sum() + np.count_nonzero(shape.offset(factor * spacing, passes).contains(shell))) / len(points) for factor in factors]
     factor = float(np.interp(share, held, factors))
-    return shape.offset(factor * spacing, rules.smoothing), factor
+    return shape.offset(factor * spacing, passes), factor
 
 
 def even_points(domain: Domain) -> np.ndarray:

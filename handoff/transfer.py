@@ -127,7 +127,8 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     if not np.any(share > 0.0):
         raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
     part = float(np.sum(share * volume_of)) / region.volume
-    solid, offset = surface.calibrated(shape, split.spacing[shape_places(split)], surface.even_points(region), part, rules)
+    coarse = 2.0 * float(bed.radius.mean())
+    solid, offset = surface.calibrated(shape, split.spacing[shape_places(split)], surface.even_points(region), part, rules, coarse)
     samples = carve.sample(region, solid, tree, grains)
     stays = carve.keep(bed, solid, region)
     heir = carve.heirs(bed, stays, samples)

@@ -190,10 +190,11 @@ class AlphaShape:
             pairs.append((half, by_face.pop(at[(tetrahedron, way)])))
         return np.array(pairs, dtype=np.int64)
 
-    def surface(self, distance: np.ndarray | float = 0.0, smoothing: int = 0):
+    def surface(self, distance: np.ndarray | float = 0.0, smoothing: np.ndarray | int = 0):
         """The boundary as a ``trimesh.Trimesh``, vertices moved outwards along their normals by ``distance`` (scalar or (n,)) [m].
 
-        ``smoothing`` iterations of Taubin's filter (1995, SIGGRAPH; it keeps the volume) then take out the roughness of single particles.
+        ``smoothing`` passes (one number, or (n,) per particle) of Taubin's filter (1995, SIGGRAPH; it keeps the volume) then take out the
+        roughness of single particles.
         """
         import trimesh
 
@@ -202,8 +203,11 @@ class AlphaShape:
         if np.any(distance):
             step = np.broadcast_to(distance, (len(self.points),))[particle]
             mesh = trimesh.Trimesh(mesh.vertices + step[:, None] * self._vertex_normals, faces, process=False, validate=False)
-        if smoothing:
-            trimesh.smoothing.filter_taubin(mesh, lamb=_TAUBIN[0], nu=_TAUBIN[1], iterations=2 * smoothing)
+        passes, done = np.broadcast_to(smoothing, (len(self.points),))[particle], 0
+        for level in np.unique(passes[passes > 0]):
+            operator = trimesh.smoothing.laplacian_calculation(mesh, pinned_vertices=np.flatnonzero(passes < level))
+            trimesh.smoothing.filter_taubin(mesh, *_TAUBIN, iterations=2 * int(level - done), laplacian_operator=operator)
+            done = level
         return mesh
 
     @cached_property
@@ -221,7 +225,7 @@ class AlphaShape:
         length = np.linalg.norm(total, axis=1)
         return np.where(length[:, None] > 1e-12, total / np.maximum(length, 1e-300)[:, None], normal)
 
-    def offset(self, distance: np.ndarray | float, smoothing: int = 0) -> OffsetShape:
+    def offset(self, distance: np.ndarray | float, smoothing: np.ndarray | int = 0) -> OffsetShape:
         """The solid grown outwards by ``distance`` (scalar or one per particle) [m], its surface smoothed as in ``surface``."""
         return OffsetShape(self, np.broadcast_to(np.asarray(distance, dtype=float), (len(self.points),)).copy(), smoothing)
 
@@ -232,7 +236,7 @@ class OffsetShape:
 
     shape: AlphaShape
     distance: np.ndarray
-    smoothing: int = 0
+    smoothing: np.ndarray | int = 0
 
     @cached_property
     def mesh(self):
