@@ -242,8 +242,7 @@ def _statements(ledger: Ledger, made: Handoff) -> None:
     ledger.state("ejecta_count", float(len(flying.mass)), "1", f"{flying.shrunk} shrunk, {flying.lifted} lifted to fit")
     ledger.state("ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source")
     ledger.state("surface_offset_spacings", made.offset, "1", "found from the volume of the compact particles unless given")
-    shares = ", ".join(f"{share:.2f}" for share in made.defect_shares)
-    ledger.state("defect_shares", shares, "1", "share of each defect correction taken; below 1 where more would create energy")
+    ledger.state("linear_share", made.linear_share, "1", "share taken of the velocity's variation inside a particle; below 1 where more would create energy")
     ledger.state(
         "mass_by_particle_density_rel",
         abs(made.plain_mass / made.before.mass - 1.0),

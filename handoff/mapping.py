@@ -1,8 +1,9 @@
 """Masses and velocities that the grains take over from the particles around them.
 
-Velocity: the linear fit of ``interpolation`` at each grain, then a few defect corrections. The grains' field is averaged over each
-particle's cell and compared with the particle's velocity; what lacks is handed to the grains of that cell. This sharpens what the fit
-smoothed, linear fields stay exact, and the total kinetic energy, spins included, never exceeds the source's.
+Velocity: a conservative remap. A grain takes the momentum of the matter in its cell: every sample point of the cell moves with the particle
+that owns it, the particle's velocity varying linearly over the particle's own cell about its mean, so that what a particle loses its grains
+gain. Linear fields stay exact; motion on scales below a grain is averaged out, and the kinetic energy, spins included, never exceeds the
+source's (the linear part is taken as far as that allows).
 
 Mass: density of the nearest particle times the volume that the grain stands for, times a smooth factor that closes the local sums.
 """
@@ -17,7 +18,6 @@ from scipy.spatial import cKDTree
 from handoff import interpolation
 
 LEAST_NEIGHBOURS, _MOST_NEIGHBOURS = 20, 64
-_PASSES = 3
 _DENSITY_FACTOR = (0.7, 1.4)
 
 
@@ -26,6 +26,7 @@ class Overlap:
 
     ``particle`` (s,) and ``heir`` (s,) of each point at ``place`` (s, 3) [m] (points without an heir are left out); ``particles`` (n, 3) and
     ``grains`` (m, 3) are the centres [m]; ``kept`` (k,) the grains that stay, in whose order everything per grain stands here.
+    ``grains`` of this object are the centroids of their cells, ``arm`` the place of each point about the centroid of its particle's cell [m].
     """
 
     def __init__(self, particle, heir, place, particles, grains, kept):
@@ -33,26 +34,19 @@ class Overlap:
         number[kept] = np.arange(len(kept))
         here = heir >= 0
         self.particle, self.grain = particle[here], number[heir[here]]
-        self.particles, self.grains = np.asarray(particles), grains[kept]
-        self.arm = place[here] - self.grains[self.grain]
+        self.particles = np.asarray(particles)
         self.per_particle = np.bincount(self.particle, minlength=len(self.particles))
-        self.per_grain = np.bincount(self.grain, minlength=len(self.grains))
-        self.centre = self._mean(self.particle, place[here], self.per_particle)
+        self.per_grain = np.bincount(self.grain, minlength=len(kept))
+        self.arm = place[here] - self._mean(self.particle, place[here], self.per_particle)[self.particle]
+        centre = self._mean(self.grain, place[here], self.per_grain)
+        self.grains = np.where((self.per_grain > 0)[:, None], centre, grains[kept])
 
-    def defect(self, velocity: np.ndarray, own: np.ndarray, grain_velocity: np.ndarray, grain_gradient: np.ndarray) -> np.ndarray:
-        """What each particle (n, 3) moves faster than the grains that took its place [m/s]; zero for every linear field.
-
-        The grains' field u(x) = v_g + G_g (x - x_g) is averaged over the particle's cell and carried from the cell's centroid to the
-        particle with the particle's ``own`` gradient.
-        """
-        field = grain_velocity[self.grain] + np.einsum("sa,sab->sb", self.arm, grain_gradient[self.grain])
-        mean = self._mean(self.particle, field, self.per_particle)
-        carried = mean + np.einsum("na,nab->nb", self.particles - self.centre, own)
-        return np.where((self.per_particle > 0)[:, None], velocity - carried, 0.0)
-
-    def deposited(self, values: np.ndarray) -> np.ndarray:
-        """Mean (k, 3) of particle values (n, 3) over each grain's cell: what the particles there hand to the grain."""
-        return self._mean(self.grain, values[self.particle], self.per_grain)
+    def mean(self, mass: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Mass-weighted mean (k, 3) over each grain's cell of values (s, 3) per point; ``mass`` (n,) of each particle lies evenly on its points."""
+        weight = (np.maximum(mass, 1e-300) / np.maximum(self.per_particle, 1))[self.particle]
+        total = np.bincount(self.grain, weights=weight, minlength=len(self.grains))
+        sums = np.stack([np.bincount(self.grain, weights=weight * values[:, k], minlength=len(self.grains)) for k in range(3)], axis=1)
+        return sums / np.maximum(total, 1e-300)[:, None]
 
     @staticmethod
     def _mean(number: np.ndarray, values: np.ndarray, count: np.ndarray) -> np.ndarray:
@@ -63,12 +57,12 @@ class Overlap:
 @dataclass(frozen=True)
 class Motion:
     """Velocity (k, 3) [m/s] and spin (k, 3) [rad/s] of the kept grains, gradients (n, 3, 3) [1/s] of the particles themselves, and the share
-    of each defect correction that the energy allowed."""
+    of their linear variation that the energy allowed."""
 
     velocity: np.ndarray
     spin: np.ndarray
     own_gradient: np.ndarray
-    shares: tuple[float, ...]
+    share: float
 
 
 def neighbours_used(grain_volume: np.ndarray, particle_volume: np.ndarray) -> int:
@@ -81,6 +75,7 @@ def motion(
     tree: cKDTree,
     velocity: np.ndarray,
     volume: np.ndarray,
+    held: np.ndarray,
     overlap: Overlap,
     mass: np.ndarray,
     radius: np.ndarray,
@@ -90,21 +85,21 @@ def motion(
 ) -> Motion:
     """Velocities and spins for the kept grains.
 
-    ``tree`` over the particles with their ``velocity`` (n, 3) and ``volume`` (n,); ``mass``, ``radius``, ``grain_volume`` and nearest
-    particle ``near`` of each grain (k,); ``energy`` [J] is what the source has for them.
+    ``tree`` over the particles with their ``velocity`` (n, 3), ``volume`` (n,) and mass inside the domain ``held`` (n,); ``mass``, ``radius``,
+    ``grain_volume`` and nearest particle ``near`` of each grain (k,); ``energy`` [J] is what the source has for them. A grain without a point of
+    its own takes the linear fit at its centre.
     """
     count = neighbours_used(grain_volume, volume[near])
-    moved, gradient = interpolation.local_linear(tree, velocity, volume, overlap.grains, count)
+    fitted, gradient = interpolation.local_linear(tree, velocity, volume, overlap.grains, count)
     _, own = interpolation.local_linear(tree, velocity, volume, overlap.particles, count)
     spin = interpolation.rotation_rate(gradient)
     turning = 0.2 * float(np.sum(mass * radius**2 * np.einsum("ij,ij->i", spin, spin)))
-    shares = []
-    for _ in range(_PASSES):
-        step = overlap.deposited(overlap.defect(velocity, own, moved, gradient))
-        room = energy - turning - 0.5 * float(np.sum(mass * np.einsum("ij,ij->i", moved, moved)))
-        shares.append(energy_share(mass, moved, step, room))
-        moved = moved + shares[-1] * step
-    return Motion(moved, spin, own, tuple(shares))
+    some = (overlap.per_grain > 0)[:, None]
+    level = np.where(some, overlap.mean(held, velocity[overlap.particle]), fitted)
+    step = np.where(some, overlap.mean(held, np.einsum("sa,sab->sb", overlap.arm, own[overlap.particle])), 0.0)
+    room = energy - turning - 0.5 * float(np.sum(mass * np.einsum("ij,ij->i", level, level)))
+    share = energy_share(mass, level, step, room)
+    return Motion(level + share * step, spin, own, share)
 
 
 def locally_closed(mass: np.ndarray, tree: cKDTree, wanted: np.ndarray, overlap: Overlap) -> np.ndarray:

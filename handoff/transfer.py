@@ -59,7 +59,7 @@ class Handoff:
     after: closing.Sums
     change: np.ndarray
     scale: float
-    defect_shares: tuple[float, ...]
+    linear_share: float
     plain_mass: float
     size: cavity.Cavity
     columns: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -157,7 +157,9 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     place, radius = bed.position[kept], bed.radius[kept]
     scale = (before.mass - airborne.mass) / raw_mass.sum()
     motion = source.velocity[compact]
-    taken = mapping.motion(tree, motion, volume_of, grid, raw_mass * scale, radius, before.kinetic - airborne.kinetic, volume[kept], near)
+    taken = mapping.motion(
+        tree, motion, volume_of, source.mass[compact] * share, grid, raw_mass * scale, radius, before.kinetic - airborne.kinetic, volume[kept], near
+    )
     velocity, spin = motion[near] if rules.mapping == "nearest" else taken.velocity, taken.spin
     raw = closing.sums(raw_mass, place, velocity, radius, spin) + airborne
     mass = raw_mass * scale
@@ -171,7 +173,7 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     fields = compare.fields_of(bed, kept, samples, heir, (source.mass[compact] * share, motion, taken.own_gradient), raw_mass, velocity, volume)
     return Handoff(
         start, split, compact, share, centre, solid, offset, stays, volume, samples, heir, taken.own_gradient, fields, flying, before, outside, raw, after,
-        moved - velocity, scale, taken.shares, float(plain_mass.sum() + airborne.mass), size, columns,
+        moved - velocity, scale, taken.share, float(plain_mass.sum() + airborne.mass), size, columns,
     )  # fmt: skip
 
 

@@ -66,18 +66,33 @@ def test_sums_after_the_correction_recomputed_from_the_grains(handed):
     assert np.linalg.norm(found - angular) < 1e-10 * arm
 
 
+def gradient_of(field) -> np.ndarray:
+    """Constant gradient (3, 3) of a linear field."""
+    return field(np.eye(3)) - field(np.zeros((1, 3)))
+
+
+def seats(made) -> np.ndarray:
+    """Centroids (k, 3) of the kept grains' cells: what a grain's momentum is that of."""
+    here = made.heir >= 0
+    grain, place = np.cumsum(made.stays)[made.heir[here]] - 1, made.samples.position[here]
+    count = np.maximum(np.bincount(grain, minlength=len(made.start)), 1)
+    return np.stack([np.bincount(grain, weights=place[:, k], minlength=len(made.start)) for k in range(3)], axis=1) / count[:, None]
+
+
 def test_field_against_the_truth(handed):
     name, field, _, made, ledger = handed
     start = made.start
-    truth = field(start.position)
+    truth = field(seats(made))
     error = np.sum(start.mass * np.sum((start.velocity - truth) ** 2, axis=1)) / np.sum(start.mass * np.sum(truth**2, axis=1))
     assert np.sqrt(error) < (0.015 if name in LINEAR else 0.05)
     assert ledger["velocity_field_L2"]["value"] < 0.05
     assert ledger["velocity_direction_deg_mean"]["value"] < 5.0
     assert ledger["momentum_local_rel"]["value"] < 0.05
     assert ledger["kinetic_energy_change_min"]["value"] > -0.05
-    if name in LINEAR:  # the fit itself, before the correction
-        np.testing.assert_allclose(start.velocity - made.change, truth, atol=1e-9 * np.abs(truth).max())
+    if name in LINEAR:  # the remap itself, before the correction: a grain moves as the matter of its cell, spread evenly about each particle
+        off = np.linalg.norm(start.velocity - made.change - truth, axis=1)
+        reach = start.radius.mean() * np.linalg.norm(gradient_of(field))
+        assert np.sqrt(np.mean(off**2)) < 0.1 * reach + 1e-12 and off.max() < 0.7 * reach + 1e-12
 
 
 def test_grains_take_half_the_vorticity_as_spin(handed):
