@@ -18,9 +18,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, QhullError, cKDTree
-from threadpoolctl import threadpool_limits
 
 from matter.errors import InputError
+from matter.jit import one_blas_thread
 
 JOGGLE = 1e-6
 _FLAT = 1e-3  # of a spacing: rms distance of the points from their best plane
@@ -322,7 +322,7 @@ def alpha_shape(points: np.ndarray, spacing: np.ndarray | float, factor: float =
         triangulation = Delaunay((points - shift) / scale)
     except (QhullError, ValueError) as reason:
         raise InputError(f"the points span no tetrahedra ({str(reason).splitlines()[0]})") from None
-    with threadpool_limits(limits=1, user_api="blas"):  # a threaded BLAS takes 100 times longer over these 3 x 3 matrices
+    with one_blas_thread():  # a threaded BLAS takes 100 times longer over these 3 x 3 matrices
         triangulation.transform  # noqa: B018  (computed once, kept by scipy)
     simplices = triangulation.simplices
     corners = points[simplices]

@@ -30,6 +30,10 @@ class Grid(NamedTuple):
     start: np.ndarray
 
 
+_CELLS = 4  # at most, per particle of a level
+_OUTSIDE = 0.02  # share of a scattered level's particles that may lie beyond its box on each side; they share the outermost cells
+
+
 @kernel
 def _cells(position, level, origin, width, shape, offset, cell):
     for i in range(len(position)):
@@ -61,11 +65,16 @@ def sort(position: np.ndarray, h: np.ndarray, half_width: float = np.inf) -> tup
     origin, shape = np.zeros((levels, 3)), np.ones((levels, 3), dtype=np.int64)
     for l in range(levels):
         inside = np.clip(position[level == l], -half_width, half_width)
-        low, high = inside.min(axis=0), inside.max(axis=0)
-        extent = np.maximum(high - low, 1e-9 * largest[l] + 1e-300)
         largest[l] = h[level == l].max()
-        # never more than a few cells per particle: a level whose particles have flown apart gets wide cells
-        width[l] = max(0.5 * largest[l], float(np.prod(np.maximum(extent, largest[l])) / (4.0 * len(inside) + 64.0)) ** (1.0 / 3.0))
+        low, high = inside.min(axis=0), inside.max(axis=0)
+        budget = float(max(_CELLS * len(inside), len(position)) + 64)
+        if np.prod((high - low) / (0.5 * largest[l]) + 1.0) > budget:  # a level whose particles have flown apart: the box of most of them
+            near, far = np.quantile(inside, (_OUTSIDE, 1.0 - _OUTSIDE), axis=0)
+            margin = 0.25 * (far - near) + largest[l]
+            low, high = np.maximum(low, near - margin), np.minimum(high, far + margin)
+        extent = np.maximum(high - low, 1e-9 * largest[l] + 1e-300)
+        # never more than a few cells per particle
+        width[l] = max(0.5 * largest[l], float(np.prod(np.maximum(extent, largest[l])) / budget) ** (1.0 / 3.0))
         origin[l] = low
         shape[l] = np.floor(extent / width[l]).astype(np.int64) + 1
     counts = shape.prod(axis=1)

@@ -16,6 +16,8 @@ from matter.errors import Stopped
 _listeners: list[Callable[[Progress], None]] = []
 _stop = False
 
+_TELLING = 0.003  # share of the whole from which on an ETA is given within the first minute
+
 
 @dataclass
 class Progress:
@@ -44,7 +46,9 @@ class Progress:
     @property
     def eta_s(self) -> float:
         advanced = self.done - self.start
-        return max(0.0, self.elapsed_s * (self.total - self.done) / advanced) if advanced > 0 else float("nan")
+        if advanced <= 0 or (advanced < _TELLING * self.total and self.elapsed_s < 60.0):
+            return float("nan")  # too early to tell: kernels may still have been compiling
+        return max(0.0, self.elapsed_s * (self.total - self.done) / advanced)
 
     def update(self, done: float, note: str = "", force: bool = False) -> None:
         """Report the position; listeners hear of it at most every ``interval_s`` seconds unless ``force``."""

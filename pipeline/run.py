@@ -146,7 +146,9 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
             more["from"] = str(source.resolve())
         else:
             more["sources_sha256"] = provenance.source_key(stages.MODULES[stage])
-            stages.load(stage).run(settings[stage], run_folder, place)
+            module = stages.load(stage)
+            with _one_blas_thread():
+                module.run(settings[stage], run_folder, place)
     except Unsound as reason:
         more["unsound"] = outcome.unsound[stage] = str(reason)
     except BaseException:
@@ -174,6 +176,12 @@ def _clear_the_way(request: Request, interrupted: bool) -> None:
         folder.remove(request.run_folder, request.wanted[0])
     elif request.start and not interrupted:
         folder.forget(request.run_folder, request.start)
+
+
+def _one_blas_thread():
+    from matter import jit
+
+    return jit.one_blas_thread()
 
 
 def _threads(count: int | None) -> int:

@@ -97,31 +97,40 @@ class Cloud:
 class Neighbourhood:
     """The neighbour list of a cloud, rebuilt (and the cloud sorted anew) when a particle has moved so far that it could have a new neighbour.
 
-    A pair closer than h_ij is always listed while nobody has moved more than (reach - 1) h / 2 since the list was built.
+    Every particle has a skin, ``SKIN`` of its h or what it flies in ``AHEAD`` steps (at most ``SKIN_MOST`` of its h): a pair is listed within h_ij
+    plus both skins, so that no pair closer than h_ij is missed while nobody has moved by more than its skin. Fast particles, mostly lone ones,
+    thus do not make the whole list anew at every step. Results do not depend on the skins beyond the order of sums.
     """
 
-    def __init__(self, cloud: Cloud, half_width: float, reach: float = 1.1):
-        self.half_width, self.reach, self.builds = half_width, reach, 0
-        self.found: neighbours.Neighbours | None = None
-        self.rebuild(cloud)
+    SKIN, SKIN_MOST, AHEAD = 0.05, 2.0, 12
 
-    def rebuild(self, cloud: Cloud, places: np.ndarray | None = None) -> None:
-        """Sort the cloud and list its neighbours. ``places``: positions of an earlier list to restore (the cloud is in its order already)."""
-        if places is None:
-            order, grid = neighbours.sort(cloud.position, cloud.smoothing_length, self.half_width)
-            cloud.reorder(order)
-            places = cloud.position
-        else:
-            _, grid = neighbours.sort(places, cloud.smoothing_length, self.half_width)
-        self.places = places.copy()
-        self.found = neighbours.build(self.places, cloud.smoothing_length, grid, self.reach, self.found)
+    def __init__(self, cloud: Cloud, half_width: float):
+        self.half_width, self.builds = half_width, 0
+        self.found: neighbours.Neighbours | None = None
+        self.rebuild(cloud, 0.0)
+
+    def rebuild(self, cloud: Cloud, dt: float) -> None:
+        """Sort the cloud and list its neighbours; ``dt`` [s] the step that skins reckon with."""
+        speed = np.sqrt(np.einsum("ij,ij->i", cloud.velocity, cloud.velocity))
+        h = cloud.smoothing_length
+        reach = h + 2.0 * np.clip(self.AHEAD * dt * speed, self.SKIN * h, self.SKIN_MOST * h)
+        order, grid = neighbours.sort(cloud.position, reach, self.half_width)
+        cloud.reorder(order)
+        self._list(cloud.position.copy(), reach[order], grid)
         self.builds += 1
 
-    def update(self, cloud: Cloud) -> bool:
+    def restore(self, places: np.ndarray, reach: np.ndarray) -> None:
+        """The list that was built with the particles at ``places`` (n, 3) [m], with ``reach`` (n,) [m]; the cloud is in its order already."""
+        self._list(places.copy(), reach.copy(), neighbours.sort(places, reach, self.half_width)[1])
+
+    def _list(self, places: np.ndarray, reach: np.ndarray, grid: neighbours.Grid) -> None:
+        self.places, self.reach = places, reach
+        self.found = neighbours.build(places, reach, grid, 1.0, self.found)
+
+    def update(self, cloud: Cloud, dt: float) -> bool:
         """Rebuild if needed; True when the cloud was sorted anew."""
         moved = cloud.position - self.places
-        limit = 0.5 * (self.reach - 1.0) * cloud.smoothing_length
-        if np.einsum("ij,ij->i", moved, moved).max(initial=0.0) <= limit.min() ** 2 or not (np.einsum("ij,ij->i", moved, moved) > limit**2).any():
+        if not (np.einsum("ij,ij->i", moved, moved) > (0.5 * (self.reach - cloud.smoothing_length)) ** 2).any():
             return False
-        self.rebuild(cloud)
+        self.rebuild(cloud, dt)
         return True

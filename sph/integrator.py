@@ -175,7 +175,7 @@ class Integrator:
             cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_stress, cloud.half_damage, self.hold,
         )  # fmt: skip
         self.time += dt
-        self.neighbourhood.update(cloud)
+        self.neighbourhood.update(cloud, dt)
         if self._gravity_is_stale():
             self._gravity()
         self._evaluate()

@@ -257,7 +257,7 @@ class _Run:
         arrays = {f"cloud/{name}": getattr(i.cloud, name) for name in (*ARRAYS, "flaw_strain")}
         arrays |= {f"rates/{name}": value for name, value in vars(i.rates).items()}
         arrays |= {f"evaluated/{name}": value for name, value in vars(i.evaluated).items() if name != "row"}
-        arrays |= {"places": i.neighbourhood.places, "limits": i.limits}
+        arrays |= {"places": i.neighbourhood.places, "reach": i.neighbourhood.reach, "limits": i.limits}
         scalars = {
             "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "builds": i.neighbourhood.builds,
             "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction,
@@ -272,10 +272,10 @@ class _Run:
         cloud = Cloud(len(arrays["cloud/mass"]))
         for name in (*ARRAYS, "flaw_strain"):
             setattr(cloud, name, arrays[f"cloud/{name}"])
-        current = cloud.position
-        cloud.position = arrays["places"].copy()  # the list is built from where the particles were when it was built
         i = self.integrator = self._integrator(cloud)
-        cloud.position = current
+        for name in (*ARRAYS, "flaw_strain"):  # the order in which they were saved
+            setattr(cloud, name, arrays[f"cloud/{name}"])
+        i.neighbourhood.restore(arrays["places"], arrays["reach"])
         for name in vars(i.rates):
             getattr(i.rates, name)[:] = arrays[f"rates/{name}"]
         for name in vars(i.evaluated):
