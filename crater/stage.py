@@ -28,7 +28,7 @@ from matter.progress import Progress
 GRAVITATIONAL = 6.6743e-11
 REACH = 2.5
 """Columns of the shock stage end at this many expected transient diameters: the far field of the crater, not the far side of the body."""
-SECONDS_PER_SNAPSHOT = 0.33
+SECONDS_PER_SNAPSHOT = 0.42
 """Wall time per snapshot of 15,000 particles on one of 2 cores of a 2.1 GHz server; grows with the particle number."""
 
 

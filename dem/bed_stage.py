@@ -99,7 +99,7 @@ def predict(settings: Settings) -> dict[str, float]:
     """Wall time with warm kernels [s], memory and disk [bytes]; a kept bed costs nothing."""
     n = settings.count
     threads = settling.threads_for(n)
-    return {"wall_s": 3.0 + n * STEPS / (GRAIN_STEPS_PER_S * threads), "memory_bytes": 2.5e8 + 2500.0 * n, "disk_bytes": 400.0 * n}
+    return {"wall_s": 3.0 + n * STEPS / (GRAIN_STEPS_PER_S * threads), "memory_bytes": 2.5e8 + 2500.0 * n, "disk_bytes": 230.0 * n}
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:

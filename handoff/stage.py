@@ -24,7 +24,7 @@ from matter.progress import Progress
 from matter.quantity import PositiveTime
 
 # measured on one core of the 2-core build machine (AVX-512): see benchmarks/handoff.py
-_S_PER_PARTICLE, _S_PER_GRAIN, _S_PER_SNAPSHOT_PARTICLE, _S_FIXED = 6e-5, 1.5e-4, 6e-6, 6.0
+_S_PER_PARTICLE, _S_PER_GRAIN, _S_PER_SNAPSHOT_PARTICLE, _S_FIXED = 6e-5, 1.5e-4, 4e-6, 3.0
 _BYTES_PER_PARTICLE, _BYTES_PER_GRAIN, _BYTES_FIXED = 4000.0, 3500.0, 3e8
 
 
@@ -53,11 +53,11 @@ class Settings(surface.Rules):
 
 def predict(settings: Settings) -> dict[str, float]:
     """Wall time, memory and disk of this stage."""
-    diagnosis = settings.snapshots * (0.12 + _S_PER_SNAPSHOT_PARTICLE * settings.particles) if settings.time == "auto" else 0.0
+    diagnosis = settings.snapshots * (0.05 + _S_PER_SNAPSHOT_PARTICLE * settings.particles) if settings.time == "auto" else 0.0
     return {
         "wall_s": _S_FIXED + _S_PER_PARTICLE * settings.particles + _S_PER_GRAIN * settings.grains + diagnosis,
         "memory_bytes": _BYTES_FIXED + _BYTES_PER_PARTICLE * settings.particles + _BYTES_PER_GRAIN * settings.grains,
-        "disk_bytes": 1.5e6 + 250.0 * settings.grains + 120.0 * settings.particles,
+        "disk_bytes": 1.5e6 + 120.0 * settings.grains + 60.0 * settings.particles,
     }
 
 

@@ -79,8 +79,8 @@ def predict(settings: Settings) -> dict[str, float]:
     per_particle = TUBE_YIELD if settings.integrator == "tube" else YIELD[settings.body]
     lots = math.ceil(settings.encounters / per_particle / conditions.CHUNK) + (2 if settings.integrator != "rkck" else 0)
     particles = lots * conditions.CHUNK if settings.integrator != "rkck" else settings.encounters / per_particle
-    table = 2.0 * settings.encounters * BYTES_PER_ENTRY
-    return {"wall_s": 1.5 + 0.5 * particles * COST_S[settings.integrator], "memory_bytes": 3e8 + 3.0 * table, "disk_bytes": 5e4 + table}
+    table = settings.encounters * BYTES_PER_ENTRY
+    return {"wall_s": 1.5 + 0.5 * particles * COST_S[settings.integrator], "memory_bytes": 3e8 + 6.0 * table, "disk_bytes": 5e4 + table}
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
