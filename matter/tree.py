@@ -1,7 +1,7 @@
 """Self-gravity by an octree with quadrupoles, walked by groups (Barnes & Hut 1986; Barnes 1990).
 
     g_i = sum_j G m_j x_ij / (r^2 + eps_ij^2)^(3/2),   eps_ij^2 = (eps_i^2 + eps_j^2) / 2     (pairs: exactly antisymmetric)
-    node: monopole and traceless quadrupole about its centre of mass, taken when (l + d) / theta < D
+    node: monopole and traceless quadrupole about its centre of mass, with its mean eps^2, taken when (l + d) / theta < D
 
 with l the edge of the node's cell, d the distance of its centre of mass from the cell's centre and D the distance from the nearest point of the group's
 bounding sphere. A group of neighbouring particles shares one walk and one interaction list, which is then summed in vectorised loops.
@@ -32,7 +32,7 @@ class Tree(NamedTuple):
     leaf: np.ndarray
     edge: np.ndarray
     centre: np.ndarray
-    moment: np.ndarray  # (nodes, 10): centre of mass, mass, quadrupole xx xy xz yy yz zz
+    moment: np.ndarray  # (nodes, 11): centre of mass, mass, quadrupole xx xy xz yy yz zz, mean eps^2
     group: np.ndarray  # nodes that are walked as one group
 
 
@@ -99,22 +99,25 @@ def _nodes(key, low, edge0, first, last, skip, leaf, edge, centre, group):
 
 
 @kernel
-def _moments(nodes, position, mass, first, last, skip, leaf, moment):
-    """Mass, centre of mass and traceless quadrupole of every node, children before parents; turns ``skip`` from parent into next node."""
+def _moments(nodes, position, mass, eps2, first, last, skip, leaf, moment):
+    """Mass, centre of mass, traceless quadrupole and mean eps^2 of every node, children before parents; turns ``skip`` from parent into next node."""
     for k in range(nodes):
-        for c in range(10):
+        for c in range(11):
             moment[k, c] = 0.0
     for k in range(nodes - 1, -1, -1):
         if leaf[k]:
             for i in range(first[k], last[k]):
                 moment[k, 3] += mass[i]
+                moment[k, 10] += mass[i] * eps2[i]
                 for a in range(3):
                     moment[k, a] += mass[i] * position[i, a]
         for a in range(3):
             moment[k, a] /= max(moment[k, 3], 1e-300)
+        moment[k, 10] /= max(moment[k, 3], 1e-300)
         parent = skip[k]
         if parent >= 0:
             moment[parent, 3] += moment[k, 3]
+            moment[parent, 10] += moment[k, 3] * moment[k, 10]
             for a in range(3):
                 moment[parent, a] += moment[k, 3] * moment[k, a]
     for k in range(nodes - 1, -1, -1):
@@ -149,8 +152,8 @@ def _add_quadrupole(moment, k, m, x, y, z):
     moment[k, 9] += m * (3.0 * dz * dz - r2)
 
 
-def build(position: np.ndarray, mass: np.ndarray) -> Tree:
-    """The octree of particles at ``position`` (n, 3) [m] with ``mass`` (n,) [kg]. Building costs about 1 % of a walk, so build anew for every evaluation."""
+def build(position: np.ndarray, mass: np.ndarray, softening: np.ndarray) -> Tree:
+    """The octree of particles at ``position`` (n, 3) [m] with ``mass`` (n,) [kg] and ``softening`` (n,) [m]. Building costs about 1 % of a walk, so build anew for every evaluation."""
     n = len(position)
     low, high = position.min(axis=0), position.max(axis=0)
     edge0 = float((high - low).max()) * (1.0 + 1e-9) + 1e-300
@@ -167,8 +170,8 @@ def build(position: np.ndarray, mass: np.ndarray) -> Tree:
         if nodes >= 0:
             break
         room *= 2
-    moment = np.empty((nodes, 10))
-    _moments(nodes, position[order], mass[order], first, last, skip, leaf, moment)
+    moment = np.empty((nodes, 11))
+    _moments(nodes, position[order], mass[order], softening[order] ** 2, first, last, skip, leaf, moment)
     return Tree(order, first[:nodes], last[:nodes], skip[:nodes], leaf[:nodes], edge[:nodes], centre[:nodes], moment, group[:groups])
 
 
@@ -176,12 +179,11 @@ _LIST = 2048  # interaction lists are summed and emptied whenever they are full
 
 
 @kernel(fastmath=True)
-def _sum_nodes(i, x, y, z, nodes, count, out):
-    ax, ay, az = 0.0, 0.0, 0.0
+def _sum_nodes(i, x, y, z, eps2, nodes, count, out):
+    ax, ay, az, depth = 0.0, 0.0, 0.0, 0.0
     for k in range(count):
         dx, dy, dz = nodes[0, k] - x[i], nodes[1, k] - y[i], nodes[2, k] - z[i]
-        r2 = dx * dx + dy * dy + dz * dz
-        inv2 = 1.0 / r2
+        inv2 = 1.0 / (dx * dx + dy * dy + dz * dz + 0.5 * (eps2[i] + nodes[10, k]))
         inv = np.sqrt(inv2)
         inv3 = inv * inv2
         inv5 = inv3 * inv2
@@ -189,43 +191,49 @@ def _sum_nodes(i, x, y, z, nodes, count, out):
         qy = nodes[5, k] * dx + nodes[7, k] * dy + nodes[8, k] * dz
         qz = nodes[6, k] * dx + nodes[8, k] * dy + nodes[9, k] * dz
         # phi = -m/r - Q:xx / (2 r^5);  g = -grad phi with x from particle to node
-        radial = nodes[3, k] * inv3 + 2.5 * (qx * dx + qy * dy + qz * dz) * inv5 * inv2
+        quadrupole = (qx * dx + qy * dy + qz * dz) * inv5
+        radial = nodes[3, k] * inv3 + 2.5 * quadrupole * inv2
+        depth += nodes[3, k] * inv + 0.5 * quadrupole
         ax += radial * dx - qx * inv5
         ay += radial * dy - qy * inv5
         az += radial * dz - qz * inv5
     out[i, 0] += ax
     out[i, 1] += ay
     out[i, 2] += az
+    out[i, 3] += depth
 
 
 @kernel(fastmath=True)
 def _sum_particles(i, x, y, z, eps2, near, count, out):
-    ax, ay, az = 0.0, 0.0, 0.0
+    ax, ay, az, depth = 0.0, 0.0, 0.0, 0.0
     for k in range(count):
         dx, dy, dz = near[0, k] - x[i], near[1, k] - y[i], near[2, k] - z[i]
         # the tiny addend keeps a particle's pull on itself finite (it is zero) where there is no softening
         s2 = dx * dx + dy * dy + dz * dz + 0.5 * (eps2[i] + near[4, k]) + 1e-30
-        pull = near[3, k] / (s2 * np.sqrt(s2))
+        well = near[3, k] / np.sqrt(s2)
+        pull = well / s2
+        depth += well
         ax += pull * dx
         ay += pull * dy
         az += pull * dz
     out[i, 0] += ax
     out[i, 1] += ay
     out[i, 2] += az
+    out[i, 3] += depth
 
 
 @parallel_kernel(fastmath=True)
 def _walk(theta, x, y, z, mass, eps2, first, last, skip, leaf, edge, centre, moment, group, out):
     nodes_total = len(first)
     for g in prange(len(group)):
-        nodes, near = np.empty((10, _LIST)), np.empty((5, _LIST))
+        nodes, near = np.empty((11, _LIST)), np.empty((5, _LIST))
         a, b = first[group[g]], last[group[g]]
         cx, cy, cz = 0.0, 0.0, 0.0
         for i in range(a, b):
             cx += x[i]
             cy += y[i]
             cz += z[i]
-            out[i, 0], out[i, 1], out[i, 2] = 0.0, 0.0, 0.0
+            out[i, 0], out[i, 1], out[i, 2], out[i, 3] = 0.0, 0.0, 0.0, 0.0
         cx, cy, cz = cx / (b - a), cy / (b - a), cz / (b - a)
         radius2 = 0.0
         for i in range(a, b):
@@ -238,7 +246,7 @@ def _walk(theta, x, y, z, mass, eps2, first, last, skip, leaf, edge, centre, mom
             dx, dy, dz = moment[k, 0] - cx, moment[k, 1] - cy, moment[k, 2] - cz
             distance = np.sqrt(dx * dx + dy * dy + dz * dz) - radius
             if distance * theta > size:
-                for c in range(10):
+                for c in range(11):
                     nodes[c, far_count] = moment[k, c]
                 far_count += 1
                 k = skip[k]
@@ -256,10 +264,10 @@ def _walk(theta, x, y, z, mass, eps2, first, last, skip, leaf, edge, centre, mom
                 k += 1
             if far_count == _LIST:
                 for i in range(a, b):
-                    _sum_nodes(i, x, y, z, nodes, far_count, out)
+                    _sum_nodes(i, x, y, z, eps2, nodes, far_count, out)
                 far_count = 0
         for i in range(a, b):
-            _sum_nodes(i, x, y, z, nodes, far_count, out)
+            _sum_nodes(i, x, y, z, eps2, nodes, far_count, out)
             _sum_particles(i, x, y, z, eps2, near, near_count, out)
 
 
@@ -272,15 +280,20 @@ def gravity(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta
 
     The sum over a tree is not exactly antisymmetric: see ``remove_net_force``.
     """
-    tree = build(position, mass)
+    return np.ascontiguousarray(G * _sums(position, mass, softening, theta)[:, :3])
+
+
+def _sums(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float) -> np.ndarray:
+    """Acceleration and minus the potential of every particle (n, 4), both over G; the particle's own well is included."""
+    tree = build(position, mass, softening)
     x, y, z = (np.ascontiguousarray(position[tree.order, axis]) for axis in range(3))
-    out = np.empty((len(mass), 3))
+    out = np.empty((len(mass), 4))
     _walk(
         theta, x, y, z, mass[tree.order], softening[tree.order] ** 2,
         tree.first, tree.last, tree.skip, tree.leaf, tree.edge, tree.centre, tree.moment, tree.group, out,
     )  # fmt: skip
     result = np.empty_like(out)
-    result[tree.order] = G * out
+    result[tree.order] = out
     return result
 
 
@@ -295,8 +308,12 @@ def _direct_potential(x, y, z, mass, eps2, out):
         out[i] = total - mass[i] / np.sqrt(eps2[i] + 1e-30)
 
 
-def potential_energy(position: np.ndarray, mass: np.ndarray, softening: np.ndarray) -> float:
-    """The gravitational energy [J] by the direct sum over all pairs: exact, so that what a tree gets wrong shows in the total. O(n^2)."""
+def potential_energy(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float = 0.0) -> float:
+    """The gravitational energy [J]: by the direct sum over all pairs, O(n^2), so that what a tree gets wrong shows in the total; with an opening
+    angle ``theta`` > 0 by the tree (at 0.3 to 3e-6)."""
+    if theta > 0.0:
+        own = mass / np.sqrt(softening**2 + 1e-30)
+        return float(-0.5 * G * np.dot(mass, _sums(position, mass, softening, theta)[:, 3] - own))
     x, y, z = (np.ascontiguousarray(position[:, axis]) for axis in range(3))
     out = np.empty(len(mass))
     _direct_potential(x, y, z, mass, softening**2, out)

@@ -18,11 +18,13 @@ COLUMNS = (
     "steps list_builds gravity_evaluations gravity_correction removed_angular_momentum_x removed_angular_momentum_y removed_angular_momentum_z"
 ).split()
 
+DIRECT, FINE = 40_000, 0.3  # particles up to which the potential energy is summed over all pairs; opening angle of the tree beyond
+
 
 def row(integrator: Integrator) -> dict[str, float | str]:
     """One line of ``history.csv`` (SI), names in ``COLUMNS``.
 
-    The gravitational energy is the direct sum over all pairs, so that ``total_J`` shows what the tree, frozen gravity, the steps and every clipping
+    The gravitational energy is the direct sum over all pairs (a finer tree's above ``DIRECT`` particles), so that ``total_J`` shows what the tree, frozen gravity, the steps and every clipping
     (tension cut, pressure of lost particles) get wrong; nothing is taken out of it. Ejected: unbound (v^2/2 > G M / r). Lost: particles whose neighbours
     have gone, with the internal energy that they keep.
     """
@@ -32,7 +34,7 @@ def row(integrator: Integrator) -> dict[str, float | str]:
     momentum = m @ v
     spin = m @ np.cross(x, v)
     kinetic, internal = 0.5 * float(m @ v2), float(m @ cloud.specific_energy)
-    gravitational = tree.potential_energy(x, m, integrator.softening)
+    gravitational = tree.potential_energy(x, m, integrator.softening, 0.0 if len(m) <= DIRECT else FINE)
     r = np.linalg.norm(x, axis=1)
     unbound = 0.5 * v2 > tree.G * m.sum() / r
     lost = state.holding_array(cloud.neighbours) <= 0.0
