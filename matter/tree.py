@@ -153,7 +153,10 @@ def _add_quadrupole(moment, k, m, x, y, z):
 
 
 def build(position: np.ndarray, mass: np.ndarray, softening: np.ndarray) -> Tree:
-    """The octree of particles at ``position`` (n, 3) [m] with ``mass`` (n,) [kg] and ``softening`` (n,) [m]. Building costs about 1 % of a walk, so build anew for every evaluation."""
+    """The octree of particles at ``position`` (n, 3) [m] with ``mass`` (n,) [kg] and ``softening`` (n,) [m].
+
+    Building costs about 1 % of a walk, so build anew for every evaluation.
+    """
     n = len(position)
     low, high = position.min(axis=0), position.max(axis=0)
     edge0 = float((high - low).max()) * (1.0 + 1e-9) + 1e-300

@@ -24,9 +24,9 @@ DIRECT, FINE = 40_000, 0.3  # particles up to which the potential energy is summ
 def row(integrator: Integrator) -> dict[str, float | str]:
     """One line of ``history.csv`` (SI), names in ``COLUMNS``.
 
-    The gravitational energy is the direct sum over all pairs (a finer tree's above ``DIRECT`` particles), so that ``total_J`` shows what the tree, frozen gravity, the steps and every clipping
-    (tension cut, pressure of lost particles) get wrong; nothing is taken out of it. Ejected: unbound (v^2/2 > G M / r). Lost: particles whose neighbours
-    have gone, with the internal energy that they keep.
+    The gravitational energy is the direct sum over all pairs (a finer tree's above ``DIRECT`` particles), so that ``total_J`` shows what the tree,
+    frozen gravity, the steps and every clipping (tension cut, pressure of lost particles) get wrong; nothing is taken out of it. Ejected: unbound
+    (v^2/2 > G M / r). Lost: particles whose neighbours have gone, with the internal energy that they keep.
     """
     cloud = integrator.cloud
     m, v, x = cloud.mass, cloud.velocity, cloud.position
