@@ -186,8 +186,8 @@ def _sum_nodes(i, x, y, z, eps2, nodes, count, out):
     ax, ay, az, depth = 0.0, 0.0, 0.0, 0.0
     for k in range(count):
         dx, dy, dz = nodes[0, k] - x[i], nodes[1, k] - y[i], nodes[2, k] - z[i]
-        inv2 = 1.0 / (dx * dx + dy * dy + dz * dz + 0.5 * (eps2[i] + nodes[10, k]))
-        inv = np.sqrt(inv2)
+        inv = 1.0 / np.sqrt(dx * dx + dy * dy + dz * dz + 0.5 * (eps2[i] + nodes[10, k]))
+        inv2 = inv * inv
         inv3 = inv * inv2
         inv5 = inv3 * inv2
         qx = nodes[4, k] * dx + nodes[5, k] * dy + nodes[6, k] * dz
@@ -213,8 +213,9 @@ def _sum_particles(i, x, y, z, eps2, near, count, out):
         dx, dy, dz = near[0, k] - x[i], near[1, k] - y[i], near[2, k] - z[i]
         # the tiny addend keeps a particle's pull on itself finite (it is zero) where there is no softening
         s2 = dx * dx + dy * dy + dz * dz + 0.5 * (eps2[i] + near[4, k]) + 1e-30
-        well = near[3, k] / np.sqrt(s2)
-        pull = well / s2
+        inv = 1.0 / np.sqrt(s2)
+        well = near[3, k] * inv
+        pull = well * (inv * inv)
         depth += well
         ax += pull * dx
         ay += pull * dy

@@ -102,7 +102,7 @@ class Neighbourhood:
     thus do not make the whole list anew at every step. Results do not depend on the skins beyond the order of sums.
     """
 
-    SKIN, SKIN_MOST, AHEAD = 0.05, 2.0, 12
+    SKIN, SKIN_MOST, AHEAD = 0.02, 2.0, 12
 
     def __init__(self, cloud: Cloud, half_width: float):
         self.half_width, self.builds = half_width, 0

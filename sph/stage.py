@@ -261,7 +261,7 @@ class _Run:
         scalars = {
             "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "builds": i.neighbourhood.builds,
             "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction,
-            "torque_removed": i.torque_removed, "times": json.dumps(self.times),
+            "gravity_time": i.gravity_time, "torque_removed": i.torque_removed, "times": json.dumps(self.times),
         }  # fmt: skip
         self.history.write()
         checkpoint.save(self.out, i.steps + (10**8 if self.phase == "impact" else 0), arrays, scalars)
@@ -285,6 +285,7 @@ class _Run:
         i.time, i.dt, i.steps = float(scalars["time"]), float(scalars["dt"]), int(scalars["steps"])
         i.neighbourhood.builds = int(scalars["builds"])
         i.gravity_evaluations, i.gravity_correction = int(scalars["gravity_evaluations"]), float(scalars["gravity_correction"])
+        i.gravity_time = float(scalars["gravity_time"])
         i.torque_removed[:] = scalars["torque_removed"]
         self.times = json.loads(scalars["times"])
         self.phase = str(scalars["phase"])
