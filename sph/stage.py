@@ -25,7 +25,7 @@ from sph import target as bodies
 from sph import timestep
 from sph.cloud import ARRAYS, Cloud
 from sph.damage import grady_kipp
-from sph.history import History
+from sph.history import DIRECT, History
 from sph.integrator import Integrator
 
 _CHECKPOINT_WALL = 20.0  # seconds of wall time between checkpoints
@@ -105,7 +105,8 @@ def predict(settings: Settings) -> dict[str, float]:
     relax = settings.relaxation_time / quiet if settings.target.start == "relaxed" else 0.0
     evaluations = steps * (1.0 if settings.gravity_shift == 0 else 0.3)
     rows = settings.end_time / settings.history_interval
-    wall = n * (_SECONDS_PER_STEP * (steps + relax) + _SECONDS_PER_GRAVITY * evaluations) + rows * _SECONDS_PER_PAIR * n**2 + 3.0
+    energies = _SECONDS_PER_PAIR * n**2 if n <= DIRECT else 5e-6 * n
+    wall = n * (_SECONDS_PER_STEP * (steps + relax) + _SECONDS_PER_GRAVITY * evaluations) + rows * energies + 3.0
     snapshots = settings.end_time / settings.snapshot_interval + 2.0
     sizes = {"particles": n, "snapshots": snapshots}
     return {"wall_s": wall, "memory_bytes": 3e8 + 1400.0 * n, "disk_bytes": snapshots * 190.0 * n, **sizes}
