@@ -109,7 +109,7 @@ def predict(settings: Settings) -> dict[str, float]:
     wall = n * (_SECONDS_PER_STEP * (steps + relax) + _SECONDS_PER_GRAVITY * evaluations) + rows * energies + 3.0
     snapshots = settings.end_time / settings.snapshot_interval + 2.0
     sizes = {"particles": n, "snapshots": snapshots}
-    return {"wall_s": wall, "memory_bytes": 3e8 + 1400.0 * n, "disk_bytes": snapshots * 190.0 * n, **sizes}
+    return {"wall_s": wall, "memory_bytes": 3e8 + 2800.0 * n, "disk_bytes": snapshots * 190.0 * n, **sizes}
 
 
 def _read_impact(settings: Settings, inputs: Path) -> Impact:
