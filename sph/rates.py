@@ -5,8 +5,12 @@ With V_j = m_j / rho_j, sigma = S - P 1 (effective), h_ij = (h_i + h_j) / 2, W =
     a_i      = (1 / rho_i) sum_j V_j (sigma_i + sigma_j) . grad_i W  -  sum_j m_j Pi_ij grad_i W
     L_i      = sum_j V_j v_ji (x) grad_i W                               velocity gradient, plain
     drho_i   = -rho_i tr L_i
-    du_i     = (1 / rho_i) sigma_i : L_i + (1/2) sum_j m_j Pi_ij v_ij . grad_i W
+    du_i     = (1 / rho_i) sigma_i : L_i + sum_j w_ij m_j Pi_ij v_ij . grad_i W      w_ij = V_i / (V_i + V_j)
     dS_i     = 2 mu (eps - tr eps / 3) + S.Omega^T + Omega.S             eps, Omega from L_i C_i with C_i = (sum_j V_j x_ji (x) grad_i W)^-1
+
+The heat of viscosity is shared by volume: a pair of one material ends with one specific energy, as behind a shock, however unlike its particles. (Shared
+by halves, a light particle that meets heavy ones is heated by their mass ratio too much: projectile particles a seventeenth of the target's
+overshoot the planar limit of 111 GPa to 160 GPa; by volume they reach 84.)
 
 Force and energy are exact conjugates (sum m v.a + sum m du = 0 to rounding for any sigma), pairs are antisymmetric (momentum), and the volume form
 survives density jumps between layers. The correction C enters only the strain and rotation rates of the stress, where it makes rigid rotation exact
@@ -60,7 +64,7 @@ def _pairs(
                     s[c, k] = row[i, c]
                 s[0, k] += 1e3 * row[i, 8]
             x, y, z, vx, vy, vz = row[i, 0], row[i, 1], row[i, 2], row[i, 3], row[i, 4], row[i, 5]
-            rho_inv, h, c_i = row[i, 7], row[i, 8], row[i, 9]
+            volume, rho_inv, h, c_i = row[i, 6], row[i, 7], row[i, 8], row[i, 9]
             txx, txy, txz, tyy, tyz, tzz = row[i, 10], row[i, 11], row[i, 12], row[i, 13], row[i, 14], row[i, 15]
             ax, ay, az, heat, slowest, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -83,7 +87,7 @@ def _pairs(
                 inside = 1.0 if r < hij else 0.0
                 slowest = fast_min(slowest, mu * inside)
                 near += inside
-                heat += 0.5 * push * vr * F
+                heat += volume / (volume + V) * push * vr * F
                 w = V * rho_inv
                 sxx, sxy, sxz = txx + s[10, k], txy + s[11, k], txz + s[12, k]
                 syy, syz, szz = tyy + s[13, k], tyz + s[14, k], tzz + s[15, k]
