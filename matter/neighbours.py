@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from matter.gather import LANES, WIDE, append_passed, reserve
 from matter.jit import kernel, parallel_kernel, prange
 
 
@@ -68,13 +69,13 @@ def sort(position: np.ndarray, h: np.ndarray, half_width: float = np.inf) -> tup
         largest[l] = h[level == l].max()
         low, high = inside.min(axis=0), inside.max(axis=0)
         budget = float(max(_CELLS * len(inside), len(position)) + 64)
-        if np.prod((high - low) / (0.5 * largest[l]) + 1.0) > budget:  # a level whose particles have flown apart: the box of most of them
+        if np.prod((high - low) / largest[l] + 1.0) > budget:  # a level whose particles have flown apart: the box of most of them
             near, far = np.quantile(inside, (_OUTSIDE, 1.0 - _OUTSIDE), axis=0)
             margin = 0.25 * (far - near) + largest[l]
             low, high = np.maximum(low, near - margin), np.minimum(high, far + margin)
         extent = np.maximum(high - low, 1e-9 * largest[l] + 1e-300)
         # never more than a few cells per particle
-        width[l] = max(0.5 * largest[l], float(np.prod(np.maximum(extent, largest[l])) / budget) ** (1.0 / 3.0))
+        width[l] = max(largest[l], float(np.prod(np.maximum(extent, largest[l])) / budget) ** (1.0 / 3.0))
         origin[l] = low
         shape[l] = np.floor(extent / width[l]).astype(np.int64) + 1
     counts = shape.prod(axis=1)
@@ -86,67 +87,138 @@ def sort(position: np.ndarray, h: np.ndarray, half_width: float = np.inf) -> tup
     return order, Grid(largest, width, origin, shape, offset[:-1].copy(), start)
 
 
-_BLOCK = 128
+_BLOCK = 16  # cells that a thread takes at a time
 
 
-@parallel_kernel(fastmath=True)
-def _fill(x, y, z, h, reach, largest, width, origin, shape, offset, start, neighbour, count):
-    n, stride = neighbour.shape
-    blocks = (n + _BLOCK - 1) // _BLOCK
-    for block in prange(blocks):
-        distance = np.empty(4096)
-        for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-            found = 0
-            for l in range(len(width)):
-                radius = 0.5 * reach * (h[i] + largest[l])
+@kernel(fastmath=True)
+def _fill_some(lower, upper, x, y, z, h, reach, largest, width, origin, shape, offset, start, cells, level, cursor, index, entry, count):
+    """Rows of the particles of cells ``cells[lower:upper]``.
+
+    The particles of a cell look through the same cells around it: these are copied together once and tested in whole registers.
+    """
+    levels = len(width)
+    room = 1024
+    candidate = np.empty(room, dtype=np.int32)
+    near = np.empty((4, room))
+    inside = np.empty(room, dtype=np.int8)
+    own, used = np.empty(8 * room, dtype=np.int32), 0  # the rows of this thread's cells, copied to their place together
+    for c in range(lower, upper):
+        first, end = start[cells[c]], start[cells[c] + 1]
+        while first < end:
+            # the particles of the cell, or one at a time where they lie further apart than a cell is wide (the outermost cells have no end)
+            last = end
+            box = np.array([x[first], x[first], y[first], y[first], z[first], z[first]])
+            high = h[first]
+            for i in range(first + 1, end):
+                box[0], box[1] = min(box[0], x[i]), max(box[1], x[i])
+                box[2], box[3] = min(box[2], y[i]), max(box[3], y[i])
+                box[4], box[5] = min(box[4], z[i]), max(box[5], z[i])
+                high = max(high, h[i])
+            if max(box[1] - box[0], box[3] - box[2], box[5] - box[4]) > 1.01 * width[level[c]]:
+                last = first + 1
+                box[0], box[1], box[2], box[3], box[4], box[5] = x[first], x[first], y[first], y[first], z[first], z[first]
+                high = h[first]
+            many = 0
+            for l in range(levels):
+                radius = 0.5 * reach * (high + largest[l])
                 inverse = 1.0 / width[l]
                 nx, ny, nz = shape[l, 0], shape[l, 1], shape[l, 2]
-                x0 = min(max(int((x[i] - radius - origin[l, 0]) * inverse), 0), nx - 1)
-                x1 = min(max(int((x[i] + radius - origin[l, 0]) * inverse), 0), nx - 1)
-                y0 = min(max(int((y[i] - radius - origin[l, 1]) * inverse), 0), ny - 1)
-                y1 = min(max(int((y[i] + radius - origin[l, 1]) * inverse), 0), ny - 1)
-                z0 = min(max(int((z[i] - radius - origin[l, 2]) * inverse), 0), nz - 1)
-                z1 = min(max(int((z[i] + radius - origin[l, 2]) * inverse), 0), nz - 1)
+                x0 = min(max(int((box[0] - radius - origin[l, 0]) * inverse), 0), nx - 1)
+                x1 = min(max(int((box[1] + radius - origin[l, 0]) * inverse), 0), nx - 1)
+                y0 = min(max(int((box[2] - radius - origin[l, 1]) * inverse), 0), ny - 1)
+                y1 = min(max(int((box[3] + radius - origin[l, 1]) * inverse), 0), ny - 1)
+                z0 = min(max(int((box[4] - radius - origin[l, 2]) * inverse), 0), nz - 1)
+                z1 = min(max(int((box[5] + radius - origin[l, 2]) * inverse), 0), nz - 1)
                 for cz in range(z0, z1 + 1):
                     for cy in range(y0, y1 + 1):
                         row = offset[l] + (cz * ny + cy) * nx
-                        first, last = start[row + x0], start[row + x1 + 1]
-                        while first < last:  # in pieces of the scratch array: distances vectorised, then a branchless append
-                            piece = min(last - first, 4096)
-                            for k in range(piece):
-                                j = first + k
-                                dx, dy, dz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-                                limit = 0.5 * reach * (h[i] + h[j])
-                                distance[k] = limit * limit - (dx * dx + dy * dy + dz * dz)
-                            for k in range(piece):
-                                slot = min(found, stride - 1)
-                                neighbour[i, slot] = first + k
-                                found += 1 if (distance[k] > 0.0 and first + k != i) else 0
-                            first += piece
-            count[i] = found
+                        begin, piece = start[row + x0], start[row + x1 + 1] - start[row + x0]
+                        if many + piece > room:
+                            room = 2 * (many + piece)
+                            more, wider = np.empty(room, dtype=np.int32), np.empty((4, room))
+                            for k in range(many):
+                                more[k] = candidate[k]
+                                wider[0, k], wider[1, k], wider[2, k], wider[3, k] = near[0, k], near[1, k], near[2, k], near[3, k]
+                            candidate, near, inside = more, wider, np.empty(room, dtype=np.int8)
+                        for k in range(piece):
+                            candidate[many + k] = begin + k
+                        for k in range(piece):
+                            near[0, many + k] = x[begin + k]
+                            near[1, many + k] = y[begin + k]
+                            near[2, many + k] = z[begin + k]
+                            near[3, many + k] = h[begin + k]
+                        many += piece
+            padded = (many + WIDE - 1) // WIDE * WIDE
+            if padded > room:
+                room = 2 * padded
+                more, wider = np.empty(room, dtype=np.int32), np.empty((4, room))
+                for k in range(many):
+                    more[k] = candidate[k]
+                    wider[0, k], wider[1, k], wider[2, k], wider[3, k] = near[0, k], near[1, k], near[2, k], near[3, k]
+                candidate, near, inside = more, wider, np.empty(room, dtype=np.int8)
+            for i in range(first, last):
+                xi, yi, zi, hi = x[i], y[i], z[i], h[i]
+                for k in range(many):
+                    dx, dy, dz = near[0, k] - xi, near[1, k] - yi, near[2, k] - zi
+                    limit = 0.5 * reach * (hi + near[3, k])
+                    inside[k] = (limit * limit > dx * dx + dy * dy + dz * dz) & (candidate[k] != i)
+                for k in range(many, padded):
+                    inside[k] = 0
+                if used + padded + 2 * WIDE > len(own):
+                    longer = np.empty(2 * (len(own) + padded + 2 * WIDE), dtype=np.int32)
+                    for k in range(used):
+                        longer[k] = own[k]
+                    own = longer
+                entry[i] = used
+                for k in range(0, padded, WIDE):
+                    used += append_passed(candidate, inside, k, own, used)
+                count[i] = used - entry[i]
+                while (used - entry[i]) % LANES != 0:
+                    own[used] = i
+                    used += 1
+            first = last
+    place = reserve(cursor, used)
+    if place + used <= len(index):
+        for k in range(used):
+            index[place + k] = own[k]
+    for c in range(lower, upper):
+        for i in range(start[cells[c]], start[cells[c] + 1]):
+            entry[i] += place
+
+
+@parallel_kernel
+def _fill(x, y, z, h, reach, largest, width, origin, shape, offset, start, cells, level, cursor, index, entry, count):
+    for block in prange((len(cells) + _BLOCK - 1) // _BLOCK):
+        lower, upper = block * _BLOCK, min(len(cells), (block + 1) * _BLOCK)
+        _fill_some(lower, upper, x, y, z, h, reach, largest, width, origin, shape, offset, start, cells, level, cursor, index, entry, count)
 
 
 @dataclass(frozen=True)
 class Neighbours:
-    """``index[i, :count[i]]`` are the neighbours of particle i (both directions are listed); rows are padded to the stride of ``index``."""
+    """``index[entry[i] : entry[i] + count[i]]`` are the neighbours of particle i (both directions are listed); up to a multiple of ``gather.LANES`` i
+    itself follows. Where a row lies depends on the threads, what it holds does not."""
 
     index: np.ndarray
+    entry: np.ndarray
     count: np.ndarray
 
 
 def build(position: np.ndarray, h: np.ndarray, grid: Grid, reach: float = 1.0, previous: Neighbours | None = None) -> Neighbours:
     """All neighbours within ``reach`` (h_i + h_j) / 2 of every particle; particles in the order of ``sort``.
 
-    Memory of ``previous`` is used again where it fits; rows grow until every neighbour has a place (nothing is ever dropped).
+    Memory of ``previous`` is used again where it fits; it grows until every neighbour has a place (nothing is ever dropped).
     """
     n = len(position)
     x, y, z = (np.ascontiguousarray(position[:, axis]) for axis in range(3))
-    stride = 96 if previous is None else previous.index.shape[1]
-    index = previous.index if previous is not None and previous.index.shape[0] == n else np.empty((n, stride), dtype=np.int32)
-    count = np.empty(n, dtype=np.int32)
+    index = previous.index if previous is not None else np.empty(48 * n, dtype=np.int32)
+    entry, count = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32)
+    cells = np.flatnonzero(np.diff(grid.start))
+    level = np.searchsorted(grid.offset, cells, side="right") - 1
     while True:
-        _fill(x, y, z, h, reach, grid.largest, grid.width, grid.origin, grid.shape, grid.offset, grid.start, index, count)
-        most = int(count.max(initial=0))
-        if most < index.shape[1]:
-            return Neighbours(index, count)
-        index = np.empty((n, (most // 16 + 2) * 16), dtype=np.int32)
+        cursor = np.zeros(1, dtype=np.int64)
+        _fill(
+            x, y, z, h, reach, grid.largest, grid.width, grid.origin, grid.shape, grid.offset, grid.start, cells, level, cursor, index, entry, count
+        )  # fmt: skip
+        if cursor[0] <= len(index):
+            return Neighbours(index, entry, count)
+        index = np.empty(int(1.1 * cursor[0]), dtype=np.int32)

@@ -44,12 +44,12 @@ def _rotation(a: float, b: float, c: float) -> np.ndarray:
 
 
 @kernel
-def _repel(position, spacing, index, count, moves, move):
+def _repel(position, spacing, index, entry, count, moves, move):
     """One sweep: neighbours closer than 1.7 spacings push each other apart: fills ``move`` (first ``moves`` points)."""
     for i in range(moves):
         mx, my, mz = 0.0, 0.0, 0.0
         for k in range(count[i]):
-            j = index[i, k]
+            j = index[entry[i] + k]
             dx, dy, dz = position[i, 0] - position[j, 0], position[i, 1] - position[j, 1], position[i, 2] - position[j, 2]
             r = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-300
             q = r / (0.85 * (spacing[i] + spacing[j]))
@@ -63,13 +63,13 @@ def _repel(position, spacing, index, count, moves, move):
 
 
 @kernel
-def _number_density(position, spacing, index, count, wanted, out):
+def _number_density(position, spacing, index, entry, count, wanted, out):
     for i in range(wanted):
         h = 2.0 * spacing[i]
         norm = 8.0 / (math.pi * h**3)
         total = norm
         for k in range(count[i]):
-            j = index[i, k]
+            j = index[entry[i] + k]
             dx, dy, dz = position[i, 0] - position[j, 0], position[i, 1] - position[j, 1], position[i, 2] - position[j, 2]
             q = math.sqrt(dx * dx + dy * dy + dz * dz) / (0.5 * h + spacing[j])
             h3 = norm * (2.0 * spacing[i] / (spacing[i] + spacing[j])) ** 3
@@ -131,24 +131,24 @@ def graded_shell(
     s = spacing(points)
     everyone, owner = _mirrored(points, s, inner, outer)
     number = np.empty(len(everyone))
-    order, index, count = _listed(everyone, s[owner])
-    _number_density(everyone[order], s[owner][order], index, count, len(order), number)
+    order, *listed = _listed(everyone, s[owner])
+    _number_density(everyone[order], s[owner][order], *listed, len(order), number)
     back = np.empty_like(number)
     back[order] = number
     share = 1.0 / back[: len(points)]
     return points, share * (volume / share.sum())
 
 
-def _listed(points: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _listed(points: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     order, grid = neighbours.sort(points, 2.0 * spacing)
     found = neighbours.build(points[order], 2.0 * spacing[order], grid)
-    return order, found.index, found.count
+    return order, found.index, found.entry, found.count
 
 
 def _moves(points: np.ndarray, spacing: np.ndarray, wanted: int) -> np.ndarray:
-    order, index, count = _listed(points, spacing)
+    order, *listed = _listed(points, spacing)
     move = np.empty_like(points)
-    _repel(points[order], spacing[order], index, count, len(points), move)
+    _repel(points[order], spacing[order], *listed, len(points), move)
     back = np.empty_like(move)
     back[order] = move
     return back[:wanted]

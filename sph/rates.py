@@ -23,6 +23,7 @@ import math
 
 import numpy as np
 
+from matter.gather import LANES, columns
 from matter.jit import fast_min, parallel_kernel, prange
 from sph import kernel, viscosity
 from sph.state import WIDTH
@@ -34,6 +35,7 @@ _BLOCK = 64
 def _pairs(
     row,
     index,
+    entry,
     listed,
     material,
     shear,
@@ -51,18 +53,15 @@ def _pairs(
 ):
     n = len(row)
     for block in prange((n + _BLOCK - 1) // _BLOCK):
-        s = np.empty((WIDTH, index.shape[1] + 8))
+        most = 0
+        for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
+            most = max(most, listed[i])
+        s = np.empty((WIDTH, most + 2 * LANES))
         for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
             many = listed[i]
-            padded = (many + 7) // 8 * 8
-            for k in range(many):
-                j = index[i, k]
-                for c in range(WIDTH):
-                    s[c, k] = row[j, c]
-            for k in range(many, padded):  # padded with the particle itself, out of reach: it adds exact zeros
-                for c in range(WIDTH):
-                    s[c, k] = row[i, c]
-                s[0, k] += 1e3 * row[i, 8]
+            padded = (many + LANES - 1) // LANES * LANES  # rows of the list are filled up with the particle itself, which adds exact zeros
+            for k in range(0, padded, LANES):
+                columns(row, index, entry[i], k, s)
             x, y, z, vx, vy, vz = row[i, 0], row[i, 1], row[i, 2], row[i, 3], row[i, 4], row[i, 5]
             volume, rho_inv, h, c_i = row[i, 6], row[i, 7], row[i, 8], row[i, 9]
             txx, txy, txz, tyy, tyz, tzz = row[i, 10], row[i, 11], row[i, 12], row[i, 13], row[i, 14], row[i, 15]
@@ -82,12 +81,14 @@ def _pairs(
                 vr = ux * dx + uy * dy + uz * dz
                 mu = viscosity.approach(vr, r2, hij)
                 rho_j_inv = s[7, k]
-                bar = 2.0 * rho_inv / (rho_inv + rho_j_inv)  # = rho_j 2 / (rho_i + rho_j)
+                rho_sum, volume_sum = rho_inv + rho_j_inv, volume + V
+                both = 1.0 / (rho_sum * volume_sum)  # one division for two
+                bar = 2.0 * rho_inv * volume_sum * both  # = rho_j 2 / (rho_i + rho_j)
                 push = V * bar * viscosity.viscous_pressure(mu, 0.5 * (c_i + s[9, k]), alpha, beta)
                 inside = 1.0 if r < hij else 0.0
                 slowest = fast_min(slowest, mu * inside)
                 near += inside
-                heat += volume / (volume + V) * push * vr * F
+                heat += volume * rho_sum * both * push * vr * F
                 w = V * rho_inv
                 sxx, sxy, sxz = txx + s[10, k], txy + s[11, k], txz + s[12, k]
                 syy, syz, szz = tyy + s[13, k], tyz + s[14, k], tzz + s[15, k]
@@ -116,7 +117,7 @@ def _pairs(
             divergence[i] = trace
             energy_rate[i] = rho_inv * (txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy)) + heat
             approach[i] = -slowest
-            count[i] = int(near)
+            count[i] = int(near) - (padded - many)
             G = shear[material[i]]
             if strength and G > 0.0:
                 det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
@@ -161,6 +162,6 @@ class Rates:
 def compute(row, neighbours, cloud, shear, alpha: float, beta: float, strength: bool, out: Rates) -> None:
     """Fill ``out`` from evaluated rows (``sph.state``) over the neighbour list."""
     _pairs(
-        row, neighbours.index, neighbours.count, cloud.material, shear, cloud.stress, alpha, beta, strength,
+        row, neighbours.index, neighbours.entry, neighbours.count, cloud.material, shear, cloud.stress, alpha, beta, strength,
         out.acceleration, out.density, out.energy, out.stress, out.divergence, out.approach, out.count,
     )  # fmt: skip

@@ -27,7 +27,7 @@ def test_every_neighbour_is_listed_once(kind, reach):
     for i in range(n):
         near = np.array(candidates[i])
         wanted = near[(np.linalg.norm(x[near] - x[i], axis=1) < reach * 0.5 * (h[near] + h[i])) & (near != i)]
-        got = found.index[i, : found.count[i]]
+        got = found.index[found.entry[i] : found.entry[i] + found.count[i]]
         assert np.array_equal(np.sort(got), np.sort(wanted))
 
 
