@@ -57,3 +57,38 @@ def test_the_980_km_case_is_the_published_one():
     # the published particle number: 300,000 of one size
     assert (4.18879 * target.radius**3) / settings["sph"].spacing_at_impact ** 3 == pytest.approx(3e5, rel=0.01)
     assert settings["sph"].spacing_far == settings["sph"].spacing_at_impact
+
+
+@pytest.mark.parametrize(
+    ("name", "radius", "layers", "end"),
+    [
+        ("valhalla_350km", 26250.0, [("iron", 835e3), ("water", 100e3), ("ice", 150e3)], 1800.0),
+        ("valhalla_600km", 49000.0, [("basalt", 1842e3), ("water", 150e3), ("ice", 150e3)], 3600.0),
+    ],
+)
+def test_the_smaller_valhalla_cases_are_the_published_ones(name, radius, layers, end):
+    settings = cases.compose(cases.read(ROOT / "cases" / name))
+    impact, target = settings["sph"].impact, settings["sph"].target
+    assert (impact.speed, impact.projectile.radius) == (18234.0, radius)
+    assert impact.angle_from_vertical == pytest.approx(0.698131700797, abs=1e-12)
+    assert [(layer.material, layer.thickness) for layer in target.layers] == layers
+    assert settings["sph"].end_time == end and settings["sph"].projectile_particles == 81 and settings["bed"].count == 100_000
+    assert (4.18879 * target.radius**3) / settings["sph"].spacing_at_impact ** 3 == pytest.approx(3e5, rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["valhalla_350km", "valhalla_600km", "valhalla_980km"])
+def test_the_published_variants_are_reached_by_overlays(name):
+    overrides = [
+        "target.start=literal",
+        "sph.projectile_particles=1",
+        "target.layers.1.material=ice",
+        "impact.angle_from_vertical=65 deg",
+        "impact.speed=9.59 km/s",
+        "impact.projectile.radius=40.29 km",
+    ]
+    for stage in ("sph", "bed", "crater"):
+        made = cases.compose(cases.read(ROOT / "cases" / name, "quick", overrides))[stage]
+        assert made.target.start == "literal" and [layer.material for layer in made.target.layers][1:] == ["ice", "ice"]
+        assert made.impact.speed == 9590.0 and made.impact.projectile.radius == 40290.0
+        assert made.impact.angle_from_vertical == pytest.approx(1.1344640138, abs=1e-9)
+    assert cases.compose(cases.read(ROOT / "cases" / name, "quick", overrides))["sph"].projectile_particles == 1
