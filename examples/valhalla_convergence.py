@@ -3,8 +3,9 @@
     python examples/valhalla_convergence.py --out runs/convergence                             # graded: 74, 52, 37 and 26 km (about half an hour on two cores)
     python examples/valhalla_convergence.py --out runs/convergence --uniform runs/valhalla_980km-1234abcd
 
-All zones are refined together (far spacing, contact spacing and the projectile's particles go with the spacing at the impact), so that runs differ in resolution
-alone. ``--uniform``: run folder of the 300,000 particles of one size, shown beside. Started again, it goes on where it was. Leaves convergence.png, .md, .json.
+All zones are refined together (far spacing, contact spacing and the projectile's particles go with the spacing at the impact), so that runs
+differ in resolution alone. ``--uniform``: run folder of the 300,000 particles of one size, shown beside. Started again, it goes on where it was. Leaves
+convergence.png, .md, .json.
 """
 
 from __future__ import annotations

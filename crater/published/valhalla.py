@@ -26,6 +26,7 @@ RADII = {"350": (24.69, 26.25, 31.16, 40.29), "600": (47.0, 49.0, 58.16, 75.2), 
 MASSES = {"350": (5.78, 6.95, 11.62, 25.11), "600": (37.62, 45.19, 75.58, 163.37), "980": (50.08, 60.15, 100.6, 217.45)}
 RATIOS = {"350": (0.14, 0.15, 0.18, 0.23), "600": (0.15, 0.16, 0.19, 0.25), "980": (0.1, 0.11, 0.13, 0.17)}
 ICE = 917.0
+PUBLISHED_TIME = 16.8 * 60.0
 START = 180.0
 """Numerical settings are compared from this time [s] on."""
 
@@ -137,9 +138,20 @@ def _diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
             why += f"; gravity scaling {scaling[0] * KM:.0f} to {scaling[1] * KM:.0f} km"
         if told := _variants(runs, f"{case}_literal", "diameter_apparent_m", KM, "km"):
             why += f"; {told}"
+        if (late := _at(run, "diameter_apparent_m", PUBLISHED_TIME)) is not None:
+            why += f"; at the published {PUBLISHED_TIME / 60:.1f} min, in collapse, D is {late * KM:.0f} km"
         return Finding(D.text(), f"{D.sigma * KM:.0f} km", within(D, *DIAMETER[case]), why)
 
     return judge
+
+
+def _at(run: Run, name: str, time: float) -> float | None:
+    """A measure of the series at the snapshot nearest to ``time`` [s]; None where there is none within a minute."""
+    known = np.flatnonzero(np.isfinite(run.series[name]))
+    if len(known) == 0:
+        return None
+    nearest = known[np.argmin(np.abs(run.series["time_s"][known] - time))]
+    return float(run.series[name][nearest]) if abs(run.series["time_s"][nearest] - time) <= 60.0 else None
 
 
 def _depth_over_diameter(runs: Mapping[str, Run]) -> Finding:
