@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from matter import neighbours
+from matter.jit import parallel_kernel, prange
 from sph.target import Body
 
 # every array that belongs to a particle and travels with it when the cloud is sorted, with its trailing shape
@@ -33,6 +34,22 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "flaw_first": ((), "int64"),
     "flaw_last": ((), "int64"),
 }
+
+
+PARTS = 64  # loops that gather something over all particles run in this many pieces, so that it does not depend on the number of threads
+
+
+@parallel_kernel
+def moved_further(x, since, limit, count, least, out):
+    """``out`` (parts,): whether a particle with at least ``least`` neighbours is further than ``limit`` (n,) from where it was."""
+    n, parts = len(x), len(out)
+    for part in prange(parts):
+        out[part] = False
+        for i in range(part * n // parts, (part + 1) * n // parts):
+            dx, dy, dz = x[i, 0] - since[i, 0], x[i, 1] - since[i, 1], x[i, 2] - since[i, 2]
+            if count[i] >= least and dx * dx + dy * dy + dz * dz > limit[i] * limit[i]:
+                out[part] = True
+                break
 
 
 class Cloud:
@@ -106,6 +123,7 @@ class Neighbourhood:
 
     def __init__(self, cloud: Cloud, half_width: float):
         self.half_width, self.builds = half_width, 0
+        self._parts = np.zeros(PARTS, dtype=np.bool_)
         self.found: neighbours.Neighbours | None = None
         self.rebuild(cloud, 0.0)
 
@@ -129,8 +147,8 @@ class Neighbourhood:
 
     def update(self, cloud: Cloud, dt: float) -> bool:
         """Rebuild if needed; True when the cloud was sorted anew."""
-        moved = cloud.position - self.places
-        if not (np.einsum("ij,ij->i", moved, moved) > (0.5 * (self.reach - cloud.smoothing_length)) ** 2).any():
+        moved_further(cloud.position, self.places, 0.5 * (self.reach - cloud.smoothing_length), cloud.neighbours, -1, self._parts)
+        if not self._parts.any():
             return False
         self.rebuild(cloud, dt)
         return True

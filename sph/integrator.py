@@ -11,10 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from matter import tree
-from matter.jit import kernel, parallel_kernel, prange
+from matter.jit import parallel_kernel, prange
 from sph import rates as pair_rates
 from sph import state, timestep
-from sph.cloud import Cloud, Neighbourhood
+from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
 from sph.materials import Materials
 
 YOUNG = 0.002  # of sqrt(R^3 / G M)
@@ -56,22 +56,36 @@ def _close(dt, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, hS, h
             S[i, c] = hS[i, c] + 0.5 * dt * dS[i, c]
 
 
-@kernel
-def _net_torque(x, a, g, mass, out):
-    """Sum of m x (x) (a + g) and the inertia tensor (xx xy xz yy yz zz) about the origin, in ``out`` (9,)."""
-    out[:] = 0.0
-    for i in range(len(mass)):
-        m, p, q, r = mass[i], x[i, 0], x[i, 1], x[i, 2]
-        ax, ay, az = a[i, 0] + g[i, 0], a[i, 1] + g[i, 1], a[i, 2] + g[i, 2]
-        out[0] += m * (q * az - r * ay)
-        out[1] += m * (r * ax - p * az)
-        out[2] += m * (p * ay - q * ax)
-        out[3] += m * (q * q + r * r)
-        out[4] -= m * p * q
-        out[5] -= m * p * r
-        out[6] += m * (p * p + r * r)
-        out[7] -= m * q * r
-        out[8] += m * (p * p + q * q)
+@parallel_kernel
+def _net_torque(x, centre, a, g, mass, out):
+    """Sums of m x' (x) (a + g) and the inertia tensor (xx xy xz yy yz zz) with x' = x - centre; ``out`` (parts, 9) holds them in pieces."""
+    n, parts = len(mass), len(out)
+    for part in prange(parts):
+        tx, ty, tz, xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(part * n // parts, (part + 1) * n // parts):
+            m, p, q, r = mass[i], x[i, 0] - centre[0], x[i, 1] - centre[1], x[i, 2] - centre[2]
+            ax, ay, az = a[i, 0] + g[i, 0], a[i, 1] + g[i, 1], a[i, 2] + g[i, 2]
+            tx += m * (q * az - r * ay)
+            ty += m * (r * ax - p * az)
+            tz += m * (p * ay - q * ax)
+            xx += m * (q * q + r * r)
+            xy -= m * p * q
+            xz -= m * p * r
+            yy += m * (p * p + r * r)
+            yz -= m * q * r
+            zz += m * (p * p + q * q)
+        out[part, 0], out[part, 1], out[part, 2], out[part, 3], out[part, 4] = tx, ty, tz, xx, xy
+        out[part, 5], out[part, 6], out[part, 7], out[part, 8] = xz, yy, yz, zz
+
+
+@parallel_kernel
+def _unturn(x, centre, spin, a):
+    """a - spin (x) (x - centre), in place."""
+    for i in prange(len(x)):
+        p, q, r = x[i, 0] - centre[0], x[i, 1] - centre[1], x[i, 2] - centre[2]
+        a[i, 0] -= spin[1] * r - spin[2] * q
+        a[i, 1] -= spin[2] * p - spin[0] * r
+        a[i, 2] -= spin[0] * q - spin[1] * p
 
 
 class Integrator:
@@ -105,7 +119,7 @@ class Integrator:
         self.hold, self.why = False, "growth"
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
         self.torque_removed, self._torque = np.zeros(3), np.zeros(3)
-        self.gravity_time = 0.0
+        self.gravity_time, self._parts = 0.0, np.zeros(PARTS, dtype=np.bool_)
         self.youth = YOUNG * float(np.sqrt(radius**3 / (tree.G * cloud.mass.sum())))
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * self.rows.tillotson[:, 0]
@@ -141,9 +155,8 @@ class Integrator:
         cloud = self.cloud
         if self.gravity_shift > 0.0 and self.time - self.gravity_time < self.youth:
             return False
-        moved = cloud.position - cloud.gravity_position
-        bound = cloud.neighbours >= state.BOUND
-        return bool((np.einsum("ij,ij->i", moved, moved) > (self.gravity_shift * cloud.smoothing_length) ** 2)[bound].any())
+        moved_further(cloud.position, cloud.gravity_position, self.gravity_shift * cloud.smoothing_length, cloud.neighbours, state.BOUND, self._parts)
+        return bool(self._parts.any())
 
     def _evaluate(self) -> None:
         cloud = self.cloud
@@ -155,12 +168,13 @@ class Integrator:
 
     def _remove_net_torque(self) -> None:
         """Of pair forces and (frozen, hence slightly misplaced) gravity together; about the centre of mass, so that no net force comes with it."""
-        cloud, sums = self.cloud, np.empty(9)
-        centred = cloud.position - cloud.mass @ cloud.position / cloud.mass.sum()
-        _net_torque(centred, self.rates.acceleration, cloud.gravity, cloud.mass, sums)
+        cloud, pieces = self.cloud, np.empty((PARTS, 9))
+        centre = cloud.mass @ cloud.position / cloud.mass.sum()
+        _net_torque(cloud.position, centre, self.rates.acceleration, cloud.gravity, cloud.mass, pieces)
+        sums = pieces.sum(axis=0)
         self._torque = sums[:3]
         inertia = np.array([[sums[3], sums[4], sums[5]], [sums[4], sums[6], sums[7]], [sums[5], sums[7], sums[8]]])
-        self.rates.acceleration -= np.cross(np.linalg.solve(inertia, self._torque), centred)
+        _unturn(cloud.position, centre, np.linalg.solve(inertia, self._torque), self.rates.acceleration)
 
     def next_step(self, until: float) -> float:
         """The next step [s], no further than the time ``until``; counts what limits it."""
