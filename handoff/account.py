@@ -107,7 +107,9 @@ def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, re
     thrown = made.ejecta.source
     before = flying_mass(source.position[thrown], source.velocity[thrown], source.mass[thrown], region, column)
     inside = flying_mass(source.position[made.compact], source.velocity[made.compact], source.mass[made.compact] * made.share, region, column)
-    after = flying_mass(made.start.position, made.start.velocity, made.start.mass, region, column)
+    place = made.start.position.copy()
+    place[len(place) - len(thrown) :] = source.position[thrown]  # judged where it was, not where its grain found room
+    after = flying_mass(place, made.start.velocity, made.start.mass, region, column)
     ledger.measure(
         "ejecta_mass_curve_rel",
         compare.mass_curve_difference(np.r_[before[0], inside[0]], np.r_[before[1], inside[1]], *after, above=made.split.speed_limit),
@@ -157,11 +159,12 @@ def _overlaps(ledger: Ledger, made: Handoff) -> None:
 
 
 def grain_surface(made: Handoff, bed: Particles, chosen: Callable[[np.ndarray], np.ndarray], wider: np.ndarray):
-    """Surface of the carved bed (a mesh): the alpha-shape of the grains that stay, at the offset at which it holds, among the ``chosen``
-    sample points, as many as the cells of these grains. Only grains in ``wider`` (mask over the bed) are looked at."""
+    """Surface of the carved bed (a mesh): the alpha-shape of the grains that stay, at the offset at which it holds, among the ``chosen`` sample points, as
+    many as the cells of these grains. Its radius is one grain spacing: what a further grain would touch. Only grains in ``wider`` (mask over the bed)
+    are looked at."""
     taken = made.stays & wider
     spacing = np.cbrt(made.volume[taken])
-    shape = alpha_shape(bed.position[taken], spacing, 1.5, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
+    shape = alpha_shape(bed.position[taken], spacing, 1.0, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
     here = chosen(made.samples.position)
     share = float(np.mean(made.stays[made.samples.grain[here]]))
     return calibrated(shape, spacing, made.samples.position[here][:_CALIBRATION], share, Rules())[0].mesh
@@ -239,7 +242,12 @@ def _statements(ledger: Ledger, made: Handoff) -> None:
     ledger.state("angular_momentum_outside_domain", float(np.linalg.norm(outside.angular)), "kg m^2/s", "about the origin")
     for name, mass in flying.mass_by_state().items():
         ledger.state(f"ejecta_mass_{name.replace(' ', '_')}", mass, "kg")
-    ledger.state("ejecta_count", float(len(flying.mass)), "1", f"{flying.shrunk} shrunk, {flying.lifted} lifted to fit")
+    ledger.state(
+        "ejecta_count",
+        float(len(flying.mass)),
+        "1",
+        f"{flying.shrunk} shrunk, {np.count_nonzero(flying.moved)} moved to fit (by at most {flying.moved.max(initial=0.0):.4g} m)",
+    )
     ledger.state("ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source")
     ledger.state("surface_offset_spacings", made.offset, "1", "found from the volume of the compact particles unless given")
     ledger.state("linear_share", made.linear_share, "1", "share taken of the velocity's variation inside a particle; below 1 where more would create energy")

@@ -1,7 +1,7 @@
 """Ejecta as grains: every source particle outside the compact material becomes one sphere with its mass, place and velocity.
 
 * radius: the volume mass / density at the bed's packing fraction, so that ejecta that lands fills as much room as the bed does; shrunk down
-  to half of that where it would overlap; where that is not enough the grain is lifted along the vertical to the first free place;
+  to half of that where it would overlap; where that is not enough the grain is moved to the nearest free place around it;
 * stiffness: scaled with mass (never above the bed's own), so that the contact time of a light grain, and with it the step, stays;
 * ``state``: 0 in contact search; 1 ballistic, when much lighter than a bed grain or when no free place was found; 2 booked only, beyond
   escape or beside the bed's domain.
@@ -22,13 +22,15 @@ from matter.particles import Particles
 
 _LIGHT = 0.1
 _SHRINK = 0.5
-_LIFTS = np.arange(0.0, 6.01, 0.5)
+_MOVES = np.concatenate([np.arange(0.1, 1.0, 0.1), np.arange(1.0, 6.01, 0.25)])  # radii
+_DIRECTIONS = 64
 IN_CONTACT, BALLISTIC, BOOKED = 0, 1, 2
 
 
 @dataclass(frozen=True)
 class Ejecta:
-    """Arrays over the ejecta (e,): ``source`` is the place in the source; ``lifted`` counts moved grains, ``shrunk`` smaller ones."""
+    """Arrays over the ejecta (e,): ``source`` is the place in the source; ``moved`` is how far each was moved to fit [m], ``shrunk`` counts smaller
+    ones."""
 
     source: np.ndarray
     position: np.ndarray
@@ -37,7 +39,7 @@ class Ejecta:
     density: np.ndarray
     radius: np.ndarray
     state: np.ndarray
-    lifted: int
+    moved: np.ndarray
     shrunk: int
 
     def mass_by_state(self) -> Mapping[str, float]:
@@ -59,8 +61,9 @@ def from_source(source: Particles, ejecta: np.ndarray, bed: Particles, packing: 
     state[mass < _LIGHT * float(np.min(bed.mass))] = BALLISTIC
     state[_beside(position, domain) | (rising & (speed >= column.escape_speed(height)))] = BOOKED
     nominal = radius.copy()
-    position, radius, state, lifted = _fitted(position, radius, state, up, bed)
-    return Ejecta(ejecta, position, velocity, mass, density, radius, state, lifted, int(np.count_nonzero(radius < 0.999 * nominal)))
+    position, radius, state = _fitted(position, radius, state, up, bed)
+    moved = np.linalg.norm(position - source.position[ejecta], axis=1)
+    return Ejecta(ejecta, position, velocity, mass, density, radius, state, moved, int(np.count_nonzero(radius < 0.999 * nominal)))
 
 
 def _beside(position: np.ndarray, domain: Domain) -> np.ndarray:
@@ -79,23 +82,37 @@ def _gap(position: np.ndarray, tree: cKDTree, radius: np.ndarray) -> np.ndarray:
     return np.min(distance.reshape(-1, near) - radius[which.reshape(-1, near)], axis=1)
 
 
-def _fitted(position, radius, state, up, bed) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+def _around(up: np.ndarray) -> np.ndarray:
+    """Even directions over the sphere about each vertical ``up`` (n, 3), steepest first: (directions, n, 3)."""
+    number = np.arange(_DIRECTIONS) + 0.5
+    z, turn = 1.0 - 2.0 * number / _DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * number
+    aside = np.cross(up, np.where(np.abs(up[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]))
+    aside /= np.linalg.norm(aside, axis=1)[:, None]
+    other = np.cross(up, aside)
+    flat = np.sqrt(1.0 - z**2)
+    x, y = (flat * np.cos(turn))[:, None, None], (flat * np.sin(turn))[:, None, None]
+    return x * aside + y * other + z[:, None, None] * up
+
+
+def _fitted(position, radius, state, up, bed) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Radii and places without overlap among grains of state 0 and with the bed; grains that fit nowhere become ballistic."""
     tree = cKDTree(bed.position)
-    nominal, lifted = radius.copy(), 0
+    nominal = radius.copy()
     active = np.flatnonzero(state == IN_CONTACT)
     radius[active] = np.minimum(radius[active], _gap(position[active], tree, bed.radius))
     crowded = active[radius[active] < _SHRINK * nominal[active]]
-    for lift in _LIFTS[1:]:
+    start = position.copy()
+    for distance in _MOVES:
         if len(crowded) == 0:
             break
-        trial = position[crowded] + lift * nominal[crowded, None] * up[crowded]
-        room = _gap(trial, tree, bed.radius)
+        trial = start[crowded] + distance * nominal[crowded, None] * _around(up[crowded])
+        room = _gap(trial.reshape(-1, 3), tree, bed.radius).reshape(trial.shape[:2])
         free = room >= _SHRINK * nominal[crowded]
-        position[crowded[free]] = trial[free]
-        radius[crowded[free]] = np.minimum(nominal[crowded[free]], room[free])
-        lifted += int(free.sum())
-        crowded = crowded[~free]
+        first = np.argmax(free, axis=0)
+        fits = free[first, np.arange(len(crowded))]
+        position[crowded[fits]] = trial[first[fits], np.flatnonzero(fits)]
+        radius[crowded[fits]] = np.minimum(nominal[crowded[fits]], room[first[fits], np.flatnonzero(fits)])
+        crowded = crowded[~fits]
     state[crowded] = BALLISTIC
     active = np.flatnonzero(state == IN_CONTACT)
     for _ in range(20):
@@ -114,7 +131,7 @@ def _fitted(position, radius, state, up, bed) -> tuple[np.ndarray, np.ndarray, n
         active = np.flatnonzero(state == IN_CONTACT)
     ballistic = state != IN_CONTACT
     radius[ballistic] = nominal[ballistic]
-    return position, radius, state, lifted
+    return position, radius, state
 
 
 def _overlapping(position: np.ndarray, radius: np.ndarray, active: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
