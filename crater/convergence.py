@@ -2,7 +2,7 @@
 
 q(s) = q0 + a s^p is fitted with the errors of the values as weights (Richardson 1911; Roache 1994): with p = 1 (the surface of a particle cloud is known to a
 share of a spacing), and with p free in [0.5, 3] where there are four spacings or more. q0 of p = 1 is quoted; its error holds the fit's own (as if every
-departure from the law were scatter) and half of the difference between the two orders.
+departure from the law were scatter) and the difference between the two orders.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def extrapolated(spacing: np.ndarray, values: np.ndarray, sigma: np.ndarray) -> 
     if len(np.unique(s)) >= 4:
         order = float(minimize_scalar(lambda p: _line(s, q, e, p)[2], bounds=ORDERS, method="bounded", options={"xatol": 1e-4}).x)
         free_value = float(_line(s, q, e, order)[0][0])
-    both = 0.0 if free_value is None else 0.5 * abs(free_value - value)
+    both = 0.0 if free_value is None else abs(free_value - value)
     return Extrapolation(float(value), float(np.hypot(spread, both)), float(slope), scatter, free_value, order)
 
 

@@ -63,7 +63,7 @@ def as_markdown(rows: list[dict[str, Any]], fits: dict[str, Any], command: str) 
             cells = [f"{row[f'{q}_at_{choice}'] / 1e3:.0f} +- {row[f'{q}_at_{choice}_sigma'] / 1e3:.0f}" for q in QUANTITIES]
             start = f"| {row['name']} ({row['run']}) | {row['spacing_m'] / 1e3:.1f} | {row['particles']:,} | {row['peak_pressure_Pa'] / 1e9:.1f} |"
             lines.append(f"{start} {choice} | {row[f'time_s_at_{choice}'] / 60:.1f} | {cells[0]} | {cells[1]} |")
-    lines += ["", "Extrapolated to spacing zero (the graded runs; q0 + a s, error: the fit's and half of the difference to a free order):", ""]
+    lines += ["", "Extrapolated to spacing zero (the graded runs; q0 + a s, error: the fit's and the difference to a free order):", ""]
     lines += ["| quantity | extrapolated [km] | slope [km per km] | scatter about the line [km] | free order | with it [km] |", "|---|---|---|---|---|---|"]
     for name, fit in fits.items():
         free = (f"{fit.free_order:.2f}", f"{fit.free_value / 1e3:.0f}") if fit.free_order is not None else ("-", "-")

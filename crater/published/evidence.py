@@ -165,7 +165,7 @@ def as_markdown(scores: list[Score], title: str, command: str, notes: str = "") 
     lines = [f"# {title}", "", f"Made by `{command}`.{' ' + notes if notes else ''}", "", f"{tally}.", ""]
     lines += ["| id | claim | published | ours | error | reproduced if | verdict | why (runs) |", "|---|---|---|---|---|---|---|---|"]
     for s in scores:
-        why = f"{s.why} ({', '.join(s.runs)})" if s.runs and s.verdict != "not run" else s.why
+        why = f"{s.why} ({', '.join(s.runs)})".strip() if s.runs and s.verdict != "not run" else s.why
         cells = (s.id, s.claim, s.published, s.ours, s.error, s.tolerance, s.verdict, why)
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(lines) + "\n"
