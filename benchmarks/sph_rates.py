@@ -31,7 +31,7 @@ def cloud_of(size: int) -> tuple[Cloud, object]:
     place = np.stack(np.meshgrid(*(np.arange(side),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.25, 0.25, (side**3, 3))
     material = np.minimum((3 * place[:, 2] / side).astype(np.int32).clip(0), 2)
     materials = collect(("basalt", "water", "ice"))
-    rho = materials.tillotson[material, 0] * rng.uniform(1.0, 1.02, len(place))
+    rho = materials.rho0[material] * rng.uniform(1.0, 1.02, len(place))
     body = bodies.Body((place - 0.5 * side) * 1e3, rho * 1e9, rho, np.full(len(place), 2.43e3), material.astype(np.int32), material.astype(np.int32))
     cloud = Cloud.of(body)
     cloud.velocity[:] = rng.normal(size=cloud.velocity.shape) * 20.0

@@ -120,7 +120,7 @@ class Contact(Model):
 def elastic(material_name: str) -> tuple[float, float]:
     """Bulk modulus [Pa] and bulk sound speed sqrt(K / rho0) [m/s] of a material."""
     bulk = material.section(material_name, "elastic")["bulk_modulus"]
-    return bulk, float(np.sqrt(bulk / material.section(material_name, "tillotson")["rho0"]))
+    return bulk, float(np.sqrt(bulk / material.reference_density(material_name)))
 
 
 __all__ = ["SPECIES", "Contact", "GrainLaw", "elastic", "normal_hooke", "rolling_sds", "tangential_spring", "twisting_sds"]

@@ -1,8 +1,8 @@
 """Materials: one TOML file each, every value with its unit and every group of values with its source.
 
 A file holds sections named after the law that uses them (``[tillotson]``, ``[von_mises]``, ``[weibull]`` ...); each has a ``source``
-and values that are unit strings (``"9.47 GPa"``; dimensionless ones ``"0.3"``). This module turns a section into SI floats; the law's own
-``Parameters`` then say whether they fit.
+and values that are unit strings (``"9.47 GPa"``; dimensionless ones ``"0.3"``; a measured curve is a list of them). This module turns a section into SI
+floats; the law's own ``Parameters`` then say whether they fit. Above the sections, ``title`` and the choice of laws: ``strength = "collins"``.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import difflib
 import functools
 import tomllib
 from pathlib import Path
+from typing import Any
 
 from matter import quantity
 from matter.errors import InputError
@@ -24,25 +25,46 @@ def names() -> list[str]:
 
 
 @functools.cache
-def load(name: str) -> dict[str, dict[str, float | str]]:
-    """All sections of a material, SI floats (and the texts ``source``, ``note``).
+def load(name: str) -> dict[str, dict[str, Any]]:
+    """All sections of a material, SI floats or lists of them (and the texts ``source``, ``note``).
 
     Raises ``InputError`` for an unknown name, with the nearest known one.
     """
+    sections: dict[str, dict[str, Any]] = {}
+    for title, body in _content(name).items():
+        if isinstance(body, dict):
+            sections[title] = {key: value if key in ("source", "note") else _numbers(value) for key, value in body.items()}
+    return sections
+
+
+@functools.cache
+def choices(name: str) -> dict[str, str]:
+    """The texts above the sections of a material: ``title``, and the laws that it takes where they are not the defaults (``strength = "collins"``).
+
+    Raises ``InputError`` for an unknown name, with the nearest known one.
+    """
+    return {key: value for key, value in _content(name).items() if isinstance(value, str)}
+
+
+def reference_density(name: str) -> float:
+    """rho0 [kg/m^3] of the material's equation of state: the density of the solid at rest."""
+    return section(name, choices(name).get("eos", "tillotson"))["rho0"]
+
+
+def _content(name: str) -> dict[str, Any]:
     path = FOLDER / f"{name}.toml"
     if not path.is_file():
         near = difflib.get_close_matches(name, names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"unknown material {name!r}{hint} (known: {', '.join(names())})")
-    content = tomllib.loads(path.read_text())
-    sections: dict[str, dict[str, float | str]] = {}
-    for title, body in content.items():
-        if isinstance(body, dict):
-            sections[title] = {key: value if key in ("source", "note") else quantity.parse(value) for key, value in body.items()}
-    return sections
+    return tomllib.loads(path.read_text())
 
 
-def section(name: str, title: str) -> dict[str, float]:
+def _numbers(value: str | list[str]) -> float | list[float]:
+    return [quantity.parse(item) for item in value] if isinstance(value, list) else quantity.parse(value)
+
+
+def section(name: str, title: str) -> dict[str, Any]:
     """The numbers of one section of a material, in SI.
 
     Raises ``InputError`` when the material has no such section.
@@ -50,4 +72,4 @@ def section(name: str, title: str) -> dict[str, float]:
     sections = load(name)
     if title not in sections:
         raise InputError(f"material {name!r} has no [{title}] (it has {', '.join(sections)})")
-    return {key: value for key, value in sections[title].items() if isinstance(value, float)}
+    return {key: value for key, value in sections[title].items() if not isinstance(value, str)}

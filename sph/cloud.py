@@ -22,8 +22,9 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "smoothing_length": ((), "float64"),
     "stress": ((5,), "float64"),  # deviatoric, before damage: xx xy xz yy yz
     "half_stress": ((5,), "float64"),
-    "root_damage": ((), "float64"),  # D^(1/3)
+    "root_damage": ((), "float64"),  # D^(1/3) by tension
     "half_damage": ((), "float64"),
+    "distention": ((), "float64"),  # alpha at rest (P = 0): falls as pores close, 1 is solid
     "peak_pressure": ((), "float64"),
     "gravity": ((3,), "float64"),
     "gravity_position": ((3,), "float64"),  # where gravity was last evaluated
@@ -69,6 +70,7 @@ class Cloud:
     half_stress: np.ndarray
     root_damage: np.ndarray
     half_damage: np.ndarray
+    distention: np.ndarray
     peak_pressure: np.ndarray
     gravity: np.ndarray
     gravity_position: np.ndarray
@@ -100,6 +102,7 @@ class Cloud:
             ("layer", "layer"),
         ):
             getattr(cloud, name)[:] = np.concatenate([getattr(body, field) for body in bodies])
+        cloud.distention[:] = np.concatenate([np.broadcast_to(body.distention, len(body.mass)) for body in bodies])
         cloud.material[:] = np.concatenate([body.material for body in bodies])
         cloud.initial_position[:] = cloud.position
         cloud.neighbours[:] = 60  # until counted

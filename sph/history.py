@@ -40,7 +40,7 @@ def row(integrator: Integrator) -> dict[str, float | str]:
     lost = state.holding_array(cloud.neighbours) <= 0.0
     values = (
         integrator.time, integrator.dt, integrator.why, m.sum(), *momentum, *spin, kinetic, internal, gravitational,
-        kinetic + internal + gravitational, m[unbound].sum(), float(m @ cloud.root_damage**3), m[lost].sum(),
+        kinetic + internal + gravitational, m[unbound].sum(), float(m @ state.damage_of(cloud, integrator.rows)), m[lost].sum(),
         float(m[lost] @ cloud.specific_energy[lost]), integrator.evaluated.pressure.max(), integrator.steps,
         integrator.neighbourhood.builds, integrator.gravity_evaluations, integrator.gravity_correction, *integrator.torque_removed,
     )  # fmt: skip

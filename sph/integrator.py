@@ -18,7 +18,7 @@ from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
 from sph.materials import Materials
 
 YOUNG = 0.002  # of sqrt(R^3 / G M)
-DENSITY_FLOOR = 0.005  # of rho0; only particles that have lost their neighbours come near it
+DENSITY_FLOOR = 0.005  # of the density at rest; only particles that have lost their neighbours come near it
 
 
 @parallel_kernel
@@ -122,7 +122,7 @@ class Integrator:
         self.gravity_time, self._parts = 0.0, np.zeros(PARTS, dtype=np.bool_)
         self.youth = YOUNG * float(np.sqrt(radius**3 / (tree.G * cloud.mass.sum())))
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
-        self.floor = DENSITY_FLOOR * self.rows.tillotson[:, 0]
+        self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius)
         self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud))
 
@@ -160,9 +160,10 @@ class Integrator:
 
     def _evaluate(self) -> None:
         cloud = self.cloud
-        state.evaluate(cloud, self.rows, self.strength, self.damage, self.evaluated)
+        state.evaluate(cloud, self.rows, self.strength, self.damage, self.evaluated, not self.hold)
         state.check(cloud, self.materials, self.evaluated, self.time)
-        pair_rates.compute(self.evaluated.row, self.neighbourhood.found, cloud, self.rows.shear, self.alpha, self.beta, self.strength, self.rates)
+        e = self.evaluated
+        pair_rates.compute(e.row, self.neighbourhood.found, cloud, self.rows.shear, e.stiffness, self.alpha, self.beta, self.strength, self.rates)
         cloud.neighbours[:] = self.rates.count
         self._remove_net_torque()
 

@@ -6,7 +6,9 @@ With V_j = m_j / rho_j, sigma = S - P 1 (effective), h_ij = (h_i + h_j) / 2, W =
     L_i      = sum_j V_j v_ji (x) grad_i W                               velocity gradient, plain
     drho_i   = -rho_i tr L_i
     du_i     = (1 / rho_i) sigma_i : L_i + sum_j w_ij m_j Pi_ij v_ij . grad_i W      w_ij = V_i / (V_i + V_j)
-    dS_i     = 2 mu (eps - tr eps / 3) + S.Omega^T + Omega.S             eps, Omega from L_i C_i with C_i = (sum_j V_j x_ji (x) grad_i W)^-1
+    dS_i     = 2 f mu (eps - tr eps / 3) + S.Omega^T + Omega.S           eps, Omega from L_i C_i with C_i = (sum_j V_j x_ji (x) grad_i W)^-1
+
+f is the strain of the matrix over that of the porous material (``stiffness``; 1 in solid material): it scales what strains, never what turns.
 
 The heat of viscosity is shared by volume: a pair of one material ends with one specific energy, as behind a shock, however unlike its particles. (Shared
 by halves, a light particle that meets heavy ones is heated by their mass ratio too much: projectile particles a seventeenth of the target's
@@ -39,6 +41,7 @@ def _pairs(
     listed,
     material,
     shear,
+    stiffness,
     stress,
     alpha,
     beta,
@@ -119,6 +122,7 @@ def _pairs(
             approach[i] = -slowest
             count[i] = int(near) - (padded - many)
             G = shear[material[i]]
+            G *= stiffness[i, 0] if trace < 0.0 else stiffness[i, 1]
             if strength and G > 0.0:
                 det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
                 # a lopsided neighbourhood (surface spray) has no useful inverse: plain gradients there
@@ -159,9 +163,9 @@ class Rates:
         self.count = np.zeros(n, dtype=np.int32)
 
 
-def compute(row, neighbours, cloud, shear, alpha: float, beta: float, strength: bool, out: Rates) -> None:
-    """Fill ``out`` from evaluated rows (``sph.state``) over the neighbour list."""
+def compute(row, neighbours, cloud, shear, stiffness, alpha: float, beta: float, strength: bool, out: Rates) -> None:
+    """Fill ``out`` from evaluated rows and ``stiffness`` (``sph.state``) over the neighbour list."""
     _pairs(
-        row, neighbours.index, neighbours.entry, neighbours.count, cloud.material, shear, cloud.stress, alpha, beta, strength,
+        row, neighbours.index, neighbours.entry, neighbours.count, cloud.material, shear, stiffness, cloud.stress, alpha, beta, strength,
         out.acceleration, out.density, out.energy, out.stress, out.divergence, out.approach, out.count,
     )  # fmt: skip

@@ -21,12 +21,14 @@ from matter.errors import InputError
 from matter.particles import Particles
 from matter.quantity import PositiveLength, PositiveTime, Time
 from sph import materials as material_rows
+from sph import state, timestep
 from sph import target as bodies
-from sph import timestep
 from sph.cloud import ARRAYS, Cloud
 from sph.damage import grady_kipp
 from sph.history import DIRECT, History
 from sph.integrator import Integrator
+from sph.material_settings import Choice
+from sph.strength import dispatch as strengths
 
 _CHECKPOINT_WALL = 20.0  # seconds of wall time between checkpoints
 # warm, 2 cores of a Zen 5 machine: seconds per particle and step of the hydrodynamics, per particle of one gravity evaluation, per pair of the direct sum
@@ -46,6 +48,7 @@ class Settings(Model):
     gravity_shift : gravity is evaluated anew when a bound particle has moved this share of its h (0: at every step).
     relaxation_time, damping : length [s] and rate [1/s] of the damped settling.
     strength, damage : switches;  control : no projectile.
+    materials : changes of single materials, ``[sph.materials.ice]`` (``sph.material_settings``).
     """
 
     target: Target
@@ -70,6 +73,7 @@ class Settings(Model):
     damping: Annotated[float, Field(ge=0)] = 0.01
     strength: bool = True
     damage: bool = True
+    materials: dict[str, Choice] = Field(default_factory=dict)
     control: bool = False
     seed: Annotated[int, Field(ge=0)] = 1
 
@@ -79,6 +83,7 @@ class Settings(Model):
             raise ValueError("spacing_at_impact must be below half the target's radius")
         if self.spacing_far < self.spacing_at_impact:
             raise ValueError("spacing_far must be at least spacing_at_impact")
+        material_rows.collect(tuple(dict.fromkeys([*self.target.materials, self.impact.projectile.material])), self.materials)
         return self
 
     @property
@@ -171,16 +176,19 @@ def _write_target(settings: Settings, profile: bodies.Profile, out: Path) -> Non
 
 
 def _seed_flaws(cloud: Cloud, materials: material_rows.Materials, seed: int) -> None:
-    """Flaws by identity, so that no sorting changes them; one random stream per material."""
+    """Flaws by identity, so that no sorting changes them; one random stream per material. Predamaged material is broken."""
+    solid = cloud.mass / (cloud.density * cloud.distention)
     place = np.argsort(cloud.identity)
     streams = np.random.SeedSequence([seed, 77]).spawn(len(materials.names))
     strains: list[np.ndarray] = []
     offset = 0
     for index, name in enumerate(materials.names):
+        mine = place[cloud.material[place] == index]
+        if materials.predamaged(name):
+            cloud.root_damage[mine] = 1.0
         if not materials.rows.flawed[index]:
             continue
-        mine = place[cloud.material[place] == index]
-        start, strain = grady_kipp.flaws(cloud.mass[mine] / cloud.density[mine], material_rows.weibull(name), np.random.default_rng(streams[index]))
+        start, strain = grady_kipp.flaws(solid[mine], materials.weibull(name), np.random.default_rng(streams[index]))
         cloud.flaw_first[mine], cloud.flaw_last[mine] = start[:-1] + offset, start[1:] + offset
         strains.append(strain)
         offset += len(strain)
@@ -194,8 +202,8 @@ class _Run:
         self.settings, self.out = settings, out
         self.impact = _read_impact(settings, inputs)
         names = tuple(dict.fromkeys([*settings.target.materials, self.impact.projectile.material]))
-        self.materials = material_rows.collect(names)
-        self.profile = bodies.hydrostatic(settings.target)
+        self.materials = material_rows.collect(names, settings.materials)
+        self.profile = bodies.hydrostatic(settings.target, materials=self.materials)
         self.radius = float(self.profile.radius[-1])
         self.history = History(out / "history.csv")
         self.times: dict[str, float] = {}
@@ -235,6 +243,7 @@ class _Run:
                 target.smoothing_length[order],
                 target.layer[order],
                 target.material[order],
+                target.distention[order],
             )
         ]
         if not s.control:
@@ -340,13 +349,14 @@ class _Run:
     def particles(self) -> Particles:
         """The cloud as a snapshot, in order of identity."""
         i, c = self.integrator, self.integrator.cloud
-        damage = c.root_damage**3
-        left = (1.0 - damage)[:, None] * c.stress
+        damage = state.damage_of(c, self.materials.rows)
+        whole = self.materials.rows.strength[c.material] > strengths.VON_MISES  # laws that mix damage into the yield stress
+        left = (np.where(whole, 1.0, 1.0 - damage) / i.evaluated.alpha)[:, None] * c.stress
         fields = {
             "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass, "density": c.density,
             "specific_energy": c.specific_energy, "smoothing_length": c.smoothing_length, "pressure": i.evaluated.pressure,
             "deviatoric_stress": np.concatenate([left, -(left[:, :1] + left[:, 3:4])], axis=1), "damage": damage,
-            "distention": np.ones(len(c)), "material": c.material, "layer": c.layer, "sound_speed": i.evaluated.sound,
+            "distention": i.evaluated.alpha, "material": c.material, "layer": c.layer, "sound_speed": i.evaluated.sound,
             "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position, "neighbours": c.neighbours,
         }  # fmt: skip
         order = np.argsort(c.identity)
@@ -367,7 +377,7 @@ class _Run:
         snapshot.write(self.particles(), self.out / f"last{snapshot.SUFFIX}")
         self.history.write()
         ball = self.impact
-        mass = material_rows.collect((ball.projectile.material,)).tillotson[0, 0] * ball.projectile.volume
+        mass = self.materials.bulk_density[self.materials.index(ball.projectile.material)] * ball.projectile.volume
         scale = {
             "energy_J": 0.5 * mass * ball.speed**2,
             "momentum_kg_m_s": mass * ball.speed,
@@ -400,11 +410,11 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     relaxation = settings.relaxation_time if job.phase == "relax" else 0.0
     report = progress.Progress("sph", relaxation + settings.end_time)
     _write_target(settings, job.profile, job.out)
-    state = checkpoint.newest(job.out)
-    if state is None:
+    saved = checkpoint.newest(job.out)
+    if saved is None:
         job.begin()
     else:
-        job.restore(*state)
+        job.restore(*saved)
     report.start = (0.0 if job.phase == "relax" else relaxation) + job.integrator.time
     if job.phase == "relax":
         job.relax(report)

@@ -1,8 +1,12 @@
-"""What the state of a particle says: pressure, sound speed, yield, damage; everything that a pair loop then only reads.
+"""What the state of a particle says: pressure, sound speed, yield, damage, pores; everything that a pair loop then only reads.
 
-Order for every particle: equation of state -> tension cut -> yield (radial return) -> damage. Damage acts once per evaluation, on tension and on shear:
+Order for every particle: pores -> equation of state -> tension cut -> yield (radial return) -> damage. Damage acts once per evaluation: on tension always, on
+shear where the yield law does not know it (von Mises); Drucker-Prager and Collins mix it into the yield stress, and broken material keeps its friction.
 
-    P_eff = (1 - D) P for P < 0, else P;    S_eff = (1 - D) S
+    P_eff = (1 - D) P for P < 0, else P;    S_eff = (1 - D) S / alpha  or  S / alpha
+
+S is that of the matrix, and so are the pressure and the strains that yield and flaws see (sigma_s = alpha sigma). The tension cut is the material's, or where
+the cone of Drucker and Prager ends, whichever is less; in porous material it is divided by alpha like every stress.
 
 A particle that has lost its neighbours expands freely: its pressure and stress fade with the number of neighbours left, consistently in force and
 energy, so that nothing is created; its remaining internal energy is booked in the history.
@@ -16,9 +20,12 @@ import numpy as np
 
 from matter.errors import UnphysicalState
 from matter.jit import law, parallel_kernel, prange
-from sph.damage import grady_kipp
-from sph.eos import tillotson
+from sph.damage import grady_kipp, growth, growth_linear
+from sph.eos import dispatch as eos
 from sph.materials import Materials, Rows
+from sph.porosity import compaction_damage
+from sph.porosity import dispatch as porosity
+from sph.strength import dispatch as strengths
 from sph.strength import von_mises
 
 FREE, BOUND = 4, 10  # a particle with at most FREE neighbours feels no pressure, from BOUND on all of it
@@ -34,51 +41,72 @@ def holding(count):
 
 @parallel_kernel
 def _evaluate(
-    position, velocity, mass, rho, u, h, stress, root_damage, material, count, rows, flaw_first, flaw_last, flaw_strain, strength, damage,
-    row, pressure, sound, wave, damage_rate, damage_cap, status,
+    position, velocity, mass, rho, u, h, stress, root_damage, distention, material, count, rows, flaw_first, flaw_last, flaw_strain,
+    strength, damage, crushing,
+    row, pressure, sound, wave, damage_rate, damage_cap, status, alpha, stiffness,
 ):  # fmt: skip
     n = len(mass)
     for i in prange(n):
         m = material[i]
-        t = rows.tillotson[m]
-        p = tillotson.Parameters(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8], t[9])
         bad = not (rho[i] > 0.0) or not (abs(u[i]) < 1e30) or not (abs(velocity[i, 0] + velocity[i, 1] + velocity[i, 2]) < 1e30)
         status[i] = 1 if bad else 0
-        P, d_rho, d_u = tillotson.pressure_and_derivatives(rho[i], u[i], p)
-        c2 = d_rho + P / (rho[i] * rho[i]) * d_u
-        P = max(P, -rows.tension[m])
+        a, thin, slow, G = 1.0, 1.0, 1.0, rows.shear[m]
+        if alpha is not None:  # compiled without pores where it is None
+            if rows.porosity[m] > 0:
+                a, rest, loading, unloading, slow = porosity.compact(
+                    rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m], rho[i], u[i], distention[i], crushing
+                )
+                distention[i] = rest
+                stiffness[i, 0], stiffness[i, 1] = loading, unloading
+                thin = 1.0 / a
+            alpha[i] = a
+        P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
+        P *= thin
+        c2 = slow * slow * (d_rho + P * thin / (rho[i] * rho[i]) * d_u)
+        P = max(P, -rows.tension[m] * thin)
         keep = holding(count[i])
         sxx, sxy, sxz, syy, syz = stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4]
-        D = 0.0
+        D, s = 0.0, keep * thin
         damage_rate[i], damage_cap[i] = 0.0, 0.0
-        if strength and rows.shear[m] > 0.0:
+        if strength and G > 0.0:
+            root = root_damage[i]
+            if alpha is not None and damage and rows.growth[m] >= 0:
+                root = compaction_damage.total(root, compaction_damage.root(distention[i], rows.alpha0[m]))
+            D = root * root * root
+            law = rows.strength[m]
+            if law == strengths.DRUCKER_PRAGER:
+                P = max(P, -strengths.apex(law, rows.strength_row[m], D) * thin)
             szz = -sxx - syy
             J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
-            y = von_mises.Parameters(rows.von_mises[m, 0], rows.von_mises[m, 1])
-            f = von_mises.return_factor(J2, von_mises.yield_stress(u[i], y))
+            f = von_mises.return_factor(J2, strengths.yield_stress(law, rows.strength_row[m], a * P, u[i], D))
             sxx, sxy, sxz, syy, syz = f * sxx, f * sxy, f * sxz, f * syy, f * syz
             stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4] = sxx, sxy, sxz, syy, syz
             if damage and rows.flawed[m] > 0.0:
                 first, last = flaw_first[i], flaw_last[i]
-                strain = grady_kipp.largest_principal(sxx, sxy, sxz, syy, syz, P) / rows.young[m]
+                strain = grady_kipp.largest_principal(sxx, sxy, sxz, syy, syz, a * P) / rows.young[m]
                 active = 0
                 while first + active < last and flaw_strain[first + active] < strain:
                     active += 1
-                cap = (active / (last - first)) ** (1.0 / 3.0)
-                damage_cap[i] = cap
-                if root_damage[i] < cap:
-                    size = (mass[i] / rho[i] * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
-                    damage_rate[i] = grady_kipp.growth_rate(float(active), rows.crack_speed[m], size)
-            D = root_damage[i] ** 3
+                if active > 0:
+                    opened, total = growth.counted(rows.growth[m], active, last - first, strain, flaw_strain[first], flaw_strain[last - 1])
+                    cap = growth.cap(rows.growth[m], opened, total)
+                    damage_cap[i] = cap
+                    if root_damage[i] < cap:
+                        crack = rows.crack_speed[m]
+                        if rows.growth[m] == growth.LINEAR:
+                            crack = growth_linear.crack_speed(rows.bulk[m], G, rho[i], D)
+                        size = (mass[i] / rho[i] * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
+                        damage_rate[i] = growth.rate(rows.growth[m], opened, total, crack, size, h[i])
+            if law <= strengths.VON_MISES:
+                s *= 1.0 - D
         else:
             sxx, sxy, sxz, syy, syz = 0.0, 0.0, 0.0, 0.0, 0.0
         if P < 0.0:
             P *= 1.0 - D
         P *= keep
-        s = (1.0 - D) * keep
-        c = math.sqrt(max(c2, 0.01 * p.A / p.rho0)) if keep > 0.0 else 0.0
+        c = math.sqrt(max(c2, rows.least_c2[m])) if keep > 0.0 else 0.0
         pressure[i], sound[i] = P, c
-        wave[i] = math.sqrt(c * c + 4.0 / 3.0 * s * rows.shear[m] / rho[i]) if strength else c
+        wave[i] = math.sqrt(c * c + 4.0 / 3.0 * s * G / rho[i]) if strength else c
         r = row[i]
         r[0], r[1], r[2] = position[i, 0], position[i, 1], position[i, 2]
         r[3], r[4], r[5] = velocity[i, 0], velocity[i, 1], velocity[i, 2]
@@ -89,21 +117,36 @@ def _evaluate(
 
 class Evaluated:
     """Work arrays of the evaluation, kept from step to step: ``row`` (n, 16), ``pressure``, ``sound``, ``wave`` (longitudinal speed),
-    ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``."""
+    ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``, the present distention ``alpha``, and ``stiffness`` (n, 2): strain of the matrix over that of the
+    porous material (the factor f of P-alpha) in compression and in expansion."""
 
     def __init__(self, n: int):
         self.row = np.zeros((n, WIDTH))
         self.pressure, self.sound, self.wave, self.damage_rate, self.damage_cap = (np.zeros(n) for _ in range(5))
+        self.alpha, self.stiffness = np.ones(n), np.ones((n, 2))
         self.status = np.zeros(n, dtype=np.int8)
 
 
-def evaluate(cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated) -> None:
-    """Fill ``out`` from the cloud's predicted state; the stress yields in place. A bad state is left in ``out.status`` for ``check``."""
+def evaluate(cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, crushing: bool = True) -> None:
+    """Fill ``out`` from the cloud's predicted state; the stress yields and pores close in place. A bad state is left in ``out.status`` for ``check``.
+
+    ``crushing`` False: pores give way elastically only (relaxation).
+    """
+    porous = bool((rows.alpha0 > 1.0).any())
     _evaluate(
         cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy, cloud.smoothing_length, cloud.stress, cloud.root_damage,
-        cloud.material, cloud.neighbours, rows, cloud.flaw_first, cloud.flaw_last, cloud.flaw_strain, strength, damage,
-        out.row, out.pressure, out.sound, out.wave, out.damage_rate, out.damage_cap, out.status,
+        cloud.distention, cloud.material, cloud.neighbours, rows, cloud.flaw_first, cloud.flaw_last, cloud.flaw_strain,
+        strength, damage, crushing, out.row, out.pressure, out.sound, out.wave, out.damage_rate, out.damage_cap, out.status,
+        out.alpha if porous else None, out.stiffness if porous else None,
     )  # fmt: skip
+
+
+def damage_of(cloud, rows: Rows) -> np.ndarray:
+    """D of every particle (n,): by tension and, in porous material that breaks, by crushing."""
+    alpha0 = rows.alpha0[cloud.material]
+    breaks = (rows.growth[cloud.material] >= 0) & (alpha0 > 1.0)
+    crushed = np.clip((alpha0 - cloud.distention) / np.where(breaks, alpha0 - 1.0, 1.0), 0.0, 1.0)
+    return np.minimum(cloud.root_damage + np.where(breaks, np.cbrt(crushed), 0.0), 1.0) ** 3
 
 
 def check(cloud, materials: Materials, out: Evaluated, time: float) -> None:

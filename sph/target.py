@@ -1,10 +1,11 @@
 """The layered target and its projectile as particles, uniform or in hydrostatic balance.
 
-Layer masses are those of the uniform layers (density rho0 of each material). A relaxed body keeps them: the one-dimensional profile
+Layer masses are those of the uniform layers (density rho0 of each material, pores taken off). A relaxed body keeps them: the one-dimensional profile
 
     dP/dr = -rho g,   g = G m(r) / r^2,   P = P_cold(rho)        (cold curve of the layer's equation of state, u = 0)
 
-is solved on shells of fixed mass, and the particles are stretched radially to it, r -> r(m).
+is solved on shells of fixed mass, and the particles are stretched radially to it, r -> r(m). A porous layer starts at rho0 / alpha0, and where the pressure
+closes pores it is set up with them closed.
 """
 
 from __future__ import annotations
@@ -17,16 +18,17 @@ import numpy as np
 from matter import packing
 from matter.body import Impact, Target
 from matter.errors import InputError
+from matter.jit import kernel
 from matter.tree import G
-from sph.eos import tillotson
-from sph.materials import Materials, parameters
+from sph.materials import Materials, collect
+from sph.porosity import dispatch as porosity
 
 
 class Profile(NamedTuple):
     """The body against radius, on shells of fixed mass from the centre: all arrays (n,), SI.
 
     ``uniform_radius`` is the outer radius of a shell at uniform density, ``radius`` in balance; density and pressure hold at ``middle``, gravity and
-    the enclosed ``mass`` at ``radius``; ``layer`` counts from the centre.
+    the enclosed ``mass`` at ``radius``; ``layer`` counts from the centre; ``distention`` is that at rest.
     """
 
     uniform_radius: np.ndarray
@@ -37,10 +39,19 @@ class Profile(NamedTuple):
     gravity: np.ndarray
     mass: np.ndarray
     layer: np.ndarray
+    distention: np.ndarray
 
 
-def hydrostatic(target: Target, shells: int = 4000) -> Profile:
-    """The one-dimensional profile of the target, relaxed or (``start = "literal"``) uniform with P = 0.
+@kernel
+def _loaded(P, material, rows, rho, distention):
+    """Density and resting distention of cold shells under the pressure P."""
+    for i in range(len(P)):
+        m = material[i]
+        rho[i], distention[i] = porosity.at_pressure(rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m], P[i])
+
+
+def hydrostatic(target: Target, shells: int = 4000, materials: Materials | None = None) -> Profile:
+    """The one-dimensional profile of the target, relaxed or (``start = "literal"``) uniform with P = 0; ``materials`` as published by default.
 
     Raises ``InputError`` when the balance does not converge (a body too massive for its materials).
     """
@@ -50,8 +61,9 @@ def hydrostatic(target: Target, shells: int = 4000) -> Profile:
     edges = np.concatenate([[0.0], *pieces])
     middle = 0.5 * (edges[1:] + edges[:-1])
     layer = np.searchsorted(outer, middle)
-    eos = [parameters(tillotson.Parameters, piece.material, "tillotson") for piece in target.layers]
-    rho0 = np.array([p.rho0 for p in eos])[layer]
+    materials = materials or collect(target.materials)
+    material = np.array([materials.index(piece.material) for piece in target.layers])[layer]
+    rho0, distention = materials.bulk_density[material], materials.rows.alpha0[material]
     dm = rho0 * 4.0 / 3.0 * math.pi * np.diff(edges**3)
     mass = np.cumsum(dm)
     rho, P, r = rho0.copy(), np.zeros_like(rho0), edges[1:].copy()
@@ -64,7 +76,9 @@ def hydrostatic(target: Target, shells: int = 4000) -> Profile:
         m_mid = mass - 0.5 * dm
         dP = G * m_mid * dm / (4.0 * math.pi * np.maximum(r_mid, 1e-9 * outer[-1]) ** 4)
         P = np.cumsum(dP[::-1])[::-1] - 0.5 * dP
-        rho = np.array([tillotson.density(P[i], 0.0, eos[layer[i]]) for i in range(len(P))])
+        _loaded(P, material, materials.rows, rho, distention)
+        if not (rho > 0.0).all():
+            break
         change = float(np.abs(r_new - r).max() / outer[-1])
         r = r_new
         if sweep > 0 and change < 1e-12:  # the first sweep still sees uniform density
@@ -73,7 +87,7 @@ def hydrostatic(target: Target, shells: int = 4000) -> Profile:
     if not converged:
         raise InputError("the target finds no hydrostatic balance: it is too massive for its materials")
     middle = 0.5 * (np.concatenate([[0.0], r[:-1]]) + r)
-    return Profile(edges[1:], r, middle, rho, P, G * mass / r**2, mass, layer)
+    return Profile(edges[1:], r, middle, rho, P, G * mass / r**2, mass, layer, distention)
 
 
 def spacing_law(target: Target, zones: Zones):
@@ -107,7 +121,8 @@ class Zones(NamedTuple):
 
 
 class Body(NamedTuple):
-    """Particles of the target or the projectile: position (n, 3), mass, density, h (n,), layer (n,) int (-1 projectile), material index."""
+    """Particles of the target or the projectile: position (n, 3), mass, density, h (n,), layer (n,) int (-1 projectile), material index, and distention
+    (density of the matrix over that of the particle; 1 is solid)."""
 
     position: np.ndarray
     mass: np.ndarray
@@ -115,6 +130,7 @@ class Body(NamedTuple):
     h: np.ndarray
     layer: np.ndarray
     material: np.ndarray
+    distention: np.ndarray | float = 1.0
 
 
 def build(target: Target, profile: Profile, materials: Materials, zones: Zones, seed: int) -> Body:
@@ -142,7 +158,7 @@ def build(target: Target, profile: Profile, materials: Materials, zones: Zones, 
     position, volume = np.concatenate(points), np.concatenate(volumes)
     layer_of, h = np.concatenate(layers), np.concatenate(supports)
     mass = np.empty(len(position))
-    density0 = np.array([materials.tillotson[materials.index(piece.material), 0] for piece in target.layers])
+    density0 = np.array([materials.bulk_density[materials.index(piece.material)] for piece in target.layers])
     for l in range(len(target.layers)):
         mine = layer_of == l
         if not mine.any():
@@ -153,19 +169,20 @@ def build(target: Target, profile: Profile, materials: Materials, zones: Zones, 
     r = np.linalg.norm(position, axis=1)
     stretched = np.interp(r, np.concatenate([[0.0], profile.uniform_radius]), np.concatenate([[0.0], profile.radius]))
     position = position * (stretched / r)[:, None]
-    density = np.empty(len(position))
+    density, distention = np.empty(len(position)), np.empty(len(position))
     for l in range(len(target.layers)):  # layer by layer: density jumps at interfaces
         mine, shells = layer_of == l, profile.layer == l
         density[mine] = np.interp(stretched[mine], profile.middle[shells], profile.density[shells])
+        distention[mine] = np.interp(stretched[mine], profile.middle[shells], profile.distention[shells])
     material = np.array([materials.index(piece.material) for piece in target.layers])[layer_of]
-    return Body(position, mass, density, h, layer_of.astype(np.int32), material.astype(np.int32))
+    return Body(position, mass, density, h, layer_of.astype(np.int32), material.astype(np.int32), distention)
 
 
 def projectile(impact: Impact, spacing: float, surface: float, gap: float, materials: Materials) -> Body:
     """A uniform sphere of particles about ``spacing`` apart on its way to (0, 0, ``surface``), ``gap`` [m] above it."""
     body = impact.projectile
     index = materials.index(body.material)
-    rho0 = materials.tillotson[index, 0]
+    rho0 = materials.bulk_density[index]
     places = packing.hexagonal(spacing, body.radius) if body.volume > 3.0 * spacing**3 else np.zeros((1, 3))
     places = places - places.mean(axis=0)
     velocity = np.array(impact.velocity)
@@ -179,4 +196,5 @@ def projectile(impact: Impact, spacing: float, surface: float, gap: float, mater
         np.full(n, 2.0 * (body.volume / n) ** (1.0 / 3.0)),
         np.full(n, -1, dtype=np.int32),
         np.full(n, index, dtype=np.int32),
+        np.full(n, materials.rows.alpha0[index]),
     )

@@ -1,12 +1,8 @@
 """Grady-Kipp fragmentation with explicit Weibull flaws (Benz & Asphaug 1994, 1995).
 
-The number of flaws per volume that activate below the strain eps is n(eps) = k eps^m. A particle with n_act of its n flaws active grows
-
-    d(D^(1/3))/dt = n_act^(1/3) c_g / R_s,    D^(1/3) <= (n_act / n)^(1/3)
-
-with the crack speed c_g = 0.4 c_p (c_p the longitudinal wave speed) and R_s the radius of the sphere of the particle's volume. n_act^(1/3) follows from
-volume: n independent cracks break the fraction n (c t / R)^3. The local strain is eps = sigma_max / E, with the largest principal tensile stress
-before damage and Young's modulus E = 9 K mu / (3 K + mu).
+The number of flaws per volume that activate below the strain eps is n(eps) = k eps^m. Active flaws grow cracks at c_g = 0.4 c_p (c_p the longitudinal
+wave speed), and damage with them by one of the laws of ``sph.damage.growth``. The local strain is eps = sigma_max / E, with the largest principal
+tensile stress before damage and Young's modulus E = 9 K mu / (3 K + mu); in a porous material stress and strain are those of the matrix.
 """
 
 import math
@@ -40,12 +36,6 @@ def largest_principal(sxx, sxy, sxz, syy, syz, pressure):
     return 2.0 * math.sqrt(J2 / 3.0) * math.cos(angle) - pressure
 
 
-@law
-def growth_rate(active, crack_speed, radius):
-    """d(D^(1/3))/dt [1/s] with ``active`` flaws, crack speed [m/s] and particle radius R_s [m]."""
-    return active ** (1.0 / 3.0) * crack_speed / radius
-
-
 def flaws(volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Seed the flaws of one material (Benz & Asphaug 1995, section 2.3).
 
@@ -54,7 +44,7 @@ def flaws(volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator)
 
     Parameters
     ----------
-    volumes : solid volume of each particle [m^3], in order of identity.
+    volumes : solid volume of each particle [m^3] (without its pores), in order of identity.
 
     Returns
     -------

@@ -97,15 +97,34 @@ def sound_speed(rho, u, p):
 
 @law
 def density(P, u, p):
-    """The compressed density [kg/m^3] with pressure P >= 0 [Pa] at specific energy u [J/kg], by Newton steps from rho0."""
-    rho = p.rho0
+    """The density [kg/m^3] with pressure P [Pa] at specific energy u [J/kg]; -1 where none exists.
+
+    Compressed: Newton steps from rho0. Where the pressure at rho0 is above P, the first root below rho0 (the condensed branch; tension down to the law's
+    least pressure has one too), found by walking down and bisection.
+    """
+    if P >= pressure(p.rho0, u, p):
+        rho = p.rho0
+        for _ in range(60):
+            value, d_rho, _d_u = _compressed(rho, max(u, 0.0), p)
+            step = (P - value) / d_rho
+            rho = max(rho + step, 0.5 * rho)
+            if abs(step) < 1e-13 * rho:
+                break
+        return rho
+    high = p.rho0
+    low = 0.98 * high
+    while pressure(low, u, p) > P:
+        high = low
+        low = 0.98 * low
+        if low < 1e-9 * p.rho0:
+            return -1.0
     for _ in range(60):
-        value, d_rho, _d_u = _compressed(rho, u, p)
-        step = (P - value) / d_rho
-        rho = max(rho + step, 0.5 * rho)
-        if abs(step) < 1e-13 * rho:
-            break
-    return rho
+        middle = 0.5 * (low + high)
+        if pressure(middle, u, p) > P:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (low + high)
 
 
 @law

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sph.eos import tillotson
-from sph.materials import parameters
+from sph.material_settings import parameters
 
 GOLDEN = [row for row in csv.reader((Path(__file__).parent.parent / "data" / "tillotson_golden.csv").open()) if not row[0].startswith("#")]
 MATERIALS = ("basalt", "ice", "water", "water_thesis", "iron")

@@ -1,0 +1,59 @@
+"""Drucker-Prager yield: friction and cohesion (Drucker & Prager 1952, Q. Appl. Math. 10, 157), for soil, sand and broken rock.
+
+    sqrt(J2) <= (1 - D) A + B P,   A = 6 c cos(phi) / (sqrt(3) (3 - sin(phi))),   B = 6 sin(phi) / (sqrt(3) (3 - sin(phi)))
+
+phi angle of internal friction, c cohesion, P pressure (positive in compression), D damage: the cone through the compressive edges of Mohr-Coulomb, so that
+triaxial compression yields at the angle phi. Damage breaks the cohesion and leaves the friction; the shear stress itself is not reduced by it. The whole is
+softened by the melt energy. The cone ends at the tension P = -(1 - D) A / B: beyond it no pressure is borne, and none at all by dry sand (c = 0). phi = 0
+is a constant shear strength, c cot(phi) then infinite.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from pydantic import Field
+
+from matter.jit import law
+from matter.quantity import Angle, Pressure, SpecificEnergy
+from sph.strength import thermal_softening
+
+SQRT3 = math.sqrt(3.0)
+
+
+class Parameters(NamedTuple):
+    """friction_angle phi [rad], cohesion c [Pa], melt_energy [J/kg] (default: no softening)."""
+
+    friction_angle: Annotated[Angle, Field(ge=0.0, lt=0.5 * math.pi)]
+    cohesion: Annotated[Pressure, Field(ge=0.0)]
+    melt_energy: Annotated[SpecificEnergy, Field(gt=0.0)] = math.inf
+
+
+class Cone(NamedTuple):
+    """A [Pa], B and melt_energy [J/kg]: what the compiled loop reads, without angles."""
+
+    A: float
+    B: float
+    melt_energy: float
+
+
+def cone(p: Parameters) -> Cone:
+    """The cone of an angle and a cohesion."""
+    edge = 6.0 / (SQRT3 * (3.0 - math.sin(p.friction_angle)))
+    return Cone(edge * p.cohesion * math.cos(p.friction_angle), edge * math.sin(p.friction_angle), p.melt_energy)
+
+
+@law
+def shear_strength(P, u, D, k):
+    """The limit of sqrt(J2) [Pa] at pressure P [Pa], specific energy u [J/kg] and damage D; ``k`` a ``Cone``."""
+    return max((1.0 - D) * k.A + k.B * P, 0.0) * thermal_softening.softening(u, k.melt_energy)
+
+
+@law
+def apex(D, k):
+    """The largest tension [Pa] that the cone admits, (1 - D) A / B = (1 - D) c cot(phi); 1e300 for a cohesive material without friction."""
+    left = (1.0 - D) * k.A
+    if left <= 0.0:
+        return 0.0
+    if k.B <= 0.0:
+        return 1e300
+    return left / k.B
