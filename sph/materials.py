@@ -113,6 +113,7 @@ def collect(names: tuple[str, ...], choices: Mapping[str, Choice] | None = None)
         _fill_strength(rows, i, name, choice)
         _fill_damage(rows, i, name, choice)
         _fill_pores(rows, i, name, choice)
+        _refuse_idle(rows, i, name, choice)
     return Materials(names, rows, choices)
 
 
@@ -186,3 +187,16 @@ def _fill_pores(rows: Rows, i: int, name: str, choice: Choice) -> None:
 def _refuse(name: str, title: str, fault: str) -> None:
     if fault:
         raise InputError(f"material {name!r}, [{title}]: {fault}")
+
+
+def _refuse_idle(rows: Rows, i: int, name: str, choice: Choice) -> None:
+    """Values for a law that the material does not take would change nothing: most likely the choice of the law was forgotten."""
+    chosen = {"eos": eos.LAWS[rows.eos[i]], "strength": strength.LAWS[rows.strength[i]], "porosity": porosity.LAWS[rows.porosity[i]]}
+    chosen["crush"] = crush.LAWS[rows.crush[i]] if rows.porosity[i] == porosity.P_ALPHA else "none"
+    families = [("eos", eos.LAWS, ""), ("strength", strength.LAWS, ""), ("porosity", porosity.LAWS, ""), ("crush", crush.LAWS, "crush_")]
+    for family, laws, prefix in families:
+        for law in laws:
+            if law != chosen[family] and getattr(choice, prefix + law, None):
+                raise InputError(f"material {name!r}: [{prefix}{law}] is given, but {family} is {chosen[family]!r}")
+    if choice.weibull and rows.growth[i] < 0:
+        raise InputError(f"material {name!r}: [weibull] is given, but damage is 'none'")

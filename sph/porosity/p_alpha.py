@@ -6,8 +6,8 @@ Loading follows the crush curve, alpha = 1 + (alpha_s - 1) openness(P), from the
 
     d alpha / dP = (alpha^2 / K_0) (1 - 1/h^2),   h = 1 + (alpha - 1) (c_e - c_0) / (c_0 (alpha_0 - 1))       (Herrmann's elastic part)
 
-with c_e and c_0 the sound speeds of the porous and the solid material and K_0 = rho_0 c_0^2; c_e = c_0 means alpha constant. alpha_s = alpha at Pe on the
-elastic line from alpha_0 (= alpha_0 when c_e = c_0).
+with c_e and c_0 the sound speeds of the porous and the solid material and K_0 the bulk modulus of the matrix at rest; c_e = c_0 means alpha constant.
+alpha_s = alpha at Pe on the elastic line from alpha_0 (= alpha_0 when c_e = c_0).
 
 **State.** A particle keeps one number, the distention alpha_z that it would have if it were unloaded to P = 0: it can only fall. Given rho and u, alpha
 solves the implicit equation (elastic line of alpha_z, or crush curve, whichever is lower); on the crush curve alpha_z follows. The published codes integrate
@@ -130,11 +130,11 @@ def _crushed(rho, u, most, kind, material, curve, row, p):
         else:
             low = alpha
         step = miss / (1.0 - (p.start - 1.0) * crush.slope(curve, row, P) * by_alpha)
-        alpha -= step
-        if not (low <= alpha <= high):
-            alpha = 0.5 * (low + high)
         if abs(step) < 1e-14 or high - low < 1e-14:
             break
+        alpha -= step
+        if not (low < alpha < high):  # Newton left the bracket, or would not move
+            alpha = 0.5 * (low + high)
     return alpha
 
 
@@ -180,5 +180,5 @@ def pores(p: Parameters, form: str, rho0: float, bulk: float, Pe: float) -> Pore
         if p.elastic_speed > c0:
             raise ValueError(f"elastic_speed must not be above that of the solid, {c0:.4g} m/s")
         stretch = (p.elastic_speed - c0) / (c0 * (p.alpha0 - 1.0))
-    made = Pores(p.alpha0, p.alpha0, stretch, rho0 * c0 * c0, float(FORMS.index(form)))
+    made = Pores(p.alpha0, p.alpha0, stretch, bulk, float(FORMS.index(form)))
     return made._replace(start=along_elastic(p.alpha0, Pe, made))

@@ -40,4 +40,4 @@ def test_another_year_is_another_paper():
 
 @pytest.mark.parametrize("name", material.names())
 def test_every_equation_of_state_of_a_material_is_cited(name):
-    assert references.cited(str(material.load(name)["tillotson"]["source"]))
+    assert references.cited(str(material.load(name)[material.choices(name).get("eos", "tillotson")]["source"]))
