@@ -7,6 +7,7 @@ A shock that runs at us into material of density rho0, energy u0, pressure P0 an
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -53,7 +54,7 @@ def behind(pressure: Callable[[float, float], float], ahead: State, velocity: fl
         return state.P - pressure(state.rho, state.u)
 
     grid = np.concatenate([np.geomspace(1e-6, 0.01, 120), np.linspace(0.01, 0.999, 400)[1:], 1.0 - np.geomspace(1e-3, 1e-6, 20)[1:]])
-    for low, high in zip(grid[:-1], grid[1:]):
+    for low, high in itertools.pairwise(grid.tolist()):
         if miss(low) > 0.0 >= miss(high):
             return made(float(brentq(miss, low, high, xtol=1e-15, rtol=1e-14)))
     raise ValueError(f"no shock to {velocity} m/s obeys the jump conditions")

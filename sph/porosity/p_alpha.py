@@ -160,7 +160,10 @@ def distention(rho, u, rest, kind, material, curve, row, p, crushing):
 
 @law
 def strain_factor(rho, u, alpha, by_pressure, kind, material, p):
-    """f = 1 + (rho / alpha) d alpha / d rho for a path with the slope ``by_pressure`` = d alpha / dP [1/Pa]."""
+    """f = 1 + (rho / alpha) d alpha / d rho for a path with the slope ``by_pressure`` = d alpha / dP [1/Pa].
+
+    Where heat alone closes pores it comes out some 1e-4 below zero; it is 0 there: shear stress never grows against the strain.
+    """
     if by_pressure == 0.0:
         return 1.0
     P, by_alpha, by_rho, by_u = _bulk(alpha, rho, 0.0 if p.cold > 0.0 else u, kind, material)
