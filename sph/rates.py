@@ -122,8 +122,8 @@ def _pairs(
             approach[i] = -slowest
             count[i] = int(near) - (padded - many)
             G = shear[material[i]]
-            G *= stiffness[i, 0] if trace < 0.0 else stiffness[i, 1]
             if strength and G > 0.0:
+                G *= stiffness[i, 0] if trace < 0.0 else stiffness[i, 1]
                 det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
                 # a lopsided neighbourhood (surface spray) has no useful inverse: plain gradients there
                 if det > 0.05 and det < 20.0:

@@ -38,11 +38,12 @@ def material(name="basalt", **changes):
     return state, pressure, rows
 
 
+MEASURED = {"pressures": ["1 MPa", "20 MPa", "0.1 GPa"], "distentions": [1.8, 1.3, 1.0]}
 MATERIALS = {
     "quadratic": ("basalt", {"p_alpha": {"alpha0": 1.5}, "crush_quadratic": {"Pe": "0.1 GPa", "Ps": "1 GPa"}}),
     "elastic": ("aluminum", {}),
     "two powers": ("pumice", {}),
-    "table": ("basalt", {"p_alpha": {"alpha0": 1.8}, "crush": "table", "crush_table": {"pressures": ["1 MPa", "20 MPa", "0.1 GPa"], "distentions": [1.8, 1.3, 1.0]}}),
+    "table": ("basalt", {"p_alpha": {"alpha0": 1.8}, "crush": "table", "crush_table": MEASURED}),
     "density": ("aluminum", {"crush_form": "density"}),
 }  # fmt: skip
 
@@ -137,7 +138,7 @@ def test_elastic_wave_speed_is_the_given_one():
 
 
 def test_form_density_does_not_see_heat():
-    state, _, rows = material("aluminum", crush_form="density")
+    state, _, _ = material("aluminum", crush_form="density")
     by_pressure, _, _ = material("aluminum")
     assert state(2300.0, 0.0, 1.275)[:2] == state(2300.0, 1e6, 1.275)[:2]
     assert by_pressure(2300.0, 0.0, 1.275)[0] == pytest.approx(state(2300.0, 0.0, 1.275)[0], abs=1e-12)

@@ -41,9 +41,10 @@ class _Cloud:
             axis=1,
         )  # fmt: skip
 
-    def evaluate(self, alpha=1.0, beta=2.0):
+    def evaluate(self, alpha=1.0, beta=2.0, stiffness=None):
         out = rates.Rates(len(self.mass))
-        rates.compute(self.rows(), self.found, self, SHEAR, np.ones((len(self.mass), 2)), alpha, beta, True, out)
+        stiffness = np.ones((len(self.mass), 2)) if stiffness is None else stiffness
+        rates.compute(self.rows(), self.found, self, SHEAR, stiffness, alpha, beta, True, out)
         return out
 
 
@@ -100,6 +101,21 @@ def test_rotation_turns_the_stress_and_makes_none():
         wanted = W @ S - S @ W
         got = np.array([r.stress[i, 0], r.stress[i, 1], r.stress[i, 2], r.stress[i, 3], r.stress[i, 4]])
         assert got == pytest.approx(np.array([wanted[0, 0], wanted[0, 1], wanted[0, 2], wanted[1, 1], wanted[1, 2]]), rel=1e-8, abs=1e-3)
+
+
+def test_pores_scale_the_strain_of_the_matrix_and_neither_rotation_nor_energy():
+    """Porous: dS = 2 f mu dev(eps) + rotation, f by the sign of the divergence; force and heating do not see f."""
+    c = _Cloud(1000)
+    solid = c.evaluate()
+    f = np.stack([np.full(1000, 0.25), np.full(1000, 0.5)], axis=1)
+    porous, none = c.evaluate(stiffness=f), c.evaluate(stiffness=0.0 * f)
+    assert np.array_equal(solid.acceleration, porous.acceleration) and np.array_equal(solid.energy, porous.energy)
+    share = np.where(solid.divergence < 0, 0.25, 0.5)[:, None]
+    assert np.abs(porous.stress - none.stress - share * (solid.stress - none.stress)).max() < 1e-9 * np.abs(solid.stress).max()
+    c.velocity = np.cross([0.3e-3, -0.2e-3, 0.5e-3], c.position)
+    inner = ((c.position > 2.5e3) & (c.position < 6.5e3)).all(axis=1)
+    turned, held = c.evaluate(0.0, 0.0).stress[inner], c.evaluate(0.0, 0.0, 0.0 * f).stress[inner]
+    assert np.abs(turned - held).max() < 1e-9 * np.abs(turned).max() and np.abs(held).max() > 1e4
 
 
 def test_damage_takes_tension_and_shear_once():

@@ -1,0 +1,162 @@
+"""The evaluation of particles with each yield law, growth law and with pores: what the pair loop gets to see."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from matter.errors import InputError
+from sph import state
+from sph.damage import growth, growth_linear
+from sph.material_settings import Choice
+from sph.materials import collect
+
+
+def cloud(n=1, **fields):
+    """n resting particles of one material, changed by ``fields``."""
+    values = {
+        "position": np.zeros((n, 3)), "velocity": np.zeros((n, 3)), "mass": np.full(n, 1e9), "density": np.full(n, 2700.0),
+        "specific_energy": np.zeros(n), "smoothing_length": np.full(n, 100.0), "stress": np.zeros((n, 5)), "root_damage": np.zeros(n),
+        "distention": np.ones(n), "material": np.zeros(n, dtype=np.int32), "neighbours": np.full(n, 50, dtype=np.int32),
+        "flaw_first": np.arange(n), "flaw_last": np.arange(1, n + 1), "flaw_strain": np.full(n, 1e9, dtype=np.float32),
+    }  # fmt: skip
+    return SimpleNamespace(**{**values, **{name: np.array(value) for name, value in fields.items()}})
+
+
+def evaluated(body, name, crushing=True, **changes):
+    materials = collect((name,), {name: Choice.model_validate(changes)})
+    out = state.Evaluated(len(body.mass))
+    state.evaluate(body, materials.rows, True, True, out, crushing)
+    assert not out.status.any()
+    return out, materials
+
+
+def invariant(stress):
+    a, b, c, d, e = stress
+    return math.sqrt(0.5 * (a * a + d * d + (a + d) ** 2) + b * b + c * c + e * e)
+
+
+SAND = {"strength": "drucker_prager", "drucker_prager": {"friction_angle": "30 deg", "cohesion": "0 Pa"}, "damage": "none"}
+
+
+def test_sand_yields_with_its_pressure_and_pulls_nothing():
+    body = cloud(3, density=[2730.0, 2800.0, 2600.0], stress=np.full((3, 5), 1e10))
+    out, _ = evaluated(body, "basalt", **SAND)
+    B = 6 * 0.5 / (math.sqrt(3) * 2.5)
+    for i in (0, 1):
+        assert invariant(body.stress[i]) == pytest.approx(B * out.pressure[i], rel=1e-12) and out.pressure[i] > 1e8
+    assert out.pressure[2] == 0.0 and invariant(body.stress[2]) == 0.0
+    again = body.stress.copy()
+    evaluated(body, "basalt", **SAND)
+    np.testing.assert_allclose(body.stress, again, rtol=1e-14)
+
+
+def test_broken_rock_keeps_its_friction_and_von_mises_does_not():
+    """Collins and Drucker-Prager mix damage into the yield stress: what yields goes to the pair loop whole."""
+    for strength, carries in (("collins", True), ("drucker_prager", True), ("von_mises", False)):
+        body = cloud(2, density=[2800.0, 2800.0], stress=np.full((2, 5), 1e10), root_damage=[0.0, 1.0])
+        out, _ = evaluated(body, "basalt", strength=strength)
+        assert (abs(out.row[1, 11]) > 1e7) == carries, strength
+        assert out.row[1, 11] == pytest.approx(body.stress[1, 1] if carries else 0.0)
+        assert out.pressure[0] == out.pressure[1]
+    body = cloud(2, density=[2800.0, 2800.0], stress=np.full((2, 5), 1e10), root_damage=[0.0, 1.0])
+    out, _ = evaluated(body, "basalt", strength="collins")
+    assert invariant(body.stress[1]) == pytest.approx(0.8 * out.pressure[1], rel=1e-12)
+    assert invariant(body.stress[0]) > invariant(body.stress[1])
+
+
+@pytest.mark.parametrize("law", growth.LAWS)
+def test_growth_goes_by_the_chosen_law(law):
+    strains = np.array([1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4, 7e-4, 8e-4], dtype=np.float32)
+    young = 9 * 26.7e9 * 22.7e9 / (3 * 26.7e9 + 22.7e9)
+    pull = 4.5e-4 * young
+    body = cloud(1, density=[2700.0], stress=[[pull, 0, 0, -0.5 * pull, 0]], flaw_last=[8], flaw_strain=strains, root_damage=[0.1])
+    out, materials = evaluated(body, "basalt", damage=law)
+    radius = (1e9 / 2700 * 3 / (4 * math.pi)) ** (1 / 3)
+    crack = materials.rows.crack_speed[0]
+    assert crack == pytest.approx(1837.3, abs=0.1)
+    strain = (pull - out.pressure[0]) / young
+    m0 = math.log(8) / math.log(8)
+    rate, cap = {
+        "cube_root": (4 ** (1 / 3) * crack / radius, 0.5 ** (1 / 3)),
+        "single": (crack / radius, 1.0),
+        "linear": (4 * growth_linear.crack_speed(26.7e9, 22.7e9, 2700.0, 1e-3) / 100.0, 0.5 ** (1 / 3)),
+        "weibull": ((strain / 1e-4) ** (m0 / 3) * crack / 100.0, 1.0),
+        "fraction": (0.5 * crack / radius, 0.5 ** (1 / 3)),
+    }[law]
+    assert out.damage_rate[0] == pytest.approx(rate, rel=1e-6) and out.damage_cap[0] == pytest.approx(cap)
+
+
+POROUS = {"porosity": "p_alpha", "p_alpha": {"alpha0": 1.5}, "crush_quadratic": {"Pe": "0.1 GPa", "Ps": "1 GPa"}}
+
+
+def test_pores_close_and_break():
+    """Below Pe nothing; on the curve alpha(P), S / alpha, damage by crushing; above Ps solid and broken."""
+    body = cloud(3, density=[1800.0, 2300.0, 2900.0], distention=[1.5] * 3, stress=np.full((3, 5), 1e6))
+    out, materials = evaluated(body, "basalt", **POROUS)
+    assert out.alpha[0] == body.distention[0] == 1.5 and out.pressure[0] == pytest.approx(0.0, abs=1.0)
+    alpha = out.alpha[1]
+    assert 1.0 < alpha < 1.5
+    assert alpha == pytest.approx(1 + 0.5 * ((1e9 - out.pressure[1]) / 0.9e9) ** 2, abs=1e-9)
+    assert out.alpha[2] == 1.0 == body.distention[2]
+    D = state.damage_of(body, materials.rows)
+    assert D == pytest.approx([0.0, 1 - (alpha - 1) / 0.5, 1.0], abs=1e-9)
+    assert out.row[:, 11] == pytest.approx(body.stress[:, 1] * (1 - D) / out.alpha, abs=1e-6)
+    assert out.stiffness[1, 0] < 0.5 and out.stiffness[1, 1] == 1.0 and np.all(out.stiffness[[0, 2]] == 1.0)
+    solid, _ = evaluated(cloud(1, density=[2900.0]), "basalt")
+    assert out.pressure[2] == pytest.approx(solid.pressure[0], rel=1e-12)
+
+
+def test_pores_held_open_in_relaxation():
+    body = cloud(1, density=[2300.0], distention=[1.5])
+    out, _ = evaluated(body, "basalt", crushing=False, **POROUS)
+    assert body.distention[0] == 1.5 == out.alpha[0] and out.pressure[0] > 1e9
+
+
+def test_alpha0_of_one_changes_nothing():
+    fields = {"density": [2800.0], "stress": np.full((1, 5), 1e8), "root_damage": [0.3]}
+    plain, _ = evaluated(cloud(**fields), "basalt")
+    one, materials = evaluated(cloud(**fields), "basalt", porosity="p_alpha", p_alpha={"alpha0": 1.0})
+    assert np.array_equal(plain.row, one.row) and not materials.porous
+    beside = collect(("basalt", "pumice"))  # compiled with pores, for the sake of another material
+    out = state.Evaluated(1)
+    state.evaluate(cloud(**fields), beside.rows, True, True, out)
+    assert np.array_equal(plain.row, out.row) and beside.porous
+
+
+def test_tension_of_porous_material_is_cut_by_its_distention():
+    body = cloud(1, density=[1700.0], distention=[1.5])
+    out, materials = evaluated(body, "basalt", **POROUS)
+    assert out.pressure[0] == pytest.approx(-materials.rows.tension[0] / 1.5)
+
+
+def test_a_value_for_a_law_that_is_not_taken_is_refused():
+    with pytest.raises(InputError, match=r"\[p_alpha\] is given, but porosity is 'none'"):
+        collect(("basalt",), {"basalt": Choice(p_alpha={"alpha0": 1.5})})
+    with pytest.raises(InputError, match=r"\[weibull\] is given, but damage is 'none'"):
+        collect(("basalt",), {"basalt": Choice(damage="none", weibull={"m": 9})})
+
+
+@pytest.mark.parametrize(
+    "changes,message",
+    [
+        ({"strength": "drucker_prager", "drucker_prager": {"cohesion": 5.0}}, "cohesion: the unit is missing"),
+        ({"strength": "drucker_prager", "drucker_prager": {"cohesion": "5 m"}}, "not a quantity in Pa"),
+        ({"strength": "drucker_prager", "drucker_prager": {"angle": "5 deg"}}, "angle"),
+        ({"strength": "collins", "collins": {"limiting_strength": "1 MPa"}}, "limiting_strength must be above cohesion"),
+        ({"porosity": "p_alpha", "crush_quadratic": {"Pe": "3 GPa"}}, "Ps must be above Pe"),
+        ({"porosity": "p_alpha", "p_alpha": {"elastic_speed": "9 km/s"}}, "elastic_speed must not be above"),
+        ({"porosity": "p_alpha", "p_alpha": {"alpha0": 0.9}}, "greater than or equal to 1"),
+        ({"porosity": "p_alpha", "crush": "two_power"}, r"has no \[crush_two_power\]"),
+        ({"eos": "murnaghan"}, r"has no \[murnaghan\]"),
+    ],
+)
+def test_bad_values_are_named(changes, message):
+    with pytest.raises(InputError, match=message):
+        collect(("basalt",), {"basalt": Choice.model_validate(changes)})
+
+
+def test_a_change_of_a_material_that_is_not_there_is_refused():
+    with pytest.raises(InputError, match="no part of this run is of 'basat'; did you mean 'basalt'"):
+        collect(("basalt", "ice"), {"basat": Choice()})
