@@ -25,6 +25,7 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "root_damage": ((), "float64"),  # D^(1/3) by tension
     "half_damage": ((), "float64"),
     "distention": ((), "float64"),  # alpha at rest (P = 0): falls as pores close, 1 is solid
+    "initial_distention": ((), "float64"),
     "peak_pressure": ((), "float64"),
     "gravity": ((3,), "float64"),
     "gravity_position": ((3,), "float64"),  # where gravity was last evaluated
@@ -71,6 +72,7 @@ class Cloud:
     root_damage: np.ndarray
     half_damage: np.ndarray
     distention: np.ndarray
+    initial_distention: np.ndarray
     peak_pressure: np.ndarray
     gravity: np.ndarray
     gravity_position: np.ndarray
@@ -103,6 +105,7 @@ class Cloud:
         ):
             getattr(cloud, name)[:] = np.concatenate([getattr(body, field) for body in bodies])
         cloud.distention[:] = np.concatenate([np.broadcast_to(body.distention, len(body.mass)) for body in bodies])
+        cloud.initial_distention[:] = cloud.distention
         cloud.material[:] = np.concatenate([body.material for body in bodies])
         cloud.initial_position[:] = cloud.position
         cloud.neighbours[:] = 60  # until counted

@@ -259,6 +259,9 @@ class _Run:
         self._enter("impact")
         self.integrator.dt = s.first_step / 1.1
         self.integrator.start()
+        if self.materials.porous:  # the pressures of the particles, not quite those of the profile, have closed some pores: no damage of the impact
+            cloud.initial_distention[:] = cloud.distention
+            self.integrator.start()
 
     # ---------------------------------------------------------------- checkpoint
     def save(self) -> None:

@@ -41,7 +41,7 @@ def holding(count):
 
 @parallel_kernel
 def _evaluate(
-    position, velocity, mass, rho, u, h, stress, root_damage, distention, material, count, rows, flaw_first, flaw_last, flaw_strain,
+    position, velocity, mass, rho, u, h, stress, root_damage, distention, initial, material, count, rows, flaw_first, flaw_last, flaw_strain,
     strength, damage, crushing,
     row, pressure, sound, wave, damage_rate, damage_cap, status, alpha, stiffness,
 ):  # fmt: skip
@@ -71,7 +71,7 @@ def _evaluate(
         if strength and G > 0.0:
             root = root_damage[i]
             if alpha is not None and damage and rows.growth[m] >= 0:
-                root = compaction_damage.total(root, compaction_damage.root(distention[i], rows.alpha0[m]))
+                root = compaction_damage.total(root, compaction_damage.root(distention[i], initial[i]))
             D = root * root * root
             law = rows.strength[m]
             if law == strengths.DRUCKER_PRAGER:
@@ -135,7 +135,7 @@ def evaluate(cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, cr
     porous = bool((rows.alpha0 > 1.0).any())
     _evaluate(
         cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy, cloud.smoothing_length, cloud.stress, cloud.root_damage,
-        cloud.distention, cloud.material, cloud.neighbours, rows, cloud.flaw_first, cloud.flaw_last, cloud.flaw_strain,
+        cloud.distention, cloud.initial_distention, cloud.material, cloud.neighbours, rows, cloud.flaw_first, cloud.flaw_last, cloud.flaw_strain,
         strength, damage, crushing, out.row, out.pressure, out.sound, out.wave, out.damage_rate, out.damage_cap, out.status,
         out.alpha if porous else None, out.stiffness if porous else None,
     )  # fmt: skip
@@ -143,9 +143,9 @@ def evaluate(cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, cr
 
 def damage_of(cloud, rows: Rows) -> np.ndarray:
     """D of every particle (n,): by tension and, in porous material that breaks, by crushing."""
-    alpha0 = rows.alpha0[cloud.material]
-    breaks = (rows.growth[cloud.material] >= 0) & (alpha0 > 1.0)
-    crushed = np.clip((alpha0 - cloud.distention) / np.where(breaks, alpha0 - 1.0, 1.0), 0.0, 1.0)
+    start = cloud.initial_distention
+    breaks = (rows.growth[cloud.material] >= 0) & (start > 1.0)
+    crushed = np.clip((start - cloud.distention) / np.where(breaks, start - 1.0, 1.0), 0.0, 1.0)
     return np.minimum(cloud.root_damage + np.where(breaks, np.cbrt(crushed), 0.0), 1.0) ** 3
 
 

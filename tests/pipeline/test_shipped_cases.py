@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import folder, prediction, stages, used
 from pipeline.run import Request
@@ -92,3 +93,19 @@ def test_the_published_variants_are_reached_by_overlays(name):
         assert made.impact.speed == 9590.0 and made.impact.projectile.radius == 40290.0
         assert made.impact.angle_from_vertical == pytest.approx(1.1344640138, abs=1e-9)
     assert cases.compose(cases.read(ROOT / "cases" / name, "quick", overrides))["sph"].projectile_particles == 1
+
+
+def test_laws_of_a_material_are_chosen_by_the_case(tmp_path):
+    """``[sph.materials.<name>]`` is composed, written to ``case.used.toml`` and read back; its mistakes are told with the place and the nearest name."""
+    place = ROOT / "cases" / "valhalla_980km"
+    changes = ['sph.materials.ice.strength="drucker_prager"', 'sph.materials.ice.drucker_prager.friction_angle="35 deg"']
+    case = cases.read(place, "tiny", changes)
+    settings = cases.compose(case)
+    assert settings["sph"].materials["ice"].strength == "drucker_prager"
+    used.write(tmp_path / "case.used.toml", case, settings)
+    again = cases.compose(cases.read(tmp_path / "case.used.toml"))
+    assert folder.settings_text(again["sph"]) == folder.settings_text(settings["sph"])
+    with pytest.raises(InputError, match=r"sph.materials.ice.strenth: there is no such key; did you mean 'strength'"):
+        cases.compose(cases.read(place, "tiny", ['sph.materials.ice.strenth="collins"']))
+    with pytest.raises(InputError, match=r"\[drucker_prager\]: cohesion: the unit is missing"):
+        cases.compose(cases.read(place, "tiny", [*changes, "sph.materials.ice.drucker_prager.cohesion=3.0"]))

@@ -132,7 +132,7 @@ def test_damage_takes_tension_and_shear_once():
     cloud.density = np.array([900.0, 900.0, 930.0, 930.0])
     cloud.specific_energy, cloud.smoothing_length = np.zeros(n), np.full(n, 1e5)
     cloud.stress = np.full((n, 5), 1e6)
-    cloud.root_damage, cloud.distention = np.array([0.0, 1.0, 0.0, 1.0]), np.ones(n)
+    cloud.root_damage, cloud.distention, cloud.initial_distention = np.array([0.0, 1.0, 0.0, 1.0]), np.ones(n), np.ones(n)
     cloud.material, cloud.neighbours = np.zeros(n, dtype=np.int32), np.full(n, 33, dtype=np.int32)
     cloud.flaw_first, cloud.flaw_last = np.arange(n), np.arange(1, n + 1)
     cloud.flaw_strain = np.full(n, 1.0, dtype=np.float32)

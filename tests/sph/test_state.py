@@ -18,9 +18,11 @@ def cloud(n=1, **fields):
     values = {
         "position": np.zeros((n, 3)), "velocity": np.zeros((n, 3)), "mass": np.full(n, 1e9), "density": np.full(n, 2700.0),
         "specific_energy": np.zeros(n), "smoothing_length": np.full(n, 100.0), "stress": np.zeros((n, 5)), "root_damage": np.zeros(n),
-        "distention": np.ones(n), "material": np.zeros(n, dtype=np.int32), "neighbours": np.full(n, 50, dtype=np.int32),
+        "distention": np.ones(n), "initial_distention": np.ones(n), "material": np.zeros(n, dtype=np.int32), "neighbours": np.full(n, 50, dtype=np.int32),
         "flaw_first": np.arange(n), "flaw_last": np.arange(1, n + 1), "flaw_strain": np.full(n, 1e9, dtype=np.float32),
     }  # fmt: skip
+    if "distention" in fields:
+        fields["initial_distention"] = fields["distention"]
     return SimpleNamespace(**{**values, **{name: np.array(value) for name, value in fields.items()}})
 
 
