@@ -379,8 +379,11 @@ def _quantity(value: float, parts: dict[str, float], unit: str, reason: str = ""
 
 
 def _relief_facts(ground: Relief, ruler: Ruler, mean: np.ndarray, apparent: float) -> dict[str, object]:
-    """RMS height of the profile inside 1.5 apparent radii [m], and the number of spacings across the radius."""
-    inside = ruler.s < 1.5 * apparent
+    """RMS height of the profile inside 1.5 apparent radii [m] (of a smaller hollow: the innermost ring), and the number of spacings across the radius."""
+    matter = ruler.area > 0.0
+    inside = matter & (ruler.s <= max(1.5 * apparent, float(ruler.s[matter].min(initial=np.inf))))
+    if not inside.any():
+        return {"rms_relief_m": float("nan"), "spacings_per_radius": float("nan")}
     rms = float(np.sqrt(np.average(mean[inside] ** 2, weights=ruler.area[inside])))
     return {"rms_relief_m": rms, "spacings_per_radius": apparent / float(np.interp(apparent, ruler.s, ruler.d))}
 
