@@ -135,7 +135,7 @@ def _target_facts(found: Findings) -> tuple[Datum, float]:
         return datums.sphere(radius, facts.get("centre", (0.0, 0.0, 0.0)), source="radius of the relaxed target"), gravity
     mass, inner = 0.0, 0.0
     for layer, outer in zip(found.settings.target.layers, found.settings.target.outer_radii):
-        mass += 4.0 / 3.0 * np.pi * (outer**3 - inner**3) * material.section(layer.material, "tillotson")["rho0"]
+        mass += 4.0 / 3.0 * np.pi * (outer**3 - inner**3) * material.reference_density(layer.material)
         inner = outer
     radius = found.settings.target.radius
     return datums.sphere(radius, source="uniform layers of the case"), GRAVITATIONAL * mass / radius**2
@@ -224,8 +224,8 @@ def _measure_grains(found: Findings, settled: list[Path], last: Path, heard) -> 
 
 def _strike(found: Findings) -> scaling.Strike:
     impact, target = found.settings.impact, found.settings.target
-    density = material.section(impact.projectile.material, "tillotson")["rho0"]
-    ground = material.section(target.layers[-1].material, "tillotson")["rho0"]
+    density = material.reference_density(impact.projectile.material)
+    ground = material.reference_density(target.layers[-1].material)
     return scaling.Strike(impact.projectile.radius, impact.speed, impact.angle_from_vertical, found.gravity, density, ground)
 
 

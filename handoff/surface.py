@@ -105,13 +105,13 @@ def neighbour_count(source: Particles, spacing: np.ndarray) -> np.ndarray:
 
 
 def reference_density(source: Particles) -> np.ndarray:
-    """Reference density of each particle's material [kg/m^3]; zero where the material is not known here."""
+    """Reference density of each particle's material with the pores it has [kg/m^3]; zero where the material is not known here."""
     densities: list[float] = []
     for name in source.attributes.get("materials", []):
-        sections = material.load(name) if name in material.names() else {}
-        densities.append(float(sections.get("tillotson", {}).get("rho0", 0.0)))
+        densities.append(material.reference_density(name) if name in material.names() else 0.0)
     table = np.array(densities or [0.0])
-    return np.where(source.material < len(table), table[np.clip(source.material, 0, len(table) - 1)], 0.0)
+    solid = np.where(source.material < len(table), table[np.clip(source.material, 0, len(table) - 1)], 0.0)
+    return solid / source.distention if "distention" in source else solid
 
 
 def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -> Split:
