@@ -148,3 +148,12 @@ def test_beds_that_cannot_be_used(bowl, bed):
     position[0, 0] = np.inf
     with pytest.raises(InputError, match="'position' is not finite"):
         hand(bowl, changed(bed, position=position))
+
+
+def test_reference_density_is_that_with_pores():
+    """Basalt of distention 1.5 at its rest density is not expanded."""
+    fields = {"position": np.zeros((2, 3)), "material": [0, 1], "density": [1800.0, 917.0], "distention": [1.5, 1.0]}
+    source = Particles(fields, {"materials": ["basalt", "ice"]})
+    assert surface.reference_density(source) == pytest.approx([1800.0, 917.0])
+    plain = Particles({name: value for name, value in fields.items() if name != "distention"}, {"materials": ["basalt", "unheard_of"]})
+    assert surface.reference_density(plain) == pytest.approx([2700.0, 0.0])
