@@ -124,21 +124,24 @@ def of_frame(given: Datum | frame.Sphere | frame.Plane) -> Datum:
     raise InputError(f"a datum is a matter.frame.Sphere, a matter.frame.Plane or a crater.datum.Datum, not {type(given).__name__}")
 
 
-def fit_plane(points: np.ndarray, scale: float, weights: np.ndarray | None = None) -> Datum:
+def fit_plane(points: np.ndarray, scale: float, weights: np.ndarray | None = None, groups: np.ndarray | None = None) -> Datum:
     """Plane z = a + b x + c y through ``points`` (n, 3) by least squares with soft_l1 loss beyond ``scale`` [m].
 
-    ``weights`` (areas) count each point; the result's axis passes through the origin of x, y.
+    ``weights`` (areas) count each point; the result's axis passes through the origin of x, y, and ``sigma`` is the error of the level there.
+    Points of one of ``groups`` (numbers, one per point; default: each its own) may err together.
     """
     w = _weights(points, weights)
     start = np.array([np.median(points[:, 2]), 0.0, 0.0])
     extent = max(float(np.ptp(points[:, :2])), scale)
+    basis = np.column_stack([np.ones(len(points)), points[:, :2] / extent])
 
     def residual(p):
-        return w * (points[:, 2] - p[0] - (p[1] * points[:, 0] + p[2] * points[:, 1]) / extent) / scale
+        return w * (points[:, 2] - basis @ p) / scale
 
     found = least_squares(residual, start, x_scale=scale, **ROBUST)
     a, b, c = found.x[0], found.x[1] / extent, found.x[2] / extent
-    return replace(plane(a, (0.0, 0.0), (-b, -c, 1.0), "fitted to the far field"), sigma=_sigma_of_level(found, scale, w))
+    sigma = _sigma_of_level(basis, np.array([1.0, 0.0, 0.0]), found.fun, w, scale, groups)
+    return replace(plane(a, (0.0, 0.0), (-b, -c, 1.0), "fitted to the far field"), sigma=sigma)
 
 
 def fit_sphere(
@@ -148,8 +151,13 @@ def fit_sphere(
     centre: tuple[float, float, float] | None = None,
     weights: np.ndarray | None = None,
     start: tuple[float, np.ndarray] | None = None,
+    groups: np.ndarray | None = None,
+    towards: np.ndarray | None = None,
 ) -> Datum:
     """Sphere through ``points`` (n, 3), robust as ``fit_plane``; a ``radius`` or ``centre`` that is given is kept.
+
+    ``sigma`` is the error of its level in the direction ``towards`` (the crater; default: the middle of the points): a narrow ring of ground around a crater
+    hardly tells a lower centre from a smaller radius, and the level inside the ring suffers.
 
     Raises ``InputError`` when the points do not determine a sphere (too flat a patch): give radius or centre.
     """
@@ -180,7 +188,12 @@ def fit_sphere(
     c, r = unpack(found.x)
     if not r > 0.0 or r > 1e3 * np.ptp(points):
         raise InputError("the far field is too flat to fit a sphere to it: give the datum's radius or centre, or take a plane")
-    return replace(sphere(r, c, source="fitted to the far field"), sigma=_sigma_of_level(found, scale, w))
+    up = (points - c) / np.linalg.norm(points - c, axis=1)[:, None]
+    there = np.asarray(towards if towards is not None else points.mean(axis=0) - c, float)
+    free = np.r_[np.full(3, free_c), free_r]
+    basis = np.column_stack([up, np.ones(len(points))])[:, free]
+    level = np.r_[there / np.linalg.norm(there), 1.0][free]
+    return replace(sphere(r, c, source="fitted to the far field"), sigma=_sigma_of_level(basis, level, found.fun, w, scale, groups))
 
 
 def _weights(points: np.ndarray, weights: np.ndarray | None) -> np.ndarray:
@@ -189,5 +202,16 @@ def _weights(points: np.ndarray, weights: np.ndarray | None) -> np.ndarray:
     return np.ones(len(points)) if weights is None else np.sqrt(np.asarray(weights) / np.mean(weights))
 
 
-def _sigma_of_level(found, scale: float, w: np.ndarray) -> float:
-    return float(scale * np.sqrt(np.mean(np.minimum(found.fun**2, 9.0))) / np.sqrt(len(w)))
+def _sigma_of_level(basis: np.ndarray, level: np.ndarray, misfit: np.ndarray, w: np.ndarray, scale: float, groups: np.ndarray | None) -> float:
+    """Standard error [m] of ``level`` . p for the parameters p of a robust linear fit: the sandwich A^-1 (sum_g s_g s_g^T) A^-1.
+
+    A = sum_i k_i b_i b_i^T, s_g = sum over the points of group g of k_i b_i r_i, with k = w^2 / sqrt(1 + misfit^2) the weight that soft_l1
+    leaves; grouped because neighbouring rings share particles.
+    """
+    k = w**2 / np.sqrt(1.0 + misfit**2)
+    scores = basis * (k * misfit * scale / w)[:, None]
+    if groups is not None:
+        scores = np.stack([scores[groups == g].sum(axis=0) for g in np.unique(groups)])
+    direction = np.linalg.lstsq((basis * k[:, None]).T @ basis, level, rcond=None)[0]
+    count = len(scores)
+    return float(np.sqrt(((scores @ direction) ** 2).sum() * count / max(count - len(level), 1)))

@@ -138,32 +138,53 @@ def far_field(ground: Relief, radius: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def refit(ground: Relief, datum: Datum, radius: float, centre=None, fixed_radius: float | None = None) -> Datum:
-    """The datum fitted to the far field of a relief; its axis keeps passing through the crater."""
+    """The datum fitted to the far field of a relief, less what the ejecta blanket adds there; its axis keeps passing through the crater."""
     far, _ = far_field(ground, radius)
     if far.sum() < 2:
         raise InputError(f"the cloud ends at {ground.columns.edges[-1] / max(radius, 1e-300):.1f} crater radii: no far field to fit a datum to (give it)")
     columns = ground.columns
-    cells = ground.cell[far]
+    thrown = blanket_in_far_field(ground, datum, radius)
+    cells = ground.cell[far] - thrown * (radius / columns.distance[far][:, None]) ** BLANKET_EXPONENT
     azimuth = (np.arange(columns.sectors) + 0.5) * 2.0 * np.pi / columns.sectors
+    group = np.broadcast_to(np.arange(columns.sectors), cells.shape)
     s = np.broadcast_to(columns.distance[far][:, None], cells.shape)
     a = np.broadcast_to(azimuth, cells.shape)
     weight = np.broadcast_to((datum.area_between(columns.edges[:-1], columns.edges[1:])[far])[:, None], cells.shape)
     good = np.isfinite(cells)
-    s, a, h, weight = s[good], a[good], cells[good], weight[good]
+    s, a, h, weight, group = s[good], a[good], cells[good], weight[good], group[good]
+    unknown = BLANKET_ERROR * thrown * (radius / float(np.mean(s))) ** BLANKET_EXPONENT
     scale = 0.5 * float(np.median(columns.spacing[far]))
     if datum.is_sphere:
         psi, r = s / datum.radius, datum.radius + h
         local = np.column_stack([r * np.sin(psi) * np.cos(a), r * np.sin(psi) * np.sin(a), r * np.cos(psi)])
         pole = datum.outside(np.array([[0.0, 0.0, datum.radius]]))[0]
         points = datum.outside(local)
-        found = fit_sphere(points, scale, fixed_radius, centre, weight, start=(datum.radius, np.asarray(datum.centre)))
-        return sphere(found.radius, found.centre, pole - np.asarray(found.centre), found.source).raised(0.0, found.sigma)
+        towards = pole - np.asarray(datum.centre)
+        found = fit_sphere(points, scale, fixed_radius, centre, weight, (datum.radius, np.asarray(datum.centre)), group, towards)
+        return sphere(found.radius, found.centre, pole - np.asarray(found.centre), found.source).raised(0.0, float(np.hypot(found.sigma, unknown)))
     local = np.column_stack([s * np.cos(a), s * np.sin(a), h])
-    tilted = fit_plane(local, scale, weight)
+    tilted = fit_plane(local, scale, weight, group)
     level = datum.outside(np.array([[0.0, 0.0, tilted.centre[2]]]))[0]
     normal = np.asarray(tilted.axes)[2] @ np.asarray(datum.axes)
     found = plane(float(level[2]), (float(level[0]), float(level[1])), tuple(normal), tilted.source)
-    return found.raised(0.0, tilted.sigma)
+    return found.raised(0.0, float(np.hypot(tilted.sigma, unknown)))
+
+
+BLANKET_EXPONENT = 3.0
+"""Fall of an ejecta blanket with distance (McGetchin et al. 1973), taken where the datum is fitted to ground that still carries some of it."""
+BLANKET_ERROR = 0.5
+"""Share of the correction for the blanket that is taken for its error."""
+
+
+def blanket_in_far_field(ground: Relief, datum: Datum, radius: float) -> float:
+    """Height t0 [m] of the blanket t0 (r / R)^-3 with R the crater's ``radius``, from the rings between 2 and 3 R; 0 where they lie below the datum."""
+    s, mean = ground.columns.distance, ring_mean(ground.cell)
+    near = np.isfinite(mean) & (s > 2.0 * radius) & (s < FAR * radius)
+    if near.sum() < 3:
+        return 0.0
+    area = datum.area_between(ground.columns.edges[:-1], ground.columns.edges[1:])[near]
+    shape = (radius / s[near]) ** BLANKET_EXPONENT
+    return max(0.0, float(np.sum(area * shape * mean[near]) / np.sum(area * shape**2)))
 
 
 def level_of_far_field(ground: Relief, radius: float) -> tuple[float, float]:

@@ -172,22 +172,29 @@ def _splat(x, volume, spacing, sphere, radius, ring_s, start, count, place, t_lo
 
 @kernel
 def _crossing(colour, t_lo, dt, thickness, out):
-    """From above: the first crossing of 1/2 under which at least ``thickness`` stays above 1/2 (thin sheets are skipped)."""
+    """From above: the first crossing of 1/2 with ``thickness`` of matter above 1/2 under it.
+
+    Gaps thinner than that (voids between disordered particles) do not count as an end of the matter; thin sheets over a wider gap are skipped.
+    """
+    levels = colour.shape[1]
     for column in range(len(colour)):
-        n = colour.shape[1] - 1
         out[column] = np.nan
-        while n > 0:
+        top, solid, gap = -1, 0, 0
+        for n in range(levels - 1, -1, -1):
             if colour[column, n] >= 0.5:
-                bottom = n
-                while bottom > 0 and colour[column, bottom] >= 0.5:
-                    bottom -= 1
-                if (n - bottom) * dt >= thickness[column] or bottom == 0:
-                    if n + 1 < colour.shape[1]:
-                        upper, lower = colour[column, n + 1], colour[column, n]
-                        out[column] = t_lo + dt * (n + (lower - 0.5) / (lower - upper))
-                    break
-                n = bottom
-            n -= 1
+                if top < 0:
+                    top = n
+                solid += 1
+                gap = 0
+            elif top >= 0:
+                gap += 1
+                if gap * dt >= thickness[column]:
+                    top, solid = -1, 0
+            if top > 0 and (solid * dt >= thickness[column] or n == 0):
+                if top + 1 < levels:
+                    upper, lower = colour[column, top + 1], colour[column, top]
+                    out[column] = t_lo + dt * (top + (lower - 0.5) / (lower - upper))
+                break
 
 
 def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str = "two") -> Heights:

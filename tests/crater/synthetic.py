@@ -130,8 +130,17 @@ def cloud_on_plane(shape, spacing, rng, kind="jitter", thickness=None, centre=(0
     return p
 
 
-def cloud_on_sphere(shape, spacing, rng, kind="jitter", ejecta=0.0, depth_of_cloud=None):
-    """Positions under ``shape`` on a body of radius shape.R whose pole is +z: the cap within the shape's reach."""
+def turned(position, angles):
+    """Positions turned about y and then x by two angles [rad]: the pole wanders off +z."""
+    (c, w), (e, f) = ((np.cos(a), np.sin(a)) for a in angles)
+    return position @ np.array([[c, 0, w], [0, 1, 0], [-w, 0, c]]).T @ np.array([[1, 0, 0], [0, e, -f], [0, f, e]]).T
+
+
+def cloud_on_sphere(shape, spacing, rng, kind="jitter", ejecta=0.0, depth_of_cloud=None, stretch=1.0):
+    """Positions under ``shape`` on a body of radius shape.R whose pole is +z: the cap within the shape's reach.
+
+    ``stretch`` > 1 makes the crater an ellipse of (to a part in a thousand) equal area.
+    """
     R = shape.R
     psi = min(shape.reach / R, np.pi)
     below = depth_of_cloud or (shape.depth + 4 * spacing)
@@ -140,7 +149,9 @@ def cloud_on_sphere(shape, spacing, rng, kind="jitter", ejecta=0.0, depth_of_clo
     p = fill(rng, spacing, (-wide, -wide, low), (wide, wide, R + shape.rim_height + spacing), kind)
     r = np.linalg.norm(p, axis=1)
     s = R * np.arctan2(np.hypot(p[:, 0], p[:, 1]), p[:, 2])
-    keep = (r > R - below) & (s < shape.reach) & (r - R < shape.h(s))
+    cosine2 = (p[:, 0] ** 2) / np.maximum(p[:, 0] ** 2 + p[:, 1] ** 2, 1e-300)
+    inner = s * np.sqrt(cosine2 / stretch + (1 - cosine2) * stretch)
+    keep = (r > R - below) & (s < shape.reach) & (r - R < shape.h(inner))
     p = p[keep]
     if ejecta:
         m = round(ejecta * len(p))
