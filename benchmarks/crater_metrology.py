@@ -1,7 +1,8 @@
 """Crater metrology on synthetic craters with known answers: accuracy at 5 to 40 particles per radius, and coverage of the error bars.
 
 ``python benchmarks/crater_metrology.py [--json] [--trials N] [--across LOW,HIGH] [--out FOLDER]``; the generator (tests/crater/trials.py)
-shares no code with crater/. ``--out`` writes ``trials.csv`` (every trial) and ``coverage.md`` (the tables).
+shares no code with crater/. ``--out`` writes ``trials.csv`` (every trial, as it is done: the same command continues a stopped run) and
+``coverage.md`` (the tables).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import time
 from pathlib import Path
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
@@ -109,6 +111,24 @@ def tables(rows: list[dict]) -> str:
     return "\n\n".join(parts + [table(chosen, title) for title, chosen in groups if len(chosen) >= 8])
 
 
+def _done(file: Path | None) -> list[dict]:
+    if file is None or not file.is_file():
+        return []
+    with file.open() as stream:
+        return list(csv.DictReader(stream))
+
+
+def _write(file: Path, rows: list[dict]) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    keys = list(dict.fromkeys(key for row in rows for key in row))
+    partial = file.with_suffix(".part")
+    with partial.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, keys, restval="")
+        writer.writeheader()
+        writer.writerows(rows)
+    partial.replace(file)
+
+
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -120,19 +140,19 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     asked = parser.parse_args()
     low, high = (float(part) for part in asked.across.split(","))
-    rows = []
+    file = asked.out / "trials.csv" if asked.out else None
+    rows = _done(file)
+    known = {int(row["seed"]) for row in rows}
     for seed in range(asked.seed, asked.seed + asked.trials):
-        rows.append(row_of(trials.draw(seed, (low, high))))
-        print(f"{len(rows)}/{asked.trials} {rows[-1]['particles']} particles {rows[-1]['seconds']:.1f} s", file=sys.stderr, flush=True)
+        if seed in known:
+            continue
+        rows.append({key: f"{value:.6g}" if isinstance(value, float) else value for key, value in row_of(trials.draw(seed, (low, high))).items()})
+        if file is not None:
+            _write(file, rows)
+        print(f"{len(rows)}/{asked.trials} {rows[-1]['particles']} particles {rows[-1]['seconds']} s", file=sys.stderr, flush=True)
     text = tables(rows)
     print(text)
     if asked.out:
-        asked.out.mkdir(parents=True, exist_ok=True)
-        keys = list(dict.fromkeys(key for row in rows for key in row))
-        with (asked.out / "trials.csv").open("w", newline="") as file:
-            writer = csv.DictWriter(file, keys, restval="")
-            writer.writeheader()
-            writer.writerows({k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows)
         (asked.out / "coverage.md").write_text(text + "\n")
     if asked.json:
         content = {name: statistics(rows, name) for name in NAMES}

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from crater import observations, radial_profile
+from crater.difference import MATCH, RATIOS, profile_difference, resampled, verdict
 from crater.radial_profile import Profile
 from matter import archive
 from matter.errors import InputError
+
+__all__ = ["Crater", "compare", "differences", "load", "profile_difference"]
 
 SHOWN = ("diameter_rim_m", "diameter_apparent_m", "depth_m", "depth_rim_to_floor_m", "rim_height_m", "volume_m3")
 
@@ -26,37 +28,11 @@ class Crater:
     profile: Profile | None
     source: str = ""
     notes: list[str] = field(default_factory=list)
-
-
-def profile_difference(a: Profile, b: Profile, depth: float | None = None) -> dict[str, Any]:
-    """RMS, mean and largest height difference (b minus a) of two profiles on the coarser one's rings [m], area-weighted, where both exist.
-
-    ``depth`` [m] is the scale that ``rms_over_depth`` is stated in (default: the deeper of the two).
-    """
-    coarse, fine = (a, b) if len(a.radius) <= len(b.radius) else (b, a)
-    sign = 1.0 if coarse is b else -1.0
-    known = np.isfinite(fine.height)
-    inside = np.isfinite(coarse.height) & (coarse.radius >= fine.radius[known][0]) & (coarse.radius <= fine.radius[known][-1])
-    if inside.sum() < 3:
-        raise InputError("the profiles overlap in fewer than three radii: nothing to compare")
-    r = coarse.radius[inside]
-    difference = sign * (coarse.height[inside] - np.interp(r, fine.radius[known], fine.height[known]))
-    weight = r * np.gradient(r)
-    rms = float(np.sqrt(np.average(difference**2, weights=weight)))
-    scale = depth or max(-float(np.nanmin(a.height)), -float(np.nanmin(b.height)))
-    return {
-        "rms_m": rms,
-        "mean_m": float(np.average(difference, weights=weight)),
-        "largest_m": float(difference[np.argmax(np.abs(difference))]),
-        "from_m": float(r[0]),
-        "to_m": float(r[-1]),
-        "depth_scale_m": float(scale),
-        "rms_over_depth": rms / scale if scale > 0.0 else None,
-    }
+    zones: tuple[observations.Zone, ...] = ()
 
 
 def load(item: str) -> Crater:
-    """A crater by run folder, ``6_crater`` folder, profile CSV or the name of an observation.
+    """A crater by run folder, ``6_crater`` folder, profile CSV, observation file (TOML) or the name of an observation that ships with the project.
 
     Raises ``InputError`` saying what was looked for.
     """
@@ -66,13 +42,19 @@ def load(item: str) -> Crater:
         if not (folder / "measures.json").is_file():
             raise InputError(f"{item} holds no measured crater (no 6_crater/measures.json): run the stage 'crater' first")
         return _of_run(path, folder)
+    if path.is_file() and path.suffix == ".toml":
+        return _of_observation(observations.read(path))
     if path.is_file():
         measured = path.name == "profile.csv" and (path.parent / "measures.json").is_file()
         return _of_run(path.parent.parent if path.parent.name == "6_crater" else path.parent, path.parent) if measured else _of_profile(path)
     if item in observations.names():
-        known = observations.load(item)
-        return Crater(known.title, known.values, known.profile, known.source)
+        return _of_observation(observations.load(item))
     raise InputError(f"{item!r} is neither a run folder, nor a profile, nor an observation (known: {', '.join(observations.names())})")
+
+
+def _of_observation(known: observations.Observation) -> Crater:
+    notes = [known.note] if known.note else []
+    return Crater(known.title, known.values, known.profile, known.source, notes, known.zones)
 
 
 def _of_run(run: Path, folder: Path) -> Crater:
@@ -97,7 +79,7 @@ def _values(entry: dict[str, Any]) -> dict[str, tuple[float, float, float]]:
 
 
 def _of_profile(path: Path) -> Crater:
-    from crater.measure import measure_profile
+    from crater.profile_measures import measure_profile
 
     profile = radial_profile.read_csv(path)
     values = {}
@@ -108,9 +90,9 @@ def _of_profile(path: Path) -> Crater:
 
 
 def compare(paths: list[str], observed: str | list[str] | None = None, out: Path | None = None) -> int:
-    """The command ``compare_profiles``: prints a table, writes ``comparison.csv`` and ``comparison.png`` into ``out``; returns 0.
+    """The command ``compare_profiles``: prints a table, writes ``comparison.csv``, ``comparison_profiles.csv`` and ``comparison.png`` into ``out``; returns 0.
 
-    Nothing is shifted or scaled: profiles are compared on their own datums; the printed lines say so.
+    Profiles are compared on their own datums; where an offset is taken out, the row says so and states it.
     """
     extra = [observed] if isinstance(observed, str) else list(observed or [])
     items = [*map(str, paths), *extra]
@@ -119,14 +101,36 @@ def compare(paths: list[str], observed: str | list[str] | None = None, out: Path
     craters = [load(item) for item in items]
     folder, picture = _destination(out)
     folder.mkdir(parents=True, exist_ok=True)
-    table = _table(craters)
-    archive.write_text(folder / "comparison.csv", table)
+    archive.write_text(folder / "comparison.csv", _table(craters))
+    written = [picture, "comparison.csv"]
+    drawn = [crater for crater in craters if crater.profile is not None]
+    if drawn:
+        archive.write_text(folder / "comparison_profiles.csv", _profiles(drawn))
+        written.append("comparison_profiles.csv")
     print(_printed(craters))
     from crater import plot
 
     plot.draw_comparison(craters, folder / picture)
-    print(f"written: {folder / picture}, {folder / 'comparison.csv'} (heights on each one's own datum, nothing shifted or scaled)")
+    runs = [Path(item) for item in items if Path(item).is_dir()]
+    if runs:
+        from crater import plot_sections
+
+        try:
+            plot_sections.draw_side_by_side(runs, folder / "cross_sections.png")
+            written.append("cross_sections.png")
+        except InputError as reason:
+            print(f"no cross-sections: {reason}")
+    print(f"written to {folder}: {', '.join(written)} (heights on each one's own datum; nothing is shifted or scaled unless the row says so)")
     return 0
+
+
+def _profiles(craters: list[Crater]) -> str:
+    """All profiles on common radii, a column each: what the picture shows, for a spreadsheet."""
+    r, heights = resampled([crater.profile for crater in craters if crater.profile is not None])
+    lines = [",".join(["radius_m", *(_quoted(f"height_m of {crater.name}") for crater in craters)])]
+    for radius, row in zip(r, heights):
+        lines.append(",".join([f"{radius:.6g}", *(f"{h:.6g}" if math.isfinite(h) else "" for h in row)]))
+    return "\n".join(lines) + "\n"
 
 
 def _destination(out: Path | None) -> tuple[Path, str]:
@@ -151,16 +155,27 @@ def differences(craters: list[Crater]) -> list[dict[str, Any] | None]:
     return result
 
 
+def verdicts(craters: list[Crater]) -> list[dict[str, Any]]:
+    """Ratios to the first crater and verdicts of every crater (empty for the first)."""
+    heights = differences(craters)
+    return [{} if crater is craters[0] else verdict(craters[0].values, crater.values, d) for crater, d in zip(craters, heights)]
+
+
 def _table(craters: list[Crater]) -> str:
-    head = ["name"] + [c for n in SHOWN for c in (n, f"{n}_minus", f"{n}_plus")] + ["depth_over_diameter", "rms_m", "rms_over_depth", "source"]
+    heights = ("rms_m", "rms_over_depth", "offset_m", "rms_aligned_m", "rms_shape")
+    head = ["name"] + [c for n in SHOWN for c in (n, f"{n}_minus", f"{n}_plus")] + ["depth_over_diameter"]
+    head += [c for n in RATIOS for c in (f"{n}_ratio", f"{n}_ratio_sigma", f"{n}_within_errors", f"{n}_match")] + [*heights, "source"]
     lines = [",".join(head)]
-    for crater, difference in zip(craters, differences(craters)):
+    for crater, difference, judged in zip(craters, differences(craters), verdicts(craters)):
         row = [_quoted(crater.name)]
         for name in SHOWN:
             row += [f"{x:.6g}" for x in crater.values[name]] if name in crater.values else ["", "", ""]
         ratio = _ratio(crater)
         row += [f"{ratio:.4g}" if ratio else ""]
-        row += [f"{difference['rms_m']:.6g}", f"{difference['rms_over_depth']:.4g}"] if difference else ["", ""]
+        for name in RATIOS:
+            j = judged.get(name)
+            row += [f"{j['ratio']:.4g}", f"{j['error']:.2g}", "yes" if j["within_errors"] else "no", "yes" if j["match"] else "no"] if j else [""] * 4
+        row += [f"{difference[key]:.6g}" if difference and difference[key] is not None else "" for key in heights]
         lines.append(",".join(row + [_quoted(crater.source)]))
     return "\n".join(lines) + "\n"
 
@@ -190,10 +205,33 @@ def _printed(craters: list[Crater]) -> str:
         lines.append(f"{word:<14}" + "".join(f"{_shown(crater.values.get(key), key):>{width}}" for crater in craters))
     ratios = [_ratio(crater) for crater in craters]
     lines.append(f"{'d/D':<14}" + "".join(f"{(f'{ratio:.3f}' if ratio else '-'):>{width}}" for ratio in ratios))
-    cells = [f"{d['rms_m'] / 1e3:.3g} km = {d['rms_over_depth']:.3f} depth" if d else "-" for d in differences(craters)]
+    found, judged = differences(craters), verdicts(craters)
+    for key, word in (("diameter_rim_m", "D rim"), ("diameter_apparent_m", "D apparent"), ("depth_m", "depth"), ("volume_m3", "volume")):
+        cells = [_ratio_shown(j.get(key)) for j in judged]
+        if any(cell != "-" for cell in cells):
+            lines.append(f"{f'{word} / 1st':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
+    cells = [f"{_length(d['rms_m'])} = {d['rms_over_depth']:.3f} depth" if d and d["rms_over_depth"] is not None else "-" for d in found]
     lines.append(f"{'RMS to first':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
+    cells = [f"{_length(d['rms_aligned_m'])} ({_length(d['offset_m'])} out)" if d and d["offset_m"] is not None else "-" for d in found]
+    if any(cell != "-" for cell in cells):
+        lines.append(f"{'  outside level':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
+    cells = [f"{d['rms_shape']:.3f}" if d and d["rms_shape"] is not None else "-" for d in found]
+    if any(cell != "-" for cell in cells):
+        lines.append(f"{'  RMS of shape':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
+    limits = ", ".join(f"{key.split('_m')[0].replace('_', ' ')} {limit:.0%}" for key, limit in MATCH.items())
+    lines.append(f"  ratios: = within the joint error, ~ within the match limits ({limits}), ! neither; shape: z / depth over r / R")
     lines += [f"  {crater.name}: {note}" for crater in craters for note in crater.notes]
     return "\n".join(lines)
+
+
+def _ratio_shown(judged: dict[str, Any] | None) -> str:
+    if not judged:
+        return "-"
+    return f"{judged['ratio']:.3f} +- {judged['error']:.2g} {'=' if judged['within_errors'] else '~' if judged['match'] else '!'}"
+
+
+def _length(metres: float) -> str:
+    return f"{metres / 1e3:.3g} km" if abs(metres) >= 1e3 else f"{metres:.3g} m"
 
 
 def _shown(entry: tuple[float, float, float] | None, key: str) -> str:

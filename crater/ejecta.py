@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from crater import cloud as clouds
+from crater.datum import Datum
 from crater.shape import Ruler
+from matter.errors import InputError
 from matter.particles import Particles
 
 GRAVITATIONAL = 6.6743e-11
@@ -51,3 +54,27 @@ def leaving(particles: Particles, body_mass: float, projectile_momentum: np.ndar
         p = np.asarray(projectile_momentum, dtype=float)
         result["beta"] = float(1.0 - momentum @ p / (p @ p))
     return result
+
+
+SPEEDS = 25
+
+
+def mass_above(particles: Particles, datum: Datum, fastest: float) -> dict[str, list[float]]:
+    """M(>v): ``mass_kg`` of the target's matter that flies (above the ``datum``, rising, no part of the ground) faster than each of ``speed_m_s``.
+
+    Speeds are spaced evenly in the logarithm from a thousandth of ``fastest`` [m/s] to it. Empty where the snapshot has no ground or lacks mass and velocity.
+    """
+    if not {"mass", "velocity"} <= set(particles):
+        return {}
+    target = particles.select(particles.layer >= 0) if "layer" in particles else particles
+    try:
+        body = clouds.of(target, "the snapshot")
+        ground = np.zeros(len(target), dtype=bool)
+        ground[np.flatnonzero(target.state == 0) if "state" in target else slice(None)] = clouds.supported(body)
+    except InputError:
+        return {}
+    height = datum.polar(target.position)[2]
+    flying = ~ground & (height > 0.0) & (datum.vertical(target.position, target.velocity) > 0.0)
+    speed, mass = np.linalg.norm(target.velocity[flying], axis=1), target.mass[flying]
+    steps = np.geomspace(1e-3 * fastest, fastest, SPEEDS)
+    return {"speed_m_s": steps.tolist(), "mass_kg": [float(mass[speed > v].sum()) for v in steps]}

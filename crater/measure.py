@@ -13,11 +13,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from crater import cloud as clouds
-from crater import locate, surface
+from crater import forms, locate, surface
 from crater.datum import Datum, of_frame
 from crater.ejecta import blanket
 from crater.radial_profile import Profile, Relief, profile_of, ring_mean
-from crater.shape import CrestFinder, Ruler, Shape, apparent_radius, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
+from crater.shape import CrestFinder, Ruler, Shape, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
 from matter import frame
 from matter.errors import InputError
 from matter.particles import Particles
@@ -38,7 +38,10 @@ UNITS = {
     "wall_slope_deg": "deg",
     "floor_diameter_m": "m",
     "central_peak_m": "m",
+    "central_pit_m": "m",
+    "terraces": "1",
     "ellipticity": "1",
+    "rim_asymmetry": "1",
     "blanket_exponent": "1",
     "blanket_height_at_rim_m": "m",
 }
@@ -217,16 +220,36 @@ def read_off(ground: Relief, radius: float, sigma_level: float, seed: int, notes
     quantities = _errors(base, trials, ruler, finder, cells, sigma_level, by_method)
     notes = {**notes, "by_method": by_method, **_relief_facts(ground, ruler, mean, base.apparent)}
     quantities["ellipticity"] = ellipticity
+    quantities |= _forms(cells, mean, ruler, base, quantities["depth_m"])
+    notes["by_azimuth"] = forms.by_azimuth(cells, ruler, outermost, base.rim)
     shallow = _shallow_reason(quantities, base, ruler)
     if shallow:
-        for name in ("diameter_apparent_m", "volume_m3", "depth_over_diameter", "floor_diameter_m", "wall_slope_deg", "ellipticity"):
+        for name in ("diameter_apparent_m", "volume_m3", "depth_over_diameter", "floor_diameter_m", "wall_slope_deg", "terraces", "ellipticity"):
             quantities[name] = Quantity(None, None, UNITS[name], shallow)
     rim = shallow or _rim_reason(cells, ruler, base, quantities)
     if rim:
-        for name in ("diameter_rim_m", "rim_height_m", "depth_rim_to_floor_m"):
+        for name in ("diameter_rim_m", "rim_height_m", "depth_rim_to_floor_m", "rim_asymmetry"):
             quantities[name] = Quantity(None, None, UNITS[name], rim)
     quantities |= _blanket(cells, draws, ruler, base.rim, rim)
     return Measures({name: quantities[name] for name in UNITS}, profile, ground.datum, ground, notes)
+
+
+def _forms(cells: np.ndarray, mean: np.ndarray, ruler: Ruler, base: Shape, depth: Quantity) -> dict[str, Quantity]:
+    """Central pit, terraces and the one-sidedness of the rim (the azimuth of its highest side stands in the reason)."""
+    sharp = ruler.sharpened(mean)
+    d = float(np.interp(base.apparent, ruler.s, ruler.d))
+    floor = (ruler.broad @ sharp)[ruler.s < 0.6 * base.apparent]
+    pit, prominence = forms.central_pit(floor[np.isfinite(floor)])
+    found = prominence > max(3.0 * (depth.sigma or 0.0), 0.5 * d)
+    result = {"central_pit_m": _quantity(pit if found else np.nan, {"depth": depth.sigma or 0.0}, "m", "no pit above the noise of the floor")}
+    edge = base.rim if np.isfinite(base.rim) else base.apparent
+    steps = forms.terraces(ruler.s, ruler.fine @ sharp, ruler.d, base.floor_radius, edge) if np.isfinite(base.floor_radius) else 0
+    result["terraces"] = Quantity(float(steps), None, "1")
+    share, error, towards = forms.rim_asymmetry(forms.crest_heights(cells, ruler, base.rim)) if np.isfinite(base.rim) else (np.nan, np.nan, np.nan)
+    result["rim_asymmetry"] = _quantity(share, {"azimuth": error}, "1", "no crest around the crater")
+    if np.isfinite(towards):
+        result["rim_asymmetry"] = replace(result["rim_asymmetry"], reason=f"highest towards azimuth {towards:.0f} deg")
+    return result
 
 
 def _blanket(cells: np.ndarray, draws: np.ndarray, ruler: Ruler, rim_radius: float, no_rim: str) -> dict[str, Quantity]:
@@ -420,34 +443,3 @@ def _none(ground: Relief, profile: Profile, notes: dict[str, object], reason: st
     facts = {**notes, "rms_relief_m": rms, "deepest_ring_m": deepest}
     text = f"{reason} (RMS of the profile {rms / 1e3:.3g} km, deepest ring {deepest / 1e3:.3g} km)"
     return Measures({name: Quantity(None, None, unit, text) for name, unit in UNITS.items()}, profile, ground.datum, ground, facts)
-
-
-def measure_profile(profile: Profile) -> dict[str, Quantity]:
-    """Measures of a radial profile alone (no cloud): read off its points; sigma from the band where it has one.
-
-    ``depth_m``, ``diameter_apparent_m``, ``diameter_rim_m``, ``rim_height_m``, ``depth_rim_to_floor_m`` and ``volume_m3`` (of revolution, on a
-    plane).
-    """
-    known = np.isfinite(profile.height)
-    s, h = profile.radius[known], profile.height[known]
-    floor = int(np.argmin(h))
-    band = 0.5 * (profile.p84 - profile.p16)[known] / np.sqrt(np.maximum(profile.count[known], 1))
-    sigma = np.where(np.isfinite(band), band, 0.0)
-    result = {"depth_m": Quantity(-float(h[floor]), float(sigma[floor]), "m")}
-    apparent = apparent_radius(s, h, floor)
-    if not np.isfinite(apparent):
-        return result
-    slope = max(float(np.interp(apparent, s, np.gradient(h, s))), 1e-3)
-    result["diameter_apparent_m"] = Quantity(2.0 * apparent, 2.0 * float(np.interp(apparent, s, sigma)) / slope, "m")
-    inside = s < apparent
-    r, z = np.concatenate([[0.0], s[inside], [apparent]]), np.concatenate([h[inside][:1], h[inside], [0.0]])
-    result["volume_m3"] = Quantity(float(np.trapezoid(-z * 2.0 * np.pi * r, r)), None, "m^3")
-    outside = np.flatnonzero(s > apparent)
-    if len(outside) > 2:
-        crest = outside[int(np.argmax(np.where(s[outside] < 2.0 * apparent, h[outside], -np.inf)))]
-        if h[crest] > 0.0 and crest + 1 < len(s):
-            step = float(np.gradient(s)[crest])
-            result["diameter_rim_m"] = Quantity(2.0 * float(s[crest]), step, "m")
-            result["rim_height_m"] = Quantity(float(h[crest]), float(sigma[crest]), "m")
-            result["depth_rim_to_floor_m"] = Quantity(float(h[crest] - h[floor]), float(np.hypot(sigma[crest], sigma[floor])), "m")
-    return result

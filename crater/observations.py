@@ -6,9 +6,11 @@ import difflib
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from crater import radial_profile
 from crater.radial_profile import Profile
 from matter import quantity
 from matter.errors import InputError
@@ -17,8 +19,21 @@ FOLDER = Path(__file__).parent / "observed"
 
 
 @dataclass(frozen=True)
+class Zone:
+    """A mapped zone or a range of a trend: ``inner`` and ``outer`` diameter [m], ``depth_over_diameter`` with its error where one is stated."""
+
+    name: str
+    inner: float
+    outer: float
+    depth_over_diameter: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
 class Observation:
-    """``values``: measure -> (value, minus, plus) [SI]; ``profile`` where one is published; ``kind``: transient or final."""
+    """``values``: measure -> (value, minus, plus) [SI]; ``profile`` where one is published; ``kind``: transient, final, zones, trend or laboratory.
+
+    ``impact``: what made it, where that is known: ``radius``, ``mass``, ``speed``, ``gravity``, densities [SI].
+    """
 
     name: str
     title: str
@@ -27,6 +42,8 @@ class Observation:
     profile: Profile | None
     source: str
     note: str
+    zones: tuple[Zone, ...] = ()
+    impact: dict[str, float] | None = None
 
 
 def names() -> list[str]:
@@ -35,7 +52,7 @@ def names() -> list[str]:
 
 
 def load(name: str) -> Observation:
-    """Read an observation.
+    """An observation that ships with the project.
 
     Raises ``InputError`` for an unknown name, with the nearest known one, or a value that cannot be read.
     """
@@ -44,24 +61,60 @@ def load(name: str) -> Observation:
         near = difflib.get_close_matches(name, names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"no observed crater {name!r}{hint} (known: {', '.join(names())})")
-    content = tomllib.loads(path.read_text())
+    return read(path)
+
+
+def read(path: Path) -> Observation:
+    """An observation from a file of the same form (a user's own, for example).
+
+    Raises ``InputError`` naming the file and what cannot be read.
+    """
+    path = Path(path)
     try:
-        values = {}
-        for key, entry in content.get("measures", {}).items():
-            parts = [quantity.parse(entry[part]) for part in ("value", "minus", "plus")]
-            values[key] = (parts[0], parts[1], parts[2])
-    except (KeyError, ValueError) as reason:
-        raise InputError(f"{path.name}: measure {key!r} needs value, minus and plus with units ({reason})") from None
-    return Observation(name, content["title"], content.get("kind", "final"), values, _profile(content), content["source"], content.get("note", ""))
+        content = tomllib.loads(path.read_text())
+    except (OSError, ValueError) as reason:
+        raise InputError(f"{path.name}: {reason}") from None
+    for key in ("title", "source"):
+        if not str(content.get(key, "")).strip():
+            raise InputError(f"{path.name} states no {key}: an observation needs title, source and at least one measure, zone or profile")
+    values = {key: _measure(path, key, entry) for key, entry in content.get("measures", {}).items()}
+    zones = tuple(_zone(path, entry) for entry in content.get("zones", ()))
+    profile = _profile(path, content)
+    if not values and not zones and profile is None:
+        raise InputError(f"{path.name} states no measure, no zone and no profile")
+    impact = {key: _number(path, f"impact.{key}", text) for key, text in content.get("impact", {}).items()} or None
+    return Observation(path.stem, content["title"], content.get("kind", "final"), values, profile, content["source"], content.get("note", ""), zones, impact)
 
 
-def _profile(content: dict) -> Profile | None:
-    """The observation's profile, or the paraboloid that its depth and diameter imply where the file says ``shape = "paraboloid"``."""
+def _number(path: Path, key: str, text: Any) -> float:
+    try:
+        return float(quantity.parse(text))
+    except (TypeError, ValueError) as reason:
+        raise InputError(f"{path.name}: {key}: {reason}") from None
+
+
+def _measure(path: Path, key: str, entry: Any) -> tuple[float, float, float]:
+    if not isinstance(entry, dict) or not {"value", "minus", "plus"} <= set(entry):
+        raise InputError(f"{path.name}: measure {key!r} needs value, minus and plus with units")
+    value, minus, plus = (_number(path, f"measures.{key}.{part}", entry[part]) for part in ("value", "minus", "plus"))
+    return value, minus, plus
+
+
+def _zone(path: Path, entry: dict[str, Any]) -> Zone:
+    ratio = entry.get("depth_over_diameter")
+    inner, outer = (_number(path, f"zones.{key}", entry.get(key, "0 m")) for key in ("inner", "outer"))
+    return Zone(str(entry["name"]), inner, outer, None if ratio is None else (float(ratio["value"]), float(ratio["error"])))
+
+
+def _profile(path: Path, content: dict) -> Profile | None:
+    """The profile file that the observation names, or the paraboloid of its depth and diameter where it says ``shape = "paraboloid"``."""
+    if "profile" in content:
+        return radial_profile.read_csv(path.parent / content["profile"])
     if content.get("shape") != "paraboloid":
         return None
     measures = content["measures"]
-    radius = 0.5 * quantity.parse(measures["diameter_apparent_m"]["value"])
-    depth = quantity.parse(measures["depth_m"]["value"])
+    radius = 0.5 * _measure(path, "diameter_apparent_m", measures.get("diameter_apparent_m"))[0]
+    depth = _measure(path, "depth_m", measures.get("depth_m"))[0]
     r = np.linspace(0.0, radius, 60)
     nothing = np.full(60, np.nan)
     return Profile(

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from crater.measure import Measures
 from crater.radial_profile import Profile
-from matter import archive, snapshot
-from matter.particles import Particles
+from matter import archive
 
 if TYPE_CHECKING:
     from crater.compare import Crater
     from crater.stage import Findings
 
 INK = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
-MATERIAL_COLOURS = {"ice": "#9fd3ea", "water": "#2f6fb2", "basalt": "#8a7563", "iron": "#4d4d4d"}
-PROJECTILE_COLOUR = "#d62828"
 KM = 1e-3
-SLAB_HEIGHT = 0.85
-"""Height of a cross-section over half of its width."""
 
 
 def figure(width: float, height: float):
@@ -63,14 +58,20 @@ def _profile_line(axis, profile: Profile, scale: float, colour: str, label: str)
 
 
 def draw_all(found: Findings, out: Path) -> None:
-    """Every picture of a run: profile.png, time_series.png, cross_section.png, heightmap.png (those that there is material for)."""
+    """Every picture of a run that there is material for: profile, time series, height map, cross-sections."""
     if found.final is not None or found.late_sph is not None:
         draw_profiles(found, out / "profile.png")
     if any(moment.measures for moment in found.moments):
         draw_series(found, out / "time_series.png")
     if found.final is not None:
         draw_heightmap(found.final, out / "heightmap.png")
-    draw_cross_sections(found, out / "cross_section.png")
+    if found.ejecta:
+        draw_ejecta(found, out / "ejecta.png")
+    from crater import plot_sections
+
+    plot_sections.draw_cross_sections(found, out / "cross_section.png")
+    plot_sections.draw_in_time(found, out / "sections_in_time.png")
+    plot_sections.draw_grains_in_time(found, out / "sections_grains.png")
 
 
 def draw_one(measures: Measures, name: str, folder: Path) -> None:
@@ -233,109 +234,28 @@ def draw_heightmap(measures: Measures, path: Path) -> None:
     save(fig, path)
 
 
-def draw_cross_sections(found: Findings, path: Path) -> None:
-    """Slabs through the impact plane: shock stage at the transient and at the end, grains at the start and at the end, by material."""
-    panels: list[tuple[str, Particles]] = []
-    moment = found.transient.get("volume")
-    if moment is not None and moment.stage == "sph":
-        panels.append((f"SPH, transient (maximum volume), {moment.time / 60:.1f} min", snapshot.read(moment.path)))
-    late = found.inputs / "2_sph" / f"last{snapshot.SUFFIX}"
-    shots = snapshot.series(found.inputs / "2_sph")
-    if late.is_file() or shots:
-        panels.append((f"SPH, end, {found.late_sph_time / 60:.1f} min", snapshot.read(late if late.is_file() else shots[-1])))
-    for folder, word in (("4_handoff/start", "grains, handoff"), ("5_dem/last", "grains, end")):
-        file = found.inputs / f"{folder}{snapshot.SUFFIX}"
-        if file.is_file():
-            grains = snapshot.read(file)
-            panels.append((f"{word}, {float(grains.attributes.get('time', np.nan)) / 60:.1f} min", grains))
-    if not panels:
-        return
-    half = 1.1 * found.settings.impact.expected_transient_diameter
-    across = 1 if len(panels) < 3 else 2
-    down = -(-len(panels) // across)
-    fig = figure(9.0 if across == 1 else 14.0, 0.7 + (8.6 if across == 1 else 6.6) * SLAB_HEIGHT / 2.0 * down)
-    grid = fig.subplots(down, across, sharex=True, sharey=True, squeeze=False)
-    # grains stand beside, not below, the shock stage
-    axes = grid.T.ravel()[: len(panels)]
-    for axis in grid.T.ravel()[len(panels) :]:
-        axis.set_visible(False)
-    radius = found.settings.target.radius
-    for axis, (title, particles) in zip(axes, panels):
-        radius = float(particles.attributes.get("target_radius_m", radius))
-        _slab(axis, particles, radius, half)
-        axis.set_title(title, fontsize=9, loc="left")
-    for axis in grid[:, 0]:
-        axis.set_ylabel("z - surface [km]")
-    for axis in grid[-1]:
-        axis.set_xlabel("x, downrange [km]")
-    _legend(fig, panels)
+def draw_ejecta(found: Findings, path: Path) -> None:
+    """M(>v) of what flies, with the power laws for sand and water."""
+    curve = found.ejecta
+    fig = figure(6.6, 4.6)
+    axis = fig.add_subplot()
+    speed, mass = np.array(curve["speed_m_s"]), np.array(curve["mass_kg"])
+    some = mass > 0.0
+    axis.loglog(speed[some], mass[some], "o-", color=INK[0], markersize=3, label=f"this run, {curve['time_s'] / 60:.1f} min")
+    for (name, law), colour in zip(curve["housen_holsapple_2011_kg"].items(), (INK[4], INK[2])):
+        axis.loglog(speed, law, "--", color=colour, linewidth=1.0, label=f"Housen & Holsapple 2011, {name}")
+    if some.any():
+        axis.set_ylim(0.3 * mass[some].min(), 5.0 * mass.max())
+    axis.set(xlabel="speed v [m/s]", ylabel="mass faster than v [kg]")
+    axis.legend(frameon=False, fontsize=8)
+    _grid(axis)
     save(fig, path)
-
-
-def _colours(particles: Particles) -> np.ndarray:
-    names = list(particles.attributes.get("materials", []))
-    palette = np.array([MATERIAL_COLOURS.get(name.split("_")[0], INK[k % len(INK)]) for k, name in enumerate(names)] or ["#999999"], dtype=object)
-    colours = palette[np.clip(particles.material, 0, len(palette) - 1)] if "material" in particles else np.full(len(particles), "#999999", dtype=object)
-    if "layer" in particles:
-        colours = colours.copy()
-        colours[particles.layer < 0] = PROJECTILE_COLOUR
-    return colours
-
-
-def _slab(axis, particles: Particles, radius: float, half: float) -> None:
-    from matplotlib.collections import EllipseCollection
-
-    spacing = np.full(len(particles), np.nan)
-    if "radius" in particles and "density" not in particles:
-        spacing = 2.0 * particles.radius
-    elif "mass" in particles and "density" in particles:
-        spacing = np.minimum(np.cbrt(particles.mass / np.maximum(particles.density, 1e-3)), 0.12 * half)
-    spacing = np.where(np.isfinite(spacing), spacing, 0.02 * half)
-    p = particles.position
-    low, high = -0.5 * half, (SLAB_HEIGHT - 0.5) * half
-    inside = (np.abs(p[:, 1]) < 0.6 * spacing) & (np.abs(p[:, 0]) < half) & (p[:, 2] - radius > low) & (p[:, 2] - radius < high)
-    if "state" in particles:
-        inside &= particles.state < 2
-    order = np.flatnonzero(inside)
-    size = (2.0 * particles.radius if "radius" in particles else spacing)[order] * KM
-    axis.add_collection(
-        EllipseCollection(
-            size,
-            size,
-            np.zeros(len(order)),
-            units="xy",
-            offsets=np.column_stack([p[order, 0], p[order, 2] - radius]) * KM,
-            offset_transform=axis.transData,
-            facecolors=list(_colours(particles)[order]),
-            edgecolors="white",
-            linewidths=0.3,
-        )
-    )
-    x = np.linspace(-half, half, 200)
-    axis.plot(x * KM, (np.sqrt(np.maximum(radius**2 - x**2, 0.0)) - radius) * KM, color="black", linewidth=0.8, linestyle="--")
-    axis.set_aspect("equal")
-    axis.set_xlim(-half * KM, half * KM)
-    axis.set_ylim(low * KM, high * KM)
-
-
-def _legend(fig, panels: Sequence[tuple[str, Particles]]) -> None:
-    from matplotlib.lines import Line2D
-
-    names: dict[str, str] = {}
-    for _, particles in panels:
-        for name in particles.attributes.get("materials", []):
-            names.setdefault(name, MATERIAL_COLOURS.get(name.split("_")[0], "#999999"))
-        if "layer" in particles and (particles.layer < 0).any():
-            names.setdefault("projectile", PROJECTILE_COLOUR)
-    marks: list[Any] = [Line2D([], [], marker="o", linestyle="", color=colour, label=name, markersize=6) for name, colour in names.items()]
-    marks.append(Line2D([], [], color="black", linestyle="--", linewidth=0.8, label="surface before"))
-    fig.legend(handles=marks, fontsize=8, ncols=len(marks), frameon=False, loc="outside upper center")
 
 
 def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
     """All profiles on one axis, and diameter and depth with their errors beside."""
-    fig = figure(10.0, 5.6)
-    axis, sizes = fig.subplots(2, 1, height_ratios=[3, 1.1])
+    fig = figure(10.0, 4.6 + 0.3 * len(craters))
+    axis, sizes = fig.subplots(2, 1, height_ratios=[3.4, 0.5 + 0.3 * len(craters)])
     longest = max(
         [float(np.nanmax(c.profile.radius)) for c in craters if c.profile is not None]
         + [c.values[n][0] for c in craters for n in ("diameter_apparent_m",) if n in c.values]
@@ -352,13 +272,18 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
             if name in crater.values:
                 value, minus, plus = (x * scale for x in crater.values[name])
                 sizes.errorbar([value], [-k], xerr=[[minus], [plus]], fmt=marker, color=colour, markersize=5, capsize=3)
+        for n, zone in enumerate(crater.zones):
+            sizes.barh([-k], [(zone.outer - zone.inner) * scale], left=[zone.inner * scale], height=0.5, color=colour, alpha=0.15 + 0.15 * (n % 3))
+            words = zone.name.split(",")[0].split(" (")[0].replace(" ", "\n", 1)
+            sizes.text(0.5 * (zone.inner + zone.outer) * scale, -k, words, ha="center", va="center", fontsize=6)
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
     axis.set_xlim(0.0, reach * scale)
     axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
     axis.legend(frameon=False, fontsize=8)
     sizes.set_yticks([-k for k in range(len(craters))], [c.name for c in craters], fontsize=8)
     sizes.set_ylim(-len(craters) + 0.5, 0.5)
-    sizes.set_xlabel(f"o apparent diameter, ^ rim diameter, v depth [{unit}]")
+    sizes.set_xlabel(f"circle: apparent diameter, triangle up: rim diameter, triangle down: depth, bars: zones by diameter [{unit}]")
+    sizes.set_xlim(left=0.0)
     _grid(axis)
     _grid(sizes)
     save(fig, path)

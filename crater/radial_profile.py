@@ -110,27 +110,19 @@ def write_csv(profile: Profile, path: Path) -> None:
 
 
 def read_csv(path: Path) -> Profile:
-    """Read a profile; only ``radius_m`` and ``height_m`` are needed, comment lines may carry ``# key = value``.
+    """Read a profile, one's own too: ``radius_m`` and ``height_m`` (or ``radius_km``, ``height_km``) are needed, comment lines may carry ``# key = value``.
+
+    The band is ``height_p16_m`` and ``height_p84_m``, or ``height_sigma_m`` about the height; ``count`` is optional. Empty heights are gaps.
 
     Raises ``InputError`` naming the file, and the line where a number cannot be read.
     """
     path = Path(path)
     if not path.is_file():
         raise InputError(f"no profile at {path}")
-    header: dict[str, str] = {}
-    rows: list[tuple[int, str]] = []
-    for number, line in enumerate(path.read_text().splitlines(), 1):
-        if line.lstrip().startswith("#"):
-            key, equals, value = line.lstrip("# ").partition("=")
-            if equals:
-                header[key.strip()] = value.strip()
-        elif line.strip():
-            rows.append((number, line))
+    header, rows = _parts(path)
     if len(rows) < 3:
         raise InputError(f"{path} holds no profile: a header line with radius_m, height_m and at least two rows are needed")
     names = [name.strip() for name in next(csv.reader([rows[0][1]]))]
-    if "radius_m" not in names or "height_m" not in names:
-        raise InputError(f"{path}: the first line names {', '.join(names)}; a profile needs the columns radius_m and height_m")
     values: dict[str, list[float]] = {name: [] for name in names}
     for number, text in rows[1:]:
         cells = next(csv.reader([text]))
@@ -138,13 +130,34 @@ def read_csv(path: Path) -> Profile:
             raise InputError(f"{path}, line {number}: {len(cells)} values for {len(names)} columns")
         for name, cell in zip(names, cells):
             try:
-                values[name].append(float(cell))
+                values[name].append(float(cell) if cell.strip() else float("nan"))
             except ValueError:
                 raise InputError(f"{path}, line {number}: {cell!r} in column {name} is not a number") from None
-    radius, height = np.array(values["radius_m"]), np.array(values["height_m"])
-    if (np.diff(radius) <= 0.0).any():
+    columns = {name: np.array(cells) for name, cells in values.items()}
+    for name in [name for name in columns if name.endswith("_km")]:
+        columns[f"{name[:-3]}_m"] = 1e3 * columns[name]
+    if "radius_m" not in columns or "height_m" not in columns:
+        raise InputError(f"{path}: the first line names {', '.join(names)}; a profile needs the columns radius_m and height_m")
+    radius, height = columns["radius_m"], columns["height_m"]
+    if not np.isfinite(radius).all() or (np.diff(radius) <= 0.0).any():
         raise InputError(f"{path}: radius_m must increase from row to row")
-    nothing = np.full(len(radius), np.nan)
-    p16, p84 = np.array(values.get("height_p16_m", nothing)), np.array(values.get("height_p84_m", nothing))
-    count = np.array(values.get("count", np.zeros(len(radius))))
+    if np.isfinite(height).sum() < 2:
+        raise InputError(f"{path}: fewer than two heights are numbers")
+    sigma = columns.get("height_sigma_m", np.full(len(radius), np.nan))
+    p16, p84 = columns.get("height_p16_m", height - sigma), columns.get("height_p84_m", height + sigma)
+    count = columns.get("count", np.zeros(len(radius)))
     return Profile(radius, height, p16, p84, np.nan_to_num(count).astype(int), header)
+
+
+def _parts(path: Path) -> tuple[dict[str, str], list[tuple[int, str]]]:
+    """Header facts, and the other lines with their numbers."""
+    header: dict[str, str] = {}
+    rows: list[tuple[int, str]] = []
+    for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1):
+        if line.lstrip().startswith("#"):
+            key, equals, value = line.lstrip("# ").partition("=")
+            if equals:
+                header[key.strip()] = value.strip()
+        elif line.strip():
+            rows.append((number, line))
+    return header, rows

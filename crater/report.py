@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import base64
-import csv
 import html
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from crater import report_evidence
 from crater.measure import Measures, Quantity
 from matter import archive
 
@@ -29,17 +28,23 @@ WORDS = {
     "ellipticity": "ellipticity (1 - b/a)",
     "floor_diameter_m": "floor diameter",
     "central_peak_m": "central peak over the floor",
+    "central_pit_m": "central pit below the ridge around it",
+    "terraces": "terraces on the wall",
+    "rim_asymmetry": "rim height, first harmonic over its mean",
     "blanket_exponent": "ejecta blanket: exponent of its fall",
     "blanket_height_at_rim_m": "ejecta blanket and uplift at the rim",
 }
 STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;max-width:1080px;margin:2em auto;padding:0 1.2em;color:#1c2530}
 h1{font-size:1.6em;margin:.2em 0}h2{font-size:1.15em;margin:1.8em 0 .4em;border-bottom:1px solid #ccd4dc}
-table{border-collapse:collapse;margin:.6em 0;font-variant-numeric:tabular-nums}
-th,td{padding:.22em .8em;text-align:right;border-bottom:1px solid #e3e8ee}th:first-child,td:first-child{text-align:left}
-td{white-space:nowrap}td.note,th.note{text-align:left;white-space:normal;color:#55606c;font-size:.9em}img{max-width:100%;height:auto}img[alt=heightmap]{max-width:620px}
-.pass,.met{color:#1b7f3b}.fail,.unmet{color:#b3261e}.waived{color:#9a6700}figure{margin:1em 0}figcaption{color:#55606c;font-size:.9em}
-@media print{body{margin:0;max-width:none}h2{break-after:avoid}figure,table{break-inside:avoid}}
+table{border-collapse:collapse;margin:.6em 0;font-variant-numeric:tabular-nums;max-width:100%}
+th,td{padding:.22em .7em;text-align:right;border-bottom:1px solid #e3e8ee;vertical-align:top}th:first-child,td:first-child{text-align:left}
+td{white-space:nowrap}td.note,th.note{text-align:left;white-space:normal;overflow-wrap:anywhere;color:#55606c;font-size:.85em;min-width:16em}
+td.word,th.word{text-align:left}table.ledger{font-size:.85em}img{max-width:100%;height:auto}img[alt=heightmap],img[alt=ejecta]{max-width:620px}
+.pass,.met{color:#1b7f3b}.fail,.unmet{color:#b3261e}.waived{color:#9a6700}.not_measured,.not_applicable{color:#55606c}
+figure{margin:1em 0}figcaption,p.note{color:#55606c;font-size:.9em}ul.refs{columns:2;font-size:.85em;padding-left:1.2em}
+@media print{@page{size:A4;margin:14mm}body{margin:0;padding:0;max-width:none;font-size:9.5pt}h2{break-after:avoid}figure,tr,li{break-inside:avoid}
+table{font-size:8pt}td,th{padding:.15em .4em}img{max-height:230mm}}
 """
 
 
@@ -98,7 +103,6 @@ def write(found: Findings, out: Path) -> None:
         _measures_table(found),
         "<h2>Published numbers</h2>",
         _published_table(found),
-        "<h2>Scaling laws</h2>",
         _scaling_table(found),
         "<h2>In time</h2>",
         _picture(
@@ -107,14 +111,26 @@ def write(found: Findings, out: Path) -> None:
         ),
         "<h2>Cross-sections through the impact plane</h2>",
         _picture(out / "cross_section.png", "Particles within half a spacing of the plane y = 0, by material."),
+        _picture(
+            out / "sections_in_time.png",
+            "The shock stage in time: by material, damage, pressure (tension in the lowest colour) and the depth that matter came from.",
+        ),
+        _picture(out / "sections_grains.png", "The grains in time: by material, depth of origin (grey: came as ejecta) and speed."),
         "<h2>Height map</h2>",
         _picture(out / "heightmap.png", "Final surface, seen from above. Dashed: apparent diameter."),
-        _ledger(found.inputs / "4_handoff" / "ledger.json"),
-        _conservation(found.inputs / "2_sph" / "history.csv"),
-        _provenance(found.inputs / "provenance.json"),
+        _ejecta(found, out),
+        *report_evidence.all_parts(found.inputs),
     ]
     page = f"<!doctype html><html lang=en><head><meta charset=utf-8><title>{html.escape(_title(found))}</title><style>{STYLE}</style></head><body>"
     archive.write_text(out / "report.html", page + "\n".join(part for part in parts if part) + "</body></html>\n")
+
+
+def _ejecta(found: Findings, out: Path) -> str:
+    if not (out / "ejecta.png").is_file():
+        return ""
+    when = f"{found.ejecta['time_s'] / 60:.1f} min"
+    words = f"Target mass above the datum, not part of the ground and rising, faster than v, at {when}; the laws are for vertical impacts into half-spaces."
+    return "<h2>Ejecta</h2>" + _picture(out / "ejecta.png", words)
 
 
 def _title(found: Findings) -> str:
@@ -210,74 +226,25 @@ def _published_table(found: Findings) -> str:
 
 
 def _scaling_table(found: Findings) -> str:
+    """Every law beside what was measured, with the ratio of ours to it, and the spread of the laws."""
     if not found.scaling:
         return ""
-    rows = ["<tr><th>law</th><th>transient apparent diameter</th><th>final rim diameter</th></tr>"]
+    ours = found.transient.get("volume")
+    diameter = ours.value("diameter_apparent_m") if ours is not None else float("nan")
+    rows = ["<tr><th>law</th><th>transient apparent diameter</th><th>ours over law</th><th>final rim diameter</th></tr>"]
     final = found.scaling["final_rim_diameter_m"]
     for name, value in found.scaling["diameter_m"].items():
-        last = f"{final[name] / 1e3:.0f} km" if name in final else ""
-        rows.append(f"<tr><td>{name.replace('_', ' ')}</td><td>{value / 1e3:.0f} km</td><td>{last}</td></tr>")
-    low, high = (x / 1e3 for x in found.scaling["range_m"])
+        scale, unit = _scale(value, "m")
+        last = f"{_digits(final[name] * scale, 3)} {unit}" if name in final else ""
+        share = f"{diameter / value:.2f}" if np.isfinite(diameter) else ""
+        rows.append(f"<tr><td>{name.replace('_', ' ')}</td><td>{_digits(value * scale, 4)} {unit}</td><td>{share}</td><td>{last}</td></tr>")
+    sizes = np.array(list(found.scaling["diameter_m"].values()))
+    low, high = found.scaling["range_m"]
+    scale, unit = _scale(high, "m")
+    here = f" Ours: {shown(ours.measures['diameter_apparent_m'])}." if ours is not None and ours.measures is not None else ""
     return (
-        f"<table>{''.join(rows)}</table><p>Zahnle, Collins and Schmidt-Housen (water) span {low:.0f} to {high:.0f} km; growth time by scaling "
-        f"{found.scaling['formation_time_s'] / 60:.1f} min. None of them knows layers, strength or the curvature of the body.</p>"
+        f"<h2>Scaling laws</h2><table>{''.join(rows)}</table><p>Zahnle, Collins and Schmidt-Housen (water) span {_digits(low * scale, 3)} to "
+        f"{_digits(high * scale, 3)} {unit}, all laws {_digits(sizes.min() * scale, 3)} to {_digits(sizes.max() * scale, 3)} {unit} (a factor "
+        f"{sizes.max() / sizes.min():.1f}: the spread between target materials).{here} Growth time by scaling {found.scaling['formation_time_s'] / 60:.1f} min. "
+        "None of them knows layers, strength or the curvature of the body.</p>"
     )
-
-
-def _ledger(path: Path) -> str:
-    if not path.is_file():
-        return ""
-    rows = ["<tr><th>row</th><th>value</th><th>limit</th><th>verdict</th><th class=note>note</th></tr>"]
-    for row in json.loads(path.read_text()):
-        verdict = str(row.get("verdict", ""))
-        rows.append(
-            f"<tr><td>{html.escape(str(row.get('name')))}</td><td>{_number(row.get('value'))}</td><td>{_number(row.get('limit'))}</td>"
-            f"<td class={html.escape(verdict)}>{html.escape(verdict)}</td><td class=note>{html.escape(str(row.get('note', '')))}</td></tr>"
-        )
-    return f"<h2>Handoff ledger</h2><table>{''.join(rows)}</table>"
-
-
-def _number(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, (int, float)) and not isinstance(value, bool) else ("" if value is None else html.escape(str(value)))
-
-
-def _conservation(path: Path) -> str:
-    if not path.is_file():
-        return ""
-    with path.open() as file:
-        rows = list(csv.DictReader(file))
-    if len(rows) < 2:
-        return ""
-
-    def column(name: str) -> np.ndarray:
-        return np.array([float(row[name]) for row in rows])
-
-    kinetic = column("kinetic_J")[0]
-    drift = (column("total_J") - column("total_J")[0]) / kinetic
-    momentum = np.stack([column(f"momentum_{axis}") for axis in "xyz"], axis=1)
-    spin = np.stack([column(f"angular_momentum_{axis}") for axis in "xyz"], axis=1)
-    lines = [
-        ("total energy, largest departure over the initial kinetic energy", f"{np.abs(drift).max():.3%}"),
-        ("total energy, at the end", f"{drift[-1]:+.3%}"),
-        ("mass, relative change", f"{column('mass_kg')[-1] / column('mass_kg')[0] - 1.0:.2e}"),
-        ("linear momentum, change over the initial", f"{_change(momentum):.3%}"),
-        ("angular momentum, change over the initial", f"{_change(spin):.3%}"),
-        ("median step", f"{np.median(column('dt_s')):.3g} s"),
-    ]
-    limits: dict[str, int] = {}
-    for row in rows:
-        limits[row["dt_limit"]] = limits.get(row["dt_limit"], 0) + 1
-    lines.append(("what limited the step (rows of the history)", ", ".join(f"{k} {v}" for k, v in sorted(limits.items(), key=lambda i: -i[1])[:4])))
-    body = "".join(f"<tr><td>{word}</td><td>{html.escape(value)}</td></tr>" for word, value in lines)
-    return f"<h2>Conservation in the shock stage</h2><table>{body}</table>"
-
-
-def _change(vectors: np.ndarray) -> float:
-    """Size of last minus first over size of the first."""
-    return float(np.linalg.norm(vectors[-1] - vectors[0])) / max(float(np.linalg.norm(vectors[0])), 1e-300)
-
-
-def _provenance(path: Path) -> str:
-    if not path.is_file():
-        return ""
-    return f"<h2>Provenance</h2><pre>{html.escape(json.dumps(json.loads(path.read_text()), indent=1)[:6000])}</pre>"

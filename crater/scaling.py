@@ -117,6 +117,20 @@ def housen_holsapple_2011_water(s: Strike) -> float:
     return housen_holsapple_2011(s, 0.68, 0.55)
 
 
+def ejected_mass(s: Strike, speed: float, k: float, c1: float, mu: float, nu: float = 0.4) -> float:
+    """M(>v) = m (3 k / 4 pi) (rho_t / rho_i)^(1 - 3 nu) (v / (C1 U))^(-3 mu) [kg], U = v cos theta: the power law, without its ends at the
+    projectile and at the rim.
+
+    From v/U = C1 ((x/a) (rho_t/rho_i)^nu)^(-1/mu) and M(<x) = k rho_t x^3 (Housen & Holsapple 2011, eqs. 14 and 19). Dry sand: k 0.3, C1 0.55, mu 0.41;
+    water: 0.2, 1.5, 0.55 (their Table 3).
+    """
+    ratio = speed / (c1 * s.speed * math.cos(s.angle))
+    return s.mass * 3.0 * k / (4.0 * math.pi) * (s.target_density / s.projectile_density) ** (1.0 - 3.0 * nu) * ratio ** (-3.0 * mu)
+
+
+EJECTA = {"sand": (0.3, 0.55, 0.41), "water": (0.2, 1.5, 0.55)}
+"""k, C1 and mu of ``ejected_mass`` by target."""
+
 LAWS: dict[str, Callable[[Strike], float]] = {
     "zahnle_2003": zahnle_2003,
     "collins_2005": collins_2005,

@@ -87,6 +87,7 @@ class Findings:
     final_time: float = float("nan")
     final_from: str = ""
     leaving: dict[str, float] = field(default_factory=dict)
+    ejecta: dict[str, Any] = field(default_factory=dict)
     growing: list[str] = field(default_factory=list)
     gravity: float = float("nan")
     reasons: dict[str, str] = field(default_factory=dict)
@@ -159,6 +160,7 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
         found.transient[key] = measured[moment.path]
     if "volume" not in found.transient:
         found.reasons["transient"] = "no snapshot of the shock stage shows a hollow"
+    _follow_ejecta(found, datum, shots)
     last = found.inputs / "2_sph" / f"last{snapshot.SUFFIX}"
     path = last if last.is_file() else shots[-1]
     particles = snapshot.read(path)
@@ -181,6 +183,18 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
         )
     except InputError as reason:
         found.reasons["late_sph"] = str(reason)
+
+
+def _follow_ejecta(found: Findings, datum: Datum, shots: list[Path]) -> None:
+    """M(>v) when the crater is deepest: later much has landed, earlier much is not yet thrown."""
+    moment = found.transient.get("depth")
+    if moment is None:
+        return
+    curve = ejecta.mass_above(snapshot.read(moment.path), datum, found.settings.impact.speed)
+    if curve:
+        strike = _strike(found)
+        laws = {name: [scaling.ejected_mass(strike, v, *constants) for v in curve["speed_m_s"]] for name, constants in scaling.EJECTA.items()}
+        found.ejecta = {"time_s": moment.time, **curve, "housen_holsapple_2011_kg": laws}
 
 
 def grain_datum(grains: Particles, fallback: Datum) -> Datum:
@@ -312,6 +326,8 @@ def measures_json(found: Findings) -> dict[str, Any]:
     content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": found.reference}
     if found.leaving:
         content["leaving"] = found.leaving
+    if found.ejecta:
+        content["ejecta"] = found.ejecta
     if found.late_sph is not None:
         content["late_sph"] = {**found.late_sph.as_dict(), "time_s": Quantity(found.late_sph_time, 0.0, "s").as_dict()}
     return content

@@ -100,12 +100,29 @@ def fill(rng, spacing, lo, hi, kind):
     lo, hi = np.asarray(lo, float), np.asarray(hi, float)
     if kind == "random":
         return rng.uniform(lo, hi, size=(round(float(np.prod((hi - lo) / spacing))), 3))
-    middle, reach = 0.5 * (lo + hi), 0.5 * np.linalg.norm(hi - lo)
-    p = _hexagonal(spacing, -reach * np.ones(3), reach * np.ones(3)) + rng.uniform(-1, 1, 3) * spacing
-    p = p @ _rotation(rng).T + middle
+    p = _turned_lattice(spacing, lo, hi, rng)
     if kind == "jitter":
         p = p + rng.normal(scale=0.25 * spacing, size=p.shape)
     return p[((p >= lo) & (p < hi)).all(1)]
+
+
+def _turned_lattice(spacing, lo, hi, rng):
+    """HCP points, turned and shifted at random, of a box and a margin of two spacings: only the stretch of each lattice row that lies inside is made."""
+    a = spacing * 2 ** (1 / 6)
+    turn, shift = _rotation(rng), rng.uniform(-1, 1, 3) * spacing
+    lo, hi = lo - 2 * spacing, hi + 2 * spacing
+    middle, reach = 0.5 * (lo + hi) + shift, 0.5 * np.linalg.norm(hi - lo)
+    n, m = int(reach / (a * np.sqrt(3) / 2)) + 2, int(reach / (a * np.sqrt(2 / 3))) + 2
+    j, k = (g.ravel() for g in np.meshgrid(np.arange(-n, n + 1), np.arange(-m, m + 1), indexing="ij"))
+    start = a * np.stack([0.5 * (j % 2) + 0.5 * (k % 2), np.sqrt(3) / 2 * (j + (k % 2) / 3), np.sqrt(2 / 3) * k], 1) @ turn.T + middle
+    step = a * turn[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, second = (lo - start) / step, (hi - start) / step
+    enter, leave = np.nanmax(np.minimum(first, second), axis=1), np.nanmin(np.maximum(first, second), axis=1)
+    begin, count = np.ceil(enter), np.maximum(0, np.floor(leave) - np.ceil(enter) + 1).astype(int)
+    row = np.repeat(np.arange(len(j)), count)
+    along = begin[row] + np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+    return start[row] + along[:, None] * step
 
 
 def cloud_on_plane(shape, spacing, rng, kind="jitter", thickness=None, centre=(0.0, 0.0), tilt=0.0, stretch=1.0, ejecta=0.0, noise=0.0):

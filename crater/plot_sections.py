@@ -1,0 +1,241 @@
+"""Pictures of cross-sections: by material, in time by damage, pressure and depth of origin, and several runs side by side with their measures drawn in."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crater import datum as datums
+from crater import sections
+from crater.datum import Datum
+from crater.plot import figure, save
+from matter import archive, snapshot
+from matter.errors import InputError
+from matter.particles import Particles
+
+if TYPE_CHECKING:
+    from crater.stage import Findings
+
+MEASURE_COLOUR = "#e0a100"
+GRAINS = ("4_handoff/start", "5_dem/last")
+
+
+def _shots_of_shock(found: Findings) -> list[tuple[str, Path]]:
+    """The transient (largest volume) and the end of the shock stage."""
+    chosen: list[tuple[str, Path]] = []
+    moment = found.transient.get("volume")
+    if moment is not None and moment.stage == "sph":
+        chosen.append((f"SPH, transient (maximum volume), {moment.time / 60:.1f} min", moment.path))
+    late = found.inputs / "2_sph" / f"last{snapshot.SUFFIX}"
+    shots = snapshot.series(found.inputs / "2_sph")
+    if late.is_file() or shots:
+        chosen.append((f"SPH, end, {found.late_sph_time / 60:.1f} min", late if late.is_file() else shots[-1]))
+    return chosen
+
+
+def _datum_of(found: Findings, particles: Particles) -> Datum:
+    """The undisturbed surface about the stage's z axis (not about the crater's centre: the picture shows where the impact was aimed)."""
+    domain = particles.attributes.get("domain")
+    radius = float(domain["datum_radius_m"]) if isinstance(domain, dict) and "datum_radius_m" in domain else found.settings.target.radius
+    return datums.sphere(float(particles.attributes.get("target_radius_m", radius)))
+
+
+def draw_cross_sections(found: Findings, path: Path) -> None:
+    """Slabs through the impact plane: shock stage at the transient and at the end, grains at the start and at the end, by material."""
+    panels = [(title, snapshot.read(file)) for title, file in _shots_of_shock(found)]
+    for folder, word in zip(GRAINS, ("grains, handoff", "grains, end")):
+        file = found.inputs / f"{folder}{snapshot.SUFFIX}"
+        if file.is_file():
+            grains = snapshot.read(file)
+            panels.append((f"{word}, {float(grains.attributes.get('time', np.nan)) / 60:.1f} min", grains))
+    if not panels:
+        return
+    half = 1.1 * found.settings.impact.expected_transient_diameter
+    across = 1 if len(panels) < 3 else 2
+    down = -(-len(panels) // across)
+    fig = figure(9.0 if across == 1 else 14.0, 0.7 + (8.6 if across == 1 else 6.6) * 0.425 * down)
+    grid = fig.subplots(down, across, sharex=True, sharey=True, squeeze=False)
+    # grains stand beside, not below, the shock stage
+    axes = grid.T.ravel()[: len(panels)]
+    for axis in grid.T.ravel()[len(panels) :]:
+        axis.set_visible(False)
+    for axis, (title, particles) in zip(axes, panels):
+        seen = sections.view(_datum_of(found, particles), half)
+        sections.draw(axis, particles, seen)
+        axis.set_title(title, fontsize=9, loc="left")
+    _label(grid, seen)
+    marks = sections.material_marks([particles for _, particles in panels])
+    fig.legend(handles=marks, fontsize=8, ncols=len(marks), frameon=False, loc="outside upper center")
+    save(fig, path)
+
+
+def _label(grid: np.ndarray, seen: sections.View) -> None:
+    for axis in grid[:, 0]:
+        axis.set_ylabel(f"height over the summit\nof the datum [{seen.unit}]", fontsize=9)
+    for axis in grid[-1]:
+        axis.set_xlabel(f"x, downrange [{seen.unit}]", fontsize=9)
+
+
+def draw_in_time(found: Findings, path: Path) -> None:
+    """The shock stage at four times (columns) by damage, pressure, material and depth of origin (rows); rows that the snapshots lack are left out."""
+    shots = snapshot.series(found.inputs / "2_sph")
+    if len(shots) < 2:
+        return
+    times = [float(snapshot.attributes(shot).get("time", np.nan)) for shot in shots]
+    first = found.transient.get("depth") or found.transient.get("volume")
+    grown = first.time if first is not None and first.stage == "sph" else times[len(times) // 3]
+    wanted = [times[1], grown, min(2.0 * grown, times[-1]), times[-1]]
+    chosen = sorted({int(np.argmin(np.abs(np.array(times) - t))) for t in wanted})
+    panels = [(f"{times[k] / 60:.1f} min", snapshot.read(shots[k])) for k in chosen]
+    half = 0.9 * found.settings.impact.expected_transient_diameter
+    rows: list[sections.Colouring | None] = [None]
+    have = set(panels[0][1])
+    rows += [sections.damage()] * ("damage" in have) + [sections.pressure()] * ("pressure" in have)
+    rows += [sections.depth_of_origin(0.6 * half)] * ("initial_position" in have)
+    _grid_of(found, panels, rows, half, path)
+
+
+def draw_grains_in_time(found: Findings, path: Path) -> None:
+    """The grains at handoff, halfway and at the end (columns) by material, depth of origin and speed (rows)."""
+    files = [found.inputs / f"{name}{snapshot.SUFFIX}" for name in GRAINS]
+    if not files[-1].is_file():
+        return
+    middle = snapshot.series(found.inputs / "5_dem")
+    files = [files[0]] * files[0].is_file() + ([middle[len(middle) // 2]] if len(middle) > 2 else []) + [files[1]]
+    panels = [(f"grains, {float(p.attributes.get('time', np.nan)) / 60:.1f} min", p) for p in map(snapshot.read, files)]
+    half = 0.9 * found.settings.impact.expected_transient_diameter
+    rows: list[sections.Colouring | None] = [None]
+    bed = found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
+    if bed.is_file() and "identity" in panels[0][1]:
+        start = snapshot.read(bed)
+        if "identity" in start:
+            rows.append(sections.depth_of_origin(0.6 * half, lambda grains: _places(grains, start)))
+    if "velocity" in panels[0][1]:
+        fastest = max(float(np.quantile(np.linalg.norm(p.velocity, axis=1), 0.99)) for _, p in panels)
+        rows.append(sections.speed(max(fastest, 1e-9)))
+    _grid_of(found, panels, rows, half, path)
+
+
+def _places(grains: Particles, before: Particles) -> np.ndarray:
+    """Places of the same grains in the settled bed; NaN for grains that came as ejecta."""
+    order = np.argsort(before.identity)
+    known = before.identity[order]
+    at = np.clip(np.searchsorted(known, grains.identity), 0, len(known) - 1)
+    places = before.position[order[at]].copy()
+    places[known[at] != grains.identity] = np.nan
+    return places
+
+
+def _grid_of(found: Findings, panels: Sequence[tuple[str, Particles]], rows: Sequence[sections.Colouring | None], half: float, path: Path) -> None:
+    width = 3.5 * len(panels) + 1.2
+    fig = figure(width, 0.8 + 1.75 * len(rows))
+    grid = fig.subplots(len(rows), len(panels), sharex=True, sharey=True, squeeze=False)
+    for row, colouring in enumerate(rows):
+        drawn = None
+        for column, (title, particles) in enumerate(panels):
+            axis = grid[row, column]
+            seen = sections.view(_datum_of(found, particles), half, 0.55, 0.3)
+            drawn = sections.draw(axis, particles, seen, colouring, edge="none")
+            if row == 0:
+                axis.set_title(title, fontsize=10)
+        if colouring is not None:
+            fig.colorbar(drawn, ax=list(grid[row]), label=colouring.label, shrink=0.9, pad=0.01)
+    for axis in grid[:, 0]:
+        axis.set_ylabel(f"z [{seen.unit}]", fontsize=9)
+    for axis in grid[-1]:
+        axis.set_xlabel(f"x, downrange [{seen.unit}]", fontsize=9)
+    marks = sections.material_marks([particles for _, particles in panels])
+    fig.legend(handles=marks, fontsize=9, ncols=len(marks), frameon=False, loc="outside upper center")
+    save(fig, path)
+
+
+def draw_side_by_side(runs: Sequence[Path], path: Path) -> None:
+    """Final cross-sections of several runs beside each other on one scale: original surface and axis dashed, rim diameter, diameter and depth drawn in.
+
+    Raises ``InputError`` naming the run that has no measured crater or no snapshot.
+    """
+    panels = [_measured_run(Path(run)) for run in runs]
+    reach = max(panel["reach"] for panel in panels)
+    across = min(3, len(panels))
+    down = -(-len(panels) // across)
+    fig = figure(5.4 * across, 0.5 + 2.75 * down)
+    grid = fig.subplots(down, across, squeeze=False, sharex=True, sharey=True)
+    for axis in grid.ravel()[len(panels) :]:
+        axis.set_visible(False)
+    for axis, panel in zip(grid.ravel(), panels):
+        seen = sections.view(panel["datum"], reach, 0.5, 0.35)
+        sections.draw(axis, panel["particles"], seen)
+        axis.axvline(0.0, color="black", linewidth=0.8, linestyle="--")
+        _draw_measures(axis, seen, panel["final"])
+        axis.set_title(panel["title"], fontsize=9, loc="left")
+        axis.text(0.02, 0.04, panel["facts"], transform=axis.transAxes, fontsize=8, bbox=dict(facecolor="white", edgecolor="none", alpha=0.8, pad=2))
+    _label(grid, seen)
+    marks = sections.material_marks([panel["particles"] for panel in panels])
+    fig.legend(handles=marks, fontsize=8, ncols=len(marks), frameon=False, loc="outside upper center")
+    save(fig, path)
+
+
+def _measured_run(run: Path) -> dict[str, Any]:
+    folder = run / "6_crater"
+    files = [run / name for name in (f"5_dem/last{snapshot.SUFFIX}", f"2_sph/last{snapshot.SUFFIX}")]
+    file = next((file for file in files if file.is_file()), None)
+    if file is None or not (folder / "measures.json").is_file() or not (folder / "heightmap.h5").is_file():
+        raise InputError(f"{run} has no measured final crater (6_crater/measures.json, heightmap.h5) or no last snapshot")
+    _, facts = archive.read(folder / "heightmap.h5")
+    particles = snapshot.read(file)
+    axes = tuple(tuple(float(c) for c in row) for row in np.asarray(facts["axes"]))
+    datum = Datum(str(facts["datum"]), float(facts["datum_radius_m"]), tuple(float(c) for c in facts["datum_centre_m"]), axes)  # type: ignore[arg-type]
+    final = json.loads((folder / "measures.json").read_text()).get("final", {})
+    sizes = [_value(final, name) for name in ("diameter_rim_m", "diameter_apparent_m")]
+    known = [size for size in sizes if size is not None]
+    distance = datum.polar(particles.position)[0]
+    reach = min(0.95 * max(known), float(distance.max())) if known else 0.5 * float(np.quantile(distance, 0.9))
+    size = np.median(sections.size_of(particles, reach))
+    packing = particles.attributes.get("packing_fraction")
+    words = [f"N = {len(particles):,}", f"{'r' if 'radius' in particles else 'spacing'} = {_shown(0.5 * size if 'radius' in particles else size)}"]
+    words += [f"packing {float(packing):.2f}"] if packing is not None else []
+    kind = "grains" if "radius" in particles else "SPH"
+    title = f"{run.resolve().name} ({kind}, {_clock(float(particles.attributes.get('time', np.nan)))})"
+    return {"datum": datum, "particles": particles, "final": final, "reach": reach, "title": title, "facts": ", ".join(words)}
+
+
+def _value(final: dict[str, Any], name: str) -> float | None:
+    cell = final.get(name)
+    value = cell.get("value") if isinstance(cell, dict) else None
+    return None if value is None else float(value)
+
+
+def _shown(length: float) -> str:
+    return f"{length / 1e3:.3g} km" if length >= 1e3 else f"{length:.3g} m" if length >= 0.1 else f"{length * 1e3:.3g} mm"
+
+
+def _clock(time: float) -> str:
+    return f"{time / 60:.1f} min" if time >= 120.0 else f"{time:.3g} s"
+
+
+def _draw_measures(axis, seen: sections.View, final: dict[str, Any]) -> None:
+    """Rim diameter over the crests, apparent diameter on the datum, depth along the axis, each with its value."""
+    arrow = dict(arrowstyle="<->", color=MEASURE_COLOUR, linewidth=1.6, shrinkA=0, shrinkB=0)
+    box = dict(facecolor="white", edgecolor="none", alpha=0.75, pad=1.0)
+    top = 0.78 * seen.high
+    rim, apparent, depth = (_value(final, name) for name in ("diameter_rim_m", "diameter_apparent_m", "depth_m"))
+    crest = _value(final, "rim_height_m") or 0.0
+    if rim is not None:
+        (left, right), (foot, _) = sections.on_section(seen, np.array([-0.5 * rim, 0.5 * rim]), np.array([crest, crest]))
+        for x in (left, right):
+            axis.plot([x, x], [foot, top * seen.scale], color=MEASURE_COLOUR, linewidth=0.8, linestyle=":")
+        axis.annotate("", xy=(left, top * seen.scale), xytext=(right, top * seen.scale), arrowprops=arrow)
+        axis.text(0.0, top * seen.scale, f"rim {_shown(rim)}", ha="center", va="center", fontsize=8, bbox=box)
+    level = 0.0
+    if apparent is not None:
+        (left, right), (z, _) = sections.on_section(seen, np.array([-0.5 * apparent, 0.5 * apparent]), np.zeros(2))
+        axis.annotate("", xy=(left, z), xytext=(right, z), arrowprops=arrow)
+        axis.text(0.55 * left, z, f"D {_shown(apparent)}", ha="center", va="bottom", fontsize=8, bbox=box)
+        level = z
+    if depth is not None:
+        axis.annotate("", xy=(0.0, 0.0), xytext=(0.0, -depth * seen.scale), arrowprops=arrow)
+        axis.text(0.02 * seen.half * seen.scale, min(-0.5 * depth * seen.scale, level), f"d {_shown(depth)}", ha="left", va="top", fontsize=8, bbox=box)

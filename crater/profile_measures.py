@@ -1,0 +1,40 @@
+"""Measures of a radial profile alone: a user's CSV file, a published section."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from crater.measure import Quantity
+from crater.radial_profile import Profile
+from crater.shape import apparent_radius
+
+
+def measure_profile(profile: Profile) -> dict[str, Quantity]:
+    """Measures of a radial profile alone (no cloud): read off its points; sigma from the band where it has one.
+
+    ``depth_m``, ``diameter_apparent_m``, ``diameter_rim_m``, ``rim_height_m``, ``depth_rim_to_floor_m`` and ``volume_m3`` (of revolution, on a
+    plane).
+    """
+    known = np.isfinite(profile.height)
+    s, h = profile.radius[known], profile.height[known]
+    floor = int(np.argmin(h))
+    band = 0.5 * (profile.p84 - profile.p16)[known] / np.sqrt(np.maximum(profile.count[known], 1))
+    sigma = np.where(np.isfinite(band), band, 0.0)
+    result = {"depth_m": Quantity(-float(h[floor]), float(sigma[floor]), "m")}
+    apparent = apparent_radius(s, h, floor)
+    if not np.isfinite(apparent):
+        return result
+    slope = max(float(np.interp(apparent, s, np.gradient(h, s))), 1e-3)
+    result["diameter_apparent_m"] = Quantity(2.0 * apparent, 2.0 * float(np.interp(apparent, s, sigma)) / slope, "m")
+    inside = s < apparent
+    r, z = np.concatenate([[0.0], s[inside], [apparent]]), np.concatenate([h[inside][:1], h[inside], [0.0]])
+    result["volume_m3"] = Quantity(float(np.trapezoid(-z * 2.0 * np.pi * r, r)), None, "m^3")
+    outside = np.flatnonzero(s > apparent)
+    if len(outside) > 2:
+        crest = outside[int(np.argmax(np.where(s[outside] < 2.0 * apparent, h[outside], -np.inf)))]
+        if h[crest] > 0.0 and crest + 1 < len(s):
+            step = float(np.gradient(s)[crest])
+            result["diameter_rim_m"] = Quantity(2.0 * float(s[crest]), step, "m")
+            result["rim_height_m"] = Quantity(float(h[crest]), float(sigma[crest]), "m")
+            result["depth_rim_to_floor_m"] = Quantity(float(h[crest] - h[floor]), float(np.hypot(sigma[crest], sigma[floor])), "m")
+    return result
