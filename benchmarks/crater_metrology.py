@@ -24,13 +24,13 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "crater")]
 
-import synthetic
-import trials
+import synthetic  # noqa: E402
+import trials  # noqa: E402
 
-from crater.measure import Measures, measure
-from matter import frame
-from matter.errors import InputError
-from matter.particles import Particles
+from crater.measure import Measures, measure  # noqa: E402
+from matter import frame  # noqa: E402
+from matter.errors import InputError  # noqa: E402
+from matter.particles import Particles  # noqa: E402
 
 NAMES = ("diameter_rim_m", "diameter_apparent_m", "depth_m", "rim_height_m", "volume_m3")
 FIRST_SEED = 90_000

@@ -241,10 +241,11 @@ def _scaling_table(found: Findings) -> str:
     sizes = np.array(list(found.scaling["diameter_m"].values()))
     low, high = found.scaling["range_m"]
     scale, unit = _scale(high, "m")
+    growth = found.scaling["formation_time_s"] / 60
     here = f" Ours: {shown(ours.measures['diameter_apparent_m'])}." if ours is not None and ours.measures is not None else ""
     return (
         f"<h2>Scaling laws</h2><table>{''.join(rows)}</table><p>Zahnle, Collins and Schmidt-Housen (water) span {_digits(low * scale, 3)} to "
         f"{_digits(high * scale, 3)} {unit}, all laws {_digits(sizes.min() * scale, 3)} to {_digits(sizes.max() * scale, 3)} {unit} (a factor "
-        f"{sizes.max() / sizes.min():.1f}: the spread between target materials).{here} Growth time by scaling {found.scaling['formation_time_s'] / 60:.1f} min. "
+        f"{sizes.max() / sizes.min():.1f}: the spread between target materials).{here} Growth time by scaling {growth:.1f} min. "
         "None of them knows layers, strength or the curvature of the body.</p>"
     )

@@ -79,6 +79,7 @@ def _run_case(
     threads: Annotated[int | None, typer.Option(min=1, help="Threads (default: all cores).")] = None,
     check: Annotated[bool, typer.Option("--check", help="Validate, predict time, memory and disk; run nothing.")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Remove earlier results and checkpoints first.")] = False,
+    movie: Annotated[bool, typer.Option("--movie", help="When done, write 6_crater/movie.gif from the snapshots (a finished run is only drawn).")] = False,
 ) -> None:
     """Run or resume the stages nbody sph bed handoff dem crater of a case.
 
@@ -100,9 +101,19 @@ def _run_case(
             outcome = run(request, display)
         finally:
             display.close()
+        if movie:
+            _draw_movie(outcome.run)
         return _concluded(outcome)
 
     _guarded(action)
+
+
+def _draw_movie(run: Path) -> None:
+    from crater import movie
+
+    path = run / "6_crater" / "movie.gif"
+    path.parent.mkdir(exist_ok=True)
+    print(f"{movie.write(run, path)} frames: {path}")
 
 
 def _checked(request: Any, settings: Any) -> int:
