@@ -40,5 +40,5 @@ def test_what_cannot_be_filmed_says_why(tmp_path):
     write(tmp_path / "2_sph", (0.0,))
     with pytest.raises(InputError, match="taste"):
         movie.write(tmp_path, tmp_path / "movie.gif", 2.0, "taste")
-    with pytest.raises(InputError, match="movie.avi"):
+    with pytest.raises(InputError, match=r"movie\.avi"):
         movie.write(tmp_path, tmp_path / "movie.avi", 2.0)

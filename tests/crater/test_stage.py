@@ -122,7 +122,7 @@ def test_every_file_is_there(both):
 def test_the_page_is_self_contained(both):
     _, out, _ = both
     page = (out / "report.html").read_text()
-    assert page.count("data:image/png;base64,") == 4
+    assert page.count("data:image/png;base64,") == 7
     assert "http" not in page.replace("http-equiv", "")
     assert "a &lt; b &amp; c" in page and "mass_total_rel" in page
     assert "differ by" in page
