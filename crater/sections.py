@@ -132,8 +132,7 @@ def draw(axis, particles: Particles, seen: View, colouring: Colouring | None = N
     if colouring is None:
         collection = EllipseCollection(diameter, diameter, np.zeros(len(order)), facecolors=list(material_colours(particles)[order]), **shown)
     else:
-        collection = EllipseCollection(diameter, diameter, np.zeros(len(order)), cmap=_colour_map(colouring.colours), norm=colouring.norm(), **shown)
-        collection.cmap.set_bad(colouring.missing)
+        collection = EllipseCollection(diameter, diameter, np.zeros(len(order)), cmap=_colour_map(colouring), norm=colouring.norm(), **shown)
         collection.set_array(np.ma.masked_invalid(colouring.of(particles, seen.datum)[order]))
     axis.add_collection(collection)
     original_surface(axis, seen)
@@ -143,10 +142,10 @@ def draw(axis, particles: Particles, seen: View, colouring: Colouring | None = N
     return collection
 
 
-def _colour_map(name: str):
+def _colour_map(colouring: Colouring):
     import matplotlib
 
-    return matplotlib.colormaps[name].copy()
+    return matplotlib.colormaps[colouring.colours].with_extremes(bad=colouring.missing)
 
 
 def on_section(seen: View, distance: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
