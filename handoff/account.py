@@ -17,6 +17,7 @@ from matter.errors import InputError
 from matter.particles import Particles
 
 if TYPE_CHECKING:
+    from handoff.direct import Direct
     from handoff.handoff_time import Choice
     from handoff.transfer import Handoff
 
@@ -36,6 +37,29 @@ def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, 
     if "residual_speed_over_sqrt_g_r" in bed.attributes:
         ledger.measure("bed_residual_speed_over_sqrt_g_r", bed.attributes["residual_speed_over_sqrt_g_r"])
     _statements(ledger, made)
+    return ledger
+
+
+def ledger_of_direct(direct: Direct, made: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]) -> Ledger:
+    """The ledger of a direct transition; ``made`` holds the surface and the split that both ways share."""
+    from handoff import direct as straight
+
+    ledger = Ledger(waive)
+    straight.enter(ledger, direct, made)
+    if made.size.radius > 0.0:
+        radius = float(direct.start.radius[: direct.compact].mean())
+        ledger.measure("cavity_radius_over_r_DEM_min", made.size.radius / radius, f"radius {made.size.radius:.4g} m, grains {radius:.4g} m")
+    else:
+        ledger.skip("cavity_radius_over_r_DEM_min", "not_applicable", "there is no cavity")
+    _shock(ledger, made, source, domain.read(bed.attributes), column)
+    ledger.skip("bed_residual_speed_over_sqrt_g_r", "not_applicable", "no grain of the bed is handed over")
+    outside = made.outside
+    ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
+    ledger.state("ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source")
+    ledger.state("cavity_radius", made.size.radius, "m")
+    ledger.state("cavity_depth", made.size.depth, "m")
+    ledger.state("cavity_volume", made.size.volume, "m^3")
+    ledger.state("grains_kept", float(direct.compact), "1", f"and {len(direct.start) - direct.compact} ejecta, one per particle")
     return ledger
 
 

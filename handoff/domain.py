@@ -59,6 +59,10 @@ class Cone:
         angle = np.arctan2(np.hypot(position[:, 0], position[:, 1]), position[:, 2])
         return np.linalg.norm(position, axis=1) * np.sin(np.clip(self.half_angle - angle, -math.pi / 2, math.pi / 2))
 
+    def wall_depth(self, position: np.ndarray) -> np.ndarray:
+        """(n,) distance [m] to the nearest wall of the bed (floor and side), positive inside."""
+        return np.minimum(np.linalg.norm(position, axis=1) - self.core, self.cut_depth(position))
+
     def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density, up to the radius ``top``."""
         low, high = self.core**3, (top or self.top) ** 3
@@ -110,6 +114,10 @@ class Cylinder:
     def cut_depth(self, position: np.ndarray) -> np.ndarray:
         """(n,) distance [m] to the nearest face that cuts through uniform matter, positive inside: side and floor."""
         return np.minimum(position[:, 2] - self.floor, self.radius - np.hypot(position[:, 0], position[:, 1]))
+
+    def wall_depth(self, position: np.ndarray) -> np.ndarray:
+        """(n,) distance [m] to the nearest wall of the bed (floor and side), positive inside."""
+        return self.cut_depth(position)
 
     def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density, up to the height ``top``."""

@@ -59,14 +59,14 @@ def from_source(source: Particles, ejecta: np.ndarray, bed: Particles, packing: 
     rising = np.einsum("ij,ij->i", velocity, up) > 0.0
     state = np.zeros(len(ejecta), dtype=np.int8)
     state[mass < _LIGHT * float(np.min(bed.mass))] = BALLISTIC
-    state[_beside(position, domain) | (rising & (speed >= column.escape_speed(height)))] = BOOKED
+    state[beside(position, domain) | (rising & (speed >= column.escape_speed(height)))] = BOOKED
     nominal = radius.copy()
     position, radius, state = _fitted(position, radius, state, up, bed)
     moved = np.linalg.norm(position - source.position[ejecta], axis=1)
     return Ejecta(ejecta, position, velocity, mass, density, radius, state, moved, int(np.count_nonzero(radius < 0.999 * nominal)))
 
 
-def _beside(position: np.ndarray, domain: Domain) -> np.ndarray:
+def beside(position: np.ndarray, domain: Domain) -> np.ndarray:
     """Whether a point lies beside or below the domain (above it is still over the bed)."""
     frame = domain.frame
     foot = position - (frame.height(position)[:, None]) * frame.up(position)

@@ -121,10 +121,10 @@ def _cut(data):
     below = axes[1, 0]
     grain = np.abs(start.position[:, 1]) < start.radius
     cut = np.sqrt(np.maximum(start.radius**2 - start.position[:, 1] ** 2, 0.0))
-    edge = np.where(np.arange(len(start))[:, None] < int(data["residuals"]["bed/stays"].sum()), to_rgba("#666"), to_rgba(_EJECTA))
+    edge = np.where(np.arange(len(start))[:, None] < int(data["record"]["grains"]["kept"]), to_rgba("#666"), to_rgba(_EJECTA))
     colours = _colours(start.attributes.get("materials", []), start.material)
     _discs(below, start.position[grain][:, [0, 2]], cut[grain], colours[grain], unit, edgecolors=edge[grain], linewidths=0.4)
-    below.set_title("carved bed and ejecta grains (cut by the plane y = 0)")
+    below.set_title("grains handed over: bed and ejecta (cut by the plane y = 0)")
     for panel in axes.flat:
         _outline(panel, data, region, unit)
         panel.set(xlim=xlim, ylim=zlim, aspect="equal", xlabel=f"x [{name}]", ylabel=f"z [{name}]")
@@ -140,7 +140,7 @@ def _velocity(data):
     spacing = np.cbrt(source.mass / source.density)
     inside = (region.depth_inside(source.position) > -spacing) & (data["residuals"]["source/reason"] == 0)
     thin = inside & (np.abs(source.position[:, 1]) < spacing)
-    stays = int(data["residuals"]["bed/stays"].sum())
+    stays = int(data["record"]["grains"]["kept"])
     grain = np.flatnonzero(np.abs(start.position[:stays, 1]) < start.radius[:stays])
     close = np.abs(cells["centre"][:, 1]) < 1.5 * float(start.radius[:stays].mean()) * 3.0
     speed = np.linalg.norm(source.velocity[thin], axis=1)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from handoff import direct
 from handoff import ledger as ledgers
 from matter import archive, snapshot
 from matter.errors import InputError
@@ -30,6 +31,8 @@ def print_ledger(run: Path, pictures: bool = True) -> int:
     out = Path(run) / "4_handoff"
     book = ledgers.read(out / "ledger.json")
     print(text(book))
+    if (record := json.loads((out / "handoff.json").read_text())).get("methods"):
+        print("\n" + direct.as_text(record["methods"]))
     write(Path(run), out, pictures)
     print(f"\nreport: {out / 'report.html'}")
     if book.failures:
@@ -112,5 +115,24 @@ particles, mapping {record["mapping"]}.</p>
 are the excess over the undisturbed state at the same depth.</p>
 <table><tr><th>row<th>value<th>limit<th>unit<th>verdict<th>note</tr>
 {rows}
-</table></html>
+</table>
+{_methods(record)}</html>
+"""
+
+
+def _methods(record: dict) -> str:
+    """Mapped against direct as a table; empty where it was not measured."""
+    table = record.get("methods")
+    if not table:
+        return ""
+    rows = "\n".join(
+        f"<tr><td>{html.escape(label)}</td><td class=n>{_shown(table['mapped'][key])}</td><td class=n>{_shown(table['direct'][key])}</td></tr>"
+        for key, label in direct.LABELS.items()
+    )
+    return f"""<h2>Mapped against direct</h2>
+<p>The run goes on with the <b>{record["method"]}</b> grains. Direct: every SPH particle one grain. Excess counts beyond what the undisturbed
+body would carry. The prediction is grains over step over {direct.GRAIN_STEPS_PER_S:.1e} grain steps per second of one core.</p>
+<table><tr><th><th>mapped<th>direct</tr>
+{rows}
+</table>
 """

@@ -1,7 +1,7 @@
 """Stage 4, handoff: from the shock-physics cloud to the granular bed that goes on.
 
 Reads ``2_sph/snap_*.vtkhdf``, ``2_sph/target.json`` and ``3_bed/bed.vtkhdf``; writes ``start.vtkhdf``, ``surface.ply``, ``ledger.json``,
-``handoff.json`` (choice of time, sizes, residuals), ``report.html`` and its pictures.
+``handoff.json`` (choice of time, sizes, residuals, mapped against direct), ``report.html`` and its pictures.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, field_validator
 
-from handoff import account, compare, handoff_time, hydrostatic, report, surface, transfer
+from handoff import account, compare, direct, handoff_time, hydrostatic, report, surface, transfer
 from handoff import domain as domains
 from handoff.ledger import check_waivers
 from matter import archive, snapshot
@@ -33,6 +33,10 @@ class Settings(surface.Rules):
 
     time: PositiveTime | Literal["auto", "last"] = "auto"
     """``auto`` by the rule of ``handoff.handoff_time``; ``last`` snapshot; or a time after the impact (the nearest snapshot is taken)."""
+    method: Literal["mapped", "direct"] = "mapped"
+    """``mapped``: the settled bed takes over the flow; ``direct``: every SPH particle becomes a grain (see ``handoff.direct``). The report compares both."""
+    direct_packing: float = Field(1.0, gt=0.1, le=1.0)
+    """Share of a particle's volume that its sphere holds in the direct transition; 1: equal volume."""
     waive: Mapping[str, str] = Field(default_factory=dict)
     """Ledger rows that do not bind this case, each with its reason."""
     pictures: bool = True
@@ -71,20 +75,36 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     choice, source = chosen_source(settings, rules, inputs / "2_sph", bed, region, column, progress)
     progress.update(0.6, "surface and transfer", force=True)
     made = transfer.hand_over(source, bed, rules, column)
-    ledger = account.ledger_of(made, source, bed, column, settings.waive)
+    mapped = account.ledger_of(made, source, bed, column, settings.waive)
+    straight = direct.hand_over(made, source, bed, column, settings.direct_packing) if "stiffness" in bed else None
+    table = direct.compare(made, straight, mapped, bed) if straight else None
+    ledger = mapped
+    if settings.method == "direct":
+        ledger = account.ledger_of_direct(_needed(straight), made, source, bed, column, settings.waive)
     account.time_row(ledger, made, float(source.attributes.get("time", 0.0)), choice, column)
     ledger.complete()
     progress.update(0.85, "writing", force=True)
-    snapshot.write(made.start, out / f"start{snapshot.SUFFIX}")
+    start = _needed(straight).start if settings.method == "direct" else made.start
+    snapshot.write(start, out / f"start{snapshot.SUFFIX}")
     with archive.replacing(out / "surface.ply") as temporary:
         made.solid.mesh.export(str(temporary), file_type="ply")
     ledger.write(out / "ledger.json")
-    archive.write_text(out / "handoff.json", json.dumps(_record(made, source, bed, choice, settings), indent=1))
+    record = _record(made, source, bed, choice, settings) | {"method": settings.method, "methods": table}
+    if settings.method == "direct":
+        count = _needed(straight).compact
+        record["grains"] = {"bed": len(bed), "kept": count, "ejecta": len(start) - count}
+    archive.write_text(out / "handoff.json", json.dumps(record, indent=1))
     _write_residuals(made, source, bed, out / "residuals.h5")
     report.write(inputs, out, settings.pictures)
     progress.update(1.0, "done", force=True)
     if ledger.failures:
         raise Unsound(f"handoff: {', '.join(ledger.failures)} beyond the limit; see {out / 'report.html'}")
+
+
+def _needed(straight: direct.Direct | None) -> direct.Direct:
+    if straight is None:
+        raise InputError("[handoff] method = \"direct\" needs a bed with the field 'stiffness': contact stiffness per radius is taken from it")
+    return straight
 
 
 def column_for(inputs: Path, region: domains.Domain) -> hydrostatic.Column:

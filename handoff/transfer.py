@@ -206,7 +206,7 @@ def _refuse_misfit(size: cavity.Cavity, source: Particles, split: surface.Split,
         raise InputError(f"{np.count_nonzero(standing)} particles rest higher than the bed's headroom ({headroom:.4g} m): give the bed more headroom")
 
 
-def _material_numbers(source: Particles, bed: Particles) -> tuple[list[str], np.ndarray]:
+def material_numbers(source: Particles, bed: Particles) -> tuple[list[str], np.ndarray]:
     """Material names of the start (the bed's, then the source's further ones), and the new number of each material of the source."""
     names = list(bed.attributes.get("materials", []))
     table = []
@@ -217,7 +217,7 @@ def _material_numbers(source: Particles, bed: Particles) -> tuple[list[str], np.
     return names, np.array(table or [0])
 
 
-def _species_by_material(bed: Particles, names: list[str]) -> np.ndarray:
+def species_by_material(bed: Particles, names: list[str]) -> np.ndarray:
     """Species that grains of each material take: what the bed's contact settings say, else that of most of its grains of that material,
     else the first."""
     said = bed.attributes.get("contact", {}).get("species_of_material", {})
@@ -234,10 +234,10 @@ def _species_by_material(bed: Particles, names: list[str]) -> np.ndarray:
 
 def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.ndarray) -> Particles:
     carved = bed.select(stays)
-    names, table = _material_numbers(source, bed)
+    names, table = material_numbers(source, bed)
     carved["material"] = table[np.clip(source.material[nearest], 0, len(table) - 1)]
     if "species" in bed:
-        carved["species"] = _species_by_material(bed, names)[carved.material]
+        carved["species"] = species_by_material(bed, names)[carved.material]
     carved["density"] = source.density[nearest]
     carved.attributes["materials"] = names
     return carved
@@ -246,7 +246,7 @@ def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.nd
 def _start(carved: Particles, bed, source, stays, mass, volume, velocity, spin, flying: ejected.Ejecta) -> Particles:
     """The carved bed and the ejecta as one set of grains; every field of the bed is carried."""
     count, extra = len(carved), len(flying.mass)
-    names, table = _material_numbers(source, bed)
+    names, table = material_numbers(source, bed)
     material = table[np.clip(source.material[flying.source], 0, len(table) - 1)]
     reference = float(np.median(mass))
     tail = {
@@ -259,7 +259,7 @@ def _start(carved: Particles, bed, source, stays, mass, volume, velocity, spin, 
         "material": material,
         "density": flying.density,
         "headroom": np.zeros(extra, dtype=np.int8),
-        "species": _species_by_material(bed, names)[material],
+        "species": species_by_material(bed, names)[material],
         "state": flying.state,
     }
     head = {name: carved[name] for name in carved}
