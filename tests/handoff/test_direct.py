@@ -93,7 +93,7 @@ def test_the_ledger_of_the_direct_way(finished):
 
 
 def test_both_ways_stand_side_by_side_whichever_is_taken(finished, capsys):
-    folder, outs = finished
+    _, outs = finished
     tables = [json.loads((outs[method] / "handoff.json").read_text())["methods"] for method in ("mapped", "direct")]
     assert tables[0] == tables[1] and set(tables[0]["mapped"]) == set(tables[0]["direct"]) == set(direct.LABELS)
     mapped, straight = tables[0]["mapped"], tables[0]["direct"]
