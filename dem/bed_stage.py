@@ -37,9 +37,9 @@ _VERSION = 1
 """Part of the key of a kept bed: raise it when the physics of settling changes."""
 
 STEPS = 3600
-"""Steps to settle a bed, from random points to rest (measured at 20,000 grains, see docs/results)."""
-GRAIN_STEPS_PER_S = 3.0e6
-"""Grain steps per second of one core while settling, lists and measures included (measured on an AVX-512 core at 20,000 grains)."""
+"""Steps to settle a bed of 20,000 grains, from random points to rest (8640 for 100,000: as the number's root, see docs/results)."""
+GRAIN_STEPS_PER_S = 2.4e6
+"""Grain steps per second of one core while settling, lists and measures included (measured on an AVX-512 core: 3.0e6 at 20,000 grains, 1.9e6 at 100,000)."""
 
 
 class Settings(Model):
@@ -99,7 +99,7 @@ def predict(settings: Settings) -> dict[str, float]:
     """Wall time with warm kernels [s], memory and disk [bytes]; a kept bed costs nothing."""
     n = settings.count
     threads = settling.threads_for(n)
-    return {"wall_s": 3.0 + n * STEPS / (GRAIN_STEPS_PER_S * threads), "memory_bytes": 2.5e8 + 2500.0 * n, "disk_bytes": 230.0 * n}
+    return {"wall_s": 3.0 + n * STEPS * math.sqrt(n / 20_000) / (GRAIN_STEPS_PER_S * threads), "memory_bytes": 2.5e8 + 2500.0 * n, "disk_bytes": 230.0 * n}
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:

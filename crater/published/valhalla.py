@@ -124,6 +124,7 @@ def _depth(case: str) -> Callable[[Mapping[str, Run]], Finding]:
     def judge(runs: Mapping[str, Run]) -> Finding:
         H = runs[f"{case}_base"].transient("depth_m")
         why = _variants(runs, f"{case}_literal", "depth_m", KM, "km") + "; at maximum volume " + runs[f"{case}_base"].transient("depth_m", "volume").text()
+        why += "; " + _pair_notes(runs, case)
         return Finding(H.text(), f"{H.sigma * KM:.0f} km", within(H, DEPTH[case], MPD[case], MPD[case]), why.strip("; "))
 
     return judge
@@ -140,6 +141,8 @@ def _diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
             why += f"; {told}"
         if (late := _at(run, "diameter_apparent_m", PUBLISHED_TIME)) is not None:
             why += f"; at the published {PUBLISHED_TIME / 60:.1f} min, in collapse, D is {late * KM:.0f} km"
+        if told := _pair_notes(runs, case):
+            why += f"; {told}"
         return Finding(D.text(), f"{D.sigma * KM:.0f} km", within(D, *DIAMETER[case]), why)
 
     return judge
@@ -152,6 +155,25 @@ def _at(run: Run, name: str, time: float) -> float | None:
         return None
     nearest = known[np.argmin(np.abs(run.series["time_s"][known] - time))]
     return float(run.series[name][nearest]) if abs(run.series["time_s"][nearest] - time) <= 60.0 else None
+
+
+def _nearest_to_published(run: Run, case: str) -> str:
+    """When D(t) and H(t) together come nearest to the published pair, and how near in its errors: tells a crater of another size from one taken at
+    another time."""
+    t, D, H = (run.series[name] for name in ("time_s", "diameter_apparent_m", "depth_m"))
+    D0, plus, minus = DIAMETER[case]
+    with np.errstate(invalid="ignore"):
+        off = np.maximum(np.abs(D - D0) / np.where(D > D0, plus, minus), np.abs(H - DEPTH[case]) / MPD[case])
+    if not np.isfinite(off).any():
+        return ""
+    at = int(np.nanargmin(off))
+    both = "within both errors" if off[at] <= 1.0 else f"{off[at]:.1f} errors off"
+    phase = "growing" if t[at] <= run.transient("time_s").value else "collapsing"
+    return f"{run.name} comes nearest to the published pair at {t[at] / 60:.1f} min, {phase}: D {D[at] * KM:.0f}, H {H[at] * KM:.0f} km, {both}"
+
+
+def _pair_notes(runs: Mapping[str, Run], case: str) -> str:
+    return "; ".join(note for name in (f"{case}_base", f"{case}_literal") if name in runs and (note := _nearest_to_published(runs[name], case)))
 
 
 def _depth_over_diameter(runs: Mapping[str, Run]) -> Finding:
