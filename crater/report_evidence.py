@@ -97,23 +97,22 @@ def _change(vectors: np.ndarray) -> float:
 
 
 def steps(run: Path) -> str:
-    """What limited the time step: share of the shock stage's history by limit, median step of each; the grains' step and what sets it."""
+    """What limited the time step: steps of the shock stage by limit; the grains' step and what sets it."""
     rows = []
-    columns = _columns(run / "2_sph" / "history.csv") if (run / "2_sph" / "history.csv").is_file() else {}
-    if columns:
-        limit, step = np.array(columns["dt_limit"]), np.array([float(value) for value in columns["dt_s"]])
-        for name in sorted(set(limit), key=lambda key: -int((limit == key).sum())):
-            mine = limit == name
-            rows.append(f"<tr><td>SPH: {html.escape(str(name))}</td><td>{mine.mean():.0%}</td><td>{np.median(step[mine]):.3g} s</td></tr>")
-    grains = run / "5_dem" / "stage_report.json"
+    shock, grains = (run / folder / "stage_report.json" for folder in ("2_sph", "5_dem"))
+    if shock.is_file():
+        counts = {str(name): int(count) for name, count in json.loads(shock.read_text()).get("step_limits", {}).items() if count}
+        total = sum(counts.values())
+        for name in sorted(counts, key=lambda key: -counts[key]):
+            rows.append(f"<tr><td>SPH: {html.escape(name)}</td><td>{counts[name]}</td><td>{counts[name] / total:.0%}</td></tr>")
     if grains.is_file():
         facts = json.loads(grains.read_text())
         if "time_step_s" in facts:
-            rows.append(f"<tr><td>grains: a fraction of the contact time</td><td>100%</td><td>{float(facts['time_step_s']):.3g} s</td></tr>")
+            step = f"{float(facts['time_step_s']):.3g} s"
+            rows.append(f"<tr><td>grains: a fraction of the contact time ({step})</td><td>{facts.get('steps', '')}</td><td>100%</td></tr>")
     if not rows:
         return ""
-    head = "<tr><th>limit</th><th>share of the history's rows</th><th>median step</th></tr>"
-    return f"<h2>What limited the step</h2>{_table([head, *rows])}"
+    return f"<h2>What limited the step</h2>{_table(['<tr><th>limit</th><th>steps</th><th>share</th></tr>', *rows])}"
 
 
 def provenance(path: Path) -> str:

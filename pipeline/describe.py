@@ -30,7 +30,8 @@ def describe(run_folder: Path, case: Case, wanted: tuple[str, ...], settings: di
     }
     archive.write_text(run_folder / "provenance.json", json.dumps(content, indent=1))
     done = [stage for stage in stages.ORDER if (stages.folder(run_folder, stage) / folder.DONE).exists() and stage not in case.outside]
-    references.write(run_folder / "references.bib", case, {*made, *done}, materials(settings.values()))
+    used_stages = {stage: settings[stage] for stage in (*made, *(stage for stage in done if stage not in made)) if stage in settings}
+    references.write(run_folder / "references.bib", case, used_stages, materials(settings.values()))
 
 
 def _case(case: Case) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from matter.errors import InputError
 from matter.particles import Particles
 from matter.quantity import PositiveLength, PositiveTime, Time
 from sph import materials as material_rows
-from sph import state, timestep
+from sph import state, timestep, used_laws
 from sph import target as bodies
 from sph.cloud import ARRAYS, Cloud
 from sph.damage import grady_kipp
@@ -83,14 +83,28 @@ class Settings(Model):
             raise ValueError("spacing_at_impact must be below half the target's radius")
         if self.spacing_far < self.spacing_at_impact:
             raise ValueError("spacing_far must be at least spacing_at_impact")
-        material_rows.collect(tuple(dict.fromkeys([*self.target.materials, self.impact.projectile.material])), self.materials)
+        self.chosen_materials()
         return self
+
+    def chosen_materials(self) -> material_rows.Materials:
+        """The materials of target and projectile with the laws that the case chooses; raises ``InputError``."""
+        return material_rows.collect(tuple(dict.fromkeys([*self.target.materials, self.impact.projectile.material])), self.materials)
 
     @property
     def zones(self) -> bodies.Zones:
         """Where the particles are how fine."""
         contact = self.spacing_at_impact / self.contact_refinement
         return bodies.Zones(contact, self.contact_radius, self.spacing_at_impact, self.fine_radius, self.spacing_far, self.growth)
+
+
+def idle_sources(settings: Settings) -> set[Path]:
+    """Law files that this run does not take: its bibliography leaves out what only they cite."""
+    return used_laws.idle_sources(settings.chosen_materials())
+
+
+def idle_sections(settings: Settings) -> set[tuple[str, str]]:
+    """Sections (material, title) of material files that this run does not take."""
+    return used_laws.idle_sections(settings.chosen_materials())
 
 
 def _count(settings: Settings) -> int:

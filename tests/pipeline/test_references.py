@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
 from matter import material
-from pipeline import references
+from pipeline import case, references
 
 
 def test_every_entry_has_what_a_citation_needs():
@@ -41,3 +42,14 @@ def test_another_year_is_another_paper():
 @pytest.mark.parametrize("name", material.names())
 def test_every_equation_of_state_of_a_material_is_cited(name):
     assert references.cited(str(material.load(name)[material.choices(name).get("eos", "tillotson")]["source"]))
+
+
+def test_laws_that_a_run_does_not_take_are_not_cited(tmp_path):
+    folder = Path(__file__).parents[2] / "cases" / "valhalla_980km"
+    keys = {}
+    for name, sets in (("plain", ()), ("porous", ('sph.materials.basalt={"porosity" = "p_alpha", "p_alpha" = {"alpha0" = 1.2}}',))):
+        chosen = case.read(folder, "quick", sets)
+        keys[name] = set(references.write(tmp_path / "references.bib", chosen, {"sph": case.compose(chosen)["sph"]}, ("basalt", "water", "ice")))
+    assert {"Tillotson1962", "GradyKipp1980", "Winter2017"} <= keys["plain"]
+    assert not {"Collins2004", "DruckerPrager1952", "Murnaghan1944", "Wuennemann2006", "CarrollHolt1972"} & keys["plain"]
+    assert "Jutzi2008" in keys["porous"] - keys["plain"]
