@@ -4,7 +4,8 @@
     python examples/valhalla_claims.py --out runs/claims --runs 350_base 350_one
     python examples/valhalla_claims.py --out runs/claims --table              # the table alone, of what there is
 
-Started again, it goes on where it was. Leaves run folders, measured/<run>/ (time_series.csv, measures.json, pictures), claims.md and claims.json.
+Started again, it goes on where it was. Leaves run folders, measured/<run>/ (time_series.csv, measures.json, pictures), claims.md,
+claims.json and figures_22_25.png (the thesis' Figures 22 to 25 with these runs beside).
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def matrix(size: str, more: tuple[str, ...] = ()) -> list[sweep.Variant]:
 
 def table(variants: list[sweep.Variant], out: Path, command: str) -> None:
     """Measure what is finished and write ``claims.md`` and ``claims.json``."""
-    from crater.published import evidence, valhalla
+    from crater.published import evidence, figures, valhalla
 
     found = {}
     for variant in variants:
@@ -57,6 +58,7 @@ def table(variants: list[sweep.Variant], out: Path, command: str) -> None:
     settings = f"Runs: {folders or 'none'}."
     archive.write_text(out / "claims.md", evidence.as_markdown(scores, "Published claims W50-W69 against the runs", command, settings))
     archive.write_text(out / "claims.json", evidence.as_json(scores, command))
+    figures.draw(found, out / "figures_22_25.png")
     print((out / "claims.md").read_text())
 
 

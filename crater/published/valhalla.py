@@ -148,6 +148,16 @@ def _diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
     return judge
 
 
+def _rim_diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
+    def judge(runs: Mapping[str, Run]) -> Finding:
+        D = runs[f"{case}_base"].transient("diameter_rim_m", "volume")
+        t = runs[f"{case}_base"].transient("time_s", "volume")
+        told = f"{runs[f'{case}_literal'].transient('diameter_rim_m', 'volume').text()} from the literal start; " if f"{case}_literal" in runs else ""
+        return Finding(D.text(), f"{D.sigma * KM:.0f} km", within(D, *DIAMETER[case]), f"{told}at maximum volume, {t.text(1 / 60, 'min', 1)}")
+
+    return judge
+
+
 def _at(run: Run, name: str, time: float) -> float | None:
     """A measure of the series at the snapshot nearest to ``time`` [s]; None where there is none within a minute."""
     known = np.flatnonzero(np.isfinite(run.series[name]))
@@ -338,6 +348,8 @@ CLAIMS = (
       for i, c in (("W55", "350"), ("W56", "600"), ("W57", "980"))),
     *(Claim("W58", f"{c} km: transient diameter", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} km", "within both errors",
             (f"{c}_base",), _diameter(c)) for c in DIAMETER),
+    *(Claim("W58", f"{c} km: the same, rim crest to rim crest (so the thesis' Figure 8 defines D)", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} km",
+            "within both errors", (f"{c}_base",), _rim_diameter(c)) for c in DIAMETER),
     Claim("W59", "transient H/D of the three", "0.214, 0.375, 0.306", "0.21 to 0.38", ("350_base", "600_base", "980_base"), _depth_over_diameter),
     *(Claim("W60", f"{c} km: the crater disappears almost completely", "disappears", "final depth < 0.25 of the transient",
             (f"{c}_base",), _vanishes((f"{c}_base",))) for c in DEPTH),
