@@ -348,7 +348,7 @@ CLAIMS = (
       for i, c in (("W55", "350"), ("W56", "600"), ("W57", "980"))),
     *(Claim("W58", f"{c} km: transient diameter", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} km", "within both errors",
             (f"{c}_base",), _diameter(c)) for c in DIAMETER),
-    *(Claim("W58", f"{c} km: the same, rim crest to rim crest (so the thesis' Figure 8 defines D)", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} km",
+    *(Claim("W58", f"{c} km: the same, rim crest to rim crest (Figure 8 defines D so)", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} km",
             "within both errors", (f"{c}_base",), _rim_diameter(c)) for c in DIAMETER),
     Claim("W59", "transient H/D of the three", "0.214, 0.375, 0.306", "0.21 to 0.38", ("350_base", "600_base", "980_base"), _depth_over_diameter),
     *(Claim("W60", f"{c} km: the crater disappears almost completely", "disappears", "final depth < 0.25 of the transient",
