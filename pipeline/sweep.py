@@ -84,10 +84,13 @@ def measure(variant: Variant, out: Path) -> Path | None:
     if not finished:
         return None
     from crater import follow_run, stage  # here: --help of a script that uses this needs no numerics
+    from matter import jit
 
     settings = cases.compose(variant.read())["crater"]
     assert isinstance(settings, stage.Settings)
-    sources = b"".join(path.read_bytes() for path in sorted(Path(stage.__file__).parent.glob("*.py")))
+    room = Path(stage.__file__).resolve().parent
+    reached = {path for module in (stage, follow_run) for path in jit.reached_sources(Path(module.__file__ or "").resolve())}
+    sources = b"".join(path.read_bytes() for path in sorted(reached) if path.parent == room)
     key = hashlib.sha256(finished.encode() + folder.settings_text(settings).encode() + sources).hexdigest()
     place = variant.measured(out)
     if folder.record(place / folder.DONE).get("key") == key:
