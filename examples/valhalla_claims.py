@@ -20,6 +20,8 @@ from pipeline import sweep
 
 ROOT = Path(__file__).resolve().parents[1]
 ICE = "target.layers.1.material=ice"
+WEAK = "sph.materials.ice.strength=collins"  # 10 MPa and friction of broken ice instead of 1 GPa without
+FLAWS = ("sph.materials.ice.weibull.k=1e46 m^-3", "sph.materials.ice.weibull.m=9.1")  # miluphcuda's ice
 LITERAL = "target.start=literal"
 SPEEDS = {"v1": "19.99 km/s", "v3": "14.1 km/s", "v4": "9.59 km/s"}
 RADII = {"350": {"v1": 24.69, "v3": 31.16, "v4": 40.29}, "980": {"v1": 50.71, "v3": 63.98, "v4": 82.72}}
@@ -32,6 +34,7 @@ def matrix(size: str, more: tuple[str, ...] = ()) -> list[sweep.Variant]:
     rows += [("350", "base", many), ("350", "literal", (LITERAL, *many)), ("350", "one", ("sph.projectile_particles=1",))]
     rows += [("350", "literal_one", (LITERAL, "sph.projectile_particles=1")), ("350", "ice", (ICE, *many)), ("350", "literal_ice", (LITERAL, ICE, *many))]
     rows += [("600", "base", ()), ("600", "literal", (LITERAL,)), ("980", "base", ()), ("980", "literal", (LITERAL,)), ("980", "ice", (ICE,))]
+    rows += [("350", "weak", (WEAK, *many)), ("980", "weak", (WEAK,)), ("350", "flaws", (*FLAWS, *many)), ("350", "literal_flaws", (LITERAL, *FLAWS, *many))]
     for case, own in (("350", many), ("980", ())):
         rows += [(case, f"angle{angle}", (f"impact.angle_from_vertical={angle} deg", *own)) for angle in (15, 65)]
     for case, radii in RADII.items():

@@ -91,10 +91,13 @@ AIRBORNE = ("airborne_target", "airborne_projectile", "airborne_target_kg", "air
 
 def _undamaged_ring(runs: Mapping[str, Run]) -> Finding:
     run = runs["350_base"]
-    others = "; ".join(f"{name}: {_ring_text(runs[name])}" for name in ("350_literal", "350_one", "350_ice", "600_base", "980_base") if name in runs)
+    others = "; ".join(f"{name}: {_ring_text(runs[name])}" for name in RING_ELSEWHERE if name in runs)
     if run.damage is None:
         return Finding("", "", None, "no snapshot at 6.6 min")
     return Finding(_ring_text(run), f"ring width {float(np.median(np.diff(run.damage[0]))) * KM:.0f} km", run.annulus is not None, others)
+
+
+RING_ELSEWHERE = ("350_literal", "350_one", "350_ice", "350_weak", "350_flaws", "350_literal_flaws", "600_base", "980_base")
 
 
 def _ring_text(run: Run) -> str:
@@ -123,7 +126,11 @@ def _variants_of_time(runs: Mapping[str, Run]) -> str:
 def _depth(case: str) -> Callable[[Mapping[str, Run]], Finding]:
     def judge(runs: Mapping[str, Run]) -> Finding:
         H = runs[f"{case}_base"].transient("depth_m")
-        why = _variants(runs, f"{case}_literal", "depth_m", KM, "km") + "; at maximum volume " + runs[f"{case}_base"].transient("depth_m", "volume").text()
+        why = (
+            "; ".join(told for kind in ("literal", "weak") if (told := _variants(runs, f"{case}_{kind}", "depth_m", KM, "km")))
+            + "; at maximum volume "
+            + runs[f"{case}_base"].transient("depth_m", "volume").text()
+        )
         why += "; " + _pair_notes(runs, case)
         return Finding(H.text(), f"{H.sigma * KM:.0f} km", within(H, DEPTH[case], MPD[case], MPD[case]), why.strip("; "))
 
@@ -137,8 +144,9 @@ def _diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
         why = f"at maximum volume {run.transient('diameter_apparent_m', 'volume').text()}, rim {run.transient('diameter_rim_m', 'volume').text()}"
         if scaling := run.facts.get("scaling_m"):
             why += f"; gravity scaling {scaling[0] * KM:.0f} to {scaling[1] * KM:.0f} km"
-        if told := _variants(runs, f"{case}_literal", "diameter_apparent_m", KM, "km"):
-            why += f"; {told}"
+        for kind in ("literal", "weak"):
+            if told := _variants(runs, f"{case}_{kind}", "diameter_apparent_m", KM, "km"):
+                why += f"; {told}"
         if (late := _at(run, "diameter_apparent_m", PUBLISHED_TIME)) is not None:
             why += f"; at the published {PUBLISHED_TIME / 60:.1f} min, in collapse, D is {late * KM:.0f} km"
         if told := _pair_notes(runs, case):
@@ -183,7 +191,7 @@ def _nearest_to_published(run: Run, case: str) -> str:
 
 
 def _pair_notes(runs: Mapping[str, Run], case: str) -> str:
-    return "; ".join(note for name in (f"{case}_base", f"{case}_literal") if name in runs and (note := _nearest_to_published(runs[name], case)))
+    return "; ".join(note for name in (f"{case}_base", f"{case}_literal", f"{case}_weak") if name in runs and (note := _nearest_to_published(runs[name], case)))
 
 
 def _depth_over_diameter(runs: Mapping[str, Run]) -> Finding:
