@@ -48,8 +48,8 @@ UNITS = {
 # Errors in local spacings that azimuthal averaging does not remove, found on synthetic clouds (tests/crater/test_coverage.py)
 RESOLUTION_HEIGHT = 0.075
 RESOLUTION_DIAMETER = 0.055
-RESOLUTION_CREST = 0.20
-RESOLUTION_RIM = 0.045
+RESOLUTION_CREST = 0.15
+RESOLUTION_RIM = 0.028
 
 
 @dataclass(frozen=True)
@@ -319,7 +319,7 @@ def _errors(
             0.0,
             np.hypot(method["depth_m"], method["rim_height_m"]),
         ),
-        "volume_m3": (base.volume, spread["volume"], 0.5 * height * area, sigma_level * area, method["volume_m3"]),
+        "volume_m3": (base.volume, spread["volume"], 0.4 * height * area, sigma_level * area, method["volume_m3"]),
         "wall_slope_deg": (base.slope, spread["slope"], 2.0, 0.0, 0.0),
         "floor_diameter_m": (2.0 * base.floor_radius, 2.0 * spread["floor_radius"], 1.0 * d, 0.0, 0.0),
     }
