@@ -205,17 +205,49 @@ def _import_snapshot(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Another code's output.")],
     out: Annotated[Path, typer.Option(help="The snapshot to write (.vtkhdf).")],
     form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="Default: by the file's name.")] = None,
-    columns: Annotated[str | None, typer.Option(help="Names of the columns of a text file, 'x,y,z,vx,vy,vz,m,rho'.")] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option(help="Text: 'x,y,z,vx,vy,vz,m,rho'. HDF5: 'position=A/B [km],m=A/C'. miluphcuda's text: 'INTEGRATE_ENERGY,SOLID'."),
+    ] = None,
     materials: Annotated[str | None, typer.Option(help="Names behind the material numbers, 'ice,water,basalt'.")] = None,
+    origin: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Where the target's centre (or a point of flat ground) is [m].")] = None,
+    up: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Direction from there to the impact point.")] = None,
+    time: Annotated[str | None, typer.Option(help="Time after the impact, '120 s', where the file does not say it.")] = None,
 ) -> None:
     """Write another code's output as a snapshot of this project."""
 
     def action() -> int:
         from matter import formats
+        from matter.formats import placing
 
         particles = formats.read(file, form, columns=columns, materials=materials)
+        if origin or up:
+            centre, axis = _point(origin, "--origin") or (0.0, 0.0, 0.0), _point(up, "--up") or (0.0, 0.0, 1.0)
+            particles = placing.placed(particles, centre, axis)
+        if time:
+            particles.attributes["time"] = _quantity(time, "s", "--time")
         formats.save(particles, out)
         print(f"{out}: {len(particles)} particles, {', '.join(particles)}")
+        for stage, missing in formats.lacking(particles).items():
+            print(f"  for the stage {stage} it lacks {', '.join(missing)}")
+        return 0
+
+    _guarded(action)
+
+
+def _export_snapshot(
+    snapshot: Annotated[Path, typer.Argument(metavar="SNAPSHOT", help="A snapshot, or any file that import_snapshot reads.")],
+    out: Annotated[Path, typer.Option(help="The file to write: .data or .lmp (LAMMPS), .liggghts, .vtk, .ply.")],
+    form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="lammps, liggghts, vtk or ply; default: by the file's name.")] = None,
+) -> None:
+    """Write a snapshot for another program."""
+
+    def action() -> int:
+        from matter import formats
+
+        particles = formats.read(snapshot)
+        written = formats.export(particles, out, form)
+        print(f"{out}: {len(particles)} particles as {written}")
         return 0
 
     _guarded(action)
@@ -237,16 +269,20 @@ def _watched(name: str, work: Callable[[], int]) -> int:
 
 
 def _length(text: str | None) -> float | None:
+    return None if text is None else _quantity(text, "m", "--datum-radius")
+
+
+def _quantity(text: str, unit: str, option: str) -> float:
     from matter import quantity
     from matter.errors import InputError
 
     try:
-        return None if text is None else quantity.parse(text, "m")
+        return quantity.parse(text, unit)
     except ValueError as reason:
-        raise InputError(f"--datum-radius: {reason}") from None
+        raise InputError(f"{option}: {reason}") from None
 
 
-def _point(text: str | None) -> tuple[float, float, float] | None:
+def _point(text: str | None, option: str = "--centre") -> tuple[float, float, float] | None:
     from matter.errors import InputError
 
     if text is None:
@@ -254,7 +290,7 @@ def _point(text: str | None) -> tuple[float, float, float] | None:
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"--centre {text!r}: three numbers in metres are needed, '0,0,0' for example") from None
+        raise InputError(f"{option} {text!r}: three numbers are needed, '0,0,1' for example") from None
     return x, y, z
 
 
@@ -286,3 +322,8 @@ def impact_census() -> None:
 def import_snapshot() -> None:
     """Console script."""
     _command(_import_snapshot)
+
+
+def export_snapshot() -> None:
+    """Console script."""
+    _command(_export_snapshot)

@@ -1,6 +1,7 @@
-"""Other codes' files as particles: one module per format, each with ``read(path, columns) -> Particles``.
+"""Other codes' files as particles and back: one module per format, with ``read(path, columns) -> Particles`` or ``write(particles, path)``.
 
-Supported: this project's own snapshots, delimited text (CSV, ASCII columns), LIGGGHTS and LAMMPS text dumps.
+Read: this project's own snapshots, delimited text (CSV, ASCII columns), HDF5 with named datasets, miluphcuda (HDF5 and text), OpenSPH state files
+(``.ssf``), LIGGGHTS and LAMMPS text dumps. Written: LIGGGHTS and LAMMPS data files, legacy VTK, PLY.
 """
 
 from __future__ import annotations
@@ -9,52 +10,91 @@ from pathlib import Path
 
 from matter import snapshot
 from matter.errors import InputError
-from matter.formats import delimited, lammps_dump
+from matter.formats import delimited, hdf5_columns, lammps_data, lammps_dump, miluphcuda, opensph, ply_points, vtk_legacy
 from matter.particles import Particles
 
-NAMES = ("snapshot", "csv", "lammps")
+NAMES = ("snapshot", "csv", "hdf5", "miluphcuda", "opensph", "lammps")
+WRITTEN = {"lammps": lammps_data.write, "liggghts": lammps_data.write, "vtk": vtk_legacy.write, "ply": ply_points.write, "snapshot": snapshot.write}
 _BY_SUFFIX = {
     ".vtkhdf": "snapshot",
     ".csv": "csv",
     ".txt": "csv",
     ".dat": "csv",
     ".tsv": "csv",
+    ".ssf": "opensph",
     ".dump": "lammps",
     ".lammpstrj": "lammps",
     ".liggghts": "lammps",
 }
-# known, and not read yet: the message says what to do instead
-_NOT_READ = {
-    ".h5": "HDF5 of other codes (miluphcuda) is not read yet: write its particles as CSV with named columns",
-    ".hdf5": "HDF5 of other codes (miluphcuda) is not read yet: write its particles as CSV with named columns",
-    ".ssf": "OpenSPH's .ssf is not read yet: write a text file with OpenSPH (save as .txt) and give --columns",
+_HDF5 = (".h5", ".hdf5", ".hdf")
+_OUT_BY_SUFFIX = {".lmp": "lammps", ".data": "lammps", ".liggghts": "liggghts", ".vtk": "vtk", ".ply": "ply", snapshot.SUFFIX: "snapshot"}
+# what the stage that goes on from a snapshot cannot do without
+NEEDED = {
+    "handoff": ("position", "velocity", "mass", "density", "material"),
+    "crater": ("position",),
 }
 
 
 def read(path: Path, form: str | None = None, columns: str | None = None, materials: str | None = None) -> Particles:
-    """Particles of a file in one of the formats of ``NAMES`` (by default: what its name says).
+    """Particles of a file in one of the formats of ``NAMES`` (by default: what its name, and for HDF5 its content, says).
 
-    ``columns`` names the columns of a text file without a header (see ``delimited``); ``materials`` lists the names behind the material
-    numbers, ``"ice,water"``. Raises ``InputError`` with a way out when the file cannot be read.
+    ``columns`` names the columns of a text file without a header (``delimited``), the datasets of an HDF5 file (``hdf5_columns``) or the switches that
+    miluphcuda was compiled with (``miluphcuda``); ``materials`` lists the names behind the material numbers, ``"ice,water"``. Raises ``InputError``
+    with a way out when the file cannot be read.
     """
     path = Path(path)
     if not path.is_file():
         raise InputError(f"no file at {path}")
-    form = form or _BY_SUFFIX.get(path.suffix.lower()) or ("lammps" if path.name.startswith("dump") else None)
-    if form is None:
-        hint = _NOT_READ.get(path.suffix.lower(), "name the format with --format")
-        raise InputError(f"{path}: {hint} (formats: {', '.join(NAMES)})")
+    form = form or _form_of(path, columns)
     if form == "snapshot":
         particles = snapshot.read(path)
     elif form == "csv":
         particles = delimited.read(path, columns)
+    elif form == "hdf5":
+        particles = hdf5_columns.read(_hdf5(path), columns)
+    elif form == "miluphcuda":
+        particles = miluphcuda.read(path, columns)
+    elif form == "opensph":
+        particles = opensph.read(path)
     elif form == "lammps":
         particles = lammps_dump.read(path, columns)
     else:
-        raise InputError(f"unknown format {form!r} (formats: {', '.join(NAMES)}); miluphcuda HDF5 and OpenSPH .ssf are not read yet")
+        raise InputError(f"unknown format {form!r} (formats: {', '.join(NAMES)})")
     if materials is not None:
         particles.attributes["materials"] = [name.strip() for name in materials.split(",")]
     return particles
+
+
+def _form_of(path: Path, columns: str | None) -> str:
+    suffix = path.suffix.lower()
+    if suffix in _HDF5:
+        return "hdf5" if columns else _kind_of_hdf5(_hdf5(path))
+    form = _BY_SUFFIX.get(suffix) or ("lammps" if path.name.startswith("dump") else None)
+    if form is None:
+        raise InputError(f"{path}: name the format with --format (formats: {', '.join(NAMES)})")
+    return form
+
+
+def _hdf5(path: Path) -> Path:
+    import h5py
+
+    if not h5py.is_hdf5(path):
+        raise InputError(f"{path} is not an HDF5 file")
+    return path
+
+
+def _kind_of_hdf5(path: Path) -> str:
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        names = set(file)
+    return "snapshot" if {"particles", "VTKHDF"} <= names else "miluphcuda" if miluphcuda.is_one(names) else "hdf5"
+
+
+def lacking(particles: Particles) -> dict[str, list[str]]:
+    """Stage -> fields of ``NEEDED`` that these particles do not carry; empty where nothing is missing."""
+    missing = {stage: [name for name in names if name not in particles] for stage, names in NEEDED.items()}
+    return {stage: names for stage, names in missing.items() if names}
 
 
 def save(particles: Particles, path: Path) -> None:
@@ -69,3 +109,16 @@ def save(particles: Particles, path: Path) -> None:
             raise InputError(f"field {name!r} has {bad} values that are not finite")
     particles.attributes.setdefault("time", 0.0)
     snapshot.write(particles, path)
+
+
+def export(particles: Particles, path: Path, form: str | None = None) -> str:
+    """Write particles for another program, in one of the formats of ``WRITTEN`` (by default: what the name says); the format taken.
+
+    Raises ``InputError`` for an unknown format and for fields that the format needs and the particles lack.
+    """
+    form = form or _OUT_BY_SUFFIX.get(Path(path).suffix.lower())
+    if form not in WRITTEN:
+        ends = ", ".join(f"{suffix} {name}" for suffix, name in _OUT_BY_SUFFIX.items())
+        raise InputError(f"--out {path}: name the format with --format (formats: {', '.join(WRITTEN)}; by the name's end: {ends})")
+    WRITTEN[form](particles, Path(path))
+    return form

@@ -59,7 +59,15 @@ def assemble(names: list[str], table: np.ndarray, source: str) -> Particles:
             continue
         if name not in known:
             raise InputError(f"{source}: unknown column {text!r}; name it '-' to leave it out (known: {', '.join(known)})")
-        parts[known[name]] = table[:, k] * _factor(unit, FIELDS[known[name][0]].unit, f"{source}: column {text!r}")
+        parts[known[name]] = table[:, k] * factor(unit, FIELDS[known[name][0]].unit, f"{source}: column {text!r}")
+    return joined(parts, source)
+
+
+def joined(parts: dict[tuple[str, int | None], np.ndarray], source: str) -> Particles:
+    """Particles from columns (n,) by field and component (None for scalars), in SI; identities are counted where there are none.
+
+    Raises ``InputError`` for a vector that lacks a component and for particles without a position.
+    """
     fields = {}
     for field in dict.fromkeys(field for field, _ in parts):
         shape = FIELDS[field].shape
@@ -82,10 +90,11 @@ def _split(text: str) -> tuple[str, str]:
     return (match.group(1).lower(), match.group(2) or "") if match else (text, "")
 
 
-def _factor(unit: str, si: str, where: str) -> float:
+def factor(unit: str, si: str, where: str) -> float:
+    """What a value in ``unit`` is multiplied with to be in ``si``; 1 without a unit. Raises ``InputError`` for another dimension."""
     if not unit:
         return 1.0
     try:
-        return quantity.parse(f"1 {unit}", "" if si == "1" else si)
+        return quantity.parse(unit if unit[0].isdigit() else f"1 {unit}", "" if si == "1" else si)  # "1e10 kg" is a unit too
     except ValueError as reason:
         raise InputError(f"{where}: {reason}") from None

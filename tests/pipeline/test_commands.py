@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMANDS = ("run_case", "inspect_handoff", "compare_profiles", "measure_crater", "impact_census", "import_snapshot")
+COMMANDS = ("run_case", "inspect_handoff", "compare_profiles", "measure_crater", "impact_census", "import_snapshot", "export_snapshot")
 
 
 def python(code: str, *, path: tuple[Path, ...] = ()) -> subprocess.CompletedProcess:
