@@ -97,6 +97,19 @@ class Ledger:
             verdict, note = "waived", f"waived: {reason}" + (f"; {note}" if note else "")
         self._enter(name, value, limit.limit, verdict, limit.unit, note or limit.meaning)
 
+    def amend(self, name: str, value: float | None, note: str, limit: float | None = None, unit: str | None = None) -> None:
+        """Measure a row that further runs belong to, in place of what stood there; None: not applicable.
+
+        ``limit`` and ``unit`` replace the list's own where the row is measured in another way, which the note has to say.
+        """
+        self.rows = [row for row in self.rows if row["name"] != name]
+        if value is None:
+            self.skip(name, "not_applicable", note)
+        elif limit is None:
+            self.measure(name, value, note)
+        else:
+            self._enter(name, float(value), limit, "pass" if math.isfinite(value) and value <= limit else "fail", unit or "1", note)
+
     def skip(self, name: str, verdict: str, note: str) -> None:
         """Enter a limit that was not measured or does not apply."""
         self._enter(name, None, LIMITS[name].limit, verdict, LIMITS[name].unit, note)

@@ -62,7 +62,8 @@ def write(run: Path, out: Path, pictures: bool = True) -> None:
         from handoff import pictures as drawn
 
         drawn.draw(gather(run, out, record), out)
-    archive.write_text(out / "report.html", page(book, record, [entry for entry in _PICTURES if (out / entry[0]).is_file()]))
+    further = json.loads((out / "sensitivity.json").read_text()) if (out / "sensitivity.json").is_file() else None
+    archive.write_text(out / "report.html", page(book, record, [entry for entry in _PICTURES if (out / entry[0]).is_file()], further))
 
 
 def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
@@ -87,8 +88,8 @@ def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
     }
 
 
-def page(book: ledgers.Ledger, record: dict, pictures: list[tuple[str, str]]) -> str:
-    """The report as HTML."""
+def page(book: ledgers.Ledger, record: dict, pictures: list[tuple[str, str]], further: dict | None = None) -> str:
+    """The report as HTML; ``further`` is what the sensitivity runs came to."""
     rows = "\n".join(
         f"<tr><td>{html.escape(row['name'])}</td><td class=n>{html.escape(str(row['value']) if isinstance(row['value'], str) else _shown(row['value']))}"
         f"</td><td class=n>{_shown(row['limit'])}</td><td>{html.escape(row['unit'])}</td>"
@@ -116,8 +117,37 @@ are the excess over the undisturbed state at the same depth.</p>
 <table><tr><th>row<th>value<th>limit<th>unit<th>verdict<th>note</tr>
 {rows}
 </table>
-{_methods(record)}</html>
+{_methods(record)}{_further(further)}</html>
 """
+
+
+def _further(found: dict | None) -> str:
+    """The sensitivity runs as a table; empty where there are none."""
+    if not found:
+        return ""
+    names = {"diameter_rim_m": "D rim [m]", "diameter_apparent_m": "D apparent [m]", "depth_m": "depth [m]", "dem_depth_most_m": "deepest [m]"}
+    head = "".join(f"<th>{name}<th>change" for name in names.values())
+    rows = []
+    for variant, row in found["rows"].items():
+        cells = "".join(f"<td class=n>{_shown(row[key])}</td><td class=n>{_change(row[f'{key}_change'])}</td>" for key in names)
+        rows.append(
+            f"<tr><td>{html.escape(variant)}</td><td class=n>{_shown(row['time_s'])}</td><td class=n>{_shown(row['speed_limit_m_s'])}</td>"
+            f"<td class=n>{_shown(row['alpha_spacings'])}</td>{cells}<td class=n>{_shown(row['profile_rms_m'])}</td></tr>"
+        )
+    controls = "".join(
+        f"<li>{html.escape(name)}: {row['grains']} grains from {row['from_s']:.4g} to {row['to_s']:.4g} s, largest way {row['drift_most_over_r']:.3g} r; "
+        f"{row['deep_grains']} of them deep, largest way {_shown(row['deep_drift_most_over_r'])} r; energy above its start by {row['energy_rise_J']:.3g} J</li>"
+        for name, row in found["controls"].items()
+    )
+    return f"""<h2>Sensitivity of the final crater</h2>
+<table><tr><th>variant<th>time [s]<th>speed limit [m/s]<th>alpha{head}<th>RMS of profiles [m]</tr>
+{"".join(rows)}
+</table><ul>{controls}</ul>
+"""
+
+
+def _change(value: float | None) -> str:
+    return "-" if value is None else f"{100.0 * value:+.1f} %"
 
 
 def _methods(record: dict) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from handoff import account, compare, direct, handoff_time, hydrostatic, report, surface, transfer
+from handoff import control as controls
 from handoff import domain as domains
 from handoff.ledger import check_waivers
 from matter import archive, snapshot
@@ -37,6 +38,8 @@ class Settings(surface.Rules):
     """``mapped``: the settled bed takes over the flow; ``direct``: every SPH particle becomes a grain (see ``handoff.direct``). The report compares both."""
     direct_packing: float = Field(1.0, gt=0.1, le=1.0)
     """Share of a particle's volume that its sphere holds in the direct transition; 1: equal volume."""
+    control: controls.Kind = "none"
+    """A control run instead: ``at_rest``, the carved bed without motion or ejecta; ``uncarved``, the bed carved at the datum (the ledger is the handoff's)."""
     waive: Mapping[str, str] = Field(default_factory=dict)
     """Ledger rows that do not bind this case, each with its reason."""
     pictures: bool = True
@@ -85,11 +88,13 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     ledger.complete()
     progress.update(0.85, "writing", force=True)
     start = _needed(straight).start if settings.method == "direct" else made.start
+    if settings.control != "none":
+        start = controls.start(settings.control, made, bed)
     snapshot.write(start, out / f"start{snapshot.SUFFIX}")
     with archive.replacing(out / "surface.ply") as temporary:
         made.solid.mesh.export(str(temporary), file_type="ply")
     ledger.write(out / "ledger.json")
-    record = _record(made, source, bed, choice, settings) | {"method": settings.method, "methods": table}
+    record = _record(made, source, bed, choice, settings) | {"method": settings.method, "methods": table, "control": settings.control}
     if settings.method == "direct":
         count = _needed(straight).compact
         record["grains"] = {"bed": len(bed), "kept": count, "ejecta": len(start) - count}

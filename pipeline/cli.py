@@ -140,12 +140,21 @@ def _concluded(outcome: Any) -> int:
 def _inspect_handoff(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
     pictures: Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw the pictures of the report.")] = True,
+    sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="Run the variants of the handoff (time, speed limit, alpha, bed) and the controls; resumable.")
+    ] = False,
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="With --sensitivity: this variant alone (repeatable).")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="With --sensitivity: threads of each run.")] = None,
 ) -> None:
     """Print the ledger of a handoff: what went in, what came out, each limit and its verdict."""
 
     def action() -> int:
         from handoff import report
 
+        if sensitivity:
+            from pipeline import sensitivity as runs
+
+            runs.run(run, only, threads)
         return report.print_ledger(run, pictures)
 
     _guarded(action)

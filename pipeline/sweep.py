@@ -61,10 +61,14 @@ def chosen(variants: Iterable[Variant], names: Iterable[str] | None) -> list[Var
 
 def run(variant: Variant, out: Path, threads: int | None = None) -> int:
     """``run_case ... --until sph`` as its own process, resumed where it stopped; its exit code. SIGTERM and SIGINT are handed on."""
-    command = [sys.executable, "-c", _COMMAND, str(variant.case), "--preset", variant.preset, "--out", str(out), "--until", "sph"]
+    command = [str(variant.case), "--preset", variant.preset, "--out", str(out), "--until", "sph"]
     command += [part for text in variant.overrides for part in ("--set", text)]
-    command += ["--threads", str(threads)] if threads else []
-    child = subprocess.Popen(command)
+    return as_process(command + (["--threads", str(threads)] if threads else []))
+
+
+def as_process(arguments: list[str]) -> int:
+    """``run_case`` with these arguments as its own process; its exit code. SIGTERM and SIGINT are handed on."""
+    child = subprocess.Popen([sys.executable, "-c", _COMMAND, *arguments])
     before = {number: signal.signal(number, lambda n, _: child.send_signal(n)) for number in (signal.SIGTERM, signal.SIGINT)}
     try:
         return child.wait()

@@ -1,7 +1,7 @@
 """Legacy VTK files (``.vtk``, version 3.0, binary): points with every field, one vertex each. Read by ParaView, VisIt, pyvista and older tools.
 
-Layout as in the VTK user's guide, "VTK file formats": big-endian, ``POLYDATA`` with ``POINTS``, ``VERTICES`` and ``POINT_DATA``; vectors as ``VECTORS``, everything
-else as arrays of ``FIELD``. Snapshots of this project open in ParaView as they are: this is for programs that read no VTKHDF.
+Layout as in the VTK user's guide, "VTK file formats": big-endian, ``POLYDATA`` with ``POINTS``, ``VERTICES`` and ``POINT_DATA``; vectors as ``VECTORS``,
+everything else as arrays of ``FIELD``. Snapshots of this project open in ParaView as they are: this is for programs that read no VTKHDF.
 """
 
 from __future__ import annotations

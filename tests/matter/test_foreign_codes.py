@@ -140,7 +140,8 @@ def test_datasets_are_mapped_with_their_units(tmp_path):
         file["PartType0/Stress"] = stress
         file["PartType0/ParticleIDs"] = np.arange(6)[::-1]
         file.attrs["time"] = 4.0
-    mapping = "position=PartType0/Coordinates [km], velocity=/PartType0/Velocities [km/s], m=PartType0/Masses [1e10 kg],deviatoric_stress=PartType0/Stress [GPa],id=PartType0/ParticleIDs"
+    mapping = "position=PartType0/Coordinates [km], velocity=/PartType0/Velocities [km/s], m=PartType0/Masses [1e10 kg],"
+    mapping += "deviatoric_stress=PartType0/Stress [GPa],id=PartType0/ParticleIDs"
     found = formats.read(tmp_path / "swift.h5", columns=mapping)
     np.testing.assert_allclose(found.position, 1e3 * place)
     np.testing.assert_allclose(found.velocity, 2e3 * place)

@@ -1,0 +1,90 @@
+"""Variants of a handoff: what each changes, and how the ledger's rows are filled. Real ones: ``test_end_to_end``."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from handoff.ledger import LIMITS, Ledger
+from matter.errors import InputError
+from pipeline import sensitivity
+
+CASE = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km" / "case.toml"
+
+
+@pytest.fixture
+def run(tmp_path):
+    (tmp_path / "4_handoff").mkdir()
+    shutil.copy(CASE, tmp_path / "case.used.toml")
+    (tmp_path / "4_handoff" / "handoff.json").write_text(json.dumps({"time_s": 240.0, "speed_limit_m_s": 430.5, "alpha_spacings": 1.5}))
+    return tmp_path
+
+
+def test_every_variant_changes_one_thing(run):
+    from handoff import stage
+
+    table = {variant.name: variant for variant in sensitivity.variants(run)}
+    settings = {name: sensitivity.settings_of(variant.request(run))["handoff"] for name, variant in table.items()}
+    assert all(isinstance(one, stage.Settings) for one in settings.values())
+
+    def of(name):
+        one = settings[name]
+        return one.time, one.speed_limit, one.alpha, one.control
+
+    assert of("base") == of("another_bed") == (240.0, 430.5, 1.5, "none")
+    assert of("time_x0.5")[0] == 120.0 and of("time_x2")[0] == 480.0
+    assert of("speed_limit_x0.5")[1] == 215.25 and of("speed_limit_x2")[1] == 861.0
+    assert of("alpha_x0.67")[2] == pytest.approx(1.005) and of("alpha_x1.5")[2] == 2.25
+    assert of("control_at_rest")[3] == "at_rest" and of("control_uncarved")[3] == "uncarved"
+    for name in table:
+        assert sum(a != b for a, b in zip(of(name), of("base"))) == (0 if name in ("base", "another_bed") else 1)
+    assert table["another_bed"].shares == ("nbody", "sph") and "bed.seed=2" in table["another_bed"].overrides
+    assert len({variant.request(run).run_folder for variant in table.values()}) == len(table) == 10
+
+
+def test_what_cannot_be_varied_is_a_message(tmp_path, run):
+    with pytest.raises(InputError, match="no finished run"):
+        sensitivity.variants(tmp_path / "nowhere")
+    with pytest.raises(InputError, match="no variant time_x3"):
+        sensitivity.make(run, ["time_x3"])
+    with pytest.raises(InputError, match=r"nbody of .* is not done with the settings"):
+        sensitivity.make(run, ["alpha_x1.5"])
+    with pytest.raises(InputError, match=r"'base' of .* is not done"):
+        sensitivity.compare(run)
+
+
+def row(rim, apparent, depth, rms=1e3):
+    changes = {"diameter_rim_m_change": rim, "diameter_apparent_m_change": apparent, "depth_m_change": depth, "dem_depth_most_m_change": 0.0}
+    return {"time_s": 1.0, "speed_limit_m_s": 1.0, "alpha_spacings": 1.0, "profile_rms_m": rms, "diameter_rim_m": 1.0, "diameter_apparent_m": 1.0,
+            "depth_m": 1.0, "dem_depth_most_m": 1.0, "volume_m3": 1.0, **changes}  # fmt: skip
+
+
+def test_the_ledger_takes_the_larger_change():
+    still = {"grains": 9, "drift_most_over_r": 0.02, "drift_mean_over_r": 0.01, "deep_grains": 4, "deep_drift_most_over_r": 0.01, "deep_beyond": 0,
+             "lost": 0, "energy_rise_J": 0.0, "kinetic_most_J": 1.0, "from_s": 1.0, "to_s": 2.0}  # fmt: skip
+    rows = {
+        "base": row(0.0, 0.0, 0.0, 0.0), "time_x0.5": row(0.01, 0.0, -0.3), "time_x2": row(-0.04, 0.0, 0.02),
+        "speed_limit_x0.5": row(None, 0.09, 0.0), "speed_limit_x2": row(0.01, 0.02, 0.0), "alpha_x0.67": row(None, None, None, 800.0),
+    }  # fmt: skip
+    found = {"rows": rows, "controls": {"control_uncarved": still}, "missing": ["alpha_x1.5"], "allowed_rms_m": 500.0}
+    book = Ledger()
+    book.complete()
+    sensitivity.enter(found, book)
+    assert {name: sum(entry["name"] == name for entry in book.rows) for name in LIMITS} == dict.fromkeys(LIMITS, 1)
+
+    def of(name):
+        entry = book[name]
+        return entry["value"], entry["limit"], entry["verdict"]
+
+    assert of("final_D_change_on_t_handoff_x2") == (0.04, 0.05, "pass")  # both rims are there
+    assert of("final_d_change_on_t_handoff_x2") == (0.3, 0.1, "fail")
+    assert of("final_D_change_on_vcut_x2") == (0.09, 0.05, "fail")  # a rim is missing: apparent diameters
+    assert "speed_limit_x0.5 +9.0 %, speed_limit_x2 +2.0 %" in book["final_D_change_on_vcut_x2"]["note"]
+    assert of("final_D_change_on_alpha_x1.5") == (800.0, 500.0, "fail")  # no crater left: profiles
+    assert book["final_D_change_on_alpha_x1.5"]["unit"] == "m" and "alpha_x1.5" in book["final_D_change_on_alpha_x1.5"]["note"]
+    assert of("control_no_impact_run_drift_over_r") == (0.02, 0.05, "pass")
+    table = sensitivity.text(found)
+    assert "alpha_x0.67" in table and "not made: alpha_x1.5" in table and "0.02 r" in table
