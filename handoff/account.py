@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import compare, domain, shock
+from handoff import compare, domain, force_network, shock
 from handoff.hydrostatic import Column
 from handoff.ledger import Ledger
 from handoff.surface import Rules, calibrated
@@ -36,6 +36,10 @@ def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, 
     _shock(ledger, made, source, region, column)
     if "residual_speed_over_sqrt_g_r" in bed.attributes:
         ledger.measure("bed_residual_speed_over_sqrt_g_r", bed.attributes["residual_speed_over_sqrt_g_r"])
+    _layers(ledger, made, source)
+    if "stiffness" in made.start:
+        net = force_network.measure(made.start)
+        ledger.state("contact_force_p99_over_mean", net.spread, "1", f"mean {net.mean:.4g} N, {net.contacts_per_grain:.2f} contacts per grain, at the start")
     _statements(ledger, made)
     return ledger
 
@@ -123,6 +127,12 @@ def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, re
     local = compare.local_momentum(made.fields_raw, region)
     worst = max(local, key=lambda row: row[1], default=("none: nothing moves", 0.0, 0.0))
     ledger.measure("momentum_local_rel", worst[1], f"worst: {worst[0]}, which holds {worst[2]:.1%} of sum m|v|")
+    left = max((row[1] for row in compare.local_momentum(fields, region)), default=0.0)
+    largest = float(np.linalg.norm(made.regional, axis=1).max())
+    ledger.state("momentum_local_after_rel", left, "1", f"the same after the correction; regional part of it: at most {largest:.4g} m/s")
+    bulk, peculiar = compare.energy_split(made.fields_raw, made.heir)
+    ledger.state("kinetic_energy_bulk", bulk, "J", "of the source's compact matter, averaged over the cells of single grains")
+    ledger.state("kinetic_energy_peculiar", peculiar, "J", f"below the size of a grain, which grains cannot take over: {_share(peculiar, bulk + peculiar)}")
     density = compare.density_difference(fields, radius)
     if np.isfinite(density):
         ledger.measure("bulk_density_rel", density)
@@ -139,6 +149,10 @@ def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, re
         compare.mass_curve_difference(np.r_[before[0], inside[0]], np.r_[before[1], inside[1]], *after, above=made.split.speed_limit),
         f"rising matter above {made.split.speed_limit:.4g} m/s that free flight brings above the datum; grains of the bed included",
     )
+
+
+def _share(part: float, whole: float) -> str:
+    return f"{part / whole:.2%} of both" if whole > 0.0 else "nothing moves"
 
 
 def flying_mass(position, velocity, mass, region: domain.Domain, column: Column) -> tuple[np.ndarray, np.ndarray]:
@@ -257,6 +271,18 @@ def time_row(ledger: Ledger, made: Handoff, time: float, choice: Choice | None, 
     crater = 0.8 * float(np.sqrt(np.cbrt(volume) / column.surface_gravity))
     note = f"handed over at {time:.4g} s, T = {crater:.4g} s" + (f"; {choice.reason}" if choice else "; time given")
     ledger.measure("t_handoff_over_T_crater_max", time / crater, note)
+
+
+def _layers(ledger: Ledger, made: Handoff, source: Particles) -> None:
+    """Volume of each material inside the domain, before and after (material of a grain: the nearest compact particle's)."""
+    volume = source.mass[made.compact] / source.density[made.compact] * made.share
+    named = source.attributes.get("materials", [])
+    after = np.bincount(made.start.material[: int(made.stays.sum())], weights=made.volume[made.stays])
+    for number in np.unique(source.material[made.compact]):
+        name = named[number] if number < len(named) else f"material {number}"
+        place = made.start.attributes["materials"].index(name) if name in made.start.attributes["materials"] else int(number)
+        before, now = float(volume[source.material[made.compact] == number].sum()), float(after[place]) if place < len(after) else 0.0
+        ledger.state(f"layer_volume_rel_{name}".replace(" ", "_"), now / before - 1.0 if before else 0.0, "1", f"source {before:.4e} m^3, grains {now:.4e} m^3")
 
 
 def _statements(ledger: Ledger, made: Handoff) -> None:

@@ -24,6 +24,7 @@ from matter.particles import Particles
 
 _POINTS_PER_GRAIN = 8
 _LEAST_POWER = 19
+_FILLED = (0.1, 1.2)
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,8 @@ class Samples:
     grain: np.ndarray
 
 
-def check(bed: Particles) -> None:
-    """Refuse a bed that lacks a field or holds values that are not finite. Raises ``InputError``."""
+def check(bed: Particles, domain: Domain) -> None:
+    """Refuse a bed that lacks a field, holds values that are not finite or does not fill its domain. Raises ``InputError``."""
     bed.need("identity", "position", "mass", "radius", "material")
     for name in ("position", "mass", "radius"):
         if not np.all(np.isfinite(bed[name])):
@@ -48,6 +49,9 @@ def check(bed: Particles) -> None:
         raise InputError("the bed has grains of no mass or no radius")
     if len(bed) < 16:
         raise InputError(f"the bed has {len(bed)} grains: too few to carry a crater")
+    filled = float(np.sum(4.0 / 3.0 * np.pi * bed.radius**3)) / domain.volume
+    if not _FILLED[0] < filled < _FILLED[1]:
+        raise InputError(f"the bed's spheres take {filled:.3g} of the volume of its domain: radii and domain are in mixed units, or it is no settled bed")
 
 
 def sample(domain: Domain, surface: OffsetShape, compact: cKDTree, grains: cKDTree) -> Samples:

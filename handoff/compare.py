@@ -184,6 +184,15 @@ def local_momentum(fields: Fields, domain: Domain) -> list[tuple[str, float, flo
     return rows
 
 
+def energy_split(fields: Fields, heir: np.ndarray) -> tuple[float, float]:
+    """Kinetic energy [J] of the source's matter in the cells of the grains: of each cell's mean motion, and of the motion about it."""
+    inside = heir >= 0
+    mass, momentum, _ = sums_by(heir[inside], fields.mass_before[inside], fields.velocity_before[inside])
+    total = 0.5 * float(np.sum(fields.mass_before[inside] * np.einsum("ij,ij->i", fields.velocity_before[inside], fields.velocity_before[inside])))
+    bulk = 0.5 * float(np.sum(np.einsum("ij,ij->i", momentum, momentum) / np.where(mass > 0.0, mass, 1.0)))
+    return bulk, total - bulk
+
+
 def density_difference(fields: Fields, radius: float) -> float:
     """rms of the relative difference of bulk density, coarse grained over cubes of the volume of a ball of 5 ``radius`` [m]."""
     size = 5.0 * radius * (4.0 * np.pi / 3.0) ** (1.0 / 3.0)

@@ -74,7 +74,7 @@ def measure(grains: Particles, domain: Domain | None = None) -> Overlaps:
 
     Radii may differ by orders of magnitude: pairs are looked for class by class, each class a factor of two wide.
     """
-    one, other = _pairs(grains.position, grains.radius)
+    one, other = pairs(grains.position, grains.radius)
     radius, mass, k = grains.radius, grains.mass, grains.stiffness
     gap = radius[one] + radius[other] - np.linalg.norm(grains.position[one] - grains.position[other], axis=1)
     parts = [
@@ -91,7 +91,7 @@ def measure(grains: Particles, domain: Domain | None = None) -> Overlaps:
     return Overlaps(depth[some], share, stiffness[some], lighter[some], smaller[some], place[some], len(grains))
 
 
-def _pairs(position: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def pairs(position: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Every pair of spheres that may touch, once."""
     number = np.round(np.log2(radius / radius.min())).astype(int) if len(radius) else np.zeros(0, dtype=int)
     classes = [np.flatnonzero(number == k) for k in np.unique(number)]

@@ -17,6 +17,8 @@ def draw(data: dict[str, Any], out: Path) -> None:
     """Draw every picture of the report into the folder ``out``; ``data`` as from ``report.gather``."""
     for name, picture in (("cut.png", _cut), ("velocity.png", _velocity), ("residuals.png", _residuals)):
         _save(picture(data), out / name)
+    if "stiffness" in data["start"]:
+        _save(_forces(data), out / "forces.png")
     if "series" in data["record"]["choice"]:
         _save(_time(data), out / "time.png")
 
@@ -199,6 +201,37 @@ def _residuals(data):
     axes[1, 1].plot(distance / unit, difference / radius, ".", ms=2)
     axes[1, 1].set(xlabel=f"distance from the axis [{'km' if unit > 1 else 'm'}]", ylabel="height, bed - source [grain radii]", title="carved surface")
     axes[1, 1].set_ylim(-4, 4)
+    return figure
+
+
+def _forces(data):
+    from matplotlib.collections import LineCollection
+
+    from handoff import force_network
+
+    region, unit, name, xlim, zlim = _frame_of(data)
+    start = data["start"]
+    found = force_network.measure(start)
+    aspect = (zlim[1] - zlim[0]) / (xlim[1] - xlim[0])
+    figure, axes = _figure(2, 1, (12.0, 12.0 * aspect + 4.5))
+    figure.get_layout_engine().set(hspace=0.05)
+    cut, spread = axes[0, 0], axes[1, 0]
+    thin = np.abs(start.position[found.one, 1] + start.position[found.other, 1]) < 2.0 * float(start.radius.mean())
+    ends = np.stack([start.position[found.one[thin]], start.position[found.other[thin]]], axis=1)[:, :, [0, 2]] / unit
+    share = found.force[thin] / max(found.mean, 1e-300)
+    order = np.argsort(share)
+    lines = LineCollection(ends[order], array=share[order], cmap="inferno_r", linewidths=np.clip(0.7 * share[order], 0.15, 4.0), clim=(0.0, 5.0))
+    cut.add_collection(lines)
+    figure.colorbar(lines, ax=cut, label="force / mean", shrink=0.8)
+    _outline(cut, data, region, unit)
+    title = f"contact forces at the start: mean {found.mean:.3g} N, 99 % below {found.spread:.2g} means, {found.contacts_per_grain:.2f} contacts per grain"
+    cut.set(xlim=xlim, ylim=zlim, aspect="equal", title=title, xlabel=f"x [{name}]", ylabel=f"z [{name}]")
+    if len(found.force):
+        every = found.force / found.mean
+        spread.hist(every, bins=np.linspace(0.0, max(10.0, float(np.percentile(every, 99.9))), 80), density=True, histtype="step", color="#3182bd")
+        spread.plot(ticks := np.linspace(0.0, 10.0, 50), np.exp(-ticks), ":", color="#999", label="exp(-f / mean)")
+        spread.legend()
+    spread.set(yscale="log", xlabel="force / mean", ylabel="share of contacts", title="how the forces are spread")
     return figure
 
 

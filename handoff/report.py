@@ -18,6 +18,7 @@ _PICTURES = (
     ("cut.png", "The impact plane (y = 0): source before, grains after, and the surface that carved them"),
     ("velocity.png", "Velocity on the impact plane before and after, and their difference"),
     ("residuals.png", "What was lost where: raw momentum by octant and shell, direction errors, M(&gt;v)"),
+    ("forces.png", "Forces in the contacts of the bed as it starts, on the impact plane, and how they are spread"),
     ("time.png", "Choice of the time: cavity, residual pressure, drive and energy against time"),
 )
 _COLOUR = {"pass": "#2a7d3f", "fail": "#c0262d", "waived": "#b26b00", "not_measured": "#777", "not_applicable": "#777"}

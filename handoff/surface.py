@@ -35,6 +35,8 @@ from matter.quantity import PositiveSpeed
 REASONS = ("compact", "sparse", "expanded", "fast", "high", "detached")
 COMPACT, SPARSE, EXPANDED, FAST, HIGH, DETACHED = range(6)
 _EXPANDED = 0.5
+# m, kg, kg/m^3 against cm, km, g or g/cm^3 is a factor of 1000 at least; a body with a crater lies within 5 of 1
+_UNITS = 50.0
 _OFFSET_RANGE = (0.0, 0.75)
 _CELL_POINTS = 128
 # columns per area of the domain: their mean distance is this fraction of the grain or particle spacing
@@ -54,8 +56,13 @@ class Rules(Model):
     """Passes of a volume-keeping filter over the surface, against the roughness of single particles; more where they are finer than grains."""
     neighbours: int = Field(6, ge=0, le=60)
     """A particle with fewer neighbours inside its support is ejecta (a full support of 2 spacings holds about 33)."""
-    mapping: Literal["linear", "nearest"] = "linear"
-    """``linear``: exact for linear velocity fields, by moving least squares; ``nearest``: the velocity of the nearest compact particle."""
+    mapping: Literal["linear", "kernel", "nearest"] = "linear"
+    """``linear``: exact for linear velocity fields, by moving least squares; ``kernel``: the kernel mean of the particles around; ``nearest``: the velocity of
+    the nearest compact particle."""
+    correction: Literal["global", "regional"] = "global"
+    """``regional``: momentum is first closed region by region, blended by smooth weights; the global correction then closes the rest."""
+    region: float = Field(8.0, ge=4.0, le=100.0)
+    """Width of a region of the regional correction in mean grain radii."""
     crater: Literal["required", "any"] = "required"
     """``required``: stop when there is no crater; ``any``: for control runs without an impact."""
 
@@ -79,7 +86,7 @@ class Split:
 def check(source: Particles) -> None:
     """Refuse a source that lacks a field or holds values that are not finite. Raises ``InputError``."""
     source.need("position", "velocity", "mass", "density", "material")
-    for name in ("position", "velocity", "mass", "density"):
+    for name in source:
         bad = ~np.isfinite(source[name]).reshape(len(source), -1).all(axis=1)
         if bad.any():
             first = int(np.flatnonzero(bad)[0])
@@ -88,6 +95,19 @@ def check(source: Particles) -> None:
     for name in ("mass", "density"):
         if np.any(source[name] <= 0.0):
             raise InputError(f"the source's field {name!r} is not positive for {int(np.sum(source[name] <= 0.0))} particles")
+    _check_units(source)
+
+
+def _check_units(source: Particles) -> None:
+    """Refuse a source whose volumes, mass over density, are far from the room that its particles take: its columns are in units that do not belong
+    together. The room is that of the middle 80 % along each axis, which ejecta hardly widen."""
+    extent = np.ptp(np.percentile(source.position, (10.0, 90.0), axis=0), axis=0)
+    room, volume = float(np.prod(extent)), float(np.sum(source.mass / source.density))
+    if room > 0.0 and not 1.0 / _UNITS < volume / room < _UNITS:
+        raise InputError(
+            f"mass over density gives the source's particles {volume:.3g} m^3, and they fill about {room:.3g} m^3 of space: "
+            f"positions, masses and densities are in mixed units (SI is needed)"
+        )
 
 
 def spacing_of(source: Particles) -> np.ndarray:
@@ -150,15 +170,30 @@ def classify(source: Particles, domain: Domain, column: Column, rules: Rules) ->
 
 
 def _refuse_incoming(source: Particles, domain: Domain, limit: float) -> None:
-    if "layer" not in source or not (source.layer < 0).any():
+    if "layer" not in source:
+        _refuse_falling(source, domain, limit)
         return
     projectile = source.layer < 0
+    if not projectile.any():
+        return
     position, velocity = source.position[projectile], source.velocity[projectile]
     mass = source.mass[projectile]
     downward = -np.einsum("ij,ij->i", velocity, domain.frame.up(position))
     incoming = (domain.frame.height(position) > 0.0) & (downward > limit)
     if mass[incoming].sum() > 0.5 * mass.sum():
         raise InputError(f"the projectile is still above the surface: {mass[incoming].sum() / mass.sum():.0%} of it flies downwards; take a later snapshot")
+
+
+def _refuse_falling(source: Particles, domain: Domain, limit: float) -> None:
+    """Where no field says what the projectile is: what falls from above the datum, faster than the limit, must not carry most of the energy."""
+    downward = -np.einsum("ij,ij->i", source.velocity, domain.frame.up(source.position))
+    energy = source.mass * np.einsum("ij,ij->i", source.velocity, source.velocity)
+    falling = (domain.frame.height(source.position) > 0.0) & (downward > limit)
+    if energy[falling].sum() > 0.5 * energy.sum() > 0.0:
+        raise InputError(
+            f"{energy[falling].sum() / energy.sum():.0%} of the kinetic energy falls from above the datum: the projectile is still above the surface; "
+            "take a later snapshot"
+        )
 
 
 def share_inside(position: np.ndarray, spacing: np.ndarray, domain: Domain, owner: cKDTree, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -4,8 +4,8 @@
 2. grains outside the surface are carved away (``carve``);
 3. each grain that stays takes velocity and spin from the compact particles around it (``interpolation``), material and bulk density from the
    nearest one, and the mass of the volume that it stands for;
-4. masses are rescaled by one factor, velocities corrected by one field a + b x r, so that mass, linear and angular momentum of the bed's
-   domain and the ejecta are those of the source (``correction``);
+4. masses are rescaled by one factor, velocities corrected by one field a + b x r (after a regional one where asked for), so that mass, linear and
+   angular momentum of the bed's domain and the ejecta are those of the source (``correction``);
 5. the ejecta are added as grains or put on the ballistic list (``ejecta``).
 """
 
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import carve, cavity, compare, domain, hydrostatic, mapping, surface
+from handoff import carve, cavity, compare, domain, hydrostatic, interpolation, mapping, surface
 from handoff import correction as closing
 from handoff import ejecta as ejected
 from handoff.ledger import Ledger
@@ -58,6 +58,7 @@ class Handoff:
     raw: closing.Sums
     after: closing.Sums
     change: np.ndarray
+    regional: np.ndarray
     scale: float
     linear_share: float
     plain_mass: float
@@ -111,8 +112,8 @@ def column_of(source: Particles, bed: Particles) -> hydrostatic.Column:
 
 def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: hydrostatic.Column) -> Handoff:
     """All steps of the transfer; see ``transfer``."""
-    carve.check(bed)
     region = domain.read(bed.attributes)
+    carve.check(bed, region)
     split, shape = surface.classify(source, region, column, rules)
     everything = np.flatnonzero(split.compact)
     # matter beyond the floor (the core) is another body to the grains: they slide on it and take nothing from it
@@ -160,21 +161,36 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     taken = mapping.motion(
         tree, motion, volume_of, source.mass[compact] * share, grid, raw_mass * scale, radius, before.kinetic - airborne.kinetic, volume[kept], near
     )
-    velocity, spin = motion[near] if rules.mapping == "nearest" else taken.velocity, taken.spin
+    velocity, spin = taken.velocity, taken.spin
+    if rules.mapping == "nearest":
+        velocity = motion[near]
+    elif rules.mapping == "kernel":
+        velocity = interpolation.kernel_mean(tree, motion, volume_of, grid.grains, mapping.neighbours_used(volume[kept], volume_of[near]))
     raw = closing.sums(raw_mass, place, velocity, radius, spin) + airborne
     mass = raw_mass * scale
     mass *= (before.mass - airborne.mass) / mass.sum()
-    moved = velocity.copy()
+    fields = compare.fields_of(bed, kept, samples, heir, (source.mass[compact] * share, motion, taken.own_gradient), raw_mass, velocity, volume)
+    moved, regional = velocity.copy(), np.zeros_like(velocity)
+    if rules.correction == "regional":
+        regional = _regional(fields, scale, grid.grains, rules.region * float(bed.radius.mean()))
+        moved += regional
     for _ in range(2):  # the second pass takes away the rounding of the first
         now = closing.sums(mass, place, moved, radius, spin) + airborne
         moved += closing.closing_field(mass, place, before.momentum - now.momentum, before.angular - now.angular)
     after = closing.sums(mass, place, moved, radius, spin) + airborne
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
-    fields = compare.fields_of(bed, kept, samples, heir, (source.mass[compact] * share, motion, taken.own_gradient), raw_mass, velocity, volume)
     return Handoff(
         start, split, compact, share, centre, solid, offset, stays, volume, samples, heir, taken.own_gradient, fields, flying, before, outside, raw, after,
-        moved - velocity, scale, taken.share, float(plain_mass.sum() + airborne.mass), size, columns,
+        moved - velocity, regional, scale, taken.share, float(plain_mass.sum() + airborne.mass), size, columns,
     )  # fmt: skip
+
+
+def _regional(fields: compare.Fields, scale: float, centres: np.ndarray, size: float) -> np.ndarray:
+    """The regional part of the correction at the ``centres`` (k, 3) of the kept grains' cells."""
+    held = fields.mass_after * scale
+    some = (held > 0.0) | (fields.mass_before > 0.0)
+    lacking = fields.mass_before[some, None] * fields.velocity_before[some] - held[some, None] * fields.velocity_after[some]
+    return closing.regional_field(fields.samples.position[some], held[some], lacking, centres, size)
 
 
 def shape_places(split: surface.Split) -> np.ndarray:

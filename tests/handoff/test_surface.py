@@ -157,3 +157,29 @@ def test_reference_density_is_that_with_pores():
     assert surface.reference_density(source) == pytest.approx([1800.0, 917.0])
     plain = Particles({name: value for name, value in fields.items() if name != "distention"}, {"materials": ["basalt", "unheard_of"]})
     assert surface.reference_density(plain) == pytest.approx([2700.0, 0.0])
+
+
+def test_mixed_units_are_told(bowl, bed):
+    for name, factor in (("position", 1e-3), ("position", 100.0), ("density", 1e-3), ("mass", 1e3)):
+        with pytest.raises(InputError, match="mixed units"):
+            hand(changed(bowl, **{name: factor * bowl[name]}), bed)
+    with pytest.raises(InputError, match=r"spheres take .* of the volume of its domain"):
+        hand(bowl, changed(bed, radius=1e-3 * bed.radius))
+
+
+def test_any_field_that_is_not_finite_is_told(bowl, bed):
+    pressure = np.zeros(len(bowl))
+    pressure[11] = np.inf
+    broken = Particles({**{name: bowl[name] for name in bowl}, "pressure": pressure}, bowl.attributes)
+    with pytest.raises(InputError, match=r"'pressure' is not finite for 1 of .* particle 11"):
+        hand(broken, bed)
+
+
+def test_a_projectile_that_no_field_names_is_seen_by_its_fall(bowl, bed):
+    velocity, position = np.zeros((len(bowl), 3)), bowl.position.copy()
+    above = np.argsort(-bowl.position[:, 2])[:20]
+    position[above, 2] += 30.0
+    velocity[above, 2] = -100.0
+    plain = Particles({name: bowl[name] for name in bowl if name != "layer"} | {"position": position, "velocity": velocity}, bowl.attributes)
+    with pytest.raises(InputError, match=r"100% of the kinetic energy falls .* still above the surface"):
+        hand(plain, bed)

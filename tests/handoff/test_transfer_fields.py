@@ -6,32 +6,8 @@ import pytest
 from handoff import account, surface, transfer
 from tests.handoff import clouds
 from tests.handoff.clouds import ARC_FLAT as ARC
-from tests.handoff.clouds import CAVITY, DEPTH
-
-
-def hemisphere(points):
-    return -np.sqrt(np.maximum(CAVITY**2 - points[:, 0] ** 2 - points[:, 1] ** 2, 0.0))
-
-
-def vortices(points):
-    """Two columns of fluid that turn against each other, Gaussian vorticity."""
-    total = np.zeros_like(points)
-    for sign, x in ((1.0, 11.0), (-1.0, -11.0)):
-        dx, dz = points[:, 0] - x, points[:, 2] + 9.0
-        swirl = sign * np.exp(-(dx**2 + dz**2) / 50.0)
-        total += swirl[:, None] * np.stack([dz, np.zeros(len(points)), -dx], axis=1)
-    return total
-
-
-FIELDS = {
-    "translation": lambda p: np.tile([1.0, 2.0, -0.5], (len(p), 1)),
-    "rotation": lambda p: np.cross([0.3, -0.2, 0.5], p - np.array([5.0, 3.0, -2.0])),
-    "shear": lambda p: np.stack([p[:, 2], np.zeros(len(p)), np.zeros(len(p))], axis=1),
-    "expansion": lambda p: p - np.array([1.0, 2.0, -3.0]),
-    "z_model": lambda p: clouds.z_model(p, 3.0, 1.0, CAVITY),
-    "vortices": vortices,
-}
-LINEAR = ("translation", "rotation", "shear", "expansion")
+from tests.handoff.clouds import DEPTH
+from tests.handoff.flows import FIELDS, LINEAR, hemisphere, seats
 
 
 @pytest.fixture(scope="module", params=list(FIELDS))
@@ -69,14 +45,6 @@ def test_sums_after_the_correction_recomputed_from_the_grains(handed):
 def gradient_of(field) -> np.ndarray:
     """Constant gradient (3, 3) of a linear field."""
     return field(np.eye(3)) - field(np.zeros((1, 3)))
-
-
-def seats(made) -> np.ndarray:
-    """Centroids (k, 3) of the kept grains' cells: what a grain's momentum is that of."""
-    here = made.heir >= 0
-    grain, place = np.cumsum(made.stays)[made.heir[here]] - 1, made.samples.position[here]
-    count = np.maximum(np.bincount(grain, minlength=len(made.start)), 1)
-    return np.stack([np.bincount(grain, weights=place[:, k], minlength=len(made.start)) for k in range(3)], axis=1) / count[:, None]
 
 
 def test_field_against_the_truth(handed):

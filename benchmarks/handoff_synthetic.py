@@ -1,0 +1,123 @@
+"""The handoff on flows and cavities with known answers: conservation, fields, shapes, and their convergence with grains per cavity radius.
+
+``python benchmarks/handoff_synthetic.py [--flows] [--shapes] [--sphere] [--json] [--out FOLDER]`` (all three without a choice); flows and shapes come from
+``tests/handoff/flows.py`` and ``shapes.py``. ``--out`` writes ``flows.csv``, ``shapes.csv``, ``sphere.csv`` and ``tables.md``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# run as a script, this folder would stand in for packages of the same names
+sys.path[:] = [entry for entry in sys.path if Path(entry or ".").resolve() != Path(__file__).resolve().parent]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from tests.handoff import clouds, flows, shapes  # noqa: E402
+
+FLOWS_AT = (5.0, 7.0, 10.0, 14.0, 20.0)
+SHAPES_AT = (7.0, 10.0, 14.0, 20.0)
+SPHERE_AT = (7.0, 10.0, 14.0, 20.0)
+SPHERE = (450e3, 180e3, 40e3)  # radius, depth, rim [m]
+LIMITS = {"p_raw": 1e-2, "L_raw": 2e-2, "field_L2": 0.05, "p_after": 1e-10, "L_after": 1e-10}
+
+
+def run_flows() -> list[dict]:
+    """Every flow at every resolution."""
+    rows = []
+    for count in FLOWS_AT:
+        grains = flows.bed(count)
+        for name in flows.FIELDS:
+            rows.append({"flow": name, **flows.measured(name, count, grains)})
+            print(json.dumps(rows[-1]), flush=True)
+    return rows
+
+
+def run_shapes() -> list[dict]:
+    """Every shape in every kind of cloud at twenty grains per radius; the bowl with a rim at every resolution."""
+    rows = []
+    for count in SHAPES_AT:
+        grains = shapes.bed(count)
+        for shape in shapes.SHAPES:
+            for kind in shapes.KINDS:
+                if count == SHAPES_AT[-1] or kind == "shaken":
+                    rows.append({"shape": shape, "cloud": kind, **shapes.measured(shape, kind, count, grains)})
+                    print(json.dumps(rows[-1]), flush=True)
+    return rows
+
+
+def run_sphere() -> list[dict]:
+    """The bowl with rim and curtain on a sphere."""
+    rows = []
+    for count in SPHERE_AT:
+        grain = SPHERE[0] / count
+        rows.append({"shape": "rim and curtain", "cloud": "graded glass on a sphere",
+                     **shapes.on_a_sphere(clouds.sphere_cloud(fine=shapes.FINE * grain), clouds.sphere_bed(grain=grain), *SPHERE, curtain=300)})  # fmt: skip
+        print(json.dumps(rows[-1]), flush=True)
+    return rows
+
+
+def table(rows: list[dict], columns: list[str]) -> str:
+    """Rows as a table in Markdown."""
+    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    return "\n".join(lines + ["| " + " | ".join(_shown(row[name]) for name in columns) + " |" for row in rows])
+
+
+def _shown(value) -> str:
+    return f"{value:.2g}" if isinstance(value, float) and abs(value) < 1e-2 else f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def orders(rows: list[dict]) -> list[dict]:
+    """Orders of convergence of each flow."""
+    found = []
+    for name in flows.FIELDS:
+        mine = [row for row in rows if row["flow"] == name]
+        counts = [row["grains_per_radius"] for row in mine]
+        found.append({"flow": name, **{key: flows.order(counts, [row[key] for row in mine]) for key in ("truth", "field_L2", "p_raw", "L_raw", "mass_raw")}})
+    return found
+
+
+def main() -> None:
+    """Run what was asked for and print tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    for part in ("flows", "shapes", "sphere", "json"):
+        parser.add_argument(f"--{part}", action="store_true")
+    parser.add_argument("--out", type=Path, default=None)
+    options = parser.parse_args()
+    everything = not (options.flows or options.shapes or options.sphere)
+    began, results, texts = time.perf_counter(), {}, []
+    for part, make in (("flows", run_flows), ("shapes", run_shapes), ("sphere", run_sphere)):
+        if not (everything or getattr(options, part)):
+            continue
+        rows = results[part] = make()
+        if part == "flows":
+            texts.append("### Flows\n\n" + table(rows, list(rows[0])) + "\n\n### Order of convergence against grains per cavity radius\n\n")
+            results["orders"] = orders(rows)
+            texts[-1] += table(results["orders"], list(results["orders"][0]))
+        else:
+            texts.append(f"### {'Shapes in a half space' if part == 'shapes' else 'On a sphere'}\n\n" + table(rows, list(rows[0])))
+    text = "\n\n".join(texts) + f"\n\n{time.perf_counter() - began:.0f} s\n"
+    print(text)
+    if options.out:
+        options.out.mkdir(parents=True, exist_ok=True)
+        for part, rows in results.items():
+            with open(options.out / f"{part}.csv", "w", newline="") as file:
+                writer = csv.DictWriter(file, list(rows[0]))
+                writer.writeheader()
+                writer.writerows(rows)
+        (options.out / "tables.md").write_text(text)
+    if options.json:
+        worst = {key: max(row[key] for row in results["flows"] if row["grains_per_radius"] == 10.0) for key in LIMITS} if "flows" in results else {}
+        print(json.dumps({"seconds": time.perf_counter() - began, "worst_at_10": worst, "limits": LIMITS}))
+
+
+if __name__ == "__main__":
+    main()
