@@ -78,8 +78,8 @@ def regional_field(place: np.ndarray, mass: np.ndarray, lacking: np.ndarray, whe
     change, missing = np.zeros((len(where), 3)), lacking
     for _ in range(passes):
         nodes = np.where(enough[:, None], _gathered(there, missing, count) / np.where(enough, held, 1.0)[:, None], 0.0)
-        change += _blended(here, nodes, count)
-        missing = missing - mass[:, None] * _blended(there, nodes, count)
+        change += _blended(here, nodes, enough, count)
+        missing = missing - mass[:, None] * _blended(there, nodes, enough, count)
     return change
 
 
@@ -102,9 +102,10 @@ def _gathered(place: np.ndarray, values: np.ndarray, count: np.ndarray) -> np.nd
     return total
 
 
-def _blended(place: np.ndarray, nodes: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Values (s, 3) of the nodes' ``nodes`` (nodes, 3) at the points."""
-    total = np.zeros((len(place), 3))
+def _blended(place: np.ndarray, nodes: np.ndarray, counts: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Weighted mean (s, 3) at the points of the values ``nodes`` (nodes, 3) of those nodes that count; zero where none does."""
+    total, weights = np.zeros((len(place), 3)), np.zeros(len(place))
     for node, weight in _splines(place, count):
         total += weight[:, None] * nodes[node]
-    return total
+        weights += weight * counts[node]
+    return total / np.where(weights > 0.0, weights, 1.0)[:, None]

@@ -22,7 +22,7 @@ from typing import Any
 from matter import archive
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
-from pipeline import folder, stages, sweep
+from pipeline import folder, provenance, stages, sweep
 from pipeline.run import Request, settings_of
 
 FOLDER, FILE = "sensitivity", "sensitivity.json"
@@ -91,10 +91,10 @@ def make(run: Path, only: Iterable[str] | None = None, threads: int | None = Non
     for variant in every:
         if only and variant.name not in only:
             continue
-        place = share(run, variant)
         if is_done(variant, run):
             say(f"{variant.name}: done before")
             continue
+        place = share(run, variant)
         say(f"{variant.name}: {', '.join(variant.overrides)} ({place.name})")
         # the crater is not measured where there is none to measure
         until = ["--until", "dem"] if variant.name in CONTROLS else []
@@ -128,10 +128,20 @@ def share(run: Path, variant: Variant) -> Path:
     return place
 
 
+def place_of(variant: Variant, run: Path) -> Path:
+    """The folder of a variant: its own, and for the base the run's where its last stages were made by the sources of today."""
+    return run if variant.name == "base" and _by_today(run) else variant.request(run).run_folder
+
+
+def _by_today(run: Path) -> bool:
+    done = {stage: folder.record(stages.folder(run, stage) / folder.DONE).get("sources_sha256") for stage in _MINE}
+    return all(made_by == provenance.source_key(stages.MODULES[stage]) for stage, made_by in done.items())
+
+
 def is_done(variant: Variant, run: Path) -> bool:
     """Whether a variant's last stage is done."""
     last = "dem" if variant.name in CONTROLS else "crater"
-    return (stages.folder(variant.request(run).run_folder, last) / folder.DONE).is_file()
+    return (stages.folder(place_of(variant, run), last) / folder.DONE).is_file()
 
 
 def compare(run: Path) -> dict[str, Any]:
@@ -141,16 +151,17 @@ def compare(run: Path) -> dict[str, Any]:
     every = {variant.name: variant for variant in variants(run)}
     if not is_done(every["base"], run):
         raise InputError(f"the variant 'base' of {run} is not done: nothing to compare with")
-    base = _measured(every["base"].request(run).run_folder)
+    origin = place_of(every["base"], run)
+    base = _measured(origin)
     rows = {}
     for name, variant in every.items():
         if name in CONTROLS or not is_done(variant, run):
             continue
-        place = variant.request(run).run_folder
+        place = place_of(variant, run)
         row = _measured(place)
         for key in (*MEASURES, "dem_depth_most_m"):
             row[f"{key}_change"] = _change(row.get(key), base.get(key))
-        row["profile_rms_m"] = 0.0 if name == "base" else _profile_rms(every["base"].request(run).run_folder, place)
+        row["profile_rms_m"] = 0.0 if name == "base" else _profile_rms(origin, place)
         rows[name] = row
     controls = {name: _control(every[name].request(run).run_folder) for name in CONTROLS if is_done(every[name], run)}
     return {

@@ -138,6 +138,35 @@ def test_import_snapshot_reads_columns_with_units(tmp_path):
         assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
 
 
+def test_import_places_and_export_hands_on(tmp_path):
+    (tmp_path / "cloud.csv").write_text("x,y,z,vx,vy,vz,m,r,id\n5,0,0,1,0,0,7,0.5,3\n5,2,0,0,1,0,7,0.5,9\n")
+    code = """
+        import sys
+        from pipeline import cli
+        sys.argv = ["import_snapshot", "{0}/cloud.csv", "--out", "{0}/cloud.vtkhdf", "--origin", "5,0,0", "--up", "0,1,0", "--time", "2 min"]
+        try:
+            cli.import_snapshot()
+        except SystemExit as end:
+            assert not end.code
+        sys.argv = ["export_snapshot", "{0}/cloud.vtkhdf", "--out", "{0}/cloud.data"]
+        try:
+            cli.export_snapshot()
+        except SystemExit as end:
+            assert not end.code
+        sys.argv = ["export_snapshot", "{0}/cloud.vtkhdf", "--out", "{0}/cloud.abc"]
+        cli.export_snapshot()
+    """
+    done = python(code.format(tmp_path))
+    assert done.returncode == 2 and "Traceback" not in done.stderr and "name the format with --format" in done.stderr
+    assert "for the stage handoff it lacks density, material" in done.stdout and "2 particles as lammps" in done.stdout
+    with h5py.File(tmp_path / "cloud.vtkhdf") as file:
+        np.testing.assert_allclose(file["particles/position"][:], [[0, 0, 0], [0, 0, 2]], atol=1e-12)
+        np.testing.assert_allclose(file["particles/velocity"][1], [0, 0, 1], atol=1e-12)
+        assert file.attrs["time"] == 120.0
+    lines = (tmp_path / "cloud.data").read_text().splitlines()
+    assert "2 atoms" in lines and lines[lines.index("Atoms") + 2].split()[:3] == ["4", "1", "1"]
+
+
 def test_a_terminal_gets_a_bar_and_a_pipe_gets_lines(case_folder, tmp_path):
     pty = pytest.importorskip("pty")
     fakes = Path(__file__).resolve().parent / "fake_rooms"

@@ -88,3 +88,31 @@ def test_the_ledger_takes_the_larger_change():
     assert of("control_no_impact_run_drift_over_r") == (0.02, 0.05, "pass")
     table = sensitivity.text(found)
     assert "alpha_x0.67" in table and "not made: alpha_x1.5" in table and "0.02 r" in table
+
+
+def test_variants_share_what_the_run_has_done_and_are_made_once(case_folder, tmp_path, drive, fake_stages, monkeypatch, capsys):
+    """With the fake stages: the shock stage is not run again, a variant that cannot be handed over does not keep the others, nothing is made twice."""
+    assert drive(case_folder, "--out", tmp_path / "runs")[0] == 0
+    run = next((tmp_path / "runs").glob("small-*"))
+    calls = []
+
+    def as_process(arguments):
+        calls.append(arguments)
+        return drive(*arguments)[0]
+
+    monkeypatch.setattr(sensitivity.sweep, "as_process", as_process)
+    wanted = ["time_x2", "alpha_x1.5", "control_uncarved"]
+    assert sensitivity.make(run, wanted) == ["time_x2"]  # 120 s: the fake handoff has no such snapshot
+    assert len(calls) == 3 and "--until" in calls[2] and "--until" not in calls[1]
+    places = {variant.name: variant.request(run).run_folder for variant in sensitivity.variants(run)}
+    assert json.loads((places["alpha_x1.5"] / "4_handoff" / "handoff.json").read_text())["alpha_spacings"] == 2.25
+    assert (places["alpha_x1.5"] / "2_sph").resolve() == (run / "2_sph").resolve()
+    assert (run / "2_sph" / "starts.txt").read_text().split() == ["0"]
+    assert (places["control_uncarved"] / "5_dem" / "done.json").is_file() and not (places["control_uncarved"] / "6_crater").exists()
+    assert sensitivity.make(run, wanted) == ["time_x2"] and len(calls) == 4
+    assert "alpha_x1.5: done before" in capsys.readouterr().out
+    # the run's own last stages are by the sources of today: it is the base
+    assert sensitivity.place_of(sensitivity.variants(run)[0], run) == run
+    done = run / "5_dem" / "done.json"
+    done.write_text(done.read_text().replace('"sources_sha256": "', '"sources_sha256": "0'))
+    assert sensitivity.place_of(sensitivity.variants(run)[0], run) == places["base"]

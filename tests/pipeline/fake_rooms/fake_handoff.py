@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from pydantic import Field
 
 from matter.body import Model
-from matter.errors import Unsound
+from matter.errors import InputError, Unsound
+from matter.quantity import PositiveSpeed, PositiveTime
 
 
 class Settings(Model):
+    time: PositiveTime = 60.0
+    speed_limit: PositiveSpeed = 500.0
+    alpha: float = 1.5
+    control: str = "none"
     broken: bool = False
     waive: dict[str, str] = Field(default_factory=dict)
 
@@ -20,6 +26,10 @@ def predict(settings: Settings) -> dict:
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
+    if settings.time > 100.0:
+        raise InputError("no snapshot near that time")
     (out / "start.txt").write_text((inputs / "3_bed" / "bed.txt").read_text())
+    record = {"time_s": settings.time, "speed_limit_m_s": settings.speed_limit, "alpha_spacings": settings.alpha}
+    (out / "handoff.json").write_text(json.dumps(record))
     if settings.broken:
         raise Unsound("handoff: mass_total_rel is 0.1, limit 1e-12")
