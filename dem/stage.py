@@ -28,7 +28,7 @@ GRAIN_STEPS_PER_S = 2.0e6
 TIME_STEP_S = 0.9
 """Time step of the quick Valhalla bed, for the prediction only."""
 MOMENTUM_LIMIT = 1e-9
-"""Largest error of the momentum balance (momentum + what left - impulses), over the sum of m |v| at the start."""
+"""Largest error of the momentum balance (momentum + what left - impulses), over the sum of m |v| at the start (of m sqrt(g r) where nothing moves)."""
 ENERGY_LIMIT = 0.05
 """Largest error of the energy balance, over the kinetic energy at the start plus what was dissipated."""
 CHECKPOINT_EVERY_S = 15.0
@@ -115,9 +115,12 @@ class Collapse:
         self.start_momentum, self.start_angular = self.bed.momentum(), self.bed.angular_momentum()
         energies = self.bed.energies()
         self.start_energy, self.start_kinetic = sum(energies.values()), energies["kinetic_J"] + energies["rotational_J"]
-        m, v = self.bed.mass, self.bed.W[:, :3]
-        self.scale_p = float(np.sum(m * np.linalg.norm(v, axis=1)))
-        self.scale_l = float(np.sum(m * np.linalg.norm(self.bed.X[:, :3], axis=1) * np.linalg.norm(v, axis=1)))
+        m, speed = self.bed.mass, np.linalg.norm(self.bed.W[:, :3], axis=1)
+        if not speed.any():  # a control run: errors count against sqrt(g r), what a fall by half a radius gives
+            gravity = float(np.interp(body.radius, body.profile["radius_m"], body.profile["gravity_m_s2"]))
+            speed = np.full(len(m), np.sqrt(gravity * self.bed.mean_radius))
+        self.scale_p = float(np.sum(m * speed))
+        self.scale_l = float(np.sum(m * np.linalg.norm(self.bed.X[:, :3], axis=1) * speed))
         self.worst_overlap, self.returned = 0.0, 0
 
     # -- time ----------------------------------------------------------------------------------------------------------------

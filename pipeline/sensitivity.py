@@ -146,30 +146,23 @@ def is_done(variant: Variant, run: Path) -> bool:
 
 def compare(run: Path) -> dict[str, Any]:
     """What the variants that are done came to: final diameter and depth with their change against the base, difference of the profiles, the deepest crater of
-    the grains, the control runs. Raises ``InputError`` when the base is not done."""
+    the grains, the control runs. Without the base there is nothing to compare the variants with, and no row of theirs."""
     run = Path(run).resolve()
     every = {variant.name: variant for variant in variants(run)}
-    if not is_done(every["base"], run):
-        raise InputError(f"the variant 'base' of {run} is not done: nothing to compare with")
-    origin = place_of(every["base"], run)
-    base = _measured(origin)
-    rows = {}
-    for name, variant in every.items():
-        if name in CONTROLS or not is_done(variant, run):
-            continue
-        place = place_of(variant, run)
-        row = _measured(place)
-        for key in (*MEASURES, "dem_depth_most_m"):
-            row[f"{key}_change"] = _change(row.get(key), base.get(key))
-        row["profile_rms_m"] = 0.0 if name == "base" else _profile_rms(origin, place)
-        rows[name] = row
-    controls = {name: _control(every[name].request(run).run_folder) for name in CONTROLS if is_done(every[name], run)}
-    return {
-        "rows": rows,
-        "controls": controls,
-        "missing": [name for name, variant in every.items() if not is_done(variant, run)],
-        "allowed_rms_m": _allowed(run, base),
-    }
+    done = {name for name, variant in every.items() if is_done(variant, run)}
+    rows: dict[str, dict[str, Any]] = {}
+    if "base" in done:
+        origin = place_of(every["base"], run)
+        base = _measured(origin)
+        for name in (name for name in every if name in done and name not in CONTROLS):
+            place = place_of(every[name], run)
+            row = _measured(place)
+            for key in (*MEASURES, "dem_depth_most_m"):
+                row[f"{key}_change"] = _change(row.get(key), base.get(key))
+            row["profile_rms_m"] = 0.0 if name == "base" else _profile_rms(origin, place)
+            rows[name] = row
+    controls = {name: _control(every[name].request(run).run_folder) for name in CONTROLS if name in done}
+    return {"rows": rows, "controls": controls, "missing": [name for name in every if name not in done], "allowed_rms_m": _allowed(run)}
 
 
 def _measured(place: Path) -> dict[str, Any]:
@@ -206,11 +199,11 @@ def _profile_rms(one: Path, other: Path) -> float | None:
         return None
 
 
-def _allowed(run: Path, base: dict[str, Any]) -> float | None:
+def _allowed(run: Path) -> float:
     """The larger of 5 % of the transient depth and half a grain radius [m]: what profiles may differ by where no rim is left."""
     from matter import snapshot
 
-    measures = json.loads((stages.folder(run, "crater") / "measures.json").read_text())
+    measures = folder.record(stages.folder(run, "crater") / "measures.json")
     depth = ((measures.get("transient") or {}).get("depth_m") or {}).get("value")
     start = snapshot.read(stages.folder(run, "handoff") / f"start{snapshot.SUFFIX}")
     return max(0.05 * (depth or 0.0), 0.5 * float(start.radius.mean()))
@@ -241,6 +234,7 @@ def _control(place: Path) -> dict[str, Any]:
         "deep_beyond": int(np.count_nonzero(way[deep] >= STILL)),
         "lost": int(np.isnan(way).sum()),
         "energy_rise_J": float(energy.max() - energy[0]),
+        "energy_rise_rel": float((energy.max() - energy[0]) / abs(energy[0])),
         "kinetic_most_J": moving,
         "from_s": float(rows[0]["time_s"]),
         "to_s": float(rows[-1]["time_s"]),
@@ -287,7 +281,7 @@ def text(found: dict[str, Any]) -> str:
         lines.append(
             f"{name}: {row['grains']} grains, {row['from_s']:.4g} to {row['to_s']:.4g} s: largest way {row['drift_most_over_r']:.3g} r (mean "
             f"{row['drift_mean_over_r']:.2g} r); {row['deep_grains']} deeper than {DEEP:g} r: {_shown(row['deep_drift_most_over_r'])} r, {row['deep_beyond']} "
-            f"beyond {STILL:g} r; energy rose by {row['energy_rise_J']:.3g} J (largest kinetic energy {row['kinetic_most_J']:.3g} J)"
+            f"beyond {STILL:g} r; energy rose by {row['energy_rise_rel']:.1e} of its size (history.csv resolves 1e-10)"
         )
     if found["missing"]:
         lines.append(f"not made: {', '.join(found['missing'])}")
@@ -299,7 +293,7 @@ def _shown(value: float | None) -> str:
 
 
 def run(folder_of_run: Path, only: Iterable[str] | None = None, threads: int | None = None) -> None:
-    """Make the variants, compare, write ``sensitivity.json`` and the ledger's rows, print the table. Raises as ``make`` and ``compare``."""
+    """Make the variants, compare, write ``sensitivity.json`` and the ledger's rows, print the table. Raises as ``make``."""
     from handoff import ledger as ledgers
 
     make(folder_of_run, only, threads, say=lambda words: print(words, flush=True))

@@ -36,8 +36,7 @@ def frictional(tmp_path_factory):
 
 def collapsed(run, start, folder) -> tuple[Particles, dict[str, np.ndarray]]:
     """The grains after the control run, and its history."""
-    for name in ("2_sph",):
-        shutil.copytree(run / name, folder / name)
+    shutil.copytree(run / "2_sph", folder / "2_sph")
     (folder / "4_handoff").mkdir()
     (folder / "5_dem").mkdir()
     snapshot.write(start, folder / "4_handoff" / "start.vtkhdf")
@@ -59,8 +58,8 @@ def test_the_bed_carved_at_the_datum_does_not_move(frictional, tmp_path):
     last, history = collapsed(run, start, tmp_path)
     way = control.moved(start, last) / start.radius.mean()
     assert np.isfinite(way).all() and way.max() < 0.05
-    energy, depth = mechanical(history), np.ptp(history["gravitational_J"])
-    assert energy.max() - energy[0] <= 1e-3 * max(depth, history["kinetic_J"].max()) + 1e-9 * abs(energy[0])
+    energy = mechanical(history)
+    assert energy.max() - energy[0] <= 1e-9 * abs(energy[0])  # history.csv holds ten digits
 
 
 def test_the_carved_bed_at_rest_moves_by_slope_failure_alone(frictional, tmp_path):
@@ -79,7 +78,7 @@ def test_the_carved_bed_at_rest_moves_by_slope_failure_alone(frictional, tmp_pat
     deep = control.depth_below_surface(start) > 5.0 * start.radius.mean()
     assert deep.sum() > 300 and np.nanmax(way[deep]) < 0.1
     energy = mechanical(history)
-    assert energy.max() - energy[0] <= 1e-6 * abs(energy[0])
+    assert energy.max() - energy[0] <= 1e-9 * abs(energy[0])  # history.csv holds ten digits
     assert np.nanmax(way) > np.nanmax(way[deep])  # what moves lies at the surface
 
 
