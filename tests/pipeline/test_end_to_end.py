@@ -93,3 +93,22 @@ def test_killed_twice_it_ends_in_the_same_bits(whole, tmp_path):
             np.testing.assert_array_equal(found.tables[table], expected.tables[table], err_msg=f"{stage} {table}")
     for name in ("2_sph/history.csv", "5_dem/history.csv", "6_crater/profile.csv"):
         assert (run_folder / name).read_text() == (reference / name).read_text(), name
+
+
+def test_a_control_run_shares_the_shock_stage_and_fills_the_ledger(whole):
+    """The bed carved at the datum, through the real command: it does not move, and the ledger says so."""
+    run_folder, _ = whole
+    before = (run_folder / "2_sph" / "done.json").stat().st_mtime_ns
+    code = "from pipeline.cli import inspect_handoff; inspect_handoff()"
+    command = [sys.executable, "-c", code, str(run_folder), "--sensitivity", "--only", "control_uncarved", "--no-pictures"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=900)
+    assert done.returncode in (0, 1) and "Traceback" not in done.stderr, done.stderr
+    found = json.loads((run_folder / "4_handoff" / "sensitivity.json").read_text())
+    still = found["controls"]["control_uncarved"]
+    assert still["lost"] == 0 and still["drift_most_over_r"] < 0.05 and still["energy_rise_rel"] < 1e-9
+    assert set(found["rows"]) == {"base"}  # the run itself, made by the same sources
+    row = {entry["name"]: entry for entry in json.loads((run_folder / "4_handoff" / "ledger.json").read_text())}["control_no_impact_run_drift_over_r"]
+    assert row["verdict"] == "pass" and row["value"] == still["drift_most_over_r"]
+    assert (run_folder / "2_sph" / "done.json").stat().st_mtime_ns == before
+    assert "control_uncarved" in (run_folder / "4_handoff" / "report.html").read_text()

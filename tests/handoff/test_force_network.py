@@ -1,0 +1,29 @@
+import numpy as np
+import pytest
+
+from handoff import force_network
+from matter.errors import InputError
+from matter.particles import Particles
+
+
+def row_of_spheres(**more) -> Particles:
+    fields = {"position": [[0, 0, 0], [1.9, 0, 0], [3.7, 0, 0], [9, 0, 0]], "radius": np.ones(4), "stiffness": [10.0, 20.0, 30.0, 30.0]}
+    return Particles(fields | more)
+
+
+def test_forces_are_the_softer_stiffness_times_the_overlap():
+    net = force_network.measure(row_of_spheres())
+    order = np.argsort(net.force)
+    np.testing.assert_allclose(net.force[order], [10.0 * 0.1, 20.0 * 0.2])
+    assert {frozenset(pair) for pair in zip(net.one.tolist(), net.other.tolist())} == {frozenset((0, 1)), frozenset((1, 2))}
+    assert net.mean == pytest.approx(2.5) and net.contacts_per_grain == pytest.approx(1.0)
+    assert 1.0 < net.spread <= 4.0 / 2.5
+
+
+def test_only_grains_in_contact_search_count():
+    net = force_network.measure(row_of_spheres(state=[0, 0, 1, 0]))
+    assert len(net.force) == 1 and net.grains == 3 and set((net.one[0], net.other[0])) == {0, 1}
+    alone = force_network.measure(row_of_spheres(state=[0, 1, 1, 0]))
+    assert alone.mean == alone.spread == 0.0
+    with pytest.raises(InputError, match="stiffness"):
+        force_network.measure(Particles({"position": np.eye(3), "radius": np.ones(3)}))
