@@ -28,7 +28,8 @@ compact = archive.read(out / "residuals.h5")[0]["source/reason"] == 0
 edge = np.asarray(trimesh.intersections.mesh_plane(trimesh.load(out / "surface.ply", process=False), [0, 1, 0], [0, 0, 0]))[:, :, [0, 2]]
 
 unit, name = (1e3, "km") if np.ptp(start.position) > 1e4 else (1.0, "m")
-low, high = start.position[:, [0, 2]].min(axis=0), start.position[:, [0, 2]].max(axis=0)
+bed = start.position[: record["grains"]["kept"]][:, [0, 2]] if record["grains"]["kept"] else start.position[:, [0, 2]]
+low, high = bed.min(axis=0), bed.max(axis=0) + 0.15 * np.ptp(bed[:, 1])
 inside = np.all((source.position[:, [0, 2]] > low) & (source.position[:, [0, 2]] < high), axis=1)
 thick = np.cbrt(source.mass / source.density)
 before = np.flatnonzero(compact & inside & (np.abs(source.position[:, 1]) < thick))
