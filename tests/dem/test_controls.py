@@ -84,7 +84,8 @@ def test_the_carved_bed_at_rest_moves_by_slope_failure_alone(frictional, tmp_pat
 
 def test_depth_below_the_surface_of_a_known_heap():
     rng = np.random.default_rng(1)
-    points = rng.uniform([-20, -20, -15], [20, 20, 0], (9000, 3))
+    points = np.stack(np.meshgrid(np.arange(-20, 20), np.arange(-20, 20), np.arange(-15, 0), indexing="ij"), axis=-1).reshape(-1, 3) + 0.5
+    points = points + rng.uniform(-0.1, 0.1, points.shape)
     hole = (np.abs(points[:, 0]) < 6.0) & (np.abs(points[:, 1]) < 6.0)
     points = points[~hole | (points[:, 2] < -9.0)]
     heap = Particles({"position": points, "radius": np.full(len(points), 0.5)},
@@ -92,8 +93,8 @@ def test_depth_below_the_surface_of_a_known_heap():
     found = control.depth_below_surface(heap)
     aside = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1])) - 6.0
     truth = np.where(aside < 0.0, -9.0 - points[:, 2], np.minimum(-points[:, 2], np.where(points[:, 2] > -9.0, aside, np.hypot(aside, points[:, 2] + 9.0))))
-    inner = np.max(np.abs(points[:, :2]), axis=1) < 15.0
-    assert np.abs(found - truth)[inner].max() < 2.5 and np.abs(found - truth)[inner].mean() < 0.8
+    seen = (np.abs(points[:, 0]) < 15.0) & (np.abs(points[:, 1]) < 4.0)  # away from the hole's corners and the heap's own edge
+    assert np.abs(found - truth)[seen].max() < 1.5 and np.abs(found - truth)[seen].mean() < 0.7  # in diameters: centres lie half of one inside
 
 
 def test_moved_finds_grains_by_their_identity():
