@@ -42,7 +42,18 @@ def leaving(particles: Particles, body_mass: float, projectile_momentum: np.ndar
     r = np.linalg.norm(particles.position, axis=1)
     energy = 0.5 * (particles.velocity**2).sum(axis=1) - GRAVITATIONAL * body_mass / np.maximum(r, 1.0)
     outwards = np.einsum("ij,ij->i", particles.velocity, particles.position) > 0.0
-    gone = (energy > 0.0) & outwards
+    return _lost(particles, (energy > 0.0) & outwards, projectile_momentum)
+
+
+def leaving_ground(particles: Particles, datum: Datum, escape_speed: float, projectile_momentum: np.ndarray | None = None) -> dict[str, float]:
+    """The same for flat ground: what is above the ``datum``, rises, and is faster than ``escape_speed`` [m/s] of the body that the ground stands for."""
+    particles.need("position", "velocity", "mass")
+    fast = (particles.velocity**2).sum(axis=1) > escape_speed**2
+    above = datum.polar(particles.position)[2] > 0.0
+    return _lost(particles, fast & above & (datum.vertical(particles.position, particles.velocity) > 0.0), projectile_momentum)
+
+
+def _lost(particles: Particles, gone: np.ndarray, projectile_momentum: np.ndarray | None) -> dict[str, float]:
     foreign = particles.layer < 0 if "layer" in particles else np.zeros(len(particles), dtype=bool)
     momentum = (particles.mass[gone, None] * particles.velocity[gone]).sum(axis=0)
     result = {

@@ -39,6 +39,8 @@ def _shots_of_shock(found: Findings) -> list[tuple[str, Path]]:
 
 def _datum_of(found: Findings, particles: Particles) -> Datum:
     """The undisturbed surface about the stage's z axis (not about the crater's centre: the picture shows where the impact was aimed)."""
+    if particles.attributes.get("frame") == "plane":
+        return datums.plane()
     domain = particles.attributes.get("domain")
     radius = float(domain["datum_radius_m"]) if isinstance(domain, dict) and "datum_radius_m" in domain else found.settings.target.radius
     return datums.sphere(float(particles.attributes.get("target_radius_m", radius)))

@@ -24,6 +24,7 @@ from matter.body import Impact, Model, Target
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.progress import Progress
+from matter.quantity import Speed
 
 GRAVITATIONAL = 6.6743e-11
 REACH = 2.5
@@ -67,6 +68,8 @@ class Settings(Model):
     """What would rise above this many expected transient diameters is in flight and takes no part in heights."""
     every: Annotated[int, Field(ge=1)] = 1
     """Measure every n-th snapshot of the shock stage."""
+    escape_speed: Annotated[Speed, Field(ge=0)] = 0.0
+    """Flat ground: what rises faster than this leaves the body that the ground stands for."""
     simple_to_complex: str = "2.5 km"
     """Transition diameter between simple and complex craters on this body."""
     seed: int = 1
@@ -134,8 +137,12 @@ def _target_facts(found: Findings) -> tuple[Datum, float]:
     path = found.inputs / "2_sph" / "target.json"
     if path.is_file():
         facts = json.loads(path.read_text())
+        if facts.get("frame") == "plane":
+            return datums.plane(source="undisturbed ground"), float(facts["surface_gravity_m_s2"])
         radius, gravity = float(facts["radius_m"]), float(facts["surface_gravity_m_s2"])
         return datums.sphere(radius, facts.get("centre", (0.0, 0.0, 0.0)), source="radius of the relaxed target"), gravity
+    if found.settings.target.flat:
+        return datums.plane(source="flat ground of the case"), found.settings.target.gravity
     mass, inner = 0.0, 0.0
     for layer, outer in zip(found.settings.target.layers, found.settings.target.outer_radii):
         mass += 4.0 / 3.0 * np.pi * (outer**3 - inner**3) * material.reference_density(layer.material)
@@ -170,7 +177,10 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
         bodies = particles.layer >= 0 if "layer" in particles else np.ones(len(particles), dtype=bool)
         impact = found.settings.impact
         momentum = _strike(found).mass * np.asarray(impact.velocity)
-        found.leaving = ejecta.leaving(particles, float(particles.mass[bodies].sum()), momentum)
+        if datum.is_sphere:
+            found.leaving = ejecta.leaving(particles, float(particles.mass[bodies].sum()), momentum)
+        else:
+            found.leaving = ejecta.leaving_ground(particles, datum, found.settings.escape_speed, momentum)
     found.late_sph_time = float(particles.attributes.get("time", np.nan))
     try:
         found.late_sph = measure(
@@ -246,18 +256,21 @@ def _strike(found: Findings) -> scaling.Strike:
 
 
 def _compare_with_published(found: Findings) -> None:
-    strike = _strike(found)
-    sizes = scaling.diameters(strike)
-    fluid = [sizes[name] for name in scaling.FLUID]
-    found.scaling = {
-        "diameter_m": sizes,
-        "range_m": [min(fluid), max(fluid)],
-        "range_of": list(scaling.FLUID),
-        "final_rim_diameter_m": {
-            name: scaling.final_from_transient(sizes[name], quantity.parse(found.settings.simple_to_complex, "m")) for name in scaling.FLUID
-        },
-        "formation_time_s": scaling.formation_time(scaling.holsapple_volume(strike, 0.98, 0.55), found.gravity),
-    }
+    if found.gravity > 0.0:
+        strike = _strike(found)
+        sizes = scaling.diameters(strike)
+        fluid = [sizes[name] for name in scaling.FLUID]
+        found.scaling = {
+            "diameter_m": sizes,
+            "range_m": [min(fluid), max(fluid)],
+            "range_of": list(scaling.FLUID),
+            "final_rim_diameter_m": {
+                name: scaling.final_from_transient(sizes[name], quantity.parse(found.settings.simple_to_complex, "m")) for name in scaling.FLUID
+            },
+            "formation_time_s": scaling.formation_time(scaling.holsapple_volume(strike, 0.98, 0.55), found.gravity),
+        }
+    else:
+        found.reasons["scaling"] = "the scaling laws here are those of the gravity regime, and this run has no gravity"
     for published in found.settings.reference:
         found.reference.append(_verdict(found, published))
     if found.late_sph is not None and found.final is not None and found.final is not found.late_sph:

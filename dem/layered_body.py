@@ -36,6 +36,8 @@ class LayeredBody:
             content: dict[str, Any] = json.loads(path.read_text())
         except json.JSONDecodeError as reason:
             raise InputError(f"{path} is not readable JSON ({reason})") from None
+        if content.get("frame") == "plane":
+            raise InputError(f"{path} describes flat ground: beds of grains are made for spherical targets only")
         missing = [k for k in ("radius_m", "layers", "profile") if k not in content]
         missing += [f"profile.{k}" for k in _PROFILE_KEYS if k not in content.get("profile", {})]
         missing += [f"layers.{k}" for k in _LAYER_KEYS if any(k not in layer for layer in content.get("layers", []))]

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from matter import material
 from matter.errors import InputError
-from matter.quantity import Angle, PositiveLength, PositiveSpeed
+from matter.quantity import Acceleration, Angle, PositiveLength, PositiveSpeed
 
 
 def known_material(name: str) -> str:
@@ -32,7 +32,7 @@ class Model(BaseModel):
 
 
 class Layer(Model):
-    """One layer of a spherical target, counted from the centre outwards."""
+    """One layer of a target, counted from the centre outwards, or from the bottom up."""
 
     name: str
     material: str
@@ -42,18 +42,67 @@ class Layer(Model):
 
 
 class Target(Model):
-    """A spherical target of uniform layers before any compression.
+    """A target of uniform layers before any compression.
 
-    ``layers`` run from the centre outwards; ``start`` is ``relaxed`` (layer masses kept, hydrostatic) or ``literal`` (uniform layers, as
-    published).
+    ``layers`` run from the centre outwards, in flat ground from the bottom up: the last is always the one that is hit.
+    ``start`` is ``relaxed`` (layer masses kept, hydrostatic) or ``literal`` (uniform layers, as published).
+    ``shape``: ``sphere`` about the origin, hit at its pole; or a piece of flat ground below z = 0, hit at the origin: ``half_space`` (upright cylinder),
+    ``half_sphere`` (bowl of ground: all layers together are its radius) or ``block``.
+    ``width`` : of the block or, as its diameter, of the half-space [m]; twice the depth by default.
+    ``gravity`` : uniform, towards -z [m/s^2]; flat ground only.
+    ``self_gravity`` : whether the target's matter attracts itself; by default it does in a sphere and does not in flat ground.
     """
 
     layers: Annotated[tuple[Layer, ...], Field(min_length=1)]
     start: Literal["relaxed", "literal"] = "relaxed"
+    shape: Literal["sphere", "half_space", "half_sphere", "block"] = "sphere"
+    width: PositiveLength | None = None
+    gravity: Annotated[Acceleration, Field(ge=0)] = 0.0
+    self_gravity: bool | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Target:
+        if not self.flat and self.gravity > 0.0:
+            raise ValueError("gravity: a sphere has its own (self_gravity); a uniform one belongs to half_space, half_sphere or block")
+        if self.width is not None and self.shape in ("sphere", "half_sphere"):
+            raise ValueError(f"width: a {self.shape} is as wide as its layers make it")
+        return self
+
+    @property
+    def flat(self) -> bool:
+        """Whether the target is flat ground with the impact point at the origin."""
+        return self.shape != "sphere"
+
+    @property
+    def attracts(self) -> bool:
+        """Whether self-gravity is on."""
+        return not self.flat if self.self_gravity is None else self.self_gravity
+
+    @property
+    def weighs(self) -> bool:
+        """Whether any gravity acts, so that pressure grows with depth."""
+        return self.gravity > 0.0 or (self.attracts and not self.flat)
+
+    @property
+    def frame(self) -> str:
+        """``sphere`` or ``plane``, as snapshots and ``target.json`` say."""
+        return "plane" if self.flat else "sphere"
+
+    @property
+    def impact_point(self) -> tuple[float, float, float]:
+        """Where the projectile hits [m], before relaxation."""
+        return (0.0, 0.0, 0.0 if self.flat else self.radius)
+
+    @property
+    def half_width(self) -> float:
+        """Half the width of flat ground [m]."""
+        if self.shape == "half_sphere":
+            return self.radius
+        return 0.5 * self.width if self.width is not None else self.radius
 
     @property
     def outer_radii(self) -> tuple[float, ...]:
-        """Outer radius of each layer [m] before relaxation."""
+        """Outer radius of each layer, in flat ground the height of its top above the bottom [m], before relaxation."""
         radii, r = [], 0.0
         for layer in self.layers:
             r += layer.thickness
@@ -62,7 +111,7 @@ class Target(Model):
 
     @property
     def radius(self) -> float:
-        """Radius of the body [m] before relaxation."""
+        """Radius of the body, in flat ground its depth [m], before relaxation."""
         return self.outer_radii[-1]
 
     @property

@@ -12,6 +12,7 @@ import numpy as np
 
 from matter import neighbours
 from matter.jit import kernel
+from matter.regions import Region, Shell
 
 
 def hexagonal(spacing: float, radius: float, rotate: bool = True) -> np.ndarray:
@@ -80,63 +81,50 @@ def _number_density(position, spacing, index, entry, count, wanted, out):
         out[i] = total
 
 
-def _mirrored(points: np.ndarray, spacing: np.ndarray, inner: float, outer: float) -> np.ndarray:
-    """Images of the points near the two walls of a shell, behind the walls: indices of their originals and places."""
-    r = np.linalg.norm(points, axis=1)
-    images, owners = [], []
-    for wall in (inner, outer):
-        near = np.flatnonzero((np.abs(r - wall) < 2.0 * spacing) & (wall > 0.0) & (2.0 * wall - r > 0.05 * r))
-        images.append(points[near] * ((2.0 * wall - r[near]) / r[near])[:, None])
-        owners.append(near)
-    return np.concatenate([points, *images]), np.concatenate([np.arange(len(points)), *owners])  # type: ignore[return-value]
-
-
-def graded_shell(
-    spacing: Callable[[np.ndarray], np.ndarray], inner: float, outer: float, rng: np.random.Generator, sweeps: int = 120
+def graded(
+    spacing: Callable[[np.ndarray], np.ndarray], region: Region, rng: np.random.Generator, sweeps: int = 120, finest: float | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A graded glass in the shell ``inner`` < r < ``outer``: evenly spread points with the local spacing ``spacing(points)`` [m].
+    """A graded glass in a region: evenly spread points with the local spacing ``spacing(points)`` [m].
 
     Points drawn at random with the density 1/s^3 repel each other and their mirror images behind the walls, until they are spread evenly; the walls are
-    met by smooth layers of points.
+    met by smooth layers of points. ``finest`` : the smallest spacing, where it holds in too small a part of the region for samples to find it.
 
     Returns
     -------
-    points (n, 3) [m], volume (n,) [m^3] that each stands for (from the local number density, scaled to the volume of the shell).
+    points (n, 3) [m], volume (n,) [m^3] that each stands for (from the local number density, scaled to the volume of the region).
     """
-    volume = 4.0 / 3.0 * math.pi * (outer**3 - inner**3)
-
-    def draw(count: int) -> np.ndarray:
-        direction = rng.normal(size=(count, 3))
-        direction /= np.linalg.norm(direction, axis=1)[:, None]
-        return direction * ((inner**3 + (outer**3 - inner**3) * rng.random(count)) ** (1.0 / 3.0))[:, None]
-
-    probe = draw(200_000)
+    probe = region.draw(rng, 200_000)
     density = spacing(probe) ** -3.0
-    wanted = max(round(volume * float(density.mean())), 1)
+    most = float(density.max()) if finest is None else max(finest**-3.0, float(density.max()))
+    wanted = max(round(region.volume * float(density.mean())), 1)
     points = np.empty((0, 3))
     while len(points) < wanted:
-        trial = draw(200_000)
-        points = np.concatenate([points, trial[rng.random(len(trial)) < spacing(trial) ** -3.0 / (1.05 * density.max())]])
+        trial = region.draw(rng, 200_000)
+        points = np.concatenate([points, trial[rng.random(len(trial)) < spacing(trial) ** -3.0 / (1.05 * most)]])
     points = points[:wanted]
     for sweep in range(sweeps):
         s = spacing(points)
-        everyone, owner = _mirrored(points, s, inner, outer)
+        everyone, owner = region.mirrored(points, s)
         moved = _moves(everyone, s[owner], len(points))
         size = np.linalg.norm(moved, axis=1)
         limit = 0.25 * s * (1.0 - 0.8 * sweep / sweeps)
-        points = points + 0.6 * moved * np.minimum(1.0, limit / np.maximum(0.6 * size, 1e-300))[:, None]
-        r = np.linalg.norm(points, axis=1)
-        margin = np.minimum(0.1 * s, 0.25 * (outer - inner))
-        points *= (np.clip(r, inner + margin, outer - margin) / r)[:, None]
+        points = region.kept(points + 0.6 * moved * np.minimum(1.0, limit / np.maximum(0.6 * size, 1e-300))[:, None], s)
     s = spacing(points)
-    everyone, owner = _mirrored(points, s, inner, outer)
+    everyone, owner = region.mirrored(points, s)
     number = np.empty(len(everyone))
     order, *listed = _listed(everyone, s[owner])
     _number_density(everyone[order], s[owner][order], *listed, len(order), number)
     back = np.empty_like(number)
     back[order] = number
     share = 1.0 / back[: len(points)]
-    return points, share * (volume / share.sum())
+    return points, share * (region.volume / share.sum())
+
+
+def graded_shell(
+    spacing: Callable[[np.ndarray], np.ndarray], inner: float, outer: float, rng: np.random.Generator, sweeps: int = 120
+) -> tuple[np.ndarray, np.ndarray]:
+    """``graded`` in the shell ``inner`` < r < ``outer`` [m]."""
+    return graded(spacing, Shell(inner, outer), rng, sweeps)
 
 
 def _listed(points: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -1,6 +1,6 @@
 """Case files: ``case.toml`` read, overlaid, and composed into the settings of each stage, with all complaints at once.
 
-Tables: ``[case]`` (title, source), ``[target]`` with ``[[target.layers]]``, ``[impact]`` with ``[impact.projectile]``, and one table per
+Tables: ``[case]`` (title, source, stages), ``[target]`` with ``[[target.layers]]``, ``[impact]`` with ``[impact.projectile]``, and one table per
 stage (``[nbody] [sph] [bed] [handoff] [dem] [crater]``). ``[preset.<name>.<table>]`` holds values that ``--preset <name>`` lays over them;
 without the option the preset ``thesis`` is taken where the case has one. A stage's settings receive their own table and, where they
 declare a field of that name, the shared ``target``, ``impact`` and ``contact`` (``[dem.contact]``).
@@ -14,9 +14,9 @@ import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from matter.body import Impact, Model, Target
 from matter.errors import InputError
@@ -34,10 +34,11 @@ OUTSIDE = {"nbody": "impact", "sph": "snapshot", "bed": "snapshot", "dem": "snap
 
 
 class CaseTable(Model):
-    """What the case is: ``title``, and ``source`` (the publication whose numbers it takes)."""
+    """What the case is: ``title``, ``source`` (the publication whose numbers it takes), and the ``stages`` that it has (all six by default)."""
 
     title: str
     source: str = ""
+    stages: Annotated[tuple[Literal["nbody", "sph", "bed", "handoff", "dem", "crater"], ...], Field(min_length=1)] = stages.ORDER
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,13 @@ class Case:
     def title(self) -> str:
         table = self.document.get("case", {})
         return str(table.get("title", self.name)) if isinstance(table, dict) else self.name
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """The stages that this case has, in their order."""
+        table = self.document.get("case", {})
+        named = table.get("stages", stages.ORDER) if isinstance(table, dict) else stages.ORDER
+        return tuple(stage for stage in stages.ORDER if isinstance(named, list | tuple) and stage in named)
 
     @property
     def hash8(self) -> str:
@@ -176,7 +184,8 @@ def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model
     for name, model in (("target", Target), ("impact", Impact)):
         if name in shared:
             found += _checked(model, shared[name], (name,))[1]
-    for stage in stages.ORDER:
+    found += [Complaint((stage,), f"[case] stages does not name {stage}") for stage in stages.ORDER if stage in document and stage not in case.stages]
+    for stage in case.stages:
         try:
             model = stages.load(stage).Settings
         except InputError as reason:

@@ -46,7 +46,10 @@ class Request:
         last = stages.ORDER.index(stages.known(self.until)) if self.until else len(stages.ORDER) - 1
         if first > last:
             raise InputError(f"--from {self.start} comes after --until {self.until} (the order is {' '.join(stages.ORDER)})")
-        return stages.ORDER[first : last + 1]
+        wanted = tuple(stage for stage in stages.ORDER[first : last + 1] if stage in self.case.stages)
+        if not wanted:
+            raise InputError(f"{self.case.file} has none of these stages: it has {' '.join(self.case.stages)}")
+        return wanted
 
 
 @dataclass

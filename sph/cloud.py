@@ -6,6 +6,7 @@ import numpy as np
 
 from matter import neighbours
 from matter.jit import parallel_kernel, prange
+from sph.boundary.images import Images
 from sph.target import Body
 
 # every array that belongs to a particle and travels with it when the cloud is sorted, with its trailing shape
@@ -127,17 +128,21 @@ class Neighbourhood:
 
     SKIN, SKIN_MOST, AHEAD = 0.02, 2.0, 12
 
-    def __init__(self, cloud: Cloud, half_width: float):
-        self.half_width, self.builds = half_width, 0
+    def __init__(self, cloud: Cloud, half_width: float, images: Images | None = None):
+        self.half_width, self.builds, self.images = half_width, 0, images
         self._parts = np.zeros(PARTS, dtype=np.bool_)
         self.found: neighbours.Neighbours | None = None
         self.rebuild(cloud, 0.0)
 
-    def rebuild(self, cloud: Cloud, dt: float) -> None:
-        """Sort the cloud and list its neighbours; ``dt`` [s] the step that skins reckon with."""
+    def rebuild(self, cloud: Cloud, dt: float, time: float = 0.0) -> None:
+        """Sort the cloud and list its neighbours; ``dt`` [s] the step that skins reckon with, ``time`` [s] that of the images."""
         speed = np.sqrt(np.einsum("ij,ij->i", cloud.velocity, cloud.velocity))
         h = cloud.smoothing_length
         reach = h + 2.0 * np.clip(self.AHEAD * dt * speed, self.SKIN * h, self.SKIN_MOST * h)
+        if self.images is not None:
+            self.images.wrap(cloud.position)
+            self.images.expect(dt, time, float(h.max()))
+            reach = np.minimum(reach, np.maximum(self.images.longest, (1.0 + 2.0 * self.SKIN) * h))
         order, grid = neighbours.sort(cloud.position, reach, self.half_width)
         cloud.reorder(order)
         self._list(cloud.position.copy(), reach[order], grid)
@@ -149,12 +154,15 @@ class Neighbourhood:
 
     def _list(self, places: np.ndarray, reach: np.ndarray, grid: neighbours.Grid) -> None:
         self.places, self.reach = places, reach
-        self.found = neighbours.build(places, reach, grid, 1.0, self.found)
+        if self.images is None:
+            self.found = neighbours.build(places, reach, grid, 1.0, self.found)
+        else:
+            self.found = self.images.listed(places, reach, self.half_width)
 
-    def update(self, cloud: Cloud, dt: float) -> bool:
+    def update(self, cloud: Cloud, dt: float, time: float = 0.0) -> bool:
         """Rebuild if needed; True when the cloud was sorted anew."""
         moved_further(cloud.position, self.places, 0.5 * (self.reach - cloud.smoothing_length), cloud.neighbours, -1, self._parts)
-        if not self._parts.any():
+        if not self._parts.any() and (self.images is None or not self.images.stale(time)):
             return False
-        self.rebuild(cloud, dt)
+        self.rebuild(cloud, dt, time)
         return True

@@ -25,8 +25,9 @@ def row(integrator: Integrator) -> dict[str, float | str]:
     """One line of ``history.csv`` (SI), names in ``COLUMNS``.
 
     The gravitational energy is the direct sum over all pairs (a finer tree's above ``DIRECT`` particles), so that ``total_J`` shows what the tree,
-    frozen gravity, the steps and every clipping (tension cut, pressure of lost particles) get wrong; nothing is taken out of it. Ejected: unbound
-    (v^2/2 > G M / r). Lost: particles whose neighbours have gone, with the internal energy that they keep.
+    frozen gravity, the steps and every clipping (tension cut, pressure of lost particles) get wrong; nothing is taken out of it. In uniform gravity it is
+    m g z. Ejected: unbound (v^2/2 > G M / r); without self-gravity what is beyond the surface of the target by more than its h and moves on outwards.
+    Lost: particles whose neighbours have gone, with the internal energy that they keep.
     """
     cloud = integrator.cloud
     m, v, x = cloud.mass, cloud.velocity, cloud.position
@@ -34,9 +35,13 @@ def row(integrator: Integrator) -> dict[str, float | str]:
     momentum = m @ v
     spin = m @ np.cross(x, v)
     kinetic, internal = 0.5 * float(m @ v2), float(m @ cloud.specific_energy)
-    gravitational = tree.potential_energy(x, m, integrator.softening, 0.0 if len(m) <= DIRECT else FINE)
-    r = np.linalg.norm(x, axis=1)
-    unbound = 0.5 * v2 > tree.G * m.sum() / r
+    gravitational = integrator.down * float(m @ x[:, 2])
+    if integrator.self_gravity:
+        gravitational += tree.potential_energy(x, m, integrator.softening, 0.0 if len(m) <= DIRECT else FINE)
+        r = np.linalg.norm(x, axis=1)
+        unbound = 0.5 * v2 > tree.G * m.sum() / r
+    else:
+        unbound = integrator.thrown_out()
     lost = state.holding_array(cloud.neighbours) <= 0.0
     values = (
         integrator.time, integrator.dt, integrator.why, m.sum(), *momentum, *spin, kinetic, internal, gravitational,

@@ -14,6 +14,8 @@ from matter import tree
 from matter.jit import parallel_kernel, prange
 from sph import rates as pair_rates
 from sph import state, timestep
+from sph.boundary.edge import Edge
+from sph.boundary.images import Images
 from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
 from sph.materials import Materials
 
@@ -99,6 +101,10 @@ class Integrator:
     ----------
     alpha, beta : artificial viscosity;  courant : factor of the step;  theta : opening angle of gravity;  gravity_shift : gravity is evaluated anew when
     a bound particle has moved this share of its h.  strength, damage : which physics is on;  hold : u and D stay (relaxation).
+    self_gravity : whether the particles attract each other;  down : uniform gravity towards -z [m/s^2].
+    images, edge : periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own and stays.
+    wendland, clumping : the kernel, and the strength of the artificial stress (``sph.rates``); None for the cubic spline and no such stress.
+    sphere : radius of a spherical target without self-gravity [m], None for a flat one; only the history asks for it.
     """
 
     def __init__(
@@ -112,9 +118,18 @@ class Integrator:
         courant: float,
         theta: float,
         gravity_shift: float,
+        self_gravity: bool = True,
+        down: float = 0.0,
+        images: Images | None = None,
+        edge: Edge | None = None,
+        wendland: bool | None = None,
+        clumping: float | None = None,
+        sphere: float | None = None,
     ):
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
         self.alpha, self.beta, self.courant, self.theta, self.gravity_shift = alpha, beta, courant, theta, gravity_shift
+        self.self_gravity, self.down, self.images, self.edge = self_gravity, down, images, edge
+        self.wendland, self.clumping, self.sphere = wendland, clumping, sphere
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
@@ -123,13 +138,20 @@ class Integrator:
         self.youth = YOUNG * float(np.sqrt(radius**3 / (tree.G * cloud.mass.sum())))
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * materials.bulk_density
-        self.neighbourhood = Neighbourhood(cloud, 1.5 * radius)
+        self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, images)
         self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud))
 
     @property
     def softening(self) -> np.ndarray:
         """Plummer length of every particle: a quarter of its support, half its spacing [m]."""
         return 0.25 * self.cloud.smoothing_length
+
+    def thrown_out(self) -> np.ndarray:
+        """(n,) what is beyond the surface of a target without self-gravity by more than its h and moves on outwards: above z = 0, or off a sphere."""
+        x, v, h = self.cloud.position, self.cloud.velocity, self.cloud.smoothing_length
+        if self.sphere is None:
+            return (x[:, 2] > h) & (v[:, 2] > 0.0)
+        return (np.linalg.norm(x, axis=1) > self.sphere + h) & (np.einsum("ij,ij->i", x, v) > 0.0)
 
     def start(self) -> None:
         """Gravity and rates of the state as it stands."""
@@ -138,9 +160,15 @@ class Integrator:
 
     def _gravity(self) -> None:
         cloud = self.cloud
+        if not self.self_gravity:
+            cloud.gravity[:] = (0.0, 0.0, -self.down)
+            cloud.gravity_position[:] = cloud.position
+            return
         raw = tree.gravity(cloud.position, cloud.mass, self.softening, self.theta)
         field, size = tree.remove_net_force(raw, cloud.position, cloud.mass)
         cloud.gravity[:] = field
+        if self.down > 0.0:
+            cloud.gravity[:, 2] -= self.down
         cloud.gravity_position[:] = cloud.position
         self.gravity_time = self.time
         self.gravity_evaluations += 1
@@ -153,6 +181,8 @@ class Integrator:
         by 5 %; without the exception it alone would call for a new field at almost every step of the impact.
         """
         cloud = self.cloud
+        if not self.self_gravity:
+            return False
         if self.gravity_shift > 0.0 and self.time - self.gravity_time < self.youth:
             return False
         moved_further(cloud.position, cloud.gravity_position, self.gravity_shift * cloud.smoothing_length, cloud.neighbours, state.BOUND, self._parts)
@@ -160,12 +190,22 @@ class Integrator:
 
     def _evaluate(self) -> None:
         cloud = self.cloud
+        if self.images is not None:
+            self.evaluated.fit(len(cloud) + len(self.images.owner))
         state.evaluate(cloud, self.rows, self.strength, self.damage, self.evaluated, not self.hold)
         state.check(cloud, self.materials, self.evaluated, self.time)
         e = self.evaluated
-        pair_rates.compute(e.row, self.neighbourhood.found, cloud, self.rows.shear, e.stiffness, self.alpha, self.beta, self.strength, self.rates)
+        if self.images is not None:
+            self.images.rows(e.row, len(cloud), self.time)
+        pair_rates.compute(
+            e.row, self.neighbourhood.found, cloud, self.rows.shear, e.stiffness, self.alpha, self.beta, self.strength, self.rates,
+            self.wendland, self.clumping,
+        )  # fmt: skip
         cloud.neighbours[:] = self.rates.count
-        self._remove_net_torque()
+        if self.edge is not None:
+            self.edge.hold(cloud, self.rates)
+        if self.images is None and self.edge is None:
+            self._remove_net_torque()
 
     def _remove_net_torque(self) -> None:
         """Of pair forces and (frozen, hence slightly misplaced) gravity together; about the centre of mass, so that no net force comes with it."""
@@ -201,7 +241,7 @@ class Integrator:
             cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_stress, cloud.half_damage, self.hold,
         )  # fmt: skip
         self.time += dt
-        self.neighbourhood.update(cloud, dt)
+        self.neighbourhood.update(cloud, dt, self.time)
         if self._gravity_is_stale():
             self._gravity()
         self._evaluate()
@@ -211,5 +251,7 @@ class Integrator:
             cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_stress, cloud.half_damage,
             e.pressure, cloud.peak_pressure, self.floor, cloud.material, self.hold, keep,
         )  # fmt: skip
+        if self.edge is not None:
+            self.edge.fade(cloud, e.wave, dt)
         self.torque_removed += dt * self._torque
         self.steps += 1

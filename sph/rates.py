@@ -27,7 +27,7 @@ import numpy as np
 
 from matter.gather import LANES, columns
 from matter.jit import fast_min, parallel_kernel, prange
-from sph import kernel, viscosity
+from sph import artificial_stress, kernel, kernel_wendland, viscosity
 from sph.state import WIDTH
 
 _BLOCK = 64
@@ -46,6 +46,8 @@ def _pairs(
     alpha,
     beta,
     strength,
+    wendland,
+    clumping,
     acceleration,
     density_rate,
     energy_rate,
@@ -54,7 +56,7 @@ def _pairs(
     approach,
     count,
 ):
-    n = len(row)
+    n = len(count)  # rows behind these are images: read, never written
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         most = 0
         for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
@@ -77,7 +79,10 @@ def _pairs(
                 r2 = dx * dx + dy * dy + dz * dz
                 hij = 0.5 * (h + s[8, k])
                 r = math.sqrt(r2)
-                F = kernel.gradient_factor(r, hij)
+                if wendland is None:  # compiled for one of the two
+                    F = kernel.gradient_factor(r, hij)
+                else:
+                    F = kernel_wendland.gradient_factor(r, hij)
                 gx, gy, gz = F * dx, F * dy, F * dz
                 V = s[6, k]
                 # viscosity: m_j Pi = (V_j / rho_j^-1) Pi with 1/rhobar = 2 / (rho_i + rho_j)
@@ -95,6 +100,11 @@ def _pairs(
                 w = V * rho_inv
                 sxx, sxy, sxz = txx + s[10, k], txy + s[11, k], txz + s[12, k]
                 syy, syz, szz = tyy + s[13, k], tyz + s[14, k], tzz + s[15, k]
+                if clumping is not None:
+                    pull = dx * (sxx * dx + 2.0 * (sxy * dy + sxz * dz)) + dy * (syy * dy + 2.0 * syz * dz) + szz * dz * dz
+                    apart = w * artificial_stress.pressure(pull, r, r2, hij, clumping)
+                    heat += 0.5 * apart * vr * F
+                    push += apart
                 ax += w * (sxx * gx + sxy * gy + sxz * gz) - push * gx
                 ay += w * (sxy * gx + syy * gy + syz * gz) - push * gy
                 az += w * (sxz * gx + syz * gy + szz * gz) - push * gz
@@ -163,9 +173,15 @@ class Rates:
         self.count = np.zeros(n, dtype=np.int32)
 
 
-def compute(row, neighbours, cloud, shear, stiffness, alpha: float, beta: float, strength: bool, out: Rates) -> None:
-    """Fill ``out`` from evaluated rows and ``stiffness`` (``sph.state``) over the neighbour list."""
+def compute(
+    row, neighbours, cloud, shear, stiffness, alpha: float, beta: float, strength: bool, out: Rates, wendland: bool | None = None, clumping: float | None = None
+) -> None:
+    """Fill ``out`` from evaluated rows and ``stiffness`` (``sph.state``) over the neighbour list.
+
+    ``wendland`` True takes that kernel, None the cubic spline; ``clumping`` is the strength of the artificial stress, None for none.
+    """
     _pairs(
         row, neighbours.index, neighbours.entry, neighbours.count, cloud.material, shear, stiffness, cloud.stress, alpha, beta, strength,
+        wendland, clumping,
         out.acceleration, out.density, out.energy, out.stress, out.divergence, out.approach, out.count,
     )  # fmt: skip

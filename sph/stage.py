@@ -10,19 +10,22 @@ import json
 import time as clock
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from matter import archive, checkpoint, progress, snapshot
+from matter import archive, checkpoint, progress, regions, snapshot
 from matter.body import Impact, Model, Target
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.quantity import PositiveLength, PositiveTime, Time
+from sph import ground as grounds
 from sph import materials as material_rows
 from sph import state, timestep, used_laws
 from sph import target as bodies
+from sph.boundary import surroundings
+from sph.boundary.edge import Edge
 from sph.cloud import ARRAYS, Cloud
 from sph.damage import grady_kipp
 from sph.history import DIRECT, History
@@ -48,6 +51,12 @@ class Settings(Model):
     gravity_shift : gravity is evaluated anew when a bound particle has moved this share of its h (0: at every step).
     relaxation_time, damping : length [s] and rate [1/s] of the damped settling.
     strength, damage : switches;  control : no projectile.
+    sides, floor : what ends flat ground (a half-sphere has sides only): ``free``, ``fixed`` (a rim that never moves), ``quiet`` (a layer that takes waves in
+        before such a rim), ``wall`` (smooth mirror; floors, sides of a block), ``periodic`` (sides of a block). By default quiet under gravity and for a
+        half-space.
+    edge_width : width of the quiet layer; six times ``spacing_far`` by default.
+    kernel, support : kernel of the sums, and its support radius over the spacing.
+    artificial_stress : strength eps of the repulsion in tension (``sph.artificial_stress``; 0: none).
     materials : changes of single materials, ``[sph.materials.ice]`` (``sph.material_settings``).
     """
 
@@ -73,6 +82,12 @@ class Settings(Model):
     damping: Annotated[float, Field(ge=0)] = 0.01
     strength: bool = True
     damage: bool = True
+    sides: Literal["free", "fixed", "quiet", "wall", "periodic"] | None = None
+    floor: Literal["free", "fixed", "quiet", "wall"] | None = None
+    edge_width: PositiveLength | None = None
+    kernel: Literal["cubic_spline", "wendland"] = "cubic_spline"
+    support: Annotated[float, Field(ge=1.6, le=4.0)] = 2.0
+    artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
     materials: dict[str, Choice] = Field(default_factory=dict)
     control: bool = False
     seed: Annotated[int, Field(ge=0)] = 1
@@ -83,6 +98,8 @@ class Settings(Model):
             raise ValueError("spacing_at_impact must be below half the target's radius")
         if self.spacing_far < self.spacing_at_impact:
             raise ValueError("spacing_far must be at least spacing_at_impact")
+        if fault := surroundings.fault(self.target, self.sides, self.floor, self.width_of_edge):
+            raise ValueError(fault)
         self.chosen_materials()
         return self
 
@@ -94,7 +111,17 @@ class Settings(Model):
     def zones(self) -> bodies.Zones:
         """Where the particles are how fine."""
         contact = self.spacing_at_impact / self.contact_refinement
-        return bodies.Zones(contact, self.contact_radius, self.spacing_at_impact, self.fine_radius, self.spacing_far, self.growth)
+        return bodies.Zones(contact, self.contact_radius, self.spacing_at_impact, self.fine_radius, self.spacing_far, self.growth, self.support)
+
+    @property
+    def width_of_edge(self) -> float:
+        """Width of the quiet layer [m]."""
+        return self.edge_width if self.edge_width is not None else 6.0 * self.spacing_far
+
+    @property
+    def relaxes(self) -> bool:
+        """Whether the target settles before the impact: there is weight to settle under."""
+        return self.target.start == "relaxed" and self.target.weighs and self.relaxation_time > 0.0
 
 
 def idle_sources(settings: Settings) -> set[Path]:
@@ -110,10 +137,9 @@ def idle_sections(settings: Settings) -> set[tuple[str, str]]:
 def _count(settings: Settings) -> int:
     """Expected number of target particles."""
     rng = np.random.default_rng(1)
-    points = rng.normal(size=(20_000, 3))
-    points *= (settings.target.radius * rng.random(20_000) ** (1 / 3) / np.linalg.norm(points, axis=1))[:, None]
-    volume = 4.0 / 3.0 * np.pi * settings.target.radius**3
-    return int(volume * (bodies.spacing_law(settings.target, settings.zones)(points) ** -3.0).mean())
+    spacing = bodies.spacing_law(settings.target, settings.zones)
+    pieces = grounds.slabs_of(settings.target) if settings.target.flat else [regions.Shell(0.0, settings.target.radius)]
+    return int(sum(piece.volume * (spacing(piece.draw(rng, 20_000)) ** -3.0).mean() for piece in pieces))
 
 
 def predict(settings: Settings) -> dict[str, float]:
@@ -121,10 +147,10 @@ def predict(settings: Settings) -> dict[str, float]:
     n = _count(settings)
     quiet = settings.courant * settings.zones.contact / (1.6 * 3800.0)  # the shell's longitudinal wave
     steps = 1.6 * settings.end_time / quiet + 200.0  # measured: fast ejecta and the impact itself ask for 1.6 times the quiet number
-    relax = settings.relaxation_time / quiet if settings.target.start == "relaxed" else 0.0
-    evaluations = steps * (1.0 if settings.gravity_shift == 0 else 0.3)
+    relax = settings.relaxation_time / quiet if settings.relaxes else 0.0
+    evaluations = steps * (1.0 if settings.gravity_shift == 0 else 0.3) * settings.target.attracts
     rows = settings.end_time / settings.history_interval
-    energies = _SECONDS_PER_PAIR * n**2 if n <= DIRECT else 5e-6 * n
+    energies = (_SECONDS_PER_PAIR * n**2 if n <= DIRECT else 5e-6 * n) * settings.target.attracts
     wall = n * (_SECONDS_PER_STEP * (steps + relax) + _SECONDS_PER_GRAVITY * evaluations) + rows * energies + 3.0
     snapshots = settings.end_time / settings.snapshot_interval + 2.0
     sizes = {"particles": n, "snapshots": snapshots}
@@ -152,41 +178,6 @@ def _read_impact(settings: Settings, inputs: Path) -> Impact:
         raise InputError(f"{path} lacks the key {missing}") from None
     except ValueError as reason:
         raise InputError(f"{path}: {reason}") from None
-
-
-def _write_target(settings: Settings, profile: bodies.Profile, out: Path) -> None:
-    inner = np.concatenate([[0.0], profile.radius])
-    layers = []
-    for l, piece in enumerate(settings.target.layers):
-        shells = np.flatnonzero(profile.layer == l)
-        layers.append(
-            {
-                "name": piece.name,
-                "material": piece.material,
-                "inner_radius_m": float(inner[shells[0]]),
-                "outer_radius_m": float(profile.radius[shells[-1]]),
-                "mass_kg": float(np.diff(np.concatenate([[0.0], profile.mass]))[shells].sum()),
-            }
-        )
-    edges = np.flatnonzero(np.diff(profile.layer))
-    pick = np.unique(np.concatenate([np.linspace(0, len(profile.radius) - 1, 400).astype(int), edges, edges + 1]))
-    gravity_mid = np.interp(profile.middle, np.concatenate([[0.0], profile.radius]), np.concatenate([[0.0], profile.gravity]))
-    content = {
-        "centre": [0.0, 0.0, 0.0],
-        "start": settings.target.start,
-        "radius_m": float(profile.radius[-1]),
-        "mass_kg": float(profile.mass[-1]),
-        "surface_gravity_m_s2": float(profile.gravity[-1]),
-        "layers": layers,
-        "profile": {
-            "radius_m": profile.middle[pick].tolist(),
-            "density_kg_m3": profile.density[pick].tolist(),
-            "pressure_Pa": profile.pressure[pick].tolist(),
-            "gravity_m_s2": gravity_mid[pick].tolist(),
-            "layer": profile.layer[pick].tolist(),
-        },
-    }
-    archive.write_text(out / "target.json", json.dumps(content, indent=1))
 
 
 def _seed_flaws(cloud: Cloud, materials: material_rows.Materials, seed: int) -> None:
@@ -217,21 +208,44 @@ class _Run:
         self.impact = _read_impact(settings, inputs)
         names = tuple(dict.fromkeys([*settings.target.materials, self.impact.projectile.material]))
         self.materials = material_rows.collect(names, settings.materials)
-        self.profile = bodies.hydrostatic(settings.target, materials=self.materials)
-        self.radius = float(self.profile.radius[-1])
+        self.column: bodies.Profile | grounds.Ground
+        if settings.target.flat:
+            self.column, self.radius = grounds.hydrostatic(settings.target, self.materials), max(settings.target.radius, settings.target.half_width)
+        else:
+            self.column = bodies.hydrostatic(settings.target, materials=self.materials)
+            self.radius = float(self.column.radius[-1])
+        self.edge: Edge | None = None
         self.history = History(out / "history.csv")
         self.times: dict[str, float] = {}
-        self.phase = "relax" if settings.target.start == "relaxed" and settings.relaxation_time > 0 else "impact"
+        self.phase = "relax" if settings.relaxes else "impact"
         self.saved_at = clock.monotonic()
 
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
-        return Integrator(cloud, self.materials, self.radius, alpha=s.alpha, beta=s.beta, courant=s.courant, theta=s.theta, gravity_shift=s.gravity_shift)
+        return Integrator(
+            cloud, self.materials, self.radius, alpha=s.alpha, beta=s.beta, courant=s.courant, theta=s.theta, gravity_shift=s.gravity_shift,
+            self_gravity=s.target.attracts, down=s.target.gravity, images=surroundings.images(s.target, s.sides, s.floor, self.bottom), edge=self.edge,
+            wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None, sphere=None if s.target.flat else self.radius,
+        )  # fmt: skip
+
+    @property
+    def bottom(self) -> float:
+        """Height of the bottom of flat ground [m]."""
+        return self.column.bottom if isinstance(self.column, grounds.Ground) else 0.0
+
+    def _edge(self, target: bodies.Body, energy: np.ndarray, count: int) -> Edge | None:
+        """The outer edge about the target as it stands, for ``count`` particles in all."""
+        s = self.settings
+        return surroundings.edge(s.target, s.sides, s.floor, self.bottom, s.width_of_edge, target, energy, count)
 
     def begin(self) -> None:
         """The first state of the first phase."""
         s = self.settings
-        body = bodies.build(s.target, self.profile, self.materials, s.zones, s.seed)
+        if isinstance(self.column, grounds.Ground):
+            body = grounds.build(s.target, self.column, self.materials, s.zones, s.seed)
+        else:
+            body = bodies.build(s.target, self.column, self.materials, s.zones, s.seed)
+        self.edge = self._edge(body, np.zeros(len(body.mass)), len(body.mass))
         self.integrator = self._integrator(Cloud.of(body))
         self._enter(self.phase)
         if self.phase == "impact":
@@ -263,8 +277,10 @@ class _Run:
         if not s.control:
             count = s.projectile_particles
             spacing = (self.impact.projectile.volume / count) ** (1.0 / 3.0) if count else s.zones.contact
-            pieces.append(bodies.projectile(self.impact, spacing, self.radius, 2.0 * s.zones.contact, self.materials))
+            surface = 0.0 if s.target.flat else self.radius
+            pieces.append(bodies.projectile(self.impact, spacing, surface, s.support * s.zones.contact, self.materials, s.support))
         cloud = Cloud.of(*pieces)
+        self.edge = self._edge(pieces[0], np.zeros(len(pieces[0].mass)), len(cloud))
         if not s.control:
             cloud.velocity[cloud.layer < 0] = self.impact.velocity
         _seed_flaws(cloud, self.materials, s.seed)
@@ -285,10 +301,13 @@ class _Run:
         arrays |= {f"rates/{name}": value for name, value in vars(i.rates).items()}
         arrays |= {f"evaluated/{name}": value for name, value in vars(i.evaluated).items() if name != "row"}
         arrays |= {"places": i.neighbourhood.places, "reach": i.neighbourhood.reach, "limits": i.limits}
+        if self.edge is not None:
+            arrays |= {f"edge/{name}": value for name, value in vars(self.edge).items()}
         scalars = {
             "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "builds": i.neighbourhood.builds,
             "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction,
             "gravity_time": i.gravity_time, "torque_removed": i.torque_removed, "times": json.dumps(self.times),
+            **({"images_time": i.images.time, "images_margin": i.images.margin} if i.images is not None else {}),
         }  # fmt: skip
         self.history.write()
         checkpoint.save(self.out, i.steps + (10**8 if self.phase == "impact" else 0), arrays, scalars)
@@ -299,9 +318,12 @@ class _Run:
         cloud = Cloud(len(arrays["cloud/mass"]))
         for name in (*ARRAYS, "flaw_strain"):
             setattr(cloud, name, arrays[f"cloud/{name}"])
+        self.edge = Edge.restored({name: arrays[f"edge/{name}"] for name in Edge.ARRAYS}) if "edge/fixed" in arrays else None
         i = self.integrator = self._integrator(cloud)
         for name in (*ARRAYS, "flaw_strain"):  # the order in which they were saved
             setattr(cloud, name, arrays[f"cloud/{name}"])
+        if i.images is not None:
+            i.images.time, i.images.margin = float(scalars["images_time"]), float(scalars["images_margin"])
         i.neighbourhood.restore(arrays["places"], arrays["reach"])
         for name in vars(i.rates):
             getattr(i.rates, name)[:] = arrays[f"rates/{name}"]
@@ -380,10 +402,10 @@ class _Run:
         attributes = {
             "time": i.time,
             "stage": "sph",
-            "frame": "sphere",
+            "frame": self.settings.target.frame,
             "materials": list(self.materials.names),
             "layers": [layer.name for layer in self.settings.target.layers],
-            "target_radius_m": self.radius,
+            **({"target_depth_m": -self.bottom} if self.settings.target.flat else {"target_radius_m": self.radius}),
             "spacing_at_impact_m": self.settings.spacing_at_impact,
         }
         return Particles({name: array[order] for name, array in fields.items()}, attributes)
@@ -426,7 +448,9 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     job = _Run(settings, Path(inputs), Path(out))
     relaxation = settings.relaxation_time if job.phase == "relax" else 0.0
     report = progress.Progress("sph", relaxation + settings.end_time)
-    _write_target(settings, job.profile, job.out)
+    column = job.column
+    facts = grounds.target_json(settings.target, column) if isinstance(column, grounds.Ground) else bodies.target_json(settings.target, column)
+    archive.write_text(job.out / "target.json", json.dumps(facts, indent=1))
     saved = checkpoint.newest(job.out)
     if saved is None:
         job.begin()

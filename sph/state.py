@@ -126,6 +126,11 @@ class Evaluated:
         self.alpha, self.stiffness = np.ones(n), np.ones((n, 2))
         self.status = np.zeros(n, dtype=np.int8)
 
+    def fit(self, rows: int) -> None:
+        """Room for ``rows`` rows, those of images behind the particles' own."""
+        if len(self.row) != rows:
+            self.row = np.zeros((rows, WIDTH))
+
 
 def evaluate(cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, crushing: bool = True) -> None:
     """Fill ``out`` from the cloud's predicted state; the stress yields and pores close in place. A bad state is left in ``out.status`` for ``check``.

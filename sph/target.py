@@ -43,7 +43,7 @@ class Profile(NamedTuple):
 
 
 @kernel
-def _loaded(P, material, rows, rho, distention):
+def loaded(P, material, rows, rho, distention):
     """Density and resting distention of cold shells under the pressure P."""
     for i in range(len(P)):
         m = material[i]
@@ -67,7 +67,7 @@ def hydrostatic(target: Target, shells: int = 4000, materials: Materials | None 
     dm = rho0 * 4.0 / 3.0 * math.pi * np.diff(edges**3)
     mass = np.cumsum(dm)
     rho, P, r = rho0.copy(), np.zeros_like(rho0), edges[1:].copy()
-    converged = target.start == "literal"
+    converged = target.start == "literal" or not target.attracts
     for sweep in range(0 if converged else 400):
         r_new = np.cbrt(np.cumsum(dm / rho) * 3.0 / (4.0 * math.pi))
         # dP = G m dm / (4 pi r^4) per shell, summed from the surface inwards; half a shell to its middle
@@ -76,7 +76,7 @@ def hydrostatic(target: Target, shells: int = 4000, materials: Materials | None 
         m_mid = mass - 0.5 * dm
         dP = G * m_mid * dm / (4.0 * math.pi * np.maximum(r_mid, 1e-9 * outer[-1]) ** 4)
         P = np.cumsum(dP[::-1])[::-1] - 0.5 * dP
-        _loaded(P, material, materials.rows, rho, distention)
+        loaded(P, material, materials.rows, rho, distention)
         if not (rho > 0.0).all():
             break
         change = float(np.abs(r_new - r).max() / outer[-1])
@@ -87,12 +87,47 @@ def hydrostatic(target: Target, shells: int = 4000, materials: Materials | None 
     if not converged:
         raise InputError("the target finds no hydrostatic balance: it is too massive for its materials")
     middle = 0.5 * (np.concatenate([[0.0], r[:-1]]) + r)
-    return Profile(edges[1:], r, middle, rho, P, G * mass / r**2, mass, layer, distention)
+    return Profile(edges[1:], r, middle, rho, P, (G if target.attracts else 0.0) * mass / r**2, mass, layer, distention)
+
+
+def target_json(target: Target, profile: Profile) -> dict:
+    """The content of ``target.json``: the body in balance against radius."""
+    inner = np.concatenate([[0.0], profile.radius])
+    layers = []
+    for l, piece in enumerate(target.layers):
+        shells = np.flatnonzero(profile.layer == l)
+        layers.append(
+            {
+                "name": piece.name,
+                "material": piece.material,
+                "inner_radius_m": float(inner[shells[0]]),
+                "outer_radius_m": float(profile.radius[shells[-1]]),
+                "mass_kg": float(np.diff(np.concatenate([[0.0], profile.mass]))[shells].sum()),
+            }
+        )
+    edges = np.flatnonzero(np.diff(profile.layer))
+    pick = np.unique(np.concatenate([np.linspace(0, len(profile.radius) - 1, 400).astype(int), edges, edges + 1]))
+    gravity_mid = np.interp(profile.middle, np.concatenate([[0.0], profile.radius]), np.concatenate([[0.0], profile.gravity]))
+    return {
+        "centre": [0.0, 0.0, 0.0],
+        "start": target.start,
+        "radius_m": float(profile.radius[-1]),
+        "mass_kg": float(profile.mass[-1]),
+        "surface_gravity_m_s2": float(profile.gravity[-1]),
+        "layers": layers,
+        "profile": {
+            "radius_m": profile.middle[pick].tolist(),
+            "density_kg_m3": profile.density[pick].tolist(),
+            "pressure_Pa": profile.pressure[pick].tolist(),
+            "gravity_m_s2": gravity_mid[pick].tolist(),
+            "layer": profile.layer[pick].tolist(),
+        },
+    }
 
 
 def spacing_law(target: Target, zones: Zones):
     """Spacing [m] against place, as ``Zones`` says: a function of points (n, 3)."""
-    pole = np.array([0.0, 0.0, target.radius])
+    pole = np.array(target.impact_point)
 
     def spacing(points: np.ndarray) -> np.ndarray:
         distance = np.linalg.norm(points - pole, axis=1)
@@ -103,9 +138,9 @@ def spacing_law(target: Target, zones: Zones):
 
 
 class Zones(NamedTuple):
-    """Particle spacing against the distance d from the impact point, all [m] but ``growth`` (spacing per distance).
+    """Particle spacing against the distance d from the impact point, all [m] but ``growth`` (spacing per distance) and ``support``.
 
-    ``contact`` for d < ``contact_radius``, growing to ``fine``, which holds to ``fine_radius``, then growing to ``coarse``.
+    ``contact`` for d < ``contact_radius``, growing to ``fine``, which holds to ``fine_radius``, then growing to ``coarse``. ``support`` : h over the spacing.
     """
 
     contact: float
@@ -114,6 +149,7 @@ class Zones(NamedTuple):
     fine_radius: float
     coarse: float
     growth: float
+    support: float = 2.0
 
     @property
     def uniform(self) -> bool:
@@ -145,7 +181,7 @@ def build(target: Target, profile: Profile, materials: Materials, zones: Zones, 
         lattice = packing.hexagonal(fine, target.radius)
         layer = np.searchsorted(np.array(radii[1:]), np.linalg.norm(lattice, axis=1))
         points, volumes, layers = [lattice], [np.full(len(lattice), fine**3)], [layer]
-        supports = [np.full(len(lattice), 2.0 * fine)]
+        supports = [np.full(len(lattice), zones.support * fine)]
     else:
         spacing = spacing_law(target, zones)
         streams = np.random.SeedSequence(seed).spawn(len(target.layers))
@@ -154,7 +190,7 @@ def build(target: Target, profile: Profile, materials: Materials, zones: Zones, 
             points.append(place)
             volumes.append(volume)
             layers.append(np.full(len(place), l))
-            supports.append(2.0 * spacing(place))
+            supports.append(zones.support * spacing(place))
     position, volume = np.concatenate(points), np.concatenate(volumes)
     layer_of, h = np.concatenate(layers), np.concatenate(supports)
     mass = np.empty(len(position))
@@ -178,7 +214,7 @@ def build(target: Target, profile: Profile, materials: Materials, zones: Zones, 
     return Body(position, mass, density, h, layer_of.astype(np.int32), material.astype(np.int32), distention)
 
 
-def projectile(impact: Impact, spacing: float, surface: float, gap: float, materials: Materials) -> Body:
+def projectile(impact: Impact, spacing: float, surface: float, gap: float, materials: Materials, support: float = 2.0) -> Body:
     """A uniform sphere of particles about ``spacing`` apart on its way to (0, 0, ``surface``), ``gap`` [m] above it."""
     body = impact.projectile
     index = materials.index(body.material)
@@ -193,7 +229,7 @@ def projectile(impact: Impact, spacing: float, surface: float, gap: float, mater
         places + centre,
         np.full(n, rho0 * body.volume / n),
         np.full(n, rho0),
-        np.full(n, 2.0 * (body.volume / n) ** (1.0 / 3.0)),
+        np.full(n, support * (body.volume / n) ** (1.0 / 3.0)),
         np.full(n, -1, dtype=np.int32),
         np.full(n, index, dtype=np.int32),
         np.full(n, materials.rows.alpha0[index]),

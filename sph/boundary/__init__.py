@@ -1,0 +1,1 @@
+"""What ends the simulated piece of matter: images across planes (``images``: ``periodic``, ``wall``) and an outer edge (``edge``: ``fixed``, ``quiet``)."""

@@ -1,0 +1,107 @@
+"""Images of particles across planes: what the pair loop sees beyond a periodic end or a wall.
+
+An image is a row behind those of the particles; the loop reads it like any neighbour's and never writes to it. It follows its particle exactly,
+
+    x' = s x + a + b t,   v' = s v + b,   sigma'_ij = s_i s_j sigma_ij        (s, a, b per axis; volume, density, h and sound speed as its particle)
+
+so that pairs across a plane are as antisymmetric as any. Planes are taken one after the other, each seeing the images of those before: corners come out right.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from matter import neighbours
+from matter.gather import LANES
+from matter.jit import kernel, parallel_kernel, prange
+from sph.boundary.periodic import Periodic
+from sph.boundary.wall import Wall
+
+
+@parallel_kernel
+def _fill(row, count, owner, sign, shift, drift):
+    for g in prange(len(owner)):
+        source, image = row[owner[g]], row[count + g]
+        for k in range(6, 10):
+            image[k] = source[k]
+        for a in range(3):
+            image[a] = sign[g, a] * source[a] + shift[g, a]
+            image[3 + a] = sign[g, a] * source[3 + a] + drift[g, a]
+        sx, sy, sz = sign[g, 0], sign[g, 1], sign[g, 2]
+        image[10], image[11], image[12] = source[10], sx * sy * source[11], sx * sz * source[12]
+        image[13], image[14], image[15] = source[13], sy * sz * source[14], source[15]
+
+
+@kernel
+def _renumber(order, index, entry, count):
+    """Rows of a sorted list in the numbers of the unsorted particles, with what fills them up."""
+    for i in range(len(order)):
+        for k in range((count[i] + LANES - 1) // LANES * LANES):
+            index[entry[i] + k] = order[index[entry[i] + k]]
+
+
+class Images:
+    """The planes of a run and the present images: ``owner`` (g,), ``sign``, ``shift`` [m] at time 0 and ``drift`` [m/s] (g, 3)."""
+
+    AHEAD = 12  # steps that a list reckons with while a piston moves
+
+    def __init__(self, planes: tuple[Periodic | Wall, ...]):
+        self.planes = planes
+        self.speed = max((2.0 * abs(plane.speed) for plane in planes if isinstance(plane, Wall)), default=0.0)
+        self.time, self.margin = 0.0, 0.0  # of the list: when it was made, how far images may drift until the next
+        self.period = min((plane.high - plane.low for plane in planes if isinstance(plane, Periodic)), default=np.inf)
+        self.owner = np.zeros(0, dtype=np.int64)
+        self.sign, self.shift, self.drift = np.ones((0, 3)), np.zeros((0, 3)), np.zeros((0, 3))
+
+    def wrap(self, position: np.ndarray) -> None:
+        """Bring positions (n, 3) back into a periodic box, in place."""
+        for plane in self.planes:
+            plane.wrap(position[:, plane.axis])
+
+    @property
+    def longest(self) -> float:
+        """Listed pairs may be this far apart at most [m], or a particle would meet two images of one other."""
+        return self.period - 2.0 * self.margin
+
+    def expect(self, dt: float, time: float, h: float) -> None:
+        """The next list is made at ``time`` [s], for steps of ``dt`` [s] and supports up to ``h`` [m]."""
+        self.time, self.margin = time, min(self.AHEAD * dt * self.speed, 0.1 * h)
+
+    def stale(self, time: float) -> bool:
+        """Whether images may have drifted further than the list reckons with."""
+        return self.speed * (time - self.time) > self.margin
+
+    def made(self, position: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """Make the images of ``position`` (n, 3) that anything within ``reach`` (n,) may see; their places (g, 3)."""
+        most = float(reach.max())
+        count, time = len(position), self.time
+        place, owner = position, np.arange(count)
+        sign, shift, drift = (np.full((count, 3), value) for value in (1.0, 0.0, 0.0))
+        for plane in self.planes:
+            pieces = []
+            for which, s, a, b in plane.images(place[:, plane.axis], reach[owner], most, time):
+                made = [array[which].copy() for array in (sign, shift, drift)]
+                made[0][:, plane.axis] *= s
+                made[1][:, plane.axis] = s * made[1][:, plane.axis] + a
+                made[2][:, plane.axis] = s * made[2][:, plane.axis] + b
+                pieces.append((owner[which], *made))
+            owner, sign, shift, drift = (np.concatenate([old, *new]) for old, *new in zip((owner, sign, shift, drift), *pieces))
+            place = sign * position[owner] + shift + drift * time
+        self.owner, self.sign, self.shift, self.drift = (np.ascontiguousarray(a[count:]) for a in (owner, sign, shift, drift))
+        return place[count:]
+
+    def listed(self, position: np.ndarray, reach: np.ndarray, half_width: float) -> neighbours.Neighbours:
+        """Neighbours of the particles among particles and images (numbered behind them)."""
+        wide = reach + 2.0 * self.margin
+        beyond = self.made(position, wide)
+        place, far = np.concatenate([position, beyond]), np.concatenate([wide, wide[self.owner]])
+        order, grid = neighbours.sort(place, far, half_width)
+        found = neighbours.build(place[order], far[order], grid)
+        _renumber(order, found.index, found.entry, found.count)
+        entry, count = np.empty_like(found.entry), np.empty_like(found.count)
+        entry[order], count[order] = found.entry, found.count
+        return neighbours.Neighbours(found.index, entry[: len(position)].copy(), count[: len(position)].copy())
+
+    def rows(self, row: np.ndarray, count: int, time: float) -> None:
+        """Fill the rows behind the first ``count`` with the images at ``time`` [s]."""
+        _fill(row, count, self.owner, self.sign, self.shift + self.drift * time, self.drift)

@@ -1,0 +1,42 @@
+"""A quiet layer before the outer edge: waves run into it and do not come back.
+
+Velocity and the departures of density, energy and stress from their start all fade at one rate,
+
+    d(v, rho - rho_0, u - u_0, S)/dt = -kappa c (v, rho - rho_0, u - u_0, S),   kappa(d) = 3 A d^2 / D^3
+
+with c the longitudinal wave speed, d the depth in the layer and D its width. Because velocity and stress fade alike, the impedance of the layer is that of the
+matter at every frequency (the matched layer of one dimension): no continuous profile reflects, only its resolution does. A wave crosses the layer with
+exp(-A) of its amplitude left, turns at the fixed rim and leaves with exp(-2 A).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from matter.jit import parallel_kernel, prange
+
+ATTENUATION = 2.5  # A: exp(-2 A) = 0.7 %
+
+
+def fading(inside: np.ndarray, width: float) -> np.ndarray:
+    """kappa (n,) [1/m] at the distance ``inside`` (n,) [m] from the rim (the outer end of the layer), for a layer of ``width`` [m]."""
+    depth = np.clip(width - inside, 0.0, width)
+    return 3.0 * ATTENUATION * depth**2 / width**3
+
+
+@parallel_kernel
+def fade(dt, identity, kappa, rest_density, rest_energy, wave, velocity, density, energy, stress):
+    """One step ``dt`` [s] of the law above, in place; ``kappa``, ``rest_density`` and ``rest_energy`` by identity."""
+    for i in prange(len(identity)):
+        k = kappa[identity[i]]
+        if k > 0.0:
+            keep = math.exp(-k * wave[i] * dt)
+            rho0, u0 = rest_density[identity[i]], rest_energy[identity[i]]
+            density[i] = rho0 + keep * (density[i] - rho0)
+            energy[i] = u0 + keep * (energy[i] - u0)
+            for c in range(3):
+                velocity[i, c] *= keep
+            for c in range(5):
+                stress[i, c] *= keep

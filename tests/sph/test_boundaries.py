@@ -1,0 +1,222 @@
+"""Periodic planes, walls, pistons, fixed rims and quiet layers."""
+
+import columns
+import numpy as np
+import pytest
+
+from matter import neighbours
+from matter.errors import InputError
+from sph import rates
+from sph.boundary.edge import Edge
+from sph.boundary.images import Images
+from sph.boundary.periodic import Periodic
+from sph.boundary.wall import Wall
+from sph.cloud import Cloud
+from sph.integrator import Integrator
+from sph.materials import collect
+from sph.target import Body
+
+BASALT = collect(("basalt",))
+
+
+def disordered(planes, side=8, seed=3, stress=1e8):
+    """A cube of basalt, edge ``side``, points jittered, moving and stressed at random, inside ``planes``; evaluated once."""
+    rng = np.random.default_rng(seed)
+    place = np.stack(np.meshgrid(*(np.arange(side) + 0.5,) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.2, 0.2, (side**3, 3))
+    n = len(place)
+    rho = 2700.0 * rng.uniform(0.95, 1.05, n)
+    body = Body(place, rho.copy(), rho, rng.uniform(1.9, 2.3, n), np.zeros(n, np.int32), np.zeros(n, np.int32))
+    cloud = Cloud.of(body)
+    cloud.velocity[:] = rng.normal(size=(n, 3)) * 50.0
+    cloud.stress[:] = rng.normal(size=(n, 5)) * stress
+    i = Integrator(cloud, BASALT, 20.0, alpha=2.0, beta=10.0, courant=0.3, theta=0.5, gravity_shift=0.0, self_gravity=False, images=Images(planes))
+    i.damage = False
+    i.start()
+    return i
+
+
+BOX = tuple(Periodic(axis, 0.0, 8.0) for axis in range(3))
+ROOM = tuple(Wall(axis, at) for axis in range(3) for at in (0.0, 8.0))
+
+
+def test_periodic_box_against_the_box_and_its_26_copies():
+    """Rates in a periodic box are those of the middle one of 27 boxes."""
+    i = disordered(BOX)
+    shift = np.stack(np.meshgrid(*([0, -8, 8],) * 3, indexing="ij"), axis=-1).reshape(-1, 3).astype(float)
+    c, n = i.cloud, len(i.cloud)
+    row = np.concatenate([i.evaluated.row[:n]] * 27)
+    row[:, :3] += np.repeat(shift, n, axis=0)
+    order, grid = neighbours.sort(row[:, :3].copy(), row[:, 8].copy())
+    found = neighbours.build(row[order, :3].copy(), row[order, 8].copy(), grid)
+
+    class All:
+        material, stress = np.zeros(27 * n, dtype=np.int32), np.concatenate([c.stress] * 27)[order]
+
+    out = rates.Rates(27 * n)
+    rates.compute(row[order].copy(), found, All, i.rows.shear, np.ones((27 * n, 2)), 2.0, 10.0, True, out)
+    back = np.argsort(order)[:n]
+    for name in ("acceleration", "stress", "density", "energy", "divergence", "approach"):
+        one, many = getattr(i.rates, name), getattr(out, name)[back]
+        assert np.abs(one - many).max() < 1e-11 * np.abs(many).max(), name
+    assert np.array_equal(i.rates.count, out.count[back])
+
+
+@pytest.mark.parametrize("planes", [BOX, ROOM, (*BOX[:2], Wall(2, 0.0), Wall(2, 8.0))], ids=["periodic", "walls", "column"])
+def test_images_keep_what_they_should(planes):
+    """Momentum in a periodic box; energy in each; along a wall, too, momentum."""
+    i = disordered(planes)
+    c, r = i.cloud, i.rates
+    force = c.mass[:, None] * r.acceleration
+    work = (force * c.velocity).sum() + c.mass @ r.energy
+    assert abs(work) < 1e-12 * np.abs(force * c.velocity).sum()
+    for axis in range(3):
+        if any(isinstance(plane, Periodic) and plane.axis == axis for plane in planes):
+            assert abs(force[:, axis].sum()) < 1e-12 * np.abs(force[:, axis]).sum()
+
+
+def test_a_wall_is_where_the_mirrored_half_would_be():
+    """Rates before a wall are those of a body and its mirror image without one, corner to corner."""
+    i = disordered((Wall(2, 0.0),))
+    c, n = i.cloud, len(i.cloud)
+    mirror = i.evaluated.row[:n].copy()
+    mirror[:, [2, 5, 12, 14]] *= -1.0
+    row = np.concatenate([i.evaluated.row[:n], mirror])
+    order, grid = neighbours.sort(row[:, :3].copy(), row[:, 8].copy())
+    found = neighbours.build(row[order, :3].copy(), row[order, 8].copy(), grid)
+    image = c.stress * np.array([1, 1, -1, 1, -1])
+
+    class All:
+        material, stress = np.zeros(2 * n, dtype=np.int32), np.concatenate([c.stress, image])[order]
+
+    out = rates.Rates(2 * n)
+    rates.compute(row[order].copy(), found, All, i.rows.shear, np.ones((2 * n, 2)), 2.0, 10.0, True, out)
+    back = np.argsort(order)[:n]
+    for name in ("acceleration", "stress", "density", "energy"):
+        one, many = getattr(i.rates, name), getattr(out, name)[back]
+        assert np.abs(one - many).max() < 1e-11 * np.abs(many).max(), name
+
+
+def test_total_energy_in_a_room_over_many_steps():
+    """Walls at rest do no work: the drift over 100 steps is the integrator's."""
+    i = disordered(ROOM, stress=0.0)
+    i.strength = False
+    i.start()
+
+    def total():
+        c = i.cloud
+        return float(c.mass @ (0.5 * np.einsum("ij,ij->i", c.velocity, c.velocity) + c.specific_energy))
+
+    begun = total()
+    kinetic = 0.5 * float(i.cloud.mass @ np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity))
+    for _ in range(100):
+        i.step(i.next_step(1e9))
+    assert abs(total() - begun) < 2e-3 * kinetic
+    assert (i.cloud.position > -0.3).all() and (i.cloud.position < 8.3).all()
+
+
+def test_matter_that_leaves_a_periodic_box_comes_in_again():
+    i = disordered(BOX, stress=0.0)
+    i.cloud.velocity[:] = (300.0, -200.0, 100.0)
+    i.strength = False
+    i.start()
+    calm = i.rates.acceleration.copy(), i.cloud.identity.copy()
+    while i.time < 0.08:  # some three box lengths
+        i.step(i.next_step(0.08))
+    assert i.neighbourhood.builds > 3
+    assert (i.cloud.position > -1.0).all() and (i.cloud.position < 9.0).all()
+    assert np.isfinite(calm[0]).all()
+    assert i.cloud.mass @ i.cloud.velocity / i.cloud.mass.sum() == pytest.approx([300.0, -200.0, 100.0], rel=1e-9)
+
+
+def test_a_box_narrower_than_a_support_is_refused():
+    with pytest.raises(InputError, match="below the largest support"):
+        disordered((Periodic(0, 0.0, 1.5),))
+
+
+def test_a_piston_and_a_wind_on_a_wall_are_the_same_shock():
+    """Galilei: a piston into matter at rest, and matter that runs into a wall, give the same states to rounding growth."""
+    piston, end = columns.Column(BASALT, 24, piston=1000.0), 2e-3
+    wall = columns.Column(BASALT, 24, piston=0.0)
+    wall.cloud.velocity[:, 2] = -1000.0
+    for column in (piston, wall):
+        column.integrator.start()
+        while column.integrator.time < end:  # the same steps in both: their limits differ in the last bits
+            column.integrator.step(2e-5)
+    a, b = (np.argsort(column.cloud.identity) for column in (piston, wall))
+    P, Q = piston.integrator.evaluated.pressure[a], wall.integrator.evaluated.pressure[b]
+    assert P.max() > 8e9
+    assert np.abs(P - Q).max() < 1e-6 * P.max()
+
+
+@pytest.mark.parametrize("name,pistons", [("basalt", (500.0, 5000.0)), ("water_thesis", (2000.0,))])
+def test_piston_reaches_the_hugoniot(name, pistons):
+    """Small columns, to the accuracy of their length; the tables at full length are in ``test_shocks.py``."""
+    from sph.eos import hugoniot
+
+    materials = collect((name,))
+    for piston in pistons:
+        wanted = hugoniot.behind(*hugoniot.solid(materials.rows, 0), piston)
+        got = columns.shocked(materials, piston, wanted.shock_speed, layers=50)
+        assert got.P == pytest.approx(wanted.P, rel=0.02)
+        assert got.rho == pytest.approx(wanted.rho, rel=0.015)
+        assert got.u == pytest.approx(wanted.u, rel=0.03)
+        assert got.speed == pytest.approx(wanted.shock_speed, rel=0.02)
+
+
+def pulse(quiet: bool, sigma: float) -> float:
+    """Largest momentum that comes back up from the lower end of a column, over that of the pulse that was sent down."""
+    column = columns.Column(BASALT, 120, piston=None if quiet else 0.0)
+    i, c = column.integrator, column.cloud
+    if quiet:
+        columns.quiet_end(column, 12.0)
+    speed = float(np.sqrt(26.7e9 / 2700.0))
+    shape = np.exp(-(((c.position[:, 2] - 75.0) / sigma) ** 2))
+    c.velocity[:, 2] = -1.0 * shape
+    c.density[:] = 2700.0 * (1.0 + shape / speed)
+    c.specific_energy[:] = 0.0
+    i.start()
+    inside = c.position[:, 2] > 20.0
+    sent = float(c.mass[inside] @ c.velocity[inside, 2])
+    back = 0.0
+    until = 0.0
+    for part in range(12):  # from when the pulse has gone in until its echo would have come half way up
+        until = (72.0 + 5.0 * part) / speed
+        column.run(until)
+        inside = c.position[:, 2] > 16.0
+        back = max(back, float(c.mass[inside] @ c.velocity[inside, 2]))
+    return back / abs(sent)
+
+
+@pytest.mark.parametrize("sigma", [4.0, 8.0])
+def test_quiet_end_returns_less_than_five_percent_of_a_wave(sigma):
+    assert pulse(True, sigma) < 0.05
+
+
+def test_a_wall_returns_it_all():
+    assert pulse(False, 4.0) > 0.9
+
+
+def test_a_fixed_rim_carries_weight_and_stays():
+    """Basalt under its weight on a fixed rim, periodic across: the rim does not move, and the pressure above it stays the weight."""
+    column = columns.Column(BASALT, 30, down=10.0)
+    i, c = column.integrator, column.cloud
+    weight = 2700.0 * 10.0 * (column.height - c.position[:, 2])
+    c.density[:] = 2700.0 * (1.0 + weight / 26.7e9)
+    order = np.argsort(c.identity)
+    i.edge = Edge(c.position[order, 2], c.smoothing_length[order], c.density[order], c.specific_energy[order], 0.0)
+    rim = np.flatnonzero(i.edge.fixed)
+    where = c.position[np.argsort(c.identity)][rim].copy()
+    i.start()
+    for _ in range(400):
+        i.step(i.next_step(1e9), keep=0.99)
+    order = np.argsort(c.identity)
+    assert np.array_equal(c.position[order][rim], where) and len(rim) > 20
+    inside = (c.position[:, 2] > 5.0) & (c.position[:, 2] < 20.0)
+    got = np.polyfit(column.height - c.position[inside, 2], i.evaluated.pressure[inside], 1)
+    assert got[0] == pytest.approx(2.7e4, rel=0.1)
+    assert np.abs(c.velocity).max() < 0.01
+
+
+def test_a_rim_that_takes_everything_is_refused():
+    with pytest.raises(InputError, match="fixed rim"):
+        Edge(np.full(5, 0.5), np.full(5, 1.0), np.full(5, 1e3), np.zeros(5), 0.0)

@@ -1,0 +1,42 @@
+"""Fragments of a broken body."""
+
+import numpy as np
+import pytest
+
+from matter import packing, snapshot
+from matter.particles import Particles
+from sph import fragments
+
+
+def broken_ball():
+    """A ball cut by a broken layer into a third and two thirds, and one lone whole particle far off."""
+    x = np.concatenate([packing.hexagonal(0.1, 1.0), [[5.0, 0.0, 0.0]]])
+    n = len(x)
+    damage = ((x[:, 2] > 0.2) & (x[:, 2] < 0.5)).astype(float)
+    velocity = np.where(x[:, 2:] > 0.5, [[0.0, 0.0, 3.0]], [[0.0, 0.0, -1.0]])
+    fields = {"position": x, "velocity": velocity, "mass": np.full(n, 2.0), "damage": damage, "smoothing_length": np.full(n, 0.2)}
+    return Particles(fields, {"time": 1.0, "materials": ["basalt"]})
+
+
+def test_a_cut_ball_falls_into_its_pieces():
+    ball = broken_ball()
+    found = fragments.find(ball)
+    below, above = (ball.position[:, 2] <= 0.2) & (ball.position[:, 0] < 2), ball.position[:, 2] >= 0.5
+    assert [piece.particles for piece in found] == [below.sum(), above.sum(), 1]
+    assert found[1].velocity == pytest.approx((0.0, 0.0, 3.0)) and found[0].mass == 2.0 * below.sum()
+    assert fragments.largest_share(ball) == pytest.approx(below.mean())
+
+
+def test_the_projectile_is_no_fragment_and_dust_is_none():
+    ball = broken_ball()
+    layer = np.where(ball.position[:, 2] <= 0.2, -1, 0)
+    with_projectile = Particles({**ball, "layer": layer}, ball.attributes)
+    assert fragments.find(with_projectile)[0].particles == (ball.position[:, 2] >= 0.5).sum()
+    assert fragments.largest_share(Particles({**ball, "damage": np.ones(len(ball))}, ball.attributes)) == 0.0
+
+
+def test_the_command(tmp_path, capsys):
+    snapshot.write(broken_ball(), tmp_path / "last.vtkhdf")
+    assert fragments.main([str(tmp_path / "last.vtkhdf")]) == 0
+    assert "3 fragments" in capsys.readouterr().out
+    assert fragments.main([str(tmp_path / "none.vtkhdf")]) == 2

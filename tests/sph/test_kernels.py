@@ -1,0 +1,73 @@
+"""Kernels and the artificial stress: normalisation, gradients, and what every pair sum must keep with them."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from test_rates import SHEAR, _Cloud
+
+from sph import artificial_stress, kernel, kernel_wendland, rates
+
+KERNELS = [kernel, kernel_wendland]
+
+
+@pytest.mark.parametrize("one", KERNELS, ids=lambda k: k.__name__)
+@pytest.mark.parametrize("h", [1.0, 3.7])
+def test_kernel_is_normalised_and_its_gradient_is_its_derivative(one, h):
+    total = quad(lambda r: 4.0 * math.pi * r * r * one.kernel(r, h), 0.0, h, points=[0.5 * h])[0]
+    assert total == pytest.approx(1.0, rel=1e-9)
+    for r in np.linspace(0.02, 0.98, 30) * h:
+        slope = (one.kernel(r + 1e-6 * h, h) - one.kernel(r - 1e-6 * h, h)) / (2e-6 * h)
+        assert r * one.gradient_factor(r, h) == pytest.approx(slope, rel=1e-6, abs=1e-8 / h**4)
+    assert one.kernel(h, h) == one.kernel(2 * h, h) == one.gradient_factor(h, h) == one.gradient_factor(1.5 * h, h) == 0.0
+
+
+def evaluated(c, wendland, clumping, alpha=1.0, beta=2.0):
+    out = rates.Rates(len(c.mass))
+    rates.compute(c.rows(), c.found, c, SHEAR, np.ones((len(c.mass), 2)), alpha, beta, True, out, wendland, clumping)
+    return out
+
+
+@pytest.mark.parametrize("wendland,clumping", [(True, None), (None, 0.3), (True, 0.3)])
+def test_pairs_keep_momentum_and_total_energy(wendland, clumping):
+    c = _Cloud(1000)
+    r = evaluated(c, wendland, clumping)
+    force = c.mass[:, None] * r.acceleration
+    assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
+    work = (force * c.velocity).sum() + c.mass @ r.energy
+    assert abs(work) < 1e-12 * np.abs(force * c.velocity).sum()
+    assert np.abs(r.acceleration - evaluated(c, None, None).acceleration).max() > 1e-3 * np.abs(r.acceleration).max()
+
+
+def test_artificial_stress_pushes_apart_in_tension_only_and_along_the_line():
+    c = _Cloud(1000)
+    c.stress[:] = 0.0
+    c.pressure[:] = 1e9
+    with_it, without = evaluated(c, None, 0.3, 0.0, 0.0), evaluated(c, None, None, 0.0, 0.0)
+    assert np.array_equal(with_it.acceleration, without.acceleration)
+    c.pressure[:] = -1e9
+    extra = evaluated(c, None, 0.3, 0.0, 0.0).acceleration - evaluated(c, None, None, 0.0, 0.0).acceleration
+    torque = c.mass[:, None] * np.cross(c.position, extra)
+    assert np.abs(extra).max() > 0.0 and np.abs(torque.sum(axis=0)).max() < 1e-11 * np.abs(torque).sum()
+
+
+def test_artificial_stress_has_its_full_strength_at_the_spacing_and_fades():
+    """f = 1 at h/2 and 256 times less there than at contact (f = 4 in the centre), nothing at the edge."""
+    h, tension = 2.0, 1e6
+    at = [artificial_stress.pressure(tension * r * r, r, r * r, h, 0.3) for r in (1e-3, 1.0, 1.999)]
+    assert at[1] == pytest.approx(0.3e6, rel=1e-9) and at[0] == pytest.approx(256 * 0.3e6, rel=1e-3) and at[2] < 1e-3
+    assert artificial_stress.pressure(-tension, 1.0, 1.0, h, 0.3) == 0.0
+
+
+def test_linear_flow_is_exact_with_wendland_too():
+    c = _Cloud(1000)
+    L = np.array([[1.0, 0.4, -0.3], [0.2, -0.5, 0.7], [0.1, 0.6, 0.3]]) * 1e-3
+    c.velocity = c.position @ L.T
+    c.stress[:] = 0
+    r = evaluated(c, True, None, 0.0, 0.0)
+    eps = 0.5 * (L + L.T)
+    eps -= np.eye(3) * np.trace(eps) / 3
+    wanted = 2 * SHEAR[0] * np.array([eps[0, 0], eps[0, 1], eps[0, 2], eps[1, 1], eps[1, 2]])
+    inner = ((c.position > 2.5e3) & (c.position < 6.5e3)).all(axis=1)
+    assert np.abs(r.stress[inner] - wanted).max() < 1e-9 * np.abs(wanted).max()
