@@ -29,7 +29,7 @@ def test_images_lie_outside_and_kept_points_inside(region):
     assert np.array_equal(everyone[:3000], points) and len(everyone) > 4000
     assert not region.inside(everyone[3000:]).any()
     away = np.linalg.norm(everyone - points[owner], axis=1)
-    assert away.max() < 0.4 * 3**0.5 + 1e-12  # at a corner
+    assert away.max() < 3 * 0.4  # at a corner
     pushed = region.kept(points + rng.normal(size=points.shape) * 0.2, np.full(3000, 0.1))
     assert region.inside(pushed).all()
 

@@ -204,3 +204,18 @@ def test_an_impact_from_elsewhere_wins_over_the_case(case_folder, tmp_path):
     (case_folder / "mine.toml").write_text('speed = "-9.6 km/s"\n')
     assert "impact.speed: must be greater than 0" in complaint(case_folder, f"nbody.impact={case_folder / 'mine.toml'}")
     assert "nbody.impact: no file at" in complaint(case_folder, "nbody.impact=nowhere.toml")
+
+
+def test_a_case_may_have_some_of_the_stages(case_folder, tmp_path):
+    file = case_folder / "case.toml"
+    text = file.read_text().replace('source = "Winter 2017"\n', 'source = "Winter 2017"\nstages = ["sph", "crater"]\n')
+    file.write_text(text.replace("[dem.contact]\nfriction = 0.7\n", ""))
+    case = cases.read(case_folder)
+    settings = cases.compose(case)
+    assert case.stages == tuple(settings) == ("sph", "crater")
+    used.write(tmp_path / "case.used.toml", case, settings)
+    assert cases.read(tmp_path / "case.used.toml").stages == ("sph", "crater")
+    file.write_text(text)
+    assert "dem: [case] stages does not name dem" in complaint(case_folder)
+    file.write_text(text.replace('"crater"]', '"krater"]'))
+    assert "case.stages" in complaint(case_folder)

@@ -250,3 +250,14 @@ def test_a_hash_of_inputs_depends_on_settings_and_on_what_is_read(case_folder, t
     (tmp_path / "5_dem").mkdir()
     (tmp_path / "5_dem" / "last.vtkhdf").write_text("by hand")
     assert crater != folder.inputs_sha256(tmp_path, "crater", settings["crater"], None)
+
+
+def test_a_case_with_some_of_the_stages_runs_these(go, case_folder):
+    file = case_folder / "case.toml"
+    text = file.read_text().replace('source = "Winter 2017"\n', 'source = "Winter 2017"\nstages = ["sph", "crater"]\n')
+    file.write_text(text.replace("[dem.contact]\nfriction = 0.7\n", ""))
+    outcome, screen = go()
+    assert screen.worked() == ["sph", "crater"]
+    assert sorted(path.name for path in outcome.run.iterdir() if path.is_dir()) == ["2_sph", "6_crater"]
+    with pytest.raises(InputError, match="has none of these stages: it has sph crater"):
+        go(start="bed", until="dem")
