@@ -1,9 +1,10 @@
 """Shocks of the production kernels against exact solutions, as one table.
 
-    python benchmarks/sph_verification.py [--json] [--out FOLDER] [--layers N]
+    python benchmarks/sph_verification.py [--json] [--out FOLDER] [--layers N] [--only TEXT]
 
 Pistons over the Rankine-Hugoniot tables, compaction waves of porous material, Sod's tube, and what a quiet end returns; one set of viscosity, step and
-kernel for all (printed first). The set-ups are those of the tests (``tests/sph/columns.py``). ``--out`` writes ``shocks.md`` and ``shocks.json``.
+kernel for all (printed first). The set-ups are those of the tests (``tests/sph/columns.py``). ``--out`` writes ``shocks.md`` and ``shocks.json``, row by row: the same
+command continues a stopped run.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ import json
 import os
 import sys
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
@@ -52,32 +55,39 @@ def compared(name: str, piston: float, got: columns.Shock, wanted: tuple[float, 
     }
 
 
-def pistons(layers: int) -> list[dict]:
-    """Solid materials: P and rho within 1 %, u 2 %, shock speed 1 %."""
-    rows = []
+def piston(name: str, file: str, speed: float, layers: int) -> dict:
+    """Solid material: P and rho within 1 %, u 2 %, shock speed 1 %."""
+    begun, row = time.perf_counter(), test_shocks.published(file, speed)
+    wanted = (float(row["P_Pa"]), float(row["rho_kg_m3"]), float(row["E_J_kg"]), float(row["us_m_s"]))
+    got = columns.shocked(collect((name,)), speed, wanted[3], layers=layers)
+    return compared(name, speed, got, wanted, (0.01, 0.01, 0.02, 0.01), begun)
+
+
+def compaction(name: str, alpha0: float | None, curve: dict | None, speed: float, layers: int) -> dict:
+    """Porous material: P, rho and the front's speed within 2 %."""
+    begun, materials = time.perf_counter(), test_shocks.porous(name, alpha0, curve)
+    waves = compaction_wave.driven(materials.rows, 0, speed)
+    front = waves.front
+    got = columns.shocked(materials, speed, front.shock_speed, layers=layers)
+    label = f"{name}, alpha0 = {materials.rows.alpha0[0]:g}"
+    return compared(label, speed, got, (front.P, front.rho, front.u, front.shock_speed), (0.02, 0.02, 0.0, 0.02), begun) | {
+        "distention_exact": waves.distention
+    }
+
+
+def jobs(layers: int) -> dict[str, Callable[[], dict]]:
+    """Everything to be measured, by name."""
+    found: dict[str, Callable[[], dict]] = {}
     for name, file in SOLIDS:
         for speed in test_shocks.SPEEDS:
-            begun, row = time.perf_counter(), test_shocks.published(file, speed)
-            wanted = tuple(float(row[key]) for key in ("P_Pa", "rho_kg_m3", "E_J_kg", "us_m_s"))
-            got = columns.shocked(collect((name,)), speed, wanted[3], layers=layers)
-            rows.append(compared(name, speed, got, wanted, (0.01, 0.01, 0.02, 0.01), begun))
-            print(line(rows[-1]), flush=True)
-    return rows
-
-
-def compaction(layers: int) -> list[dict]:
-    """Porous materials: P, rho and the front's speed within 2 %."""
-    rows = []
-    for name, alpha0, curve, speed in test_shocks.POROUS:
-        begun, materials = time.perf_counter(), test_shocks.porous(name, alpha0, curve)
-        waves = compaction_wave.driven(materials.rows, 0, speed)
-        front = waves.front
-        got = columns.shocked(materials, speed, front.shock_speed, layers=layers)
-        label = f"{name}, alpha0 = {materials.rows.alpha0[0]:g}"
-        row = compared(label, speed, got, (front.P, front.rho, front.u, front.shock_speed), (0.02, 0.02, 0.0, 0.02), begun)
-        rows.append(row | {"distention_exact": waves.distention})
-        print(line(rows[-1]), flush=True)
-    return rows
+            found[f"pistons/{name} {speed:g}"] = partial(piston, name, file, speed, layers)
+    for row in test_shocks.POROUS:
+        found[f"compaction/{row[0]} {row[1]} {row[3]:g}"] = partial(compaction, *row, round(1.4 * layers))
+    for count in (50, 100, 200):
+        found[f"sod/{count}"] = lambda count=count: dict(zip(("layers", "L1_density", "shock_speed"), (count, *shock_tube.sod(count))))
+    for sigma in (4.0, 8.0):
+        found[f"quiet/{sigma:g}"] = lambda sigma=sigma: {"sigma_spacings": sigma, "returned": test_boundaries.returned("quiet", sigma)}
+    return found
 
 
 TITLES = ("material", "piston m/s", "P", "error", "rho", "error", "u", "error", "shock m/s", "error", "alpha behind", "met")
@@ -92,33 +102,46 @@ def line(row: dict) -> str:
     return "| " + " | ".join([*cells, f"{row['distention']:.4f}", "yes" if row["met"] else "**no**"]) + " |"
 
 
+def page(numerics: dict, done: dict[str, dict]) -> str:
+    """The tables of what was measured."""
+    text = [f"Numerics of every row: {', '.join(f'{key} {value}' for key, value in numerics.items())}.", ""]
+    kinds = {kind: [row for name, row in done.items() if name.startswith(f"{kind}/")] for kind in ("pistons", "compaction", "sod", "quiet")}
+    for title, kind in (("Pistons into solids", "pistons"), ("Compaction waves", "compaction")):
+        text += [f"## {title}", "", HEAD, *map(line, kinds[kind]), ""]
+    text += ["## Sod's tube", "", "| layers per unit | L1 of the density | shock speed (1.7522) |", "|---|---|---|"]
+    text += [f"| {row['layers']} | {100 * row['L1_density']:.2f} % | {row['shock_speed']:.4f} |" for row in kinds["sod"]]
+    text += ["", "## Quiet end", "", "| half width of the pulse, spacings | momentum returned |", "|---|---|"]
+    text += [f"| {row['sigma_spacings']:g} | {100 * row['returned']:.2f} % |" for row in kinds["quiet"]]
+    rows = kinds["pistons"] + kinds["compaction"]
+    return "\n".join([*text, "", f"{sum(row['met'] for row in rows)} of {len(rows)} shocks within their limits.", ""])
+
+
 def main() -> None:
-    """Measure, print and write."""
+    """Measure, print and write; with ``--out`` what was measured before is kept and the rest done."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--out", type=Path, default=None)
     parser.add_argument("--layers", type=int, default=100, help="height of the pistons' columns; porous ones are 1.4 times as high")
+    parser.add_argument("--only", default="", help="measure only what has this text in its name")
     options = parser.parse_args()
     numerics = {**columns.NUMERICS, "support_over_spacing": columns.SUPPORT, "kernel": "cubic_spline", "layers": options.layers}
     print(numerics)
-    content = {"numerics": numerics, "pistons": pistons(options.layers), "compaction": compaction(round(1.4 * options.layers))}
-    content["sod"] = [dict(zip(("layers", "L1_density", "shock_speed"), (n, *shock_tube.sod(n)))) for n in (50, 100, 200)]
-    content["quiet"] = [{"sigma_spacings": s, "returned": test_boundaries.returned("quiet", s)} for s in (4.0, 8.0)]
-    met = sum(row["met"] for key in ("pistons", "compaction") for row in content[key])
-    total = len(content["pistons"]) + len(content["compaction"])
-    text = [f"Numerics of every row: {', '.join(f'{key} {value}' for key, value in numerics.items())}.", ""]
-    for title, key in (("Pistons into solids", "pistons"), ("Compaction waves", "compaction")):
-        text += [f"## {title}", "", HEAD, *map(line, content[key]), ""]
-    text += ["## Sod's tube", "", "| layers per unit | L1 of the density | shock speed (1.7522) |", "|---|---|---|"]
-    text += [f"| {row['layers']} | {100 * row['L1_density']:.2f} % | {row['shock_speed']:.4f} |" for row in content["sod"]]
-    text += ["", "## Quiet end", "", "| half width of the pulse, spacings | momentum returned |", "|---|---|"]
-    text += [f"| {row['sigma_spacings']:g} | {100 * row['returned']:.2f} % |" for row in content["quiet"]]
-    print("\n".join(text[-12:]))
-    print(f"{met} of {total} rows within their limits")
-    if options.out:
-        options.out.mkdir(parents=True, exist_ok=True)
-        archive.write_text(options.out / "shocks.md", "\n".join(text) + "\n")
-        archive.write_text(options.out / "shocks.json", json.dumps(content, indent=1))
+    kept = options.out / "shocks.json" if options.out else None
+    content = json.loads(kept.read_text()) if kept and kept.is_file() else {"numerics": numerics, "done": {}}
+    if content["numerics"] != numerics:
+        raise SystemExit(f"{kept} holds results of other numerics: {content['numerics']}")
+    wanted = jobs(options.layers)
+    for name, job in wanted.items():
+        if name in content["done"] or options.only not in name:
+            continue
+        content["done"][name] = job()
+        print(line(content["done"][name]) if "case" in content["done"][name] else f"{name}: {content['done'][name]}", flush=True)
+        if options.out and kept:
+            options.out.mkdir(parents=True, exist_ok=True)
+            content["done"] = {key: content["done"][key] for key in wanted if key in content["done"]}
+            archive.write_text(kept, json.dumps(content, indent=1))
+            archive.write_text(options.out / "shocks.md", page(numerics, content["done"]))
+    print(page(numerics, content["done"]).splitlines()[-1])
     if options.json:
         print(json.dumps(content))
 

@@ -170,7 +170,7 @@ def test_piston_reaches_the_hugoniot(name, pistons):
 def upward(end: str, sigma: float) -> np.ndarray:
     """Momentum of what lies above the lower end of a column after a pulse of velocity was sent down, over that of the pulse, at 12 times.
 
-    The first is when the pulse has gone into the end, the last when its echo would be back where it began. ``end``: a quiet layer of 12 m, a wall, or (``none``)
+    The first is when the pulse has gone in, the last when its echo would be back where it began. ``end``: a quiet layer of 12 m, a wall, or (``none``)
     as much of the column again.
     """
     more = 110 if end == "none" else 0
