@@ -3,8 +3,8 @@
     python benchmarks/sph_verification.py [--json] [--out FOLDER] [--layers N] [--only TEXT]
 
 Pistons over the Rankine-Hugoniot tables, compaction waves of porous material, Sod's tube, and what a quiet end returns; one set of viscosity, step and
-kernel for all (printed first). The set-ups are those of the tests (``tests/sph/columns.py``). ``--out`` writes ``shocks.md`` and ``shocks.json``, row by row: the same
-command continues a stopped run.
+kernel for all (printed first). The set-ups are those of the tests (``tests/sph/columns.py``). ``--out`` writes ``shocks.md`` and ``shocks.json``, row by
+row: the same command continues a stopped run.
 """
 
 from __future__ import annotations
