@@ -68,7 +68,7 @@ def compaction(name: str, alpha0: float | None, curve: dict | None, speed: float
     begun, materials = time.perf_counter(), test_shocks.porous(name, alpha0, curve)
     waves = compaction_wave.driven(materials.rows, 0, speed)
     front = waves.front
-    got = columns.shocked(materials, speed, front.shock_speed, layers=layers)
+    got = columns.shocked(materials, speed, front.shock_speed, layers=layers, fastest=waves.fastest)
     label = f"{name}, alpha0 = {materials.rows.alpha0[0]:g}"
     return compared(label, speed, got, (front.P, front.rho, front.u, front.shock_speed), (0.02, 0.02, 0.0, 0.02), begun) | {
         "distention_exact": waves.distention
@@ -82,7 +82,7 @@ def jobs(layers: int) -> dict[str, Callable[[], dict]]:
         for speed in test_shocks.SPEEDS:
             found[f"pistons/{name} {speed:g}"] = partial(piston, name, file, speed, layers)
     for row in test_shocks.POROUS:
-        found[f"compaction/{row[0]} {row[1]} {row[3]:g}"] = partial(compaction, *row, round(1.4 * layers))
+        found[f"compaction/{row[0]} {row[1]} {row[3]:g}"] = partial(compaction, *row, layers)
     for count in (50, 100, 200):
         found[f"sod/{count}"] = lambda count=count: dict(zip(("layers", "L1_density", "shock_speed"), (count, *shock_tube.sod(count))))
     for sigma in (4.0, 8.0):
@@ -121,7 +121,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--out", type=Path, default=None)
-    parser.add_argument("--layers", type=int, default=100, help="height of the pistons' columns; porous ones are 1.4 times as high")
+    parser.add_argument("--layers", type=int, default=100, help="how far fronts may run; a column is higher where a precursor runs ahead of the front")
     parser.add_argument("--only", default="", help="measure only what has this text in its name")
     options = parser.parse_args()
     numerics = {**columns.NUMERICS, "support_over_spacing": columns.SUPPORT, "layers": options.layers}

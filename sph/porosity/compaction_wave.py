@@ -23,6 +23,11 @@ class Waves(NamedTuple):
     front: State
     distention: float
 
+    @property
+    def fastest(self) -> float:
+        """Speed of the first wave [m/s]."""
+        return self.front.shock_speed if self.precursor is None else self.precursor.shock_speed
+
 
 def loading(rows: Rows, m: int) -> tuple[Callable[[float, float], float], Callable[[float, float], float], State]:
     """P(rho, u) and alpha(rho, u) of material ``m`` loaded from rest, and its state at rest."""

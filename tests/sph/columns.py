@@ -104,15 +104,17 @@ def front(column: Column, level: float) -> float:
     return float(z[k] + (z[k + 1] - z[k]) * (v[k] - level) / (v[k] - v[k + 1]))
 
 
-def shocked(materials: Materials, piston: float, expected: float, layers: int = 100, across: int = 4, **options) -> Shock:
-    """Drive a piston into a column until a front of the ``expected`` speed [m/s] has run through 85 % of it, and measure.
+def shocked(materials: Materials, piston: float, expected: float, layers: int = 100, across: int = 4, fastest: float = 0.0, **options) -> Shock:
+    """Drive a piston into a column until a front of the ``expected`` speed [m/s] has run through 85 % of ``layers``, and measure.
+
+    The column is higher where a ``fastest`` wave [m/s] runs ahead: a precursor that is back from the free upper end spoils what the front meets.
 
     The plateau is the layers between 35 and 75 % of the shocked ones, counted from the piston: off its heated first layers and off the front.
     """
-    column = Column(materials, layers, across, piston=piston, **options)
+    column = Column(materials, round(layers * max(1.0, fastest / expected)), across, piston=piston, **options)
     i = column.integrator
     i.start()
-    end = 0.85 * column.height / expected
+    end = 0.85 * layers * column.gap / expected
     times, places = [], []
     for part in range(6):
         column.run((0.5 + 0.1 * part) * end)
