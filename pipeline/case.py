@@ -38,7 +38,9 @@ class CaseTable(Model):
 
     title: str
     source: str = ""
-    stages: Annotated[tuple[Literal["nbody", "sph", "bed", "handoff", "dem", "crater"], ...], Field(min_length=1)] = stages.ORDER
+    stages: Annotated[tuple[Literal["nbody", "sph", "bed", "handoff", "dem", "crater"], ...], Field(min_length=1)] = (
+        "nbody", "sph", "bed", "handoff", "dem", "crater",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
