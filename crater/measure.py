@@ -319,7 +319,7 @@ def _errors(
             0.0,
             np.hypot(method["depth_m"], method["rim_height_m"]),
         ),
-        "volume_m3": (base.volume, spread["volume"], 0.4 * height * area, sigma_level * area, method["volume_m3"]),
+        "volume_m3": (base.volume, spread["volume"], 0.3 * height * area, sigma_level * area, method["volume_m3"]),
         "wall_slope_deg": (base.slope, spread["slope"], 2.0, 0.0, 0.0),
         "floor_diameter_m": (2.0 * base.floor_radius, 2.0 * spread["floor_radius"], 1.0 * d, 0.0, 0.0),
     }
