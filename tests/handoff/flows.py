@@ -56,11 +56,12 @@ def handed(name: str, grains_per_radius: float, grains, **rules):
 
 
 def seats(made) -> np.ndarray:
-    """Centroids (k, 3) of the kept grains' cells: what a grain's momentum is that of."""
+    """Centroids (k, 3) of the kept grains' cells: what a grain's momentum is that of; a grain without a sample point of its own: its centre."""
     here = made.heir >= 0
     grain, place = np.cumsum(made.stays)[made.heir[here]] - 1, made.samples.position[here]
-    count = np.maximum(np.bincount(grain, minlength=len(made.start)), 1)
-    return np.stack([np.bincount(grain, weights=place[:, k], minlength=len(made.start)) for k in range(3)], axis=1) / count[:, None]
+    count = np.bincount(grain, minlength=len(made.start))
+    total = np.stack([np.bincount(grain, weights=place[:, k], minlength=len(made.start)) for k in range(3)], axis=1)
+    return np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None], made.start.position)
 
 
 def against_the_truth(name: str, made) -> float:
