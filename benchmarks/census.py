@@ -66,6 +66,7 @@ def literal(count: int) -> dict[str, float]:
 
 
 def main() -> None:
+    """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--size", type=int, default=32 * conditions.CHUNK, help="particles for fast; tube takes a quarter")

@@ -12,11 +12,10 @@ from matter.errors import InputError
 
 
 class Difference(NamedTuple):
-    """Largest |b - a| / a and when [s], the same without that time, largest |b - a| over the largest a, the last time compared [s], how many times."""
+    """Largest |b - a| / a and when [s], the same without that time, the last time compared [s], how many times."""
 
     relative: float
     otherwise: float
-    over_maximum: float
     at_s: float
     until_s: float
     compared: int
@@ -59,6 +58,5 @@ def difference(time_a: np.ndarray, a: np.ndarray, time_b: np.ndarray, b: np.ndar
         raise InputError(f"fewer than three common times between {start:g} and {until:g} s")
     relative = np.where(early, np.abs(other - a) / np.where(early, a, 1.0), 0.0)
     worst = int(np.argmax(relative))
-    over = float(np.abs(other - a)[early].max() / a[early].max())
     otherwise = float(np.delete(relative, worst).max())
-    return Difference(float(relative[worst]), otherwise, over, float(time_a[worst]), float(time_a[early][-1]), int(early.sum()))
+    return Difference(float(relative[worst]), otherwise, float(time_a[worst]), float(time_a[early][-1]), int(early.sum()))

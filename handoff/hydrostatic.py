@@ -78,30 +78,20 @@ def uniform(gravity: float, density: float, depth: float) -> Column:
 
 def from_target(target: Mapping[str, Any], datum: float) -> Column:
     """The column of ``2_sph/target.json`` about the datum radius [m] (flat ground: ``height_m`` above z = 0). Raises ``InputError`` naming what is missing."""
-    if target.get("frame") == "plane":
-        return _ground(target)
+    flat = target.get("frame") == "plane"
+    upwards = "height_m" if flat else "radius_m"
     try:
         table = target["profile"]
-        radius, pressure, gravity = (np.asarray(table[name], dtype=float) for name in ("radius_m", "pressure_Pa", "gravity_m_s2"))
+        place, pressure, gravity = (np.asarray(table[name], dtype=float) for name in (upwards, "pressure_Pa", "gravity_m_s2"))
         surface = float(target["surface_gravity_m_s2"])
     except KeyError as missing:
         raise InputError(f"target.json lacks {missing}") from None
-    if len(radius) < 2 or np.any(np.diff(radius) <= 0.0) or not surface > 0.0:
-        raise InputError("target.json: profile.radius_m must ascend and surface_gravity_m_s2 be positive")
-    inside = radius <= float(target.get("radius_m", radius[-1])) * (1.0 + 1e-9)
-    return Column(radius[inside] - datum, pressure[inside], gravity[inside], datum, surface)
-
-
-def _ground(target: Mapping[str, Any]) -> Column:
-    try:
-        table = target["profile"]
-        height, pressure, gravity = (np.asarray(table[name], dtype=float) for name in ("height_m", "pressure_Pa", "gravity_m_s2"))
-        surface = float(target["surface_gravity_m_s2"])
-    except KeyError as missing:
-        raise InputError(f"target.json lacks {missing}") from None
-    if len(height) < 2 or np.any(np.diff(height) <= 0.0) or not surface > 0.0:
-        raise InputError("target.json: profile.height_m must ascend and surface_gravity_m_s2 be positive")
-    return Column(height, pressure, gravity, math.inf, surface)
+    if len(place) < 2 or np.any(np.diff(place) <= 0.0) or not surface > 0.0:
+        raise InputError(f"target.json: profile.{upwards} must ascend and surface_gravity_m_s2 be positive")
+    if flat:
+        return Column(place, pressure, gravity, math.inf, surface)
+    inside = place <= float(target.get("radius_m", place[-1])) * (1.0 + 1e-9)
+    return Column(place[inside] - datum, pressure[inside], gravity[inside], datum, surface)
 
 
 def read(path: Path, datum: float) -> Column:

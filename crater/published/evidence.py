@@ -185,5 +185,6 @@ def within(ours: Value, published: float, plus: float, minus: float) -> bool | N
 
 
 def ratio_of(a: Value, b: Value) -> Value:
+    """a / b with both relative errors in quadrature."""
     value = a.value / b.value
     return Value(value, abs(value) * math.hypot(a.sigma / a.value, b.sigma / b.value))

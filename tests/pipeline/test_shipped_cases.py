@@ -30,6 +30,8 @@ def test_it_is_valid_and_its_cost_is_predicted(place, preset, tmp_path):
     request = Request(cases.read(place, preset), tmp_path)
     settings = cases.compose(request.case)
     assert tuple(settings) == request.case.stages and "sph" in request.case.stages
+    if place.name.startswith("valhalla"):
+        assert set(settings) == set(stages.ORDER)
     for stage, row in prediction.predictions(request, settings).items():
         assert 0 < row["wall_s"] < 3e6 and 1e6 < row["memory_bytes"] < 1e12 and 0 < row["disk_bytes"] < 1e13, (stage, row)
     used.write(tmp_path / "case.used.toml", request.case, settings)
