@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 from handoff import compare, domain, force_network, shock
 from handoff.hydrostatic import Column
 from handoff.ledger import Ledger
-from handoff.surface import Rules, calibrated
+from handoff.offset import by_one_factor
+from handoff.surface import Rules
 from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
 from matter.particles import Particles
@@ -205,7 +206,7 @@ def grain_surface(made: Handoff, bed: Particles, chosen: Callable[[np.ndarray], 
     shape = alpha_shape(bed.position[taken], spacing, 1.0, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
     here = chosen(made.samples.position)
     share = float(np.mean(made.stays[made.samples.grain[here]]))
-    return calibrated(shape, spacing, made.samples.position[here][:_CALIBRATION], share, Rules())[0].mesh
+    return by_one_factor(shape, spacing, made.samples.position[here][:_CALIBRATION], share, Rules())[0].mesh
 
 
 def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domain) -> None:
@@ -235,13 +236,15 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
         ledger.skip("cavity_volume_rel", "not_applicable", f"{ratio:.1f} grains per cavity radius: fewer than {_GRAINS_PER_RADIUS:.0f}")
         return
     samples = made.samples
-    here = (frame.distance(samples.position) < 1.3 * size.radius) & (frame.height(samples.position) < 0.0)
-    empty = here & ~samples.inside
-    carved = here & ~made.stays[samples.grain]
+    here = frame.distance(samples.position) < size.radius
+    # net of what stands above the datum: a rough but level surface has no volume
+    sign = np.where(frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
+    empty = float(sign @ (samples.inside[here] == (sign < 0.0))) * samples.volume
+    carved = float(sign @ (made.stays[samples.grain[here]] == (sign < 0.0))) * samples.volume
     ledger.measure(
         "cavity_volume_rel",
-        abs(carved.sum() / max(int(empty.sum()), 1) - 1.0),
-        f"below the datum: source {empty.sum() * samples.volume:.4e} m^3, bed {carved.sum() * samples.volume:.4e} m^3",
+        abs(carved / empty - 1.0) if empty > 0.0 else np.inf,
+        f"below the datum: source {empty:.4e} m^3, bed {carved:.4e} m^3",
     )
 
 

@@ -10,7 +10,7 @@ tessellation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -38,6 +38,10 @@ class Samples:
     particle: np.ndarray
     grain: np.ndarray
 
+    def within(self, surface: OffsetShape) -> Samples:
+        """The same points, told which of them lie inside the surface."""
+        return replace(self, inside=surface.contains(self.position))
+
 
 def check(bed: Particles, domain: Domain) -> None:
     """Refuse a bed that lacks a field, holds values that are not finite or does not fill its domain. Raises ``InputError``."""
@@ -54,17 +58,12 @@ def check(bed: Particles, domain: Domain) -> None:
         raise InputError(f"the bed's spheres take {filled:.3g} of the volume of its domain: radii and domain are in mixed units, or it is no settled bed")
 
 
-def sample(domain: Domain, surface: OffsetShape, compact: cKDTree, grains: cKDTree) -> Samples:
-    """Sample the domain with a power of two of points: at least eight per grain, and half a million."""
+def points(domain: Domain, compact: cKDTree, grains: cKDTree) -> Samples:
+    """Even points of the domain, at least eight per grain and half a million, none of them ``inside`` yet."""
     power = max(_LEAST_POWER, int(np.ceil(np.log2(_POINTS_PER_GRAIN * grains.n))))
     position = domain.points(qmc.Sobol(3, scramble=True, rng=3).random_base2(power))
-    return Samples(
-        position,
-        domain.volume / len(position),
-        surface.contains(position),
-        compact.query(position, workers=-1)[1],
-        grains.query(position, workers=-1)[1],
-    )
+    nobody = np.zeros(len(position), dtype=bool)
+    return Samples(position, domain.volume / len(position), nobody, compact.query(position, workers=-1)[1], grains.query(position, workers=-1)[1])
 
 
 def heirs(bed: Particles, stays: np.ndarray, samples: Samples) -> np.ndarray:

@@ -29,7 +29,8 @@ def measure(foot: np.ndarray, distance: np.ndarray, height: np.ndarray, domain: 
 
     ``foot`` (m, 3) even points on the datum, ``distance`` (m,) from the axis, ``height`` (m,) of the surface [m] (NaN: not known); a
     depression shallower than ``noise`` [m] is none. Depth: 3rd percentile of the height inside half the radius. Radius: mean over azimuth
-    of the distance at which the wall crosses a tenth of the depth, carried to the datum along a parabola.
+    of the distance at which the wall crosses a tenth of the depth, carried to the datum along a parabola. Volume: inside that distance, of each
+    sector's own wall, net of what stands above the datum, so that the roughness of a level surface adds nothing.
     """
     known = np.isfinite(height)
     foot, distance, height = foot[known], distance[known], height[known]
@@ -42,37 +43,38 @@ def measure(foot: np.ndarray, distance: np.ndarray, height: np.ndarray, domain: 
         depth = -float(np.percentile(inner, 3))
         if depth < noise:
             return Cavity(0.0, 0.0, 0.0, float(max(0.0, np.percentile(height, 99))))
-        radius = _radius(distance, azimuth, height, depth)
+        walls = _walls(distance, azimuth, height, depth)
+        radius = float(walls.mean())
         if radius <= 0.0:
             return Cavity(0.0, 0.0, 0.0, float(max(0.0, np.percentile(height, 99))))
-    near = distance < 1.3 * radius
     area = _area(domain) / max(known.size, 1)
-    below = np.minimum(height[near], 0.0)
+    inside = height[distance < walls[_sector(azimuth)]]
     if isinstance(domain, Cone):
-        volume = float(np.sum((domain.datum**3 - (domain.datum + below) ** 3) / 3.0) * area / domain.datum**2)
+        volume = float(np.sum((domain.datum**3 - (domain.datum + inside) ** 3) / 3.0) * area / domain.datum**2)
     else:
-        volume = float(np.sum(-below) * area)
+        volume = float(np.sum(-inside) * area)
     crest = height[(distance > 0.8 * radius) & (distance < 1.6 * radius)]
     return Cavity(radius, depth, volume, float(np.percentile(crest, 60)) if len(crest) else 0.0)
 
 
-def _radius(distance: np.ndarray, azimuth: np.ndarray, height: np.ndarray, depth: float) -> float:
-    """Mean radius at the datum; per sector the area of the columns that lie deep, without a gap from the axis outwards."""
-    sector = np.minimum((_SECTORS * (azimuth + math.pi) / (2.0 * math.pi)).astype(int), _SECTORS - 1)
-    squares = []
+def _sector(azimuth: np.ndarray) -> np.ndarray:
+    return np.minimum((_SECTORS * (azimuth + math.pi) / (2.0 * math.pi)).astype(int), _SECTORS - 1)
+
+
+def _walls(distance: np.ndarray, azimuth: np.ndarray, height: np.ndarray, depth: float) -> np.ndarray:
+    """Radius at the datum of each sector, 0 where it has no cavity; by the area of the columns that lie deep, without a gap from the axis outwards."""
+    sector = _sector(azimuth)
+    walls = np.zeros(_SECTORS)
     for k in range(_SECTORS):
         mine = np.flatnonzero(sector == k)
         mine = mine[np.argsort(distance[mine])]
         deep = height[mine] < -_LEVEL * depth
         # the wall: the step that best separates deep columns inside from shallow ones outside
-        inside = np.r_[0, np.cumsum(np.where(deep, 1, -1))]
-        edge = int(np.argmax(inside))
-        if edge == 0:
-            squares.append(0.0)
-        else:
+        edge = int(np.argmax(np.r_[0, np.cumsum(np.where(deep, 1, -1))]))
+        if edge > 0:
             outer = distance[mine[edge]] if edge < len(mine) else distance[mine[-1]]
-            squares.append(0.5 * (distance[mine[edge - 1]] + outer))
-    return float(np.mean(squares)) / math.sqrt(1.0 - _LEVEL)
+            walls[k] = 0.5 * (distance[mine[edge - 1]] + outer)
+    return walls / math.sqrt(1.0 - _LEVEL)
 
 
 def _area(domain: Domain) -> float:

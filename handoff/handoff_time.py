@@ -13,7 +13,8 @@ The rule, first that holds:
 2. the first snapshot with a resolved cavity whose drive, and that of all later snapshots up to the first maximum of depth, is at most ``DRIVE``.
 3. the first maximum of depth.
 
-Never after the first maximum of depth: from there on the cavity collapses, and collapse is the grains' part.
+Never after the first maximum of depth: from there on the cavity collapses, and collapse is the grains' part. Snapshots are looked at until
+three have followed it.
 """
 
 from __future__ import annotations
@@ -37,9 +38,16 @@ DRIVE = 1.0
 QUIET = 1e-3
 EARLY = 0.1
 RESOLVED = 5.0
+_LATER = 3
 _COLUMNS = 800
 # a point holds matter when it is nearer to a particle than this many spacings; such a surface lies 0.2 spacings outside the true one
 _FILLED, _OUTSIDE = 0.75, 0.2
+
+FIELDS = (
+    "identity", "position", "velocity", "mass", "density", "material", "layer", "smoothing_length", "neighbours", "distention", "damage", "pressure",
+    "deviatoric_stress", "sound_speed",
+)  # fmt: skip
+"""What a diagnosis reads of a snapshot, as far as it is there."""
 
 
 @dataclass(frozen=True)
@@ -95,9 +103,9 @@ def diagnose(source: Particles, earlier: Particles | None, file: str, domain: Do
         nothing = float("nan")
         return Diagnosis(file, time, 0.0, 0.0, 0.0, 0.0, nothing, nothing, 0.0, 0.0, float(source.mass.sum()), 0.0, nothing)
     size = _cavity(source, compact, split.spacing, domain)
-    speed = np.linalg.norm(source.velocity, axis=1)
-    left = shock.residual(source, domain, column)
-    excess = left.pressure[here] if left is not None else np.array([np.nan])
+    inside = source.select(here)
+    left = shock.residual(inside, domain, column)
+    excess = left.pressure if left is not None else np.array([np.nan])
     thrown = ~split.compact
     return Diagnosis(
         file,
@@ -108,15 +116,16 @@ def diagnose(source: Particles, earlier: Particles | None, file: str, domain: Do
         size.rim_height,
         float(np.percentile(excess, 99)),
         float(np.max(excess)),
-        0.5 * float(np.sum(source.mass[here] * speed[here] ** 2)),
-        float(np.sum(left.elastic[here])) if left is not None else float("nan"),
+        0.5 * float(np.sum(inside.mass * np.einsum("ij,ij->i", inside.velocity, inside.velocity))),
+        float(np.sum(left.elastic)) if left is not None else float("nan"),
         float(source.mass[thrown].sum()),
-        float(np.sum(source.mass[here] * source.damage[here])) if "damage" in source else float("nan"),
+        float(np.sum(inside.mass * inside.damage)) if "damage" in inside else float("nan"),
         _drive(source, here, earlier, domain, column),
     )
 
 
 def _cavity(source: Particles, compact: np.ndarray, spacing: np.ndarray, domain: Domain) -> cavity.Cavity:
+    compact = compact[domain.cut_depth(source.position[compact]) > -2.0 * spacing[compact]]
     tree, reach = cKDTree(source.position[compact]), _FILLED * spacing[compact]
 
     def filled(points: np.ndarray) -> np.ndarray:
@@ -150,9 +159,14 @@ def _drive(source: Particles, here: np.ndarray, earlier: Particles | None, domai
 def first_maximum(values: Sequence[float]) -> int:
     """Index of the first value above 0 that none of the next three exceeds (the last one when the values rise to the end)."""
     for k, value in enumerate(values):
-        if value > 0.0 and value >= max(values[k + 1 : k + 4], default=value):
+        if value > 0.0 and value >= max(values[k + 1 : k + 1 + _LATER], default=value):
             return k
     return len(values) - 1
+
+
+def decided(series: Sequence[Diagnosis]) -> bool:
+    """Whether the first maximum of depth is known: no later snapshot can change the choice."""
+    return first_maximum([row.depth for row in series]) + _LATER < len(series)
 
 
 def choose(series: Sequence[Diagnosis], grain_radius: float, gravity: float) -> Choice:

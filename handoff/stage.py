@@ -7,7 +7,8 @@ Reads ``2_sph/snap_*.vtkhdf``, ``2_sph/target.json`` and ``3_bed/bed.vtkhdf``; w
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Literal
 
@@ -26,6 +27,8 @@ from matter.quantity import PositiveTime
 
 # measured on one core of the 2-core build machine (AVX-512): see benchmarks/handoff.py
 _S_PER_PARTICLE, _S_PER_GRAIN, _S_PER_SNAPSHOT_PARTICLE, _S_FIXED = 6e-5, 1.5e-4, 4e-6, 3.0
+_LOOKED_AT = 0.3
+"""Share of the snapshots up to a little after the greatest depth, in the shipped cases."""
 _BYTES_PER_PARTICLE, _BYTES_PER_GRAIN, _BYTES_FIXED = 4000.0, 3500.0, 3e8
 
 
@@ -60,7 +63,8 @@ class Settings(surface.Rules):
 
 def predict(settings: Settings) -> dict[str, float]:
     """Wall time, memory and disk of this stage."""
-    diagnosis = settings.snapshots * (0.05 + _S_PER_SNAPSHOT_PARTICLE * settings.particles) if settings.time == "auto" else 0.0
+    looked_at = _LOOKED_AT * settings.snapshots
+    diagnosis = looked_at * (0.05 + _S_PER_SNAPSHOT_PARTICLE * settings.particles) if settings.time == "auto" else 0.0
     return {
         "wall_s": _S_FIXED + _S_PER_PARTICLE * settings.particles + _S_PER_GRAIN * settings.grains + diagnosis,
         "memory_bytes": _BYTES_FIXED + _BYTES_PER_PARTICLE * settings.particles + _BYTES_PER_GRAIN * settings.grains,
@@ -139,14 +143,26 @@ def chosen_source(
             raise InputError(f"no snapshot near {settings.time:.4g} s: the series runs from {times[0]:.4g} to {times[-1]:.4g} s")
         return None, snapshot.read(paths[nearest])
     series, earlier = [], None
-    for number, path in enumerate(paths):
-        source = snapshot.read(path)
+    for number, (path, source) in enumerate(zip(paths, _read_ahead(paths))):
         series.append(handoff_time.diagnose(source, earlier, path.name, region, column, rules))
         earlier = source
         if progress:
             progress.update(0.6 * (number + 1) / len(paths), f"looking at {path.name}")
+        if handoff_time.decided(series):
+            break
     choice = handoff_time.choose(series, float(bed.radius.mean()), column.surface_gravity)
     return choice, snapshot.read(paths[choice.index])
+
+
+def _read_ahead(paths: list[Path]) -> Iterator[Particles]:
+    """What a diagnosis needs of each snapshot, read while the one before it is looked at."""
+    with ThreadPoolExecutor(1) as reader:
+        coming = reader.submit(snapshot.read, paths[0], handoff_time.FIELDS)
+        for following in [*paths[1:], None]:
+            ready = coming.result()
+            if following is not None:
+                coming = reader.submit(snapshot.read, following, handoff_time.FIELDS)
+            yield ready
 
 
 def snapshot_time(path: Path) -> float:

@@ -8,8 +8,7 @@ Ejecta, by the first rule that holds (``REASONS``):
 * ``high``: in free flight (no pressure) it would rise beyond the bed's headroom;
 * ``detached``: not a corner of the largest piece of the alpha-shape of what the rules above left.
 
-The surface runs ``offset`` local spacings outside the alpha-shape's particles. By default that factor is found: the volume inside the
-bed's domain shall be the sum of mass over density of the compact particles there (0.5 would be the half-spacing of a perfect layer).
+How far outside the alpha-shape's particles the surface runs says ``handoff.offset``.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from scipy.stats import qmc
 from handoff.domain import Cone, Domain
 from handoff.hydrostatic import Column
 from matter import material
-from matter.alpha_shape import AlphaShape, OffsetShape, alpha_shape
+from matter.alpha_shape import AlphaShape, alpha_shape
 from matter.body import Model
 from matter.errors import InputError
 from matter.particles import Particles
@@ -37,10 +36,10 @@ COMPACT, SPARSE, EXPANDED, FAST, HIGH, DETACHED = range(6)
 _EXPANDED = 0.5
 # m, kg, kg/m^3 against cm, km, g or g/cm^3 is a factor of 1000 at least; a body with a crater lies within 5 of 1
 _UNITS = 50.0
-_OFFSET_RANGE = (0.0, 0.75)
 _CELL_POINTS = 128
 # columns per area of the domain: their mean distance is this fraction of the grain or particle spacing
 _LEVELS = 96
+_AROUND = 8.0
 
 
 class Rules(Model):
@@ -51,7 +50,7 @@ class Rules(Model):
     alpha: float = Field(1.5, gt=0.8, le=5.0)
     """Alpha of the alpha-shape in local particle spacings (0.8 is the least that keeps a close-packed lattice whole)."""
     offset: float | Literal["auto"] = "auto"
-    """Distance of the surface outside its particles, in local spacings (0 ... 1); ``auto`` closes volume against mass over density."""
+    """Distance of the surface outside its particles, in local spacings (0 ... 1); ``auto`` closes volume against mass over density, place by place."""
     smoothing: int = Field(6, ge=0, le=50)
     """Passes of a volume-keeping filter over the surface, against the roughness of single particles; more where they are finer than grains."""
     neighbours: int = Field(6, ge=0, le=60)
@@ -153,8 +152,9 @@ def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -
     return Split(reason, limit, spacing)
 
 
-def classify(source: Particles, domain: Domain, column: Column, rules: Rules) -> tuple[Split, AlphaShape]:
-    """Split the source and return the alpha-shape of its compact material (the largest piece).
+def classify(source: Particles, domain: Domain, column: Column, rules: Rules) -> tuple[Split, AlphaShape, np.ndarray]:
+    """Split the source; also the alpha-shape of its compact material in and around the domain (the largest piece), and the places in the source of
+    the points of that shape.
 
     Raises ``InputError`` when nothing compact is left, or when the projectile has not hit yet.
     """
@@ -164,9 +164,17 @@ def classify(source: Particles, domain: Domain, column: Column, rules: Rules) ->
     left = np.flatnonzero(split.compact)
     if len(left) < 4:
         raise InputError(f"all {len(source)} particles of the source are ejecta (speed limit {split.speed_limit:.4g} m/s): there is no surface to carve with")
+    left = left[_around(source.position[left], spacing[left], domain)]
+    if len(left) < 4:
+        raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
     shape = alpha_shape(source.position[left], spacing[left], rules.alpha, fill_below=float(np.median(spacing[left]) ** 3))
     reason[left[shape.members != 0]] = DETACHED
-    return split, shape.only(1)
+    return split, shape.only(1), left
+
+
+def _around(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> np.ndarray:
+    """Mask of the points that the surface inside the domain depends on: those inside its side walls and as far around as a piece may reach."""
+    return domain.cut_depth(position) > -_AROUND * spacing
 
 
 def _refuse_incoming(source: Particles, domain: Domain, limit: float) -> None:
@@ -221,29 +229,6 @@ def share_inside(position: np.ndarray, spacing: np.ndarray, domain: Domain, owne
         mean = np.einsum("ik,ikj->ij", inside, points.reshape(len(rows), -1, 3)) / np.maximum(count, 1)[:, None]
         centre[rows] = np.where(count[:, None] > 0, mean, position[rows])
     return share, centre
-
-
-def calibrated(shape: AlphaShape, spacing: np.ndarray, points: np.ndarray, share: float, rules: Rules, coarse: float = 0.0) -> tuple[OffsetShape, float]:
-    """The surface at its offset, and that offset in spacings: the one at which the solid holds ``share`` of the even ``points`` (s, 3).
-
-    ``spacing`` (n,) of the shape's particles [m]. Where they are finer than ``coarse`` [m], what the surface is for, it is smoothed with
-    the square of the ratio more passes: details that grains cannot take over go.
-    """
-    finer = np.clip(np.round(np.log2(np.maximum(coarse / spacing, 1.0))), 0, 4)
-    passes = (rules.smoothing * 4.0**finer).astype(np.int64)
-    if rules.offset != "auto":
-        return shape.offset(rules.offset * spacing, passes), float(rules.offset)
-    deep = shape.contains(points)
-    shell = points[~deep]
-    factors = np.linspace(*_OFFSET_RANGE, 4)
-    held = [(deep.sum() + np.count_nonzero(shape.offset(factor * spacing, passes).contains(shell))) / len(points) for factor in factors]
-    factor = float(np.interp(share, held, factors))
-    return shape.offset(factor * spacing, passes), factor
-
-
-def even_points(domain: Domain) -> np.ndarray:
-    """65,536 even points of the domain."""
-    return domain.points(qmc.Sobol(3, scramble=True, rng=2).random_base2(16))
 
 
 def surface_heights(contains: Callable[[np.ndarray], np.ndarray], domain: Domain, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import carve, cavity, compare, domain, hydrostatic, interpolation, mapping, surface
+from handoff import carve, cavity, compare, domain, hydrostatic, interpolation, mapping, offset, surface
 from handoff import correction as closing
 from handoff import ejecta as ejected
 from handoff.ledger import Ledger
@@ -114,7 +114,7 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     """All steps of the transfer; see ``transfer``."""
     region = domain.read(bed.attributes)
     carve.check(bed, region)
-    split, shape = surface.classify(source, region, column, rules)
+    split, shape, corners = surface.classify(source, region, column, rules)
     everything = np.flatnonzero(split.compact)
     # matter beyond the floor (the core) is another body to the grains: they slide on it and take nothing from it
     within = region.between(source.position[everything])
@@ -129,8 +129,11 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
         raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
     part = float(np.sum(share * volume_of)) / region.volume
     coarse = 2.0 * float(bed.radius.mean())
-    solid, offset = surface.calibrated(shape, split.spacing[shape_places(split)], surface.even_points(region), part, rules, coarse)
-    samples = carve.sample(region, solid, tree, grains)
+    solid, factor = offset.by_one_factor(shape, split.spacing[corners], offset.even_points(region), part, rules, coarse)
+    points = carve.points(region, tree, grains)
+    if rules.offset == "auto":
+        solid = offset.place_by_place(solid, split.spacing[corners], tree.data, share * volume_of, points.position, points.particle, region)
+    samples = points.within(solid)
     stays = carve.keep(bed, solid, region)
     heir = carve.heirs(bed, stays, samples)
     volume = carve.grain_volumes(bed, stays, heir, samples.volume)
@@ -180,7 +183,7 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     after = closing.sums(mass, place, moved, radius, spin) + airborne
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
     return Handoff(
-        start, split, compact, share, centre, solid, offset, stays, volume, samples, heir, taken.own_gradient, fields, flying, before, outside, raw, after,
+        start, split, compact, share, centre, solid, factor, stays, volume, samples, heir, taken.own_gradient, fields, flying, before, outside, raw, after,
         moved - velocity, regional, scale, taken.share, float(plain_mass.sum() + airborne.mass), size, columns,
     )  # fmt: skip
 
@@ -191,11 +194,6 @@ def _regional(fields: compare.Fields, scale: float, centres: np.ndarray, size: f
     some = (held > 0.0) | (fields.mass_before > 0.0)
     lacking = fields.mass_before[some, None] * fields.velocity_before[some] - held[some, None] * fields.velocity_after[some]
     return closing.regional_field(fields.samples.position[some], held[some], lacking, centres, size)
-
-
-def shape_places(split: surface.Split) -> np.ndarray:
-    """Places in the source of the points that the alpha-shape was built on (compact and detached)."""
-    return np.flatnonzero((split.reason == surface.COMPACT) | (split.reason == surface.DETACHED))
 
 
 def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: domain.Domain, bed: Particles):

@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -54,8 +55,8 @@ def write(particles: Particles, path: Path) -> None:
             cells.create_dataset("Offsets", data=np.array([0, many] if many else [0], dtype=np.int64))
 
 
-def read(path: Path) -> Particles:
-    """Read a snapshot.
+def read(path: Path, only: Collection[str] | None = None) -> Particles:
+    """Read a snapshot, or ``only`` these of its fields (those that it has).
 
     Raises ``InputError`` when the file is missing, is not HDF5, or holds no ``/particles``.
     """
@@ -68,7 +69,7 @@ def read(path: Path) -> Particles:
         with h5py.File(path, "r") as file:
             if "particles" not in file:
                 raise InputError(f"{path} holds no group '/particles': not a snapshot of this project (see import_snapshot)")
-            fields = {name: dataset[()] for name, dataset in file["particles"].items()}
+            fields = {name: dataset[()] for name, dataset in file["particles"].items() if only is None or name in only}
             tables: dict[str, np.ndarray] = {}
             if "tables" in file:
                 file["tables"].visititems(lambda name, item: tables.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)

@@ -15,18 +15,6 @@ CAVITY, ARC_FLAT, DEPTH = 10.0, 21.0, 19.0
 Field = Callable[[np.ndarray], np.ndarray]
 
 
-def spread_points(points: np.ndarray, spacing: Callable[[np.ndarray], np.ndarray], sweeps: int, clip) -> np.ndarray:
-    """Points pushed apart until they are spread with the local ``spacing`` (soft repulsion of the nearest ones)."""
-    for sweep in range(sweeps):
-        s = spacing(points)
-        distance, near = cKDTree(points).query(points, k=9)
-        away = points[:, None] - points[near[:, 1:]]
-        q = distance[:, 1:] / (1.2 * s[:, None])
-        push = np.where(q < 1.0, (1.0 - q) ** 2, 0.0) / np.maximum(distance[:, 1:], 1e-300)
-        points = clip(points + (0.5 - 0.3 * sweep / sweeps) * s[:, None] * np.einsum("ik,ika->ia", push, away))
-    return points
-
-
 def lattice(extent: tuple[float, float, float], spacing: float) -> np.ndarray:
     """Close-packed points around the origin, turned by odd angles."""
     a = spacing * 2.0 ** (1.0 / 6.0)

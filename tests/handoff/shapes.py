@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from handoff import account, hydrostatic, surface, transfer
+from matter import packing, regions
 from matter.particles import Particles
 from tests.handoff import clouds
 
@@ -39,7 +40,7 @@ def cloud(kind: str, spacing: float, seed: int = 1) -> tuple[np.ndarray, np.ndar
     """Points (n, 3) of a cylinder wider, deeper and higher than the bed, and the volume of each.
 
     ``lattice``: exactly hexagonal; ``shaken``: with Gaussian disorder; ``glass``: random, pushed apart; ``graded``: the same with a spacing that grows
-    from ``spacing`` in the middle to twice that at the edge.
+    from ``spacing`` in the middle to twice that at the edge. Volumes of the last two are those of the points' own number density.
     """
     wide, low, high = 1.35 * ARC, -1.35 * DEPTH, RIM + 1.0
     if kind in ("lattice", "shaken"):
@@ -54,21 +55,7 @@ def cloud(kind: str, spacing: float, seed: int = 1) -> tuple[np.ndarray, np.ndar
             return np.full(len(p), spacing)
         return spacing * (1.0 + np.clip((np.linalg.norm(p, axis=1) - RADIUS) / (wide - RADIUS), 0.0, 1.0))
 
-    rng = np.random.default_rng(seed)
-    whole = np.pi * wide**2 * (high - low)
-    drawn = rng.random((int(whole / spacing**3), 4))
-    rho, phi = wide * np.sqrt(drawn[:, 0]), 2.0 * np.pi * drawn[:, 1]
-    points = np.stack([rho * np.cos(phi), rho * np.sin(phi), low + (high - low) * drawn[:, 2]], axis=1)
-    points = points[drawn[:, 3] < (spacing / local(points)) ** 3]
-
-    def inside(p: np.ndarray) -> np.ndarray:
-        reach = np.hypot(p[:, 0], p[:, 1])
-        shrink = np.minimum(1.0, (wide - 0.4 * spacing) / np.maximum(reach, 1e-300))
-        return np.column_stack([p[:, :2] * shrink[:, None], np.clip(p[:, 2], low + 0.4 * spacing, high - 0.4 * spacing)])
-
-    points = clouds.spread_points(points, local, 40, inside)
-    volume = local(points) ** 3
-    return points, volume * whole / volume.sum()
+    return packing.graded(local, regions.Cylinder(wide, low, high), np.random.default_rng(seed), sweeps=60)
 
 
 def source(shape: str, kind: str, spacing: float) -> Particles:
@@ -108,7 +95,8 @@ def measured(shape: str, kind: str, grains_per_radius: float, grains: Particles,
     ledger = account.ledger_of(made, cloud_of, grains, ground(), {})
     radius, volume = truth(shape)
     samples = made.samples
-    carved = ~made.stays[samples.grain] & (samples.position[:, 2] < 0.0) & (np.hypot(*samples.position[:, :2].T) < 1.15 * RADIUS)
+    removed = np.where(samples.position[:, 2] < 0.0, ~made.stays[samples.grain], -1.0 * made.stays[samples.grain])
+    carved = removed[np.hypot(*samples.position[:, :2].T) < radius]
     return {
         "grains_per_radius": grains_per_radius, "particles": len(cloud_of), "grains": int(made.stays.sum()), "offset": made.offset,
         "radius_rel": made.size.radius / radius - 1.0, "depth_rel": made.size.depth / BOWL - 1.0, "source_volume_rel": made.size.volume / volume - 1.0,
@@ -129,10 +117,8 @@ def on_a_sphere(cloud_points, grains: Particles, radius: float, depth: float, ri
     floor = clouds.R_BODY - depth + (depth + rim) * (angle * clouds.R_BODY / radius) ** 2
     volume = np.trapezoid(2.0 * np.pi * np.sin(angle) * (clouds.R_BODY**3 - floor**3) / 3.0, angle)
     samples, frame = made.samples, clouds.R_BODY
-    low = (np.linalg.norm(samples.position, axis=1) < frame) & (
-        frame * np.arctan2(np.hypot(*samples.position[:, :2].T), samples.position[:, 2]) < 1.15 * radius
-    )
-    carved = low & ~made.stays[samples.grain]
+    removed = np.where(np.linalg.norm(samples.position, axis=1) < frame, ~made.stays[samples.grain], -1.0 * made.stays[samples.grain])
+    carved = removed[frame * np.arctan2(np.hypot(*samples.position[:, :2].T), samples.position[:, 2]) < arc]
     return {
         "grains_per_radius": radius / float(grains.radius.mean()), "particles": len(made_of), "grains": int(made.stays.sum()), "offset": made.offset,
         "radius_rel": made.size.radius / arc - 1.0, "depth_rel": made.size.depth / depth - 1.0, "source_volume_rel": made.size.volume / volume - 1.0,

@@ -59,7 +59,7 @@ def test_a_lattice_bed_recovers_its_cells():
     region = domain.Cylinder(4.5, -9.0, -3.0, -3.0)
     bed = clouds.bed_of(points, np.full(len(points), 0.5), "plane", {"radius_m": 4.5, "floor_m": -9.0, "datum_m": -3.0, "top_m": -3.0}, 0.52)
     solid = alpha_shape(points, 1.0, 1.2).offset(0.5)
-    samples = carve.sample(region, solid, cKDTree(points), cKDTree(points))
+    samples = carve.points(region, cKDTree(points), cKDTree(points)).within(solid)
     assert samples.inside.all()
     stays = np.ones(len(bed), dtype=bool)
     volume = carve.grain_volumes(bed, stays, carve.heirs(bed, stays, samples), samples.volume)

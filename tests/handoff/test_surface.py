@@ -59,7 +59,7 @@ def test_rules_of_ejecta(sphere_cloud, column):
     source.velocity[deep] = 1.2 * limit * up[deep]  # fast upwards, but 250 km deep: it would not come out
     source.neighbours[top[3]] = 3
     source.density[top[4]] = 400.0
-    split, shape = surface.classify(source, region, column, surface.Rules())
+    split, shape, _ = surface.classify(source, region, column, surface.Rules())
     assert height[top[0]] > 0.1 * clouds.HEADROOM
     names = [surface.REASONS[code] for code in split.reason[np.r_[top, deep]]]
     assert names == ["high", "fast", "compact", "sparse", "expanded", "compact", "compact"]
@@ -75,7 +75,7 @@ def test_a_detached_block_is_ejecta(column):
     points = clouds.lattice((12.0, 12.0, 12.0), 1.0)
     points = np.concatenate([points[points[:, 2] < 0.0], clouds.lattice((2.0, 2.0, 2.0), 1.0) + [0.0, 0.0, 6.0]])
     source = clouds.source_of(points, np.ones(len(points)), np.zeros((len(points), 3)), 1000.0)
-    split, _ = surface.classify(source, domain.Cylinder(8.0, -8.0, 0.0, 9.0), hydrostatic.uniform(1.0, 1000.0, 9.0), surface.Rules())
+    split, _, _ = surface.classify(source, domain.Cylinder(8.0, -8.0, 0.0, 9.0), hydrostatic.uniform(1.0, 1000.0, 9.0), surface.Rules())
     block = points[:, 2] > 2.0
     assert np.all(split.reason[block] == surface.DETACHED)
     assert np.mean(split.reason[~block] == surface.COMPACT) > 0.99

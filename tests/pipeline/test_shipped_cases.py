@@ -9,7 +9,7 @@ import pytest
 
 from matter.errors import InputError
 from pipeline import case as cases
-from pipeline import folder, prediction, used
+from pipeline import folder, prediction, stages, used
 from pipeline.run import Request
 
 ROOT = Path(__file__).resolve().parents[2]
