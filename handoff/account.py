@@ -64,6 +64,7 @@ def ledger_of_direct(direct: Direct, made: Handoff, source: Particles, bed: Part
     ledger.state("cavity_radius", made.size.radius, "m")
     ledger.state("cavity_depth", made.size.depth, "m")
     ledger.state("cavity_volume", made.size.volume, "m^3")
+    ledger.state("cavity_off_axis", float(np.hypot(*made.size.centre[:2])), "m", "of its centre")
     ledger.state("grains_kept", float(direct.compact), "1", f"and {len(direct.start) - direct.compact} ejecta, one per particle")
     return ledger
 
@@ -219,13 +220,12 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
     ratio = size.radius / radius
     ledger.measure("cavity_radius_over_r_DEM_min", ratio, f"radius {size.radius:.4g} m, depth {size.depth:.4g} m, grains {radius:.4g} m")
     margin = 3.0 * radius
-    frame = region.frame
 
     def chosen(points: np.ndarray) -> np.ndarray:
-        return (frame.distance(points) < 1.5 * size.radius) & (region.depth_inside(points) > margin)
+        return (size.distance(points, region) < 1.5 * size.radius) & (region.depth_inside(points) > margin)
 
     try:
-        mesh = grain_surface(made, bed, chosen, frame.distance(bed.position) < 1.8 * size.radius)
+        mesh = grain_surface(made, bed, chosen, size.distance(bed.position, region) < 1.8 * size.radius)
         there, back = compare.surface_distance(made.solid.mesh, mesh, chosen)
     except InputError as reason:
         ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))
@@ -236,9 +236,9 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
         ledger.skip("cavity_volume_rel", "not_applicable", f"{ratio:.1f} grains per cavity radius: fewer than {_GRAINS_PER_RADIUS:.0f}")
         return
     samples = made.samples
-    here = frame.distance(samples.position) < size.radius
+    here = size.distance(samples.position, region) < size.radius
     # net of what stands above the datum: a rough but level surface has no volume
-    sign = np.where(frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
+    sign = np.where(region.frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
     empty = float(sign @ (samples.inside[here] == (sign < 0.0))) * samples.volume
     carved = float(sign @ (made.stays[samples.grain[here]] == (sign < 0.0))) * samples.volume
     ledger.measure(
@@ -314,4 +314,5 @@ def _statements(ledger: Ledger, made: Handoff) -> None:
     ledger.state("cavity_radius", made.size.radius, "m")
     ledger.state("cavity_depth", made.size.depth, "m")
     ledger.state("cavity_volume", made.size.volume, "m^3")
+    ledger.state("cavity_off_axis", float(np.hypot(*made.size.centre[:2])), "m", "of its centre")
     ledger.state("grains_kept", float(made.stays.sum()), "1", f"of {len(made.stays)}")

@@ -1,4 +1,4 @@
-"""Size of the cavity below the datum from the heights of even columns: radius, depth, volume, rim."""
+"""Size of the cavity below the datum from the heights of even columns: where it lies, radius, depth, volume, rim."""
 
 from __future__ import annotations
 
@@ -12,41 +12,69 @@ from handoff.domain import Cone, Domain
 _SECTORS = 12
 # the radius is taken where the wall is this fraction of the depth below the datum, then carried to the datum along a parabola
 _LEVEL = 0.1
+# the centre is that of what lies below this fraction of the greatest depth
+_DEEP = 0.5
 
 
 @dataclass(frozen=True)
 class Cavity:
-    """Lengths in m along the datum or the vertical, ``volume`` in m^3 below the datum; all zero when there is no cavity."""
+    """Lengths in m along the datum or the vertical, ``volume`` in m^3 below the datum, ``centre`` (3,) on the datum [m]; all zero when there is none."""
 
     radius: float
     depth: float
     volume: float
     rim_height: float
+    centre: np.ndarray
+
+    def distance(self, position: np.ndarray, domain: Domain) -> np.ndarray:
+        """(n,) distance along the datum [m] of points from the cavity's centre."""
+        return around(position, self.centre, domain)[0]
 
 
-def measure(foot: np.ndarray, distance: np.ndarray, height: np.ndarray, domain: Domain, noise: float) -> Cavity:
-    """The cavity around the axis.
+def around(position: np.ndarray, centre: np.ndarray, domain: Domain) -> tuple[np.ndarray, np.ndarray]:
+    """Distance along the datum [m] and azimuth [rad] of points (n, 3) about a ``centre`` on the datum."""
+    up = domain.frame.up(centre[None])[0]
+    east = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    east /= np.linalg.norm(east)
+    x, y = position @ east, position @ np.cross(up, east)
+    if isinstance(domain, Cone):
+        return domain.datum * np.arctan2(np.hypot(x, y), position @ up), np.arctan2(y, x)
+    x, y = x - centre @ east, y - centre @ np.cross(up, east)
+    return np.hypot(x, y), np.arctan2(y, x)
 
-    ``foot`` (m, 3) even points on the datum, ``distance`` (m,) from the axis, ``height`` (m,) of the surface [m] (NaN: not known); a
-    depression shallower than ``noise`` [m] is none. Depth: 3rd percentile of the height inside half the radius. Radius: mean over azimuth
-    of the distance at which the wall crosses a tenth of the depth, carried to the datum along a parabola. Volume: inside that distance, of each
-    sector's own wall, net of what stands above the datum, so that the roughness of a level surface adds nothing.
+
+def measure(foot: np.ndarray, height: np.ndarray, domain: Domain, noise: float) -> Cavity:
+    """The cavity nearest to the axis.
+
+    ``foot`` (m, 3) even points on the datum, ``height`` (m,) of the surface above them [m] (NaN: not known); a depression shallower than ``noise``
+    [m] is none. Centre: the centroid of what lies below half the greatest depth (an oblique impact's cavity lies downrange of the impact point). Depth: 3rd
+    percentile of the height inside half the radius. Radius: mean over azimuth of the distance at which the wall crosses a tenth of the depth, carried to the
+    datum along a parabola. Volume: inside that distance, of each sector's own wall, net of what stands above the datum, so that the roughness of a level
+    surface adds nothing.
     """
     known = np.isfinite(height)
-    foot, distance, height = foot[known], distance[known], height[known]
-    azimuth = np.arctan2(foot[:, 1], foot[:, 0])
+    foot, height = foot[known], height[known]
+    centre = _pole(domain)
     if len(height) == 0:
-        return Cavity(0.0, 0.0, 0.0, 0.0)
+        return Cavity(0.0, 0.0, 0.0, 0.0, centre)
     radius, depth = 0.3 * domain.arc, 0.0
+    nothing = Cavity(0.0, 0.0, 0.0, float(max(0.0, np.percentile(height, 99))), centre)
     for _ in range(4):
-        inner = height[distance < max(0.5 * radius, np.sort(distance)[min(3, len(distance) - 1)])]
-        depth = -float(np.percentile(inner, 3))
+        distance, azimuth = around(foot, centre, domain)
+        inner = distance < max(radius, np.sort(distance)[min(3, len(distance) - 1)])
+        weight = np.where(inner, np.maximum(-height - _DEEP * -float(height[inner].min()), 0.0), 0.0)
+        if float(height[inner].min()) >= 0.0 or weight.sum() == 0.0:
+            return nothing
+        centre = _on_datum(weight @ foot / weight.sum(), domain)
+        distance, azimuth = around(foot, centre, domain)
+        inner = distance < max(0.5 * radius, np.sort(distance)[min(3, len(distance) - 1)])
+        depth = -float(np.percentile(height[inner], 3))
         if depth < noise:
-            return Cavity(0.0, 0.0, 0.0, float(max(0.0, np.percentile(height, 99))))
+            return nothing
         walls = _walls(distance, azimuth, height, depth)
         radius = float(walls.mean())
         if radius <= 0.0:
-            return Cavity(0.0, 0.0, 0.0, float(max(0.0, np.percentile(height, 99))))
+            return nothing
     area = _area(domain) / max(known.size, 1)
     inside = height[distance < walls[_sector(azimuth)]]
     if isinstance(domain, Cone):
@@ -54,7 +82,17 @@ def measure(foot: np.ndarray, distance: np.ndarray, height: np.ndarray, domain: 
     else:
         volume = float(np.sum(-inside) * area)
     crest = height[(distance > 0.8 * radius) & (distance < 1.6 * radius)]
-    return Cavity(radius, depth, volume, float(np.percentile(crest, 60)) if len(crest) else 0.0)
+    return Cavity(radius, depth, volume, float(np.percentile(crest, 60)) if len(crest) else 0.0, centre)
+
+
+def _pole(domain: Domain) -> np.ndarray:
+    return np.array([0.0, 0.0, domain.datum])
+
+
+def _on_datum(point: np.ndarray, domain: Domain) -> np.ndarray:
+    if isinstance(domain, Cone):
+        return point * (domain.datum / np.linalg.norm(point))
+    return np.array([point[0], point[1], domain.datum])
 
 
 def _sector(azimuth: np.ndarray) -> np.ndarray:

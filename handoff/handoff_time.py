@@ -132,11 +132,11 @@ def _cavity(source: Particles, compact: np.ndarray, spacing: np.ndarray, domain:
         distance, near = tree.query(points)
         return distance < reach[near]
 
-    foot, along, height = surface.surface_heights(filled, domain, _COLUMNS)
+    foot, _, height = surface.surface_heights(filled, domain, _COLUMNS)
     below = tree.query(foot + height[:, None] * domain.frame.up(foot))[1]
     height = height - _OUTSIDE * spacing[compact][below]
     near = spacing[compact][domain.frame.distance(source.position[compact]) < 0.2 * domain.arc]
-    return cavity.measure(foot, along, height, domain, noise=float(np.median(near)) if len(near) else float(np.median(spacing)))
+    return cavity.measure(foot, height, domain, noise=float(np.median(near)) if len(near) else float(np.median(spacing)))
 
 
 def _drive(source: Particles, here: np.ndarray, earlier: Particles | None, domain: Domain, column: Column) -> float:

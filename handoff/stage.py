@@ -187,6 +187,7 @@ def _record(made: transfer.Handoff, source: Particles, bed: Particles, choice: h
             "depth_m": made.size.depth,
             "volume_m3": made.size.volume,
             "rim_height_m": made.size.rim_height,
+            "centre_m": made.size.centre.tolist(),
         },
         "local_momentum": [{"region": name, "relative": value, "share": share} for name, value, share in compare.local_momentum(made.fields_raw, region)],
         "ejecta_mass_kg": dict(made.ejecta.mass_by_state()),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from handoff import account, domain, hydrostatic, surface, transfer
+from handoff import account, cavity, domain, hydrostatic, surface, transfer
 from tests.handoff import clouds
 
 RADIUS, BOWL, RIM = 20.0, 9.0, 3.0
@@ -70,6 +70,24 @@ def test_bowl_on_a_sphere():
     # the curtain became ejecta, and the surface does not reach up to it
     assert len(made.ejecta.mass) >= 40
     assert np.linalg.norm(made.solid.mesh.vertices, axis=1).max() < clouds.R_BODY + 2.5 * rim
+
+
+@pytest.mark.parametrize("region", [domain.Cone(1800e3, 2100e3, 2250e3, 0.7), domain.Cylinder(1500e3, -300e3, 0.0, 150e3)], ids=["sphere", "plane"])
+@pytest.mark.parametrize("shift", [0.0, 150e3, 300e3])
+def test_a_cavity_off_the_axis_is_measured_about_its_own_centre(region, shift):
+    """A paraboloid of radius 400 km and depth 150 km, its centre downrange of the impact point, in a rough level surface."""
+    foot, _, _ = surface.feet(region, 4000)
+    angle = shift / 2100e3
+    centre = 2100e3 * np.array([np.sin(angle), 0.0, np.cos(angle)]) if isinstance(region, domain.Cone) else np.array([shift, 0.0, 0.0])
+    along = cavity.around(foot, centre, region)[0]
+    height = np.minimum(0.0, -150e3 * (1.0 - (along / 400e3) ** 2)) + np.random.default_rng(1).normal(0.0, 5e3, len(foot))
+    found = cavity.measure(foot, height, region, 20e3)
+    truth = np.pi * 400e3**2 * 150e3 / 2.0
+    if isinstance(region, domain.Cone):
+        angle, floor = np.linspace(0.0, 400e3 / 2100e3, 2001), 2100e3 - 150e3 * (1.0 - np.linspace(0.0, 1.0, 2001) ** 2)
+        truth = np.trapezoid(2.0 * np.pi * np.sin(angle) * (2100e3**3 - floor**3) / 3.0, angle)
+    assert np.linalg.norm(found.centre - centre) < 8e3
+    assert found.radius == pytest.approx(400e3, rel=0.02) and found.depth == pytest.approx(150e3, rel=0.05) and found.volume == pytest.approx(truth, rel=0.01)
 
 
 def test_surface_heights_of_a_known_solid():
