@@ -1,8 +1,8 @@
 """The handoff on flows and cavities with known answers: conservation, fields, shapes, and their convergence with grains per cavity radius.
 
-``python benchmarks/handoff_synthetic.py [--flows] [--shapes] [--sphere] [--at 5,7,10] [--json] [--out FOLDER]`` (all three parts without a choice; ``--at``:
-grains per cavity radius); flows and shapes come from ``tests/handoff/flows.py`` and ``shapes.py``. ``--out`` writes ``flows.csv``, ``orders.csv``,
-``shapes.csv``, ``sphere.csv`` and ``tables.md``. Some 10 minutes of one core; ``--flows --at 5,7,10`` one.
+``python benchmarks/handoff_synthetic.py [--flows] [--shapes] [--sphere] [--at 5,7,10] [--draws 3] [--json] [--out FOLDER]`` (all three parts without
+a choice; ``--at``: grains per cavity radius); flows and shapes come from ``tests/handoff/flows.py`` and ``shapes.py``. ``--out`` writes ``flows.csv``,
+``orders.csv``, ``shapes.csv``, ``sphere.csv``, the scatter over the draws, and ``tables.md``. Some 20 minutes of one core; ``--flows --at 5,7,10`` one.
 """
 
 from __future__ import annotations
@@ -42,28 +42,46 @@ def run_flows(counts: tuple[float, ...]) -> list[dict]:
     return rows
 
 
-def run_shapes(counts: tuple[float, ...]) -> list[dict]:
-    """Every shape in every kind of cloud at the finest resolution, in shaken lattices at the others too."""
+def run_shapes(counts: tuple[float, ...], draws: int) -> list[dict]:
+    """Every shape in every kind of cloud at the finest resolution, in shaken lattices at the others too; each in ``draws`` clouds and beds."""
     rows = []
     for count in counts:
-        grains = shapes.bed(count)
-        for shape in shapes.SHAPES:
-            for kind in shapes.KINDS:
-                if count == counts[-1] or kind == "shaken":
-                    rows.append({"shape": shape, "cloud": kind, **shapes.measured(shape, kind, count, grains)})
-                    print(json.dumps(rows[-1]), flush=True)
+        for draw in range(draws):
+            grains = shapes.bed(count, seed=2 + draw)
+            for shape in shapes.SHAPES:
+                for kind in shapes.KINDS:
+                    if count == counts[-1] or kind == "shaken":
+                        rows.append({"shape": shape, "cloud": kind, "draw": draw, **shapes.measured(shape, kind, count, grains, seed=1 + draw)})
+                        print(json.dumps(rows[-1]), flush=True)
     return rows
 
 
-def run_sphere(counts: tuple[float, ...]) -> list[dict]:
-    """The bowl with rim and curtain on a sphere."""
+def run_sphere(counts: tuple[float, ...], draws: int) -> list[dict]:
+    """The bowl with rim and curtain on a sphere, in ``draws`` clouds and beds."""
     rows = []
     for count in counts:
         grain = SPHERE[0] / count
-        rows.append({"shape": "rim and curtain", "cloud": "graded glass on a sphere",
-                     **shapes.on_a_sphere(clouds.sphere_cloud(fine=shapes.FINE * grain), clouds.sphere_bed(grain=grain), *SPHERE, curtain=300)})  # fmt: skip
-        print(json.dumps(rows[-1]), flush=True)
+        for draw in range(draws):
+            points, grains = clouds.sphere_cloud(fine=shapes.FINE * grain, seed=3 + draw), clouds.sphere_bed(grain=grain, seed=4 + draw)
+            rows.append({"shape": "rim and curtain", "cloud": "graded glass on a sphere", "draw": draw,
+                         **shapes.on_a_sphere(points, grains, *SPHERE, curtain=300)})  # fmt: skip
+            print(json.dumps(rows[-1]), flush=True)
     return rows
+
+
+def scatter(rows: list[dict]) -> list[dict]:
+    """Means, rms and worst over the draws of each shape, cloud and resolution."""
+    found = []
+    for key in dict.fromkeys((row["shape"], row["cloud"], round(row["grains_per_radius"])) for row in rows):
+        mine = [row for row in rows if (row["shape"], row["cloud"], round(row["grains_per_radius"])) == key]
+        line = dict(zip(("shape", "cloud", "grains_per_radius"), key)) | {"draws": len(mine)}
+        for name in ("source_volume_rel", "bed_volume_rel"):
+            values = [row[name] for row in mine]
+            line |= {f"{name}_mean": sum(values) / len(values), f"{name}_rms": (sum(v * v for v in values) / len(values)) ** 0.5}
+            line |= {f"{name}_worst": max(values, key=abs)}
+        line["hausdorff_over_r_worst"] = max(row["hausdorff_over_r"] for row in mine)
+        found.append(line)
+    return found
 
 
 def table(rows: list[dict], columns: list[str]) -> str:
@@ -92,6 +110,7 @@ def main() -> None:
     for part in ("flows", "shapes", "sphere", "json"):
         parser.add_argument(f"--{part}", action="store_true")
     parser.add_argument("--at", type=lambda text: tuple(float(part) for part in text.split(",")), default=None)
+    parser.add_argument("--draws", type=int, default=3, help="clouds and beds per shape and resolution")
     parser.add_argument("--out", type=Path, default=None)
     options = parser.parse_args()
     everything = not (options.flows or options.shapes or options.sphere)
@@ -99,13 +118,15 @@ def main() -> None:
     for part, make, usual in (("flows", run_flows, FLOWS_AT), ("shapes", run_shapes, SHAPES_AT), ("sphere", run_sphere, SPHERE_AT)):
         if not (everything or getattr(options, part)):
             continue
-        rows = results[part] = make(options.at or usual)
+        rows = results[part] = make(options.at or usual) if part == "flows" else make(options.at or usual, options.draws)
         if part == "flows":
             texts.append("### Flows\n\n" + table(rows, list(rows[0])) + "\n\n### Order of convergence against grains per cavity radius\n\n")
             results["orders"] = orders(rows)
             texts[-1] += table(results["orders"], list(results["orders"][0]))
         else:
-            texts.append(f"### {'Shapes in a half space' if part == 'shapes' else 'On a sphere'}\n\n" + table(rows, list(rows[0])))
+            results[f"{part}_scatter"] = scatter(rows)
+            title = "Shapes in a half space" if part == "shapes" else "On a sphere"
+            texts.append(f"### {title}\n\n" + table(results[f"{part}_scatter"], list(results[f"{part}_scatter"][0])))
     text = "\n\n".join(texts) + f"\n\n{time.perf_counter() - began:.0f} s\n"
     print(text)
     if options.out:

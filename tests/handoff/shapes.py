@@ -58,9 +58,9 @@ def cloud(kind: str, spacing: float, seed: int = 1) -> tuple[np.ndarray, np.ndar
     return packing.graded(local, regions.Cylinder(wide, low, high), np.random.default_rng(seed), sweeps=60)
 
 
-def source(shape: str, kind: str, spacing: float) -> Particles:
+def source(shape: str, kind: str, spacing: float, seed: int = 1) -> Particles:
     """The ground under the shape at rest, with a conical curtain that flies up and out where asked for."""
-    points, volume = cloud(kind, spacing)
+    points, volume = cloud(kind, spacing, seed)
     height: Callable[[np.ndarray], np.ndarray] = bowl if shape == "bowl" else bowl_with_rim
     keep = points[:, 2] < height(points)
     points, volume = points[keep], volume[keep]
@@ -77,9 +77,9 @@ def source(shape: str, kind: str, spacing: float) -> Particles:
     return clouds.source_of(points, volume, velocity, 1000.0)
 
 
-def bed(grains_per_radius: float) -> Particles:
+def bed(grains_per_radius: float, seed: int = 2) -> Particles:
     """Random grains, ``grains_per_radius`` mean radii in RADIUS."""
-    return clouds.flat_bed(RADIUS / grains_per_radius, ARC, DEPTH, HEADROOM)
+    return clouds.flat_bed(RADIUS / grains_per_radius, ARC, DEPTH, HEADROOM, seed=seed)
 
 
 def ground() -> hydrostatic.Column:
@@ -87,10 +87,9 @@ def ground() -> hydrostatic.Column:
     return hydrostatic.uniform(1e3, 1000.0, 30.0)
 
 
-def measured(shape: str, kind: str, grains_per_radius: float, grains: Particles, spacing: float | None = None) -> dict[str, float]:
-    """The row of the table for one shape; ``spacing`` in units of RADIUS / 20 (FINE times the grain radius by default)."""
-    step = spacing or FINE * RADIUS / grains_per_radius
-    cloud_of = source(shape, kind, step)
+def measured(shape: str, kind: str, grains_per_radius: float, grains: Particles, seed: int = 1) -> dict[str, float]:
+    """The row of the table for one shape, in a cloud whose particles are FINE times the grain radius apart; ``seed`` of the cloud."""
+    cloud_of = source(shape, kind, FINE * RADIUS / grains_per_radius, seed)
     made = transfer.hand_over(cloud_of, grains, surface.Rules(), ground())
     ledger = account.ledger_of(made, cloud_of, grains, ground(), {})
     radius, volume = truth(shape)
