@@ -83,7 +83,7 @@ def jobs(layers: int) -> dict[str, Callable[[], dict]]:
             found[f"pistons/{name} {speed:g}"] = partial(piston, name, file, speed, layers)
     for row in test_shocks.POROUS:
         found[f"compaction/{row[0]} {row[1]} {row[3]:g}"] = partial(compaction, *row, layers)
-    for count in (50, 100, 200):
+    for count in (50, 100, 200, 400):
         found[f"sod/{count}"] = lambda count=count: dict(zip(("layers", "L1_density", "shock_speed"), (count, *shock_tube.sod(count))))
     for sigma in (4.0, 8.0):
         found[f"quiet/{sigma:g}"] = lambda sigma=sigma: {"sigma_spacings": sigma, "returned": test_boundaries.returned("quiet", sigma)}
@@ -121,10 +121,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--out", type=Path, default=None)
-    parser.add_argument("--layers", type=int, default=100, help="how far fronts may run; a column is higher where a precursor runs ahead of the front")
+    parser.add_argument("--layers", type=int, default=150, help="how far fronts may run; a column is higher where a precursor runs ahead of the front")
     parser.add_argument("--only", default="", help="measure only what has this text in its name")
     options = parser.parse_args()
-    numerics = {**columns.NUMERICS, "support_over_spacing": columns.SUPPORT, "layers": options.layers}
+    numerics = {**columns.NUMERICS, "limits_of_h": list(columns.NUMERICS["limits_of_h"]), "support_over_spacing": columns.SUPPORT, "layers": options.layers}
     print(numerics)
     kept = options.out / "shocks.json" if options.out else None
     content = json.loads(kept.read_text()) if kept and kept.is_file() else {"numerics": numerics, "done": {}}

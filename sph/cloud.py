@@ -21,6 +21,8 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "specific_energy": ((), "float64"),
     "half_energy": ((), "float64"),
     "smoothing_length": ((), "float64"),
+    "start_length": ((), "float64"),  # smoothing length and density at the start of the phase, where h follows the density
+    "start_density": ((), "float64"),
     "stress": ((5,), "float64"),  # deviatoric, before damage: xx xy xz yy yz
     "half_stress": ((5,), "float64"),
     "root_damage": ((), "float64"),  # D^(1/3) by tension
@@ -68,6 +70,8 @@ class Cloud:
     specific_energy: np.ndarray
     half_energy: np.ndarray
     smoothing_length: np.ndarray
+    start_length: np.ndarray
+    start_density: np.ndarray
     stress: np.ndarray
     half_stress: np.ndarray
     root_damage: np.ndarray
@@ -109,6 +113,7 @@ class Cloud:
         cloud.initial_distention[:] = cloud.distention
         cloud.material[:] = np.concatenate([body.material for body in bodies])
         cloud.initial_position[:] = cloud.position
+        cloud.start_length[:], cloud.start_density[:] = cloud.smoothing_length, cloud.density
         cloud.neighbours[:] = 60  # until counted
         return cloud
 
@@ -161,7 +166,11 @@ class Neighbourhood:
 
     def update(self, cloud: Cloud, dt: float, time: float = 0.0) -> bool:
         """Rebuild if needed; True when the cloud was sorted anew."""
-        moved_further(cloud.position, self.places, 0.5 * (self.reach - cloud.smoothing_length), cloud.neighbours, -1, self._parts)
+        room = 0.5 * (self.reach - cloud.smoothing_length)
+        if room.min() < 0.0:  # a support has grown beyond its listing
+            self.rebuild(cloud, dt, time)
+            return True
+        moved_further(cloud.position, self.places, room, cloud.neighbours, -1, self._parts)
         if not self._parts.any() and (self.images is None or not self.images.stale(time)):
             return False
         self.rebuild(cloud, dt, time)

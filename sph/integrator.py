@@ -13,7 +13,7 @@ import numpy as np
 from matter import tree
 from matter.jit import parallel_kernel, prange
 from sph import rates as pair_rates
-from sph import state, timestep
+from sph import smoothing, start_volumes, state, timestep
 from sph.boundary.edge import Edge
 from sph.boundary.images import Images
 from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
@@ -104,6 +104,8 @@ class Integrator:
     self_gravity : whether the particles attract each other;  down : uniform gravity towards -z [m/s^2].
     images, edge : periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own and stays.
     wendland, clumping : the kernel, and the strength of the artificial stress (``sph.rates``); None for the cubic spline and no such stress.
+    first_volumes : sums are weighted by the volumes of the start (``sph.start_volumes``).
+    limits_of_h : least and most share of its first h that a support which follows the density may reach (``sph.smoothing``); None keeps h.
     sphere : radius of a spherical target without self-gravity [m], None for a flat one; only the history asks for it.
     """
 
@@ -124,12 +126,15 @@ class Integrator:
         edge: Edge | None = None,
         wendland: bool | None = None,
         clumping: float | None = None,
+        first_volumes: bool = False,
+        limits_of_h: tuple[float, float] | None = None,
         sphere: float | None = None,
     ):
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
         self.alpha, self.beta, self.courant, self.theta, self.gravity_shift = alpha, beta, courant, theta, gravity_shift
         self.self_gravity, self.down, self.images, self.edge = self_gravity, down, images, edge
-        self.wendland, self.clumping, self.sphere = wendland, clumping, sphere
+        self.wendland, self.clumping, self.sphere, self.limits_of_h = wendland, clumping, sphere, limits_of_h
+        self.first_volumes = first_volumes
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
@@ -143,8 +148,8 @@ class Integrator:
 
     @property
     def softening(self) -> np.ndarray:
-        """Plummer length of every particle: a quarter of its support, half its spacing [m]."""
-        return 0.25 * self.cloud.smoothing_length
+        """Plummer length of every particle: a quarter of its first support, half its spacing [m]; it stays, or the field would not be that of an energy."""
+        return 0.25 * self.cloud.start_length
 
     def thrown_out(self) -> np.ndarray:
         """(n,) what is beyond the surface of a target without self-gravity by more than its h and moves on outwards: above z = 0, or off a sphere."""
@@ -195,11 +200,13 @@ class Integrator:
         state.evaluate(cloud, self.rows, self.strength, self.damage, self.evaluated, not self.hold)
         state.check(cloud, self.materials, self.evaluated, self.time)
         e = self.evaluated
+        if self.first_volumes:
+            start_volumes.turn(e.row, cloud.start_density)
         if self.images is not None:
             self.images.rows(e.row, len(cloud), self.time)
         pair_rates.compute(
             e.row, self.neighbourhood.found, cloud, self.rows.shear, e.stiffness, self.alpha, self.beta, self.strength, self.rates,
-            self.wendland, self.clumping,
+            self.wendland, self.clumping, cloud.start_density if self.first_volumes else None,
         )  # fmt: skip
         cloud.neighbours[:] = self.rates.count
         if self.edge is not None:
@@ -241,6 +248,9 @@ class Integrator:
             cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_stress, cloud.half_damage, self.hold,
         )  # fmt: skip
         self.time += dt
+        if self.limits_of_h is not None and not self.hold:
+            longest = self.images.longest / (1.0 + 2.0 * self.neighbourhood.SKIN) if self.images is not None else np.inf
+            smoothing.follow(cloud.density, cloud.start_density, cloud.start_length, *self.limits_of_h, longest, cloud.smoothing_length)
         self.neighbourhood.update(cloud, dt, self.time)
         if self._gravity_is_stale():
             self._gravity()

@@ -48,6 +48,7 @@ def _pairs(
     strength,
     wendland,
     clumping,
+    start_density,
     acceleration,
     density_rate,
     energy_rate,
@@ -69,6 +70,10 @@ def _pairs(
                 columns(row, index, entry[i], k, s)
             x, y, z, vx, vy, vz = row[i, 0], row[i, 1], row[i, 2], row[i, 3], row[i, 4], row[i, 5]
             volume, rho_inv, h, c_i = row[i, 6], row[i, 7], row[i, 8], row[i, 9]
+            if start_density is None:  # compiled for one of the two
+                before = rho_inv
+            else:
+                before = 1.0 / start_density[i]
             txx, txy, txz, tyy, tyz, tzz = row[i, 10], row[i, 11], row[i, 12], row[i, 13], row[i, 14], row[i, 15]
             ax, ay, az, heat, slowest, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -91,13 +96,13 @@ def _pairs(
                 rho_j_inv = s[7, k]
                 rho_sum, volume_sum = rho_inv + rho_j_inv, volume + V
                 both = 1.0 / (rho_sum * volume_sum)  # one division for two
-                bar = 2.0 * rho_inv * volume_sum * both  # = rho_j 2 / (rho_i + rho_j)
+                bar = 2.0 * before * volume_sum * both  # = rho_j 2 / (rho_i + rho_j)
                 push = V * bar * viscosity.viscous_pressure(mu, 0.5 * (c_i + s[9, k]), alpha, beta)
                 inside = 1.0 if r < hij else 0.0
                 slowest = fast_min(slowest, mu * inside)
                 near += inside
                 heat += volume * rho_sum * both * push * vr * F
-                w = V * rho_inv
+                w = V * before
                 sxx, sxy, sxz = txx + s[10, k], txy + s[11, k], txz + s[12, k]
                 syy, syz, szz = tyy + s[13, k], tyz + s[14, k], tzz + s[15, k]
                 if clumping is not None:
@@ -126,9 +131,16 @@ def _pairs(
                 czz -= dz * gz
             acceleration[i, 0], acceleration[i, 1], acceleration[i, 2] = ax, ay, az
             trace = lxx + lyy + lzz
-            density_rate[i] = -trace / rho_inv
+            density_rate[i] = -trace / before
+            energy_rate[i] = before * (txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy)) + heat
+            if start_density is not None:
+                thin = before / rho_inv  # 1 / eta: sums over first volumes as sums over present ones
+                trace *= thin
+                lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = (
+                    lxx * thin, lxy * thin, lxz * thin, lyx * thin, lyy * thin, lyz * thin, lzx * thin, lzy * thin, lzz * thin
+                )  # fmt: skip
+                cxx, cxy, cxz, cyy, cyz, czz = cxx * thin, cxy * thin, cxz * thin, cyy * thin, cyz * thin, czz * thin
             divergence[i] = trace
-            energy_rate[i] = rho_inv * (txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy)) + heat
             approach[i] = -slowest
             count[i] = int(near) - (padded - many)
             G = shear[material[i]]
@@ -174,14 +186,16 @@ class Rates:
 
 
 def compute(
-    row, neighbours, cloud, shear, stiffness, alpha: float, beta: float, strength: bool, out: Rates, wendland: bool | None = None, clumping: float | None = None
-) -> None:
+    row, neighbours, cloud, shear, stiffness, alpha: float, beta: float, strength: bool, out: Rates, wendland: bool | None = None, clumping: float | None = None,
+    start_density: np.ndarray | None = None,
+) -> None:  # fmt: skip
     """Fill ``out`` from evaluated rows and ``stiffness`` (``sph.state``) over the neighbour list.
 
-    ``wendland`` True takes that kernel, None the cubic spline; ``clumping`` is the strength of the artificial stress, None for none.
+    ``wendland`` True takes that kernel, None the cubic spline; ``clumping`` is the strength of the artificial stress, None for none; ``start_density`` (n,) goes
+    with rows turned by ``sph.start_volumes``.
     """
     _pairs(
         row, neighbours.index, neighbours.entry, neighbours.count, cloud.material, shear, stiffness, cloud.stress, alpha, beta, strength,
-        wendland, clumping,
+        wendland, clumping, start_density,
         out.acceleration, out.density, out.energy, out.stress, out.divergence, out.approach, out.count,
     )  # fmt: skip

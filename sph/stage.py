@@ -56,6 +56,8 @@ class Settings(Model):
         half-space.
     edge_width : width of the quiet layer; six times ``spacing_far`` by default.
     kernel, support : kernel of the sums, and its support radius over the spacing.
+    volumes : weights of the sums: the ``present`` volumes, or those of the ``start`` (``sph.start_volumes``: right behind strong shocks).
+    smoothing : ``fixed``: supports stay as long as they began; ``density``: they follow it, within ``shortest`` and ``longest`` times the first (``sph.smoothing``).
     artificial_stress : strength eps of the repulsion in tension (``sph.artificial_stress``; 0: none).
     materials : changes of single materials, ``[sph.materials.ice]`` (``sph.material_settings``).
     """
@@ -87,6 +89,10 @@ class Settings(Model):
     edge_width: PositiveLength | None = None
     kernel: Literal["cubic_spline", "wendland"] = "cubic_spline"
     support: Annotated[float, Field(ge=1.6, le=4.0)] = 2.0
+    volumes: Literal["present", "start"] = "present"
+    smoothing: Literal["fixed", "density"] = "fixed"
+    shortest: Annotated[float, Field(gt=0.2, le=1)] = 0.5
+    longest: Annotated[float, Field(ge=1, le=4)] = 2.0
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
     materials: dict[str, Choice] = Field(default_factory=dict)
     control: bool = False
@@ -225,7 +231,8 @@ class _Run:
         return Integrator(
             cloud, self.materials, self.radius, alpha=s.alpha, beta=s.beta, courant=s.courant, theta=s.theta, gravity_shift=s.gravity_shift,
             self_gravity=s.target.attracts, down=s.target.gravity, images=surroundings.images(s.target, s.sides, s.floor, self.bottom), edge=self.edge,
-            wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None, sphere=None if s.target.flat else self.radius,
+            wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None,
+            first_volumes=s.volumes == "start", limits_of_h=(s.shortest, s.longest) if s.smoothing == "density" else None, sphere=None if s.target.flat else self.radius,
         )  # fmt: skip
 
     @property

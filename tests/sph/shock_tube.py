@@ -49,16 +49,22 @@ def exact(x: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return rho, speed, press
 
 
-def sod(layers: int, time: float = 0.2) -> tuple[float, float]:
-    """L1 error of the density over its mean, and the shock's speed, of a tube of one unit with ``layers`` in it; spacings equal, masses 8 to 1."""
+def sod(layers: int, time: float = 0.2, across: int = 6, disorder: float = 0.1, **options) -> tuple[float, float]:
+    """L1 error of the density over its mean, and the shock's speed, of a tube of one unit with ``layers`` in it; spacings equal, masses 8 to 1.
+
+    Places are off the lattice by up to ``disorder`` [spacings] along each axis: in a perfect lattice the gas that expands by 2.3 along the tube stays one of
+    layers, with next to no neighbours before and behind it (L1 5.2 % in place of 3.5 % at 100 layers); disorder lets particles move in between.
+    """
     gas = collect(("basalt",), {"basalt": Choice(eos="ideal_gas", strength="none", damage="none", ideal_gas={"rho0": "1 kg/m^3", "gamma": GAMMA})})
-    column = columns.Column(gas, layers, piston=0.0, ends=True)
+    column = columns.Column(gas, layers, across, piston=0.0, ends=True, **options)
     i, c = column.integrator, column.cloud
+    c.position += np.random.default_rng(1).uniform(-disorder, disorder, c.position.shape)
     unit = column.height
     left = c.position[:, 2] < 0.5 * unit
     c.density[:] = np.where(left, LEFT[0], RIGHT[0])
-    c.mass[:] = c.density
+    c.mass[:] = c.start_density[:] = c.density
     c.specific_energy[:] = np.where(left, LEFT[1] / LEFT[0], RIGHT[1] / RIGHT[0]) / (GAMMA - 1.0)
+    i.neighbourhood.rebuild(c, 0.0)
     i.start()
     fronts, times = [], []
     for share in (0.5, 0.75, 1.0):

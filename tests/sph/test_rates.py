@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from matter import neighbours
-from sph import rates, state
+from sph import kernel, rates, start_volumes, state
 from sph.materials import collect
 
 SHEAR = np.array([2.8e9])
@@ -25,6 +25,7 @@ class _Cloud:
         m = len(order)
         self.density = 917.0 * rng.uniform(0.7, 1.3, m)
         self.mass = self.density * 1e9 * rng.uniform(0.8, 1.2, m)
+        self.start_density = self.density * rng.uniform(0.5, 2.0, m)
         self.velocity = rng.normal(size=(m, 3)) * 100.0
         self.stress = rng.normal(size=(m, 5)) * 1e8
         self.pressure = rng.normal(size=m) * 1e9
@@ -41,16 +42,20 @@ class _Cloud:
             axis=1,
         )  # fmt: skip
 
-    def evaluate(self, alpha=1.0, beta=2.0, stiffness=None):
-        out = rates.Rates(len(self.mass))
+    def evaluate(self, alpha=1.0, beta=2.0, stiffness=None, first=False, **options):
+        out, row = rates.Rates(len(self.mass)), self.rows()
         stiffness = np.ones((len(self.mass), 2)) if stiffness is None else stiffness
-        rates.compute(self.rows(), self.found, self, SHEAR, stiffness, alpha, beta, True, out)
+        if first:
+            start_volumes.turn(row, self.start_density)
+            options["start_density"] = self.start_density
+        rates.compute(row, self.found, self, SHEAR, stiffness, alpha, beta, True, out, **options)
         return out
 
 
-def test_pairs_keep_momentum_and_total_energy():
+@pytest.mark.parametrize("options", [{}, {"first": True}, {"wendland": True, "clumping": 0.3}, {"first": True, "clumping": 0.3}])
+def test_pairs_keep_momentum_and_total_energy(options):
     c = _Cloud(1000)
-    r = c.evaluate()
+    r = c.evaluate(**options)
     force = c.mass[:, None] * r.acceleration
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
     work = (force * c.velocity).sum() + c.mass @ r.energy
@@ -73,18 +78,44 @@ def test_neighbours_are_counted():
     assert r.count[i] == np.count_nonzero(d < 0.5 * (c.smoothing_length + c.smoothing_length[i])) - 1
 
 
-def test_stress_rate_of_a_linear_flow_is_exact():
+@pytest.mark.parametrize("first", [False, True])
+def test_stress_rate_of_a_linear_flow_is_exact(first):
     """Corrected gradients: dS = 2 mu dev(eps) exactly for v = L x, in disorder and for unequal h."""
     c = _Cloud(1000)
     L = np.array([[1.0, 0.4, -0.3], [0.2, -0.5, 0.7], [0.1, 0.6, 0.3]]) * 1e-3
     c.velocity = c.position @ L.T
     c.stress[:] = 0
-    r = c.evaluate(0.0, 0.0)
+    r = c.evaluate(0.0, 0.0, first=first)
     eps = 0.5 * (L + L.T)
     eps -= np.eye(3) * np.trace(eps) / 3
     wanted = 2 * SHEAR[0] * np.array([eps[0, 0], eps[0, 1], eps[0, 2], eps[1, 1], eps[1, 2]])
     inner = ((c.position > 2.5e3) & (c.position < 6.5e3)).all(axis=1)
     assert np.abs(r.stress[inner] - wanted).max() < 1e-9 * np.abs(wanted).max()
+
+
+def test_density_over_first_volumes_is_a_function_of_the_places():
+    """rho_i / rho_0i changes by what sum_j V0_j W_ij changes by, whatever the density is."""
+    c = _Cloud(1000)
+    r = c.evaluate(0.0, 0.0, first=True)
+    first, dt = c.mass / c.start_density, 1e-3
+
+    def spread(position, i):
+        d = np.linalg.norm(position - position[i], axis=1)
+        return sum(first[j] * kernel.kernel(d[j], 0.5 * (c.smoothing_length[i] + c.smoothing_length[j])) for j in np.flatnonzero(d < 3e3))
+
+    for i in (77, 431, 900):
+        change = spread(c.position + dt * c.velocity, i) - spread(c.position - dt * c.velocity, i)
+        assert r.density[i] == pytest.approx(c.start_density[i] * change / (2.0 * dt), rel=1e-5)
+        assert r.density[i] == pytest.approx(-c.density[i] * r.divergence[i], rel=1e-12)
+
+
+def test_at_the_start_both_volumes_are_one():
+    c = _Cloud(1000)
+    c.start_density[:] = c.density
+    present, start = c.evaluate(), c.evaluate(first=True)
+    for name in ("acceleration", "density", "energy", "stress", "divergence"):
+        one, other = getattr(present, name), getattr(start, name)
+        assert np.abs(one - other).max() < 1e-12 * np.abs(one).max(), name
 
 
 def test_rotation_turns_the_stress_and_makes_none():
