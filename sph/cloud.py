@@ -29,6 +29,7 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "half_damage": ((), "float64"),
     "distention": ((), "float64"),  # alpha at rest (P = 0): falls as pores close, 1 is solid
     "initial_distention": ((), "float64"),
+    "late_density": ((), "float64"),  # without pressure in the late stage (sph.late)
     "peak_pressure": ((), "float64"),
     "gravity": ((3,), "float64"),
     "gravity_position": ((3,), "float64"),  # where gravity was last evaluated
@@ -78,6 +79,7 @@ class Cloud:
     half_damage: np.ndarray
     distention: np.ndarray
     initial_distention: np.ndarray
+    late_density: np.ndarray
     peak_pressure: np.ndarray
     gravity: np.ndarray
     gravity_position: np.ndarray

@@ -12,8 +12,8 @@ import numpy as np
 
 from matter import tree
 from matter.jit import parallel_kernel, prange
+from sph import late, smoothing, start_volumes, state, timestep
 from sph import rates as pair_rates
-from sph import smoothing, start_volumes, state, timestep
 from sph.boundary.edge import Edge
 from sph.boundary.images import Images
 from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
@@ -137,6 +137,7 @@ class Integrator:
         self.first_volumes = first_volumes
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
+        self.soft: late.Soft | None = None
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
         self.torque_removed, self._torque = np.zeros(3), np.zeros(3)
         self.gravity_time, self._parts = 0.0, np.zeros(PARTS, dtype=np.bool_)
@@ -197,7 +198,7 @@ class Integrator:
         cloud = self.cloud
         if self.images is not None:
             self.evaluated.fit(len(cloud) + len(self.images.owner))
-        state.evaluate(cloud, self.rows, self.strength, self.damage, self.evaluated, not self.hold)
+        state.evaluate(cloud, self.rows, self.strength, self.damage, self.evaluated, not self.hold, self.soft.c2 if self.soft is not None else None)
         state.check(cloud, self.materials, self.evaluated, self.time)
         e = self.evaluated
         if self.first_volumes:
@@ -223,6 +224,18 @@ class Integrator:
         self._torque = sums[:3]
         inertia = np.array([[sums[3], sums[4], sums[5]], [sums[4], sums[6], sums[7]], [sums[5], sums[7], sums[8]]])
         _unturn(cloud.position, centre, np.linalg.solve(inertia, self._torque), self.rates.acceleration)
+
+    def soften(self, sound_speed: float, weight: np.ndarray) -> tuple[float, float]:
+        """Enter the late stage (``sph.late``); ``weight`` (n,) as there. The elastic energies [J] before and after."""
+        energies = late.switch(self.cloud, self.materials.rows, late.soft(self.materials.rows, sound_speed), weight)
+        self.softened(sound_speed)
+        self._evaluate()
+        return energies
+
+    def softened(self, sound_speed: float) -> None:
+        """Go on in the late stage (a resumed run)."""
+        self.soft = late.soft(self.materials.rows, sound_speed)
+        self.rows = self.soft.rows
 
     def next_step(self, until: float) -> float:
         """The next step [s], no further than the time ``until``; counts what limits it."""

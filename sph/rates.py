@@ -186,13 +186,13 @@ class Rates:
 
 
 def compute(
-    row, neighbours, cloud, shear, stiffness, alpha: float, beta: float, strength: bool, out: Rates, wendland: bool | None = None, clumping: float | None = None,
-    start_density: np.ndarray | None = None,
+    row, neighbours, cloud, shear, stiffness, alpha: float, beta: float, strength: bool, out: Rates,
+    wendland: bool | None = None, clumping: float | None = None, start_density: np.ndarray | None = None,
 ) -> None:  # fmt: skip
     """Fill ``out`` from evaluated rows and ``stiffness`` (``sph.state``) over the neighbour list.
 
-    ``wendland`` True takes that kernel, None the cubic spline; ``clumping`` is the strength of the artificial stress, None for none; ``start_density`` (n,) goes
-    with rows turned by ``sph.start_volumes``.
+    ``wendland`` True takes that kernel, None the cubic spline; ``clumping`` is the strength of the artificial stress, None for none; ``start_density`` (n,)
+    goes with rows turned by ``sph.start_volumes``.
     """
     _pairs(
         row, neighbours.index, neighbours.entry, neighbours.count, cloud.material, shear, stiffness, cloud.stress, alpha, beta, strength,

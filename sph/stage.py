@@ -21,6 +21,7 @@ from matter.errors import InputError
 from matter.particles import Particles
 from matter.quantity import PositiveLength, PositiveTime, Time
 from sph import ground as grounds
+from sph import late as late_stage
 from sph import materials as material_rows
 from sph import state, timestep, used_laws
 from sph import target as bodies
@@ -57,8 +58,10 @@ class Settings(Model):
     edge_width : width of the quiet layer; six times ``spacing_far`` by default.
     kernel, support : kernel of the sums, and its support radius over the spacing.
     volumes : weights of the sums: the ``present`` volumes, or those of the ``start`` (``sph.start_volumes``: right behind strong shocks).
-    smoothing : ``fixed``: supports stay as long as they began; ``density``: they follow it, within ``shortest`` and ``longest`` times the first (``sph.smoothing``).
+    smoothing : ``fixed``: supports stay as long as they began; ``density``: they follow it, within ``shortest`` and ``longest`` times the first
+        (``sph.smoothing``).
     artificial_stress : strength eps of the repulsion in tension (``sph.artificial_stress``; 0: none).
+    late : ``at`` and ``sound_speed`` of the late stage (``sph.late``); none by default.
     materials : changes of single materials, ``[sph.materials.ice]`` (``sph.material_settings``).
     """
 
@@ -94,6 +97,7 @@ class Settings(Model):
     shortest: Annotated[float, Field(gt=0.2, le=1)] = 0.5
     longest: Annotated[float, Field(ge=1, le=4)] = 2.0
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
+    late: late_stage.Settings | None = None
     materials: dict[str, Choice] = Field(default_factory=dict)
     control: bool = False
     seed: Annotated[int, Field(ge=0)] = 1
@@ -104,6 +108,8 @@ class Settings(Model):
             raise ValueError("spacing_at_impact must be below half the target's radius")
         if self.spacing_far < self.spacing_at_impact:
             raise ValueError("spacing_far must be at least spacing_at_impact")
+        if self.late is not None and self.late.at >= self.end_time:
+            raise ValueError("late.at must be before end_time")
         if fault := surroundings.fault(self.target, self.sides, self.floor, self.width_of_edge):
             raise ValueError(fault)
         self.chosen_materials()
@@ -221,6 +227,7 @@ class _Run:
             self.column = bodies.hydrostatic(settings.target, materials=self.materials)
             self.radius = float(self.column.radius[-1])
         self.edge: Edge | None = None
+        self.late: dict[str, float] = {}
         self.history = History(out / "history.csv")
         self.times: dict[str, float] = {}
         self.phase = "relax" if settings.relaxes else "impact"
@@ -232,7 +239,8 @@ class _Run:
             cloud, self.materials, self.radius, alpha=s.alpha, beta=s.beta, courant=s.courant, theta=s.theta, gravity_shift=s.gravity_shift,
             self_gravity=s.target.attracts, down=s.target.gravity, images=surroundings.images(s.target, s.sides, s.floor, self.bottom), edge=self.edge,
             wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None,
-            first_volumes=s.volumes == "start", limits_of_h=(s.shortest, s.longest) if s.smoothing == "density" else None, sphere=None if s.target.flat else self.radius,
+            first_volumes=s.volumes == "start", limits_of_h=(s.shortest, s.longest) if s.smoothing == "density" else None,
+            sphere=None if s.target.flat else self.radius,
         )  # fmt: skip
 
     @property
@@ -314,6 +322,7 @@ class _Run:
             "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "builds": i.neighbourhood.builds,
             "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction,
             "gravity_time": i.gravity_time, "torque_removed": i.torque_removed, "times": json.dumps(self.times),
+            "late": json.dumps(self.late),
             **({"images_time": i.images.time, "images_margin": i.images.margin} if i.images is not None else {}),
         }  # fmt: skip
         self.history.write()
@@ -344,6 +353,9 @@ class _Run:
         i.gravity_time = float(scalars["gravity_time"])
         i.torque_removed[:] = scalars["torque_removed"]
         self.times = json.loads(scalars["times"])
+        self.late = json.loads(scalars["late"])
+        if self.late:
+            i.softened(self.late["sound_speed_m_s"])
         self.phase = str(scalars["phase"])
         relaxing = self.phase == "relax"
         i.hold, i.strength, i.damage = relaxing, self.settings.strength and not relaxing, self.settings.damage and not relaxing
@@ -376,11 +388,32 @@ class _Run:
             self._output(0)
         while i.time < s.end_time:
             mark = min((np.floor(i.time / interval + 1e-9) + 1.0) * interval, s.end_time)
+            if s.late is not None and not self.late:
+                mark = min(mark, max(s.late.at, i.time))
+                if i.time >= s.late.at:
+                    self._soften(s.late)
+                    continue
             i.step(i.next_step(mark))
             if i.time >= mark:
                 i.time = mark
-                self._output(round(mark / interval))
+                if mark == s.end_time or abs(mark / interval - round(mark / interval)) < 1e-9:
+                    self._output(round(mark / interval))
             self._pause(report, offset + i.time)
+
+    def _soften(self, chosen: late_stage.Settings) -> None:
+        """Enter the late stage, and note what it does to the elastic energy."""
+        i, position = self.integrator, self.integrator.cloud.position
+        if isinstance(self.column, grounds.Ground):
+            weight = np.interp(-position[:, 2], self.column.middle, self.column.pressure, left=0.0)
+        else:
+            weight = np.interp(np.linalg.norm(position, axis=1), self.column.middle, self.column.pressure, right=0.0)
+        self.history.add(i)
+        before, after = i.soften(chosen.sound_speed, weight)
+        v2 = np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity)
+        self.late = {
+            "time_s": i.time, "sound_speed_m_s": chosen.sound_speed, "steps_before": i.steps, "elastic_energy_before_J": before,
+            "elastic_energy_after_J": after, "kinetic_energy_J": 0.5 * float(i.cloud.mass @ v2),
+        }  # fmt: skip
 
     def _output(self, number: int) -> None:
         i, s = self.integrator, self.settings
@@ -439,6 +472,7 @@ class _Run:
             "gravity_correction_max_rel": i.gravity_correction,
             "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque_removed)) / scale["angular_momentum_kg_m2_s"],
             "projectile": {"mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"]},
+            "late": self.late or None,
             "drift": drift,
             "drift_over_projectile": {name: drift[name] / scale[name] for name in drift},
             "peak_pressure_Pa": float(i.cloud.peak_pressure.max()),

@@ -42,7 +42,7 @@ def holding(count):
 @parallel_kernel
 def _evaluate(
     position, velocity, mass, rho, u, h, stress, root_damage, distention, initial, material, count, rows, flaw_first, flaw_last, flaw_strain,
-    strength, damage, crushing,
+    strength, damage, crushing, late_density, late_c2,
     row, pressure, sound, wave, damage_rate, damage_cap, status, alpha, stiffness,
 ):  # fmt: skip
     n = len(mass)
@@ -52,7 +52,11 @@ def _evaluate(
         status[i] = 1 if bad else 0
         a, thin, slow, G = 1.0, 1.0, 1.0, rows.shear[m]
         if alpha is not None:  # compiled without pores where it is None
-            if rows.porosity[m] > 0:
+            if rows.porosity[m] > 0 and late_density is not None:
+                a = distention[i]
+                stiffness[i, 0], stiffness[i, 1] = 1.0, 1.0
+                thin = 1.0 / a
+            elif rows.porosity[m] > 0:
                 a, rest, loading, unloading, slow = porosity.compact(
                     rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m], rho[i], u[i], distention[i], crushing
                 )
@@ -60,9 +64,12 @@ def _evaluate(
                 stiffness[i, 0], stiffness[i, 1] = loading, unloading
                 thin = 1.0 / a
             alpha[i] = a
-        P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
-        P *= thin
-        c2 = slow * slow * (d_rho + P * thin / (rho[i] * rho[i]) * d_u)
+        if late_density is None:  # compiled for one of the two
+            P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
+            P *= thin
+            c2 = slow * slow * (d_rho + P * thin / (rho[i] * rho[i]) * d_u)
+        else:
+            P, c2 = late_c2[m] * (rho[i] - late_density[i]), late_c2[m]
         P = max(P, -rows.tension[m] * thin)
         keep = holding(count[i])
         sxx, sxy, sxz, syy, syz = stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4]
@@ -104,7 +111,9 @@ def _evaluate(
         if P < 0.0:
             P *= 1.0 - D
         P *= keep
-        c = math.sqrt(max(c2, rows.least_c2[m])) if keep > 0.0 else 0.0
+        if late_density is None:
+            c2 = max(c2, rows.least_c2[m])
+        c = math.sqrt(c2) if keep > 0.0 else 0.0
         pressure[i], sound[i] = P, c
         wave[i] = math.sqrt(c * c + 4.0 / 3.0 * s * G / rho[i]) if strength else c
         r = row[i]
@@ -132,16 +141,17 @@ class Evaluated:
             self.row = np.zeros((rows, WIDTH))
 
 
-def evaluate(cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, crushing: bool = True) -> None:
+def evaluate(cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, crushing: bool = True, late_c2: np.ndarray | None = None) -> None:
     """Fill ``out`` from the cloud's predicted state; the stress yields and pores close in place. A bad state is left in ``out.status`` for ``check``.
 
-    ``crushing`` False: pores give way elastically only (relaxation).
+    ``crushing`` False: pores give way elastically only (relaxation). ``late_c2`` (m,): squared sound speeds of the late stage (``sph.late``).
     """
     porous = bool((rows.alpha0 > 1.0).any())
     _evaluate(
         cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy, cloud.smoothing_length, cloud.stress, cloud.root_damage,
         cloud.distention, cloud.initial_distention, cloud.material, cloud.neighbours, rows, cloud.flaw_first, cloud.flaw_last, cloud.flaw_strain,
-        strength, damage, crushing, out.row, out.pressure, out.sound, out.wave, out.damage_rate, out.damage_cap, out.status,
+        strength, damage, crushing, None if late_c2 is None else cloud.late_density, late_c2,
+        out.row, out.pressure, out.sound, out.wave, out.damage_rate, out.damage_cap, out.status,
         out.alpha if porous else None, out.stiffness if porous else None,
     )  # fmt: skip
 

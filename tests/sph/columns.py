@@ -2,8 +2,8 @@
 
 One set of numerics for all of them: ``NUMERICS`` and ``SUPPORT``. Viscosity and step are the stage's defaults. The kernel is Wendland's with h = 2.6 spacings
 (68 neighbours in this lattice): the discrete divergence of a lattice compressed by 1 to 1.9 along z is then within 0.6 % of the true one, where the
-cubic spline with the stage's h = 2 (38 neighbours) is off by up to 2.6 %, which shows in P and in the shock's speed (-1.2 % and -1.9 % in basalt). Sums are weighted
-by the first volumes and h follows the density: with present volumes ice at 10 km/s is 5.5 % off in P, and with fixed h Sod's tube 10 % in its density.
+cubic spline with the stage's h = 2 (38 neighbours) is off by up to 2.6 %, which shows in P and in the shock's speed (-1.2 % and -1.9 % in basalt). Sums are
+weighted by the first volumes and h follows the density: with present volumes ice at 10 km/s is 5.5 % off in P, and with fixed h Sod's tube 10 % in its density.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from test_stage import settings
 
 from matter import checkpoint, progress, snapshot

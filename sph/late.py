@@ -1,0 +1,92 @@
+"""The late stage with a low sound speed (Raducan & Jutzi 2022, section 2): long times at steps of the flow, not of sound.
+
+From the time ``at`` on every material is a linear medium of the sound speed c, in which energy does not count,
+
+    P = c^2 (rho - rho_r),   K' = rho_0 c^2,   mu' = mu K' / K,   E' = E K' / K       (K, mu, E: moduli at rest; a softer material keeps its own)
+
+Poisson's ratio, strength, friction, flaws, tension cuts and the distention reached stay. rho_r is the particle's own: strains last, whatever made them, and so
+
+    P' = P_g + (P - P_g) K' / K,   S' = S K' / K        at the switch, with P_g the part of P that carries weight, 0 <= P_g <= max(P, 0)
+
+(P_g of the body in balance at that depth): waves still on their way lose their stress and cannot give back more than they held, ground under gravity does
+not feel the switch. Material in tension or expanded takes the density at which it had no pressure. u goes on with the same sums, so that the total energy is
+kept to rounding across the switch; the elastic energy that the softer matter cannot hold stays in u, and both energies are reported.
+
+It holds while c exceeds the speeds of the flow and rho c^2 the stresses and weights that matter; results have to be the same for another ``at``.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from matter.body import Model
+from matter.jit import parallel_kernel, prange
+from matter.quantity import PositiveSpeed, PositiveTime
+from sph.eos import dispatch as eos
+from sph.materials import Rows
+from sph.state import holding
+
+
+class Settings(Model):
+    """``[sph.late]``. at : time of the switch;  sound_speed : of the bulk, from then on."""
+
+    at: PositiveTime
+    sound_speed: PositiveSpeed
+
+
+class Soft(NamedTuple):
+    """Moduli of the late stage: ``rows`` of the materials with them, ``c2`` (m,) squared sound speeds [m^2/s^2], ``ratio`` (m,) = K' / K."""
+
+    rows: Rows
+    c2: np.ndarray
+    ratio: np.ndarray
+
+
+def soft(rows: Rows, sound_speed: float) -> Soft:
+    """The rows of softer materials; a gas (no modulus at rest) and what is softer already keep their bulk modulus."""
+    stiff = np.array([eos.modulus(kind, row) for kind, row in zip(rows.eos, rows.eos_row)])
+    stiff = np.where(stiff > 0.0, stiff, rows.rho0 * sound_speed**2)
+    ratio = np.minimum(rows.rho0 * sound_speed**2 / stiff, 1.0)
+    changed = rows._replace(shear=rows.shear * ratio, young=rows.young * ratio, bulk=rows.bulk * ratio, crack_speed=rows.crack_speed * np.sqrt(ratio))
+    return Soft(changed, ratio * stiff / rows.rho0, ratio)
+
+
+@parallel_kernel
+def _switch(mass, rho, u, stress, distention, material, count, weight, rows, c2, ratio, late_density, elastic):
+    for i in prange(len(rho)):
+        m = material[i]
+        alpha = distention[i]
+        P = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], alpha * rho[i], u[i])[0] / alpha  # before damage and tension cut
+        carried = min(max(weight[i], 0.0), max(P, 0.0))
+        softer = carried + ratio[m] * (P - carried)
+        rest = rho[i] - softer / c2[m]
+        if P < 0.0:
+            empty = eos.density(rows.eos[m], rows.eos_row[m], 0.0, u[i]) / alpha
+            if empty > rho[i]:
+                rest, softer = empty, c2[m] * (rho[i] - empty)
+        late_density[i] = rest
+        stiff = rows.rho0[m] * c2[m] / ratio[m]
+        J2 = stress[i, 0] ** 2 + stress[i, 3] ** 2 + stress[i, 0] * stress[i, 3] + stress[i, 1] ** 2 + stress[i, 2] ** 2 + stress[i, 4] ** 2
+        shear = J2 / (2.0 * rows.shear[m]) if rows.shear[m] > 0.0 else 0.0
+        pressed, eased = max(P, 0.0), max(softer, 0.0)
+        held = holding(count[i]) * mass[i] / rho[i]  # lost particles hold nothing
+        elastic[i, 0] = held * (0.5 * pressed * pressed / stiff + shear)
+        elastic[i, 1] = held * (0.5 * eased * eased / (stiff * ratio[m]) + shear * ratio[m])
+        for k in range(5):
+            stress[i, k] *= ratio[m]
+
+
+def switch(cloud, rows: Rows, to: Soft, weight: np.ndarray) -> tuple[float, float]:
+    """Set ``cloud.late_density`` and scale the stress; the elastic energies [J] before and after.
+
+    ``weight`` (n,) is the pressure of the body in balance where the particles are [Pa].
+    """
+    elastic = np.empty((len(cloud), 2))
+    _switch(
+        cloud.mass, cloud.density, cloud.specific_energy, cloud.stress, cloud.distention, cloud.material, cloud.neighbours, weight, rows, to.c2, to.ratio,
+        cloud.late_density, elastic,
+    )  # fmt: skip
+    before, after = elastic.sum(axis=0)
+    return float(before), float(after)

@@ -1,0 +1,161 @@
+"""The late stage with a low sound speed: what the switch keeps, and craters that do not depend on when it comes."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from matter import progress, snapshot
+from matter.body import Impact, Layer, Projectile, Target
+from matter.errors import Stopped
+from sph import late, stage
+from sph.cloud import Cloud
+from sph.integrator import Integrator
+from sph.material_settings import Choice
+from sph.materials import collect
+from sph.target import Body
+
+WEAK = Choice(strength="drucker_prager", damage="none", drucker_prager={"cohesion": "2 kPa", "friction_angle": "20 deg"}, tension={"cut": "1 kPa"})
+SPACING = 0.016
+
+
+def settings(at, sound_speed="100 m/s", **changes):
+    """2 cm of basalt at 2 km/s into weak ground: some 4,400 particles."""
+    values = dict(
+        target=Target(layers=(Layer(name="ground", material="basalt", thickness=0.4),), shape="half_space", width=0.8),
+        impact=Impact(
+            speed=2000.0, angle_from_vertical=0.0, projectile=Projectile(material="basalt", radius=0.012), expected_transient_diameter=0.3
+        ),
+        spacing_at_impact=SPACING, spacing_far=0.05, fine_radius=0.14, growth=0.2, contact_refinement=1.0, contact_radius=0.05, projectile_particles=8,
+        first_step=1e-7, end_time=0.03, snapshot_interval=0.005, history_interval=0.0025, edge_width=0.12, materials={"basalt": WEAK},
+        late=None if at is None else {"at": at, "sound_speed": sound_speed},
+    )  # fmt: skip
+    return stage.Settings(**(values | changes))
+
+
+def crater_radius(folder):
+    """Radius [m] of the circle as large as the part of the surface that has gone: ring by ring the share of its particles that moved by two spacings."""
+    first, last = snapshot.read(snapshot.series(folder)[0]), snapshot.read(folder / "last.vtkhdf")
+    top = (first.layer >= 0) & (first.position[:, 2] > -1.3 * SPACING)
+    gone = np.linalg.norm(last.position - first.position, axis=1) > 2.0 * SPACING
+    r = np.hypot(*first.position[:, :2].T)
+    rings = [(a, top & (r >= a) & (r < a + 0.01)) for a in np.arange(0.0, 0.3, 0.01)]
+    return math.sqrt(sum(((a + 0.01) ** 2 - a**2) * gone[ring].mean() for a, ring in rings if ring.any()))
+
+
+def ball(material="basalt", **changes):
+    """A disordered ball under some pressure and shear, evaluated."""
+    materials = collect((material,), {material: Choice(**changes)} if changes else {})
+    rng = np.random.default_rng(4)
+    place = np.stack(np.meshgrid(*(np.arange(-4, 5),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.1, 0.1, (9**3, 3))
+    n, rho = len(place), float(materials.bulk_density[0])
+    body = Body(
+        place, np.full(n, rho), rho * rng.uniform(0.999, 1.002, n), np.full(n, 2.3), np.zeros(n, np.int32), np.zeros(n, np.int32),
+        np.full(n, materials.rows.alpha0[0]),
+    )  # fmt: skip
+    i = Integrator(Cloud.of(body), materials, 5.0, alpha=2.0, beta=10.0, courant=0.3, theta=0.5, gravity_shift=0.0, self_gravity=False)
+    i.damage = False
+    i.cloud.stress[:] = rng.normal(size=(n, 5)) * 1e6
+    i.cloud.velocity[:] = rng.normal(size=(n, 3))
+    i.start()
+    return i
+
+
+def energy(i):
+    v = i.cloud.velocity
+    return float(i.cloud.mass @ (0.5 * np.einsum("ij,ij->i", v, v) + i.cloud.specific_energy))
+
+
+def test_the_switch_scales_stress_and_keeps_strain_weight_and_energy():
+    i = ball()
+    P, S, wave, total = i.evaluated.pressure.copy(), i.cloud.stress.copy(), i.evaluated.wave.copy(), energy(i)
+    weight = np.where(np.arange(len(P)) % 2 == 0, 2e6, 0.0)
+    ratio = 2700.0 * 300.0**2 / 26.7e9
+    before, after = i.soften(300.0, weight)
+    held = np.minimum(weight, np.maximum(P, 0.0))
+    pressed = P > 0.0
+    assert pressed.sum() > 300 and i.evaluated.pressure[pressed] == pytest.approx((held + ratio * (P - held))[pressed], rel=1e-6)
+    assert np.abs(i.evaluated.pressure[~pressed]).max() < 2.0 * ratio * np.abs(P).max()
+    assert i.cloud.stress == pytest.approx(ratio * S, rel=1e-12)
+    assert i.evaluated.wave == pytest.approx(wave * math.sqrt(ratio), rel=5e-3)  # Poisson's ratio stays
+    assert energy(i) == total and after < before
+    i.dt = 0.0
+    assert i.next_step(1e9) > 5.0 * i.courant * 0.5 * 2.3 / wave.max() / 2.2
+
+
+def test_total_energy_is_kept_after_the_switch():
+    i = ball()
+    i.soften(300.0, np.zeros(len(i.cloud)))
+    begun, kinetic = energy(i), energy(i) - i.cloud.mass @ i.cloud.specific_energy
+    for _ in range(40):
+        i.step(i.next_step(1e9))
+    assert abs(energy(i) - begun) < 2e-3 * kinetic
+
+
+def test_pores_stay_as_they_are():
+    """A porous ball that is squeezed: frozen pores, one sound speed."""
+    i = ball(porosity="p_alpha", p_alpha={"alpha0": 1.5}, crush_quadratic={"Pe": "0.1 MPa", "Ps": "10 MPa"})
+    i.soften(100.0, np.zeros(len(i.cloud)))
+    rest = i.cloud.distention.copy()
+    assert rest.max() > 1.3 and np.array_equal(i.evaluated.alpha, rest) and i.evaluated.sound == pytest.approx(100.0)
+    i.cloud.velocity[:] = -20.0 * i.cloud.position
+    for _ in range(10):
+        i.step(i.next_step(1e9))
+    assert np.array_equal(np.sort(i.cloud.distention), np.sort(rest)) and i.evaluated.pressure.max() > 1e5
+
+
+def test_a_gas_and_softer_matter_keep_their_moduli():
+    rows = collect(("basalt", "ice"), {"ice": Choice(eos="ideal_gas", strength="none", damage="none", ideal_gas={"rho0": "1 kg/m^3", "gamma": 1.4})}).rows
+    soft = late.soft(rows, 100.0)
+    assert soft.ratio[1] == 1.0 and soft.ratio[0] == pytest.approx(2700e4 / 26.7e9)
+    assert late.soft(rows, 1e5).ratio[0] == 1.0 and np.array_equal(late.soft(rows, 1e5).rows.shear, rows.shear)
+
+
+def test_a_late_stage_after_the_end_is_refused():
+    with pytest.raises(ValidationError, match=r"late\.at must be before end_time"):
+        settings("0.03 s")
+
+
+def test_resumed_before_and_after_the_switch_it_is_the_same_to_the_last_bit(tmp_path, monkeypatch):
+    update = progress.Progress.update
+    monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
+    chosen = settings(
+        "60 us", "500 m/s", spacing_at_impact=0.03, spacing_far=0.07, edge_width=0.2, end_time=2.5e-4, snapshot_interval=1e-4, history_interval=5e-5
+    )
+    folders = [tmp_path / name for name in ("whole", "early", "late")]
+    for folder, stop in zip(folders, (1.0, 4e-5, 1.2e-4)):
+        folder.mkdir()
+        progress.listen(lambda report, stop=stop: progress.request_stop() if report.done > stop else None)
+        try:
+            if stop < 1.0:
+                with pytest.raises(Stopped):
+                    stage.run(chosen, tmp_path, folder)
+        finally:
+            progress.silence()
+            progress.clear_stop()
+        stage.run(chosen, tmp_path, folder)
+    whole = snapshot.read(folders[0] / "last.vtkhdf")
+    for folder in folders[1:]:
+        other = snapshot.read(folder / "last.vtkhdf")
+        for name in whole:
+            assert np.array_equal(whole[name], other[name]), name
+        assert (folder / "history.csv").read_bytes() == (folders[0] / "history.csv").read_bytes()
+    report = json.loads((folders[0] / "stage_report.json").read_text())
+    assert report["late"]["time_s"] == pytest.approx(6e-5) and report["late"]["elastic_energy_after_J"] < report["late"]["elastic_energy_before_J"]
+    assert len(snapshot.series(folders[0])) == 4  # at 0, 0.1, 0.2 and 0.25 ms: none of its own at the switch
+
+
+@pytest.mark.validation
+def test_the_crater_does_not_depend_on_the_time_of_the_switch(tmp_path):
+    """Radii of switches at 1 and 3 ms within 5 %; it doubles between the later one and the end."""
+    radii = []
+    for at in ("1 ms", "3 ms"):
+        folder = tmp_path / at.replace(" ", "_")
+        folder.mkdir()
+        stage.run(settings(at), tmp_path, folder)
+        report = json.loads((folder / "stage_report.json").read_text())
+        assert report["drift_over_projectile"]["energy_J"] < 0.01
+        radii.append(crater_radius(folder))
+    assert radii[0] == pytest.approx(radii[1], rel=0.05) and 0.15 < radii[1] < 0.25
