@@ -138,6 +138,7 @@ class Integrator:
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
         self.soft: late.Soft | None = None
+        self.allowed = np.inf  # by control of the error, where there is any
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
         self.torque_removed, self._torque = np.zeros(3), np.zeros(3)
         self.gravity_time, self._parts = 0.0, np.zeros(PARTS, dtype=np.bool_)
@@ -151,6 +152,11 @@ class Integrator:
     def softening(self) -> np.ndarray:
         """Plummer length of every particle: a quarter of its first support, half its spacing [m]; it stays, or the field would not be that of an energy."""
         return 0.25 * self.cloud.start_length
+
+    @property
+    def longest(self) -> float:
+        """The longest support [m] that a periodic box has room for."""
+        return self.images.longest / (1.0 + 2.0 * self.neighbourhood.SKIN) if self.images is not None else np.inf
 
     def thrown_out(self) -> np.ndarray:
         """(n,) what is beyond the surface of a target without self-gravity by more than its h and moves on outwards: above z = 0, or off a sphere."""
@@ -242,6 +248,8 @@ class Integrator:
         dt, why, _ = timestep.limit(self.cloud, self.rates, self.evaluated, self.alpha, self.beta, self.courant)
         if self.dt > 0.0 and dt > 1.1 * self.dt:
             dt, why = 1.1 * self.dt, timestep.REASONS.index("growth")
+        if dt > self.allowed:
+            dt, why = self.allowed, timestep.REASONS.index("error")
         self.dt = dt
         left = until - self.time
         if dt >= left:
@@ -262,8 +270,7 @@ class Integrator:
         )  # fmt: skip
         self.time += dt
         if self.limits_of_h is not None and not self.hold:
-            longest = self.images.longest / (1.0 + 2.0 * self.neighbourhood.SKIN) if self.images is not None else np.inf
-            smoothing.follow(cloud.density, cloud.start_density, cloud.start_length, *self.limits_of_h, longest, cloud.smoothing_length)
+            smoothing.follow(cloud.density, cloud.start_density, cloud.start_length, *self.limits_of_h, self.longest, cloud.smoothing_length)
         self.neighbourhood.update(cloud, dt, self.time)
         if self._gravity_is_stale():
             self._gravity()

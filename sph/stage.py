@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import time as clock
 import tomllib
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -32,6 +33,7 @@ from sph.damage import grady_kipp
 from sph.history import DIRECT, History
 from sph.integrator import Integrator
 from sph.material_settings import Choice
+from sph.runge_kutta import RungeKutta
 from sph.strength import dispatch as strengths
 
 _CHECKPOINT_WALL = 20.0  # seconds of wall time between checkpoints
@@ -61,6 +63,7 @@ class Settings(Model):
     smoothing : ``fixed``: supports stay as long as they began; ``density``: they follow it, within ``shortest`` and ``longest`` times the first
         (``sph.smoothing``).
     artificial_stress : strength eps of the repulsion in tension (``sph.artificial_stress``; 0: none).
+    integrator : ``leapfrog`` (``sph.integrator``) or ``rk3``, with errors of a step below ``tolerance`` (``sph.runge_kutta``).
     late : ``at`` and ``sound_speed`` of the late stage (``sph.late``); none by default.
     materials : changes of single materials, ``[sph.materials.ice]`` (``sph.material_settings``).
     """
@@ -97,6 +100,8 @@ class Settings(Model):
     shortest: Annotated[float, Field(gt=0.2, le=1)] = 0.5
     longest: Annotated[float, Field(ge=1, le=4)] = 2.0
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
+    integrator: Literal["leapfrog", "rk3"] = "leapfrog"
+    tolerance: Annotated[float, Field(gt=0, le=0.1)] = 1e-5
     late: late_stage.Settings | None = None
     materials: dict[str, Choice] = Field(default_factory=dict)
     control: bool = False
@@ -235,7 +240,8 @@ class _Run:
 
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
-        return Integrator(
+        kind = Integrator if s.integrator == "leapfrog" else partial(RungeKutta, tolerance=s.tolerance)
+        return kind(
             cloud, self.materials, self.radius, alpha=s.alpha, beta=s.beta, courant=s.courant, theta=s.theta, gravity_shift=s.gravity_shift,
             self_gravity=s.target.attracts, down=s.target.gravity, images=surroundings.images(s.target, s.sides, s.floor, self.bottom), edge=self.edge,
             wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None,
@@ -319,7 +325,7 @@ class _Run:
         if self.edge is not None:
             arrays |= {f"edge/{name}": value for name, value in vars(self.edge).items()}
         scalars = {
-            "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "builds": i.neighbourhood.builds,
+            "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "allowed": i.allowed, "builds": i.neighbourhood.builds,
             "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction,
             "gravity_time": i.gravity_time, "torque_removed": i.torque_removed, "times": json.dumps(self.times),
             "late": json.dumps(self.late),
@@ -348,6 +354,7 @@ class _Run:
                 getattr(i.evaluated, name)[:] = arrays[f"evaluated/{name}"]
         i.limits[:] = arrays["limits"]
         i.time, i.dt, i.steps = float(scalars["time"]), float(scalars["dt"]), int(scalars["steps"])
+        i.allowed = float(scalars["allowed"])
         i.neighbourhood.builds = int(scalars["builds"])
         i.gravity_evaluations, i.gravity_correction = int(scalars["gravity_evaluations"]), float(scalars["gravity_correction"])
         i.gravity_time = float(scalars["gravity_time"])

@@ -6,6 +6,7 @@
     divergence    0.2 / |div v|                                            a Courant limit on c alone misses v dt at contact
     energy        0.3 (u + 0.05 c^2) / |du/dt|
     growth        1.1 times the step before
+    error         of a step with control of its error (``sph.runge_kutta``)
 
 c_l is the longitudinal speed where there is shear strength. Particles that have lost their neighbours have no say.
 """
@@ -19,7 +20,7 @@ import numpy as np
 from matter.jit import parallel_kernel, prange
 from sph.state import holding
 
-REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth", "output")
+REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth", "output", "error")
 
 
 @parallel_kernel
