@@ -11,14 +11,28 @@ from collections.abc import Callable
 import columns
 import numpy as np
 from scipy.integrate import quad, solve_ivp
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from matter import tree
+from sph import stage
 from sph.boundary.edge import Edge
+from sph.boundary.images import Images
+from sph.boundary.periodic import Periodic
 from sph.cloud import Cloud
 from sph.integrator import Integrator
 from sph.material_settings import Choice
 from sph.materials import Materials, collect
 from sph.target import Body
+
+TOUGH = {"strength": "von_mises", "damage": "none", "von_mises": {"Y0": "1e4 GPa"}, "tension": {"cut": "1e4 GPa"}}
+BASALTIC = {
+    "tillotson": {
+        "rho0": "2700 kg/m^3", "a": "0.5", "b": "1.5", "A": "26.7 GPa", "B": "26.7 GPa", "E0": "487 MJ/kg", "Eiv": "4.72 MJ/kg", "Ecv": "18.2 MJ/kg"
+    },
+    "elastic": {"shear_modulus": "22.7 GPa", "bulk_modulus": "26.7 GPa"},
+}  # fmt: skip
 
 
 def gas(gamma: float) -> Materials:
@@ -128,28 +142,36 @@ class _Tilted(Integrator):
 
 
 def slope(tilt: float, friction_angle: str = "30 deg", layers: int = 14) -> float:
-    """Velocity along an endless slope of dry sand under the ``tilt`` [rad] over that of free sliding, after three times sqrt(H / g).
+    """Velocity that an endless slope of dry sand gains at the ``tilt`` [rad] within 2 sqrt(H / g), over that of free sliding, g sin(tilt) t.
 
-    Sheared in a plane the cone of Drucker and Prager slides at tan(theta) = B (``angle_of_slope``), not at the angle of triaxial compression.
+    It lies on rock that cannot yield (a fixed rim passes on half of a shear stress), settles level, then tilted, both damped, and is let go.
+    Sheared in a plane the cone of Drucker and Prager slides at tan(theta) = B
+    (``angle_of_slope``), not at the angle of triaxial compression.
     """
     sand = Choice(strength="drucker_prager", damage="none", drucker_prager={"friction_angle": friction_angle, "cohesion": "0 Pa"}, tension={"cut": "0 Pa"})
-    materials = collect(("basalt",), {"basalt": sand})
-    column = columns.Column(materials, layers)
+    materials = collect(("basalt", "ice"), {"basalt": sand, "ice": Choice(**TOUGH, **BASALTIC)})
+    column = columns.Column(materials, layers + 6)
     i, c, height = column.integrator, column.cloud, column.height
-    g = 1e-4 * 26.7e9 / (2700.0 * height)  # the weight strains it by 1e-4
-    i.__class__ = _Tilted
-    i.pull = np.array([g * math.sin(tilt), 0.0, -g * math.cos(tilt)])
-    weight = 2700.0 * g * math.cos(tilt) * (height - c.position[:, 2])
-    c.density[:] = 2700.0 * (1.0 + weight / 26.7e9)
+    c.material[c.position[:, 2] < 6.0 * column.gap] = 1
+    g = 1e-3 * 26.7e9 / (2700.0 * height)  # the weight strains it by 1e-3
+    c.position += np.random.default_rng(1).uniform(-0.1, 0.1, c.position.shape)
+    i.neighbourhood.rebuild(c, 0.0)
+    c.density[:] = 2700.0 * (1.0 + 2700.0 * g * math.cos(tilt) * np.maximum(height - c.position[:, 2], 0.0) / 26.7e9)
     c.start_density[:] = c.density
     order = np.argsort(c.identity)
     i.edge = Edge(c.position[order, 2], c.smoothing_length[order], c.density[order], np.zeros(len(order)), 0.0)
-    i.strength = True
-    i.start()
-    time = 3.0 * math.sqrt(height / g)
-    advance(i, time)
-    top = c.initial_position[:, 2] > 0.6 * height
-    return float(c.velocity[top, 0].mean()) / (g * math.sin(tilt) * time)
+    i.__class__ = _Tilted
+    i.strength, crossing = True, height / math.sqrt(26.7e9 / 2700.0)
+    for along, time, damping in ((0.0, 10.0 * crossing, 1.0 / crossing), (math.sin(tilt), 10.0 * crossing, 1.0 / crossing), (math.sin(tilt), 0.0, 0.0)):
+        i.pull = np.array([g * along, 0.0, -g * math.cos(tilt)])
+        i.start()
+        time = time or 2.0 * math.sqrt(height / g)
+        begun, until = float(c.velocity[:, 0].mean()), i.time + time
+        while i.time < until:
+            dt = i.next_step(until)
+            i.step(dt, 1.0 / (1.0 + damping * dt))
+    top = c.initial_position[:, 2] > 0.5 * height
+    return (float(c.velocity[top, 0].mean()) - begun) / (g * math.sin(tilt) * time)
 
 
 def angle_of_slope(friction_angle: float) -> float:
@@ -174,3 +196,119 @@ def collapse(across: int = 20, share: float = 0.9) -> float:
     angles = np.linspace(0.0, 0.5 * math.pi, 20001)  # r = cos^2, t = 2/pi (angle + sin 2 angle / 2) of the free-fall time
     wanted = float(np.interp(share, 2.0 / math.pi * (angles + 0.5 * np.sin(2.0 * angles)), np.cos(angles) ** 2))
     return float(np.median(np.linalg.norm(c.position, axis=1))) / begun / wanted
+
+
+# ---------------------------------------------------------------- a spinning ball with stresses of its own
+def spin(radius: float = 7.0, turns: float = 1.0) -> tuple[float, float, float, float]:
+    """An elastic ball, its core expanded by heat and held by its shell, turned once in 200 radii over the speed of sound.
+
+    Returns the relative change of the angular momentum, what the correction of the torque took of it, and the relative changes of the mean P (core) and of
+    the root of the mean J2 (all but the outermost particles), all from a quarter of a turn on, when it has widened under its spin.
+    """
+    materials = collect(("basalt",), {"basalt": Choice(**TOUGH)})
+    i = body(closest_packing(lambda x: np.linalg.norm(x, axis=1) < radius, radius, 0.05), materials, radius, True)
+    c, crossing = i.cloud, radius / math.sqrt(26.7e9 / 2700.0)
+    core = np.linalg.norm(c.position, axis=1) < 0.55 * radius
+    c.specific_energy[core] = 8e4
+    i.hold = True
+    i.start()
+    while i.time < 30.0 * crossing:
+        dt = i.next_step(30.0 * crossing)
+        i.step(dt, 1.0 / (1.0 + dt / crossing))
+    i.hold = False
+    omega = 2.0 * math.pi / (200.0 * crossing)
+    c.velocity[:] = np.cross([0.0, 0.0, omega], c.position)
+    i.start()
+
+    def state() -> np.ndarray:
+        S = c.stress
+        J2 = S[:, 0] ** 2 + S[:, 3] ** 2 + S[:, 0] * S[:, 3] + S[:, 1] ** 2 + S[:, 2] ** 2 + S[:, 4] ** 2
+        r = np.linalg.norm(c.position, axis=1)
+        inner, middle = r < 0.8 * radius, r < 0.45 * radius
+        return np.array([i.evaluated.pressure[middle].mean(), math.sqrt(J2[inner].mean())])
+
+    def turning() -> float:
+        return float(c.mass @ np.cross(c.position, c.velocity)[:, 2])
+
+    advance(i, i.time + 50.0 * crossing)
+    removed, end = i.torque_removed.copy(), i.time + turns * 200.0 * crossing
+    before, L = state(), turning()
+    advance(i, end)
+    after = state()
+    changes = after / before - 1.0
+    return turning() / L - 1.0, float(np.linalg.norm(i.torque_removed - removed) / L), float(changes[0]), float(changes[1])
+
+
+# ---------------------------------------------------------------- rings
+def rings(outer: float = 24.0, until: float = 45.0) -> tuple[float, float, int, float]:
+    """Two rubber rings (r_in / r_out = 3/4, K = 1, mu = 0.22, 0.059 of the bulk speed each; Monaghan 2000) until ``until`` outer radii over that speed.
+
+    Returns the relative change of the total energy, the speed of their parting over that of their meeting, the number of pieces, and the largest share of
+    particles in one piece.
+    """
+    rubber = {
+        "eos": "murnaghan", "murnaghan": {"rho0": "1 kg/m^3", "K0": "1 Pa", "n": 1.0},
+        "elastic": {"shear_modulus": "0.22 Pa", "bulk_modulus": "1 Pa"}, "strength": "von_mises", "von_mises": {"Y0": "1 GPa"}, "damage": "none",
+        "tension": {"cut": "1 GPa"},
+    }  # fmt: skip
+    materials = collect(("basalt",), {"basalt": Choice(**rubber)})
+    period = 4.0 * columns.lattice(4, 4)[3]
+    flat = closest_packing(
+        lambda x: (np.hypot(x[:, 0], x[:, 1]) < outer) & (np.hypot(x[:, 0], x[:, 1]) > 0.75 * outer) & (np.abs(x[:, 2]) < 0.5 * period), outer
+    )
+    offset = np.array([outer + 1.5, 0.0, 0.0])
+    i = body(
+        np.concatenate([flat - offset, flat + offset]), materials, 3.0 * outer, True, images=Images((Periodic(2, -0.5 * period, 0.5 * period),)), clumping=0.3
+    )
+    c = i.cloud
+    left = c.position[:, 0] < 0.0
+    name = c.identity.copy()
+    mine = np.zeros(len(c), dtype=bool)
+    mine[name] = left
+    c.velocity[:, 0] = np.where(left, 0.059, -0.059)
+    i.start()
+
+    def energy() -> float:
+        return float(c.mass @ (0.5 * np.einsum("ij,ij->i", c.velocity, c.velocity) + c.specific_energy))
+
+    begun = energy()
+    kinetic = begun - float(c.mass @ c.specific_energy)
+    advance(i, until * outer)
+    first = mine[c.identity]
+    parting = float(c.velocity[~first, 0].mean() - c.velocity[first, 0].mean())
+    x = c.position.copy()
+    x[:, 2] = (x[:, 2] + 0.5 * period) % period
+    box = np.array([1e4, 1e4, period])
+    x[:, :2] += 5e3
+    pairs = cKDTree(x, boxsize=box).query_pairs(1.7, output_type="ndarray")
+    count, group = connected_components(coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(c), len(c))), directed=False)
+    return (energy() - begun) / kinetic, parting / 0.118, int(count), float(np.bincount(group).max() / len(c))
+
+
+# ---------------------------------------------------------------- a rod pulled apart
+def rod(rate: float, seed: int = 1, length: int = 48) -> float:
+    """Largest mean tension [Pa] of basalt pulled along z at the strain ``rate`` [1/s]: 4 x 4 x ``length`` mm out of a plate, periodic across."""
+    materials = collect(("basalt",), {"basalt": Choice(tension={"cut": "1e4 GPa"})})
+    spacing = 1e-3
+    place, wide, deep, gap = columns.lattice(round(length / 0.9), 4)
+    place = (place + np.random.default_rng(2).uniform(-0.05, 0.05, place.shape)) * spacing
+    n, tall = len(place), round(length / 0.9) * gap * spacing
+    matter = Body(
+        place, np.full(n, 2700.0 * spacing**3), np.full(n, 2700.0), np.full(n, columns.SUPPORT * spacing), np.zeros(n, np.int32), np.zeros(n, np.int32)
+    )
+    edge = Edge(np.minimum(place[:, 2], tall - place[:, 2]), matter.h, matter.density, np.zeros(n), 0.0)
+    planes = Images((Periodic(0, 0.0, wide * spacing), Periodic(1, 0.0, deep * spacing)))
+    i = Integrator(Cloud.of(matter), materials, 0.02, **columns.NUMERICS, theta=0.5, gravity_shift=0.0, self_gravity=False, edge=edge, images=planes)
+    c = i.cloud
+    stage._seed_flaws(c, materials, seed)
+    c.velocity[:, 2] = rate * (c.position[:, 2] - 0.5 * tall)
+    i.start()
+    most, end = 0.0, 4e-3 / rate
+    while i.time < end:
+        i.step(i.next_step(end))
+        middle = np.abs(c.initial_position[:, 2] - 0.5 * tall) < 0.35 * tall
+        tension = float(i.evaluated.row[:n][middle, 15].mean())
+        most = max(most, tension)
+        if tension < 0.3 * most and most > 1e7:
+            break
+    return most
