@@ -1,9 +1,10 @@
-"""Shocks of the production kernels against exact solutions, as one table.
+"""The production kernels against exact solutions, as one table.
 
     python benchmarks/sph_verification.py [--json] [--out FOLDER] [--layers N] [--only TEXT]
 
-Pistons over the Rankine-Hugoniot tables, compaction waves of porous material, Sod's tube, and what a quiet end returns; one set of viscosity, step and
-kernel for all (printed first). The set-ups are those of the tests (``tests/sph/columns.py``). ``--out`` writes ``shocks.md`` and ``shocks.json``, row by
+Pistons over the Rankine-Hugoniot tables, compaction waves of porous material, Sod's tube, what a quiet end returns, elastic waves, a slope, a blast, a
+collapse, a spinning ball, rings, a rod; one set of viscosity, step and kernel for all (printed first). The set-ups are those of the tests
+(``tests/sph/columns.py``, ``solutions.py``). ``--out`` writes ``shocks.md`` and ``shocks.json``, row by
 row: the same command continues a stopped run.
 """
 
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import sys
 import time
@@ -24,7 +26,9 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "sph")]
 
 import columns  # noqa: E402
+import numpy as np  # noqa: E402
 import shock_tube  # noqa: E402
+import solutions  # noqa: E402
 import test_boundaries  # noqa: E402
 import test_shocks  # noqa: E402
 
@@ -75,6 +79,73 @@ def compaction(name: str, alpha0: float | None, curve: dict | None, speed: float
     }
 
 
+def solved(what: str, measure: Callable[[], float], wanted: float, limit: float, relative: bool = True) -> dict:
+    """One row: what was measured, what the exact solution says, and whether it is within ``limit`` of it."""
+    begun = time.perf_counter()
+    value = float(measure())
+    off = abs(value - wanted) / (abs(wanted) if relative else 1.0)
+    return {"what": what, "value": value, "wanted": wanted, "limit": limit, "relative": relative, "met": off <= limit, "wall_s": time.perf_counter() - begun}
+
+
+def spun() -> list[dict]:
+    """Rows of the spinning ball."""
+    momentum, removed, pressure, shear = solutions.spin()
+    rows = (
+        ("spinning ball, one turn: change of L", momentum, 1e-3),
+        ("... taken out by the correction of the torque, over L", removed, 1e-3),
+        ("... change of the core's pressure", pressure, 0.01),
+        ("... change of sqrt(J2)", shear, 0.01),
+    )
+    return [solved(what, lambda value=value: value, 0.0, limit, False) for what, value, limit in rows]
+
+
+def rung() -> list[dict]:
+    """Rows of the rings."""
+    energy, parting, pieces, largest = solutions.rings()
+    return [
+        solved("rubber rings: change of the total energy over the kinetic", lambda: energy, 0.0, 0.02, False),
+        solved("... pieces", lambda: pieces, 2.0, 0.0),
+        solved("... the larger one's share of the particles", lambda: largest, 0.5, 0.0),
+        {"what": "... speed of parting over that of meeting", "value": parting},
+    ]
+
+
+def pulled() -> list[dict]:
+    """The rod's exponent."""
+    rates = np.array([3.0, 10.0, 30.0, 100.0, 300.0, 1000.0])
+    strength = [solutions.rod(rate) for rate in rates]
+    return [solved("tensile strength of a rod: power of the rate, 3 to 1000 /s", lambda: np.polyfit(np.log(rates), np.log(strength), 1)[0], 0.25, 0.05, False)]
+
+
+def blown(across: int) -> list[dict]:
+    """Rows of the blast."""
+    radius, peak = solutions.blast(across)
+    return [
+        solved(f"blast in a ball of {across} spacings: radius over Sedov's", lambda: radius, 1.0, 0.02),
+        solved("... largest density over that behind the front", lambda: peak, 1.0, 0.4),
+    ]
+
+
+def rest() -> dict[str, Callable[[], list[dict]]]:
+    """What has no table of its own."""
+    found: dict[str, Callable[[], list[dict]]] = {}
+    for name in ("basalt", "ice"):
+        for transverse in (False, True):
+            label = f"{'shear' if transverse else 'pressure'} wave in {name}, speed over exact"
+            found[label] = lambda label=label, name=name, across=transverse: [solved(label, lambda: solutions.elastic_speed(name, across), 1.0, 0.015)]
+    angle, more = solutions.angle_of_slope(math.radians(30.0)), math.radians(2.0)
+    free = math.sin(more) / (math.cos(angle) * math.sin(angle + more))
+    found["slope"] = lambda: [
+        solved("dry slope 2 deg below its angle: speed over free sliding", lambda: solutions.slope(angle - more), 0.0, 0.01, False),
+        solved("... 2 deg above it", lambda: solutions.slope(angle + more), free, 0.3),
+    ]
+    found["rod"], found["spin"], found["rings"] = pulled, spun, rung
+    for across in (24, 36):
+        found[f"blast {across}"] = partial(blown, across)
+    found["collapse"] = lambda: [solved("pressureless collapse at 0.8 of free fall: radius over exact", lambda: solutions.collapse(40, 0.8), 1.0, 0.01)]
+    return found
+
+
 def jobs(layers: int) -> dict[str, Callable[[], dict]]:
     """Everything to be measured, by name."""
     found: dict[str, Callable[[], dict]] = {}
@@ -87,6 +158,8 @@ def jobs(layers: int) -> dict[str, Callable[[], dict]]:
         found[f"sod/{count}"] = lambda count=count: dict(zip(("layers", "L1_density", "shock_speed"), (count, *shock_tube.sod(count))))
     for sigma in (4.0, 8.0):
         found[f"quiet/{sigma:g}"] = lambda sigma=sigma: {"sigma_spacings": sigma, "returned": test_boundaries.returned("quiet", sigma)}
+    for name, job in rest().items():
+        found[f"solutions/{name}"] = lambda job=job: {"rows": job()}
     return found
 
 
@@ -102,6 +175,14 @@ def line(row: dict) -> str:
     return "| " + " | ".join([*cells, f"{row['distention']:.4f}", "yes" if row["met"] else "**no**"]) + " |"
 
 
+def other(row: dict) -> str:
+    """A row of the last table."""
+    if "wanted" not in row:
+        return f"| {row['what']} | {row['value']:.4g} | | | |"
+    limit = f"{100 * row['limit']:g} %" if row["relative"] else f"{row['limit']:g}"
+    return f"| {row['what']} | {row['value']:.4g} | {row['wanted']:.4g} | {limit} | {'yes' if row['met'] else '**no**'} |"
+
+
 def page(numerics: dict, done: dict[str, dict]) -> str:
     """The tables of what was measured."""
     text = [f"Numerics of every row: {', '.join(f'{key} {value}' for key, value in numerics.items())}.", ""]
@@ -112,6 +193,10 @@ def page(numerics: dict, done: dict[str, dict]) -> str:
     text += [f"| {row['layers']} | {100 * row['L1_density']:.2f} % | {row['shock_speed']:.4f} |" for row in kinds["sod"]]
     text += ["", "## Quiet end", "", "| half width of the pulse, spacings | momentum returned |", "|---|---|"]
     text += [f"| {row['sigma_spacings']:g} | {100 * row['returned']:.2f} % |" for row in kinds["quiet"]]
+    text += ["", "## Other solutions", "", "| | measured | exact | limit | met |", "|---|---|---|---|---|"]
+    for name, entry in done.items():
+        if name.startswith("solutions/"):
+            text += [other(row) for row in entry["rows"]]
     rows = kinds["pistons"] + kinds["compaction"]
     return "\n".join([*text, "", f"{sum(row['met'] for row in rows)} of {len(rows)} shocks within their limits.", ""])
 

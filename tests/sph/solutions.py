@@ -240,7 +240,7 @@ def spin(radius: float = 7.0, turns: float = 1.0) -> tuple[float, float, float, 
 
 
 # ---------------------------------------------------------------- rings
-def rings(outer: float = 24.0, until: float = 45.0) -> tuple[float, float, int, float]:
+def rings(outer: float = 24.0, until: float = 50.0) -> tuple[float, float, int, float]:
     """Two rubber rings (r_in / r_out = 3/4, K = 1, mu = 0.22, 0.059 of the bulk speed each; Monaghan 2000) until ``until`` outer radii over that speed.
 
     Returns the relative change of the total energy, the speed of their parting over that of their meeting, the number of pieces, and the largest share of

@@ -46,3 +46,23 @@ def test_strength_of_a_rod_grows_with_the_fourth_root_of_the_rate():
     strength = np.array([solutions.rod(rate) for rate in rates])
     assert np.all(np.diff(strength) > 0.0)
     assert np.polyfit(np.log(rates), np.log(strength), 1)[0] == pytest.approx(0.25, abs=0.05)
+
+
+@pytest.mark.validation
+def test_a_spinning_ball_keeps_its_stress():
+    """One turn, seven spacings of radius. The correction of the torque keeps L and takes 0.4 % of it; invariants are wanted within 1 %.
+
+    Not met: P -2.1 %, sqrt(J2) -1.8 % (five spacings: -3.0 and -2.4 %). The heating sigma : L with the plain gradients of lopsided neighbourhoods at the surface
+    is not zero in rotation, as its conjugate, the torque, is not.
+    """
+    momentum, removed, pressure, shear = solutions.spin()
+    assert abs(momentum) < 1e-3 and removed < 0.01
+    assert abs(pressure) < 0.01 and abs(shear) < 0.01
+
+
+@pytest.mark.validation
+def test_rubber_rings_bounce_without_breaking():
+    """Total energy within 2 % of the kinetic; two whole rings part again, at 0.73 of the speed (viscosity and vibration have the rest)."""
+    energy, parting, pieces, largest = solutions.rings()
+    assert abs(energy) < 0.02 and pieces == 2 and largest == 0.5
+    assert 0.6 < parting < 0.9
