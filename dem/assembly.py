@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from dem import contacts, forces, integrator, walls
-from dem.contact_settings import Contact
+from dem.contact_settings import COHESION, MODULUS, SHAPE, Contact, rigid, shortest_contact_time
 from dem.gravity import Field
-from dem.laws.tangential_spring import RULES
+from dem.laws import cohesion_zhang
 from matter.errors import InputError, UnphysicalState
 from matter.particles import Particles
 
@@ -41,7 +41,7 @@ class Assembly:
     contact : laws and parameters.
     walls : boundaries, at rest.
     gravity : uniform or central field.
-    dt : time step [s]; None takes the shortest contact time / ``contact.steps_per_contact``.
+    dt : time step [s]; None takes that of ``contact.time_step``.
     overlap_limit : instead of ``contact.overlap_stop`` (a packing starts with any overlap).
     threads : chunks of the half list, one per thread; results are bitwise repeatable at one number.
     """
@@ -62,8 +62,10 @@ class Assembly:
         n = len(grains)
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
         self.walls = walls.rows(walls_)
+        self.scheme = contact.scheme()
+        self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), integrator.kick_loop(self.scheme)
         self.pair_table = contact.pair_table()
-        self.wall_tables = walls.tables(walls_, self.pair_table)
+        self.wall_tables = rigid(walls.tables(walls_, self.pair_table), self.pair_table, walls_)
         self.X = np.column_stack([grains.position, grains.radius])
         self.W = np.column_stack([grains.velocity, grains.angular_velocity])
         self.V = np.column_stack([self.W, grains.mass, grains.stiffness])
@@ -77,12 +79,12 @@ class Assembly:
         ejecta = self.identity >= grains.attributes.get("bed_grains", np.iinfo(np.int64).max)
         self.returned = ((self.state == BALLISTIC) | ejecta).astype(np.int8)
         self.drag, self.weight = np.zeros(n), np.ones(n)
-        self.wall_history = np.zeros((n, max(1, len(walls_)), forces.HISTORY))
+        self.wall_history = np.zeros((n, max(1, len(walls_)), self.scheme.history))
         self.reference = np.zeros((n, 3))
         self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
-        self.hist = np.zeros((0, forces.HISTORY))
+        self.hist = np.zeros((0, self.scheme.history))
         self.mean_radius = float(grains.radius.mean())
-        self.dt = dt if dt is not None else shortest_contact_time(grains.mass, grains.stiffness) / contact.steps_per_contact
+        self.dt = dt if dt is not None else contact.time_step(grains, self.gravity)
         self.skin = skin * self.mean_radius
         self.steps, self.builds, self.since_build = 0, 0, 0
         self.start_time = float(grains.attributes.get("time", 0.0))
@@ -95,7 +97,7 @@ class Assembly:
         self.threads = max(1, threads)
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
         self._workspace()
-        self._rebuild(_tabled(grains, self.identity))
+        self._rebuild(_tabled(grains, self.identity, self.scheme.history))
         self._wall_tables_in(grains)
         self._forces(initial=True)
 
@@ -130,7 +132,7 @@ class Assembly:
         self.active = active
         self.moving = active + int(np.count_nonzero(self.state == BALLISTIC))
         self.row, self.col = contacts.build(self.X[:active], cells, self.skin, max(len(self.col) + len(self.col) // 8, 6 * active, 64))
-        self.hist = np.zeros((len(self.col), forces.HISTORY))
+        self.hist = np.zeros((len(self.col), self.scheme.history))
         first, second = new_index[first], new_index[second]
         here = (first < active) & (second < active)
         contacts.carry(first[here], second[here], history[here], self.row, self.col, self.hist)
@@ -192,18 +194,18 @@ class Assembly:
         return integrator.drift(lo, hi, self.active, self.X, self.V, self.W, self.A, self.E, self.reference, self.dt, self._kick_report[c])
 
     def _pairs(self, c: int, dt: float, over_speed: float) -> None:
-        self._last[c] = forces.pair_forces(
+        self._last[c] = self._pair_loop(
             self._ends[c], self._ends[c + 1], self.X, self.V, self.kind, self.returned, self.row, self.col, self.hist, self.pair_table, dt,
-            RULES[self.contact.sliding], self.contact.attractive_tail, over_speed, self.contact.overlap_warn, self.F, self._spill[c],
+            self.contact.attractive_tail, over_speed, self.contact.overlap_warn, self.F, self._spill[c],
             self._pair_report[c],
         )  # fmt: skip
 
     def _kick(self, c: int, dt: float, half: float) -> int:
         g = self.gravity
-        return integrator.kick(
+        return self._kick_loop(
             self._moving_ends[c], self._moving_ends[c + 1], c, self.active, self.X, self.V, self.W, self.A, self.E, self.F, self._spill,
             self._last, self.drag, self.weight, self.kind, self.returned, self.walls, self.wall_tables, self.wall_history, g.uniform, g.table, g.radius,
-            dt, half, RULES[self.contact.sliding], self.contact.attractive_tail, self._kick_report[c],
+            dt, half, self.contact.attractive_tail, self._kick_report[c],
         )  # fmt: skip
 
     def _forces(self, initial: bool = False) -> None:
@@ -320,6 +322,23 @@ class Assembly:
         self.state[where] = state
         self._rebuild()
 
+    def static_contact(self, first: np.ndarray, second: np.ndarray, overlap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Normal (tangent) stiffness [N/m] and normal force [N], cohesion included, of contacts at rest between the grains of these indices."""
+        r1, r2 = self.X[first, 3], self.X[second, 3]
+        table = self.pair_table[self.kind[first], self.kind[second]]
+        radius = r1 * r2 / (r1 + r2)
+        k = np.minimum(self.V[first, 7], self.V[second, 7])
+        push = k * overlap
+        if self.scheme.normal == forces.HERTZ:
+            k = 2.0 * table[:, MODULUS] * np.sqrt(radius * np.maximum(overlap, 0.0))
+            push = 2.0 / 3.0 * k * overlap
+        if self.scheme.cohesion == forces.ZHANG:
+            push = push - cohesion_zhang.pull(table[:, COHESION], table[:, SHAPE], radius)
+        elif self.scheme.cohesion == forces.SJKR:
+            d = r1 + r2 - overlap
+            push = push - table[:, COHESION] * np.pi * (r1**2 - ((d * d + r1**2 - r2**2) / (2.0 * d)) ** 2)
+        return k, push
+
     # -- files ---------------------------------------------------------------------------------------------------------------
 
     def particles(self, attributes: dict[str, Any], tables: bool = True) -> Particles:
@@ -380,11 +399,6 @@ _SCALARS = (
 )  # fmt: skip
 
 
-def shortest_contact_time(mass: np.ndarray, stiffness: np.ndarray) -> float:
-    """Shortest undamped contact time of any pair of these grains [s]: pi sqrt(m / 2 k_n), its smallest value."""
-    return float(np.pi * np.sqrt(0.5 * np.min(mass / stiffness)))
-
-
 def _check(grains: Particles) -> None:
     for name in ("mass", "radius", "stiffness"):
         bad = ~(grains[name] > 0.0)
@@ -409,13 +423,16 @@ def _index_of(identity: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.where(identity[index] == wanted, index, -1)
 
 
-def _tabled(grains: Particles, identity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _tabled(grains: Particles, identity: np.ndarray, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Contacts of a snapshot as present indices and history rows; contacts of grains that are gone are left out."""
     pair = grains.tables.get("contacts/pair")
     if pair is None or len(pair) == 0:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, forces.HISTORY))
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, columns))
     first, second = _index_of(identity, pair[:, 0]), _index_of(identity, pair[:, 1])
     good = (first >= 0) & (second >= 0)
-    history = np.ones((int(good.sum()), forces.HISTORY))
+    history = np.ones((int(good.sum()), columns))
     history[:, :7] = grains.tables["contacts/history"][good]
     return first[good], second[good], history
+
+
+__all__ = ["ACTIVE", "BALLISTIC", "LEFT", "REASONS", "Assembly", "shortest_contact_time"]

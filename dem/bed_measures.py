@@ -39,10 +39,10 @@ def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     branch = bed.X[second, :3] - bed.X[first, :3]
     d = np.linalg.norm(branch, axis=1)
     r1, r2 = bed.X[first, 3], bed.X[second, 3]
-    k = np.minimum(bed.V[first, 7], bed.V[second, 7])
     overlap = r1 + r2 - d
+    k, push = bed.static_contact(first, second, overlap)
     ratio = bed.pair_table[bed.kind[first], bed.kind[second], 6]
-    force = (k * overlap / d)[:, None] * branch - (k * ratio)[:, None] * history[:, :3]
+    force = (push / d)[:, None] * branch - (k * ratio)[:, None] * history[:, :3]
     return first, second, force, branch, overlap / np.minimum(r1, r2)
 
 

@@ -93,8 +93,8 @@ def carry(first, second, history, row, col, hist):
             continue
         for k in range(6):
             hist[place, k] = sign * history[c, k]
-        hist[place, 6] = history[c, 6]
-        hist[place, 7] = history[c, 7]
+        for k in range(6, history.shape[1]):
+            hist[place, k] = history[c, k]
     return lost
 
 

@@ -12,9 +12,12 @@ accelerations; ``E`` (n, 6) external force, and external torque about the origin
 
 from __future__ import annotations
 
+import functools
+from typing import Any
+
 import numpy as np
 
-from dem.forces import contact
+from dem.forces import HERTZ, SJKR, ZHANG, Scheme, _sjkr_area, _sjkr_volume, _zhang, contact, released
 from dem.gravity import central
 from dem.walls import distance
 from matter.jit import kernel
@@ -55,112 +58,131 @@ def drift(lo, hi, active, X, V, W, A, E, reference, dt, report):
     return largest
 
 
-@kernel
-def kick(
-    lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, returned, walls, wall_tables, wall_history,
-    uniform, g_table, g_radius, dt, half, rule, tail, report,
-):  # fmt: skip
-    """Sum the forces on grains lo..hi and finish the step (``half`` = dt/2; 0 only evaluates); returns the first grain that is not finite, or -1.
+@functools.cache
+def kick_loop(scheme: Scheme) -> Any:
+    """The compiled second half of a step for one scheme: ``kick``."""
+    normal, mindlin, cohesion, rule = scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding
+    columns = scheme.history
 
-    ``spill`` (chunks, n, 6) holds what lower chunks added to these grains, up to grain ``last[chunk]``; it is zeroed here.
-    ``weight`` multiplies gravity, ``drag`` [1/s] is a linear damping of velocity and spin.
-    """
-    bad = -1
-    gone, wall_lost, wall_stored, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
-    jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    central_part = g_radius > 0.0
-    for i in range(lo, hi):
-        if i < active:
-            for c in range(chunk):
-                if i <= last[c]:
-                    for k in range(6):
-                        F[i, k] += spill[c, i, k]
-                        spill[c, i, k] = 0.0
-        x, y, z, radius = X[i, 0], X[i, 1], X[i, 2], X[i, 3]
-        m, stiffness = V[i, 6], V[i, 7]
-        inertia = 0.4 * m * radius * radius
-        vx, vy, vz, wx, wy, wz = V[i, 0], V[i, 1], V[i, 2], V[i, 3], V[i, 4], V[i, 5]
-        wm = weight[i] * m
-        ex, ey, ez = wm * uniform[0], wm * uniform[1], wm * uniform[2]
-        if central_part:
-            r = np.sqrt(x * x + y * y + z * z)
-            if r > 0.0:
-                q = wm * central(r, g_table, g_radius) / r
-                ex -= q * x
-                ey -= q * y
-                ez -= q * z
-        tx, ty, tz = 0.0, 0.0, 0.0
-        if i < active:
-            for w in range(walls.shape[0]):
-                d, nx, ny, nz = distance(walls[w], x, y, z)
-                if d >= radius:
-                    if wall_history[i, w, 7] != 0.0:
-                        for k in range(8):
-                            wall_history[i, w, k] = 0.0
-                    continue
-                # the wall is body 2, at rest: u = -v - d w x n
-                ux = -vx - d * (wy * nz - wz * ny)
-                uy = -vy - d * (wz * nx - wx * nz)
-                uz = -vz - d * (wx * ny - wy * nx)
-                un = ux * nx + uy * ny + uz * nz
-                wn = wx * nx + wy * ny + wz * nz
-                fn, fx, fy, fz, mx, my, mz, stored, spent, _ = contact(
-                    nx, ny, nz, radius - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn,
-                    stiffness, m, radius, wall_tables[w, kind[i]], wall_history[i, w], dt, rule, tail, 0.0,
-                )  # fmt: skip
-                wall_stored += stored
-                wall_lost += spent
-                if returned[i] == 0 and (radius - d) / radius > worst:
-                    worst, worst_grain = (radius - d) / radius, i
-                fx -= fn * nx
-                fy -= fn * ny
-                fz -= fn * nz
-                ex += fx
-                ey += fy
-                ez += fz
-                tx += d * (ny * fz - nz * fy) + mx
-                ty += d * (nz * fx - nx * fz) + my
-                tz += d * (nx * fy - ny * fx) + mz
-        c = drag[i]
-        if c > 0.0:
-            ex -= c * m * vx
-            ey -= c * m * vy
-            ez -= c * m * vz
-            tx -= c * inertia * wx
-            ty -= c * inertia * wy
-            tz -= c * inertia * wz
-            gone += c * dt * (m * (vx * vx + vy * vy + vz * vz) + inertia * (wx * wx + wy * wy + wz * wz))
-        E[i, 0], E[i, 1], E[i, 2] = ex, ey, ez
-        E[i, 3] = y * ez - z * ey + tx
-        E[i, 4] = z * ex - x * ez + ty
-        E[i, 5] = x * ey - y * ex + tz
-        A[i, 0] = (ex + F[i, 0]) / m
-        A[i, 1] = (ey + F[i, 1]) / m
-        A[i, 2] = (ez + F[i, 2]) / m
-        A[i, 3] = (tx + F[i, 3]) / inertia
-        A[i, 4] = (ty + F[i, 4]) / inertia
-        A[i, 5] = (tz + F[i, 5]) / inertia
-        total = 0.0
-        for k in range(6):
-            W[i, k] += half * A[i, k]
-            total += A[i, k]
-        fastest = max(fastest, W[i, 0] * W[i, 0] + W[i, 1] * W[i, 1] + W[i, 2] * W[i, 2])
-        if bad < 0 and not np.isfinite(total + x + y + z):
-            bad = i
-        jx += ex
-        jy += ey
-        jz += ez
-        lx += E[i, 3]
-        ly += E[i, 4]
-        lz += E[i, 5]
-    report[0] += gone
-    report[1] += wall_lost
-    report[2] = wall_stored
-    report[3] += half * jx
-    report[4] += half * jy
-    report[5] += half * jz
-    report[6] += half * lx
-    report[7] += half * ly
-    report[8] += half * lz
-    report[9], report[10], report[11] = worst, worst_grain, fastest
-    return bad
+    @kernel
+    def kick(
+        lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, returned, walls, wall_tables, wall_history,
+        uniform, g_table, g_radius, dt, half, tail, report,
+    ):  # fmt: skip
+        """Sum the forces on grains lo..hi and finish the step (``half`` = dt/2; 0 only evaluates); returns the first grain that is not finite, or -1.
+
+        ``spill`` (chunks, n, 6) holds what lower chunks added to these grains, up to grain ``last[chunk]``; it is zeroed here.
+        ``weight`` multiplies gravity, ``drag`` [1/s] is a linear damping of velocity and spin.
+        """
+        bad = -1
+        gone, wall_lost, wall_stored, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
+        jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        central_part = g_radius > 0.0
+        for i in range(lo, hi):
+            if i < active:
+                for c in range(chunk):
+                    if i <= last[c]:
+                        for k in range(6):
+                            F[i, k] += spill[c, i, k]
+                            spill[c, i, k] = 0.0
+            x, y, z, radius = X[i, 0], X[i, 1], X[i, 2], X[i, 3]
+            m, stiffness = V[i, 6], V[i, 7]
+            inertia = 0.4 * m * radius * radius
+            vx, vy, vz, wx, wy, wz = V[i, 0], V[i, 1], V[i, 2], V[i, 3], V[i, 4], V[i, 5]
+            wm = weight[i] * m
+            ex, ey, ez = wm * uniform[0], wm * uniform[1], wm * uniform[2]
+            if central_part:
+                r = np.sqrt(x * x + y * y + z * z)
+                if r > 0.0:
+                    q = wm * central(r, g_table, g_radius) / r
+                    ex -= q * x
+                    ey -= q * y
+                    ez -= q * z
+            tx, ty, tz = 0.0, 0.0, 0.0
+            if i < active:
+                for w in range(walls.shape[0]):
+                    d, nx, ny, nz = distance(walls[w], x, y, z)
+                    if d >= radius:
+                        if wall_history[i, w, 7] != 0.0:
+                            wall_lost += released(wall_history[i, w], stiffness, radius, wall_tables[w, kind[i]], mindlin)
+                            for k in range(columns):
+                                wall_history[i, w, k] = 0.0
+                        continue
+                    # the wall is body 2, at rest: u = -v - d w x n
+                    ux = -vx - d * (wy * nz - wz * ny)
+                    uy = -vy - d * (wz * nx - wx * nz)
+                    uz = -vz - d * (wx * ny - wy * nx)
+                    un = ux * nx + uy * ny + uz * nz
+                    wn = wx * nx + wy * ny + wz * nz
+                    k_wall = stiffness
+                    if normal == HERTZ:
+                        k_wall = 2.0 * wall_tables[w, kind[i], 7] * np.sqrt(radius * (radius - d))
+                    pull, bound = 0.0, 0.0
+                    if cohesion == ZHANG:
+                        pull = _zhang(wall_tables[w, kind[i], 8], wall_tables[w, kind[i], 3], radius)
+                        bound = pull * (radius - d)
+                    elif cohesion == SJKR:
+                        pull = wall_tables[w, kind[i], 8] * _sjkr_area(radius - d, radius, 0.0)
+                        bound = wall_tables[w, kind[i], 8] * _sjkr_volume(radius - d, radius, 0.0)
+                    fn, fx, fy, fz, mx, my, mz, stored, spent, _ = contact(
+                        nx, ny, nz, radius - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn,
+                        k_wall, m, radius, wall_tables[w, kind[i]], wall_history[i, w], dt, tail, 0.0, pull, bound, rule, normal, mindlin,
+                    )  # fmt: skip
+                    wall_stored += stored
+                    wall_lost += spent
+                    if returned[i] == 0 and (radius - d) / radius > worst:
+                        worst, worst_grain = (radius - d) / radius, i
+                    fx -= fn * nx
+                    fy -= fn * ny
+                    fz -= fn * nz
+                    ex += fx
+                    ey += fy
+                    ez += fz
+                    tx += d * (ny * fz - nz * fy) + mx
+                    ty += d * (nz * fx - nx * fz) + my
+                    tz += d * (nx * fy - ny * fx) + mz
+            c = drag[i]
+            if c > 0.0:
+                ex -= c * m * vx
+                ey -= c * m * vy
+                ez -= c * m * vz
+                tx -= c * inertia * wx
+                ty -= c * inertia * wy
+                tz -= c * inertia * wz
+                gone += c * dt * (m * (vx * vx + vy * vy + vz * vz) + inertia * (wx * wx + wy * wy + wz * wz))
+            E[i, 0], E[i, 1], E[i, 2] = ex, ey, ez
+            E[i, 3] = y * ez - z * ey + tx
+            E[i, 4] = z * ex - x * ez + ty
+            E[i, 5] = x * ey - y * ex + tz
+            A[i, 0] = (ex + F[i, 0]) / m
+            A[i, 1] = (ey + F[i, 1]) / m
+            A[i, 2] = (ez + F[i, 2]) / m
+            A[i, 3] = (tx + F[i, 3]) / inertia
+            A[i, 4] = (ty + F[i, 4]) / inertia
+            A[i, 5] = (tz + F[i, 5]) / inertia
+            total = 0.0
+            for k in range(6):
+                W[i, k] += half * A[i, k]
+                total += A[i, k]
+            fastest = max(fastest, W[i, 0] * W[i, 0] + W[i, 1] * W[i, 1] + W[i, 2] * W[i, 2])
+            if bad < 0 and not np.isfinite(total + x + y + z):
+                bad = i
+            jx += ex
+            jy += ey
+            jz += ez
+            lx += E[i, 3]
+            ly += E[i, 4]
+            lz += E[i, 5]
+        report[0] += gone
+        report[1] += wall_lost
+        report[2] = wall_stored
+        report[3] += half * jx
+        report[4] += half * jy
+        report[5] += half * jz
+        report[6] += half * lx
+        report[7] += half * ly
+        report[8] += half * lz
+        report[9], report[10], report[11] = worst, worst_grain, fastest
+        return bad
+
+    return kick

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dem import flight, settling
-from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly, shortest_contact_time
+from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
 from dem.contact_settings import Contact
 from dem.domain import Domain
 from dem.layered_body import LayeredBody
@@ -105,7 +105,7 @@ class Collapse:
         self.settings, self.out = settings, out
         self.domain = Domain.of_attribute(start.attributes["domain"])
         start["stiffness"] = capped_stiffness(start)
-        dt = shortest_contact_time(start.mass, start.stiffness) / settings.contact.steps_per_contact * settings.step_factor
+        dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
         self.bed = Assembly(start, settings.contact, self.domain.walls(), body.gravity(), dt=dt, threads=settling.threads_for(len(start)), skin=0.3)
         self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")}
         self.still = Stillness(settings.still_interval)

@@ -6,8 +6,9 @@
 
 theta rolling spring [rad], the integral of the rolling rate w_r [rad/s] (Bagi & Kuhn 2004 for unequal spheres); M_r acts on grain 1.
 R = r1 r2 / (r1 + r2) [m]; beta is the shape parameter (0 sphere, 1 strongly angular): a contact behaves like a disc of radius beta R.
-At the limit the spring is shortened to carry exactly the limit (pkdgrav instead leaves it as it was before the step; the moment is
-the same). On a wall R is the radius of the grain and the second term of w_r is dropped, so that pure sliding raises no moment.
+At the limit the spring is set to carry exactly the limit, with the sliding rule ``cap`` only ever shortened to it
+(pkdgrav instead leaves it as it was before the step; the moment is the same).
+On a wall R is the radius of the grain and the second term of w_r is dropped, so that pure sliding raises no moment.
 
 Source: Zhang et al. 2017, Icarus 294, 98 (the four-component law); moments of Jiang et al. 2015, Comput. Geotech. 65, 147.
 LIGGGHTS: ``rolling_friction epsd3`` with rmu = mu_r beta and rollingStiffness = 1/mu_r^2; LAMMPS: ``rolling sds``.
@@ -20,6 +21,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from dem.laws.tangential_spring import CAP
 from matter.jit import law
 
 
@@ -31,11 +33,11 @@ class Parameters(NamedTuple):
 
 
 @law
-def moment(ax, ay, az, wx, wy, wz, stiffness, damping, limit):
+def moment(ax, ay, az, wx, wy, wz, stiffness, damping, limit, rule):
     """Moment and spring after the test of the slider.
 
     ``a`` rolling spring with this step's increment added [rad], ``w`` rolling rate [rad/s], ``stiffness`` k_r [N m], ``damping`` C_r
-    [N m s], ``limit`` [N m]; returns (M_x, M_y, M_z, a_x, a_y, a_z).
+    [N m s], ``limit`` [N m], ``rule`` of ``tangential_spring``; returns (M_x, M_y, M_z, a_x, a_y, a_z).
     """
     mx = stiffness * ax + damping * wx
     my = stiffness * ay + damping * wy
@@ -46,5 +48,9 @@ def moment(ax, ay, az, wx, wy, wz, stiffness, damping, limit):
         mx *= q
         my *= q
         mz *= q
+        if rule == CAP:
+            a = stiffness * np.sqrt(ax * ax + ay * ay + az * az)
+            q = limit / a if a > limit else 1.0
+            return mx, my, mz, ax * q, ay * q, az * q
         return mx, my, mz, mx / stiffness, my / stiffness, mz / stiffness
     return mx, my, mz, ax, ay, az

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from dem.contact_settings import Contact, GrainLaw
-from dem.laws import normal_hooke, rolling_sds, tangential_spring, twisting_sds
+from dem.laws import (
+    cohesion_sjkr,
+    cohesion_zhang,
+    normal_hertz,
+    normal_hooke,
+    rolling_sds,
+    tangential_mindlin,
+    tangential_spring,
+    twisting_sds,
+)
 from tests.dem.scenes import SMOOTH, assembly, grains
 
 STIFFNESS = 1e4
@@ -64,6 +73,10 @@ def test_restitution_of_unequal_grains_is_the_same():
 def test_sliding_rules_differ_as_they_say():
     beyond = dict(sx=1.0, sy=0.0, sz=0.0, ux=0.1, uy=0.0, uz=0.0, stiffness=10.0, damping=2.0, limit=4.0)
     clamp = tangential_spring.force(*beyond.values(), tangential_spring.CLAMP)
+    cap = tangential_spring.force(*{**beyond, "ux": 10.0, "sx": 0.3}.values(), tangential_spring.CAP)
+    assert cap == pytest.approx((4.0, 0, 0, 0.3, 0, 0))  # the dashpot reached the limit: the spring stays
+    cap = tangential_spring.force(*beyond.values(), tangential_spring.CAP)
+    assert cap == pytest.approx((4.0, 0, 0, 0.4, 0, 0))
     reset = tangential_spring.force(*beyond.values(), tangential_spring.RESET)
     assert clamp == pytest.approx((4.0, 0, 0, 0.4, 0, 0))
     assert reset == pytest.approx((0.2, 0, 0, 0, 0, 0))
@@ -72,16 +85,19 @@ def test_sliding_rules_differ_as_they_say():
 
 
 def test_sliders_carry_exactly_their_limit():
-    mx, my, mz, ax, ay, az = rolling_sds.moment(0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 100.0, 1.0, 5.0)
+    mx, my, mz, ax, ay, az = rolling_sds.moment(0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 100.0, 1.0, 5.0, tangential_spring.CLAMP)
     assert (mx, my, mz) == pytest.approx((3.0, 4.0, 0.0)) and (ax, ay, az) == pytest.approx((0.03, 0.04, 0.0))
-    assert twisting_sds.moment(-1.0, 0.0, 10.0, 1.0, 4.0) == pytest.approx((-4.0, -0.4))
+    assert twisting_sds.moment(-1.0, 0.0, 10.0, 1.0, 4.0, tangential_spring.CLAMP) == pytest.approx((-4.0, -0.4))
 
 
-@pytest.mark.parametrize("module", [normal_hooke, tangential_spring, rolling_sds, twisting_sds])
+@pytest.mark.parametrize(
+    "module",
+    [normal_hooke, normal_hertz, tangential_spring, tangential_mindlin, rolling_sds, twisting_sds, cohesion_zhang, cohesion_sjkr],
+)
 def test_a_law_file_has_a_source_and_bounded_parameters(module):
     from pydantic import TypeAdapter, ValidationError
 
-    assert "Source:" in module.__doc__
+    assert all(word in module.__doc__ for word in ("Source:", "LIGGGHTS", "LAMMPS"))
     adapter = TypeAdapter(module.Parameters)
     adapter.validate_python({})
     with pytest.raises(ValidationError):

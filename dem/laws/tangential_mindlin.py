@@ -1,0 +1,52 @@
+"""Tangential contact force whose stiffness follows the area of a Hertzian contact (Mindlin, without micro-slip).
+
+    dF_t = k_t dS,    k_t = 8 G* a = 8 G* sqrt(R x),    |F_t + C_t u_t| <= mu_s |F_n|
+    1/G* = (2 - nu_1)/G_1 + (2 - nu_2)/G_2,   G = E / (2 (1 + nu)),   C_t = -2 sqrt(5/6) ln(e_t) sqrt(k_t m_red / (pi^2 + ln^2 e_t))
+
+Symbols as in ``tangential_spring`` and ``normal_hertz``. k_t / k = 4 G* / E* is one number per pair of species, with k the tangent normal
+stiffness: the Coulomb test, the damping and its two rules are those of ``tangential_spring``. On a wall, which is rigid, its own
+terms are left out of E* and G*.
+
+What becomes of a spring (this one, and those of rolling and twisting) when the area changes between two slips is one of two rules:
+
+``force``         a growing area keeps the force, a shrinking one lets go of it in proportion to a. A cycle never gains energy, and what it
+                  loses is counted as dissipated. The default. LAMMPS: ``mindlin_rescale/force``.
+``displacement``  F_t = k_t S at any area. A contact that slips while loose and is then pressed gains energy (Walton 1978 as cited in LAMMPS'
+                  manual). LAMMPS: ``mindlin``; LIGGGHTS: ``tangential history`` with ``model hertz``.
+
+Source: Mindlin 1949, J. Appl. Mech. 16, 259; rules: Walton & Braun 1986, J. Rheol. 30, 949; Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from pydantic import Field
+
+from dem.laws import tangential_spring
+from matter.jit import law
+
+FORCE, DISPLACEMENT = 1, 2
+RULES = {"force": FORCE, "displacement": DISPLACEMENT}
+
+force = tangential_spring.force
+
+
+class Parameters(NamedTuple):
+    """``friction``: mu_s; ``restitution``: e_t in (0, 1]; E [Pa] and nu are those of the normal law."""
+
+    friction: Annotated[float, Field(ge=0.0, le=2.0)] = 0.5
+    restitution: Annotated[float, Field(gt=0.0, le=1.0)] = 0.55
+
+
+def effective_shear_modulus(first: tuple[float, float], second: tuple[float, float]) -> float:
+    """G* [Pa] of two bodies, each (E [Pa], nu)."""
+    return 1.0 / sum(2.0 * (2.0 - nu) * (1.0 + nu) / modulus for modulus, nu in (first, second))
+
+
+@law
+def kept(stiffness, before, rule):
+    """Part of the springs that stays when the tangent stiffness goes from ``before`` (0 at first touch) to ``stiffness`` [N/m]."""
+    if rule == FORCE and stiffness > before:
+        return before / stiffness
+    return 1.0
