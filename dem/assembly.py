@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from dem import contacts, forces, integrator, walls
+from dem import contacts, forces, integrator, size_levels, walls
 from dem.contact_settings import COHESION, MODULUS, SHAPE, Contact, rigid, shortest_contact_time
 from dem.gravity import Field
 from dem.laws import cohesion_zhang
@@ -122,7 +122,9 @@ class Assembly:
         self._adapt_skin()
         by_state = np.argsort(self.state, kind="stable")
         active = int(np.count_nonzero(self.state == ACTIVE))
-        reach = 2.0 * float(self.X[:, 3].max()) + self.skin
+        # grains of very different sizes: cells only order them, of the size of the mean grain; their pairs are found class by class
+        mixed = size_levels.several(self.X[by_state[:active], 3])
+        reach = 2.0 * (self.mean_radius if mixed else float(self.X[:, 3].max())) + self.skin
         cells = contacts.Cells(self.X[by_state[:active], :3], reach)
         order = np.concatenate([by_state[:active][cells.order], by_state[active:]])
         for name in _PER_GRAIN:
@@ -131,7 +133,11 @@ class Assembly:
         new_index[order] = np.arange(len(order))
         self.active = active
         self.moving = active + int(np.count_nonzero(self.state == BALLISTIC))
-        self.row, self.col = contacts.build(self.X[:active], cells, self.skin, max(len(self.col) + len(self.col) // 8, 6 * active, 64))
+        room = max(len(self.col) + len(self.col) // 8, 6 * active, 64)
+        if mixed:
+            self.row, self.col = size_levels.build(self.X[:active], self.skin, room)
+        else:
+            self.row, self.col = contacts.build(self.X[:active], cells, self.skin, room)
         self.hist = np.zeros((len(self.col), self.scheme.history))
         first, second = new_index[first], new_index[second]
         here = (first < active) & (second < active)
