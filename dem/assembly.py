@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from dem import contacts, forces, integrator, size_levels, walls
+from dem import contacts, forces, integrator, size_levels, sleeping, walls
 from dem.contact_settings import COHESION, MODULUS, SHAPE, Contact, rigid, shortest_contact_time
 from dem.gravity import Field
 from dem.laws import cohesion_zhang
@@ -28,6 +28,7 @@ _PER_GRAIN = (
     "X", "V", "W", "A", "E", "F", "identity", "material", "kind", "state", "returned", "drag", "weight", "density", "headroom",
     "wall_history", "reference",
 )  # fmt: skip
+_SLEEPERS = ("asleep", "quiet", "wall_energy")
 _REST = ("row", "col", "hist", "report", "booked")
 
 
@@ -43,6 +44,8 @@ class Assembly:
     gravity : uniform or central field.
     dt : time step [s]; None takes that of ``contact.time_step``.
     overlap_limit : instead of ``contact.overlap_stop`` (a packing starts with any overlap).
+    offset : contacts can carry an offset (``following_stiffness`` changes k_n in the run).
+    sleep : grains can sleep (``sleeping`` decides which).
     threads : chunks of the half list, one per thread; results are bitwise repeatable at one number.
     """
 
@@ -56,13 +59,19 @@ class Assembly:
         threads: int = 1,
         skin: float = 0.2,
         overlap_limit: float | None = None,
+        offset: bool = False,
+        sleep: bool = False,
     ):
         grains.need("identity", "position", "velocity", "angular_velocity", "mass", "radius", "material", "species", "stiffness")
         _check(grains)
         n = len(grains)
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
         self.walls = walls.rows(walls_)
-        self.scheme = contact.scheme()
+        self.scheme = contact.scheme()._replace(offset=int(offset), sleep=int(sleep))
+        if offset and (self.scheme.normal != forces.HOOKE or self.scheme.cohesion == forces.SJKR):
+            raise InputError('a stiffness that changes in the run needs normal = "hooke", and no cohesion that depends on the overlap ("sjkr")')
+        self._per_grain = _PER_GRAIN + (_SLEEPERS if sleep else ())
+        self._drift_loop = integrator.drift_loop(self.scheme)
         self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), integrator.kick_loop(self.scheme)
         self.pair_table = contact.pair_table()
         self.wall_tables = rigid(walls.tables(walls_, self.pair_table), self.pair_table, walls_)
@@ -81,6 +90,12 @@ class Assembly:
         self.drag, self.weight = np.zeros(n), np.ones(n)
         self.wall_history = np.zeros((n, max(1, len(walls_)), self.scheme.history))
         self.reference = np.zeros((n, 3))
+        few = n if sleep else 1
+        self.asleep, self.quiet, self.near, self.live = (np.zeros(few, dtype=np.int8) for _ in range(4))
+        self.wall_energy, self.row_energy = np.zeros(few), np.zeros((few, 2))
+        self.wake = np.inf
+        # factor of k_n against its start, and energy that changes of it put in [J]
+        self.softness, self.stiffness_energy = 1.0, 0.0
         self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
         self.hist = np.zeros((0, self.scheme.history))
         self.mean_radius = float(grains.radius.mean())
@@ -97,7 +112,8 @@ class Assembly:
         self.threads = max(1, threads)
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
         self._workspace()
-        self._rebuild(_tabled(grains, self.identity, self.scheme.history))
+        self._full_pass = False
+        self._rebuild(_tabled(grains, self.identity, self.scheme.history, offset))
         self._wall_tables_in(grains)
         self._forces(initial=True)
 
@@ -112,14 +128,18 @@ class Assembly:
 
     def _touching(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Present indices of the two grains of each contact, and its history."""
-        where = np.flatnonzero(self.hist[:, 7] != 0.0)
+        return self._rows_of(np.flatnonzero(self.hist[:, 7] != 0.0))
+
+    def _rows_of(self, where: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         first = np.repeat(np.arange(len(self.row) - 1), np.diff(self.row))[where]
         return first, self.col[where].astype(np.int64), self.hist[where]
 
     def _rebuild(self, known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None) -> None:
         """Sort the grains by cell and build the list; ``known`` contacts replace those of the present list."""
-        first, second, history = self._touching() if known is None else known
-        self._adapt_skin()
+        if known is None:  # with offsets, also open contacts that remember one
+            known = self._rows_of(np.flatnonzero((self.hist[:, 7] != 0.0) | (self.hist[:, 8] != 0.0))) if self.scheme.offset else self._touching()
+        first, second, history = known
+        self._adapt_skin(float(history[:, 8].max(initial=0.0)) if self.scheme.offset else 0.0)
         by_state = np.argsort(self.state, kind="stable")
         active = int(np.count_nonzero(self.state == ACTIVE))
         # grains of very different sizes: cells only order them, of the size of the mean grain; their pairs are found class by class
@@ -127,7 +147,7 @@ class Assembly:
         reach = 2.0 * (self.mean_radius if mixed else float(self.X[:, 3].max())) + self.skin
         cells = contacts.Cells(self.X[by_state[:active], :3], reach)
         order = np.concatenate([by_state[:active][cells.order], by_state[active:]])
-        for name in _PER_GRAIN:
+        for name in self._per_grain:
             setattr(self, name, np.ascontiguousarray(getattr(self, name)[order]))
         new_index = np.empty(len(order), dtype=np.int64)
         new_index[order] = np.arange(len(order))
@@ -147,26 +167,38 @@ class Assembly:
         self.reference = self.X[:, :3].copy()
         self.builds += 1
         self.since_build = 0
-        self._cut()
+        self.survey(all_rows=True)
 
-    def _adapt_skin(self) -> None:
+    def _adapt_skin(self, offset: float) -> None:
         """Set the skin of the list about to be built: a list should serve 10 to 60 steps.
 
-        A rebuild costs about three steps, and every entry beyond touch costs in each.
+        A rebuild costs about three steps, and every entry beyond touch costs in each. Contacts with an ``offset`` [m] must stay in the list.
         """
         if self.builds > 1 and self.since_build < 10:
             self.skin = min(self.skin * 1.25, 0.5 * self.mean_radius)
         elif self.builds > 1 and self.since_build > 60:
             self.skin = max(self.skin * 0.8, 0.05 * self.mean_radius)
+        self.skin = max(self.skin, 2.0 * offset)
 
     def _cut(self) -> None:
-        """Chunks of rows with about equal numbers of list entries."""
-        goals = np.linspace(0, self.row[-1], self.threads + 1)[1:-1]
-        inner = np.searchsorted(self.row[1:], goals)
+        """Chunks of rows with about equal numbers of list entries to evaluate."""
+        work = self.row[1:]
+        if self.scheme.sleep:
+            work = np.cumsum(np.where(self.live[: self.active] != 0, np.diff(self.row), 0))
+        goals = np.linspace(0, work[-1] if len(work) else 0, self.threads + 1)[1:-1]
+        inner = np.searchsorted(work, goals)
         self._ends = np.concatenate([[0], inner, [self.active]]).astype(np.int64)
         moving_ends = self._ends.copy()
         moving_ends[-1] = self.moving
         self._moving_ends = moving_ends
+
+    def survey(self, all_rows: bool = False) -> None:
+        """Which rows must be evaluated, after the list or the sleepers have changed; ``all_rows``: all of them, once."""
+        if self.scheme.sleep:
+            sleeping.survey(self.row, self.col, self.asleep, self.near, self.live)
+            if all_rows:
+                self.live[:] = 1
+        self._cut()
 
     # -- time ----------------------------------------------------------------------------------------------------------------
 
@@ -194,16 +226,47 @@ class Assembly:
         if 4.0 * max(moved) > self.skin**2:
             self._rebuild()
         self._forces()
+        if self.scheme.sleep:
+            self._after_sleep()
+
+    def _after_sleep(self) -> None:
+        """Wake those that were marked; an evaluation of all rows is over."""
+        if self._kick_report[:, integrator.WOKEN].any():
+            self.quiet[self.asleep == 2] = 0
+            self.asleep[self.asleep == 2] = 0
+            self.survey()
+        elif self.since_build == 0 or self._full_pass:
+            self.survey()
+        self._full_pass = False
+
+    def evaluate_all(self) -> None:
+        """Evaluate all rows at the next step, also those of sleepers."""
+        if self.scheme.sleep:
+            self.live[:] = 1
+            self._full_pass = True
+
+    def wall_overlaps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Grain, wall and overlap [m], offset included, of every contact with a wall."""
+        grain, wall = np.nonzero(self.wall_history[:, : len(self.walls), 7])
+        d = np.array([walls.distance(self.walls[w], *self.X[i, :3])[0] for i, w in zip(grain, wall)])
+        offset = self.wall_history[grain, wall, 8] if self.scheme.offset else 0.0
+        return grain, wall, self.X[grain, 3] + offset - d.reshape(len(grain))
+
+    def change_step(self, dt: float) -> None:
+        """Another time step [s] from the next step on."""
+        now = self.time
+        self.dt = dt
+        self.start_time = now - self.steps * dt
 
     def _drift(self, c: int) -> float:
         lo, hi = self._moving_ends[c], self._moving_ends[c + 1]
-        return integrator.drift(lo, hi, self.active, self.X, self.V, self.W, self.A, self.E, self.reference, self.dt, self._kick_report[c])
+        return self._drift_loop(lo, hi, self.active, self.X, self.V, self.W, self.A, self.E, self.reference, self.dt, self._kick_report[c], self.asleep)
 
     def _pairs(self, c: int, dt: float, over_speed: float) -> None:
         self._last[c] = self._pair_loop(
             self._ends[c], self._ends[c + 1], self.X, self.V, self.kind, self.returned, self.row, self.col, self.hist, self.pair_table, dt,
             self.contact.attractive_tail, over_speed, self.contact.overlap_warn, self.F, self._spill[c],
-            self._pair_report[c],
+            self._pair_report[c], self.live, self.row_energy,
         )  # fmt: skip
 
     def _kick(self, c: int, dt: float, half: float) -> int:
@@ -212,6 +275,7 @@ class Assembly:
             self._moving_ends[c], self._moving_ends[c + 1], c, self.active, self.X, self.V, self.W, self.A, self.E, self.F, self._spill,
             self._last, self.drag, self.weight, self.kind, self.returned, self.walls, self.wall_tables, self.wall_history, g.uniform, g.table, g.radius,
             dt, half, self.contact.attractive_tail, self._kick_report[c],
+            self.asleep, self.near, self.live, self.wall_energy, self.wake,
         )  # fmt: skip
 
     def _forces(self, initial: bool = False) -> None:
@@ -360,7 +424,7 @@ class Assembly:
             first, second, rows = self._touching()
             pair = np.column_stack([self.identity[first], self.identity[second]])
             swap = pair[:, 0] > pair[:, 1]
-            rows = rows[:, :7].copy()
+            rows = rows[:, self._kept_columns].copy()
             rows[swap, :6] *= -1.0
             pair[swap] = pair[swap, ::-1]
             sort = np.lexsort((pair[:, 1], pair[:, 0]))
@@ -369,7 +433,7 @@ class Assembly:
             sort = np.lexsort((wall, self.identity[grain]))
             grain, wall = grain[sort], wall[sort]
             history["contacts/wall_pair"] = np.column_stack([self.identity[grain], wall]).astype(np.int64)
-            history["contacts/wall_history"] = self.wall_history[grain, wall, :7]
+            history["contacts/wall_history"] = self.wall_history[grain, wall][:, self._kept_columns]
         return Particles({name: values[order] for name, values in fields.items()}, attributes, history)
 
     def _wall_tables_in(self, grains: Particles) -> None:
@@ -379,19 +443,31 @@ class Assembly:
         index = _index_of(self.identity, pair[:, 0])
         good = (index >= 0) & (pair[:, 1] < len(self.walls))
         index, wall = index[good], pair[good, 1]
-        self.wall_history[index, wall, :7] = grains.tables["contacts/wall_history"][good]
+        rows = grains.tables["contacts/wall_history"][good]
+        self.wall_history[index, wall, :7] = rows[:, :7]
+        if self.scheme.offset and rows.shape[1] > 7:
+            self.wall_history[index, wall, 8] = rows[:, 7]
         self.wall_history[index, wall, 7] = 1.0
         self.wall_history[self.active :] = 0.0
 
+    @property
+    def _kept_columns(self) -> list[int]:
+        """Columns of the history that a snapshot holds."""
+        return [*range(7), 8] if self.scheme.offset else [*range(7)]
+
+    @property
+    def _saved(self) -> tuple[str, ...]:
+        return self._per_grain + _REST + (("near", "live", "row_energy") if self.scheme.sleep else ())
+
     def state_arrays(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Everything that a checkpoint must hold: arrays and scalars."""
-        arrays = {name: getattr(self, name) for name in _PER_GRAIN + _REST}
+        arrays = {name: getattr(self, name) for name in self._saved}
         scalars = {name: getattr(self, name) for name in _SCALARS}
         return arrays, scalars
 
     def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
         """Take over the state that ``state_arrays`` gave, bit for bit."""
-        for name in _PER_GRAIN + _REST:
+        for name in self._saved:
             setattr(self, name, np.ascontiguousarray(arrays[name]))
         for name in _SCALARS:
             setattr(self, name, scalars[name])
@@ -401,7 +477,7 @@ class Assembly:
 
 _SCALARS = (
     "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed", "active", "moving",
-    "mean_radius",
+    "mean_radius", "softness", "stiffness_energy", "wake",
 )  # fmt: skip
 
 
@@ -429,7 +505,7 @@ def _index_of(identity: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.where(identity[index] == wanted, index, -1)
 
 
-def _tabled(grains: Particles, identity: np.ndarray, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _tabled(grains: Particles, identity: np.ndarray, columns: int, offset: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Contacts of a snapshot as present indices and history rows; contacts of grains that are gone are left out."""
     pair = grains.tables.get("contacts/pair")
     if pair is None or len(pair) == 0:
@@ -437,7 +513,11 @@ def _tabled(grains: Particles, identity: np.ndarray, columns: int) -> tuple[np.n
     first, second = _index_of(identity, pair[:, 0]), _index_of(identity, pair[:, 1])
     good = (first >= 0) & (second >= 0)
     history = np.ones((int(good.sum()), columns))
-    history[:, :7] = grains.tables["contacts/history"][good]
+    rows = grains.tables["contacts/history"][good]
+    history[:, :7] = rows[:, :7]
+    history[:, 8:] = 0.0
+    if offset and rows.shape[1] > 7:
+        history[:, 8] = rows[:, 7]
     return first[good], second[good], history
 
 

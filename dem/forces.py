@@ -40,19 +40,22 @@ class Scheme(NamedTuple):
     """What a pair loop is compiled for.
 
     ``normal`` HOOKE or HERTZ; ``mindlin`` rule of ``tangential_mindlin`` (0: springs of constant stiffness); ``cohesion`` NO_COHESION, ZHANG or SJKR;
-    ``sliding`` rule of ``tangential_spring``.
+    ``sliding`` rule of ``tangential_spring``; ``offset`` 1: contacts carry an offset to their overlap (``dem.following_stiffness``); ``sleep`` 1: rows
+    without a grain awake near them are skipped (``dem.sleeping``).
     """
 
     normal: int = HOOKE
     mindlin: int = 0
     cohesion: int = NO_COHESION
     sliding: int = tangential_spring.CLAMP
+    offset: int = 0
+    sleep: int = 0
 
     @property
     def history(self) -> int:
         """Columns of a contact's history: tangential spring 0-2 [m], rolling spring 3-5 [rad], twisting spring 6 [rad], 7: in contact; and with
-        springs of changing stiffness 8: the normal tangent stiffness that they were last laid down for [N/m]."""
-        return 9 if self.mindlin else 8
+        springs of changing stiffness 8: the normal tangent stiffness that they were last laid down for [N/m], or with an offset 8: that [m]."""
+        return 9 if self.mindlin or self.offset else 8
 
 
 # columns of the history that every scheme has
@@ -217,16 +220,17 @@ def released(h, k, radius, table, mindlin):
 def pair_loop(scheme: Scheme) -> Any:
     """The compiled loop for one scheme: ``pair_forces``."""
     normal, mindlin, cohesion, rule = scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding
-    columns = scheme.history
+    offset, sleep = scheme.offset, scheme.sleep
 
     @kernel(fastmath=True)
-    def pair_forces(lo, hi, X, V, kind, returned, row, col, hist, table, dt, tail, over_speed, warn, F, spill, report):
+    def pair_forces(lo, hi, X, V, kind, returned, row, col, hist, table, dt, tail, over_speed, warn, F, spill, report, live, row_energy):
         """Forces and torques of all pairs whose first grain lies in rows ``lo <= i < hi``.
 
         ``X`` (n, 4) positions and radii; ``V`` (n, 8) predicted velocities, spins, mass, k_n; ``kind`` species; ``returned`` 1 for grains
         that have been ballistic; ``row``/``col`` the list; ``hist`` (m, columns); ``table`` (s, s, columns). ``over_speed`` is the limit on the closing
         speed of a returned grain over the contact wave speed. ``F`` (n, 6): rows lo..hi are set here;
         contributions to grains at and beyond ``hi`` go to ``spill`` (n, 6), of which rows from ``hi`` on must be zero. ``report`` (REPORT,).
+        ``live`` (n) rows to evaluate and ``row_energy`` (n, 2) elastic energy and contacts of each row when it last was (``sleep`` only).
         Returns the highest grain index that was written, so that only that part of the spill need be added.
         """
         for i in range(lo, hi):
@@ -236,6 +240,12 @@ def pair_loop(scheme: Scheme) -> Any:
         contacts, over, last = 0, 0, hi - 1
         worst, worst_i, worst_j = 0.0, -1, -1
         for i in range(lo, hi):
+            if sleep != 0:
+                if live[i] == 0:
+                    elastic += row_energy[i, 0]
+                    contacts += int(row_energy[i, 1])
+                    continue
+                elastic_before, contacts_before = elastic, contacts
             xi, yi, zi, ri = X[i, 0], X[i, 1], X[i, 2], X[i, 3]
             vxi, vyi, vzi, mi, ki = V[i, 0], V[i, 1], V[i, 2], V[i, 6], V[i, 7]
             wxi, wyi, wzi = V[i, 3], V[i, 4], V[i, 5]
@@ -245,18 +255,25 @@ def pair_loop(scheme: Scheme) -> Any:
                 nx, ny, nz = X[j, 0] - xi, X[j, 1] - yi, X[j, 2] - zi
                 rj = X[j, 3]
                 d2 = nx * nx + ny * ny + nz * nz
-                if d2 >= (ri + rj) * (ri + rj):
+                touch = ri + rj
+                if offset != 0:
+                    touch += hist[e, 8]
+                if d2 >= touch * touch:
                     if hist[e, 7] != 0.0:
                         dissipated += released(hist[e], min(ki, V[j, 7]), ri * rj / (ri + rj), table[kind[i], kind[j]], mindlin)
-                        for c in range(columns):
+                        for c in range(8):
                             hist[e, c] = 0.0
+                        if mindlin != 0 or (offset != 0 and hist[e, 8] > 0.0):
+                            hist[e, 8] = 0.0
+                    if offset != 0 and hist[e, 8] < 0.0 and d2 >= (ri + rj) * (ri + rj):
+                        hist[e, 8] = 0.0
                     continue
                 d = np.sqrt(d2)
                 q = 1.0 / d
                 nx *= q
                 ny *= q
                 nz *= q
-                overlap = ri + rj - d
+                overlap = touch - d
                 l1 = 0.5 * (d + (ri * ri - rj * rj) * q)
                 l2 = d - l1
                 wxj, wyj, wzj = V[j, 3], V[j, 4], V[j, 5]
@@ -336,6 +353,9 @@ def pair_loop(scheme: Scheme) -> Any:
             F[i, 3] += gx
             F[i, 4] += gy
             F[i, 5] += gz
+            if sleep != 0:
+                row_energy[i, 0] = elastic - elastic_before
+                row_energy[i, 1] = contacts - contacts_before
         report[0], report[1], report[2], report[3] = elastic, dissipated, excess, contacts
         report[4], report[5], report[6], report[7] = worst, worst_i, worst_j, over
         return last

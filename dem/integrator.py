@@ -23,58 +23,76 @@ from dem.walls import distance
 from matter.jit import kernel
 
 # what the kick reports: dissipated by drag and at walls, elastic energy in walls, external impulse 3-8, worst overlap with a wall, its grain,
-# largest speed squared
-DRAG, WALL_DISSIPATED, WALL_ELASTIC, IMPULSE, WALL_OVERLAP, WALL_GRAIN, SPEED = 0, 1, 2, 3, 9, 10, 11
-REPORT = 12
+# largest speed squared, grains to be woken
+DRAG, WALL_DISSIPATED, WALL_ELASTIC, IMPULSE, WALL_OVERLAP, WALL_GRAIN, SPEED, WOKEN = 0, 1, 2, 3, 9, 10, 11, 12
+REPORT = 13
 
 
-@kernel
-def drift(lo, hi, active, X, V, W, A, E, reference, dt, report):
-    """First half kick, drift and prediction for grains lo..hi; returns the largest squared displacement of an active grain."""
-    half = 0.5 * dt
-    largest = 0.0
-    jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(lo, hi):
-        for c in range(6):
-            W[i, c] += half * A[i, c]
-            V[i, c] = W[i, c] + half * A[i, c]
-        jx += E[i, 0]
-        jy += E[i, 1]
-        jz += E[i, 2]
-        lx += E[i, 3]
-        ly += E[i, 4]
-        lz += E[i, 5]
-        for c in range(3):
-            X[i, c] += dt * W[i, c]
-        if i < active:
-            a, b, d = X[i, 0] - reference[i, 0], X[i, 1] - reference[i, 1], X[i, 2] - reference[i, 2]
-            largest = max(largest, a * a + b * b + d * d)
-    report[3] += half * jx
-    report[4] += half * jy
-    report[5] += half * jz
-    report[6] += half * lx
-    report[7] += half * ly
-    report[8] += half * lz
-    return largest
+@functools.cache
+def drift_loop(scheme: Scheme) -> Any:
+    """The compiled first half of a step for one scheme: ``drift``."""
+    sleep = scheme.sleep
+
+    @kernel
+    def drift(lo, hi, active, X, V, W, A, E, reference, dt, report, asleep):
+        """First half kick, drift and prediction for grains lo..hi; returns the largest squared displacement of an active grain."""
+        half = 0.5 * dt
+        largest = 0.0
+        jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(lo, hi):
+            if sleep != 0:
+                if asleep[i] != 0:
+                    jx += E[i, 0]
+                    jy += E[i, 1]
+                    jz += E[i, 2]
+                    lx += E[i, 3]
+                    ly += E[i, 4]
+                    lz += E[i, 5]
+                    continue
+            for c in range(6):
+                W[i, c] += half * A[i, c]
+                V[i, c] = W[i, c] + half * A[i, c]
+            jx += E[i, 0]
+            jy += E[i, 1]
+            jz += E[i, 2]
+            lx += E[i, 3]
+            ly += E[i, 4]
+            lz += E[i, 5]
+            for c in range(3):
+                X[i, c] += dt * W[i, c]
+            if i < active:
+                a, b, d = X[i, 0] - reference[i, 0], X[i, 1] - reference[i, 1], X[i, 2] - reference[i, 2]
+                largest = max(largest, a * a + b * b + d * d)
+        report[3] += half * jx
+        report[4] += half * jy
+        report[5] += half * jz
+        report[6] += half * lx
+        report[7] += half * ly
+        report[8] += half * lz
+        return largest
+
+    return drift
 
 
 @functools.cache
 def kick_loop(scheme: Scheme) -> Any:
     """The compiled second half of a step for one scheme: ``kick``."""
     normal, mindlin, cohesion, rule = scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding
-    columns = scheme.history
+    offset, sleep = scheme.offset, scheme.sleep
 
     @kernel
     def kick(
         lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, returned, walls, wall_tables, wall_history,
-        uniform, g_table, g_radius, dt, half, tail, report,
+        uniform, g_table, g_radius, dt, half, tail, report, asleep, near, live, wall_energy, wake,
     ):  # fmt: skip
         """Sum the forces on grains lo..hi and finish the step (``half`` = dt/2; 0 only evaluates); returns the first grain that is not finite, or -1.
 
         ``spill`` (chunks, n, 6) holds what lower chunks added to these grains, up to grain ``last[chunk]``; it is zeroed here.
         ``weight`` multiplies gravity, ``drag`` [1/s] is a linear damping of velocity and spin.
+        With ``sleep``: a grain that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain awake
+        ``near`` it is marked (``asleep`` 2) when its acceleration exceeds ``wake`` times gravity. ``wall_energy`` (n) as it was when last ``live``.
         """
-        bad = -1
+        bad, woken = -1, 0
         gone, wall_lost, wall_stored, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
         jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         central_part = g_radius > 0.0
@@ -99,14 +117,24 @@ def kick_loop(scheme: Scheme) -> Any:
                     ey -= q * y
                     ez -= q * z
             tx, ty, tz = 0.0, 0.0, 0.0
-            if i < active:
+            stored_before = wall_stored
+            if sleep != 0:
+                g2 = (ex * ex + ey * ey + ez * ez) / (m * m)
+            if i < active and (sleep == 0 or live[i] != 0):
                 for w in range(walls.shape[0]):
                     d, nx, ny, nz = distance(walls[w], x, y, z)
-                    if d >= radius:
+                    touch = radius
+                    if offset != 0:
+                        touch += wall_history[i, w, 8]
+                    if d >= touch:
                         if wall_history[i, w, 7] != 0.0:
                             wall_lost += released(wall_history[i, w], stiffness, radius, wall_tables[w, kind[i]], mindlin)
-                            for k in range(columns):
+                            for k in range(8):
                                 wall_history[i, w, k] = 0.0
+                            if mindlin != 0 or (offset != 0 and wall_history[i, w, 8] > 0.0):
+                                wall_history[i, w, 8] = 0.0
+                        if offset != 0 and wall_history[i, w, 8] < 0.0 and d >= radius:
+                            wall_history[i, w, 8] = 0.0
                         continue
                     # the wall is body 2, at rest: u = -v - d w x n
                     ux = -vx - d * (wy * nz - wz * ny)
@@ -116,22 +144,22 @@ def kick_loop(scheme: Scheme) -> Any:
                     wn = wx * nx + wy * ny + wz * nz
                     k_wall = stiffness
                     if normal == HERTZ:
-                        k_wall = 2.0 * wall_tables[w, kind[i], 7] * np.sqrt(radius * (radius - d))
+                        k_wall = 2.0 * wall_tables[w, kind[i], 7] * np.sqrt(radius * (touch - d))
                     pull, bound = 0.0, 0.0
                     if cohesion == ZHANG:
                         pull = _zhang(wall_tables[w, kind[i], 8], wall_tables[w, kind[i], 3], radius)
-                        bound = pull * (radius - d)
+                        bound = pull * (touch - d)
                     elif cohesion == SJKR:
-                        pull = wall_tables[w, kind[i], 8] * _sjkr_area(radius - d, radius, 0.0)
-                        bound = wall_tables[w, kind[i], 8] * _sjkr_volume(radius - d, radius, 0.0)
+                        pull = wall_tables[w, kind[i], 8] * _sjkr_area(touch - d, radius, 0.0)
+                        bound = wall_tables[w, kind[i], 8] * _sjkr_volume(touch - d, radius, 0.0)
                     fn, fx, fy, fz, mx, my, mz, stored, spent, _ = contact(
-                        nx, ny, nz, radius - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn,
+                        nx, ny, nz, touch - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn,
                         k_wall, m, radius, wall_tables[w, kind[i]], wall_history[i, w], dt, tail, 0.0, pull, bound, rule, normal, mindlin,
                     )  # fmt: skip
                     wall_stored += stored
                     wall_lost += spent
-                    if returned[i] == 0 and (radius - d) / radius > worst:
-                        worst, worst_grain = (radius - d) / radius, i
+                    if returned[i] == 0 and (touch - d) / radius > worst:
+                        worst, worst_grain = (touch - d) / radius, i
                     fx -= fn * nx
                     fy -= fn * ny
                     fz -= fn * nz
@@ -141,6 +169,32 @@ def kick_loop(scheme: Scheme) -> Any:
                     tx += d * (ny * fz - nz * fy) + mx
                     ty += d * (nz * fx - nx * fz) + my
                     tz += d * (nx * fy - ny * fx) + mz
+            if sleep != 0:
+                if live[i] == 0:
+                    wall_stored += wall_energy[i]
+                else:
+                    wall_energy[i] = wall_stored - stored_before
+                if asleep[i] != 0:
+                    if near[i] != 0:
+                        a2 = ((ex + F[i, 0]) ** 2 + (ey + F[i, 1]) ** 2 + (ez + F[i, 2]) ** 2) / (m * m)
+                        t2 = ((tx + F[i, 3]) ** 2 + (ty + F[i, 4]) ** 2 + (tz + F[i, 5]) ** 2) / (m * m * radius * radius)
+                        if max(a2, t2) > wake * wake * g2:
+                            asleep[i] = 2
+                            woken += 1
+                    ex, ey, ez = -F[i, 0], -F[i, 1], -F[i, 2]
+                    E[i, 0], E[i, 1], E[i, 2] = ex, ey, ez
+                    E[i, 3] = y * ez - z * ey - F[i, 3]
+                    E[i, 4] = z * ex - x * ez - F[i, 4]
+                    E[i, 5] = x * ey - y * ex - F[i, 5]
+                    for k in range(6):
+                        A[i, k] = 0.0
+                    jx += ex
+                    jy += ey
+                    jz += ez
+                    lx += E[i, 3]
+                    ly += E[i, 4]
+                    lz += E[i, 5]
+                    continue
             c = drag[i]
             if c > 0.0:
                 ex -= c * m * vx
@@ -182,6 +236,7 @@ def kick_loop(scheme: Scheme) -> Any:
         report[6] += half * lx
         report[7] += half * ly
         report[8] += half * lz
+        report[12] = woken
         report[9], report[10], report[11] = worst, worst_grain, fastest
         return bad
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from dem import flight, settling
+from dem import flight, settling, sleeping
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
 from dem.contact_settings import Contact
 from dem.domain import Domain
+from dem.following_stiffness import Following
 from dem.layered_body import LayeredBody
 from dem.stillness import Stillness, surface_profile
 from matter import archive, checkpoint, snapshot
@@ -39,7 +40,7 @@ COLUMNS = (
     "dissipated_contacts_J", "dissipated_returning_J", "dissipated_damping_J", "dissipated_walls_J", "booked_J", "total_J",
     *(f"impulse_{c}" for c in "xyz"), *(f"angular_impulse_{c}" for c in "xyz"), "momentum_error", "angular_momentum_error", "energy_error",
     "overlap_max", "overlaps_above_warning", "contacts", "speed_max", "grains_active", "grains_ballistic", "grains_left", "booked_mass_kg",
-    "profile_change",
+    "profile_change", "stiffness_change_J", "stiffness_over_start", "grains_asleep",
 )  # fmt: skip
 
 
@@ -63,6 +64,11 @@ class Settings(Model):
     """Expected number of grains, for the prediction of the cost only."""
     step_factor: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     """Multiplies the time step (a sensitivity test halves it)."""
+
+    stiffness: Literal["fixed", "following"] = "fixed"
+    """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.following_stiffness``."""
+    sleeping: bool = False
+    """Skip grains at rest until something near them moves or pushes; see ``dem.sleeping``."""
 
     @model_validator(mode="after")
     def _order(self) -> Settings:
@@ -106,7 +112,11 @@ class Collapse:
         self.domain = Domain.of_attribute(start.attributes["domain"])
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
-        self.bed = Assembly(start, settings.contact, self.domain.walls(), body.gravity(), dt=dt, threads=settling.threads_for(len(start)), skin=0.3)
+        self.bed = Assembly(
+            start, settings.contact, self.domain.walls(), body.gravity(), dt=dt, threads=settling.threads_for(len(start)), skin=0.3,
+            offset=settings.stiffness == "following", sleep=settings.sleeping,
+        )  # fmt: skip
+        self.following = Following(self.bed, float(body.pressure(np.array(self.domain.core_radius)))) if settings.stiffness == "following" else None
         self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")}
         self.still = Stillness(settings.still_interval)
         self.change, self.snapshots = np.inf, 0
@@ -138,7 +148,11 @@ class Collapse:
             if bed.steps % flight.EVERY == 0:
                 flight.look(bed, self.domain)
                 flight.damp(bed, self.domain)
+            if settings.sleeping and bed.steps % sleeping.EVERY == 0:
+                sleeping.look(bed)
             bed.step()
+            if self.following:
+                self.following.see()
             self.worst_overlap = max(self.worst_overlap, bed.worst)
             if now > settings.end_time:
                 progress.total = settings.latest_time
@@ -166,7 +180,7 @@ class Collapse:
         bed = self.bed
         energies, booked = bed.energies(), bed.booked.sum(axis=0)
         p, l = bed.momentum(), bed.angular_momentum()
-        total = sum(energies.values()) + float(bed.report[:4].sum()) + booked[8]
+        total = sum(energies.values()) + float(bed.report[:4].sum()) + booked[8] - bed.stiffness_energy
         spent = float(bed.report[:4].sum())
         error_p = np.linalg.norm(p + booked[2:5] - bed.report[4:7] - self.start_momentum) / max(self.scale_p, 1e-300)
         error_l = np.linalg.norm(l + booked[5:8] - bed.report[7:10] - self.start_angular) / max(self.scale_l, 1e-300)
@@ -175,6 +189,7 @@ class Collapse:
             bed.time, bed.dt, float(bed.mass[: bed.moving].sum()), *p, *l, *energies.values(), *bed.report[:4], booked[8], total,
             *bed.report[4:], error_p, error_l, error_e, bed.worst, bed.over_warn, bed.contacts, bed.speed, bed.active,
             bed.moving - bed.active, len(bed.X) - bed.moving, booked[1], self.change,
+            bed.stiffness_energy, bed.softness, int(np.count_nonzero(bed.asleep)),
         ]  # fmt: skip
 
     # -- files ---------------------------------------------------------------------------------------------------------------
@@ -196,7 +211,7 @@ class Collapse:
         arrays = {**arrays, "history_rows": np.array(self.rows), "profiles": np.array(self.still.kept)}
         for name in ("start_momentum", "start_angular"):
             arrays[name] = getattr(self, name)
-        own = {f"own_{name}": getattr(self, name) for name in _OWN}
+        own = {f"own_{name}": getattr(self, name) for name in _OWN} | (self.following.state() if self.following else {})
         checkpoint.save(self.out, self.bed.steps, arrays, {**scalars, **own})
         self._write_history()
 
@@ -209,6 +224,8 @@ class Collapse:
             setattr(self, name, arrays[name])
         for name in _OWN:
             setattr(self, name, scalars[f"own_{name}"])
+        if self.following:
+            self.following.restore(scalars)
 
     def finish(self) -> None:
         """Write the last files; raise ``Unsound`` when a balance is broken."""

@@ -1,0 +1,102 @@
+"""Sleeping grains: what has come to rest is skipped until something near it moves or pushes.
+
+A grain that has been slow (speed and r times spin below ``SLOW`` sqrt(g r), net acceleration below ``STEADY`` g) at ``PATIENCE`` looks in a row, and
+whose listed neighbours have been so too, falls asleep: it stays exactly where it is. A row of the pair list is evaluated only when a grain of it
+is awake or has an awake grain in the list, so the forces on every sleeper next to a moving grain are complete at every step; as soon as they
+accelerate it by more than ``WAKE`` g it wakes, and takes part from the next step on. Deep inside a sleeping region nothing can change.
+
+Balances: the speed that is lost in falling asleep is booked as an impulse and as damping, and what holds a sleeper (-F) as an external force, so
+momentum, angular momentum and energy are accounted for as without sleep.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from matter.jit import kernel
+
+if TYPE_CHECKING:
+    from dem.assembly import Assembly
+
+EVERY = 10
+"""Steps between two looks."""
+SLOW = 0.005
+"""Largest speed, over sqrt(g r), of a grain about to sleep."""
+STEADY = 0.02
+"""Largest net acceleration, over g, of a grain about to sleep."""
+WAKE = 0.05
+"""Acceleration, over g, that wakes a grain."""
+PATIENCE = 10
+"""Looks in a row at which a grain must have been slow."""
+
+
+@kernel
+def survey(row, col, asleep, near, live):
+    """Mark in ``near`` what is awake or listed with an awake grain, and in ``live`` the rows that hold a near grain."""
+    n = row.shape[0] - 1
+    for i in range(near.shape[0]):
+        near[i] = 0 if i < n and asleep[i] != 0 else 1
+        live[i] = 0
+    for i in range(n):
+        for e in range(row[i], row[i + 1]):
+            if asleep[i] == 0:
+                near[col[e]] = 1
+            elif asleep[col[e]] == 0:
+                near[i] = 1
+    for i in range(n):
+        live[i] = near[i]
+        for e in range(row[i], row[i + 1]):
+            if near[col[e]] != 0:
+                live[i] = 1
+
+
+@kernel
+def _restless(row, col, calm, restless):
+    """Mark in ``restless`` the grains that are not calm or are listed with one that is not."""
+    for i in range(row.shape[0] - 1):
+        if calm[i] == 0:
+            restless[i] = 1
+        for e in range(row[i], row[i + 1]):
+            if calm[i] == 0:
+                restless[col[e]] = 1
+            elif calm[col[e]] == 0:
+                restless[i] = 1
+
+
+def look(bed: Assembly) -> None:
+    """Let grains fall asleep, at a full step."""
+    n = bed.active
+    bed.wake = WAKE
+    x, v, a = bed.X[:n], bed.W[:n], bed.A[:n]
+    g = bed.gravity.strength(np.sqrt(np.einsum("ij,ij->i", x[:, :3], x[:, :3])))
+    r2 = x[:, 3] ** 2
+    speed2 = np.einsum("ij,ij->i", v[:, :3], v[:, :3]) + r2 * np.einsum("ij,ij->i", v[:, 3:], v[:, 3:])
+    push2 = np.einsum("ij,ij->i", a[:, :3], a[:, :3]) + r2 * np.einsum("ij,ij->i", a[:, 3:], a[:, 3:])
+    slow = (speed2 < SLOW**2 * g * x[:, 3]) & (push2 < (STEADY * g) ** 2)
+    bed.quiet[:n] = np.where(slow, np.minimum(bed.quiet[:n] + 1, PATIENCE), 0)
+    bed.quiet[n:] = 0
+    calm = (bed.quiet[:n] >= PATIENCE) | (bed.asleep[:n] != 0)
+    restless = np.zeros(n, dtype=np.int8)
+    _restless(bed.row, bed.col, calm, restless)
+    falling = np.flatnonzero(calm & (restless == 0) & (bed.asleep[:n] == 0))
+    if len(falling):
+        lay(bed, falling)
+        bed.survey()
+
+
+def lay(bed: Assembly, which: np.ndarray) -> None:
+    """Stop the grains ``which`` (indices) and book what they lose."""
+    m, r, x, w = bed.mass[which], bed.X[which, 3], bed.X[which, :3], bed.W[which]
+    p, spin = m[:, None] * w[:, :3], (0.4 * m * r**2)[:, None] * w[:, 3:]
+    bed.report[2] += 0.5 * float(np.einsum("ij,ij->", p, w[:, :3]) + np.einsum("ij,ij->", spin, w[:, 3:]))
+    bed.report[4:7] -= p.sum(axis=0)
+    bed.report[7:10] -= (np.cross(x, p) + spin).sum(axis=0)
+    f = bed.F[which]
+    bed.E[which, :3] = -f[:, :3]
+    bed.E[which, 3:] = -np.cross(x, f[:, :3]) - f[:, 3:]
+    bed.W[which] = 0.0
+    bed.V[which, :6] = 0.0
+    bed.A[which] = 0.0
+    bed.asleep[which] = 1

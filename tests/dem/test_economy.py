@@ -1,0 +1,199 @@
+"""Softening springs and sleeping grains: forces, balances, waking, resuming."""
+
+import numpy as np
+import pytest
+
+from dem import following_stiffness, sleeping
+from dem.assembly import Assembly
+from dem.contact_settings import Contact, GrainLaw
+from dem.gravity import Field
+from dem.walls import PLANE, Wall
+from matter.errors import InputError
+from matter.particles import Particles
+from tests.dem.scenes import grains
+
+BOX = (
+    Wall(PLANE, species=0), Wall(PLANE, direction=(1, 0, 0)), Wall(PLANE, point=(9.0, 0, 0), direction=(-1, 0, 0)),
+    Wall(PLANE, direction=(0, 1, 0)), Wall(PLANE, point=(0, 9.0, 0), direction=(0, -1, 0)),
+)  # fmt: skip
+LAW = Contact(shell=GrainLaw(friction=0.5, shape=0.4, restitution=0.4), sliding="cap", static_overlap=0.02)
+DOWN = Field.constant((0.0, 0.0, -1.0))
+
+
+@pytest.fixture(scope="module")
+def settled() -> Particles:
+    """Some 130 grains at rest in a box, with the history of their contacts."""
+    rng = np.random.default_rng(2)
+    x = np.stack(np.meshgrid(np.arange(3), np.arange(3), np.arange(14)), -1).reshape(-1, 3) * 2.9 + 1.5 + rng.uniform(-0.4, 0.4, (126, 3))
+    radius = rng.uniform(0.85, 1.0, len(x))
+    bed = Assembly(grains(x, radius, mass=radius**3, stiffness=2e4 * radius), LAW, BOX, DOWN)
+    bed.drag[:] = 0.3
+    for drag, steps in ((0.1, 20_000), (0.0, 8_000), (1.0, 8_000)):
+        bed.drag[:] = drag
+        for _ in range(steps):
+            bed.step()
+    assert np.sqrt(np.mean(bed.velocity**2)) < 1e-3
+    return bed.particles({})
+
+
+def made(settled: Particles, **options) -> Assembly:
+    return Assembly(settled, LAW, BOX, DOWN, **options)
+
+
+def balance(bed: Assembly) -> float:
+    return sum(bed.energies().values()) + float(bed.report[:4].sum()) - bed.stiffness_energy
+
+
+def test_a_softer_bed_carries_on_with_the_same_forces(settled):
+    bed = made(settled, offset=True)
+    dt, start = bed.dt, balance(bed)
+    before = bed.particles({})
+    load = float(bed.elastic)
+    for q in (0.5, 0.3, 4.0):
+        following_stiffness.rescale(bed, q)
+        assert balance(bed) == pytest.approx(start, rel=1e-9)
+        bed.step()
+        assert np.percentile(np.abs(bed.A[:, :3]).max(axis=1), 95) < 0.02  # of g = 1, on grains that carry up to nine others
+        for _ in range(100):
+            bed.step()
+    assert bed.softness == pytest.approx(0.6) and bed.dt == pytest.approx(dt / np.sqrt(0.6))
+    assert bed.elastic == pytest.approx(load / 0.6, rel=0.02)
+    moved = np.abs(bed.particles({}).position - before.position).max(axis=1)
+    assert np.percentile(moved, 95) < 1e-3
+    assert balance(bed) == pytest.approx(start, rel=1e-6)
+
+
+def test_offsets_survive_a_snapshot(settled):
+    bed = made(settled, offset=True)
+    following_stiffness.rescale(bed, 0.25)
+    for _ in range(20):
+        bed.step()
+    again = Assembly(bed.particles({}), LAW, BOX, DOWN, offset=True)
+    assert again.contacts == bed.contacts and again.elastic == pytest.approx(bed.elastic, rel=1e-6)
+    assert np.percentile(np.abs(again.A[:, :3]).max(axis=1), 95) < 0.02
+
+
+def test_an_impact_on_a_softened_bed_is_accounted_for(settled):
+    bed = made(drop_on(settled, 2.0), offset=True)
+    bed.contact = LAW
+    following_stiffness.rescale(bed, 0.2)
+    start = balance(bed)
+    negative = 0
+    for step in range(1500):
+        if step in (700, 1000):
+            following_stiffness.rescale(bed, 2.0)
+            negative += np.count_nonzero(bed.hist[:, 8] < 0.0)
+        bed.step()
+    assert balance(bed) == pytest.approx(start, rel=2e-3)
+    assert bed.report[0] > 1.0 and negative > 0
+
+
+def drop_on(settled: Particles, speed: float) -> Particles:
+    """The bed and one grain that falls onto it."""
+    top = float((settled.position[:, 2] + settled.radius).max())
+    one = grains([[4.5, 4.5, top + 1.2]], [1.0], identity=[1000], velocity=[[0.0, 0.0, -speed]], stiffness=[2e4])
+    fields = {name: np.concatenate([settled[name], one[name] if name in one else np.zeros(1, settled[name].dtype)]) for name in settled}
+    fields["density"][-1] = 1.0
+    return Particles(fields, {}, settled.tables)
+
+
+def test_the_stiffness_follows_the_speed_between_its_bounds(settled):
+    stiff = drop_on(settled, 0.2)
+    stiff["stiffness"] = 100.0 * stiff.stiffness
+    for table in ("contacts/history", "contacts/wall_history"):
+        stiff.tables[table] = stiff.tables[table] / 100.0
+    bed = made(stiff, offset=True)
+    dt, start = bed.dt, balance(bed)
+    # floor pressure of nine layers of such grains: k_n may fall to 9 * 0.6 * 0.24 / 0.02 r = 65 r
+    follow = following_stiffness.Following(bed, 9 * 0.6 * 0.24 * 2.0)
+    assert follow.lowest == pytest.approx(130 / 2e6, rel=0.05)
+    kept = balance(bed)
+    seen = []
+    for _ in range(6000):
+        bed.step()
+        follow.see()
+        seen.append(bed.softness)
+        assert bed.worst < 0.1
+    assert min(seen) < 0.01 and min(seen) >= follow.lowest and bed.dt > 5 * dt
+    assert balance(bed) == pytest.approx(kept, rel=2e-3) and start == kept
+
+
+def test_a_bed_at_rest_falls_asleep_and_keeps_its_books(settled):
+    bed = made(settled, sleep=True)
+    start, p, l = balance(bed), bed.momentum(), bed.angular_momentum()
+    for _ in range(400):
+        if bed.steps % sleeping.EVERY == 0:
+            sleeping.look(bed)
+        bed.step()
+    assert np.mean(bed.asleep != 0) > 0.9 and np.mean(bed.live != 0) < 0.3
+    assert balance(bed) == pytest.approx(start, rel=1e-9)
+    assert np.abs(bed.momentum() - bed.report[4:7] - p).max() < 1e-10
+    assert np.abs(bed.angular_momentum() - bed.report[7:10] - l).max() < 1e-9
+    assert bed.contacts == made(settled).contacts
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_an_impact_wakes_what_it_moves(settled, threads):
+    scene = drop_on(settled, 0.3)
+    sleepy, awake = made(scene, sleep=True, threads=threads), made(scene)
+    # asleep to begin with: all but the grain that falls
+    sleeping.lay(sleepy, np.flatnonzero(sleepy.identity != 1000))
+    sleepy.wake = sleeping.WAKE
+    sleepy.survey()
+    assert 0 < np.mean(sleepy.live != 0) < 0.5
+    start, p = balance(sleepy), sleepy.momentum()
+    fewest = 1.0
+    for _ in range(6000):
+        for bed in (sleepy, awake):
+            if bed is sleepy and bed.steps % sleeping.EVERY == 0:
+                sleeping.look(bed)
+            bed.step()
+        fewest = min(fewest, float(np.mean(sleepy.asleep != 0)))
+    assert fewest < 0.8
+    assert balance(sleepy) == pytest.approx(start, rel=2e-3)
+    assert np.abs(sleepy.momentum() - sleepy.report[4:7] - p).max() < 1e-9
+    apart = np.linalg.norm(sleepy.particles({}).position - awake.particles({}).position, axis=1)
+    assert np.sqrt(np.mean(apart**2)) < 0.01
+    sleepy.drag[:] = 2.0
+    for _ in range(8000):
+        if sleepy.steps % sleeping.EVERY == 0:
+            sleeping.look(sleepy)
+        sleepy.step()
+    assert np.mean(sleepy.asleep != 0) > 0.5
+    assert balance(sleepy) == pytest.approx(start, rel=2e-3)
+
+
+def test_sleep_and_softness_resume_bit_for_bit(settled):
+    def run(bed, follow, steps):
+        for _ in range(steps):
+            if bed.steps % sleeping.EVERY == 0:
+                sleeping.look(bed)
+            bed.step()
+            follow.see()
+
+    options = dict(offset=True, sleep=True)
+    scene = drop_on(settled, 1.0)
+    whole = made(scene, **options)
+    follow = following_stiffness.Following(whole, 1.0)
+    run(whole, follow, 800)
+    arrays, scalars = whole.state_arrays()
+    arrays, kept = {k: v.copy() for k, v in arrays.items()}, dict(scalars)
+    saved = follow.state()
+    other = made(scene, **options)
+    following = following_stiffness.Following(other, 1.0)
+    other.restore(arrays, kept)
+    following.restore(saved)
+    run(whole, follow, 400)
+    run(other, following, 400)
+    assert whole.softness < 1.0 and whole.asleep.any()
+    one, two = whole.state_arrays(), other.state_arrays()
+    assert all(np.array_equal(one[0][name], two[0][name]) for name in one[0])
+    assert one[1] == two[1]
+
+
+def test_what_cannot_soften_is_refused():
+    hertz = Contact(shell=GrainLaw(elastic_modulus=1e6), normal="hertz", tangential="mindlin")
+    sjkr = Contact(shell=GrainLaw(cohesion=1.0), cohesion="sjkr")
+    for contact in (hertz, sjkr):
+        with pytest.raises(InputError, match="changes in the run"):
+            Assembly(grains([[0, 0, 0]]), contact, offset=True)
