@@ -28,7 +28,7 @@ _PER_GRAIN = (
     "X", "V", "W", "A", "E", "F", "identity", "material", "kind", "state", "returned", "drag", "weight", "density", "headroom",
     "wall_history", "reference",
 )  # fmt: skip
-_SLEEPERS = ("asleep", "quiet", "wall_energy")
+_SLEEPERS = ("asleep", "quiet", "wall_energy", "held")
 _REST = ("row", "col", "hist", "report", "booked")
 
 
@@ -91,9 +91,10 @@ class Assembly:
         self.wall_history = np.zeros((n, max(1, len(walls_)), self.scheme.history))
         self.reference = np.zeros((n, 3))
         few = n if sleep else 1
-        self.asleep, self.quiet, self.near, self.live = (np.zeros(few, dtype=np.int8) for _ in range(4))
-        self.wall_energy, self.row_energy = np.zeros(few), np.zeros((few, 2))
-        self.wake = np.inf
+        self.asleep, self.near, self.live = (np.zeros(few, dtype=np.int8) for _ in range(3))
+        self.quiet = np.zeros(few)
+        self.wall_energy, self.row_energy, self.held = np.zeros(few), np.zeros((few, 2)), np.zeros((few, 6))
+        self.wake, self.memory = np.inf, np.inf
         # factor of k_n against its start, and energy that changes of it put in [J]
         self.softness, self.stiffness_energy = 1.0, 0.0
         self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
@@ -275,7 +276,7 @@ class Assembly:
             self._moving_ends[c], self._moving_ends[c + 1], c, self.active, self.X, self.V, self.W, self.A, self.E, self.F, self._spill,
             self._last, self.drag, self.weight, self.kind, self.returned, self.walls, self.wall_tables, self.wall_history, g.uniform, g.table, g.radius,
             dt, half, self.contact.attractive_tail, self._kick_report[c],
-            self.asleep, self.near, self.live, self.wall_energy, self.wake,
+            self.asleep, self.near, self.live, self.wall_energy, self.held, self.wake, self.memory,
         )  # fmt: skip
 
     def _forces(self, initial: bool = False) -> None:
@@ -477,7 +478,7 @@ class Assembly:
 
 _SCALARS = (
     "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed", "active", "moving",
-    "mean_radius", "softness", "stiffness_energy", "wake",
+    "mean_radius", "softness", "stiffness_energy", "wake", "memory",
 )  # fmt: skip
 
 

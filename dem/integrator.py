@@ -83,14 +83,15 @@ def kick_loop(scheme: Scheme) -> Any:
     @kernel
     def kick(
         lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, returned, walls, wall_tables, wall_history,
-        uniform, g_table, g_radius, dt, half, tail, report, asleep, near, live, wall_energy, wake,
+        uniform, g_table, g_radius, dt, half, tail, report, asleep, near, live, wall_energy, held, wake, memory,
     ):  # fmt: skip
         """Sum the forces on grains lo..hi and finish the step (``half`` = dt/2; 0 only evaluates); returns the first grain that is not finite, or -1.
 
         ``spill`` (chunks, n, 6) holds what lower chunks added to these grains, up to grain ``last[chunk]``; it is zeroed here.
         ``weight`` multiplies gravity, ``drag`` [1/s] is a linear damping of velocity and spin.
         With ``sleep``: a grain that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain awake
-        ``near`` it is marked (``asleep`` 2) when its acceleration exceeds ``wake`` times gravity. ``wall_energy`` (n) as it was when last ``live``.
+        ``near`` it is marked (``asleep`` 2) when the running mean over ``memory`` [s] of the acceleration that it would have, ``held`` (n, 6),
+        exceeds ``wake`` times gravity. ``wall_energy`` (n) as it was when last ``live``.
         """
         bad, woken = -1, 0
         gone, wall_lost, wall_stored, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
@@ -176,8 +177,15 @@ def kick_loop(scheme: Scheme) -> Any:
                     wall_energy[i] = wall_stored - stored_before
                 if asleep[i] != 0:
                     if near[i] != 0:
-                        a2 = ((ex + F[i, 0]) ** 2 + (ey + F[i, 1]) ** 2 + (ez + F[i, 2]) ** 2) / (m * m)
-                        t2 = ((tx + F[i, 3]) ** 2 + (ty + F[i, 4]) ** 2 + (tz + F[i, 5]) ** 2) / (m * m * radius * radius)
+                        q = 2.0 * half / memory
+                        held[i, 0] += q * ((ex + F[i, 0]) / m - held[i, 0])
+                        held[i, 1] += q * ((ey + F[i, 1]) / m - held[i, 1])
+                        held[i, 2] += q * ((ez + F[i, 2]) / m - held[i, 2])
+                        held[i, 3] += q * ((tx + F[i, 3]) / (m * radius) - held[i, 3])
+                        held[i, 4] += q * ((ty + F[i, 4]) / (m * radius) - held[i, 4])
+                        held[i, 5] += q * ((tz + F[i, 5]) / (m * radius) - held[i, 5])
+                        a2 = held[i, 0] ** 2 + held[i, 1] ** 2 + held[i, 2] ** 2
+                        t2 = held[i, 3] ** 2 + held[i, 4] ** 2 + held[i, 5] ** 2
                         if max(a2, t2) > wake * wake * g2:
                             asleep[i] = 2
                             woken += 1

@@ -1,9 +1,11 @@
 """Sleeping grains: what has come to rest is skipped until something near it moves or pushes.
 
-A grain that has been slow (speed and r times spin below ``SLOW`` sqrt(g r), net acceleration below ``STEADY`` g) at ``PATIENCE`` looks in a row, and
-whose listed neighbours have been so too, falls asleep: it stays exactly where it is. A row of the pair list is evaluated only when a grain of it
-is awake or has an awake grain in the list, so the forces on every sleeper next to a moving grain are complete at every step; as soon as they
-accelerate it by more than ``WAKE`` g it wakes, and takes part from the next step on. Deep inside a sleeping region nothing can change.
+A grain that has been slow (speed and r times spin below ``SLOW`` sqrt(g r)) for a time of ``PATIENCE`` sqrt(r / g), and whose listed neighbours
+have been so too, falls asleep: it stays exactly where it is. What starts to slide at a > 2 ``SLOW`` g is too fast by then. A row of the pair
+list is evaluated only when a grain of it is awake or has an awake grain in the list, so the forces on every sleeper next to a moving grain are
+complete at every step. It wakes when its mean acceleration over ``MEMORY`` sqrt(r / g) would exceed ``WAKE`` g (an impact that would give it a
+speed of ``WAKE`` ``MEMORY`` sqrt(g r) does that at once), and takes part from the next step on; the waves that run through a bed after an impact average
+out. Deep inside a sleeping region nothing can change.
 
 Balances: the speed that is lost in falling asleep is booked as an impulse and as damping, and what holds a sleeper (-F) as an external force, so
 momentum, angular momentum and energy are accounted for as without sleep.
@@ -22,14 +24,14 @@ if TYPE_CHECKING:
 
 EVERY = 10
 """Steps between two looks."""
-SLOW = 0.005
+SLOW = 0.02
 """Largest speed, over sqrt(g r), of a grain about to sleep."""
-STEADY = 0.02
-"""Largest net acceleration, over g, of a grain about to sleep."""
+PATIENCE = 0.5
+"""Time for which a grain must have been slow, over sqrt(r / g)."""
 WAKE = 0.05
-"""Acceleration, over g, that wakes a grain."""
-PATIENCE = 10
-"""Looks in a row at which a grain must have been slow."""
+"""Mean acceleration, over g, that wakes a grain."""
+MEMORY = 0.25
+"""Time of that mean, over sqrt(r / g)."""
 
 
 @kernel
@@ -68,16 +70,15 @@ def _restless(row, col, calm, restless):
 def look(bed: Assembly) -> None:
     """Let grains fall asleep, at a full step."""
     n = bed.active
-    bed.wake = WAKE
-    x, v, a = bed.X[:n], bed.W[:n], bed.A[:n]
+    x, v = bed.X[:n], bed.W[:n]
     g = bed.gravity.strength(np.sqrt(np.einsum("ij,ij->i", x[:, :3], x[:, :3])))
     r2 = x[:, 3] ** 2
     speed2 = np.einsum("ij,ij->i", v[:, :3], v[:, :3]) + r2 * np.einsum("ij,ij->i", v[:, 3:], v[:, 3:])
-    push2 = np.einsum("ij,ij->i", a[:, :3], a[:, :3]) + r2 * np.einsum("ij,ij->i", a[:, 3:], a[:, 3:])
-    slow = (speed2 < SLOW**2 * g * x[:, 3]) & (push2 < (STEADY * g) ** 2)
-    bed.quiet[:n] = np.where(slow, np.minimum(bed.quiet[:n] + 1, PATIENCE), 0)
-    bed.quiet[n:] = 0
-    calm = (bed.quiet[:n] >= PATIENCE) | (bed.asleep[:n] != 0)
+    bed.quiet[:n] = np.where(speed2 < SLOW**2 * g * x[:, 3], bed.quiet[:n] + EVERY * bed.dt, 0.0)
+    bed.quiet[n:] = 0.0
+    unit = np.sqrt(x[:, 3] / np.maximum(g, 1e-300))
+    bed.wake, bed.memory = WAKE, max(MEMORY * float(np.mean(unit)), bed.dt)
+    calm = (bed.quiet[:n] >= PATIENCE * unit) | (bed.asleep[:n] != 0)
     restless = np.zeros(n, dtype=np.int8)
     _restless(bed.row, bed.col, calm, restless)
     falling = np.flatnonzero(calm & (restless == 0) & (bed.asleep[:n] == 0))
@@ -99,4 +100,5 @@ def lay(bed: Assembly, which: np.ndarray) -> None:
     bed.W[which] = 0.0
     bed.V[which, :6] = 0.0
     bed.A[which] = 0.0
+    bed.held[which] = 0.0
     bed.asleep[which] = 1

@@ -121,7 +121,7 @@ def test_the_stiffness_follows_the_speed_between_its_bounds(settled):
 def test_a_bed_at_rest_falls_asleep_and_keeps_its_books(settled):
     bed = made(settled, sleep=True)
     start, p, l = balance(bed), bed.momentum(), bed.angular_momentum()
-    for _ in range(400):
+    for _ in range(1500):
         if bed.steps % sleeping.EVERY == 0:
             sleeping.look(bed)
         bed.step()
@@ -129,7 +129,7 @@ def test_a_bed_at_rest_falls_asleep_and_keeps_its_books(settled):
     assert balance(bed) == pytest.approx(start, rel=1e-9)
     assert np.abs(bed.momentum() - bed.report[4:7] - p).max() < 1e-10
     assert np.abs(bed.angular_momentum() - bed.report[7:10] - l).max() < 1e-9
-    assert bed.contacts == made(settled).contacts
+    assert abs(bed.contacts - made(settled).contacts) <= 2
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -138,7 +138,7 @@ def test_an_impact_wakes_what_it_moves(settled, threads):
     sleepy, awake = made(scene, sleep=True, threads=threads), made(scene)
     # asleep to begin with: all but the grain that falls
     sleeping.lay(sleepy, np.flatnonzero(sleepy.identity != 1000))
-    sleepy.wake = sleeping.WAKE
+    sleepy.wake, sleepy.memory = sleeping.WAKE, sleeping.MEMORY
     sleepy.survey()
     assert 0 < np.mean(sleepy.live != 0) < 0.5
     start, p = balance(sleepy), sleepy.momentum() - sleepy.report[4:7]
