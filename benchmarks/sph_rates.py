@@ -1,10 +1,10 @@
 """Speed of the shock stage without gravity: list, state, pairs, step limit and update, full physics, about 60 neighbours.
 
-    python benchmarks/sph_rates.py [--json] [--size N] [--threads T]
+    python benchmarks/sph_rates.py [--json] [--size N] [--threads T] [--snapshot FILE] [--porous]
 
-A disordered block of three materials (basalt, water, ice) with strength, damage and explicit flaws. A neighbour visit is a directed pair inside the
-support, counted
-once per evaluation of the forces.
+A disordered block of three materials (basalt, water, ice) with strength, damage and explicit flaws, or the particles of a run's snapshot
+(``2_sph/snap_0006.vtkhdf``) with the materials that it names. ``--porous``: P-alpha in the ice (alpha0 = 1.1). A neighbour visit is a directed pair inside
+the support, counted once per evaluation of the forces.
 """
 
 from __future__ import annotations
@@ -13,30 +13,60 @@ import argparse
 import json
 import resource
 import time
+from pathlib import Path
 
 import numpy as np
 
-from matter import jit
+from matter import jit, snapshot
 from sph import stage, timestep
 from sph import target as bodies
 from sph.cloud import Cloud
 from sph.integrator import Integrator
-from sph.materials import collect
+from sph.material_settings import Choice
+from sph.materials import Materials, collect
+
+ALPHA0, FIRST_STEP = 1.1, 0.02
+POROUS_ICE = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": ALPHA0})}
 
 
-def cloud_of(size: int) -> tuple[Cloud, object]:
+def cloud_of(size: int, porous: bool) -> tuple[Cloud, Materials]:
     """A cube of jittered particles, 1 km apart, h for about 60 neighbours."""
     side = round(size ** (1 / 3))
     rng = np.random.default_rng(1)
     place = np.stack(np.meshgrid(*(np.arange(side),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.25, 0.25, (side**3, 3))
     material = np.minimum((3 * place[:, 2] / side).astype(np.int32).clip(0), 2)
-    materials = collect(("basalt", "water", "ice"))
+    materials = collect(("basalt", "water", "ice"), POROUS_ICE if porous else None)
     rho = materials.rho0[material] * rng.uniform(1.0, 1.02, len(place))
     body = bodies.Body((place - 0.5 * side) * 1e3, rho * 1e9, rho, np.full(len(place), 2.43e3), material.astype(np.int32), material.astype(np.int32))
     cloud = Cloud.of(body)
     cloud.velocity[:] = rng.normal(size=cloud.velocity.shape) * 20.0
+    _open_pores(cloud, materials, porous)
     stage._seed_flaws(cloud, materials, 1)
     return cloud, materials
+
+
+def cloud_of_snapshot(path: Path, porous: bool) -> tuple[Cloud, Materials]:
+    """The particles of a snapshot, in the order of the file's identities mixed up once: what a run leaves sorted is sorted anew."""
+    shot = snapshot.read(path)
+    names = tuple(shot.attributes["materials"])
+    materials = collect(names, POROUS_ICE if porous else None)
+    body = bodies.Body(shot.position, shot.mass, shot.density, shot.smoothing_length, shot.material.astype(np.int32), shot.layer.astype(np.int32))
+    cloud = Cloud.of(body)
+    cloud.velocity[:], cloud.specific_energy[:] = shot.velocity, shot.specific_energy
+    cloud.stress[:], cloud.root_damage[:] = shot.deviatoric_stress[:, :5], np.cbrt(shot.damage)
+    _open_pores(cloud, materials, porous)
+    stage._seed_flaws(cloud, materials, 1)
+    return cloud, materials
+
+
+def _open_pores(cloud: Cloud, materials: Materials, porous: bool) -> None:
+    """Ice with pores: of the same volume, lighter by alpha0."""
+    if not porous:
+        return
+    ice = cloud.material == materials.names.index("ice")
+    cloud.mass[ice] /= ALPHA0
+    cloud.density[ice] /= ALPHA0
+    cloud.distention[ice] = cloud.initial_distention[ice] = ALPHA0
 
 
 class WithoutGravity(Integrator):
@@ -55,15 +85,17 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--size", type=int, default=200_000)
     parser.add_argument("--threads", type=int, default=None)
+    parser.add_argument("--snapshot", type=Path, default=None)
+    parser.add_argument("--porous", action="store_true")
     options = parser.parse_args()
     threads = jit.set_threads(options.threads)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    cloud, materials = cloud_of(options.size)
+    cloud, materials = cloud_of_snapshot(options.snapshot, options.porous) if options.snapshot else cloud_of(options.size, options.porous)
     integrator = WithoutGravity(cloud, materials, 1e7, alpha=2.0, beta=10.0, courant=0.3, theta=0.5, gravity_shift=0.05)
     integrator.start()
     for _ in range(3):
         integrator.dt = 0.0
-        integrator.step(min(integrator.next_step(1e9), 0.02))
+        integrator.step(min(integrator.next_step(1e9), FIRST_STEP))
     steps, visits, builds = 20, 0, integrator.neighbourhood.builds
     begun = time.perf_counter()
     for _ in range(steps):
