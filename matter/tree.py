@@ -19,7 +19,7 @@ from matter.jit import kernel, parallel_kernel, prange
 G = 6.6743e-11  # CODATA 2018 [m^3/(kg s^2)]
 
 _LEAF = 24
-_GROUP = 64
+_GROUP = 128
 _DEPTH = 21
 
 
@@ -37,9 +37,9 @@ class Tree(NamedTuple):
     group: np.ndarray  # nodes that are walked as one group
 
 
-@kernel
+@parallel_kernel
 def _morton(position, low, scale, key):
-    for i in range(len(position)):
+    for i in prange(len(position)):
         code = np.uint64(0)
         for axis in range(3):
             c = np.uint64(min(max(int((position[i, axis] - low[axis]) * scale), 0), (1 << _DEPTH) - 1))
@@ -100,7 +100,7 @@ def _nodes(key, low, edge0, first, last, skip, leaf, edge, centre, group):
 
 
 @kernel
-def _moments(nodes, position, mass, eps2, first, last, skip, leaf, moment):
+def _moments(nodes, x, y, z, mass, eps2, first, last, skip, leaf, moment):
     """Mass, centre of mass, traceless quadrupole and mean eps^2 of every node, children before parents; turns ``skip`` from parent into next node."""
     for k in range(nodes):
         for c in range(11):
@@ -110,8 +110,9 @@ def _moments(nodes, position, mass, eps2, first, last, skip, leaf, moment):
             for i in range(first[k], last[k]):
                 moment[k, 3] += mass[i]
                 moment[k, 10] += mass[i] * eps2[i]
-                for a in range(3):
-                    moment[k, a] += mass[i] * position[i, a]
+                moment[k, 0] += mass[i] * x[i]
+                moment[k, 1] += mass[i] * y[i]
+                moment[k, 2] += mass[i] * z[i]
         for a in range(3):
             moment[k, a] /= max(moment[k, 3], 1e-300)
         moment[k, 10] /= max(moment[k, 3], 1e-300)
@@ -124,7 +125,7 @@ def _moments(nodes, position, mass, eps2, first, last, skip, leaf, moment):
     for k in range(nodes - 1, -1, -1):
         if leaf[k]:
             for i in range(first[k], last[k]):
-                _add_quadrupole(moment, k, mass[i], position[i, 0], position[i, 1], position[i, 2])
+                _add_quadrupole(moment, k, mass[i], x[i], y[i], z[i])
         parent = skip[k]
         if parent >= 0:
             for c in range(4, 10):
@@ -153,30 +154,57 @@ def _add_quadrupole(moment, k, m, x, y, z):
     moment[k, 9] += m * (3.0 * dz * dz - r2)
 
 
-def build(position: np.ndarray, mass: np.ndarray, softening: np.ndarray) -> Tree:
-    """The octree of particles at ``position`` (n, 3) [m] with ``mass`` (n,) [kg] and ``softening`` (n,) [m].
+class Sorted(NamedTuple):
+    """Places x, y, z, masses and eps^2 in the order of the tree, in units of a length and a mass about a middle; each (n,)."""
 
-    Building costs about 1 % of a walk, so build anew for every evaluation.
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    mass: np.ndarray
+    eps2: np.ndarray
+
+
+@parallel_kernel
+def _sorted(order, position, mass, softening, middle, length, total, x, y, z, m, eps2):
+    for k in prange(len(order)):
+        i = order[k]
+        x[k] = (position[i, 0] - middle[0]) / length
+        y[k] = (position[i, 1] - middle[1]) / length
+        z[k] = (position[i, 2] - middle[2]) / length
+        m[k] = mass[i] / total
+        eps2[k] = (softening[i] / length) ** 2
+
+
+def build(
+    position: np.ndarray, mass: np.ndarray, softening: np.ndarray, middle: np.ndarray | None = None, length: float = 1.0, total: float = 1.0
+) -> tuple[Tree, Sorted]:
+    """The octree of particles at ``position`` (n, 3) [m] with ``mass`` (n,) [kg] and ``softening`` (n,) [m], and the particles in its order.
+
+    Tree and particles are in units of ``length`` and ``total`` mass about ``middle``. Building costs about 5 % of a walk, so build anew for every
+    evaluation.
     """
     n = len(position)
+    middle = np.zeros(3) if middle is None else middle
     low, high = position.min(axis=0), position.max(axis=0)
     edge0 = float((high - low).max()) * (1.0 + 1e-9) + 1e-300
     key = np.empty(n, dtype=np.uint64)
     _morton(position, low, (1 << _DEPTH) / edge0, key)
-    order = np.argsort(key, kind="stable")
+    order = np.argsort(key)
+    particles = Sorted(*(np.empty(n) for _ in Sorted._fields))
+    _sorted(order, position, mass, softening, middle, length, total, *particles)
     key = key[order]
     room = n // 2 + 256
     while True:
         first, last, skip = (np.empty(room, dtype=np.int64) for _ in range(3))
         leaf, edge, centre = np.empty(room, dtype=np.bool_), np.empty(room), np.empty((room, 3))
         group = np.empty(room, dtype=np.int64)
-        nodes, groups = _nodes(key, low, edge0, first, last, skip, leaf, edge, centre, group)
+        nodes, groups = _nodes(key, (low - middle) / length, edge0 / length, first, last, skip, leaf, edge, centre, group)
         if nodes >= 0:
             break
         room *= 2
     moment = np.empty((nodes, 11))
-    _moments(nodes, position[order], mass[order], softening[order] ** 2, first, last, skip, leaf, moment)
-    return Tree(order, first[:nodes], last[:nodes], skip[:nodes], leaf[:nodes], edge[:nodes], centre[:nodes], moment, group[:groups])
+    _moments(nodes, *particles, first, last, skip, leaf, moment)
+    return Tree(order, first[:nodes], last[:nodes], skip[:nodes], leaf[:nodes], edge[:nodes], centre[:nodes], moment, group[:groups]), particles
 
 
 _LIST = 2048  # interaction lists are summed and emptied whenever they are full
@@ -327,24 +355,28 @@ def _sums(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: 
     Sums run in units of the body's size and mass and about the group's centre, where single precision keeps them to 1e-6.
     """
     middle = position.mean(axis=0)
-    length = float(np.sqrt(np.einsum("ij,ij->i", position - middle, position - middle)).mean()) or 1.0
+    away = position - middle
+    length = float(np.sqrt(np.einsum("ij,ij->i", away, away)).mean()) or 1.0
     total = float(mass.sum()) or 1.0
-    tree = build((position - middle) / length, mass / total, softening / length)
-    x, y, z = (np.ascontiguousarray((position[tree.order, axis] - middle[axis]) / length) for axis in range(3))
+    tree, particles = build(position, mass, softening, middle, length, total)
     moment = tree.moment
     moment[:, 10] *= 0.5
+    particles.eps2[:] *= 0.5
     reach = (tree.edge + np.sqrt(((moment[:, :3] - tree.centre) ** 2).sum(axis=1))) / theta
     room = max(_LIST, int((tree.last - tree.first)[tree.leaf].max(initial=0)))
     single = wanted == 3 and theta >= _SINGLE
     numbers = np.array([1.0, 2.5, 1e-20 if single else 1e-30, 0.0], dtype=np.float32 if single else np.float64)
-    out = np.empty((len(mass), wanted))
-    _walk(
-        wanted, x, y, z, mass[tree.order] / total, 0.5 * (softening[tree.order] / length) ** 2,
-        tree.first, tree.last, tree.skip, tree.leaf, reach, moment, tree.group, room, numbers, out,
-    )  # fmt: skip
-    result = np.empty_like(out)
-    result[tree.order] = out * (G * total / length ** (2 if wanted == 3 else 1))
+    out, result = np.empty((len(mass), wanted)), np.empty((len(mass), wanted))
+    _walk(wanted, *particles, tree.first, tree.last, tree.skip, tree.leaf, reach, moment, tree.group, room, numbers, out)
+    _unsorted(tree.order, out, G * total / length ** (2 if wanted == 3 else 1), result)
     return result
+
+
+@parallel_kernel
+def _unsorted(order, values, factor, out):
+    for k in prange(len(order)):
+        for c in range(values.shape[1]):
+            out[order[k], c] = factor * values[k, c]
 
 
 @parallel_kernel(fastmath=True)
