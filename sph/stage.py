@@ -163,7 +163,11 @@ def predict(settings: Settings) -> dict[str, float]:
     """Wall time [s] (warm, 2 cores), memory and disk [bytes] of this stage, and the sizes that the stages after it go by."""
     n = _count(settings)
     quiet = settings.courant * settings.zones.contact / (1.6 * 3800.0)  # the shell's longitudinal wave
-    steps = 1.6 * settings.end_time / quiet + 200.0  # measured: fast ejecta and the impact itself ask for 1.6 times the quiet number
+    stiff = min(settings.late.at, settings.end_time) if settings.late else settings.end_time
+    steps = 1.6 * stiff / quiet + 200.0  # measured: fast ejecta and the impact itself ask for 1.6 times the quiet number
+    if settings.late:  # longitudinal waves are 1.5 times as fast as the bulk's
+        steps += (settings.end_time - stiff) / quiet * min(1.5 * settings.late.sound_speed / 3800.0, 1.0)
+    steps *= 3.0 if settings.integrator == "rk3" else 1.0
     relax = settings.relaxation_time / quiet if settings.relaxes else 0.0
     evaluations = steps * (1.0 if settings.gravity_shift == 0 else 0.3) * settings.target.attracts
     rows = settings.end_time / settings.history_interval

@@ -113,6 +113,11 @@ def test_a_gas_and_softer_matter_keep_their_moduli():
     assert late.soft(rows, 1e5).ratio[0] == 1.0 and np.array_equal(late.soft(rows, 1e5).rows.shear, rows.shear)
 
 
+def test_the_prediction_knows_the_longer_steps():
+    long, short = stage.predict(settings(None, end_time=0.3)), stage.predict(settings("1 ms", end_time=0.3))
+    assert 5.0 < long["wall_s"] / short["wall_s"] < 60.0
+
+
 def test_a_late_stage_after_the_end_is_refused():
     with pytest.raises(ValidationError, match=r"late\.at must be before end_time"):
         settings("0.03 s")

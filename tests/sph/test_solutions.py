@@ -52,7 +52,7 @@ def test_strength_of_a_rod_grows_with_the_fourth_root_of_the_rate():
 def test_a_spinning_ball_keeps_its_stress():
     """One turn, seven spacings of radius. The correction of the torque keeps L and takes 0.4 % of it; invariants are wanted within 1 %.
 
-    Not met: P -2.1 %, sqrt(J2) -1.8 % (five spacings: -3.0 and -2.4 %). The heating sigma : L with the plain gradients of lopsided neighbourhoods at the surface
+    Not met: P -2.1 %, sqrt(J2) -1.8 % (five spacings: -3.0 and -2.4 %). The heating sigma : L with the plain gradients of lopsided neighbourhoods
     is not zero in rotation, as its conjugate, the torque, is not.
     """
     momentum, removed, pressure, shear = solutions.spin()
