@@ -1,4 +1,4 @@
-"""The late stage with a low sound speed (Raducan & Jutzi 2022, section 2): long times at steps of the flow, not of sound.
+"""The late stage with a low sound speed (Raducan & Jutzi 2022): long times at steps of the flow, not of sound.
 
 From the time ``at`` on every material is a linear medium of the sound speed c, in which energy does not count,
 

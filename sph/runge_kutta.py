@@ -1,4 +1,4 @@
-"""Kutta's third-order method with the embedded midpoint rule as error control (Schaefer et al. 2016, section 3.5; Kutta 1901), for literal comparison.
+"""Kutta's third-order method with the embedded midpoint rule as error control (Kutta 1901; Schaefer et al. 2016), for literal comparison.
 
     k1 = f(y),  k2 = f(y + dt/2 k1),  k3 = f(y - dt k1 + 2 dt k2),   y_3 = y + dt/6 (k1 + 4 k2 + k3),   y_2 = y + dt k2
 

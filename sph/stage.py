@@ -143,7 +143,12 @@ class Settings(Model):
 
 def idle_sources(settings: Settings) -> set[Path]:
     """Law files that this run does not take: its bibliography leaves out what only they cite."""
-    return used_laws.idle_sources(settings.chosen_materials())
+    chosen = {
+        "smoothing": settings.smoothing == "density", "start_volumes": settings.volumes == "start", "late": settings.late is not None,
+        "runge_kutta": settings.integrator == "rk3", "kernel": settings.kernel == "cubic_spline", "kernel_wendland": settings.kernel == "wendland",
+        "artificial_stress": settings.artificial_stress > 0.0,
+    }  # fmt: skip
+    return used_laws.idle_sources(settings.chosen_materials()) | {used_laws.ROOM / f"{name}.py" for name, taken in chosen.items() if not taken}
 
 
 def idle_sections(settings: Settings) -> set[tuple[str, str]]:

@@ -53,3 +53,14 @@ def test_laws_that_a_run_does_not_take_are_not_cited(tmp_path):
     assert {"Tillotson1962", "GradyKipp1980", "Winter2017"} <= keys["plain"]
     assert not {"Collins2004", "DruckerPrager1952", "Murnaghan1944", "Wuennemann2006", "CarrollHolt1972"} & keys["plain"]
     assert "Jutzi2008" in keys["porous"] - keys["plain"]
+
+
+def test_numerics_that_a_run_does_not_take_are_not_cited(tmp_path):
+    folder = Path(__file__).parents[2] / "cases" / "valhalla_980km"
+    keys = {}
+    changed = ('sph.volumes="start"', 'sph.late={"at" = "10 min", "sound_speed" = "500 m/s"}')
+    for name, sets in (("plain", ()), ("late", changed)):
+        chosen = case.read(folder, "quick", sets)
+        keys[name] = set(references.write(tmp_path / "references.bib", chosen, {"sph": case.compose(chosen)["sph"]}, ("basalt", "water", "ice")))
+    assert keys["late"] - keys["plain"] == {"RaducanJutzi2022", "OttSchnetter2003", "Price2012"}
+    assert "MonaghanLattanzio1985" in keys["plain"] and "Kutta1901" not in keys["late"]
