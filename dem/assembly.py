@@ -17,6 +17,7 @@ from dem import contacts, forces, integrator, size_levels, sleeping, walls
 from dem.contact_settings import COHESION, MODULUS, SHAPE, Contact, rigid, shortest_contact_time
 from dem.gravity import Field
 from dem.laws import cohesion_zhang
+from dem.self_gravity import SelfGravity
 from matter.errors import InputError, UnphysicalState
 from matter.particles import Particles
 
@@ -46,6 +47,7 @@ class Assembly:
     overlap_limit : instead of ``contact.overlap_stop`` (a packing starts with any overlap).
     offset : contacts can carry an offset (``following_stiffness`` changes k_n in the run).
     sleep : grains can sleep (``sleeping`` decides which).
+    self_gravity : the grains attract each other.
     threads : chunks of the half list, one per thread; results are bitwise repeatable at one number.
     """
 
@@ -61,16 +63,19 @@ class Assembly:
         overlap_limit: float | None = None,
         offset: bool = False,
         sleep: bool = False,
+        self_gravity: SelfGravity | None = None,
     ):
         grains.need("identity", "position", "velocity", "angular_velocity", "mass", "radius", "material", "species", "stiffness")
         _check(grains)
         n = len(grains)
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
         self.walls = walls.rows(walls_)
-        self.scheme = contact.scheme()._replace(offset=int(offset), sleep=int(sleep))
+        self.scheme = contact.scheme()._replace(offset=int(offset), sleep=int(sleep), attract=int(self_gravity is not None))
         if offset and (self.scheme.normal != forces.HOOKE or self.scheme.cohesion == forces.SJKR):
             raise InputError('a stiffness that changes in the run needs normal = "hooke", and no cohesion that depends on the overlap ("sjkr")')
-        self._per_grain = _PER_GRAIN + (_SLEEPERS if sleep else ())
+        self._per_grain = _PER_GRAIN + (_SLEEPERS if sleep else ()) + (("pull_of_all",) if self_gravity else ())
+        self.self_gravity = self_gravity
+        self.pull_of_all = np.zeros((n if self_gravity else 1, 3))
         self._drift_loop = integrator.drift_loop(self.scheme)
         self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), integrator.kick_loop(self.scheme)
         self.pair_table = contact.pair_table()
@@ -116,6 +121,8 @@ class Assembly:
         self._full_pass = False
         self._rebuild(_tabled(grains, self.identity, self.scheme.history, offset))
         self._wall_tables_in(grains)
+        if self_gravity:
+            self._attract()
         self._forces(initial=True)
 
     # -- lists ---------------------------------------------------------------------------------------------------------------
@@ -226,9 +233,16 @@ class Assembly:
         self.since_build += 1
         if 4.0 * max(moved) > self.skin**2:
             self._rebuild()
+        if self.self_gravity is not None and self.steps % self.self_gravity.every == 0:
+            self._attract()
         self._forces()
         if self.scheme.sleep:
             self._after_sleep()
+
+    def _attract(self) -> None:
+        assert self.self_gravity is not None
+        k = slice(0, self.moving)
+        self.pull_of_all[k] = self.self_gravity.acceleration(self.X[k, :3], self.mass[k], self.X[k, 3])
 
     def _after_sleep(self) -> None:
         """Wake those that were marked; an evaluation of all rows is over."""
@@ -276,7 +290,7 @@ class Assembly:
             self._moving_ends[c], self._moving_ends[c + 1], c, self.active, self.X, self.V, self.W, self.A, self.E, self.F, self._spill,
             self._last, self.drag, self.weight, self.kind, self.returned, self.walls, self.wall_tables, self.wall_history, g.uniform, g.table, g.radius,
             dt, half, self.contact.attractive_tail, self._kick_report[c],
-            self.asleep, self.near, self.live, self.wall_energy, self.held, self.wake, self.memory,
+            self.asleep, self.near, self.live, self.wall_energy, self.held, self.wake, self.memory, self.pull_of_all,
         )  # fmt: skip
 
     def _forces(self, initial: bool = False) -> None:
@@ -359,10 +373,11 @@ class Assembly:
         """Kinetic, rotational, gravitational and elastic energy [J] of the grains that have not left."""
         k = slice(0, self.moving)
         m = self.mass[k]
+        own = self.self_gravity.energy(self.X[k, :3], m, self.X[k, 3]) if self.self_gravity else 0.0
         return {
             "kinetic_J": float(0.5 * m @ np.sum(self.W[k, :3] ** 2, axis=1)),
             "rotational_J": float(0.2 * (m * self.X[k, 3] ** 2) @ np.sum(self.W[k, 3:] ** 2, axis=1)),
-            "gravitational_J": float((m * self.weight[k]) @ self.gravity.potential(self.X[k, :3])),
+            "gravitational_J": float((m * self.weight[k]) @ self.gravity.potential(self.X[k, :3])) + own,
             "elastic_J": self.elastic,
         }
 

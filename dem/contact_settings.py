@@ -78,8 +78,10 @@ class Contact(Model):
     """What the tangential spring does at the Coulomb limit; see ``dem.laws.tangential_spring``."""
     attractive_tail: bool = True
     """Whether the normal force may pull at the end of a contact (then the restitution is exact)."""
+    stiffness_rule: Literal["elastic", "kinetic"] = "elastic"
+    """``elastic``: k_n = max(P_floor r / x_max, 2 K r). ``kinetic``: max(P_floor r / x_max, m (v / (x_max r))^2) with v = ``expected_speed`` (pkdgrav)."""
     static_overlap: Annotated[float, Field(gt=0.0, le=0.2)] = 0.02
-    """x_max of the stiffness rule, in radii: k_n = max(P_floor r / x_max, 2 K r)."""
+    """x_max of the stiffness rule, in radii (``stiffness_rule``)."""
     wave_speed_limit: Annotated[float, Field(gt=0.0, le=10.0)] = 2.0
     """The contact wave speed 2 r sqrt(k_n / m) never exceeds this times the sound speed of the grain's material."""
     stiffness_factor: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
@@ -94,7 +96,7 @@ class Contact(Model):
     """Closing speed of a returned ejecta grain, over the contact wave speed, above which the excess is taken out by a dashpot and booked."""
 
     expected_speed: PositiveSpeed | None = None
-    """Largest closing speed that the step must resolve with ``hertz``; the grains' own at the start where it is larger."""
+    """Largest closing speed: of ``stiffness_rule = "kinetic"``, and that the step must resolve with ``hertz`` (the grains' own at the start where larger)."""
     rayleigh_fraction: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
     """Largest step with ``hertz``, over the Rayleigh time of the smallest grain."""
 
@@ -106,6 +108,8 @@ class Contact(Model):
             raise ValueError(f'normal = "{self.normal}" goes with tangential = "{wanted}", not with "{self.tangential}"')
         if self.normal == "hertz" and self.shell.elastic_modulus is None:
             raise ValueError('normal = "hertz" needs shell.elastic_modulus (Young\'s modulus)')
+        if self.stiffness_rule == "kinetic" and (self.expected_speed is None or self.normal == "hertz"):
+            raise ValueError('stiffness_rule = "kinetic" needs expected_speed, and normal = "hooke"')
         sticky = {name: law for name, law in laws.items() if law.cohesion > 0.0}
         if self.cohesion == "none" and sticky:
             raise ValueError(f'{", ".join(sticky)}: cohesion is given, but cohesion = "none" names no law for it ("zhang" or "sjkr")')
@@ -162,7 +166,7 @@ class Contact(Model):
         return table
 
     def stiffness(self, radius: np.ndarray, mass: np.ndarray, material_name: str, floor_pressure: float) -> np.ndarray:
-        """k_n of grains of one material [N/m]: max(P_floor r / x_max, 2 K r, F_c / (x_max r)), limited by the contact wave speed.
+        """k_n of grains of one material [N/m] by ``stiffness_rule``, at least F_c / (x_max r), limited by the contact wave speed.
 
         ``floor_pressure`` = g rho H of the bed [Pa]. The wave speed of a chain of such grains is 2 r sqrt(k_n / m). F_c is the pull of two such
         grains by Zhang's cohesion. With ``hertz`` it is the tangent stiffness of two such grains at the overlap x_max r.
@@ -172,7 +176,11 @@ class Contact(Model):
             modulus = normal_hertz.effective_modulus(self.elastic_constants(species), self.elastic_constants(species))
             return np.asarray(2.0 * modulus * radius * np.sqrt(0.5 * self.static_overlap))
         bulk, sound = elastic(material_name)
-        k = np.maximum(floor_pressure * radius / self.static_overlap, 2.0 * bulk * radius)
+        moving = 2.0 * bulk * radius
+        if self.stiffness_rule == "kinetic":
+            assert self.expected_speed is not None
+            moving = mass * (self.expected_speed / (self.static_overlap * radius)) ** 2
+        k = np.maximum(floor_pressure * radius / self.static_overlap, moving)
         if self.cohesion == "zhang":
             law = (self.shell, self.ocean)[self.species_of(material_name)]
             k = np.maximum(k, law.cohesion * (law.shape * radius) ** 2 / (self.static_overlap * radius))

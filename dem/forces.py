@@ -41,7 +41,7 @@ class Scheme(NamedTuple):
 
     ``normal`` HOOKE or HERTZ; ``mindlin`` rule of ``tangential_mindlin`` (0: springs of constant stiffness); ``cohesion`` NO_COHESION, ZHANG or SJKR;
     ``sliding`` rule of ``tangential_spring``; ``offset`` 1: contacts carry an offset to their overlap (``dem.following_stiffness``); ``sleep`` 1: rows
-    without a grain awake near them are skipped (``dem.sleeping``).
+    without a grain awake near them are skipped (``dem.sleeping``); ``attract`` 1: grains attract each other (``dem.self_gravity``).
     """
 
     normal: int = HOOKE
@@ -50,6 +50,7 @@ class Scheme(NamedTuple):
     sliding: int = tangential_spring.CLAMP
     offset: int = 0
     sleep: int = 0
+    attract: int = 0
 
     @property
     def history(self) -> int:

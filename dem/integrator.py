@@ -78,12 +78,12 @@ def drift_loop(scheme: Scheme) -> Any:
 def kick_loop(scheme: Scheme) -> Any:
     """The compiled second half of a step for one scheme: ``kick``."""
     normal, mindlin, cohesion, rule = scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding
-    offset, sleep = scheme.offset, scheme.sleep
+    offset, sleep, attract = scheme.offset, scheme.sleep, scheme.attract
 
     @kernel
     def kick(
         lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, returned, walls, wall_tables, wall_history,
-        uniform, g_table, g_radius, dt, half, tail, report, asleep, near, live, wall_energy, held, wake, memory,
+        uniform, g_table, g_radius, dt, half, tail, report, asleep, near, live, wall_energy, held, wake, memory, pull_of_all,
     ):  # fmt: skip
         """Sum the forces on grains lo..hi and finish the step (``half`` = dt/2; 0 only evaluates); returns the first grain that is not finite, or -1.
 
@@ -91,7 +91,7 @@ def kick_loop(scheme: Scheme) -> Any:
         ``weight`` multiplies gravity, ``drag`` [1/s] is a linear damping of velocity and spin.
         With ``sleep``: a grain that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain awake
         ``near`` it is marked (``asleep`` 2) when the running mean over ``memory`` [s] of the acceleration that it would have, ``held`` (n, 6),
-        exceeds ``wake`` times gravity. ``wall_energy`` (n) as it was when last ``live``.
+        exceeds ``wake`` times gravity. ``wall_energy`` (n) as it was when last ``live``. ``pull_of_all`` (n, 3) acceleration by all other grains.
         """
         bad, woken = -1, 0
         gone, wall_lost, wall_stored, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
@@ -117,6 +117,10 @@ def kick_loop(scheme: Scheme) -> Any:
                     ex -= q * x
                     ey -= q * y
                     ez -= q * z
+            if attract != 0:
+                ex += m * pull_of_all[i, 0]
+                ey += m * pull_of_all[i, 1]
+                ez += m * pull_of_all[i, 2]
             tx, ty, tz = 0.0, 0.0, 0.0
             stored_before = wall_stored
             if sleep != 0:

@@ -208,10 +208,12 @@ class Collapse:
     def save(self) -> None:
         """Write a checkpoint (the whole state) and the history so far."""
         arrays, scalars = self.bed.state_arrays()
+        if self.following:
+            arrays = {**arrays, **self.following.state()}
         arrays = {**arrays, "history_rows": np.array(self.rows), "profiles": np.array(self.still.kept)}
         for name in ("start_momentum", "start_angular"):
             arrays[name] = getattr(self, name)
-        own = {f"own_{name}": getattr(self, name) for name in _OWN} | (self.following.state() if self.following else {})
+        own = {f"own_{name}": getattr(self, name) for name in _OWN}
         checkpoint.save(self.out, self.bed.steps, arrays, {**scalars, **own})
         self._write_history()
 
@@ -225,7 +227,7 @@ class Collapse:
         for name in _OWN:
             setattr(self, name, scalars[f"own_{name}"])
         if self.following:
-            self.following.restore(scalars)
+            self.following.restore(arrays)
 
     def finish(self) -> None:
         """Write the last files; raise ``Unsound`` when a balance is broken."""

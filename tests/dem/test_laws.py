@@ -118,3 +118,12 @@ def test_stiffness_rule_and_its_limit():
     assert contact.stiffness(radius, mass, "ice", 5e8)[0] == pytest.approx(5e8 * 1000.0 / 0.02)
     stiff = contact.stiffness(radius, mass, "ice", 1e12)[0]
     assert 2 * 1000.0 * math.sqrt(stiff / mass[0]) == pytest.approx(2 * sound)
+
+
+def test_the_kinetic_rule_keeps_a_collision_within_the_overlap():
+    contact = Contact(stiffness_rule="kinetic", expected_speed=2.0, static_overlap=0.01)
+    radius, mass = np.array([0.3]), np.array([100.0])
+    k = contact.stiffness(radius, mass, "ice", 0.0)[0]
+    # two such grains at 2 m/s: x = v sqrt(m / 2 k)
+    assert 2.0 * math.sqrt(mass[0] / (2 * k)) == pytest.approx(0.01 * 0.3 / math.sqrt(2.0))
+    assert contact.stiffness(radius, mass, "ice", 1e8)[0] == pytest.approx(1e8 * 0.3 / 0.01)
