@@ -29,7 +29,7 @@ _PER_GRAIN = (
     "X", "V", "W", "A", "E", "F", "identity", "material", "kind", "state", "returned", "drag", "weight", "density", "headroom",
     "wall_history", "reference",
 )  # fmt: skip
-_SLEEPERS = ("asleep", "quiet", "wall_energy", "held")
+_SLEEPERS = ("asleep", "quiet", "wall_energy", "held", "rest")
 _REST = ("row", "col", "hist", "report", "booked")
 
 
@@ -99,6 +99,7 @@ class Assembly:
         self.asleep, self.near, self.live = (np.zeros(few, dtype=np.int8) for _ in range(3))
         self.quiet = np.zeros(few)
         self.wall_energy, self.row_energy, self.held = np.zeros(few), np.zeros((few, 2)), np.zeros((few, 6))
+        self.rest = np.zeros((few, 6))
         self.wake, self.memory = np.inf, np.inf
         # factor of k_n against its start, and energy that changes of it put in [J]
         self.softness, self.stiffness_energy = 1.0, 0.0
@@ -290,7 +291,7 @@ class Assembly:
             self._moving_ends[c], self._moving_ends[c + 1], c, self.active, self.X, self.V, self.W, self.A, self.E, self.F, self._spill,
             self._last, self.drag, self.weight, self.kind, self.returned, self.walls, self.wall_tables, self.wall_history, g.uniform, g.table, g.radius,
             dt, half, self.contact.attractive_tail, self._kick_report[c],
-            self.asleep, self.near, self.live, self.wall_energy, self.held, self.wake, self.memory, self.pull_of_all,
+            self.asleep, self.near, self.live, self.wall_energy, self.held, self.rest, self.wake, self.memory, self.pull_of_all,
         )  # fmt: skip
 
     def _forces(self, initial: bool = False) -> None:

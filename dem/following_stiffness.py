@@ -1,10 +1,10 @@
 """Springs that become softer as the contacts of a collapse become slower, and the step longer with them.
 
 The overlap of a collision goes as v sqrt(m / k_n), that of a load as F / k_n. Every half contact time the bed is looked at: v sqrt(m_red / k_n) of
-the fastest approach among listed grains, the overlap that ``MOST`` of the contacts do not reach, and the deepest of all, each over the
-smaller radius. k_n of all grains is then multiplied by one factor so that the first two, as the largest of the last ``MEMORY`` looks, just stay below
-x_max (``static_overlap``) and the third below half of ``overlap_stop``; k_n is never above its start nor below what carries the bed, g rho H r / x_max,
-and falls by at most a half at once. The time step follows as 1 / sqrt(k_n).
+the fastest approach among listed grains, and the deepest overlap, both over the smaller radius. k_n of all grains is then multiplied by one
+factor so that the first, as the largest of the last ``MEMORY`` looks, just stays below x_max (``static_overlap``) and the second below half of
+``overlap_stop`` (a few wedged grains carry more than ten times the mean force); k_n is never above its start nor below what carries the bed,
+g rho H r / x_max, and falls by at most a half at once. The time step follows as 1 / sqrt(k_n).
 
 Forces are continuous through a change by q: the overlap x of each contact becomes x / q by an offset to it, kept in the contact's history (its
 grains do not move), and all springs are divided by q. The contact ends where its offset overlap does; then the offset is forgotten, a negative
@@ -21,8 +21,6 @@ from dem.assembly import Assembly
 
 MEMORY = 20
 """Looks whose largest overlaps count: ten contact times."""
-MOST = 0.999
-"""Share of the contacts whose overlap counts as that of the load: a few wedged grains carry ten times the mean force."""
 
 
 class Following:
@@ -40,7 +38,7 @@ class Following:
         self.lowest = float(min(1.0, ratio.max()))
         self.stop = 0.5 * contact.overlap_stop
         self.every = max(1, contact.steps_per_contact // 2)
-        self.seen: list[tuple[float, float, float]] = []
+        self.seen: list[tuple[float, float]] = []
 
     def see(self) -> None:
         """After every step: look at the bed when it is time to, and change the stiffness when it pays."""
@@ -50,22 +48,22 @@ class Following:
         self.seen = [*self.seen[1 - MEMORY :], self._overlaps()]
         if len(self.seen) < MEMORY:
             return
-        approach, load, deepest = np.array(self.seen).max(axis=0)
-        factor = max((approach / self.target) ** 2, load / self.target, deepest / self.stop, 0.5)
+        approach, deepest = np.array(self.seen).max(axis=0)
+        factor = max((approach / self.target) ** 2, deepest / self.stop, 0.5)
         q = min(1.0, max(self.lowest, bed.softness * factor)) / bed.softness
         if not 0.8 < q < 1.1:
             rescale(bed, q)
-            self.seen = [(a / q**0.5, l / q, d / q) for a, l, d in self.seen]
+            self.seen = [(a / q**0.5, d / q) for a, d in self.seen]
 
-    def _overlaps(self) -> tuple[float, float, float]:
-        """Overlaps over the smaller radius: of the fastest approach, of the load of most contacts, the deepest; returned grains left out."""
+    def _overlaps(self) -> tuple[float, float]:
+        """Overlaps over the smaller radius, returned grains left out: of the fastest approach, and the deepest."""
         bed = self.bed
         first = np.repeat(np.arange(len(bed.row) - 1), np.diff(bed.row))
         second = bed.col
         usual = (bed.returned[first] == 0) & (bed.returned[second] == 0)
-        first, second, touching, offset = first[usual], second[usual], bed.hist[usual, 7] != 0.0, bed.hist[usual, 8]
+        first, second = first[usual], second[usual]
         if len(first) == 0:
-            return 0.0, 0.0, bed.worst
+            return 0.0, bed.worst
         n = bed.X[second, :3] - bed.X[first, :3]
         d = np.sqrt(np.einsum("ij,ij->i", n, n))
         closing = np.einsum("ij,ij->i", n, bed.W[first, :3] - bed.W[second, :3]) / d
@@ -73,17 +71,15 @@ class Following:
         k = np.minimum(bed.V[first, 7], bed.V[second, 7])
         r1, r2 = bed.X[first, 3], bed.X[second, 3]
         approach = float(np.max(closing * np.sqrt(m / k) / np.minimum(r1, r2)))
-        overlap = ((r1 + r2 + offset - d) / np.minimum(r1, r2))[touching]
-        load = float(np.quantile(overlap, MOST)) if len(overlap) else 0.0
-        return max(0.0, approach), load, bed.worst
+        return max(0.0, approach), bed.worst
 
     def state(self) -> dict[str, np.ndarray]:
         """What a checkpoint must hold besides the bed."""
-        return {"following": np.array(self.seen).reshape(-1, 3)}
+        return {"following": np.array(self.seen).reshape(-1, 2)}
 
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
         """Take over what ``state`` gave."""
-        self.seen = [(float(a), float(l), float(d)) for a, l, d in arrays["following"]]
+        self.seen = [(float(a), float(d)) for a, d in arrays["following"]]
 
 
 def rescale(bed: Assembly, q: float) -> None:

@@ -83,15 +83,16 @@ def kick_loop(scheme: Scheme) -> Any:
     @kernel
     def kick(
         lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, returned, walls, wall_tables, wall_history,
-        uniform, g_table, g_radius, dt, half, tail, report, asleep, near, live, wall_energy, held, wake, memory, pull_of_all,
+        uniform, g_table, g_radius, dt, half, tail, report, asleep, near, live, wall_energy, held, rest, wake, memory, pull_of_all,
     ):  # fmt: skip
         """Sum the forces on grains lo..hi and finish the step (``half`` = dt/2; 0 only evaluates); returns the first grain that is not finite, or -1.
 
         ``spill`` (chunks, n, 6) holds what lower chunks added to these grains, up to grain ``last[chunk]``; it is zeroed here.
         ``weight`` multiplies gravity, ``drag`` [1/s] is a linear damping of velocity and spin.
         With ``sleep``: a grain that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain awake
-        ``near`` it is marked (``asleep`` 2) when the running mean over ``memory`` [s] of the acceleration that it would have, ``held`` (n, 6),
-        exceeds ``wake`` times gravity. ``wall_energy`` (n) as it was when last ``live``. ``pull_of_all`` (n, 3) acceleration by all other grains.
+        ``near`` it is marked (``asleep`` 2) when ``held`` (n, 6), the running mean over ``memory`` [s] of what its acceleration would be beyond that
+        with which it fell asleep (``rest``), exceeds ``wake`` times gravity. ``wall_energy`` (n) as it was when last ``live``.
+        ``pull_of_all`` (n, 3) acceleration by all other grains.
         """
         bad, woken = -1, 0
         gone, wall_lost, wall_stored, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
@@ -182,12 +183,12 @@ def kick_loop(scheme: Scheme) -> Any:
                 if asleep[i] != 0:
                     if near[i] != 0:
                         q = 2.0 * half / memory
-                        held[i, 0] += q * ((ex + F[i, 0]) / m - held[i, 0])
-                        held[i, 1] += q * ((ey + F[i, 1]) / m - held[i, 1])
-                        held[i, 2] += q * ((ez + F[i, 2]) / m - held[i, 2])
-                        held[i, 3] += q * ((tx + F[i, 3]) / (m * radius) - held[i, 3])
-                        held[i, 4] += q * ((ty + F[i, 4]) / (m * radius) - held[i, 4])
-                        held[i, 5] += q * ((tz + F[i, 5]) / (m * radius) - held[i, 5])
+                        held[i, 0] += q * ((ex + F[i, 0]) / m - rest[i, 0] - held[i, 0])
+                        held[i, 1] += q * ((ey + F[i, 1]) / m - rest[i, 1] - held[i, 1])
+                        held[i, 2] += q * ((ez + F[i, 2]) / m - rest[i, 2] - held[i, 2])
+                        held[i, 3] += q * ((tx + F[i, 3]) / (m * radius) - rest[i, 3] - held[i, 3])
+                        held[i, 4] += q * ((ty + F[i, 4]) / (m * radius) - rest[i, 4] - held[i, 4])
+                        held[i, 5] += q * ((tz + F[i, 5]) / (m * radius) - rest[i, 5] - held[i, 5])
                         a2 = held[i, 0] ** 2 + held[i, 1] ** 2 + held[i, 2] ** 2
                         t2 = held[i, 3] ** 2 + held[i, 4] ** 2 + held[i, 5] ** 2
                         if max(a2, t2) > wake * wake * g2:

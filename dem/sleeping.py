@@ -3,9 +3,9 @@
 A grain that has been slow (speed and r times spin below ``SLOW`` sqrt(g r)) for a time of ``PATIENCE`` sqrt(r / g), and whose listed neighbours
 have been so too, falls asleep: it stays exactly where it is. What starts to slide at a > 2 ``SLOW`` g is too fast by then. A row of the pair
 list is evaluated only when a grain of it is awake or has an awake grain in the list, so the forces on every sleeper next to a moving grain are
-complete at every step. It wakes when its mean acceleration over ``MEMORY`` sqrt(r / g) would exceed ``WAKE`` g (an impact that would give it a
-speed of ``WAKE`` ``MEMORY`` sqrt(g r) does that at once), and takes part from the next step on; the waves that run through a bed after an impact average
-out. Deep inside a sleeping region nothing can change.
+complete at every step. It wakes when its acceleration would change by more than ``WAKE`` g in the mean over ``MEMORY`` sqrt(r / g) (an impact that
+would give it a speed of ``WAKE`` ``MEMORY`` sqrt(g r) does that at once), and takes part from the next step on; the waves that run through a bed
+after an impact average out. Deep inside a sleeping region nothing can change.
 
 Balances: the speed that is lost in falling asleep is booked as an impulse and as damping, and what holds a sleeper (-F) as an external force, so
 momentum, angular momentum and energy are accounted for as without sleep.
@@ -29,7 +29,7 @@ SLOW = 0.02
 PATIENCE = 0.5
 """Time for which a grain must have been slow, over sqrt(r / g)."""
 WAKE = 0.05
-"""Mean acceleration, over g, that wakes a grain."""
+"""Mean change of acceleration, over g, that wakes a grain."""
 MEMORY = 0.25
 """Time of that mean, over sqrt(r / g)."""
 
@@ -99,6 +99,7 @@ def lay(bed: Assembly, which: np.ndarray) -> None:
     bed.E[which, 3:] = -np.cross(x, f[:, :3]) - f[:, 3:]
     bed.W[which] = 0.0
     bed.V[which, :6] = 0.0
+    bed.rest[which, :3], bed.rest[which, 3:] = bed.A[which, :3], 0.4 * r[:, None] * bed.A[which, 3:]
     bed.A[which] = 0.0
     bed.held[which] = 0.0
     bed.asleep[which] = 1

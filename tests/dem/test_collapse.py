@@ -114,8 +114,50 @@ def test_the_bowl_fills(carved, result):
     assert profiles[1][0] > profiles[0][0] + 30e3
 
 
-def test_a_stopped_run_resumes_bit_for_bit(tmp_path, carved):
-    settings = SETTINGS.model_copy(update={"end_time": 500.0, "latest_time": 500.0})
+def final(out):
+    """Profile of the last snapshot [m] in rings of two mean radii, mean radius, mass that flies or has been booked."""
+    from dem.assembly import Assembly
+    from dem.contact_settings import Contact
+    from dem.domain import Domain
+    from dem.stillness import surface_profile
+
+    grains = snapshot.read(out / "last.vtkhdf")
+    domain = Domain.of_attribute(grains.attributes["domain"])
+    return surface_profile(Assembly(grains, Contact(), domain.walls()), domain), grains.radius.mean(), grains.mass[grains.state != 0].sum()
+
+
+def apparent_diameter(profile, radius):
+    """Twice the distance at which the profile first rises through the datum."""
+    k = int(np.flatnonzero((profile[:-1] < 0.0) & (profile[1:] >= 0.0))[0])
+    return 4.0 * radius * (k + 0.5 - profile[k] / (profile[k + 1] - profile[k]))
+
+
+def test_softening_and_sleep_end_in_the_same_crater(tmp_path, carved):
+    """Both shortcuts against neither: D within 2 %, profile within half a radius, ejected mass within 5 %."""
+    ends = []
+    for name, shortcuts in (("none", {}), ("both", {"stiffness": "following", "sleeping": True})):
+        run = tmp_path / name
+        run.mkdir()
+        for part in ("2_sph", "4_handoff"):
+            (run / part).symlink_to(carved / part)
+        (run / "5_dem").mkdir()
+        contact = SETTINGS.contact.model_copy(update={"static_overlap": 0.1, "sliding": "cap"})
+        settings = SETTINGS.model_copy(update={"end_time": 900.0, "latest_time": 900.0, "contact": contact, **shortcuts})
+        stage.run(settings, run, run / "5_dem")
+        ends.append(final(run / "5_dem"))
+        found = history(run / "5_dem")
+        assert found["momentum_error"].max() < 1e-11 and np.abs(found["energy_error"]).max() < 0.01
+    assert found["stiffness_over_start"][-1] < 0.6 and found["dt_s"][-1] > 1.25 * found["dt_s"][0]
+    (one, radius, ejected), (two, _, ejected_two) = ends
+    inner = slice(0, int(0.8e6 / (2 * radius)))
+    assert np.sqrt(np.nanmean((one - two)[inner] ** 2)) < 0.5 * radius
+    assert apparent_diameter(two, radius) == pytest.approx(apparent_diameter(one, radius), rel=0.02)
+    assert ejected > 0.0 and ejected_two == pytest.approx(ejected, rel=0.05)
+
+
+@pytest.mark.parametrize("shortcuts", [{}, {"stiffness": "following", "sleeping": True}])
+def test_a_stopped_run_resumes_bit_for_bit(tmp_path, carved, shortcuts):
+    settings = SETTINGS.model_copy(update={"end_time": 500.0, "latest_time": 500.0, **shortcuts})
     results = []
     for name, stops in (("whole", ()), ("resumed", (7, 61))):
         run = tmp_path / name
