@@ -141,13 +141,13 @@ def test_softening_and_sleep_end_in_the_same_crater(tmp_path, carved):
         for part in ("2_sph", "4_handoff"):
             (run / part).symlink_to(carved / part)
         (run / "5_dem").mkdir()
-        contact = SETTINGS.contact.model_copy(update={"static_overlap": 0.1, "sliding": "cap"})
+        contact = SETTINGS.contact.model_copy(update={"static_overlap": 0.2, "overlap_stop": 1.5, "sliding": "cap"})
         settings = SETTINGS.model_copy(update={"end_time": 900.0, "latest_time": 900.0, "contact": contact, **shortcuts})
         stage.run(settings, run, run / "5_dem")
         ends.append(final(run / "5_dem"))
         found = history(run / "5_dem")
         assert found["momentum_error"].max() < 1e-11 and np.abs(found["energy_error"]).max() < 0.01
-    assert found["stiffness_over_start"][-1] < 0.6 and found["dt_s"][-1] > 1.25 * found["dt_s"][0]
+    assert found["stiffness_over_start"].min() < 0.6 and found["dt_s"].max() > 1.25 * found["dt_s"][0]
     (one, radius, ejected), (two, _, ejected_two) = ends
     inner = slice(0, int(0.8e6 / (2 * radius)))
     assert np.sqrt(np.nanmean((one - two)[inner] ** 2)) < 0.5 * radius
