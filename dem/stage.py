@@ -14,6 +14,7 @@ from dem import flight, settling, sleeping
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
 from dem.contact_settings import Contact
 from dem.domain import Domain
+from dem.engines.deviations import Deviation
 from dem.following_stiffness import Following
 from dem.layered_body import LayeredBody
 from dem.stillness import Stillness, surface_profile
@@ -64,6 +65,12 @@ class Settings(Model):
     """Expected number of grains, for the prediction of the cost only."""
     step_factor: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     """Multiplies the time step (a sensitivity test halves it)."""
+    engine: Literal["native", "lammps", "liggghts"] = "native"
+    """Who does the stepping: this project, or a program that is installed beside it."""
+    ranks: Annotated[int, Field(ge=1, le=4096)] = 1
+    """MPI processes of another engine."""
+    accept: tuple[Deviation, ...] = ()
+    """Deviations that another engine may make, by name (``dem.engines.deviations``); each is refused otherwise."""
 
     stiffness: Literal["fixed", "following"] = "fixed"
     """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.following_stiffness``."""
@@ -95,7 +102,13 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     snapshots until then stay), ``Unsound`` at the end when a balance is broken.
     """
     inputs, out = Path(inputs), Path(out)
-    collapse = Collapse(settings, snapshot.read(inputs / "4_handoff" / "start.vtkhdf"), LayeredBody.read(inputs / "2_sph" / "target.json"), out)
+    start, body = snapshot.read(inputs / "4_handoff" / "start.vtkhdf"), LayeredBody.read(inputs / "2_sph" / "target.json")
+    if settings.engine != "native":
+        from dem.engines import external  # which stands on this module
+
+        external.run(settings, start, body, out)
+        return
+    collapse = Collapse(settings, start, body, out)
     saved = checkpoint.newest(out)
     if saved is not None:
         collapse.restore(*saved)
@@ -243,7 +256,7 @@ class Collapse:
         broken = [
             f"{name} = {report[name]:.3g} (limit {limit:g})"
             for name, limit in (("momentum_error", MOMENTUM_LIMIT), ("angular_momentum_error", MOMENTUM_LIMIT), ("energy_error", ENERGY_LIMIT))
-            if abs(report[name]) > limit
+            if report[name] is not None and abs(report[name]) > limit
         ]
         if broken:
             raise Unsound("dem: " + "; ".join(broken))

@@ -1,0 +1,80 @@
+"""What an engine cannot do as ``dem`` does it: refused by name, unless the case accepts it by that name.
+
+``[dem] accept = ["no_twist", ...]``. Accepted deviations that a run made use of stand in its ``stage_report.json`` and in ``measures.json``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, get_args
+
+import numpy as np
+
+from dem.contact_settings import Contact
+from dem.engines import liggghts
+from dem.engines.scene import Scene
+from matter.errors import InputError
+
+Deviation = Literal[
+    "no_twist", "damping_by_size_class", "stiffness_by_size_class", "rolling_of_equal_spheres", "limit_on_spring_alone", "contacts_begin_unloaded",
+    "ejecta_not_slowed", "spin_not_damped", "clamp_sliding",
+]  # fmt: skip
+
+SENTENCES: dict[str, str] = {
+    "no_twist": "contacts do not resist twisting",
+    "damping_by_size_class": "dashpots (and in LAMMPS the twisting spring) are those of classes of grains of like stiffness and mass, not of each pair",
+    "stiffness_by_size_class": "the stiffness of a grain is the mean of its class",
+    "rolling_of_equal_spheres": "the rolling rate of unequal spheres lacks the term of their sizes",
+    "limit_on_spring_alone": "friction and rolling limits are tested on the spring alone, not on spring and dashpot",
+    "contacts_begin_unloaded": "tangential, rolling and twisting springs of the start begin at zero",
+    "ejecta_not_slowed": "returning ejecta are not slowed to what their contacts can stop: they may pass through the uppermost grains",
+    "spin_not_damped": "the damped layer at the side damps velocities, not spins",
+    "clamp_sliding": "sliding shortens the spring (clamp) although the case asks for reset",
+}
+assert set(SENTENCES) == set(get_args(Deviation))
+
+ROUNDING = 1e-6
+"""Relative rounding by classes below which they count as exact."""
+
+
+def needed(engine: str, scene: Scene, start_is_loaded: bool, ejecta: bool) -> list[str]:
+    """Names of the deviations that this engine makes on this scene."""
+    contact, grains = scene.contact, scene.grains
+    laws = [getattr(contact, name) for k, name in enumerate(("shell", "ocean")) if np.any(grains.species == k)]
+    rough = [law for law in laws if law.friction > 0.0]
+    rolls = any(law.shape > 0.0 and law.rolling > 0.0 for law in rough)
+    twists = any(law.shape > 0.0 and law.twisting > 0.0 for law in rough)
+    off = scene.classes.rounding(grains)
+    sizes = max(off["root_mass_max"], off["radius_max"], off["stiffness_max"]) > ROUNDING
+    ours = engine == liggghts.NAME
+    applies = {
+        "no_twist": ours and twists,
+        "damping_by_size_class": sizes and (ours or rolls or twists),
+        "stiffness_by_size_class": off["stiffness_max"] > ROUNDING,
+        "rolling_of_equal_spheres": rolls and float(np.ptp(grains.radius)) > ROUNDING * float(grains.radius.max()),
+        "limit_on_spring_alone": ours and bool(rough),
+        "contacts_begin_unloaded": start_is_loaded,
+        "ejecta_not_slowed": ejecta,
+        "spin_not_damped": scene.domain is not None and scene.domain.damped_width > 0.0,
+        "clamp_sliding": contact.sliding != "clamp" and bool(rough),
+    }
+    return [name for name in SENTENCES if applies[name]]
+
+
+def check(engine: str, scene: Scene, needs: Sequence[str], accepted: Sequence[str]) -> None:
+    """Raise ``InputError`` for laws that the engine lacks, and with every deviation that is needed and not accepted."""
+    _laws(engine, scene.contact)
+    if engine == liggghts.NAME and len(found := liggghts.rolling_numbers(scene)) > 1:
+        raise InputError(f"[dem] engine = {engine!r} takes one rolling friction for all contacts; this case has {', '.join(f'{mu:g}' for mu in sorted(found))}")
+    missing = [name for name in needs if name not in accepted]
+    if missing:
+        listed = "".join(f"\n  {name}: {SENTENCES[name]}" for name in missing)
+        text = ", ".join(f'"{name}"' for name in [*accepted, *missing])
+        raise InputError(f"[dem] engine = {engine!r} cannot do all that this case asks for:{listed}\nto run it all the same: [dem] accept = [{text}]")
+
+
+def _laws(engine: str, contact: Contact) -> None:
+    values = contact.model_dump()
+    for name, known in (("normal", "hooke"), ("tangential", "spring"), ("cohesion", "none")):
+        if values.get(name, known) != known:
+            raise InputError(f"[dem.contact] {name} = {values[name]!r}: engine = {engine!r} is given {name} = {known!r} only; use engine = 'native'")

@@ -1,0 +1,257 @@
+"""The collapse on LAMMPS or LIGGGHTS: the same inputs, snapshots, history and end as ``dem.stage``, with the stepping done by a subprocess.
+
+The engine writes a binary dump at every row of the history. Each is read into the stage's own assembly, which then stands for the engine's
+state: energies, momenta, overlaps, the surface profile, what has left and when the profile is still are found by the same code as in a native run.
+What cannot be known from dumps is left out: elastic energy is that of the normal springs, all that is lost is booked as dissipated in contacts,
+and the balances of momentum and energy are not measured.
+
+Ejecta stay in the engine's box with the bed. Those that are on an escape orbit clear of the bed at the start are booked as escaped at once; what leaves
+the box later is booked when it is missed.
+
+Stop and resume use the engine's own restart files, which hold the contact history. The stage's checkpoint of the same step stands beside each.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from dem import flight
+from dem.assembly import BALLISTIC, LEFT
+from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
+from dem.engines.central_gravity import Polynomial
+from dem.engines.scene import HOLD_STEPS, Plan, Scene
+from dem.layered_body import LayeredBody
+from dem.stage import COLUMNS, Collapse, Settings
+from matter import checkpoint
+from matter.errors import UnphysicalState
+from matter.particles import Particles
+from matter.progress import Progress, stop_here
+
+ENGINES: dict[str, ModuleType] = {"lammps": lammps, "liggghts": liggghts}
+POLL_S = 0.05
+FOLDER, DECK, LOG = "engine", "in.deck", "engine.log"
+BOX_LIMIT = 5.0
+"""Half the edge of the box at most, in radii of the body."""
+_UNKNOWN = tuple(COLUMNS.index(name) for name in ("momentum_error", "angular_momentum_error", "energy_error"))
+
+
+class ExternalCollapse(Collapse):
+    """One run of the stage on another engine."""
+
+    def __init__(self, settings: Settings, start: Particles, body: LayeredBody, out: Path):
+        program.find(settings.engine)
+        loaded = any(np.any(start.tables.get(f"contacts/{name}", np.zeros((0, 7)))[:, :7]) for name in ("history", "wall_history"))
+        super().__init__(settings, start, body, out)
+        self.engine, self.folder = ENGINES[settings.engine], out / FOLDER
+        self._book_escaping()
+        grains = self.bed.particles({"time": self.bed.start_time, "species": []}, tables=False)
+        grains = grains.select(grains["state"] != LEFT)
+        self.scene = Scene(grains, settings.contact, self.domain.walls(), self.bed.gravity, self.bed.dt, self._reach(), self.domain)
+        ejecta = bool(np.any(grains.identity >= start.attributes.get("bed_grains", np.iinfo(np.int64).max)))
+        self.needs = deviations.needed(settings.engine, self.scene, loaded, ejecta)
+        deviations.check(settings.engine, self.scene, self.needs, settings.accept)
+        self.row_steps = max(1, round(settings.history_interval / self.bed.dt))
+        self.restart_steps = self.row_steps * max(1, round(settings.snapshot_interval / (self.row_steps * self.bed.dt)))
+
+    def _book_escaping(self) -> None:
+        """Take out what is on an escape orbit and clear of the bed."""
+        bed = self.bed
+        flight.look(bed, self.domain)
+        speed2 = np.einsum("ij,ij->i", bed.W[:, :3], bed.W[:, :3])
+        outward = np.einsum("ij,ij->i", bed.X[:, :3], bed.W[:, :3]) > 0.0
+        unbound = 0.5 * speed2 + bed.gravity.potential(bed.X[:, :3]) >= 0.0
+        bed.change_states((bed.state == BALLISTIC) & unbound & outward, LEFT, "escaped")
+
+    def _reach(self) -> float:
+        """Half the edge of the box [m]: as far as the bound ejecta of the start can rise in the time, within ``BOX_LIMIT``."""
+        bed = self.bed
+        k = bed.state != LEFT
+        r, v = np.linalg.norm(bed.X[k, :3], axis=1), np.linalg.norm(bed.W[k, :3], axis=1)
+        gm = float(bed.gravity.strength(np.array(bed.gravity.radius))) * bed.gravity.radius**2
+        energy = 0.5 * v * v - gm / r
+        apoapsis = np.where(energy < 0.0, gm / np.maximum(-energy, 1e-300), np.inf)
+        rise = np.minimum(apoapsis, r + v * (self.settings.latest_time - bed.start_time))
+        widest = self.domain.top_radius + 10.0 * float(bed.X[:, 3].max())
+        return float(np.clip(1.02 * np.max(rise), 1.1 * widest, BOX_LIMIT * self.domain.datum_radius))
+
+    # -- time ----------------------------------------------------------------------------------------------------------------
+
+    def advance(self) -> None:
+        """Run the engine until the profile is still (not before ``end_time``) or ``latest_time`` is reached."""
+        bed, settings = self.bed, self.settings
+        self.folder.mkdir(exist_ok=True)
+        total = int(np.ceil((settings.latest_time - bed.start_time) / bed.dt / self.row_steps)) * self.row_steps
+        resume = bed.steps if bed.steps > 0 else None
+        for stale in self.folder.glob("dump.*.bin"):
+            stale.unlink()
+        plan = Plan(total, self.row_steps, self.restart_steps, resume)
+        self.engine.write(self.scene, plan, self.folder, DECK)
+        if resume is None:
+            self._due()
+        progress = Progress("dem", settings.end_time, start=bed.time)
+        running = program.start(settings.engine, DECK, settings.ranks, self.folder, LOG)
+        try:
+            for step in self._finished_steps(running, bed.steps, total):
+                self._take(step)
+                if bed.time > settings.end_time:
+                    progress.total = settings.latest_time
+                progress.update(bed.time, f"{settings.engine}: {bed.speed:.0f} m/s", force=True)
+                if bed.time >= settings.end_time and self.change < settings.still_change:
+                    break
+        finally:
+            _end(running)
+
+    def _finished_steps(self, running: subprocess.Popen[bytes], last: int, total: int) -> Iterator[int]:
+        """The steps after ``last`` whose dump (and restart, where due) is whole.
+
+        The engine's log tells how far it is, but its files may be closed later than that: a dump counts when it is whole, a restart when the
+        engine has gone on to the next row.
+        """
+        log = self.folder / LOG
+        while last < total:
+            ended = running.poll() is not None  # asked first: what it wrote before its end is then read
+            reached = _reached(log)
+            step = last + self.row_steps
+            with_restart = step % self.restart_steps == 0 and step < total
+            if step <= reached and (ended or reached > step or not with_restart) and binary_dump.whole(self._dump(step)):
+                yield step
+                last = step
+            elif ended:
+                raise UnphysicalState(f"{self.settings.engine} ended after step {last} of {total}: {program.complaint(self.folder, LOG)} (see {log})")
+            else:
+                time.sleep(POLL_S)
+            stop_here("dem")
+
+    def _dump(self, step: int) -> Path:
+        return self.folder / f"dump.{step}.bin"
+
+    def _take(self, step: int) -> None:
+        """Bring the assembly to the engine's state at ``step`` and write what falls due."""
+        bed, path = self.bed, self._dump(step)
+        _, table = binary_dump.read(path, len(Plan(0, 1).columns))
+        order = np.argsort(bed.identity, kind="stable")
+        at = order[np.searchsorted(bed.identity[order], table[:, 0].astype(np.int64) - 1)]
+        seen = np.zeros(len(bed.X), dtype=bool)
+        seen[at] = True
+        keep = bed.state[at] != LEFT  # booked: whatever the engine still does with them
+        at, table = at[keep], table[keep]
+        bed.X[at, :3], bed.W[at], bed.V[at, :6] = table[:, 1:4], table[:, 4:10], table[:, 4:10]
+        bed.steps = step
+        self._book_missing(~seen & (bed.state != LEFT))
+        bed._rebuild(_NO_CONTACTS)
+        bed._forces(initial=True)
+        flight.look(bed, self.domain)
+        self.worst_overlap = max(self.worst_overlap, bed.worst)
+        self._due()
+        path.unlink()
+        if step % self.restart_steps == 0:
+            self.save()
+            for old in self.folder.glob("restart.*"):
+                if int(old.name.split(".")[1]) < step - self.restart_steps:
+                    old.unlink()
+
+    def _book_missing(self, missing: np.ndarray) -> None:
+        """Book what the engine no longer holds; a grain that cannot have left by its last known place and speed is an error."""
+        bed = self.bed
+        if not missing.any():
+            return
+        travel = 2.0 * self.row_steps * bed.dt * np.linalg.norm(bed.W[:, :3], axis=1) + 2.0 * bed.X[:, 3]
+        distance = np.linalg.norm(bed.X[:, :3], axis=1)
+        beyond = missing & (np.max(np.abs(bed.X[:, :3]), axis=1) + travel > self.scene.reach)
+        beside = missing & ~beyond & ((self.domain.half_angle - self.domain.polar_angle(bed.X[:, :3])) * distance < travel)
+        lost = missing & ~beyond & ~beside
+        if lost.any():
+            raise UnphysicalState(
+                f"{self.settings.engine} lost grain {bed.identity[lost][0]} inside the domain; last seen at {bed._where(int(np.flatnonzero(lost)[0]))}"
+            )
+        flying = bed.state == BALLISTIC
+        by_reason = {"escaped": bed.identity[beyond], "landed_outside": bed.identity[beside & flying], "through_the_side": bed.identity[beside & ~flying]}
+        for reason, who in by_reason.items():
+            bed.change_states(np.isin(bed.identity, who), LEFT, reason)
+
+    # -- what is known -------------------------------------------------------------------------------------------------------
+
+    def _row(self) -> list[float]:
+        bed = self.bed
+        booked = float(bed.booked[:, 8].sum())
+        bed.report[0] = self.start_energy - sum(bed.energies().values()) - booked
+        row = super()._row()
+        for k in _UNKNOWN:
+            row[k] = float("nan")
+        return row
+
+    def _report(self) -> dict[str, Any]:
+        report = super()._report()
+        for k in _UNKNOWN:
+            report[COLUMNS[k]] = None
+        scene = self.scene
+        report["list_builds"] = None
+        report["engine"] = {
+            "name": self.settings.engine,
+            "ranks": self.settings.ranks,
+            "deviations": {name: deviations.SENTENCES[name] for name in self.needs},
+            "classes": len(scene.classes),
+            "rounding_by_classes": scene.classes.rounding(scene.grains),
+            "gravity_error": Polynomial.fit(scene.gravity, scene.lower).error if scene.gravity.radius > 0.0 else 0.0,
+            "gravity_held_steps": HOLD_STEPS,
+            "wall_deviation_radii": wall_meshes.DEVIATION if self.settings.engine == liggghts.NAME else 0.0,
+            "box_half_edge_m": scene.reach,
+        }
+        report["notes"] += [
+            f"Stepped by {self.settings.engine}; energies, momenta and overlaps are those of its dumps. elastic_J holds the normal springs only, "
+            "dissipated_contacts_J all that is missing from the total; the balances are not measured.",
+            "The engine keeps springs in the contact plane by projection; they do not turn with the pair's mean spin about the normal.",
+            "Ejecta on an escape orbit at the start are booked then; others stay in the engine's box.",
+        ]
+        return report
+
+    def finish(self) -> None:
+        """Write the last files and remove what only a resume needs."""
+        super().finish()
+        for pattern in ("dump.*.bin", "restart.*", "start.data"):
+            for path in self.folder.glob(pattern):
+                path.unlink()
+
+
+_NO_CONTACTS = (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 8)))
+
+
+def run(settings: Settings, start: Particles, body: LayeredBody, out: Path) -> None:
+    """Run or resume the collapse on ``settings.engine`` in ``out``."""
+    collapse = ExternalCollapse(settings, start, body, out)
+    saved = checkpoint.newest(out)
+    if saved is not None and (out / FOLDER / f"restart.{saved[1]['steps']}").is_file():
+        collapse.restore(*saved)
+    collapse.advance()
+    collapse.finish()
+
+
+def _reached(log: Path) -> int:
+    """The last step that the log's table names, -1 before the first."""
+    if not log.is_file():
+        return -1
+    for line in reversed(log.read_bytes()[-4000:].split(b"\n")[:-1]):
+        words = line.split()
+        if len(words) == 3 and words[0].isdigit() and words[1].isdigit():
+            return int(words[0])
+    return -1
+
+
+def _end(running: subprocess.Popen[bytes]) -> None:
+    """End the engine and its ranks, if they still run."""
+    if running.poll() is None:
+        os.killpg(running.pid, signal.SIGTERM)
+        try:
+            running.wait(timeout=10)
+        except subprocess.TimeoutExpired:
+            os.killpg(running.pid, signal.SIGKILL)
+            running.wait()

@@ -1,0 +1,92 @@
+"""Curved walls as triangles, for an engine that knows planes and meshes only.
+
+Facets are chords of the surface they stand for; the vertices are moved outwards so that facets lie as far inside it as outside, by at most ``DEVIATION`` grain
+radii. A sphere's facets come from a subdivided icosahedron, cut where no grain can touch it; a cone's are strips of about square halves.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
+from matter.errors import InputError
+
+DEVIATION = 0.005
+MOST_SUBDIVISIONS = 7
+
+
+def write(wall: Wall, grain: float, path: Path, reach: float, lower: float = 0.0, polar: float = math.pi) -> None:
+    """Write the wall as binary STL; arguments as for ``mesh``."""
+    import trimesh
+
+    vertices, faces = mesh(wall, grain, reach, lower, polar)
+    trimesh.Trimesh(vertices, faces, process=False).export(path)
+
+
+def mesh(wall: Wall, grain: float, reach: float, lower: float = 0.0, polar: float = math.pi) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (v, 3) [m] and faces (f, 3).
+
+    ``grain`` mean radius [m]; ``reach`` half the edge of the box [m]; ``lower`` distance from a cone's apex below which no grain can be [m];
+    ``polar`` angle from +z beyond which a sphere is left out [rad].
+    """
+    if wall.kind in (SPHERE_OUTSIDE, SPHERE_INSIDE):
+        return _sphere(wall, grain, polar)
+    if wall.kind == CONE:
+        return _cone(wall, grain, reach, lower)
+    if wall.kind == PLANE:
+        return _plane(wall, reach)
+    raise InputError(f"no triangles for a wall of this kind ({wall})")
+
+
+def _sphere(wall: Wall, grain: float, polar: float) -> tuple[np.ndarray, np.ndarray]:
+    import trimesh
+
+    # the deepest chord of a subdivision: the circumcentre of a facet with edge e lies e^2 / (6 R) below the sphere
+    for level in range(2, MOST_SUBDIVISIONS + 1):
+        ball = trimesh.creation.icosphere(subdivisions=level, radius=wall.radius)
+        depth = wall.radius - float(np.min(np.linalg.norm(ball.triangles_center, axis=1)))
+        if 0.5 * depth <= DEVIATION * grain:
+            break
+    vertices = np.asarray(ball.vertices) * (1.0 + 0.5 * depth / wall.radius)
+    centre = ball.triangles_center
+    faces = np.asarray(ball.faces)[np.arctan2(np.hypot(centre[:, 0], centre[:, 1]), centre[:, 2]) <= polar]
+    used, faces = np.unique(faces, return_inverse=True)
+    return vertices[used] + np.asarray(wall.point, dtype=float), faces.reshape(-1, 3)
+
+
+def _cone(wall: Wall, grain: float, reach: float, lower: float) -> tuple[np.ndarray, np.ndarray]:
+    axis = np.asarray(wall.direction, dtype=float)
+    axis = axis / np.linalg.norm(axis)
+    one = np.cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0))
+    one /= np.linalg.norm(one)
+    two = np.cross(axis, one)
+    top = wall.top if np.isfinite(wall.top) else reach
+    low = min(max(lower, 1e-3 * top), 0.9 * top)
+    widest = top * math.sin(wall.half_angle)
+    around = max(24, math.ceil(math.pi / math.sqrt(4.0 * DEVIATION * grain * math.cos(wall.half_angle) / widest)))
+    edge = 2.0 * math.pi * widest / around
+    along = max(1, math.ceil((top - low) / edge))
+    shift = 1.0 + 0.25 * (math.pi / around) ** 2  # half the depth of the chord
+    angle = 2.0 * math.pi * np.arange(around) / around
+    slant = np.linspace(low, top, along + 1)
+    ring = np.outer(np.cos(angle), one) + np.outer(np.sin(angle), two)
+    vertices = slant[:, None, None] * (math.cos(wall.half_angle) * axis + math.sin(wall.half_angle) * shift * ring[None])
+    k, i = np.meshgrid(np.arange(along), np.arange(around), indexing="ij")
+    a, b = k * around + i, k * around + (i + 1) % around
+    c, d = a + around, b + around
+    faces = np.concatenate([np.stack([a, b, d], -1).reshape(-1, 3), np.stack([a, d, c], -1).reshape(-1, 3)])
+    return vertices.reshape(-1, 3) + np.asarray(wall.point, dtype=float), faces
+
+
+def _plane(wall: Wall, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    n = np.asarray(wall.direction, dtype=float)
+    n = n / np.linalg.norm(n)
+    one = np.cross(n, (1.0, 0.0, 0.0) if abs(n[0]) < 0.9 else (0.0, 1.0, 0.0))
+    one /= np.linalg.norm(one)
+    two = np.cross(n, one)
+    centre = np.asarray(wall.point, dtype=float)
+    corners = [centre + 2.0 * reach * (s * one + t * two) for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    return np.array(corners), np.array([[0, 1, 2], [0, 2, 3]])
