@@ -13,11 +13,12 @@ import numpy as np
 from dem.contact_settings import Contact
 from dem.engines import liggghts
 from dem.engines.scene import Scene
+from dem.walls import SPHERE_OUTSIDE
 from matter.errors import InputError
 
 Deviation = Literal[
     "no_twist", "damping_by_size_class", "stiffness_by_size_class", "rolling_of_equal_spheres", "limit_on_spring_alone", "contacts_begin_unloaded",
-    "ejecta_not_slowed", "spin_not_damped", "clamp_sliding",
+    "ejecta_not_slowed", "spin_not_damped", "smooth_core", "clamp_sliding",
 ]  # fmt: skip
 
 SENTENCES: dict[str, str] = {
@@ -29,6 +30,7 @@ SENTENCES: dict[str, str] = {
     "contacts_begin_unloaded": "tangential, rolling and twisting springs of the start begin at zero",
     "ejecta_not_slowed": "returning ejecta are not slowed to what their contacts can stop: they may pass through the uppermost grains",
     "spin_not_damped": "the damped layer at the side damps velocities, not spins",
+    "smooth_core": "the core pushes, but does not resist sliding and rolling on it",
     "clamp_sliding": "sliding shortens the spring (clamp) although the case asks for reset",
 }
 assert set(SENTENCES) == set(get_args(Deviation))
@@ -56,6 +58,7 @@ def needed(engine: str, scene: Scene, start_is_loaded: bool, ejecta: bool) -> li
         "contacts_begin_unloaded": start_is_loaded,
         "ejecta_not_slowed": ejecta,
         "spin_not_damped": scene.domain is not None and scene.domain.damped_width > 0.0,
+        "smooth_core": ours and bool(rough) and any(wall.kind == SPHERE_OUTSIDE and wall.species >= 0 for wall in scene.walls),
         "clamp_sliding": contact.sliding != "clamp" and bool(rough),
     }
     return [name for name in SENTENCES if applies[name]]

@@ -41,6 +41,8 @@ POLL_S = 0.05
 FOLDER, DECK, LOG = "engine", "in.deck", "engine.log"
 BOX_LIMIT = 5.0
 """Half the edge of the box at most, in radii of the body."""
+LIST_STEPS = 8
+"""Steps that a neighbour list should serve; an engine builds one in the time of one or two."""
 _UNKNOWN = tuple(COLUMNS.index(name) for name in ("momentum_error", "angular_momentum_error", "energy_error"))
 
 
@@ -55,7 +57,7 @@ class ExternalCollapse(Collapse):
         self._book_escaping()
         grains = self.bed.particles({"time": self.bed.start_time, "species": []}, tables=False)
         grains = grains.select(grains["state"] != LEFT)
-        self.scene = Scene(grains, settings.contact, self.domain.walls(), self.bed.gravity, self.bed.dt, self._reach(), self.domain)
+        self.scene = Scene(grains, settings.contact, self.domain.walls(), self.bed.gravity, self.bed.dt, self._reach(), self.domain, self._skin())
         ejecta = bool(np.any(grains.identity >= start.attributes.get("bed_grains", np.iinfo(np.int64).max)))
         self.needs = deviations.needed(settings.engine, self.scene, loaded, ejecta)
         deviations.check(settings.engine, self.scene, self.needs, settings.accept)
@@ -82,6 +84,12 @@ class ExternalCollapse(Collapse):
         rise = np.minimum(apoapsis, r + v * (self.settings.latest_time - bed.start_time))
         widest = self.domain.top_radius + 10.0 * float(bed.X[:, 3].max())
         return float(np.clip(1.02 * np.max(rise), 1.1 * widest, BOX_LIMIT * self.domain.datum_radius))
+
+    def _skin(self) -> float:
+        """Skin in mean radii: what lets the fastest grain go some steps before the engine builds its list anew."""
+        bed = self.bed
+        fastest = float(np.max(np.linalg.norm(bed.W[bed.state != LEFT, :3], axis=1)))
+        return float(np.clip(2.0 * LIST_STEPS * fastest * bed.dt / bed.mean_radius, 0.1, 0.6))
 
     # -- time ----------------------------------------------------------------------------------------------------------------
 

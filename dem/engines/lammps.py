@@ -29,8 +29,8 @@ from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
 from matter.errors import InputError
 
 NAME = "lammps"
-MOST_GROUPS = 12
-"""Groups of grains that have a wall law of their own: each costs a pass over all grains, and the program knows 32 groups."""
+ROUGH_GROUPS, SMOOTH_GROUPS = 8, 3
+"""Groups of grains that have a law of their own at rough and at smooth walls: each costs a pass over all grains, and the program knows 32 groups."""
 MOST_BINS = 200
 """Bins of the neighbour search along an edge of the box, at most: few grains in a wide sky must not ask for gigabytes."""
 
@@ -87,14 +87,19 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
     ]  # fmt: skip
     for a in range(len(classes)):
         lines += [f"pair_coeff {a + 1} {b + 1} {law(classes.pair(contact, a, b), contact.attractive_tail)}" for b in range(a, len(classes))]
-    wide, parts = classes.merged(MOST_GROUPS)
-    if scene.walls:
-        lines += [f"group class{a} type {' '.join(str(k + 1) for k in part)}" for a, part in enumerate(parts)]
     for w, wall in enumerate(scene.walls):
         lines.append(region(wall, f"wall{w}", reach))
-        for a in range(len(wide)):
-            text = law(wide.wall(contact, a, wall.species), contact.attractive_tail)
-            lines.append(f"fix w{w}c{a} class{a} wall/gran/region granular {text} region wall{w}")
+    for rough in (True, False):
+        chosen = [(w, wall) for w, wall in enumerate(scene.walls) if (wall.species >= 0) == rough]
+        if not chosen:
+            continue
+        wide, parts = classes.merged(ROUGH_GROUPS if rough else SMOOTH_GROUPS)
+        name = "rough" if rough else "smooth"
+        lines += [f"group {name}{a} type {' '.join(str(k + 1) for k in part)}" for a, part in enumerate(parts)]
+        for w, wall in chosen:
+            for a in range(len(wide)):
+                text = law(wide.wall(contact, a, wall.species), contact.attractive_tail)
+                lines.append(f"fix w{w}c{a} {name}{a} wall/gran/region granular {text} region wall{w}")
     lines += body_forces.lines(scene)
     if plan.integrate:
         lines.append("fix move all nve/sphere")

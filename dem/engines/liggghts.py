@@ -8,7 +8,8 @@ tangential_spring, clamp   ``tangential history``: kt, gammat likewise; the Coul
 rolling_sds                ``rolling_friction epsd3``: coefficientRollingFriction = mu_r beta, rollingStiffness = 1/mu_r^2 (one number for all),
                            coefficientRollingViscousDamping = C_r / (2 sqrt(I_r k_r)), I_r = 7/5 of the reduced m r^2
 twisting_sds               absent (``no_twist``)
-walls                      planes along the axes as primitives, all others as triangle meshes, each with a type of its own
+walls                      planes along the axes as primitives, bowls and cones as triangle meshes, each with a type of its own; a core as a
+                           force by formula (``core_by_formula``)
 central gravity, damping   atom-style variables in ``fix addforce``
 =========================  =====================================================================================================
 
@@ -23,15 +24,17 @@ from pathlib import Path
 
 import numpy as np
 
-from dem.engines import body_forces, wall_meshes
+from dem.engines import body_forces, core_by_formula, wall_meshes
 from dem.engines.classes import PairNumbers
 from dem.engines.scene import DATA, Plan, Scene, write_deck
-from dem.walls import PLANE, Wall
+from dem.walls import PLANE, SPHERE_OUTSIDE, Wall
 
 NAME = "liggghts"
 MOST_BINS = 200
 CLEAR_EVERY = 5
-"""Dumps between two removals of grains beside the domain."""
+"""Dumps between two removals of grains beside the domain, and between two looks at which grains are near the core."""
+SMOOTH_ANGLE = 10
+"""Largest angle between facets of one smooth wall [deg]."""
 
 
 def matrices(scene: Scene) -> dict[str, np.ndarray]:
@@ -104,23 +107,36 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
     model = "hooke/stiffness tangential history" + (" rolling_friction epsd3" if rolling else "")
     limit = "" if scene.contact.attractive_tail else " limitForce on"
     lines += [f"pair_style gran model {model}{limit}", "pair_coeff * *"]
+    meshes, forces = [], body_forces.lines(scene)
     for w, wall in enumerate(scene.walls):
         where = _primitive(wall, count + w + 1)
-        if where is None:
+        if where is not None:
+            lines.append(f"fix w{w} all wall/gran model {model} {where}{limit}")
+            continue
+        if wall.kind == SPHERE_OUTSIDE:
             if plan.resume is None:
-                polar = np.pi if scene.domain is None else min(np.pi, 1.05 * scene.domain.half_angle)
-                wall_meshes.write(wall, float(scene.grains.radius.mean()), folder / f"wall{w}.stl", reach, 0.95 * scene.lower, polar)
-            lines.append(f"fix mesh{w} all mesh/surface file wall{w}.stl type {count + w + 1} curvature 1e-5")
-            where = f"mesh n_meshes 1 meshes mesh{w}"
-        lines.append(f"fix w{w} all wall/gran model {model} {where}{limit}")
-    lines += body_forces.lines(scene)
+                core_by_formula.write_constants(scene, wall, folder)
+            forces += core_by_formula.lines(scene, wall)
+            continue
+        meshes.append(f"mesh{w}")
+        if plan.resume is None:
+            wall_meshes.write(wall, float(scene.grains.radius.mean()), folder / f"wall{w}.stl", reach, 0.95 * scene.lower)
+        # facets within this angle count as one smooth surface: their common edges push nothing
+        lines.append(f"fix mesh{w} all mesh/surface file wall{w}.stl type {count + w + 1} curvature {SMOOTH_ANGLE}")
+    if meshes:  # the program takes one fix for all of them
+        lines.append(f"fix meshes all wall/gran model {model} mesh n_meshes {len(meshes)} meshes {' '.join(meshes)}{limit}")
+    if forces:
+        # fix store/state reads a list that the program makes at its first run
+        lines += ["run 0", *forces]
+    tasks = ['"delete_atoms region aside compress no"'] if scene.domain is not None else []
+    tasks += [core_by_formula.REGROUP] if any(wall.kind == SPHERE_OUTSIDE for wall in scene.walls) else []
     lines += [
         "fix move all nve/sphere" if plan.integrate else "",
         f"timestep {scene.dt:.17g}", "thermo_style custom step atoms ke", f"thermo {plan.dump_every}", "thermo_modify lost ignore flush yes norm no",
         f"dump out all custom {plan.dump_every} dump.*.bin {' '.join(plan.columns)}" if plan.dumps else "",
         f"restart {plan.restart_every} restart.*" if plan.restart_every else "",
         *(body_forces.aside(scene.domain) if scene.domain is not None else []),
-        f"run {plan.steps} upto" + (f' every {CLEAR_EVERY * plan.dump_every} "delete_atoms region aside compress no"' if scene.domain is not None else ""),
+        f"run {plan.steps} upto" + (f" every {CLEAR_EVERY * plan.dump_every} {' '.join(tasks)}" if tasks else ""),
     ]  # fmt: skip
     write_deck(lines, folder / deck)
 

@@ -56,7 +56,7 @@ def environment(engine: str) -> dict[str, str]:
 
 def start(engine: str, deck: str, ranks: int, folder: Path, log: str) -> subprocess.Popen[bytes]:
     """Start the engine in ``folder``; it writes ``log`` and, what it prints, ``<log>.out``. It is the leader of a process group of its own."""
-    words = command(engine, deck, ranks, ("-log", log, "-screen", "none"))
+    words = command(engine, deck, ranks, ("-log", log))
     with open(folder / f"{log}.out", "wb") as said:
         return subprocess.Popen(words, cwd=folder, env=environment(engine), stdout=said, stderr=subprocess.STDOUT, start_new_session=True)
 

@@ -11,29 +11,28 @@ from pathlib import Path
 
 import numpy as np
 
-from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
+from dem.walls import CONE, PLANE, SPHERE_INSIDE, Wall
 from matter.errors import InputError
 
 DEVIATION = 0.005
 MOST_SUBDIVISIONS = 7
 
 
-def write(wall: Wall, grain: float, path: Path, reach: float, lower: float = 0.0, polar: float = math.pi) -> None:
+def write(wall: Wall, grain: float, path: Path, reach: float, lower: float = 0.0) -> None:
     """Write the wall as binary STL; arguments as for ``mesh``."""
     import trimesh
 
-    vertices, faces = mesh(wall, grain, reach, lower, polar)
+    vertices, faces = mesh(wall, grain, reach, lower)
     trimesh.Trimesh(vertices, faces, process=False).export(path)
 
 
-def mesh(wall: Wall, grain: float, reach: float, lower: float = 0.0, polar: float = math.pi) -> tuple[np.ndarray, np.ndarray]:
+def mesh(wall: Wall, grain: float, reach: float, lower: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (v, 3) [m] and faces (f, 3).
 
-    ``grain`` mean radius [m]; ``reach`` half the edge of the box [m]; ``lower`` distance from a cone's apex below which no grain can be [m];
-    ``polar`` angle from +z beyond which a sphere is left out [rad].
+    ``grain`` mean radius [m]; ``reach`` half the edge of the box [m]; ``lower`` distance from a cone's apex below which no grain can be [m].
     """
-    if wall.kind in (SPHERE_OUTSIDE, SPHERE_INSIDE):
-        return _sphere(wall, grain, polar)
+    if wall.kind == SPHERE_INSIDE:
+        return _sphere(wall, grain)
     if wall.kind == CONE:
         return _cone(wall, grain, reach, lower)
     if wall.kind == PLANE:
@@ -41,7 +40,7 @@ def mesh(wall: Wall, grain: float, reach: float, lower: float = 0.0, polar: floa
     raise InputError(f"no triangles for a wall of this kind ({wall})")
 
 
-def _sphere(wall: Wall, grain: float, polar: float) -> tuple[np.ndarray, np.ndarray]:
+def _sphere(wall: Wall, grain: float) -> tuple[np.ndarray, np.ndarray]:
     import trimesh
 
     # the deepest chord of a subdivision: the circumcentre of a facet with edge e lies e^2 / (6 R) below the sphere
@@ -51,10 +50,7 @@ def _sphere(wall: Wall, grain: float, polar: float) -> tuple[np.ndarray, np.ndar
         if 0.5 * depth <= DEVIATION * grain:
             break
     vertices = np.asarray(ball.vertices) * (1.0 + 0.5 * depth / wall.radius)
-    centre = ball.triangles_center
-    faces = np.asarray(ball.faces)[np.arctan2(np.hypot(centre[:, 0], centre[:, 1]), centre[:, 2]) <= polar]
-    used, faces = np.unique(faces, return_inverse=True)
-    return vertices[used] + np.asarray(wall.point, dtype=float), faces.reshape(-1, 3)
+    return vertices + np.asarray(wall.point, dtype=float), np.asarray(ball.faces)
 
 
 def _cone(wall: Wall, grain: float, reach: float, lower: float) -> tuple[np.ndarray, np.ndarray]:

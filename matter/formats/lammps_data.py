@@ -16,6 +16,7 @@ from matter.errors import InputError
 from matter.particles import Particles
 
 _MARGIN = 0.01
+_LONGEST = 240  # LIGGGHTS reads lines into 256 characters
 
 
 def write(particles: Particles, path: Path) -> None:
@@ -34,7 +35,8 @@ def write(particles: Particles, path: Path) -> None:
     spin = particles.angular_velocity if "angular_velocity" in particles else still
     with archive.replacing(Path(path)) as temporary, open(temporary, "w") as file:
         listed = ", ".join(f"{k + 1} {name}" for k, name in enumerate(names))
-        file.write(f"bolide grains, SI; time {particles.attributes.get('time', 0.0)!r} s; types: {listed}\n\n")
+        title = f"bolide grains, SI; time {particles.attributes.get('time', 0.0)!r} s; types: {listed}"
+        file.write(f"{title if len(title) < _LONGEST else title[: _LONGEST - 4] + ' ...'}\n\n")
         file.write(f"{len(particles)} atoms\n{max(len(names), int(kind.max()))} atom types\n\n")
         for axis in range(3):
             file.write(f"{low[axis]:.17g} {high[axis]:.17g} {'xyz'[axis]}lo {'xyz'[axis]}hi\n")
