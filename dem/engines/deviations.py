@@ -17,7 +17,7 @@ from dem.walls import SPHERE_OUTSIDE
 from matter.errors import InputError
 
 Deviation = Literal[
-    "no_twist", "damping_by_size_class", "stiffness_by_size_class", "rolling_of_equal_spheres", "limit_on_spring_alone", "contacts_begin_unloaded",
+    "no_twist", "damping_by_size_class", "stiffness_by_size_class", "rolling_of_equal_spheres", "sliding_spring", "contacts_begin_unloaded",
     "ejecta_not_slowed", "spin_not_damped", "smooth_core", "clamp_sliding",
 ]  # fmt: skip
 
@@ -26,7 +26,7 @@ SENTENCES: dict[str, str] = {
     "damping_by_size_class": "dashpots (and in LAMMPS the twisting spring) are those of classes of grains of like stiffness and mass, not of each pair",
     "stiffness_by_size_class": "the stiffness of a grain is the mean of its class",
     "rolling_of_equal_spheres": "the rolling rate of unequal spheres lacks the term of their sizes",
-    "limit_on_spring_alone": "friction and rolling limits are tested on the spring alone, not on spring and dashpot",
+    "sliding_spring": "at the limit of friction LIGGGHTS counts the spring without its dashpot; LAMMPS lets both together carry the limit",
     "contacts_begin_unloaded": "tangential, rolling and twisting springs of the start begin at zero",
     "ejecta_not_slowed": "returning ejecta are not slowed to what their contacts can stop: they may pass through the uppermost grains",
     "spin_not_damped": "the damped layer at the side damps velocities, not spins",
@@ -54,7 +54,7 @@ def needed(engine: str, scene: Scene, start_is_loaded: bool, ejecta: bool) -> li
         "damping_by_size_class": sizes and (ours or rolls or twists),
         "stiffness_by_size_class": off["stiffness_max"] > ROUNDING,
         "rolling_of_equal_spheres": rolls and float(np.ptp(grains.radius)) > ROUNDING * float(grains.radius.max()),
-        "limit_on_spring_alone": ours and bool(rough),
+        "sliding_spring": bool(rough),
         "contacts_begin_unloaded": start_is_loaded,
         "ejecta_not_slowed": ejecta,
         "spin_not_damped": scene.domain is not None and scene.domain.damped_width > 0.0,

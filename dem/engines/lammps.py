@@ -80,7 +80,6 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         f"read_data {DATA}" if plan.resume is None else f"read_restart restart.{plan.resume}",
         f"change_box all x final {-reach:.17g} {reach:.17g} y final {-reach:.17g} {reach:.17g} z final {-reach:.17g} {reach:.17g}"
         if plan.resume is None else "",
-        "change_box all boundary f f f" if plan.resume is not None else "",
         f"neighbor {scene.skin_length:.17g} bin", "neigh_modify every 1 delay 0 check yes",
         f"neigh_modify binsize {max(0.5 * cut, 2.0 * reach / MOST_BINS):.17g}",
         "pair_style granular",

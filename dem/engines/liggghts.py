@@ -125,9 +125,9 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         lines.append(f"fix mesh{w} all mesh/surface file wall{w}.stl type {count + w + 1} curvature {SMOOTH_ANGLE}")
     if meshes:  # the program takes one fix for all of them
         lines.append(f"fix meshes all wall/gran model {model} mesh n_meshes {len(meshes)} meshes {' '.join(meshes)}{limit}")
-    if forces:
-        # fix store/state reads a list that the program makes at its first run
-        lines += ["run 0", *forces]
+    if any("store/state" in line for line in forces):
+        lines.append("run 0")  # fix store/state reads a list that the program makes at its first run
+    lines += forces
     tasks = ['"delete_atoms region aside compress no"'] if scene.domain is not None else []
     tasks += [core_by_formula.REGROUP] if any(wall.kind == SPHERE_OUTSIDE for wall in scene.walls) else []
     lines += [

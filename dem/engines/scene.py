@@ -48,8 +48,8 @@ class Scene:
 
     @property
     def lower(self) -> float:
-        """Radius from which central gravity is needed [m]: the innermost grain's, less its own."""
-        return float(np.min(np.linalg.norm(self.grains.position, axis=1) - self.grains.radius))
+        """Distance of the innermost grain's centre from the origin [m]."""
+        return float(np.min(np.linalg.norm(self.grains.position, axis=1)))
 
     def write_data(self, folder: Path, walls: int = 0) -> None:
         """Write the data file; types are the classes, and ``walls`` more for boundaries."""

