@@ -1,6 +1,10 @@
 """Grain steps per second of the contact loop on a settled bed: full four-component law, wall history, list rebuilds included.
 
-    python benchmarks/dem_bed.py [--json] [--size N] [--threads T]
+    python benchmarks/dem_bed.py [--json] [--size N] [--threads T] [--peers] [--ranks N]
+
+With ``--peers`` LAMMPS and LIGGGHTS step the same bed in between the same rounds, where installed: the same grains, walls and step, as many ranks as
+threads, each with the best of three skins, with every component of the contact that it has (LIGGGHTS no twist). A peer is timed by its own log, without
+start and output; it begins 50 steps before the clock.
 
 A box of grains (radii +-10 %, friction 0.5) is packed without overlap, settled under uniform gravity with damping, then stepped in rounds;
 the median round counts.
@@ -17,6 +21,7 @@ import time
 from pathlib import Path
 
 ROUNDS, STEPS = 5, 150
+SKINS, WARM = (0.05, 0.1, 0.25), 50
 
 
 def settled_box(count: int, threads: int):
@@ -62,23 +67,74 @@ def settled_box(count: int, threads: int):
     for _ in range(min(steps, 1500)):
         bed.step()
     bed.drag[:] = 0.0
+    bed.box = walls
     return bed
 
 
-def measure(count: int, threads: int) -> dict:
-    """Median grain steps per second, and the bytes that the arrays of a grain and its contacts take."""
+def peer_rate(engine: str, bed, skin: float, ranks: int) -> float:
+    """Grain steps per second of LAMMPS or LIGGGHTS on this bed, by its own clock."""
+    import re
+    import tempfile
+
+    import numpy as np
+
+    from dem.engines import external, program
+    from dem.engines.scene import Plan, Scene
+    from dem.gravity import Field
+
+    grains = bed.particles({}, tables=False)
+    # one stiffness: with as many types as radii the peers would be slower for a reason that is not theirs
+    grains["stiffness"] = np.full(len(grains), float(grains.stiffness.mean()))
+    reach = 1.2 * float(np.abs(grains.position).max()) + 3.0
+    scene = Scene(grains, bed.contact, bed.box, Field.constant((0.0, 0.0, -1.0)), bed.dt, reach, skin=skin)
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        plan = Plan(WARM + STEPS, STEPS, dumps=False, settle=WARM)
+        external.ENGINES[engine].write(scene, plan, place, "in.deck")
+        if program.start(engine, "in.deck", ranks, place, "log").wait() != 0:
+            raise SystemExit(f"{engine}: {program.complaint(place, 'log')}")
+        seconds = re.findall(rb"Loop time of ([0-9.e+-]+)", (place / "log").read_bytes())
+    return len(grains) * STEPS / float(seconds[-1])
+
+
+def installed_peers() -> list[str]:
+    """The engines whose programs are there."""
+    from dem.engines import program
+    from matter.errors import InputError
+
+    found = []
+    for engine in program.PROGRAMS:
+        try:
+            program.find(engine)
+            found.append(engine)
+        except InputError as reason:
+            print(f"left out: {reason}")
+    return found
+
+
+def measure(count: int, threads: int, ranks: int = 0) -> dict:
+    """Median grain steps per second, and the bytes that the arrays of a grain and its contacts take; ``ranks`` 0 leaves the peers out."""
     bed = settled_box(count, threads)
+    peers = installed_peers() if ranks else []
+    skins = {}
+    for engine in peers:
+        skins[engine] = max(SKINS, key=lambda skin, engine=engine: peer_rate(engine, bed, skin, ranks))
+    for _ in range(STEPS):  # kernels compiled, lists as they will be
+        bed.step()
     built = bed.builds
-    rates = []
+    rates, peer_rates = [], {engine: [] for engine in peers}
     for _ in range(ROUNDS):
         begin = time.perf_counter()
         for _ in range(STEPS):
             bed.step()
         rates.append(count * STEPS / (time.perf_counter() - begin))
+        for engine in peers:
+            peer_rates[engine].append(peer_rate(engine, bed, skins[engine], ranks))
+    mine = statistics.median(rates)
     arrays, _ = bed.state_arrays()
     size = sum(a.nbytes for a in arrays.values()) + bed._spill.nbytes
     return {
-        "particle_steps_per_s": statistics.median(rates),
+        "particle_steps_per_s": mine,
         "best_particle_steps_per_s": max(rates),
         "bytes_per_particle": size / count,
         "particles": count,
@@ -88,8 +144,14 @@ def measure(count: int, threads: int) -> dict:
         "list_builds": bed.builds - built,
         "steps": ROUNDS * STEPS,
         "worst_overlap": bed.worst,
-        "peers": {},
-    }
+        "peers": {
+            engine: {
+                "particle_steps_per_s": statistics.median(found), "best": max(found), "ratio": mine / statistics.median(found), "skin_radii": skins[engine],
+                "ranks": ranks,
+            }
+            for engine, found in peer_rates.items()
+        },
+    }  # fmt: skip
 
 
 def main() -> None:
@@ -98,11 +160,17 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object on the last line")
     parser.add_argument("--size", type=int, default=100_000, help="grains")
     parser.add_argument("--threads", type=int, default=0, help="0: all")
+    parser.add_argument("--peers", action="store_true", help="LAMMPS and LIGGGHTS on the same bed")
+    parser.add_argument("--ranks", type=int, default=0, help="MPI ranks of the peers; 0: as many as threads")
     given = parser.parse_args()
     sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
     threads = given.threads or len(os.sched_getaffinity(0))
-    result = measure(given.size, threads)
+    result = measure(given.size, threads, (given.ranks or threads) if given.peers else 0)
     for name, value in result.items():
+        if name == "peers":
+            for engine, row in value.items():
+                print(f"{engine:28} {row['particle_steps_per_s']:.6g} (skin {row['skin_radii']:g} r, {row['ranks']} ranks): native over it {row['ratio']:.2f}")
+            continue
         print(f"{name:28} {value:.6g}" if isinstance(value, float) else f"{name:28} {value}")
     if given.json:
         print(json.dumps(result))

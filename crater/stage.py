@@ -339,6 +339,8 @@ def measures_json(found: Findings) -> dict[str, Any]:
     if found.final is not None:
         final = {**found.final.as_dict(), "time_s": Quantity(found.final_time, 0.0, "s").as_dict(), "from": found.final_from}
     content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": found.reference}
+    if engine := _engine_of(found.inputs / "5_dem" / "stage_report.json"):
+        content["engine"] = engine
     if found.leaving:
         content["leaving"] = found.leaving
     if found.ejecta:
@@ -346,6 +348,14 @@ def measures_json(found: Findings) -> dict[str, Any]:
     if found.late_sph is not None:
         content["late_sph"] = {**found.late_sph.as_dict(), "time_s": Quantity(found.late_sph_time, 0.0, "s").as_dict()}
     return content
+
+
+def _engine_of(report: Path) -> dict[str, Any]:
+    """Which program stepped the grains, and the deviations that the case accepted from it; empty for this project's own stepping."""
+    if not report.is_file():
+        return {}
+    engine = json.loads(report.read_text()).get("engine", {})
+    return {name: engine[name] for name in ("name", "deviations") if name in engine}
 
 
 def _write_tables(found: Findings, out: Path) -> None:

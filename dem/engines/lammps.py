@@ -18,6 +18,8 @@ fix wall/gran/region (version 22 July 2025).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +70,24 @@ def region(wall: Wall, name: str, reach: float) -> str:
     raise InputError(f"[dem] engine = {NAME!r} has no wall of this kind ({wall})")
 
 
+def flat(wall: Wall) -> bool:
+    """Whether a wall is a plane along an axis."""
+    return wall.kind == PLANE and np.count_nonzero(wall.direction) == 1
+
+
+def planes(walls: Sequence[Wall]) -> list[tuple[int, str, str, str]]:
+    """Planes along the axes as species, axis, lower and upper place: one fix of the program holds a pair of them."""
+    out: list[tuple[int, str, str, str]] = []
+    for axis in range(3):
+        sides: dict[int, tuple[list[str], list[str]]] = {}
+        for wall in walls:
+            if flat(wall) and wall.direction[axis]:
+                sides.setdefault(wall.species, ([], []))[0 if wall.direction[axis] > 0 else 1].append(f"{wall.point[axis]:.17g}")
+        for species, (low, high) in sides.items():
+            out += [(species, "xyz"[axis], one, two) for one, two in zip_longest(low, high, fillvalue="NULL")]
+    return out
+
+
 def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
     """Write the data file (when starting anew) and the deck ``deck`` into ``folder``."""
     classes, contact = scene.classes, scene.contact
@@ -86,8 +106,8 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
     ]  # fmt: skip
     for a in range(len(classes)):
         lines += [f"pair_coeff {a + 1} {b + 1} {law(classes.pair(contact, a, b), contact.attractive_tail)}" for b in range(a, len(classes))]
-    for w, wall in enumerate(scene.walls):
-        lines.append(region(wall, f"wall{w}", reach))
+    pairs = planes(scene.walls)
+    lines += [region(wall, f"wall{w}", reach) for w, wall in enumerate(scene.walls) if not flat(wall)]
     for rough in (True, False):
         chosen = [(w, wall) for w, wall in enumerate(scene.walls) if (wall.species >= 0) == rough]
         if not chosen:
@@ -95,10 +115,15 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         wide, parts = classes.merged(ROUGH_GROUPS if rough else SMOOTH_GROUPS)
         name = "rough" if rough else "smooth"
         lines += [f"group {name}{a} type {' '.join(str(k + 1) for k in part)}" for a, part in enumerate(parts)]
-        for w, wall in chosen:
-            for a in range(len(wide)):
+        for a in range(len(wide)):
+            for w, wall in chosen:
                 text = law(wide.wall(contact, a, wall.species), contact.attractive_tail)
-                lines.append(f"fix w{w}c{a} {name}{a} wall/gran/region granular {text} region wall{w}")
+                if not flat(wall):
+                    lines.append(f"fix w{w}c{a} {name}{a} wall/gran/region granular {text} region wall{w}")
+            for p, (species, axis, low, high) in enumerate(pairs):
+                if (species >= 0) == rough:
+                    text = law(wide.wall(contact, a, species), contact.attractive_tail)
+                    lines.append(f"fix p{p}c{a} {name}{a} wall/gran granular {text} {axis}plane {low} {high}")
     lines += body_forces.lines(scene)
     if plan.integrate:
         lines.append("fix move all nve/sphere")
@@ -109,6 +134,7 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         "thermo_style custom step atoms ke", f"thermo {plan.dump_every}", "thermo_modify lost ignore flush yes norm no",
         f"dump out all custom {plan.dump_every} dump.*.bin {' '.join(plan.columns)}" if plan.dumps else "",
         f"restart {plan.restart_every} restart.*" if plan.restart_every else "",
+        f"run {plan.settle} upto" if plan.settle else "",
         f"run {plan.steps} upto",
     ]  # fmt: skip
     write_deck(lines, folder / deck)

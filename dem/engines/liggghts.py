@@ -136,6 +136,7 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         f"dump out all custom {plan.dump_every} dump.*.bin {' '.join(plan.columns)}" if plan.dumps else "",
         f"restart {plan.restart_every} restart.*" if plan.restart_every else "",
         *(body_forces.aside(scene.domain) if scene.domain is not None else []),
+        f"run {plan.settle} upto" if plan.settle else "",
         f"run {plan.steps} upto" + (f" every {CLEAR_EVERY * plan.dump_every} {' '.join(tasks)}" if tasks else ""),
     ]  # fmt: skip
     write_deck(lines, folder / deck)

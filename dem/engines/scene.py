@@ -74,7 +74,7 @@ class Plan:
     forces: bool = False
     dumps: bool = True
     settle: int = 0
-    """Steps before the first dump that a benchmark does not time."""
+    """Steps before those that a benchmark times: a run of their own."""
 
     @property
     def columns(self) -> tuple[str, ...]:
