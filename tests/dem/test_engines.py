@@ -106,6 +106,36 @@ def test_force_and_torque_of_one_contact(tmp_path, engine, name):
         assert np.abs(found[:, part] - ours[:, part]).max() < 1e-6 * scale
 
 
+@pytest.mark.parametrize("name", ["sticking", "rolling", "sliding", "rolling at its limit", "twisting"])
+def test_force_and_torque_at_a_wall(tmp_path, engine, name):
+    """A grain on a rough plane under each motion; our own contact, called as the second kick calls it."""
+    if engine == "liggghts" and name == "twisting":
+        pytest.skip("LIGGGHTS has no twisting spring")
+    z = np.array([0.0, 0.0, 1.0])
+    velocity, spin = {
+        "sticking": (1e-6 * X, 0 * X), "sliding": (1e-2 * X, 0 * X), "rolling": (1e-6 * X, 1e-6 * Y), "rolling at its limit": (1e-4 * X, 1e-4 * Y),
+        "twisting": (0 * X, 1e-6 * z),
+    }[name]  # fmt: skip
+    grains = scenes.grains([[0.0, 0.0, 1.0 - OVERLAP]], velocity=velocity[None], angular_velocity=spin[None])
+    contact = Contact(shell=LAW)
+    scene = Scene(grains, contact, (Wall(PLANE, species=0),), Field.constant((0.0, 0.0, 0.0)), DT, 20.0)
+    found = run_engine(engine, scene, Plan(STEPS, STEPS, integrate=False, forces=True), tmp_path / engine)[0, 10:]
+    n, d = -z, 1.0 - OVERLAP
+    slip = -velocity - d * np.cross(spin, n)
+    un, along = slip @ n, spin @ n
+    history = np.zeros(forces.HISTORY)
+    history[7] = 1.0
+    for _ in range(STEPS):
+        fn, fx, fy, fz, mx, my, mz, *_ = forces.contact(
+            *n, OVERLAP, un, *(slip - un * n), *(along * n - spin), -along, along, 1e4, 1.0, 1.0, contact.pair_table()[0, 0], history, DT, RULES["clamp"],
+            True, 0.0,
+        )  # fmt: skip
+    ours = np.array([fx, fy, fz]) - fn * n
+    torque = d * np.cross(n, ours) + np.array([mx, my, mz])
+    assert np.abs(found[:3] - ours).max() < 1e-6 * np.abs(ours).max()
+    assert np.abs(found[3:] - torque).max() < 1e-6 * np.abs(torque).max()
+
+
 # -- whole collisions ------------------------------------------------------------------------------------------------------------
 
 
