@@ -113,7 +113,7 @@ def test_force_and_torque_at_a_wall(tmp_path, engine, name):
         pytest.skip("LIGGGHTS has no twisting spring")
     z = np.array([0.0, 0.0, 1.0])
     velocity, spin = {
-        "sticking": (1e-6 * X, 0 * X), "sliding": (1e-2 * X, 0 * X), "rolling": (1e-6 * X, 1e-6 * Y), "rolling at its limit": (1e-4 * X, 1e-4 * Y),
+        "sticking": (1e-6 * X, 0 * X), "sliding": (1e-2 * X, 0 * X), "rolling": (1e-6 * X, 1e-6 * Y), "rolling at its limit": (6e-5 * X, 6e-5 * Y),
         "twisting": (0 * X, 1e-6 * z),
     }[name]  # fmt: skip
     grains = scenes.grains([[0.0, 0.0, 1.0 - OVERLAP]], velocity=velocity[None], angular_velocity=spin[None])
