@@ -20,6 +20,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 BOWL, DEPTH, SPEED = 350e3, 260e3, 150.0
+RING = 3.0  # width of a ring of the profile, in mean radii
 
 
 def carve(run: Path, out: Path) -> None:
@@ -121,7 +122,7 @@ def main() -> None:
                 continue
             wall = time.perf_counter() - begin
             report = json.loads((out / "stage_report.json").read_text())
-            heights, radius = profile(out, 5.0 * report_radius(place))
+            heights, radius = profile(out, RING * report_radius(place))
             found[name] = heights
             table[name] = {
                 "wall_s": round(wall, 1), "steps": report["steps"], "grains": report["grains"], "floor_km": round(float(heights[:2].mean()) / 1e3, 2),
@@ -140,7 +141,7 @@ def main() -> None:
             )
     given.out.mkdir(parents=True, exist_ok=True)
     (given.out / "table.json").write_text(json.dumps(table, indent=1) + "\n")
-    width = 5.0 * radius
+    width = RING * radius
     columns = np.column_stack([(np.arange(len(next(iter(found.values())))) + 0.5) * width, *found.values()])
     np.savetxt(given.out / "profiles.csv", columns, delimiter=",", fmt="%.6g", header="arc_m," + ",".join(n.replace(", ", " ") for n in found), comments="")
 

@@ -16,6 +16,8 @@ from matter.errors import InputError
 
 DEVIATION = 0.005
 MOST_SUBDIVISIONS = 7
+TILES = 16
+"""Tiles of a plane along half the edge of the box."""
 
 
 def write(wall: Wall, grain: float, path: Path, reach: float, lower: float = 0.0) -> None:
@@ -83,6 +85,14 @@ def _plane(wall: Wall, reach: float) -> tuple[np.ndarray, np.ndarray]:
     one = np.cross(n, (1.0, 0.0, 0.0) if abs(n[0]) < 0.9 else (0.0, 1.0, 0.0))
     one /= np.linalg.norm(one)
     two = np.cross(n, one)
+    # tiles whose centre lies in the box: the program drops a mesh that reaches beyond it
+    edge = reach / TILES
+    k = np.arange(-2 * TILES, 2 * TILES)
+    i, j = (index.reshape(-1) for index in np.meshgrid(k, k, indexing="ij"))
     centre = np.asarray(wall.point, dtype=float)
-    corners = [centre + 2.0 * reach * (s * one + t * two) for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    return np.array(corners), np.array([[0, 1, 2], [0, 2, 3]])
+    inside = np.all(np.abs(centre + edge * ((i[:, None] + 0.5) * one + (j[:, None] + 0.5) * two)) < reach - edge, axis=1)
+    i, j = i[inside], j[inside]
+    corners = np.stack([np.stack([i + a, j + b], -1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
+    places, at = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
+    at = at.reshape(-1, 4)
+    return centre + edge * (places[:, :1] * one + places[:, 1:] * two), np.concatenate([at[:, [0, 1, 2]], at[:, [0, 2, 3]]])
