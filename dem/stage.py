@@ -14,6 +14,7 @@ from dem import flight, settling, sleeping
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
 from dem.contact_settings import Contact
 from dem.domain import Domain
+from dem.engines import program
 from dem.engines.deviations import Deviation
 from dem.following_stiffness import Following
 from dem.layered_body import LayeredBody
@@ -87,13 +88,18 @@ class Settings(Model):
 
 
 def predict(settings: Settings) -> dict[str, float]:
-    """Wall time with warm kernels [s], memory and disk [bytes], for the step of the Valhalla bed scaled to ``grains``."""
+    """Wall time with warm kernels [s], memory and disk [bytes], for the step of the Valhalla bed scaled to ``grains``.
+
+    Raises ``InputError`` when the engine's program is not installed.
+    """
     n = 0.65 * settings.grains  # without the headroom
     dt = TIME_STEP_S * (20_000 / settings.grains) ** (1.0 / 3.0) / np.sqrt(settings.contact.stiffness_factor)
     dt *= settings.step_factor * 30 / settings.contact.steps_per_contact
     simulated = 0.85 * settings.end_time + 0.15 * settings.latest_time
     shots = simulated / settings.snapshot_interval
     native = settings.engine == "native"
+    if not native:
+        program.find(settings.engine)
     rate = GRAIN_STEPS_PER_S * settling.threads_for(settings.grains) if native else ENGINE_GRAIN_STEPS_PER_S * settings.ranks
     wall = 2.0 + n * simulated / dt / rate + 1e-5 * n * shots
     return {"wall_s": wall, "memory_bytes": 2.5e8 + 3000.0 * n, "disk_bytes": 70.0 * n * (shots + 4)}

@@ -291,6 +291,23 @@ def test_a_missing_program_is_one_line(monkeypatch):
     assert "\n" not in str(told.value) and told.value.exit_code == 2
 
 
+def test_the_stage_asks_for_the_program_before_it_begins(monkeypatch):
+    monkeypatch.setitem(program.PROGRAMS, "liggghts", "no-such-program")
+    with pytest.raises(InputError, match="apt-get install liggghts"):
+        stage.predict(stage.Settings(engine="liggghts"))
+    assert stage.predict(stage.Settings())["wall_s"] > 0.0
+
+
+def test_a_data_file_of_many_types_has_lines_that_liggghts_can_read(tmp_path):
+    rng = np.random.default_rng(5)
+    radius = np.exp(rng.uniform(0.0, 1.5, 400))
+    grains = scenes.grains(rng.uniform(0, 100, (400, 3)), radius, mass=radius**3, stiffness=1e4 * radius)
+    scene = Scene(grains, Contact(), (), Field.constant((0, 0, 0)), 1e-3, 200.0)
+    scene.write_data(tmp_path, 2)
+    lines = (tmp_path / "start.data").read_text().splitlines()
+    assert len(scene.classes) > 20 and max(map(len, lines)) < 256 and f"{len(scene.classes) + 2} atom types" in lines
+
+
 def test_classes_are_exact_where_grains_are_alike_and_close_elsewhere():
     alike = Classes.sort(scenes.grains(np.arange(30).reshape(10, 3) * 3.0))
     assert len(alike) == 1 and max(alike.rounding(scenes.grains(np.arange(30).reshape(10, 3))).values()) < 1e-12
