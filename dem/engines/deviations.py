@@ -59,7 +59,7 @@ def needed(engine: str, scene: Scene, start_is_loaded: bool, ejecta: bool) -> li
         "ejecta_not_slowed": ejecta,
         "spin_not_damped": scene.domain is not None and scene.domain.damped_width > 0.0,
         "smooth_core": ours and bool(rough) and any(wall.kind == SPHERE_OUTSIDE and wall.species >= 0 for wall in scene.walls),
-        "clamp_sliding": contact.sliding != "clamp" and bool(rough),
+        "clamp_sliding": contact.sliding == "reset" and bool(rough),
     }
     return [name for name in SENTENCES if applies[name]]
 

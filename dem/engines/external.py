@@ -32,7 +32,7 @@ from dem.engines.scene import HOLD_STEPS, Plan, Scene
 from dem.layered_body import LayeredBody
 from dem.stage import COLUMNS, Collapse, Settings
 from matter import checkpoint
-from matter.errors import UnphysicalState
+from matter.errors import InputError, UnphysicalState
 from matter.particles import Particles
 from matter.progress import Progress, stop_here
 
@@ -51,6 +51,9 @@ class ExternalCollapse(Collapse):
 
     def __init__(self, settings: Settings, start: Particles, body: LayeredBody, out: Path):
         program.find(settings.engine)
+        for name, plain in (("stiffness", "fixed"), ("sleeping", False)):  # schemes of our own stepping
+            if getattr(settings, name, plain) != plain:
+                raise InputError(f"[dem] {name} = {getattr(settings, name)!r} needs engine = 'native': {settings.engine} steps every grain with one stiffness")
         loaded = any(np.any(start.tables.get(f"contacts/{name}", np.zeros((0, 7)))[:, :7]) for name in ("history", "wall_history"))
         super().__init__(settings, start, body, out)
         self.engine, self.folder = ENGINES[settings.engine], out / FOLDER
