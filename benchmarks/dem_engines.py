@@ -5,7 +5,7 @@
 RUN is a run folder with ``2_sph/target.json`` and a settled bed (``run_case cases/valhalla_980km --preset tiny --until bed``). Into the bed a paraboloid is
 carved (350 km wide, 260 km deep, its rim moving outwards and up at 150 m/s) and left to collapse for T seconds (2400). LIGGGHTS has no twisting spring: its
 run is compared with one of our own without. All runs start without contact history. The grain noise is what a change of the time step by a tenth does
-to our own run. Writes ``profiles.csv`` and ``table.json`` and prints the table.
+to our own run. Writes ``profiles.csv``, ``profiles.png`` and ``table.json``, and prints the table.
 """
 
 from __future__ import annotations
@@ -144,6 +144,31 @@ def main() -> None:
     width = RING * radius
     columns = np.column_stack([(np.arange(len(next(iter(found.values())))) + 0.5) * width, *found.values()])
     np.savetxt(given.out / "profiles.csv", columns, delimiter=",", fmt="%.6g", header="arc_m," + ",".join(n.replace(", ", " ") for n in found), comments="")
+    draw(found, width, given.out / "profiles.png")
+
+
+def draw(found: dict, width: float, path: Path) -> None:
+    """The profiles in one picture."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    import numpy as np
+
+    figure, axes = plt.subplots(figsize=(8.0, 4.0), layout="constrained")
+    styles = {"native": "k-", "native, step x 0.9": "k:", "native, no twist": "0.5", "lammps": "C0o", "lammps, no twist": "C0s", "liggghts, no twist": "C1^"}
+    for name, heights in found.items():
+        style = styles[name]
+        at = (np.arange(len(heights)) + 0.5) * width / 1e3
+        if style == "0.5":
+            axes.plot(at, heights / 1e3, color=style, label=name)
+        else:
+            axes.plot(at, heights / 1e3, style, label=name, mfc="none")
+    axes.set_xlabel("distance from the axis along the datum [km]")
+    axes.set_ylabel("mean height of the surface [km]")
+    axes.legend()
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
 
 
 def report_radius(place: Path) -> float:

@@ -5,8 +5,8 @@ state: energies, momenta, overlaps, the surface profile, what has left and when 
 What cannot be known from dumps is left out: elastic energy is that of the normal springs, all that is lost is booked as dissipated in contacts,
 and the balances of momentum and energy are not measured.
 
-Ejecta stay in the engine's box with the bed. Those that are on an escape orbit clear of the bed at the start are booked as escaped at once; what leaves
-the box later is booked when it is missed.
+Ejecta that are clear of the bed at the start and cannot be back before ``latest_time`` are flown here, under the same gravity; all others stay in the engine's
+box with the bed. What leaves the box is booked when it is missed.
 
 Stop and resume use the engine's own restart files, which hold the contact history. The stage's checkpoint of the same step stands beside each.
 """
@@ -57,9 +57,10 @@ class ExternalCollapse(Collapse):
         loaded = any(np.any(start.tables.get(f"contacts/{name}", np.zeros((0, 7)))[:, :7]) for name in ("history", "wall_history"))
         super().__init__(settings, start, body, out)
         self.engine, self.folder = ENGINES[settings.engine], out / FOLDER
-        self._book_escaping()
+        self.aloft = np.zeros(0, dtype=np.int64)
+        self.aloft = np.sort(self.bed.identity[self._not_back_in_time()])
         grains = self.bed.particles({"time": self.bed.start_time, "species": []}, tables=False)
-        grains = grains.select(grains["state"] != LEFT)
+        grains = grains.select((grains["state"] != LEFT) & ~np.isin(grains.identity, self.aloft))
         self.scene = Scene(grains, settings.contact, self.domain.walls(), self.bed.gravity, self.bed.dt, self._reach(), self.domain, self._skin())
         ejecta = bool(np.any(grains.identity >= start.attributes.get("bed_grains", np.iinfo(np.int64).max)))
         self.needs = deviations.needed(settings.engine, self.scene, loaded, ejecta)
@@ -67,21 +68,50 @@ class ExternalCollapse(Collapse):
         self.row_steps = max(1, round(settings.history_interval / self.bed.dt))
         self.restart_steps = self.row_steps * max(1, round(settings.snapshot_interval / (self.row_steps * self.bed.dt)))
 
-    def _book_escaping(self) -> None:
-        """Take out what is on an escape orbit and clear of the bed."""
+    def _not_back_in_time(self) -> np.ndarray:
+        """Mask of the grains that are clear of the bed, outward bound, and at the end still not back at the radius where they are now.
+
+        Twice the time to the apoapsis of their Kepler orbit: (pi - M) / n with M the mean anomaly, n the mean motion.
+        """
         bed = self.bed
         flight.look(bed, self.domain)
-        speed2 = np.einsum("ij,ij->i", bed.W[:, :3], bed.W[:, :3])
-        outward = np.einsum("ij,ij->i", bed.X[:, :3], bed.W[:, :3]) > 0.0
-        unbound = 0.5 * speed2 + bed.gravity.potential(bed.X[:, :3]) >= 0.0
-        bed.change_states((bed.state == BALLISTIC) & unbound & outward, LEFT, "escaped")
+        x, v = bed.X[:, :3], bed.W[:, :3]
+        r, gm = np.linalg.norm(x, axis=1), self._gm()
+        energy = 0.5 * np.einsum("ij,ij->i", v, v) - gm / r
+        axis = gm / np.maximum(-2.0 * energy, 1e-300)
+        moment2 = np.einsum("ij,ij->i", *(np.cross(x, v),) * 2)
+        eccentricity = np.sqrt(np.maximum(1.0 - moment2 / (gm * axis), 1e-24))
+        anomaly = np.arccos(np.clip((1.0 - r / axis) / eccentricity, -1.0, 1.0))
+        back = 2.0 * (np.pi - anomaly + eccentricity * np.sin(anomaly)) * np.sqrt(axis**3 / gm)
+        outward = np.einsum("ij,ij->i", x, v) > 0.0
+        return (bed.state == BALLISTIC) & outward & ((energy >= 0.0) | (back > self.settings.latest_time - bed.start_time))
+
+    def _gm(self) -> float:
+        field = self.bed.gravity
+        return float(field.strength(np.array(field.radius))) * field.radius**2
+
+    def _fly(self, steps: int) -> None:
+        """Move the grains that fly here by ``steps`` steps of velocity Verlet."""
+        bed = self.bed
+        here = np.isin(bed.identity, self.aloft) & (bed.state == BALLISTIC)
+        x, v = bed.X[here, :3], bed.W[here, :3]
+
+        def pull(x: np.ndarray) -> np.ndarray:
+            r = np.linalg.norm(x, axis=1)
+            return x * (-bed.gravity.strength(r) / r)[:, None]
+
+        for _ in range(steps):
+            v = v + 0.5 * bed.dt * pull(x)
+            x = x + bed.dt * v
+            v = v + 0.5 * bed.dt * pull(x)
+        bed.X[here, :3], bed.W[here, :3], bed.V[here, :3] = x, v, v
 
     def _reach(self) -> float:
         """Half the edge of the box [m]: as far as the bound ejecta of the start can rise in the time, within ``BOX_LIMIT``."""
         bed = self.bed
-        k = bed.state != LEFT
+        k = (bed.state != LEFT) & ~np.isin(bed.identity, self.aloft)
         r, v = np.linalg.norm(bed.X[k, :3], axis=1), np.linalg.norm(bed.W[k, :3], axis=1)
-        gm = float(bed.gravity.strength(np.array(bed.gravity.radius))) * bed.gravity.radius**2
+        gm = self._gm()
         energy = 0.5 * v * v - gm / r
         apoapsis = np.where(energy < 0.0, gm / np.maximum(-energy, 1e-300), np.inf)
         rise = np.minimum(apoapsis, r + v * (self.settings.latest_time - bed.start_time))
@@ -91,7 +121,8 @@ class ExternalCollapse(Collapse):
     def _skin(self) -> float:
         """Skin in mean radii: what lets the fastest grain go some steps before the engine builds its list anew."""
         bed = self.bed
-        fastest = float(np.max(np.linalg.norm(bed.W[bed.state != LEFT, :3], axis=1)))
+        there = (bed.state != LEFT) & ~np.isin(bed.identity, self.aloft)
+        fastest = float(np.max(np.linalg.norm(bed.W[there, :3], axis=1)))
         return float(np.clip(2.0 * LIST_STEPS * fastest * bed.dt / bed.mean_radius, 0.1, 0.6))
 
     # -- time ----------------------------------------------------------------------------------------------------------------
@@ -153,11 +184,12 @@ class ExternalCollapse(Collapse):
         at = order[np.searchsorted(bed.identity[order], table[:, 0].astype(np.int64) - 1)]
         seen = np.zeros(len(bed.X), dtype=bool)
         seen[at] = True
-        keep = bed.state[at] != LEFT  # booked: whatever the engine still does with them
+        keep = bed.state[at] != LEFT  # those are booked, whatever the engine still does with them
         at, table = at[keep], table[keep]
         bed.X[at, :3], bed.W[at], bed.V[at, :6] = table[:, 1:4], table[:, 4:10], table[:, 4:10]
+        self._fly(step - bed.steps)
         bed.steps = step
-        self._book_missing(~seen & (bed.state != LEFT))
+        self._book_missing(~seen & (bed.state != LEFT) & ~np.isin(bed.identity, self.aloft))
         bed._rebuild(_NO_CONTACTS)
         bed._forces(initial=True)
         flight.look(bed, self.domain)
@@ -221,14 +253,14 @@ class ExternalCollapse(Collapse):
             f"Stepped by {self.settings.engine}; energies, momenta and overlaps are those of its dumps. elastic_J holds the normal springs only, "
             "dissipated_contacts_J all that is missing from the total; the balances are not measured.",
             "The engine keeps springs in the contact plane by projection; they do not turn with the pair's mean spin about the normal.",
-            "Ejecta on an escape orbit at the start are booked then; others stay in the engine's box.",
+            f"{len(self.aloft)} grains that could not be back before the latest end were flown by the stage itself.",
         ]
         return report
 
     def finish(self) -> None:
         """Write the last files and remove what only a resume needs."""
         super().finish()
-        for pattern in ("dump.*.bin", "restart.*", "start.data"):
+        for pattern in ("dump.*.bin", "restart.*", "restart_forced_*", "start.data", "core_*.dat"):
             for path in self.folder.glob(pattern):
                 path.unlink()
 

@@ -33,7 +33,7 @@ from matter.errors import InputError
 NAME = "lammps"
 ROUGH_GROUPS, SMOOTH_GROUPS = 8, 3
 """Groups of grains that have a law of their own at rough and at smooth walls: each costs a pass over all grains, and the program knows 32 groups."""
-MOST_BINS = 200
+MOST_BINS = 128
 """Bins of the neighbour search along an edge of the box, at most: few grains in a wide sky must not ask for gigabytes."""
 
 

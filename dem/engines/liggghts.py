@@ -30,7 +30,7 @@ from dem.engines.scene import DATA, Plan, Scene, write_deck
 from dem.walls import PLANE, SPHERE_OUTSIDE, Wall
 
 NAME = "liggghts"
-MOST_BINS = 200
+MOST_BINS = 128
 CLEAR_EVERY = 5
 """Dumps between two removals of grains beside the domain, and between two looks at which grains are near the core."""
 SMOOTH_ANGLE = 10
