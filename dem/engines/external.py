@@ -58,6 +58,7 @@ class ExternalCollapse(Collapse):
         super().__init__(settings, start, body, out)
         self.engine, self.folder = ENGINES[settings.engine], out / FOLDER
         self.aloft = np.zeros(0, dtype=np.int64)
+        flight.look(self.bed, self.domain)
         self.aloft = np.sort(self.bed.identity[self._not_back_in_time()])
         grains = self.bed.particles({"time": self.bed.start_time, "species": []}, tables=False)
         grains = grains.select((grains["state"] != LEFT) & ~np.isin(grains.identity, self.aloft))
@@ -74,11 +75,10 @@ class ExternalCollapse(Collapse):
         Twice the time to the apoapsis of their Kepler orbit: (pi - M) / n with M the mean anomaly, n the mean motion.
         """
         bed = self.bed
-        flight.look(bed, self.domain)
         x, v = bed.X[:, :3], bed.W[:, :3]
         r, gm = np.linalg.norm(x, axis=1), self._gm()
         energy = 0.5 * np.einsum("ij,ij->i", v, v) - gm / r
-        axis = gm / np.maximum(-2.0 * energy, 1e-300)
+        axis = gm / np.maximum(-2.0 * energy, 1e-12 * gm / r)
         moment2 = np.einsum("ij,ij->i", *(np.cross(x, v),) * 2)
         eccentricity = np.sqrt(np.maximum(1.0 - moment2 / (gm * axis), 1e-24))
         anomaly = np.arccos(np.clip((1.0 - r / axis) / eccentricity, -1.0, 1.0))

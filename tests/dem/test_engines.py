@@ -336,6 +336,15 @@ def profile(folder):
     return np.array(tops), bed.radius.mean()
 
 
+def test_what_the_stage_flies_itself(carved, tmp_path, engine):  # noqa: F811
+    """Only the escaping grain: the others fall back, and every grain of the bed is the engine's."""
+    start, body = snapshot.read(carved / "4_handoff" / "start.vtkhdf"), LayeredBody.read(carved / "2_sph" / "target.json")
+    collapse = external.ExternalCollapse(stage.Settings(engine=engine, **{**SETTINGS, "latest_time": 7200.0}), start, body, tmp_path)
+    assert collapse.aloft.tolist() == [10_000]
+    assert sorted(np.concatenate([collapse.scene.grains.identity, collapse.aloft])) == sorted(start.identity)
+    assert collapse._reach() == pytest.approx(1.02 * np.max(np.linalg.norm(start.position[start.identity != 10_000], axis=1)), rel=0.2)
+
+
 def test_the_stage_on_an_engine(carved, native, engine):  # noqa: F811
     out = carved / f"5_{engine}"
     out.mkdir()
