@@ -51,9 +51,8 @@ class ExternalCollapse(Collapse):
 
     def __init__(self, settings: Settings, start: Particles, body: LayeredBody, out: Path):
         program.find(settings.engine)
-        for name, plain in (("stiffness", "fixed"), ("sleeping", False)):  # schemes of our own stepping
-            if getattr(settings, name, plain) != plain:
-                raise InputError(f"[dem] {name} = {getattr(settings, name)!r} needs engine = 'native': {settings.engine} steps every grain with one stiffness")
+        if settings.stiffness != "fixed" or settings.sleeping:  # schemes of our own stepping
+            raise InputError(f"[dem] stiffness = 'following' and sleeping need engine = 'native': {settings.engine} steps every grain with one stiffness")
         loaded = any(np.any(start.tables.get(f"contacts/{name}", np.zeros((0, 7)))[:, :7]) for name in ("history", "wall_history"))
         super().__init__(settings, start, body, out)
         self.engine, self.folder = ENGINES[settings.engine], out / FOLDER

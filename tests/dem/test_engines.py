@@ -260,6 +260,9 @@ def test_what_an_engine_cannot_do_is_refused_by_name():
     deviations.check("liggghts", scene, needs, needs)
     plain = Scene(scenes.grains([[0, 0, 0], [3, 0, 0]]), Contact(shell=scenes.SMOOTH), (), Field.constant((0, 0, 0)), 1e-3, 10.0)
     assert deviations.needed("liggghts", plain, False, False) == []
+    hertz = Contact(normal="hertz", tangential="mindlin", shell=GrainLaw(elastic_modulus=1e7))
+    with pytest.raises(InputError, match="normal = 'hertz': engine = 'lammps' is given normal = 'hooke' only"):
+        deviations.check("lammps", Scene(grains, hertz, (), Field.constant((0, 0, 0)), 1e-3, 10.0), (), ())
     two = Contact(shell=GrainLaw(rolling=0.5), ocean=GrainLaw(rolling=0.9, shape=0.2))
     grains["species"] = [0, 1]
     with pytest.raises(InputError, match="one rolling friction for all contacts"):
@@ -343,6 +346,13 @@ def test_what_the_stage_flies_itself(carved, tmp_path, engine):  # noqa: F811
     assert collapse.aloft.tolist() == [10_000]
     assert sorted(np.concatenate([collapse.scene.grains.identity, collapse.aloft])) == sorted(start.identity)
     assert collapse._reach() == pytest.approx(1.02 * np.max(np.linalg.norm(start.position[start.identity != 10_000], axis=1)), rel=0.2)
+
+
+def test_the_native_schemes_are_refused(carved, tmp_path, engine):  # noqa: F811
+    start, body = snapshot.read(carved / "4_handoff" / "start.vtkhdf"), LayeredBody.read(carved / "2_sph" / "target.json")
+    for scheme in ({"sleeping": True}, {"stiffness": "following"}):
+        with pytest.raises(InputError, match="need engine = 'native'"):
+            external.ExternalCollapse(stage.Settings(engine=engine, **SETTINGS, **scheme), start, body, tmp_path)
 
 
 def test_the_stage_on_an_engine(carved, native, engine):  # noqa: F811
