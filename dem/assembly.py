@@ -69,7 +69,7 @@ class Assembly:
         _check(grains)
         n = len(grains)
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
-        self.walls = walls.rows(walls_)
+        self.walls = walls.rows(walls_, float(grains.radius.max()))
         self.scheme = contact.scheme()._replace(offset=int(offset), sleep=int(sleep), attract=int(self_gravity is not None))
         if offset and (self.scheme.normal != forces.HOOKE or self.scheme.cohesion == forces.SJKR):
             raise InputError('a stiffness that changes in the run needs normal = "hooke", and no cohesion that depends on the overlap ("sjkr")')

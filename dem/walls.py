@@ -1,33 +1,43 @@
-"""Walls: plane, sphere from outside (a core), sphere from inside (a bowl), cone with its apex at a body's centre.
+"""Walls: plane, sphere, cone about a body's centre, surface of revolution (cylinder, funnel, disc), triangle mesh.
 
 A wall is a row of numbers so that one kernel serves all kinds. The distance of a grain's centre from the wall is positive inside the domain;
 the overlap is r - distance. A wall is rigid and at rest: the contact uses the grain's own k_n and its whole mass.
+
+One wall touches a grain at one point at a time, the nearest. Walls that meet in a corner are therefore separate walls, and a mesh is cut into
+one wall for each of its smooth pieces (``dem.mesh_wall.walls_of``).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from dem import mesh_wall
+from dem.mesh_wall import Piece
 from matter.errors import InputError
 from matter.jit import law
 
-PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE = range(4)
+PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED, MESH = range(6)
 
-# columns of a wall's row
-COLUMNS = 12
+# columns of a wall's row; that of a mesh goes on with its facets and their grid
+COLUMNS = 16
+
+_mesh_distance = mesh_wall.distance
 
 
 @dataclass(frozen=True)
 class Wall:
     """One wall.
 
-    ``kind`` one of PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE; ``point`` a point of the plane, or the centre or apex; ``direction`` the normal
-    of the plane into the domain, or the axis of the cone; ``radius`` of the sphere [m]; ``half_angle`` of the cone [rad];
-    ``top`` distance from the apex above which the cone ends [m]; ``species`` index whose pair with the grain's species gives the
-    contact parameters, or -1 for a frictionless wall with the grain's own restitution.
+    ``kind`` one of PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED, MESH; ``point`` a point of the plane, or the centre, apex or origin of
+    the axis; ``direction`` the normal of the plane into the domain, or the axis; ``radius`` of the sphere [m]; ``half_angle`` of the cone
+    [rad]; ``top`` distance from the apex above which the cone ends [m]; ``species`` index whose pair with the grain's species gives the
+    contact parameters, or -1 for a frictionless wall with the grain's own restitution; ``ends`` of the revolved line, (distance from
+    the axis, height along it) each [m], felt from the left of the way from the first to the second; ``rims`` whether each end is a free
+    edge that a grain can touch, rather than a joint with another wall; ``piece`` of a mesh.
     """
 
     kind: int
@@ -37,9 +47,12 @@ class Wall:
     half_angle: float = 0.0
     top: float = np.inf
     species: int = -1
+    ends: tuple[tuple[float, float], tuple[float, float]] | None = None
+    rims: tuple[bool, bool] = (True, True)
+    piece: Piece | None = None
 
-    def row(self) -> np.ndarray:
-        """The numbers that the kernel reads, shape (COLUMNS,)."""
+    def row(self, reach: float = 0.0) -> np.ndarray:
+        """The numbers that the kernel reads, shape (COLUMNS,) or, of a mesh, longer; ``reach`` [m] the largest radius of a grain."""
         length = float(np.linalg.norm(self.direction))
         if length == 0.0:
             raise InputError("a wall needs a direction of non-zero length")
@@ -50,12 +63,75 @@ class Wall:
         row[7] = self.radius
         row[8], row[9] = np.sin(self.half_angle), np.cos(self.half_angle)
         row[10] = self.top
+        if self.kind == REVOLVED:
+            row[7:15] = self._line()
+        if self.kind == MESH:
+            if self.piece is None:
+                raise InputError("a wall of kind MESH needs a piece of a mesh")
+            return mesh_wall.row(self.piece, reach, MESH)
         return row
 
+    def _line(self) -> list[float]:
+        """Start, direction, lower and upper end along it, and whether the ends are rims, of the line that is revolved."""
+        if self.ends is None:
+            raise InputError("a wall of revolution needs the two ends of its line")
+        (p0, a0), (p1, a1) = self.ends
+        if min(p0, p1) < 0.0:
+            raise InputError(f"a wall of revolution has a radius below zero: {self.ends}")
+        if p0 == p1 and math.isinf(a0) and math.isinf(a1):  # an endless cylinder
+            return [p0, 0.0, 0.0, math.copysign(1.0, a1 - a0), -math.inf, math.inf, 0.0, 0.0]
+        length = math.hypot(p1 - p0, a1 - a0)
+        if not 0.0 < length < math.inf:
+            raise InputError(f"a wall of revolution needs two different ends at finite places: {self.ends}")
+        return [p0, a0, (p1 - p0) / length, (a1 - a0) / length, 0.0, length, float(self.rims[0]), float(self.rims[1])]
 
-def rows(walls: Sequence[Wall]) -> np.ndarray:
-    """Rows of all walls, shape (w, COLUMNS)."""
-    return np.array([wall.row() for wall in walls]).reshape(len(walls), COLUMNS)
+
+def cylinder(
+    radius: float,
+    bottom: float = -math.inf,
+    top: float = math.inf,
+    point: Sequence[float] = (0.0, 0.0, 0.0),
+    axis: Sequence[float] = (0.0, 0.0, 1.0),
+    species: int = -1,
+    rims: tuple[bool, bool] = (False, True),
+    outside: bool = False,
+) -> Wall:
+    """A cylinder of ``radius`` [m] between the heights ``bottom`` and ``top`` [m] along its axis, felt from inside, or from ``outside`` (a post).
+
+    ``rims``: whether a grain can touch the edge at the bottom, at the top.
+    """
+    if not radius > 0.0 or not bottom < top:
+        raise InputError(f"a cylinder needs a positive radius and bottom below top: radius {radius:.6g} m, {bottom:.6g} to {top:.6g} m")
+    if math.isinf(bottom) != math.isinf(top):
+        raise InputError("a cylinder is endless in both directions or in none")
+    low, high = (radius, bottom), (radius, top)
+    return Wall(REVOLVED, point, axis, species=species, ends=(high, low) if outside else (low, high), rims=rims[::-1] if outside else rims)
+
+
+def funnel(
+    lower: tuple[float, float],
+    upper: tuple[float, float],
+    point: Sequence[float] = (0.0, 0.0, 0.0),
+    axis: Sequence[float] = (0.0, 0.0, 1.0),
+    species: int = -1,
+    rims: tuple[bool, bool] = (True, False),
+    outside: bool = False,
+) -> Wall:
+    """A cut cone between the circles ``lower`` and ``upper``, (radius, height) each [m], felt from inside, or from ``outside`` (a mound).
+
+    Equal heights give a flat disc, a floor with a hole, felt from above. ``rims``: whether a grain can touch the edge at the lower and upper
+    circle; not so at a joint with a cylinder.
+    """
+    return Wall(REVOLVED, point, axis, species=species, ends=(upper, lower) if outside else (lower, upper), rims=rims[::-1] if outside else rims)
+
+
+def rows(walls: Sequence[Wall], reach: float = 0.0) -> np.ndarray:
+    """Rows of all walls, shape (w, COLUMNS or that of the largest mesh); ``reach`` [m] the largest radius of a grain."""
+    made = [wall.row(reach) for wall in walls]
+    out = np.zeros((len(walls), max([COLUMNS, *(len(row) for row in made)])))
+    for w, row in enumerate(made):
+        out[w, : len(row)] = row
+    return out
 
 
 def tables(walls: Sequence[Wall], pair_table: np.ndarray) -> np.ndarray:
@@ -72,12 +148,16 @@ def tables(walls: Sequence[Wall], pair_table: np.ndarray) -> np.ndarray:
 @law
 def distance(wall, x, y, z):
     """Distance of a point from the wall [m] (inf where the wall does not reach) and the unit vector from the point towards the wall."""
+    kind = int(wall[0])
+    if kind == 5:
+        return _mesh_distance(wall, x, y, z)
     x -= wall[1]
     y -= wall[2]
     z -= wall[3]
-    kind = int(wall[0])
     if kind == 0:
         return x * wall[4] + y * wall[5] + z * wall[6], -wall[4], -wall[5], -wall[6]
+    if kind == 4:
+        return _revolved(wall, x, y, z)
     r = np.sqrt(x * x + y * y + z * z)
     if r == 0.0:
         return np.inf, 0.0, 0.0, 1.0
@@ -94,3 +174,38 @@ def distance(wall, x, y, z):
         return np.inf, 0.0, 0.0, 1.0
     q = wall[9] / p
     return gap, px * q - wall[8] * wall[4], py * q - wall[8] * wall[5], pz * q - wall[8] * wall[6]
+
+
+@law
+def _revolved(wall, x, y, z):
+    """``distance`` of a surface of revolution: the distance from a line, or its ends, in the half-plane (p, a) through the axis and the point."""
+    a = x * wall[4] + y * wall[5] + z * wall[6]
+    px, py, pz = x - a * wall[4], y - a * wall[5], z - a * wall[6]
+    p = np.sqrt(px * px + py * py + pz * pz)
+    if p > 0.0:
+        px, py, pz = px / p, py / p, pz / p
+    elif abs(wall[6]) < 0.9:  # on the axis every direction is as good: one across it
+        q = np.sqrt(wall[4] * wall[4] + wall[5] * wall[5])
+        px, py, pz = wall[5] / q, -wall[4] / q, 0.0
+    else:
+        q = np.sqrt(wall[5] * wall[5] + wall[6] * wall[6])
+        px, py, pz = 0.0, wall[6] / q, -wall[5] / q
+    dp, da = wall[9], wall[10]
+    fp, fa = p - wall[7], a - wall[8]
+    s = fp * dp + fa * da
+    if s < wall[11] or s > wall[12]:
+        below = s < wall[11]
+        if (below and wall[13] == 0.0) or (not below and wall[14] == 0.0):
+            return np.inf, 0.0, 0.0, 1.0
+        end = wall[11] if below else wall[12]
+        up, ua = end * dp - fp, end * da - fa
+        d = np.sqrt(up * up + ua * ua)
+        if d == 0.0:
+            return np.inf, 0.0, 0.0, 1.0
+        up, ua = up / d, ua / d
+    else:
+        d = fa * dp - fp * da
+        if d < 0.0:  # behind the wall: out of the domain
+            return np.inf, 0.0, 0.0, 1.0
+        up, ua = da, -dp
+    return d, up * px + ua * wall[4], up * py + ua * wall[5], up * pz + ua * wall[6]

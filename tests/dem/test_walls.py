@@ -7,7 +7,8 @@ import pytest
 
 from dem.contact_settings import OCEAN
 from dem.relaxation import Fire
-from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall, distance
+from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall, cylinder, distance, funnel
+from matter.errors import InputError
 from tests.dem.scenes import SMOOTH, assembly, grains
 
 ANGLE = 0.6
@@ -16,6 +17,15 @@ SHAPES = (
     (Wall(SPHERE_OUTSIDE, radius=2.0), lambda x: np.linalg.norm(x) - 2.0),
     (Wall(SPHERE_INSIDE, radius=9.0), lambda x: 9.0 - np.linalg.norm(x)),
     (Wall(CONE, half_angle=ANGLE), lambda x: np.linalg.norm(x) * math.sin(ANGLE - math.acos(x[2] / np.linalg.norm(x)))),
+    (cylinder(5.0), lambda x: 5.0 - math.hypot(x[0], x[1])),
+    (cylinder(5.0, -1.0, 6.0, point=(0.0, 0.0, 1.0)), lambda x: 5.0 - math.hypot(x[0], x[1])),
+    (cylinder(0.5, 0.0, 9.0, outside=True), lambda x: math.hypot(x[0], x[1]) - 0.5),
+    (cylinder(7.0, axis=(0.0, 1.0, 1.0)), lambda x: 7.0 - math.sqrt(x[0] ** 2 + 0.5 * (x[1] - x[2]) ** 2)),
+    (cylinder(5.0, 0.0, 3.5), lambda x: math.hypot(5.0 - math.hypot(x[0], x[1]), x[2] - 3.5)),  # beyond the end: its rim
+    (funnel((1.0, 0.0), (5.0, 4.0)), lambda x: (x[2] + 1.0 - math.hypot(x[0], x[1])) / math.sqrt(2.0)),
+    (funnel((3.0, 0.0), (0.0, 3.0), outside=True), lambda x: (x[2] - 3.0 + math.hypot(x[0], x[1])) / math.sqrt(2.0)),
+    (funnel((0.5, 2.0), (5.0, 2.0)), lambda x: x[2] - 2.0),
+    (funnel((2.0, 2.0), (5.0, 2.0)), lambda x: math.hypot(2.0 - math.hypot(x[0], x[1]), x[2] - 2.0)),  # over the hole: its edge
 )
 
 
@@ -27,6 +37,31 @@ def test_distance_and_normal(wall, exact):
     assert np.linalg.norm(normal) == pytest.approx(1.0, rel=1e-12)
     # moving towards the wall by s shortens the distance by s
     assert exact(x + 1e-6 * np.array(normal)) == pytest.approx(d - 1e-6, abs=1e-11)
+
+
+@pytest.mark.parametrize("wall, exact", SHAPES)
+def test_a_ball_at_rest_presses_with_its_weight(wall, exact):
+    """Let go a hundredth of its radius from the wall, with gravity towards it, a ball comes to rest at k_n x = m g."""
+    x, radius, g, k = np.array([0.9, 0.7, 4.0]), 0.2, 3.0, 1e4
+    d, *normal = distance(wall.row(), *x)
+    x = x + (d - 1.01 * radius) * np.array(normal)
+    ball = assembly(grains(x, radius, stiffness=[k]), SMOOTH.model_copy(update={"restitution": 0.1}), [wall], g * np.array(normal))
+    for _ in range(6000):
+        ball.step()
+    assert (radius - exact(ball.position[0])) * k == pytest.approx(g, rel=1e-3)
+    assert ball.speed < 1e-4 and ball.energies()["elastic_J"] == pytest.approx(0.5 * g * g / k, rel=2e-3)
+
+
+def test_walls_of_revolution_end_where_they_say():
+    tube = cylinder(5.0, 0.0, 3.0, rims=(False, True)).row()
+    assert distance(tube, 4.9, 0.0, -0.1)[0] == np.inf  # joined there
+    assert distance(tube, 5.3, 0.0, 3.4)[0] == pytest.approx(0.5)  # its rim, from above
+    assert distance(tube, 5.1, 0.0, 2.0)[0] == np.inf  # behind it
+    assert distance(tube, 0.0, 0.0, 1.0)[0] == pytest.approx(5.0)
+    with pytest.raises(InputError, match="bottom below top"):
+        cylinder(1.0, 2.0, 1.0)
+    with pytest.raises(InputError, match="two different ends"):
+        funnel((1.0, 1.0), (1.0, 1.0)).row()
 
 
 def test_the_cone_is_open_above_its_top_and_outside():
