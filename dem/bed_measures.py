@@ -7,8 +7,12 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from dem import walls
 from dem.assembly import Assembly
+from dem.container import Container
 from dem.domain import Domain
+from dem.flat_ground import FlatGround
+from matter.jit import kernel
 
 
 class Shells:
@@ -125,3 +129,52 @@ def overlaps(bed: Assembly) -> dict[str, Any]:
     if len(x) == 0:
         return {"contacts": 0, "mean": 0.0, "p99": 0.0, "max": 0.0}
     return {"contacts": len(x), "mean": float(x.mean()), "p99": float(np.percentile(x, 99)), "max": float(x.max())}
+
+
+# -- flat ground ---------------------------------------------------------------------------------------------------------------
+
+
+def ground_mass(ground: FlatGround, container: Container, points: int = 4001) -> float:
+    """Mass [kg] of the undisturbed ground in the container below the datum (midpoint rule)."""
+    edges = np.linspace(container.floor, 0.0, points)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    return float(np.sum(ground.density(middle) * container.area(middle) * np.diff(edges)))
+
+
+@kernel
+def _static_wall_forces(X, k, kind, rows, tables, history, out):
+    """Sum the elastic forces of the grains on each wall into ``out`` (w, 3)."""
+    for i in range(X.shape[0]):
+        for w in range(rows.shape[0]):
+            d, nx, ny, nz = walls.distance(rows[w], X[i, 0], X[i, 1], X[i, 2])
+            if d < X[i, 3]:
+                push, kt = k[i] * (X[i, 3] - d), k[i] * tables[w, kind[i], 6]
+                out[w, 0] += push * nx - kt * history[i, w, 0]
+                out[w, 1] += push * ny - kt * history[i, w, 1]
+                out[w, 2] += push * nz - kt * history[i, w, 2]
+
+
+def wall_forces(bed: Assembly) -> np.ndarray:
+    """Force of the resting grains on each wall [N], shape (w, 3): normal and tangential springs."""
+    out = np.zeros((len(bed.walls), 3))
+    _static_wall_forces(bed.X, np.ascontiguousarray(bed.V[:, 7]), bed.kind.astype(np.int64), bed.walls, bed.wall_tables, bed.wall_history, out)
+    return out
+
+
+def bulk_fraction(position: np.ndarray, radius: np.ndarray, container: Container, margin: float, points: int = 400_000) -> float:
+    """Grain volume over the volume of the grains' cells, for grains at least ``margin`` [m] away from sides, floor and datum; nan without any.
+
+    A point of space belongs to the cell of the grain with the smallest d^2 - r^2 (radical Voronoi cells); volumes are counted with random points.
+    """
+    from scipy.spatial import cKDTree
+
+    inner = (container.side_depth(position) > margin) & (position[:, 2] < -margin) & (position[:, 2] > container.floor + margin)
+    if not inner.any():
+        return float("nan")
+    reach = 2.5 * float(radius.max())
+    low, high = position[inner].min(axis=0) - reach, position[inner].max(axis=0) + reach
+    trial = np.random.default_rng(7).uniform(low, high, (points, 3))
+    d, number = cKDTree(position).query(trial, k=6)
+    owner = number[np.arange(points), np.argmin(d * d - radius[number] ** 2, axis=1)]
+    cells = float(np.prod(high - low)) * float(inner[owner].sum()) / points
+    return float(4.0 / 3.0 * np.pi * np.sum(radius[inner] ** 3) / cells)

@@ -14,16 +14,16 @@ import json
 import math
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
 
-from dem import bed_measures, packing, settling
+from dem import bed_measures, flat_bed, flat_ground, friction_angle, packing, settling
 from dem.assembly import Assembly
 from dem.contact_settings import SPECIES, Contact
 from dem.domain import Domain
@@ -31,7 +31,7 @@ from dem.layered_body import LayeredBody
 from matter import archive, checkpoint, jit, snapshot
 from matter.body import Impact, Model, Target
 from matter.errors import InputError, Unsound
-from matter.quantity import PositiveLength
+from matter.quantity import PositiveLength, PositiveSpeed
 
 _VERSION = 1
 """Part of the key of a kept bed: raise it when the physics of settling changes."""
@@ -64,6 +64,13 @@ class Settings(Model):
     """Largest rms speed of the settled bed over sqrt(g r)."""
     seed: int = 1
     """Seed of radii and first positions."""
+    shape: Literal["auto", "cap", "bowl", "box", "cylinder"] = "auto"
+    """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or ``cylinder`` of flat ground, whose radius or
+    half width is ``arc_radius``. ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box)."""
+    packing: Literal["rcp", "hcp"] = "rcp"
+    """Random close packing, or (flat ground only, equal grains) hexagonal close packing."""
+    largest_speed: PositiveSpeed | None = None
+    """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only (``dem.flat_settling.stiffness``)."""
     share: bool = True
     """Keep the settled bed in ``<run folder>/../beds`` and take it from there."""
 
@@ -108,15 +115,15 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     Raises ``InputError`` when ``2_sph/target.json`` is missing or the domain does not fit, ``Unsound`` when the bed did not come to rest.
     """
     target = Path(inputs) / "2_sph" / "target.json"
-    body = LayeredBody.read(target)
-    domain = domain_of(settings, body)
+    settings = settings.model_copy(update={"contact": friction_angle.resolved(settings.contact)})
+    make = _maker(settings, target)
     if not settings.share:
-        _make(settings, body, domain, out)
+        make(out)
         return
     kept = Path(inputs).resolve().parent / "beds" / _key(settings, target)
     with _locked(kept.with_suffix(".lock")):
         if not (kept / "bed.vtkhdf").is_file():
-            _make(settings, body, domain, out)
+            make(out)
             kept.mkdir(parents=True, exist_ok=True)
             for name in ("bed_report.json", "bed.png", "bed.vtkhdf"):  # the bed last: it says that the folder is whole
                 _link(out / name, kept / name)
@@ -125,9 +132,25 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         _link(kept / name, out / name)
 
 
+def _maker(settings: Settings, target: Path) -> Callable[[Path], None]:
+    """What makes the bed; ``InputError`` when settings and ground do not fit each other."""
+    if flat_ground.is_flat(target):
+        return flat_bed.maker(settings, flat_ground.FlatGround.read(target))
+    body = LayeredBody.read(target)
+    if settings.shape not in ("auto", "cap"):
+        raise InputError(f'[bed] shape = "{settings.shape}" is for flat ground; a spherical target is filled as a "cap"')
+    if settings.packing != "rcp" or settings.largest_speed is not None:
+        raise InputError('[bed] packing = "hcp" and largest_speed are for flat ground (bowl, box, cylinder)')
+    domain = domain_of(settings, body)
+    return lambda out: _make(settings, body, domain, out)
+
+
 def _key(settings: Settings, target: Path) -> str:
     """Hash of everything that the settled bed depends on."""
     own = settings.model_dump(mode="json", exclude={"target", "impact", "share"})
+    for name, usual in (("shape", "auto"), ("packing", "rcp"), ("largest_speed", None)):
+        if own[name] == usual:  # beds that were kept before these settings came keep their place
+            del own[name]
     own["headroom"] = settings.headroom_fraction * settings.impact.expected_transient_diameter
     digest = hashlib.sha256(json.dumps([_VERSION, settling.threads_for(settings.count), own], sort_keys=True).encode())
     digest.update(target.read_bytes())

@@ -15,7 +15,7 @@ from dem.walls import Wall
 from matter import material
 from matter.body import Model
 from matter.particles import Particles
-from matter.quantity import PositivePressure, PositiveSpeed, Pressure
+from matter.quantity import Angle, PositivePressure, PositiveSpeed, Pressure
 
 SPECIES = ("shell", "ocean")
 
@@ -72,6 +72,8 @@ class Contact(Model):
     ocean: GrainLaw = OCEAN
     liquids: tuple[str, ...] = ("water", "water_thesis")
     """Materials whose grains are of the species ``ocean``; all others are ``shell``."""
+    friction_angle: Angle | None = None
+    """Friction angle of the solid grains; when it is set, ``shell.shape`` is chosen so that steady shear has it (``dem.friction_angle``)."""
     tangential_stiffness_ratio: Fraction = 2.0 / 7.0
     """k_t / k_n."""
     sliding: Literal["clamp", "reset", "cap"] = "clamp"
@@ -221,7 +223,7 @@ class Contact(Model):
     def as_attribute(self) -> dict[str, Any]:
         """What a snapshot records of these settings, with the species of each material that ships with the project."""
         return {
-            **self.model_dump(),
+            **self.model_dump(exclude={"friction_angle"} if self.friction_angle is None else None),
             "laws": [
                 f"normal_{self.normal}",
                 f"tangential_{self.tangential}",

@@ -1,4 +1,6 @@
-"""Random close packing: random points, overlaps relaxed away, and radii exchanged until every grain fits its cage.
+"""Packings: random close packing, and hexagonal close packing cut to a container.
+
+Random close packing: random points, overlaps relaxed away, and radii exchanged until every grain fits its cage.
 
 Grains relaxed from random points alone keep giving way under load for as long as one cares to wait (power-law ageing; Chacko,
 Sollich & Fielding 2019, Phys. Rev. Lett. 123, 108001): a frictionless ocean of them never comes to rest. When the radii take part in
@@ -11,13 +13,22 @@ Protocol of relaxation: O'Hern, Silbert, Liu & Nagel 2003, Phys. Rev. E 68, 0113
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from dem import walls
 from dem.assembly import Assembly
+from dem.container import Container
 from dem.domain import Domain
+from matter.errors import InputError
+from matter.jit import kernel
+from matter.packing import hexagonal
 
 FRACTION = 0.665
 """Grain volume over the whole domain: slightly above random close packing (0.65 at this spread of radii), so that all grains are caged."""
+HEXAGONAL = math.pi / math.sqrt(18.0)
+"""Grain volume over the whole of a hexagonal close packing."""
 EXCHANGE = 0.01
 """Relative change of radius that is asked for per exchange, for a pressure twice that of the neighbours."""
 
@@ -41,7 +52,66 @@ def random_points(radius: np.ndarray, domain: Domain, seed: np.random.SeedSequen
     return r[:, None] * np.column_stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine])
 
 
-def exchange_radii(bed: Assembly, domain: Domain, lid: bool, which: np.ndarray) -> None:
+def contained_radii(count: int, spread: float, container: Container, seed: np.random.SeedSequence) -> np.ndarray:
+    """``radii`` of a container of flat ground."""
+    shape = np.random.default_rng(seed).uniform(1.0 - spread, 1.0 + spread, count)
+    volume = container.volume(container.floor, container.top)
+    return shape * (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(shape**3))) ** (1.0 / 3.0)
+
+
+def contained_points(radius: np.ndarray, container: Container, seed: np.random.SeedSequence) -> np.ndarray:
+    """Centres uniform over the part of the container that each grain can reach, shape (n, 3)."""
+    rng = np.random.default_rng(seed)
+    points = np.empty((len(radius), 3))
+    todo = np.arange(len(radius))
+    low, high = np.array([-container.radius, -container.radius, container.floor]), np.array([container.radius, container.radius, container.top])
+    while len(todo):
+        points[todo] = rng.uniform(low, high, (len(todo), 3))
+        todo = todo[container.depth_inside(points[todo]) < radius[todo]]
+    return points
+
+
+def hexagonal_in(count: int, container: Container) -> tuple[np.ndarray, float]:
+    """Centres (n, 3) and radius [m] of touching equal grains in hexagonal close packing, close-packed planes level, that fit into the container.
+
+    The radius is that at which about ``count`` fit. Raises ``InputError`` when the container holds too few for that.
+    """
+    reach = math.hypot(math.sqrt(2.0) * container.radius, max(container.top, -container.floor)) * 1.01
+    volume = container.volume(container.floor, container.top)
+    radius = (HEXAGONAL * volume / count * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
+    best: tuple[int, np.ndarray, float] | None = None
+    for _ in range(16):
+        points = hexagonal(2.0 * radius / 2.0 ** (1.0 / 6.0), reach, rotate=False)  # nearest distance 2 r
+        points[:, 2] += container.floor + radius - _lowest_level(points, container.floor + radius)
+        points = points[container.depth_inside(points) >= radius * (1.0 - 1e-9)]
+        off = abs(len(points) - count)
+        if best is None or off < best[0]:
+            best = (off, points, radius)
+        if off < 0.01 * count or len(points) == 0:
+            break
+        radius *= (len(points) / count) ** (1.0 / 3.0)
+    assert best is not None
+    if len(best[1]) < 16:
+        raise InputError(f"{count} grains in hexagonal packing do not fit into the {container.shape}")
+    return best[1], best[2]
+
+
+def _lowest_level(points: np.ndarray, floor: float) -> float:
+    """Height of the lattice plane next to ``floor``."""
+    return float(points[np.argmin(np.abs(points[:, 2] - floor)), 2])
+
+
+@kernel
+def _wall_overlaps(X, rows, out):
+    """Add every grain's overlaps with all walls to ``out`` (n,)."""
+    for i in range(X.shape[0]):
+        for w in range(rows.shape[0]):
+            d, _, _, _ = walls.distance(rows[w], X[i, 0], X[i, 1], X[i, 2])
+            if d < X[i, 3]:
+                out[i] += X[i, 3] - d
+
+
+def exchange_radii(bed: Assembly, domain: Domain | Container, lid: bool, which: np.ndarray) -> None:
     """Let the radii among the grains ``which`` (mask) change places by a small step: squeezed grains shrink, loose ones grow.
 
     A grain's pressure, sum of overlaps / r^2, is compared with the mean of its neighbours'; the radii so asked for are ranked, and the
@@ -54,11 +124,14 @@ def exchange_radii(bed: Assembly, domain: Domain, lid: bool, which: np.ndarray) 
     touch = overlap > 0.0
     first, second, overlap = first[touch], second[touch], overlap[touch]
     load = np.bincount(first, overlap, minlength=n) + np.bincount(second, overlap, minlength=n)
-    distance = np.linalg.norm(bed.X[:, :3], axis=1)
-    load += np.maximum(0.0, radius - distance + domain.core_radius)
-    load += np.maximum(0.0, radius - distance * np.sin(domain.half_angle - domain.polar_angle(bed.X[:, :3])))
-    if lid:
-        load += np.maximum(0.0, radius + distance - domain.top_radius)
+    if isinstance(domain, Container):
+        _wall_overlaps(bed.X, bed.walls, load)
+    else:
+        distance = np.linalg.norm(bed.X[:, :3], axis=1)
+        load += np.maximum(0.0, radius - distance + domain.core_radius)
+        load += np.maximum(0.0, radius - distance * np.sin(domain.half_angle - domain.polar_angle(bed.X[:, :3])))
+        if lid:
+            load += np.maximum(0.0, radius + distance - domain.top_radius)
     pressure = load / radius**2
     around = np.bincount(first, pressure[second], minlength=n) + np.bincount(second, pressure[first], minlength=n)
     count = np.bincount(first, minlength=n) + np.bincount(second, minlength=n)

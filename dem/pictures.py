@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from dem.assembly import LEFT, Assembly
+from dem.container import Container
 from dem.domain import Domain
 from matter.particles import Particles
 
@@ -84,3 +85,47 @@ def collapse(frames: list[Particles], domain: Domain, path: Path) -> None:
         slab(axes, frame, domain)
         axes.set_title(f"t = {float(frame.attributes['time']):.0f} s", fontsize=10)
     figure.savefig(path, dpi=100)
+
+
+def flat_slab(axes: Any, grains: Particles, container: Container, unit: float = 1.0) -> None:
+    """Draw the circles that the grains cut out of the plane y = 0 of a container, coloured by species; lengths in ``unit`` m."""
+    from matplotlib.collections import EllipseCollection
+
+    y = np.abs(grains.position[:, 1])
+    here = np.flatnonzero((y < grains.radius) & (grains.state != LEFT))
+    width = 2.0 * np.sqrt(grains.radius[here] ** 2 - y[here] ** 2) / unit
+    face = [_HEADROOM if h else _COLOURS[int(k)] for k, h in zip(grains.species[here], grains.headroom[here])]
+    circles = EllipseCollection(
+        width, width, np.zeros(len(here)), units="xy", facecolors=face, edgecolors="#444444", linewidths=0.2,
+        offsets=grains.position[here][:, [0, 2]] / unit, offset_transform=axes.transData,
+    )  # fmt: skip
+    axes.add_collection(circles)
+    r, floor, top = container.radius / unit, container.floor / unit, container.top / unit
+    if container.shape == "bowl":
+        angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 200)
+        axes.plot(r * np.sin(angle), -r * np.cos(angle), "k-", lw=0.8)
+        axes.plot([-r, -r], [0.0, top], "k-", [r, r], [0.0, top], "k-", lw=0.8)
+    else:
+        axes.plot([-r, -r, r, r], [top, floor, floor, top], "k-", lw=0.8)
+    axes.plot([-r, r], [0.0, 0.0], "r--", lw=0.8)
+    axes.set_xlim(-1.05 * r, 1.05 * r)
+    axes.set_ylim(1.05 * floor, top - 0.1 * floor)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]" if unit == 1.0 else f"x / {unit:g} m")
+    axes.set_ylabel("z [m]" if unit == 1.0 else f"z / {unit:g} m")
+
+
+def flat_bed(assembly: Assembly, container: Container, report: dict[str, Any], path: Path) -> None:
+    """A cut through a bed in its container."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    flat_slab(axes, assembly.particles({}, tables=False), container)
+    axes.set_title(
+        f"{report['grains']} grains, fraction {report['packing_fraction']:.3f} (bulk), {report['coordination_number']:.2f} contacts, "
+        f"walls carry {report['weight_carried']:.4f} of the weight", fontsize=10,
+    )  # fmt: skip
+    figure.savefig(path, dpi=110)

@@ -80,7 +80,6 @@ PHASES = (
     Phase("free", 1.0, False, (0.0, 0.0)),
     Phase("lay", 1.0, True, (0.0, 0.0)),
 )
-_GRIP, _REST, _FREE, _LAY = (k for k, p in enumerate(PHASES) if p.name in ("grip", "rest", "free", "lay"))
 
 
 def threads_for(count: int) -> int:
@@ -90,6 +89,10 @@ def threads_for(count: int) -> int:
 
 class Settling:
     """The settling of one bed: which phase it is in, and the assembly."""
+
+    plan: tuple[Phase, ...] = PHASES
+    """The phases in their order."""
+    rest_limit: int = REST_LIMIT
 
     def __init__(self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact, limit: float):
         self.body, self.domain, self.contact, self.limit = body, domain, contact, limit
@@ -102,11 +105,42 @@ class Settling:
         self.free_speed = float("nan")
         self._begin(self.thrown(points, radius))
 
+    def place(self, name: str) -> int:
+        """Where a phase stands in the plan (the first of that name)."""
+        return next(k for k, phase in enumerate(self.plan) if phase.name == name)
+
+    # -- what depends on the shape of the ground -----------------------------------------------------------------------------
+
+    def span(self) -> float:
+        """Height of bed and headroom [m]."""
+        return self.domain.top_radius - self.domain.core_radius
+
+    def surface_gravity(self) -> float:
+        """g [m/s^2] that speeds are measured against."""
+        return float(self.gravity.strength(np.array(self.body.radius)))
+
+    def above(self) -> np.ndarray:
+        """Which grains of the assembly lie above the datum."""
+        return self._squared_distance() > self.domain.datum_radius**2
+
+    def deep(self) -> np.ndarray:
+        """Which grains lie so far below the datum that their radii may change places under load: at the datum the step in pressure would sort them by size."""
+        deep = self.domain.datum_radius - 2.5 * self.bed.mean_radius
+        return self._squared_distance() < deep**2
+
+    def over(self, grains: Particles) -> np.ndarray:
+        """Which of these grains are headroom."""
+        return np.linalg.norm(grains.position, axis=1) > self.domain.datum_radius
+
+    def sloshing(self, bed: Assembly) -> float:
+        """Speed of the bed as a whole [m/s]."""
+        return float(np.linalg.norm(bed_measures.creep(bed)))
+
     # -- phases --------------------------------------------------------------------------------------------------------------
 
     def _begin(self, grains: Particles) -> None:
         """Grains in the walls and with the laws of the present phase."""
-        now = PHASES[self.phase]
+        now = self.plan[self.phase]
         walls: tuple[Wall, ...] = self.domain.walls()
         if now.name == "pack":
             walls = (*walls, self.domain.lid())
@@ -114,7 +148,7 @@ class Settling:
         limit = np.inf if now.fire else contact.overlap_stop
         self.bed = Assembly(grains, contact, walls, self.gravity, threads=threads_for(len(grains)), overlap_limit=limit)
         wave = 2.0 * self.bed.X[:, 3] * np.sqrt(self.bed.V[:, 7] / self.bed.V[:, 6])
-        travel = (self.domain.top_radius - self.domain.core_radius) / float(np.median(wave))
+        travel = self.span() / float(np.median(wave))
         self.steps = max(20, int(now.length * travel / self.bed.dt))
         self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else 4.0 / travel
         self.fire = Fire(self.bed)
@@ -122,7 +156,7 @@ class Settling:
 
     def step(self) -> None:
         """One step of the present phase."""
-        now = PHASES[self.phase]
+        now = self.plan[self.phase]
         if self.done % LOOK_EVERY == 0:
             self._weigh(self.done / self.steps)
         if now.fire:
@@ -136,9 +170,7 @@ class Settling:
         self.done += 1
         self.total += 1
         if now.exchange and self.done % EXCHANGE_EVERY == 0 and 20 < self.done < 0.9 * self.steps:
-            # under load only what is well below the datum: at the datum the step in pressure would sort the grains by size
-            deep = self.domain.datum_radius - 2.5 * self.bed.mean_radius
-            which = self._squared_distance() < (np.inf if now.name == "pack" else deep**2)
+            which = np.ones(len(self.bed.X), dtype=bool) if now.name == "pack" else self.deep()
             packing.exchange_radii(self.bed, self.domain, now.name == "pack", which)
 
     def _squared_distance(self) -> np.ndarray:
@@ -146,37 +178,37 @@ class Settling:
 
     def _weigh(self, part: float) -> None:
         """Set the weights for the present place of the grains."""
-        now, bed = PHASES[self.phase], self.bed
+        now, bed = self.plan[self.phase], self.bed
         if now.name == "pack":
             bed.weight[:] = 0.0
             return
         start, end = now.light
         light = max(end, start * (1.0 - 1.5 * part))
-        above = bed.headroom > 0 if self.phase >= _GRIP else self._squared_distance() > self.domain.datum_radius**2
+        above = bed.headroom > 0 if self.phase >= self.place("grip") else self.above()
         bed.weight[:] = np.where(above, light, 1.0)
 
     def next(self) -> bool:
         """Go to the next phase at the end of one; False when the bed is at rest or has been given up."""
-        now = PHASES[self.phase]
+        now, rest, free, lay = self.plan[self.phase], self.place("rest"), self.place("free"), self.place("lay")
         bed = self.bed
-        if self.phase == _LAY:
+        if self.phase == lay:
             return False
         grains = bed.particles({"time": 0.0})
-        if self.phase in (_REST, _FREE):
-            g = float(self.gravity.strength(np.array(self.body.radius)))
+        if self.phase in (rest, free):
+            g = self.surface_gravity()
             found = bed_measures.residual(bed, g)
-            enough = self.repeats >= REST_LIMIT
+            enough = self.repeats >= self.rest_limit
             self.repeats += 1
             if now.name == "rest":
-                sloshing = float(np.linalg.norm(bed_measures.creep(bed))) / found["unit_m_s"]
+                sloshing = self.sloshing(bed) / found["unit_m_s"]
                 quiet = max(bed_measures.rearrangement_speed(bed, g), sloshing) < QUIET * self.limit and found["max"] < 0.5 * self.limit
-                self.phase = _FREE if quiet or enough else _REST
-                if self.phase == _REST:
+                self.phase = free if quiet or enough else rest
+                if self.phase == rest:
                     grains = self._level(grains, bed, g)
                 self.rested = grains
             else:
                 quiet = found["rms"] < self.limit and found["max"] < LOOSE * self.limit
-                self.phase = _LAY if quiet or enough else _REST
+                self.phase = lay if quiet or enough else rest
                 self.free_speed = found["rms"]
         else:
             self.phase += 1
@@ -185,9 +217,9 @@ class Settling:
                 grains.tables[name] = np.zeros_like(grains.tables[name])
         if now.masses:
             grains = self.matched(grains, bed)
-        if self.phase == _GRIP:
+        if self.phase == self.place("grip"):
             grains = self._take_headroom(grains)
-        if self.phase == _LAY:
+        if self.phase == lay:
             assert self.rested is not None
             grains = self._give_headroom(self.rested)
         self._begin(grains)
@@ -214,7 +246,7 @@ class Settling:
 
     def _take_headroom(self, grains: Particles) -> Particles:
         """The grains below the datum; the others wait aside."""
-        above = np.linalg.norm(grains.position, axis=1) > self.domain.datum_radius
+        above = self.over(grains)
         grains["headroom"] = above
         self.aside = grains.select(above)
         bed = grains.select(~above)
@@ -247,7 +279,7 @@ class Settling:
     @property
     def progress(self) -> float:
         """Travel times done, in the plan without repetitions."""
-        return sum(p.length for p in PHASES[: self.phase]) + PHASES[self.phase].length * self.done / self.steps
+        return sum(p.length for p in self.plan[: self.phase]) + self.plan[self.phase].length * self.done / self.steps
 
     # -- state ---------------------------------------------------------------------------------------------------------------
 
@@ -287,7 +319,7 @@ class Settling:
         )  # fmt: skip
         return self.matched(grains, None)
 
-    def matched(self, grains: Particles, bed: Assembly | None) -> Particles:
+    def matched(self, grains: Particles, bed: Any) -> Particles:
         """The grains with material, species, mass and stiffness for where they are; ``bed`` None takes a nominal packing fraction.
 
         The mass of a grain is rho(r) V / phi(r), phi measured in windows of 5 radii; in a liquid it is made never to grow
@@ -335,16 +367,20 @@ def settle(
     Resumes from a checkpoint in ``out``. Returns the bed and facts on how it got there: ``steps``, and ``free_run_speed``, the rms speed over
     sqrt(g r) after a travel time without any damping.
     """
-    work = Settling(points, radius, body, domain, contact, limit)
+    return finish(Settling(points, radius, body, domain, contact, limit), out)
+
+
+def finish(work: Settling, out: Path) -> tuple[Assembly, dict[str, float]]:
+    """Run a settling to its end, from a checkpoint in ``out`` if there is one; as ``settle``."""
     saved = checkpoint.newest(out)
     if saved is not None:
         work.restore(*saved)
-    progress = Progress("bed", sum(p.length for p in PHASES), start=work.progress)
+    progress = Progress("bed", sum(p.length for p in work.plan), start=work.progress)
     last_saved = time.monotonic()
     while True:
         while work.done < work.steps:
             work.step()
-            progress.update(work.progress, f"{PHASES[work.phase].name}: {work.bed.speed:.3g} m/s")
+            progress.update(work.progress, f"{work.plan[work.phase].name}: {work.bed.speed:.3g} m/s")
             if stop_requested() or time.monotonic() - last_saved > CHECKPOINT_EVERY_S:
                 work.save(out)
                 last_saved = time.monotonic()

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from dem import flight, settling, sleeping
+from dem import flight, friction_angle, settling, sleeping
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
 from dem.contact_settings import Contact
 from dem.domain import Domain
@@ -112,6 +112,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     snapshots until then stay), ``Unsound`` at the end when a balance is broken.
     """
     inputs, out = Path(inputs), Path(out)
+    settings = settings.model_copy(update={"contact": friction_angle.resolved(settings.contact)})
     start, body = snapshot.read(inputs / "4_handoff" / "start.vtkhdf"), LayeredBody.read(inputs / "2_sph" / "target.json")
     if settings.engine != "native":
         from dem.engines import external  # which stands on this module

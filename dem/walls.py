@@ -34,7 +34,8 @@ class Wall:
 
     ``kind`` one of PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED, MESH; ``point`` a point of the plane, or the centre, apex or origin of
     the axis; ``direction`` the normal of the plane into the domain, or the axis; ``radius`` of the sphere [m]; ``half_angle`` of the cone
-    [rad]; ``top`` distance from the apex above which the cone ends [m]; ``species`` index whose pair with the grain's species gives the
+    [rad]; ``top`` distance from the apex above which the cone ends, or height along z above ``point`` above which a plane or the inside of
+    a sphere ends [m]; ``species`` index whose pair with the grain's species gives the
     contact parameters, or -1 for a frictionless wall with the grain's own restitution; ``ends`` of the revolved line, (distance from
     the axis, height along it) each [m], felt from the left of the way from the first to the second; ``rims`` whether each end is a free
     edge that a grain can touch, rather than a joint with another wall; ``piece`` of a mesh.
@@ -155,6 +156,8 @@ def distance(wall, x, y, z):
     y -= wall[2]
     z -= wall[3]
     if kind == 0:
+        if z > wall[10]:
+            return np.inf, 0.0, 0.0, 1.0
         return x * wall[4] + y * wall[5] + z * wall[6], -wall[4], -wall[5], -wall[6]
     if kind == 4:
         return _revolved(wall, x, y, z)
@@ -164,6 +167,8 @@ def distance(wall, x, y, z):
     if kind == 1:
         return r - wall[7], -x / r, -y / r, -z / r
     if kind == 2:
+        if z > wall[10]:
+            return np.inf, 0.0, 0.0, 1.0
         return wall[7] - r, x / r, y / r, z / r
     along = x * wall[4] + y * wall[5] + z * wall[6]
     px, py, pz = x - along * wall[4], y - along * wall[5], z - along * wall[6]

@@ -1,0 +1,132 @@
+"""The bed of flat ground: random or hexagonal packing, settled in a bowl, a box or a cylinder, with its report."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dem import bed_measures, packing
+from dem.assembly import Assembly
+from dem.contact_settings import SPECIES
+from dem.container import Container
+from dem.flat_ground import FlatGround
+from dem.flat_settling import FlatSettling
+from dem.settling import finish
+from matter import archive, checkpoint, snapshot
+from matter.errors import InputError, Unsound
+
+if TYPE_CHECKING:
+    from dem.bed_stage import Settings
+
+OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
+BULK_MARGIN = 5.0
+"""Mean radii from the walls and the datum at which the bulk begins."""
+
+
+def container_of(settings: Settings, ground: FlatGround) -> Container:
+    """The container that the settings ask for; ``InputError`` when the ground cannot hold it."""
+    shape = OF_TARGET[ground.shape] if settings.shape == "auto" else settings.shape
+    if shape == "cap":
+        raise InputError('[bed] shape = "cap" is for spherical targets; flat ground is filled as a bowl, a box or a cylinder')
+    radius = settings.arc_radius
+    if shape == "bowl":
+        if settings.depth is not None and settings.depth != radius:
+            raise InputError(f"[bed] a bowl is as deep as its radius: leave depth out, or make it arc_radius = {radius:.6g} m")
+        depth = radius
+    else:
+        depth = ground.depth if settings.depth is None else settings.depth
+    if depth > ground.depth * (1.0 + 1e-9):
+        raise InputError(f"[bed] the {shape} reaches {depth:.6g} m down, the ground of the target only {ground.depth:.6g} m")
+    top = settings.headroom_fraction * settings.impact.expected_transient_diameter
+    species = settings.contact.species_of(ground.materials[int(ground.layer_of(np.array([-depth * 0.999]))[0])])
+    return Container(shape, radius, -depth, top, floor_species=species, side_species=species if shape == "bowl" else -1)
+
+
+def maker(settings: Settings, ground: FlatGround) -> Callable[[Path], None]:
+    """Check the settings against the ground; what is returned makes the bed in a folder."""
+    container = container_of(settings, ground)
+    return lambda out: make(settings, ground, container, out)
+
+
+def make(settings: Settings, ground: FlatGround, container: Container, out: Path) -> None:
+    """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to rest."""
+    seeds = np.random.SeedSequence(settings.seed).spawn(2)
+    hexagonal = settings.packing == "hcp"
+    if hexagonal:
+        points, equal = packing.hexagonal_in(settings.count, container)
+        radius = np.full(len(points), equal)
+    else:
+        radius = packing.contained_radii(settings.count, settings.radius_spread, container, seeds[0])
+        points = packing.contained_points(radius, container, seeds[1])
+    work = FlatSettling(points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal, settings.largest_speed)
+    bed, facts = finish(work, out)
+    wave = float(np.max(2.0 * bed.X[:, 3] * np.sqrt(bed.V[:, 7] / bed.V[:, 6])))
+    width = settings.damped_layers * 2.0 * bed.mean_radius
+    container = replace(container, damped_width=width, damping_rate=4.5 * wave / width if width > 0.0 else 0.0)
+    report = report_of(bed, ground, container, {**facts, "inflation_of_gravity": work.inflation})
+    attributes: dict[str, Any] = {
+        "time": 0.0,
+        "stage": "bed",
+        "frame": "plane",
+        "materials": list(dict.fromkeys(ground.materials)),
+        "species": list(SPECIES),
+        "domain": container.as_attribute(),
+        "contact": {**settings.contact.as_attribute(), "dt_s": bed.dt, "wave_speed_m_s": wave},
+        "packing": settings.packing,
+        "packing_fraction": report["packing_fraction"],
+        "coordination_number": report["coordination_number"],
+        "residual_speed_over_sqrt_g_r": report["free_run_speed_over_sqrt_g_r"],
+        "mean_radius_m": bed.mean_radius,
+    }
+    archive.write_text(out / "bed_report.json", json.dumps(report, indent=1))
+    _picture(bed, container, report, out / "bed.png")
+    snapshot.write(bed.particles(attributes), out / "bed.vtkhdf")
+    checkpoint.clear(out)
+    moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
+    if moving > settings.residual_speed:
+        raise Unsound(f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {facts['steps']:.0f} steps (limit {settings.residual_speed:g})")
+
+
+def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: dict[str, float]) -> dict[str, Any]:
+    """Everything that says how good the bed is."""
+    below = bed.headroom == 0
+    z, rattlers = bed_measures.coordination(bed, below)
+    inner = below & (container.side_depth(bed.X[:, :3]) > BULK_MARGIN * bed.mean_radius)
+    inner &= (bed.X[:, 2] < -BULK_MARGIN * bed.mean_radius) & (bed.X[:, 2] > container.floor + BULK_MARGIN * bed.mean_radius)
+    weight = float(bed.mass[below].sum() * ground.g)
+    forces = bed_measures.wall_forces(bed)
+    mass = bed_measures.ground_mass(ground, container)
+    grains = float(np.sum(4.0 / 3.0 * np.pi * bed.X[below, 3] ** 3))
+    return {
+        "grains": len(bed.X),
+        "grains_headroom": int((~below).sum()),
+        "mean_radius_m": bed.mean_radius,
+        "packing_fraction": bed_measures.bulk_fraction(bed.X[:, :3], bed.X[:, 3], container, BULK_MARGIN * bed.mean_radius),
+        "packing_fraction_with_walls": grains / container.volume(container.floor, 0.0),
+        "coordination_number": z,
+        "coordination_number_bulk": bed_measures.coordination(bed, inner)[0] if inner.any() else float("nan"),
+        "rattler_share": rattlers,
+        "residual_speed_over_sqrt_g_r": bed_measures.residual(bed, ground.g),
+        "mass_kg": float(bed.mass[below].sum()),
+        "mass_error": float(bed.mass[below].sum() / mass - 1.0),
+        "weight_N": weight,
+        "wall_forces_N": forces.tolist(),
+        "weight_carried": float(-forces[:, 2].sum() / weight),
+        "floor_share": float(-forces[0, 2] / weight),
+        "sideways_force_over_weight": float(np.hypot(*forces[:, :2].sum(axis=0)) / weight),
+        "overlap": bed_measures.overlaps(bed),
+        "time_step_s": bed.dt,
+        **facts,
+        "domain": container.as_attribute(),
+    }
+
+
+def _picture(bed: Assembly, container: Container, report: dict[str, Any], path: Path) -> None:
+    from dem import pictures
+
+    pictures.flat_bed(bed, container, report, path)

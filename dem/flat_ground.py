@@ -1,0 +1,84 @@
+"""Flat ground without projectile, as ``2_sph/target.json`` (frame ``plane``) describes it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from dem.gravity import Field
+from matter.errors import InputError
+
+_LAYER_KEYS = ("name", "material", "bottom_m", "top_m")
+_PROFILE_KEYS = ("height_m", "density_kg_m3", "pressure_Pa", "layer")
+
+
+def is_flat(path: Path) -> bool:
+    """Whether a ``target.json`` describes flat ground (False when it cannot be read: its reader says why)."""
+    try:
+        return bool(json.loads(path.read_text()).get("frame") == "plane")
+    except (OSError, ValueError, AttributeError):
+        return False
+
+
+@dataclass(frozen=True)
+class FlatGround:
+    """Layers from the bottom up, heights [m] above the undisturbed surface z = 0, uniform gravity ``g`` [m/s^2] towards -z."""
+
+    depth: float
+    g: float
+    shape: str
+    half_width: float
+    names: tuple[str, ...]
+    materials: tuple[str, ...]
+    tops: np.ndarray
+    profile: dict[str, np.ndarray]
+
+    @staticmethod
+    def read(path: Path) -> FlatGround:
+        """Read ``target.json``; ``InputError`` says what is missing in it, or that the ground has no weight."""
+        content = json.loads(path.read_text())
+        missing = [k for k in ("depth_m", "half_width_m", "surface_gravity_m_s2", "layers", "profile") if k not in content]
+        missing += [f"profile.{k}" for k in _PROFILE_KEYS if k not in content.get("profile", {})]
+        missing += [f"layers.{k}" for k in _LAYER_KEYS if any(k not in layer for layer in content.get("layers", []))]
+        if missing:
+            raise InputError(f"{path} lacks {', '.join(missing)}")
+        g = float(content["surface_gravity_m_s2"])
+        if not g > 0.0:
+            raise InputError(f"{path}: without gravity no bed of grains settles; set [target] gravity")
+        return FlatGround(
+            float(content["depth_m"]),
+            g,
+            str(content.get("shape", "half_space")),
+            float(content["half_width_m"]),
+            tuple(layer["name"] for layer in content["layers"]),
+            tuple(layer["material"] for layer in content["layers"]),
+            np.array([layer["top_m"] for layer in content["layers"]], dtype=float),
+            {key: np.asarray(content["profile"][key], dtype=float) for key in _PROFILE_KEYS},
+        )
+
+    def gravity(self) -> Field:
+        """Uniform gravity."""
+        return Field.constant((0.0, 0.0, -self.g))
+
+    def layer_of(self, height: np.ndarray) -> np.ndarray:
+        """Layer index at a height; above the surface the uppermost layer."""
+        return np.minimum(np.searchsorted(self.tops, height, side="left"), len(self.tops) - 1)
+
+    def density(self, height: np.ndarray) -> np.ndarray:
+        """Bulk density [kg/m^3] at a height, interpolated within the layer; beyond the profile that of its nearest point."""
+        height = np.asarray(height, dtype=float)
+        layer, rho = self.layer_of(height), np.empty(np.shape(height))
+        for k in np.unique(layer):
+            here = self.profile["layer"].astype(int) == k
+            if not here.any():
+                raise InputError(f"target.json: the profile holds no point of layer {self.names[k]!r}")
+            rho[layer == k] = np.interp(height[layer == k], self.profile["height_m"][here], self.profile["density_kg_m3"][here])
+        return rho
+
+    def pressure(self, height: np.ndarray) -> np.ndarray:
+        """Weight of the ground above [Pa]; zero above the surface."""
+        place = np.append(self.profile["height_m"], 0.0)
+        return np.interp(height, place, np.append(self.profile["pressure_Pa"], 0.0), right=0.0)

@@ -1,0 +1,289 @@
+"""The friction angle of a bed of grains, measured: steady shear, or a bed that is tilted until it flows; and contact parameters for a wanted angle.
+
+``shear``  simple shear of a periodic cell at constant normal stress (``dem.shear_cell``), slow against the grains' own motion: inertial
+           number I = (dgamma/dt) d sqrt(rho / P) = 0.002, without friction 0.0005 (there the excess falls with sqrt(I) only). The angle is
+           tan phi = tau / sigma_n on the plane of shear, in the steady state, which has forgotten how the grains were packed. The Mohr-Coulomb
+           angle of the principal stresses, sin phi = (s1 - s3) / (s1 + s3), is given beside it.
+``tilt``   a deep bed (20 d) on a rough base, turned slowly until it flows (``start``) and back until it rests (``stop``). On the surface of a
+           slope tan theta is tau / sigma_n too, so ``stop`` is to be compared with ``shear``; ``start`` depends on the packing.
+
+Both use the contact laws of the stage with k_n = ``STIFFNESS`` P d (overlaps of some thousandths of a diameter): from there on the angle does not depend
+on k_n. An angle is kept under a hash of everything that it depends on, in ``friction_angle/`` beside the compiled kernels.
+
+Command: ``python -m dem.friction_angle [--case CASE] [--friction MU] [--shape BETA] [--method shear|tilt] [--find "30 deg"]``.
+
+Sources: GDR MiDi 2004, Eur. Phys. J. E 14, 341 (both flows, I); Peyneau & Roux 2008, Phys. Rev. E 78, 011307 (frictionless spheres: 5.76 deg).
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from dem.contact_settings import Contact
+from dem.shear_cell import Cell
+from matter import archive, jit
+from matter.errors import InputError, Unsound
+from matter.progress import Progress, stop_here
+
+STIFFNESS = 150.0
+SLOW, SLOW_SMOOTH = 2e-3, 5e-4
+BLOCK = 0.1
+"""Strain of one block of the mean; its error comes from the scatter of the blocks, taken singly and in twos and fours."""
+WANTED_ERROR = 0.35
+"""Degrees: a measurement goes on until its standard error is below this, between the smallest and the largest strain."""
+LEAST, MOST = 2.0, 6.0
+DEPTH, WIDTH = 20.0, 8.0
+TURN = 0.02
+"""Degrees per sqrt(d/g) while a bed is tilted."""
+FLOWS, RESTS = 0.1, 0.01
+"""Mean speed over sqrt(g d) above which a tilted bed flows, and below which it rests again."""
+
+Method = Literal["shear", "tilt"]
+
+
+def _sample(count: int, seed: int, spread: float) -> tuple[np.ndarray, np.ndarray, int]:
+    """Grains on a loose cubic lattice with a little disorder, their radii, and the lattice's side."""
+    rng = np.random.default_rng(seed)
+    radius = 0.5 * rng.uniform(1.0 - spread, 1.0 + spread, count)
+    side = math.ceil(count ** (1.0 / 3.0))
+    apart = 2.0 * radius.max() + 0.02
+    lattice = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3)[rng.permutation(side**3)[:count]]
+    return apart * lattice + rng.uniform(-0.01, 0.01, (count, 3)), radius, side
+
+
+def shear(contact: Contact, seed: int = 1, count: int = 1000, spread: float = 0.15) -> dict[str, float]:
+    """Steady simple shear: ``angle_deg``, its standard error ``error_deg``, ``mohr_coulomb_deg``, ``fraction``, ``coordination``, ``strain``, ``inertial``."""
+    x, radius, side = _sample(count, seed, spread)
+    length = (2.0 * radius.max() + 0.02) * side
+    cell = Cell(x, radius, np.array([length, length, 1.2 * length]), contact, STIFFNESS)
+    smooth = contact.shell.friction == 0.0
+    slow = SLOW_SMOOTH if smooth else SLOW
+    cell.pressure = 1.0
+    # the loose lattice is pressed together while it is sheared quickly, then brought to the slow state
+    for rate, strain in ((0.05, 1.0), (0.02, 0.6), (5.0 * slow, 0.2), (slow, 0.2)):
+        cell.rate = rate
+        cell.run(max(1, int(strain / rate / cell.dt)))
+    steps = max(1, int(BLOCK / slow / cell.dt))
+    rows: list[list[float]] = []
+    progress = Progress("friction angle", MOST)
+    while True:
+        mean = cell.run(steps)
+        tau, normal = -mean["xz"], mean["zz"]
+        half, middle = 0.5 * (mean["xx"] - normal), 0.5 * (mean["xx"] + normal)
+        rows.append([tau / normal, math.hypot(half, tau) / middle, mean["fraction"], mean["coordination"]])
+        strain = BLOCK * len(rows)
+        table = np.array(rows)
+        error = math.degrees(_error(table[:, 0]) / (1.0 + table[:, 0].mean() ** 2))
+        progress.update(strain, f"{math.degrees(math.atan(table[:, 0].mean())):.2f} +- {error:.2f} deg")
+        stop_here("friction angle")
+        if strain >= MOST or (strain >= LEAST and error < WANTED_ERROR):
+            break
+    mu, sine, fraction, coordination = table.mean(axis=0)
+    return {
+        "angle_deg": math.degrees(math.atan(mu)), "error_deg": error, "mohr_coulomb_deg": math.degrees(math.asin(min(1.0, sine))),
+        "fraction": float(fraction), "coordination": float(coordination), "strain": strain, "inertial": slow,
+    }  # fmt: skip
+
+
+def _error(values: np.ndarray) -> float:
+    """Standard error of the mean of correlated values: the largest over blocks of one, two and four."""
+    found = []
+    for size in (1, 2, 4):
+        whole = len(values) // size
+        if whole >= 4:
+            means = values[: whole * size].reshape(whole, size).mean(axis=1)
+            found.append(float(means.std(ddof=1)) / math.sqrt(whole))
+    return max(found, default=math.inf)
+
+
+def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0.0) -> dict[str, float]:
+    """A bed tilted from ``begin`` [deg] until it flows and back until it rests: ``start_deg``, ``stop_deg``, ``fraction``, ``coordination``.
+
+    ``angle_deg`` is ``stop_deg``; ``error_deg`` is half of what the angle turns while the bed comes to rest, from ten times the resting speed.
+    """
+    count = int(0.6 * WIDTH * WIDTH * DEPTH / (math.pi / 6.0))
+    rng = np.random.default_rng(seed)
+    radius = 0.5 * rng.uniform(1.0 - spread, 1.0 + spread, count)
+    apart = WIDTH / math.floor(WIDTH / (2.0 * radius.max()))
+    across = round(WIDTH / apart)
+    place = np.arange(count)
+    x = apart * np.column_stack([place % across, place // across % across, place // across**2]) + rng.uniform(-0.02, 0.02, (count, 3))
+    x[:, 2] += 0.25 * (x[:, 0] % (2.0 * apart) > apart)  # a base that is rough
+    held = place < across**2
+    slick = contact.model_copy(update={"shell": contact.shell.model_copy(update={"restitution": 0.3})})
+    # the period along z is out of reach: the bed is open above
+    cell = Cell(x, radius, np.array([WIDTH, WIDTH, 40.0 * DEPTH]), slick, STIFFNESS * 0.6 * DEPTH, held)
+    cell.gravity[2] = -1.0
+    cell.run(int(60.0 / cell.dt))
+    cell.set_law(contact)
+    cell.drag = 0.5
+    cell.run(int(20.0 / cell.dt))
+    cell.drag = 0.0
+    rest = cell.run(int(5.0 / cell.dt))
+    stretch = max(1, int(1.0 / cell.dt))
+    angle, way, start, slowing = begin, 1.0, math.nan, math.nan
+    progress = Progress("tilt", 60.0)
+    while True:
+        angle += way * TURN * stretch * cell.dt
+        cell.gravity[:] = math.sin(math.radians(angle)), 0.0, -math.cos(math.radians(angle))
+        flow = cell.run(stretch)["flow"]
+        progress.update(angle, f"{angle:.2f} deg, {flow:.3g} sqrt(g d)")
+        stop_here("friction angle")
+        if way > 0.0 and flow > FLOWS:
+            start, way = angle, -1.0
+        if way < 0.0 and flow < 10.0 * RESTS and math.isnan(slowing):
+            slowing = angle
+        if way < 0.0 and flow < RESTS:
+            break
+        if not begin - 5.0 < angle < 60.0:
+            raise Unsound(f"the tilted bed neither flows nor rests at {angle:.3g} deg")
+    inside = (cell.X[:, 2] > 3.0) & (cell.X[:, 2] < 0.75 * DEPTH)
+    volume = float(np.sum(math.pi / 6.0 * (2.0 * cell.X[inside, 3]) ** 3)) / (WIDTH * WIDTH * (0.75 * DEPTH - 3.0))
+    return {
+        "angle_deg": angle, "error_deg": 0.5 * abs(slowing - angle), "start_deg": start, "stop_deg": angle, "fraction": volume,
+        "coordination": rest["coordination"],
+    }  # fmt: skip
+
+
+# -- kept results --------------------------------------------------------------------------------------------------------------
+
+
+def _sources() -> list[str]:
+    """What of the code an angle depends on: the contact laws and the cell."""
+    here = Path(__file__).resolve()
+    cell = hashlib.sha256(here.with_name("shear_cell.py").read_bytes() + here.read_bytes().split(b"# -- kept results")[0]).hexdigest()
+    return [jit.source_key(here.with_name("forces.py")), cell]
+
+
+def _place(contact: Contact, method: str, options: dict[str, Any]) -> Path:
+    law = contact.model_dump(include={"shell", "tangential_stiffness_ratio", "sliding", "attractive_tail"})
+    constants = [STIFFNESS, SLOW, SLOW_SMOOTH, BLOCK, WANTED_ERROR, LEAST, MOST, DEPTH, WIDTH, TURN, FLOWS, RESTS]
+    text = json.dumps([law, method, options, constants, _sources()], sort_keys=True)
+    return jit.cache_root().parent / "friction_angle" / f"{hashlib.sha256(text.encode()).hexdigest()[:24]}.json"
+
+
+def measure(contact: Contact, method: Method = "shear", **options: Any) -> dict[str, float]:
+    """The angle of the solid grains (``contact.shell``) by ``shear`` or ``tilt``, taken from the kept results when it was measured before."""
+    place = _place(contact, method, options)
+    if place.is_file():
+        return json.loads(place.read_text())
+    found = shear(contact, **options) if method == "shear" else tilt(contact, **options)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    archive.write_text(place, json.dumps(found, indent=1))
+    return found
+
+
+def with_shape(contact: Contact, shape: float) -> Contact:
+    """The same law with another shape parameter beta of the solid grains."""
+    return contact.model_copy(update={"shell": contact.shell.model_copy(update={"shape": round(shape, 4)})})
+
+
+TRIAL = (0.0, 0.15, 0.3, 0.5, 0.8, 1.2, 2.0)
+"""Shape parameters that are tried, from the middle outwards, until two enclose the wanted angle."""
+
+
+def shape_for(angle_deg: float, contact: Contact, seeds: Sequence[int] = (1, 2)) -> tuple[float, float, float]:
+    """beta at which the solid grains of ``contact`` have the friction angle: (beta, angle by the fitted line, its standard error [deg]).
+
+    The angle rises with beta and is noisy: the two neighbouring trials that enclose it and the point between them are measured with all ``seeds``, and the
+    line through these by least squares gives beta. Raises ``InputError`` with the reachable range when no trial reaches the angle.
+    """
+
+    def look(shape: float, seed: int) -> dict[str, float]:
+        return measure(with_shape(contact, shape), "shear", seed=seed)
+
+    k = len(TRIAL) // 2
+    found = {k: look(TRIAL[k], seeds[0])["angle_deg"]}
+    step = 1 if found[k] < angle_deg else -1
+    while (found[k] < angle_deg) == (step > 0):
+        k += step
+        if not 0 <= k < len(TRIAL):
+            have, edge = found[k - step], "most" if step > 0 else "least"
+            raise InputError(
+                f"no shape parameter gives a friction angle of {angle_deg:.3g} deg with friction {contact.shell.friction:g} ({edge}: {have:.3g} deg)"
+            )
+        found[k] = look(TRIAL[k], seeds[0])["angle_deg"]
+    low, high = sorted((TRIAL[k], TRIAL[k - step]))
+    shapes = np.repeat([low, 0.5 * (low + high), high], len(seeds))
+    all_ = [look(float(shape), seed) for shape, seed in zip(shapes, list(seeds) * 3)]
+    slope, offset = np.polyfit(shapes, [one["angle_deg"] for one in all_], 1)
+    shape = float(np.clip((angle_deg - offset) / slope, low, high)) if slope > 0.0 else 0.5 * (low + high)
+    error = float(np.sqrt(np.sum(np.square([one["error_deg"] for one in all_])))) / len(all_)
+    return round(shape, 4), float(offset + slope * shape), error
+
+
+def resolved(contact: Contact) -> Contact:
+    """The settings with the shape parameter that gives ``friction_angle``, when that is set; the calibration is kept, the first takes minutes."""
+    if contact.friction_angle is None:
+        return contact
+    shape, _, _ = shape_for(math.degrees(contact.friction_angle), contact)
+    return with_shape(contact, shape).model_copy(update={"friction_angle": None})
+
+
+# -- the command ---------------------------------------------------------------------------------------------------------------
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; returns its exit code."""
+    parser = argparse.ArgumentParser(prog="python -m dem.friction_angle", description="The friction angle of grains, measured.")
+    parser.add_argument("--case", type=Path, help="a case file: its [dem.contact] is taken")
+    parser.add_argument("--friction", type=float, help="mu_s instead of the case's")
+    parser.add_argument("--shape", type=float, help="beta instead of the case's")
+    parser.add_argument("--method", choices=("shear", "tilt"), default="shear")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--find", metavar="ANGLE", help='the shape parameter that gives this angle, "30 deg" for example')
+    options = parser.parse_args(arguments)
+    try:
+        contact = _contact_of(options)
+        if options.find:
+            shape, angle, error = shape_for(_degrees(options.find), contact)
+            print(f"shape = {shape:.4g}  gives {angle:.2f} +- {error:.2f} deg with friction {contact.shell.friction:g}")
+            return 0
+        found = measure(contact, options.method, seed=options.seed)
+    except (InputError, Unsound) as reason:
+        print(f"{parser.prog}: {reason}", file=sys.stderr)
+        return reason.exit_code
+    print(f"friction {contact.shell.friction:g}, shape {contact.shell.shape:g}: {found['angle_deg']:.2f} +- {found['error_deg']:.2f} deg")
+    print("\n".join(f"{name:18s}{value:10.4g}" for name, value in found.items()))
+    return 0
+
+
+def _degrees(text: str) -> float:
+    from matter.quantity import parse
+
+    try:
+        return math.degrees(parse(text, "rad"))
+    except ValueError as reason:
+        raise InputError(f"--find: {reason}") from None
+
+
+def _contact_of(options: argparse.Namespace) -> Contact:
+    contact = Contact()
+    if options.case:
+        import tomllib
+
+        path = options.case / "case.toml" if options.case.is_dir() else options.case
+        try:
+            table = tomllib.loads(path.read_text())
+            contact = Contact.model_validate(table.get("dem", {}).get("contact", {}))
+        except (OSError, ValueError) as reason:  # pydantic and tomllib raise ValueErrors
+            raise InputError(f"{path}: {reason}") from None
+    changes = {name: value for name, value in (("friction", options.friction), ("shape", options.shape)) if value is not None}
+    try:
+        shell = type(contact.shell).model_validate({**contact.shell.model_dump(), **changes})
+    except ValueError as reason:
+        raise InputError(str(reason)) from None
+    return contact.model_copy(update={"shell": shell})
+
+
+if __name__ == "__main__":
+    sys.exit(main())

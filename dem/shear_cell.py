@@ -1,0 +1,259 @@
+"""A small periodic cell of grains: simple shear at constant normal stress, and a bed that is tilted.
+
+Both are periodic along x and y. Sheared, the cell is periodic along z too, with images that slide past each other (Lees & Edwards 1972, J. Phys. C
+5, 1921): image k above moves with k dgamma/dt L_z along x, and L_z follows the normal stress,
+
+    d(ln L_z)/dt = RESPONSE (sigma_zz - P) / P      [in units of 1 / (d sqrt(rho / P))]
+
+so that the whole cell shears evenly, without a wall. Tilted, z is bounded below by grains that are held (a rough base) and open above, and
+gravity turns from -z towards +x. Contacts are ``dem.forces.contact``, the laws of the stage; time steps are those of ``dem.integrator``.
+
+Units inside: mean diameter d = 1, density of a grain rho = 1, and P = 1 (sheared) or g = 1 (tilted). The stress of the contacts is
+sigma_ab = (1/V) sum f_a b_b, compression positive (Christoffersen, Mehrabadi & Nemat-Nasser 1981, J. Appl. Mech. 48, 339).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from dem import contacts, forces
+from dem.contact_settings import Contact
+from dem.forces import contact
+from dem.laws.tangential_spring import RULES
+from matter.errors import UnphysicalState
+from matter.jit import kernel
+
+RESPONSE = 0.05
+STEPS_PER_CONTACT = 15
+SKIN = 0.12
+
+# what a stretch of steps sums: stress xx yy zz xz (from contacts), kinetic energy of fluctuations, contacts, height, mean velocity along x, time steps
+SUMS = 9
+
+
+@kernel
+def neighbours(X, period, shift, skin, row, col):
+    """The half list of a periodic cell by trying all pairs (the cell is small); returns the number of pairs."""
+    n, found = X.shape[0], 0
+    for i in range(n):
+        row[i] = found
+        for j in range(i + 1, n):
+            dx, dy, dz = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
+            k = np.rint(dz / period[2])
+            dz -= k * period[2]
+            dx -= k * shift
+            dx -= np.rint(dx / period[0]) * period[0]
+            dy -= np.rint(dy / period[1]) * period[1]
+            reach = X[i, 3] + X[j, 3] + skin
+            if dx * dx + dy * dy + dz * dz < reach * reach:
+                if found < col.shape[0]:
+                    col[found] = j
+                found += 1
+    row[n] = found
+    return found
+
+
+@kernel(fastmath=True)
+def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, F, stress):
+    """Forces of all pairs into ``F`` (n, 6); sums f_a b_b into ``stress`` (xx yy zz xz); returns contacts and the worst overlap."""
+    n = X.shape[0]
+    F[:] = 0.0
+    sxx, syy, szz, sxz, touching = 0.0, 0.0, 0.0, 0.0, 0
+    worst = 0.0
+    for i in range(n):
+        ri, mi, ki = X[i, 3], V[i, 6], V[i, 7]
+        for e in range(row[i], row[i + 1]):
+            j = col[e]
+            nx, ny, nz = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
+            image = np.rint(nz / period[2])
+            nz -= image * period[2]
+            nx -= image * shift
+            nx -= np.rint(nx / period[0]) * period[0]
+            ny -= np.rint(ny / period[1]) * period[1]
+            rj = X[j, 3]
+            d2 = nx * nx + ny * ny + nz * nz
+            if d2 >= (ri + rj) * (ri + rj):
+                if hist[e, 7] != 0.0:
+                    for c in range(8):
+                        hist[e, c] = 0.0
+                continue
+            d = np.sqrt(d2)
+            bx, by, bz = nx, ny, nz
+            nx, ny, nz = nx / d, ny / d, nz / d
+            l1 = 0.5 * (d + (ri * ri - rj * rj) / d)
+            l2 = d - l1
+            wxi, wyi, wzi = V[i, 3], V[i, 4], V[i, 5]
+            wxj, wyj, wzj = V[j, 3], V[j, 4], V[j, 5]
+            ax, ay, az = l1 * wxi + l2 * wxj, l1 * wyi + l2 * wyj, l1 * wzi + l2 * wzj
+            ux = V[j, 0] - V[i, 0] - image * slide - (ay * nz - az * ny)
+            uy = V[j, 1] - V[i, 1] - (az * nx - ax * nz)
+            uz = V[j, 2] - V[i, 2] - (ax * ny - ay * nx)
+            un = ux * nx + uy * ny + uz * nz
+            ux -= un * nx
+            uy -= un * ny
+            uz -= un * nz
+            px, py, pz = wxj - wxi, wyj - wyi, wzj - wzi
+            twist = px * nx + py * ny + pz * nz
+            spin = 0.5 * ((wxi + wxj) * nx + (wyi + wyj) * ny + (wzi + wzj) * nz)
+            s = 0.5 * (l2 - l1) / (l1 * l2)
+            rx = px - twist * nx + s * (ny * uz - nz * uy)
+            ry = py - twist * ny + s * (nz * ux - nx * uz)
+            rz = pz - twist * nz + s * (nx * uy - ny * ux)
+            mj = V[j, 6]
+            fn, tx, ty, tz, mx, my, mz, _, _, _ = contact(
+                nx, ny, nz, ri + rj - d, un, ux, uy, uz, rx, ry, rz, twist, spin, min(ki, V[j, 7]), mi * mj / (mi + mj), ri * rj / (ri + rj),
+                table, hist[e], dt, rule, tail, 0.0,
+            )  # fmt: skip
+            touching += 1
+            worst = max(worst, (ri + rj - d) / min(ri, rj))
+            tx -= fn * nx
+            ty -= fn * ny
+            tz -= fn * nz
+            sxx -= tx * bx
+            syy -= ty * by
+            szz -= tz * bz
+            sxz -= 0.5 * (tx * bz + tz * bx)
+            cx, cy, cz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
+            F[i, 0] += tx
+            F[i, 1] += ty
+            F[i, 2] += tz
+            F[i, 3] += l1 * cx + mx
+            F[i, 4] += l1 * cy + my
+            F[i, 5] += l1 * cz + mz
+            F[j, 0] -= tx
+            F[j, 1] -= ty
+            F[j, 2] -= tz
+            F[j, 3] += l2 * cx - mx
+            F[j, 4] += l2 * cy - my
+            F[j, 5] += l2 * cz - mz
+    stress[0], stress[1], stress[2], stress[3] = sxx, syy, szz, sxz
+    return touching, worst
+
+
+@kernel
+def _advance(steps, X, V, W, A, F, held, row, col, hist, table, period, clock, rate, pressure, response, gravity, drag, dt, rule, tail, skin, start, sums):
+    """Up to ``steps`` steps, fewer when the list is used up; returns the steps done and the worst overlap.
+
+    ``clock``: slide of the images [d] and strain so far. ``held`` grains do not move. ``pressure`` 0: heights are kept.
+    """
+    n = X.shape[0]
+    stress = np.zeros(4)
+    worst = 0.0
+    since = clock[1]
+    for step in range(steps):
+        far = 0.0
+        for i in range(n):
+            if held[i]:
+                continue
+            for c in range(6):
+                W[i, c] += 0.5 * dt * A[i, c]
+                V[i, c] = W[i, c] + 0.5 * dt * A[i, c]
+            for c in range(3):
+                X[i, c] += dt * W[i, c]
+            dx = X[i, 0] - start[i, 0] - (clock[1] - since) * X[i, 2]
+            dy, dz = X[i, 1] - start[i, 1], X[i, 2] - start[i, 2]
+            far = max(far, dx * dx + dy * dy + dz * dz)
+        clock[0] += rate * period[2] * dt
+        clock[1] += rate * dt
+        touching, overlap = _pairs(X, V, row, col, hist, table, period, clock[0], rate * period[2], dt, rule, tail, F, stress)
+        worst = max(worst, overlap)
+        volume = period[0] * period[1] * period[2]
+        kinetic, flow, mass = 0.0, 0.0, 0.0
+        for i in range(n):
+            if held[i]:
+                continue
+            m = V[i, 6]
+            inertia = 0.4 * m * X[i, 3] * X[i, 3]
+            for c in range(3):
+                A[i, c] = F[i, c] / m + gravity[c] - drag * (V[i, c] - (rate * X[i, 2] if c == 0 else 0.0))
+                A[i, 3 + c] = F[i, 3 + c] / inertia - drag * V[i, 3 + c]
+            for c in range(6):
+                W[i, c] += 0.5 * dt * A[i, c]
+            wx = W[i, 0] - rate * X[i, 2]
+            kinetic += 0.5 * m * (wx * wx + W[i, 1] * W[i, 1] + W[i, 2] * W[i, 2])
+            flow += m * W[i, 0]
+            mass += m
+        if pressure > 0.0:
+            q = min(max(response * (stress[2] / volume / pressure - 1.0), -0.05), 0.05) * dt
+            for i in range(n):
+                X[i, 2] += q * X[i, 2]
+            period[2] += q * period[2]
+        for c in range(4):
+            sums[c] += stress[c] / volume
+        sums[4] += kinetic / n
+        sums[5] += touching
+        sums[6] += period[2]
+        sums[7] += flow / mass
+        sums[8] += 1.0
+        # neighbours also part by the shear itself, over at most a diameter and a half of height
+        if 2.0 * np.sqrt(far) + 1.5 * abs(clock[1] - since) > skin:
+            return step + 1, worst
+    return steps, worst
+
+
+class Cell:
+    """Grains in a periodic cell under one contact law.
+
+    ``x`` (n, 3) positions, ``radius`` (n,), ``period`` (3,): z counts only where the images slide. ``stiffness``: k_n of a grain of mean size.
+    """
+
+    def __init__(self, x: np.ndarray, radius: np.ndarray, period: np.ndarray, contact_law: Contact, stiffness: float, held: np.ndarray | None = None):
+        n = len(x)
+        self.law, self.period = contact_law, np.array(period, dtype=float)
+        self.table = np.ascontiguousarray(contact_law.pair_table()[0, 0])
+        self.X = np.column_stack([x, radius])
+        self.W = np.zeros((n, 6))
+        mass = math.pi / 6.0 * (2.0 * radius) ** 3
+        self.V = np.column_stack([self.W, mass, stiffness * 2.0 * radius])
+        self.A, self.F = np.zeros((n, 6)), np.zeros((n, 6))
+        self.held = np.zeros(n, dtype=np.bool_) if held is None else held
+        self.clock = np.zeros(2)
+        self.dt = math.pi * math.sqrt(0.5 * float(np.min(mass / self.V[:, 7]))) / STEPS_PER_CONTACT
+        self.row, self.col, self.hist = np.zeros(n + 1, dtype=np.int64), np.zeros(12 * n, dtype=np.int32), np.zeros((0, forces.HISTORY))
+        self.start = self.X[:, :3].copy()
+        self.rate, self.pressure, self.drag, self.gravity = 0.0, 0.0, 0.0, np.zeros(3)
+        self.overlap_limit = 0.5
+        self._build()
+
+    def set_law(self, contact_law: Contact) -> None:
+        """Another contact law from here on; springs start anew."""
+        self.law, self.table = contact_law, np.ascontiguousarray(contact_law.pair_table()[0, 0])
+        self.hist[:, :7] = 0.0
+
+    def _build(self) -> None:
+        touch = np.flatnonzero(self.hist[:, 7] != 0.0) if len(self.hist) else np.zeros(0, dtype=np.int64)
+        first = np.repeat(np.arange(len(self.X)), np.diff(self.row))[touch] if len(touch) else touch
+        second, old = self.col[touch].astype(np.int64), self.hist[touch]
+        while neighbours(self.X, self.period, self.clock[0], SKIN, self.row, self.col) > len(self.col):
+            self.col = np.zeros(int(1.2 * self.row[-1]), dtype=np.int32)
+        self.hist = np.zeros((int(self.row[-1]), forces.HISTORY))
+        contacts.carry(first, second, old, self.row, self.col, self.hist)
+        self.start = self.X[:, :3].copy()
+
+    def run(self, steps: int) -> dict[str, float]:
+        """Advance and return means over these steps: stresses ``xx yy zz xz``, ``fluctuation`` (kinetic energy of a grain), ``coordination``,
+        ``height``, ``flow`` (mean velocity along x) and ``fraction`` (grain volume over cell volume).
+
+        Raises ``UnphysicalState`` when grains overlap by half a radius: the cell has burst.
+        """
+        sums = np.zeros(SUMS)
+        left = steps
+        while left > 0:
+            done, worst = _advance(
+                left, self.X, self.V, self.W, self.A, self.F, self.held, self.row, self.col, self.hist, self.table, self.period, self.clock, self.rate,
+                self.pressure, RESPONSE, self.gravity, self.drag, self.dt, RULES[self.law.sliding], self.law.attractive_tail, SKIN, self.start, sums,
+            )  # fmt: skip
+            left -= done
+            if worst > self.overlap_limit or not np.isfinite(self.X).all():
+                raise UnphysicalState(f"the periodic cell has burst: grains overlap by {worst:.3g} radii after a strain of {self.clock[1]:.3g}")
+            if left > 0:
+                self._build()
+        mean = sums / sums[8]
+        volume = math.pi / 6.0 * float(np.sum((2.0 * self.X[:, 3]) ** 3))
+        names = ("xx", "yy", "zz", "xz", "fluctuation", "contacts", "height", "flow")
+        out = dict(zip(names, mean[:8].tolist()))
+        out["coordination"] = 2.0 * out.pop("contacts") / len(self.X)
+        out["fraction"] = volume / float(self.period[0] * self.period[1] * out["height"])
+        return out

@@ -1,0 +1,149 @@
+"""Beds of flat ground: containers, random and hexagonal packings at rest, their weight on the walls."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from dem import bed_stage, packing
+from dem.assembly import Assembly
+from dem.contact_settings import Contact
+from dem.container import Container
+from dem.walls import distance, rows
+from matter import snapshot
+from matter.body import Impact, Target
+from matter.errors import InputError
+
+TARGET = Target.model_validate({"layers": [{"name": "soil", "material": "basalt", "thickness": 20.0}], "shape": "half_space", "gravity": 1.0})
+IMPACT = Impact.model_validate(
+    {"speed": 2000.0, "angle_from_vertical": 0.0, "projectile": {"material": "basalt", "radius": 0.1}, "expected_transient_diameter": 8.0}
+)
+
+
+def write_ground(path, depth=10.0, gravity=1.0, density=1500.0):
+    """Uniform flat ground, as the shock stage writes it."""
+    heights = [-depth, -0.001 * depth]
+    content = {
+        "frame": "plane", "shape": "half_space", "depth_m": depth, "half_width_m": depth, "surface_gravity_m_s2": gravity,
+        "layers": [{"name": "soil", "material": "basalt", "bottom_m": -depth, "top_m": 0.0, "mass_kg_m2": density * depth}],
+        "profile": {"height_m": heights, "density_kg_m3": [density] * 2, "pressure_Pa": [-density * gravity * h for h in heights],
+                    "gravity_m_s2": [gravity] * 2, "layer": [0, 0]},
+    }  # fmt: skip
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(content))
+
+
+def settled(folder, **settings):
+    write_ground(folder / "2_sph" / "target.json", depth=settings.get("arc_radius", 10.0))
+    (folder / "3_bed").mkdir()
+    usual = dict(target=TARGET, impact=IMPACT, count=1300, arc_radius=10.0, share=False, headroom_fraction=0.2)
+    bed_stage.run(bed_stage.Settings(**{**usual, **settings}), folder, folder / "3_bed")
+    return snapshot.read(folder / "3_bed" / "bed.vtkhdf"), json.loads((folder / "3_bed" / "bed_report.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def random_bed(tmp_path_factory):
+    return settled(tmp_path_factory.mktemp("random"), radius_spread=0.0, arc_radius=9.0, count=1200)
+
+
+def check_at_rest(report):
+    assert report["residual_speed_over_sqrt_g_r"]["rms"] < 1e-3 and report["free_run_speed_over_sqrt_g_r"] < 1e-3
+    assert report["weight_carried"] == pytest.approx(1.0, abs=1e-3)
+    assert report["sideways_force_over_weight"] < 1e-3
+    assert abs(report["mass_error"]) < 5e-3
+
+
+def test_a_random_bed_of_equal_grains(random_bed):
+    bed, report = random_bed
+    check_at_rest(report)
+    assert 0.60 < report["packing_fraction"] < 0.64
+    assert 4.5 < report["coordination_number_bulk"] < 6.5
+    assert report["overlap"]["mean"] < 0.003
+    assert bed.attributes["frame"] == "plane" and bed.attributes["domain"]["shape"] == "cylinder"
+    assert np.array_equal(bed.headroom == 1, bed.position[:, 2] > 0.0) or np.mean((bed.headroom == 1) != (bed.position[:, 2] > 0.0)) < 0.02
+
+
+def test_the_bed_stays_as_it_is_without_its_headroom(random_bed):
+    bed, _ = random_bed
+    carved = bed.select(bed.headroom == 0)
+    carved.tables.update(bed.tables)
+    from dem.gravity import Field
+
+    run = Assembly(carved, Contact(), Container.of_attribute(bed.attributes["domain"]).walls(), Field.constant((0.0, 0.0, -1.0)))
+    before = run.particles({}).position
+    for _ in range(int(2.0 / run.dt)):
+        run.step()
+    assert np.linalg.norm(run.particles({}).position - before, axis=1).max() < 0.02 * bed.radius.mean()
+
+
+def test_a_hexagonal_bed_in_a_box(tmp_path):
+    bed, report = settled(tmp_path, shape="box", packing="hcp", arc_radius=8.0, radius_spread=0.0)
+    check_at_rest(report)
+    assert report["packing_fraction"] == pytest.approx(math.pi / math.sqrt(18.0), abs=0.01)
+    assert np.ptp(bed.radius) == 0.0
+
+
+def test_a_bowl_of_mixed_grains_under_weak_gravity_with_stiff_springs(tmp_path):
+    """Springs for contacts faster than those at rest: the bed is settled under inflated gravity, and ends at rest under its own."""
+    bed, report = settled(tmp_path, shape="bowl", largest_speed=2.0, count=700)
+    check_at_rest(report)
+    assert report["inflation_of_gravity"] > 3.0
+    assert report["overlap"]["mean"] < 1e-3
+    assert 0.58 < report["packing_fraction"] < 0.66
+    domain = Container.of_attribute(bed.attributes["domain"])
+    assert domain.depth_inside(bed.position).min() > 0.9 * bed.radius.min()
+
+
+@pytest.mark.parametrize("shape", ["bowl", "box", "cylinder"])
+def test_containers(shape):
+    box = Container(shape, 10.0, -10.0, 2.0)
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-10.0, 10.0, (200_000, 3))
+    points[:, 2] = rng.uniform(-10.0, 2.0, len(points))
+    inside = box.depth_inside(points) > 0.0
+    volume = 20.0 * 20.0 * 12.0
+    assert inside.mean() * volume == pytest.approx(box.volume(-10.0, 2.0), rel=0.01)
+    lower = inside & (points[:, 2] < -4.0)
+    assert lower.mean() * volume == pytest.approx(box.volume(-10.0, -4.0), rel=0.02)
+    # the nearest wall is as far as the container says
+    table = rows(box.walls(), 1.0)
+    for x, depth in zip(points[inside][:300], box.depth_inside(points[inside][:300])):
+        nearest = min(distance(row, *x)[0] for row in table)
+        assert min(nearest, 2.0 - x[2]) == pytest.approx(depth, abs=1e-9)
+    assert Container.of_attribute(box.as_attribute()) == box
+
+
+def test_hexagonal_lattice_fits():
+    box = Container("bowl", 10.0, -10.0, 1.0)
+    points, radius = packing.hexagonal_in(2000, box)
+    assert len(points) == pytest.approx(2000, rel=0.1)
+    assert box.depth_inside(points).min() >= radius * (1 - 1e-6)
+    from scipy.spatial import cKDTree
+
+    nearest = cKDTree(points).query(points, k=2)[0][:, 1]
+    assert nearest.min() == pytest.approx(2.0 * radius, rel=1e-9)
+
+
+def test_bad_settings_for_flat_ground(tmp_path):
+    write_ground(tmp_path / "2_sph" / "target.json")
+    usual = dict(target=TARGET, impact=IMPACT, count=300, arc_radius=10.0, share=False)
+    for change, words in (
+        ({"shape": "cap"}, "is for spherical targets"),
+        ({"shape": "bowl", "arc_radius": 15.0}, "reaches 15 m down"),
+        ({"shape": "bowl", "depth": 5.0}, "as deep as its radius"),
+    ):
+        with pytest.raises(InputError, match=words):
+            bed_stage.run(bed_stage.Settings(**{**usual, **change}), tmp_path, tmp_path)
+    write_ground(tmp_path / "2_sph" / "target.json", gravity=0.0)
+    with pytest.raises(InputError, match="without gravity"):
+        bed_stage.run(bed_stage.Settings(**usual), tmp_path, tmp_path)
+
+
+def test_a_body_is_filled_as_a_cap(tmp_path, bed_settings):
+    from tests.dem import bodies
+
+    bodies.write_callisto(tmp_path / "2_sph" / "target.json")
+    for change, words in (({"shape": "bowl"}, "is for flat ground"), ({"packing": "hcp"}, "are for flat ground")):
+        with pytest.raises(InputError, match=words):
+            bed_stage.run(bed_settings.model_copy(update=change), tmp_path, tmp_path)
