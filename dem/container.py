@@ -113,5 +113,5 @@ class Container:
         missing = [key for key in _KEYS if key not in values]
         if missing:
             raise InputError(f"the snapshot's attribute 'domain' lacks {', '.join(missing)}")
-        numbers = [float(values[key]) for key in ("radius_m", "floor_m", "top_m", "damped_width_m", "damping_rate_1_s")]
-        return Container(str(values["shape"]), *numbers, int(values["floor_species"]), int(values["side_species"]))
+        radius, floor, top, width, rate = (float(values[key]) for key in ("radius_m", "floor_m", "top_m", "damped_width_m", "damping_rate_1_s"))
+        return Container(str(values["shape"]), radius, floor, top, width, rate, int(values["floor_species"]), int(values["side_species"]))

@@ -3,9 +3,9 @@
 A random packing goes through all of them; a hexagonal one begins with friction, since without it a crystal that the container cuts flows.
 
 Springs stiff enough for fast contacts to come (``stiffness``) would need tiny overlaps, which weak gravity takes long to bring about. The bed is therefore
-settled under gravity inflated by I, up to the overlaps at the floor that the rule for the load at rest gives, which is the same as softer springs, and in the phase ``ease``
-gravity is let down to its own value, as 1/time^2, so that it falls by e in no less than three times sqrt(r/g) of the moment: grains stay in contact while
-their overlaps go. Lengths of phases count in sqrt(r/g) where that is longer than a wave's way through the bed.
+settled under gravity inflated by I, up to the overlaps at the floor that the rule for the load at rest gives, which is the same as softer springs. In
+the phase ``ease`` gravity is let down to its own value, as 1/time^2, so that it falls by e in no less than three times sqrt(r/g) of the moment: grains
+stay in contact while their overlaps go. Lengths of phases count in sqrt(r/g) where that is longer than a wave's way through the bed.
 """
 
 from __future__ import annotations

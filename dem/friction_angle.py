@@ -18,6 +18,7 @@ Sources: GDR MiDi 2004, Eur. Phys. J. E 14, 341 (both flows, I); Peyneau & Roux 
 from __future__ import annotations
 
 import argparse
+import ast
 import hashlib
 import json
 import math
@@ -160,8 +161,9 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
 def _sources() -> list[str]:
     """What of the code an angle depends on: the contact laws and the cell."""
     here = Path(__file__).resolve()
-    cell = hashlib.sha256(here.with_name("shear_cell.py").read_bytes() + here.read_bytes().split(b"# -- kept results")[0]).hexdigest()
-    return [jit.source_key(here.with_name("forces.py")), cell]
+    own = here.read_text().split("# -- kept results")[0]
+    trees = [ast.dump(ast.parse(text)) for text in (here.with_name("shear_cell.py").read_text(), own)]  # comments and lay-out do not matter
+    return [jit.source_key(here.with_name("forces.py")), hashlib.sha256("".join(trees).encode()).hexdigest()]
 
 
 def _place(contact: Contact, method: str, options: dict[str, Any]) -> Path:
