@@ -1,6 +1,6 @@
-"""The friction angle of grains over friction mu and shape beta: a map, the shape for 30 deg, a second seed, and the tilted bed.
+"""The friction angle of grains over friction mu and shape beta: a map, the friction for 30 deg, a second seed, and the tilted bed.
 
-    python benchmarks/dem_friction_angle.py [--out docs/results/dem_friction_angle] [--part map|find|tilt|all] [--friction 0.5]
+    python benchmarks/dem_friction_angle.py [--out docs/results/dem_friction_angle] [--part map|find|tilt|all] [--shape 0.4]
 
 Every measurement is kept where ``dem.friction_angle`` keeps them, so the script goes on where it was stopped. One measurement takes one to two minutes of
 one core, a tilt three; the whole script some 50 minutes.
@@ -53,18 +53,18 @@ def draw_map(out: Path) -> None:
     figure.savefig(out / "map.png", dpi=110)
 
 
-def find(out: Path, friction: float) -> None:
-    """The shape for 30 deg, then its angle on a seed that had no part in finding it, and by tilt."""
-    shape, fitted, error = friction_angle.shape_for(WANTED, law(friction, 0.0))
-    contact = friction_angle.with_shape(law(friction, 0.0), shape)
+def find(out: Path, shape: float) -> None:
+    """The friction for 30 deg, then its angle on a seed that had no part in finding it."""
+    friction, fitted, error = friction_angle.friction_for(WANTED, law(0.5, shape))
     found = {"friction": friction, "shape": shape, "fitted_deg": fitted, "fitted_error_deg": error}
-    found["second_seed"] = friction_angle.measure(contact, "shear", seed=7)
+    print(json.dumps(found), flush=True)
+    found["second_seed"] = friction_angle.measure(law(friction, shape), "shear", seed=7)
     print(json.dumps(found, indent=1), flush=True)
     (out / "find.json").write_text(json.dumps(found, indent=1))
 
 
 def tilt(out: Path) -> None:
-    """The tilted bed at the shape that ``find`` found."""
+    """The tilted bed at the friction that ``find`` found."""
     found = json.loads((out / "find.json").read_text())
     contact = law(found["friction"], found["shape"])
     found["tilt"] = friction_angle.measure(contact, "tilt", seed=1, begin=WANTED - 6.0)
@@ -77,11 +77,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("docs/results/dem_friction_angle"))
     parser.add_argument("--part", choices=("map", "find", "tilt", "all"), default="all")
-    parser.add_argument("--friction", type=float, default=0.5)
+    parser.add_argument("--shape", type=float, default=0.4)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     if options.part in ("find", "all"):
-        find(options.out, options.friction)
+        find(options.out, options.shape)
     if options.part in ("tilt", "all"):
         tilt(options.out)
     if options.part in ("map", "all"):

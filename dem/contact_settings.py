@@ -73,7 +73,7 @@ class Contact(Model):
     liquids: tuple[str, ...] = ("water", "water_thesis")
     """Materials whose grains are of the species ``ocean``; all others are ``shell``."""
     friction_angle: Angle | None = None
-    """Friction angle of the solid grains; when it is set, ``shell.shape`` is chosen so that steady shear has it (``dem.friction_angle``)."""
+    """Friction angle of the solid grains; when it is set, ``shell.friction`` is chosen so that steady shear has it (``dem.friction_angle``)."""
     tangential_stiffness_ratio: Fraction = 2.0 / 7.0
     """k_t / k_n."""
     sliding: Literal["clamp", "reset", "cap"] = "clamp"

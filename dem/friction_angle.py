@@ -184,24 +184,24 @@ def measure(contact: Contact, method: Method = "shear", **options: Any) -> dict[
     return found
 
 
-def with_shape(contact: Contact, shape: float) -> Contact:
-    """The same law with another shape parameter beta of the solid grains."""
-    return contact.model_copy(update={"shell": contact.shell.model_copy(update={"shape": round(shape, 4)})})
+def with_friction(contact: Contact, friction: float) -> Contact:
+    """The same law with another friction mu_s of the solid grains."""
+    return contact.model_copy(update={"shell": contact.shell.model_copy(update={"friction": round(friction, 4)})})
 
 
-TRIAL = (0.0, 0.15, 0.3, 0.5, 0.8, 1.2, 2.0)
-"""Shape parameters that are tried, from the middle outwards, until two enclose the wanted angle."""
+TRIAL = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
+"""Frictions that are tried, from the middle outwards, until two enclose the wanted angle."""
 
 
-def shape_for(angle_deg: float, contact: Contact, seeds: Sequence[int] = (1, 2)) -> tuple[float, float, float]:
-    """beta at which the solid grains of ``contact`` have the friction angle: (beta, angle by the fitted line, its standard error [deg]).
+def friction_for(angle_deg: float, contact: Contact, seeds: Sequence[int] = (1, 2)) -> tuple[float, float, float]:
+    """mu_s at which the solid grains of ``contact`` have the friction angle: (mu_s, angle by the fitted line, its standard error [deg]).
 
-    The angle rises with beta and is noisy: the two neighbouring trials that enclose it and the point between them are measured with all ``seeds``, and the
-    line through these by least squares gives beta. Raises ``InputError`` with the reachable range when no trial reaches the angle.
+    mu_s and not beta, because the angle goes on rising with mu_s while it saturates in beta. The two neighbouring trials that enclose the angle are measured
+    with all ``seeds``; the line through their means gives mu_s. Raises ``InputError`` with the reachable range when no trial reaches the angle.
     """
 
-    def look(shape: float, seed: int) -> dict[str, float]:
-        return measure(with_shape(contact, shape), "shear", seed=seed)
+    def look(friction: float, seed: int) -> dict[str, float]:
+        return measure(with_friction(contact, friction), "shear", seed=seed)
 
     k = len(TRIAL) // 2
     found = {k: look(TRIAL[k], seeds[0])["angle_deg"]}
@@ -210,25 +210,22 @@ def shape_for(angle_deg: float, contact: Contact, seeds: Sequence[int] = (1, 2))
         k += step
         if not 0 <= k < len(TRIAL):
             have, edge = found[k - step], "most" if step > 0 else "least"
-            raise InputError(
-                f"no shape parameter gives a friction angle of {angle_deg:.3g} deg with friction {contact.shell.friction:g} ({edge}: {have:.3g} deg)"
-            )
+            raise InputError(f"no friction gives an angle of {angle_deg:.3g} deg with shape {contact.shell.shape:g} ({edge}: {have:.3g} deg)")
         found[k] = look(TRIAL[k], seeds[0])["angle_deg"]
-    low, high = sorted((TRIAL[k], TRIAL[k - step]))
-    shapes = np.repeat([low, 0.5 * (low + high), high], len(seeds))
-    all_ = [look(float(shape), seed) for shape, seed in zip(shapes, list(seeds) * 3)]
-    slope, offset = np.polyfit(shapes, [one["angle_deg"] for one in all_], 1)
-    shape = float(np.clip((angle_deg - offset) / slope, low, high)) if slope > 0.0 else 0.5 * (low + high)
-    error = float(np.sqrt(np.sum(np.square([one["error_deg"] for one in all_])))) / len(all_)
-    return round(shape, 4), float(offset + slope * shape), error
+    ends = sorted((TRIAL[k], TRIAL[k - step]))
+    known = [[look(end, seed) for seed in seeds] for end in ends]
+    low, high = (float(np.mean([one["angle_deg"] for one in row])) for row in known)
+    errors = [math.sqrt(sum(one["error_deg"] ** 2 for one in row)) / len(row) for row in known]
+    part = min(1.0, max(0.0, (angle_deg - low) / (high - low))) if high > low else 0.5
+    return round(ends[0] + part * (ends[1] - ends[0]), 4), low + part * (high - low), math.hypot((1.0 - part) * errors[0], part * errors[1])
 
 
 def resolved(contact: Contact) -> Contact:
-    """The settings with the shape parameter that gives ``friction_angle``, when that is set; the calibration is kept, the first takes minutes."""
+    """The settings with the friction that gives ``friction_angle``, when that is set; the calibration is kept, the first takes minutes."""
     if contact.friction_angle is None:
         return contact
-    shape, _, _ = shape_for(math.degrees(contact.friction_angle), contact)
-    return with_shape(contact, shape).model_copy(update={"friction_angle": None})
+    friction, _, _ = friction_for(math.degrees(contact.friction_angle), contact)
+    return with_friction(contact, friction).model_copy(update={"friction_angle": None})
 
 
 # -- the command ---------------------------------------------------------------------------------------------------------------
@@ -242,13 +239,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--shape", type=float, help="beta instead of the case's")
     parser.add_argument("--method", choices=("shear", "tilt"), default="shear")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--find", metavar="ANGLE", help='the shape parameter that gives this angle, "30 deg" for example')
+    parser.add_argument("--find", metavar="ANGLE", help='the friction that gives this angle, "30 deg" for example')
     options = parser.parse_args(arguments)
     try:
         contact = _contact_of(options)
         if options.find:
-            shape, angle, error = shape_for(_degrees(options.find), contact)
-            print(f"shape = {shape:.4g}  gives {angle:.2f} +- {error:.2f} deg with friction {contact.shell.friction:g}")
+            friction, angle, error = friction_for(_degrees(options.find), contact)
+            print(f"friction = {friction:.4g}  gives {angle:.2f} +- {error:.2f} deg with shape {contact.shell.shape:g}")
             return 0
         found = measure(contact, options.method, seed=options.seed)
     except (InputError, Unsound) as reason:

@@ -1,0 +1,218 @@
+"""Flows of many grains whose outcome is known from experiments: a column that collapses, a hopper that drains, a heap that is left on a plate.
+
+Units: mean diameter d = 1, density of a grain 1, g = 1; a quarter of each axisymmetric scene between two smooth planes. k_n = 600 rho g H d^2 for the
+height H of the filling, so that neither load nor fall makes overlaps above some hundredths of a diameter.
+
+Sources: Lube, Huppert, Sparks & Hallworth 2004, J. Fluid Mech. 508, 175 (column); Beverloo, Leniger & van de Velde 1961, Chem. Eng. Sci. 15, 260 (hopper).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from dem.assembly import LEFT, Assembly
+from dem.contact_settings import OCEAN, Contact
+from dem.gravity import Field
+from dem.relaxation import Fire
+from dem.walls import PLANE, Wall, cylinder, funnel
+from matter.errors import InputError
+from matter.particles import Particles
+from matter.progress import stop_here
+
+PACKED = 0.60
+"""Share of a filling's volume that its grains take before they settle."""
+SIDES = (Wall(PLANE, direction=(1.0, 0.0, 0.0)), Wall(PLANE, direction=(0.0, 1.0, 0.0)))
+"""The two smooth planes that cut out a quarter."""
+STIFFNESS = 600.0
+
+
+def filled(radius: float, height: float, floor: Sequence[Wall], contact: Contact, seed: int = 1, spread: float = 0.15) -> Assembly:
+    """A quarter of an upright cylinder of grains at rest on the walls ``floor``; the last wall is the cylinder itself.
+
+    Random points are relaxed without friction below a lid, then come to rest with friction under gravity.
+    """
+    rng = np.random.default_rng(seed)
+    count = int(PACKED * 0.25 * math.pi * radius**2 * height / (math.pi / 6.0))
+    if count < 50:
+        raise InputError(f"a cylinder of radius {radius:g} and height {height:g} diameters holds {count} grains: too few")
+    r = 0.5 * rng.uniform(1.0 - spread, 1.0 + spread, count)
+    along, angle = (radius - r) * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, 0.5 * math.pi, count)
+    x = np.column_stack([along * np.cos(angle), along * np.sin(angle), rng.uniform(r, height - r)])
+    mass = 4.0 / 3.0 * math.pi * r**3
+    zero, ones = np.zeros((count, 3)), np.ones(count)
+    grains = Particles(
+        dict(
+            identity=np.arange(count), position=x, velocity=zero, angular_velocity=zero, mass=mass, radius=r, material=0 * ones, species=0 * ones,
+            stiffness=STIFFNESS * height * 2.0 * r,
+        )
+    )  # fmt: skip
+    smooth = OCEAN.model_copy(update={"restitution": 0.5})
+    walls = [*floor, *SIDES, cylinder(radius)]
+    lid = Wall(PLANE, point=(0.0, 0.0, height), direction=(0.0, 0.0, -1.0))
+    packing = Assembly(grains, contact.model_copy(update={"shell": smooth}), [*walls, lid], overlap_limit=np.inf)
+    fire = Fire(packing)
+    for _ in range(500):
+        fire.step()
+    grains = packing.particles({}, tables=False)
+    grains["velocity"] = zero
+    bed = Assembly(grains, contact, walls, Field.constant((0.0, 0.0, -1.0)), overlap_limit=np.inf)
+    bed.drag[:] = 2.0
+    advance(bed, 2.0 + 0.15 * height)
+    bed.drag[:] = 0.2
+    while advance(bed, 2.0) > 0.01:
+        pass
+    bed.drag[:] = 0.0
+    bed.overlap_limit = contact.overlap_stop
+    return bed
+
+
+def advance(bed: Assembly, duration: float) -> float:
+    """Step for ``duration`` [sqrt(d/g)]; returns the rms speed at its end."""
+    for _ in range(max(1, round(duration / bed.dt))):
+        bed.step()
+    stop_here("bulk flow")
+    here = bed.W[: bed.moving, :3]
+    return float(np.sqrt(np.mean(np.sum(here**2, axis=1)))) if len(here) else 0.0
+
+
+def released(bed: Assembly, contact: Contact, walls: Sequence[Wall]) -> Assembly:
+    """The same grains, contacts and springs among other walls (``walls`` keeps the places of those that stay)."""
+    return Assembly(bed.particles({"time": 0.0}), contact, walls, bed.gravity)
+
+
+def remove_fallen(bed: Assembly, below: float) -> int:
+    """Take away the grains whose centres are lower than ``below``; returns how many."""
+    fallen = (bed.X[:, 2] < below) & (bed.state != LEFT)
+    count = int(fallen.sum())
+    if count:
+        bed.change_states(fallen, LEFT, "landed_outside")
+    return count
+
+
+def thickness(bed: Assembly, width: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Middles of rings [d] about the axis and the thickness of the deposit in them: grain volume over area and ``PACKED``."""
+    x = bed.X[: bed.moving]
+    across = np.hypot(x[:, 0], x[:, 1])
+    edges = np.arange(0.0, across.max() + 2.0 * width, width)
+    volume = np.histogram(across, edges, weights=4.0 / 3.0 * math.pi * x[:, 3] ** 3)[0]
+    return 0.5 * (edges[1:] + edges[:-1]), volume / (0.25 * math.pi * np.diff(edges**2)) / PACKED
+
+
+class Column(NamedTuple):
+    """Aspect ratio at the start; run-out (r_end - r_0) / r_0 measured and after Lube et al.; height at the end over r_0, likewise; duration [sqrt(d/g)]."""
+
+    aspect: float
+    runout: float
+    expected: float
+    height: float
+    expected_height: float
+    duration: float
+    grains: int
+
+
+FRONT = (0.5, 2.5)
+"""Thicknesses [d] between which the outer slope of the deposit is fitted; where it comes to nothing is the run-out: the last grains lie one by one."""
+
+
+def front(place: np.ndarray, deep: np.ndarray) -> float:
+    """Distance [d] at which the straight line through the outer slope of a deposit comes to nothing."""
+    last = int(np.flatnonzero(deep > FRONT[0])[-1])
+    first = last
+    while first > 0 and deep[first - 1] < FRONT[1]:
+        first -= 1
+    first = min(first, last - 2)
+    slope, offset = np.polyfit(place[first : last + 2], deep[first : last + 2], 1)
+    return float(-offset / slope)
+
+
+def column(aspect: float, radius: float, contact: Contact, seed: int = 1) -> Column:
+    """A column of ``radius`` [d] and height ``aspect`` * radius let go on a rough floor."""
+    floor = [Wall(PLANE, species=0)]
+    bed = filled(radius, aspect * radius, floor, contact, seed)
+    top = 2.0 * float(bed.mass @ bed.X[:, 2] / bed.mass.sum())
+    aspect = top / radius
+    bed = released(bed, contact, [*floor, *SIDES])
+    duration = 3.0 * math.sqrt(top)
+    advance(bed, duration)
+    while advance(bed, 2.0) > 0.02 and duration < 20.0 * math.sqrt(top):
+        duration += 2.0
+    place, deep = thickness(bed)
+    edge = front(place, deep)
+    inner = bed.X[np.hypot(bed.X[:, 0], bed.X[:, 1]) < max(2.0, 0.15 * radius)]
+    expected = 1.24 * aspect if aspect < 1.7 else 1.6 * math.sqrt(aspect)
+    high = aspect if aspect < 1.0 else 0.88 * aspect ** (1.0 / 6.0)
+    return Column(aspect, edge / radius - 1.0, expected, float((inner[:, 2] + inner[:, 3]).max()) / radius, high, duration, len(bed.X))
+
+
+class Hopper(NamedTuple):
+    """Diameter of the hole [d]; mass per time of the whole circle [rho d^3 sqrt(g/d)]; bulk fraction above the hole; grains that have fallen."""
+
+    hole: float
+    rate: float
+    fraction: float
+    fallen: int
+
+
+def hopper(hole: float, radius: float, height: float, contact: Contact, seed: int = 1, share: float = 0.45) -> Hopper:
+    """A flat-bottomed hopper with a round hole drains until ``share`` of its grains are out; the rate between a tenth and that."""
+    closed = [Wall(PLANE, species=0)]
+    bed = filled(radius, height, closed, contact, seed)
+    above = bed.X[bed.X[:, 2] < 0.6 * height]
+    fraction = float(np.sum(4.0 / 3.0 * math.pi * above[:, 3] ** 3) / (0.25 * math.pi * radius**2 * 0.6 * height))
+    bed = released(bed, contact, [funnel((0.5 * hole, 0.0), (radius, 0.0), species=0), *SIDES, cylinder(radius)])
+    total, mass = len(bed.X), [0.0]
+    times, fallen = [0.0], 0
+    whole = float(bed.mass.sum())
+    while fallen < share * total:
+        advance(bed, 0.5)
+        fallen += remove_fallen(bed, -2.0)
+        times.append(bed.time)
+        mass.append(whole - float(bed.mass[: bed.moving].sum()))
+        if bed.time > 400.0:
+            raise InputError(f"the hopper with a hole of {hole:g} diameters is blocked after {fallen} grains")
+    out = np.array(mass)
+    steady = (out > 0.1 * whole) & (out < share * whole)
+    slope = np.polyfit(np.array(times)[steady], out[steady], 1)[0]
+    return Hopper(hole, 4.0 * float(slope), fraction, fallen)
+
+
+def beverloo(hole: np.ndarray, fraction: float, c: float = 0.58, k: float = 1.4) -> np.ndarray:
+    """W = C rho_b sqrt(g) (D - k d)^(5/2) [rho d^3 sqrt(g/d)]; rho_b = ``fraction`` in these units."""
+    return c * fraction * (np.asarray(hole) - k) ** 2.5
+
+
+class Heap(NamedTuple):
+    """Slope of the heap's side [deg] by a straight line through the ring-wise surface, its standard error, and the grains left."""
+
+    angle_deg: float
+    error_deg: float
+    grains: int
+
+
+def heap(radius: float, contact: Contact, seed: int = 1, height: float | None = None) -> Heap:
+    """What is left of a cylinder on a round plate of its own size when its side is taken away: the angle of repose."""
+    plate = [funnel((0.0, 0.0), (radius, 0.0), species=0, rims=(False, True))]
+    bed = filled(radius, height or 0.75 * radius, plate, contact, seed)
+    bed = released(bed, contact, [*plate, *SIDES])
+    for _ in range(200):
+        moving = advance(bed, 2.0)
+        remove_fallen(bed, -3.0)
+        if moving < 0.01 and bed.time > 20.0:
+            break
+    x = bed.X[: bed.moving]
+    across, angle, top = np.hypot(x[:, 0], x[:, 1]), np.arctan2(x[:, 1], x[:, 0]), x[:, 2] + x[:, 3]
+    rings, heights = [], []
+    for inner in np.arange(0.15 * radius, 0.85 * radius, 1.0):
+        sectors = max(1, int(0.5 * math.pi * (inner + 0.5) / 1.5))
+        here = (across >= inner) & (across < inner + 1.0)
+        tops = [top[here & (np.floor(angle / (0.5 * math.pi) * sectors) == s)] for s in range(sectors)]
+        tops = [t.max() for t in tops if len(t)]
+        if tops:
+            rings.append(inner + 0.5)
+            heights.append(float(np.mean(tops)))
+    (slope, _), covariance = np.polyfit(rings, heights, 1, cov=True)
+    return Heap(-math.degrees(math.atan(slope)), math.degrees(math.sqrt(covariance[0, 0])), int(len(x)))
