@@ -215,4 +215,4 @@ def heap(radius: float, contact: Contact, seed: int = 1, height: float | None = 
             rings.append(inner + 0.5)
             heights.append(float(np.mean(tops)))
     (slope, _), covariance = np.polyfit(rings, heights, 1, cov=True)
-    return Heap(-math.degrees(math.atan(slope)), math.degrees(math.sqrt(covariance[0, 0])), int(len(x)))
+    return Heap(-math.degrees(math.atan(slope)), math.degrees(math.sqrt(covariance[0, 0])), len(x))

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from dem.gravity import Field
+from dem.layered_body import LayeredBody
 from matter.errors import InputError
 
 _LAYER_KEYS = ("name", "material", "bottom_m", "top_m")
@@ -59,6 +60,11 @@ class FlatGround:
             {key: np.asarray(content["profile"][key], dtype=float) for key in _PROFILE_KEYS},
         )
 
+    @property
+    def surface_gravity(self) -> float:
+        """g [m/s^2]."""
+        return self.g
+
     def gravity(self) -> Field:
         """Uniform gravity."""
         return Field.constant((0.0, 0.0, -self.g))
@@ -82,3 +88,8 @@ class FlatGround:
         """Weight of the ground above [Pa]; zero above the surface."""
         place = np.append(self.profile["height_m"], 0.0)
         return np.interp(height, place, np.append(self.profile["pressure_Pa"], 0.0), right=0.0)
+
+
+def ground_of(path: Path) -> LayeredBody | FlatGround:
+    """What a ``target.json`` describes: a body of layers or flat ground."""
+    return FlatGround.read(path) if is_flat(path) else LayeredBody.read(path)

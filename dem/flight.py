@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dem.assembly import ACTIVE, BALLISTIC, LEFT, Assembly
+from dem.container import Container
 from dem.domain import Domain
 
 EVERY = 10
@@ -13,32 +14,35 @@ ESCAPE_RADII = 1.5
 """A grain faster than escape is booked beyond this many radii of the body; slower ones may come back."""
 
 
-def look(bed: Assembly, domain: Domain) -> None:
+def look(bed: Assembly, domain: Domain | Container) -> None:
     """Move grains between the contact search, free flight and the books (at a full step).
 
     The *shell* is the highest touching grain or the top of the domain, whichever is higher, and two radii more: above it a grain without contact flies
     ballistically (gravity only), and comes back into the search before it can reach the shell again. Booked are grains on an escape
     orbit, grains that come down beside the domain, and grains that have gone through its side.
     """
-    distance = np.linalg.norm(bed.X[:, :3], axis=1)
+    flat = isinstance(domain, Container)
+    distance = bed.X[:, 2] if flat else np.linalg.norm(bed.X[:, :3], axis=1)
+    top_level, floor_level = (domain.top, domain.floor) if isinstance(domain, Container) else (domain.top_radius, domain.core_radius)
     touching = np.zeros(len(bed.X), dtype=bool)
     first, second, _ = bed._touching()
     touching[first] = touching[second] = True
     largest = float(bed.X[:, 3].max())
-    top = float(np.max((distance + bed.X[:, 3])[touching], initial=domain.top_radius))
+    top = float(np.max((distance + bed.X[:, 3])[touching], initial=top_level))
     shell = top + 2.0 * largest
-    outward = np.einsum("ij,ij->i", bed.X[:, :3], bed.W[:, :3]) > 0.0
+    outward = bed.W[:, 2] > 0.0 if flat else np.einsum("ij,ij->i", bed.X[:, :3], bed.W[:, :3]) > 0.0
     outside = domain.outside(bed.X[:, :3])
     speed2 = np.einsum("ij,ij->i", bed.W[:, :3], bed.W[:, :3])
     bound = 0.5 * speed2 + bed.gravity.potential(bed.X[:, :3]) < 0.0
     active, flying = bed.state == ACTIVE, bed.state == BALLISTIC
     reach = 2.0 * EVERY * bed.dt * np.sqrt(speed2) + 2.0 * largest
 
-    aside = active & outside & (distance < domain.top_radius)
+    aside = active & outside & (distance < top_level)
     launched = active & ~touching & ~aside & (((distance - bed.X[:, 3] > shell) & outward) | outside)
-    gone = flying & ~bound & (distance > ESCAPE_RADII * domain.datum_radius)
-    beside = flying & outside & ~outward & (distance < domain.top_radius)
-    beside |= flying & (distance < domain.core_radius)
+    # under uniform gravity nothing escapes
+    gone = flying & ~bound & (distance > ESCAPE_RADII * domain.datum_radius) if isinstance(domain, Domain) else np.zeros(len(flying), dtype=bool)
+    beside = flying & outside & ~outward & (distance < top_level)
+    beside |= flying & (distance < floor_level)
     back = flying & ~outside & ~outward & (distance < shell + reach)
     if back.any():
         back &= ~_overlapping(bed, np.flatnonzero(back))
@@ -67,9 +71,12 @@ def _overlapping(bed: Assembly, candidates: np.ndarray) -> np.ndarray:
     return mask
 
 
-def damp(bed: Assembly, domain: Domain) -> None:
+def damp(bed: Assembly, domain: Domain | Container) -> None:
     """Set the damping of the outermost grains for where they are now; what flies is not damped."""
     drag = domain.drag(bed.X[:, :3])
     drag[bed.active :] = 0.0
-    drag[np.einsum("ij,ij->i", bed.X[:, :3], bed.X[:, :3]) > domain.top_radius**2] = 0.0
+    if isinstance(domain, Container):
+        drag[bed.X[:, 2] > domain.top] = 0.0
+    else:
+        drag[np.einsum("ij,ij->i", bed.X[:, :3], bed.X[:, :3]) > domain.top_radius**2] = 0.0
     bed.drag[:] = drag

@@ -56,6 +56,11 @@ class LayeredBody:
             profile,
         )
 
+    @property
+    def surface_gravity(self) -> float:
+        """g [m/s^2] at the surface."""
+        return float(np.interp(self.radius, self.profile["radius_m"], self.profile["gravity_m_s2"]))
+
     def gravity(self) -> Field:
         """Central gravity of the body."""
         return Field.of_target({key: list(values) for key, values in self.profile.items()})

@@ -13,9 +13,11 @@ from pydantic import Field, model_validator
 from dem import flight, friction_angle, settling, sleeping
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
 from dem.contact_settings import Contact
+from dem.container import Container
 from dem.domain import Domain
 from dem.engines import program
 from dem.engines.deviations import Deviation
+from dem.flat_ground import FlatGround, ground_of
 from dem.following_stiffness import Following
 from dem.layered_body import LayeredBody
 from dem.stillness import Stillness, surface_profile
@@ -113,13 +115,15 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     """
     inputs, out = Path(inputs), Path(out)
     settings = settings.model_copy(update={"contact": friction_angle.resolved(settings.contact)})
-    start, body = snapshot.read(inputs / "4_handoff" / "start.vtkhdf"), LayeredBody.read(inputs / "2_sph" / "target.json")
+    start, ground = snapshot.read(inputs / "4_handoff" / "start.vtkhdf"), ground_of(inputs / "2_sph" / "target.json")
     if settings.engine != "native":
         from dem.engines import external  # which stands on this module
 
-        external.run(settings, start, body, out)
+        if not isinstance(ground, LayeredBody):
+            raise InputError(f'[dem] engine = "{settings.engine}" takes beds on a spherical body; flat ground is for "native"')
+        external.run(settings, start, ground, out)
         return
-    collapse = Collapse(settings, start, body, out)
+    collapse = Collapse(settings, start, ground, out)
     saved = checkpoint.newest(out)
     if saved is not None:
         collapse.restore(*saved)
@@ -130,17 +134,20 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
 class Collapse:
     """One run of the stage: the assembly and what is remembered about it."""
 
-    def __init__(self, settings: Settings, start: Particles, body: LayeredBody, out: Path):
+    def __init__(self, settings: Settings, start: Particles, body: LayeredBody | FlatGround, out: Path):
         _check(start, settings)
         self.settings, self.out = settings, out
-        self.domain = Domain.of_attribute(start.attributes["domain"])
+        flat = start.attributes.get("frame") == "plane"
+        if flat != isinstance(body, FlatGround):
+            raise InputError("the start and target.json do not share a frame: one is flat ground, the other a sphere")
+        self.domain: Domain | Container = (Container if flat else Domain).of_attribute(start.attributes["domain"])
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
         self.bed = Assembly(
             start, settings.contact, self.domain.walls(), body.gravity(), dt=dt, threads=settling.threads_for(len(start)), skin=0.3,
             offset=settings.stiffness == "following", sleep=settings.sleeping,
         )  # fmt: skip
-        self.following = Following(self.bed, float(body.pressure(np.array(self.domain.core_radius)))) if settings.stiffness == "following" else None
+        self.following = Following(self.bed, float(body.pressure(np.array(self.domain.floor if isinstance(self.domain, Container) else self.domain.core_radius)))) if settings.stiffness == "following" else None
         self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")}
         self.still = Stillness(settings.still_interval)
         self.change, self.snapshots = np.inf, 0
@@ -151,7 +158,7 @@ class Collapse:
         self.start_energy, self.start_kinetic = sum(energies.values()), energies["kinetic_J"] + energies["rotational_J"]
         m, speed = self.bed.mass, np.linalg.norm(self.bed.W[:, :3], axis=1)
         if not speed.any():  # a control run: errors count against sqrt(g r), what a fall by half a radius gives
-            gravity = float(np.interp(body.radius, body.profile["radius_m"], body.profile["gravity_m_s2"]))
+            gravity = body.surface_gravity
             speed = np.full(len(m), np.sqrt(gravity * self.bed.mean_radius))
         self.scale_p = float(np.sum(m * speed))
         self.scale_l = float(np.sum(m * np.linalg.norm(self.bed.X[:, :3], axis=1) * speed))

@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from dem.assembly import ACTIVE, Assembly
+from dem.container import Container
 from dem.domain import Domain
 
 COLUMN = 2.0
 """Width of a column and of a ring, in mean grain radii."""
 
 
-def surface_profile(bed: Assembly, domain: Domain) -> np.ndarray:
+def surface_profile(bed: Assembly, domain: Domain | Container) -> np.ndarray:
     """Mean height [m] of the top of the bed above the datum in rings about the axis; nan where a ring is empty.
 
-    The surface is the highest touching grain of each column of an equal-area grid (Lambert's projection), so that grains in flight do
+    The surface is the highest touching grain of each column of an equal-area grid (Lambert's projection; on flat ground squares), so that grains in flight do
     not count.
     """
     touching = np.zeros(len(bed.X), dtype=bool)
@@ -22,16 +23,22 @@ def surface_profile(bed: Assembly, domain: Domain) -> np.ndarray:
     touching[first] = touching[second] = True
     here = np.flatnonzero(touching & (bed.state == ACTIVE))
     x = bed.X[here]
-    distance = np.linalg.norm(x[:, :3], axis=1)
-    angle = domain.polar_angle(x[:, :3])
-    flat = 2.0 * domain.datum_radius * np.sin(0.5 * angle)
-    plan = flat / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-300)
     size = COLUMN * bed.mean_radius
-    half = int(np.ceil(2.0 * domain.datum_radius * np.sin(0.5 * domain.half_angle) / size)) + 1
+    if isinstance(domain, Container):
+        plan, level, inside = np.ones(len(x)), x[:, 2] + x[:, 3], ~domain.outside(x[:, :3])
+        reach = domain.radius * (np.sqrt(2.0) if domain.shape == "box" else 1.0)
+    else:
+        distance = np.linalg.norm(x[:, :3], axis=1)
+        angle = domain.polar_angle(x[:, :3])
+        flat = 2.0 * domain.datum_radius * np.sin(0.5 * angle)
+        plan = flat / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-300)
+        level, inside = distance + x[:, 3] - domain.datum_radius, angle <= domain.half_angle
+        reach = 2.0 * domain.datum_radius * np.sin(0.5 * domain.half_angle)
+    half = int(np.ceil(reach / size)) + 1
     column = (np.floor(x[:, 0] * plan / size).astype(int) + half) * (2 * half + 1) + np.floor(x[:, 1] * plan / size).astype(int) + half
     top = np.full((2 * half + 1) ** 2, -np.inf)
-    good = (column >= 0) & (column < len(top)) & (angle <= domain.half_angle)
-    np.maximum.at(top, column[good], (distance + x[:, 3] - domain.datum_radius)[good])
+    good = (column >= 0) & (column < len(top)) & inside
+    np.maximum.at(top, column[good], level[good])
     cells = np.arange(len(top))
     centre = np.hypot(cells // (2 * half + 1) - half + 0.5, cells % (2 * half + 1) - half + 0.5)
     ring = centre.astype(int)

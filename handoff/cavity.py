@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handoff.domain import Cone, Domain
+from handoff.domain import Box, Cone, Domain
 
 _SECTORS = 12
 # the radius is taken where the wall is this fraction of the depth below the datum, then carried to the datum along a parabola
@@ -119,4 +119,6 @@ def _area(domain: Domain) -> float:
     """Area of the datum inside the domain [m^2]."""
     if isinstance(domain, Cone):
         return 2.0 * math.pi * domain.datum**2 * (1.0 - math.cos(domain.half_angle))
+    if isinstance(domain, Box):
+        return 4.0 * domain.radius**2
     return math.pi * domain.radius**2

@@ -2,7 +2,7 @@
 
 The bed's own attribute ``domain`` says which: ``core_radius_m, datum_radius_m, top_radius_m, cone_half_angle_rad`` (frame ``sphere``:
 between the core's surface and the headroom's top, inside a cone about +z with its apex at the body's centre) or ``radius_m, floor_m,
-datum_m, top_m`` (frame ``plane``).
+datum_m, top_m`` and ``shape`` (frame ``plane``: ``cylinder``, also when it is not said, ``box`` or ``bowl``).
 """
 
 from __future__ import annotations
@@ -126,6 +126,55 @@ class Cylinder:
         return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), height], axis=1)
 
 
+@dataclass(frozen=True)
+class Box(Cylinder):
+    """Upright square box, ``radius`` half its width."""
+
+    @property
+    def volume(self) -> float:
+        """Volume [m^3]."""
+        return 4.0 * self.radius**2 * (self.top - self.floor)
+
+    def cut_depth(self, position: np.ndarray) -> np.ndarray:
+        """(n,) distance [m] to the nearest side or the floor, positive inside."""
+        return np.minimum(position[:, 2] - self.floor, self.radius - np.abs(position[:, :2]).max(axis=1))
+
+    def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
+        """Map (n, 3) numbers in the unit cube to points of even density, up to the height ``top``."""
+        height = self.floor + uniform[:, 0] * ((self.top if top is None else top) - self.floor)
+        return np.column_stack([self.radius * (2.0 * uniform[:, 1:] - 1.0), height])
+
+
+@dataclass(frozen=True)
+class Bowl(Cylinder):
+    """Half-sphere of ``radius`` below the datum, upright cylinder above it; ``floor`` = ``datum`` - ``radius``."""
+
+    def _below(self, height: np.ndarray) -> np.ndarray:
+        """Volume [m^3] below a height."""
+        z = np.minimum(np.asarray(height) - self.datum, 0.0)
+        sphere = math.pi * (self.radius**2 * (z + self.radius) - (z**3 + self.radius**3) / 3.0)
+        return sphere + math.pi * self.radius**2 * np.maximum(np.asarray(height) - self.datum, 0.0)
+
+    @property
+    def volume(self) -> float:
+        """Volume [m^3]."""
+        return float(self._below(np.array(self.top)))
+
+    def cut_depth(self, position: np.ndarray) -> np.ndarray:
+        """(n,) distance [m] to the bowl, above the datum to the side, positive inside."""
+        z, across = position[:, 2] - self.datum, np.hypot(position[:, 0], position[:, 1])
+        return self.radius - np.where(z < 0.0, np.hypot(across, z), across)
+
+    def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
+        """Map (n, 3) numbers in the unit cube to points of even density, up to the height ``top``."""
+        heights = np.linspace(self.floor, self.top if top is None else top, 4001)
+        below = self._below(heights)
+        height = np.interp(uniform[:, 0] * below[-1], below, heights)
+        across = np.sqrt(np.maximum(self.radius**2 - np.minimum(height - self.datum, 0.0) ** 2, 0.0) * uniform[:, 1])
+        azimuth = 2.0 * math.pi * uniform[:, 2]
+        return np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height], axis=1)
+
+
 Domain = Cone | Cylinder
 
 
@@ -147,4 +196,9 @@ def read(attributes: Mapping[str, Any]) -> Domain:
     last = values[0] if flat else values[3]
     if not (levels[0] < levels[1] <= levels[2]) or not last > 0.0 or (not flat and last > math.pi):
         raise InputError(f"the bed's attribute 'domain' bounds no volume: {dict(table)}")
-    return Cylinder(*values) if flat else Cone(*values)
+    if not flat:
+        return Cone(*values)
+    shape = str(table.get("shape", "cylinder"))
+    if shape not in ("bowl", "box", "cylinder"):
+        raise InputError(f"the bed's attribute 'domain' has an unknown shape {shape!r} (bowl, box or cylinder)")
+    return {"bowl": Bowl, "box": Box, "cylinder": Cylinder}[shape](*values)

@@ -88,7 +88,7 @@ def test_an_angle_is_kept_and_a_friction_found(tmp_path, monkeypatch):
         friction, angle, error = friction_angle.friction_for(30.0, law())
         assert 24.0 + 10.0 * friction + 0.15 == pytest.approx(30.0, abs=0.02) and angle == pytest.approx(30.0) and 0.0 < error < 0.25
         before = len(made)
-        contact = Contact.model_validate({"friction_angle": "30 deg"})
+        contact = Contact.model_validate({"friction_angle": "30 deg", "shell": {"shape": 0.3}})
         assert friction_angle.resolved(contact).shell.friction == friction and friction_angle.resolved(contact).friction_angle is None
         assert len(made) == before
         assert friction_angle.resolved(law()) == law()
