@@ -147,3 +147,45 @@ def test_a_body_is_filled_as_a_cap(tmp_path, bed_settings):
     for change, words in (({"shape": "bowl"}, "is for flat ground"), ({"packing": "hcp"}, "are for flat ground")):
         with pytest.raises(InputError, match=words):
             bed_stage.run(bed_settings.model_copy(update=change), tmp_path, tmp_path)
+
+
+def test_a_carved_flat_bed_collapses(random_bed, tmp_path):
+    """The granular stage on flat ground: a steep cavity fills in, a grain thrown up flies beside the contact search and comes back, balances hold."""
+    from dem import carved_bowl, stage
+
+    bed, _ = random_bed
+    start = carved_bowl.carved(bed, 5.0, 4.0)
+    start.attributes.update(bed.attributes, time=1.0)
+    across = np.hypot(start.position[:, 0], start.position[:, 1])  # not in the damped layer along the side
+    thrown = int(np.argmax(np.where(across < 1.3, start.position[:, 2], -np.inf)))
+    start.velocity[thrown] = [0.0, 0.0, 4.6]
+    write_ground(tmp_path / "2_sph" / "target.json", depth=9.0)
+    (tmp_path / "4_handoff").mkdir()
+    (tmp_path / "5_dem").mkdir()
+    snapshot.write(start, tmp_path / "4_handoff" / "start.vtkhdf")
+    settings = stage.Settings(end_time=13.0, latest_time=14.0, still_interval=4.0, snapshot_interval=2.0, history_interval=1.0)
+    stage.run(settings, tmp_path, tmp_path / "5_dem")
+    report = json.loads((tmp_path / "5_dem" / "stage_report.json").read_text())
+    assert report["momentum_error"] < 1e-9 and abs(report["energy_error"]) < 0.05
+    assert report["ballistic_at_end"] == 0 and report["left"] == 0
+    states = [snapshot.read(path).state for path in snapshot.series(tmp_path / "5_dem")]
+    assert max(int((state == 1).sum()) for state in states) >= 1
+    last = snapshot.read(tmp_path / "5_dem" / "last.vtkhdf")
+    before = carved_bowl.profile(start, 2.0, 8.0)[1][0]
+    assert carved_bowl.profile(last, 2.0, 8.0)[1][0] > before + 0.3  # the cavity fills in
+
+
+def test_profiles_of_a_carved_plane():
+    """On a fine grid of points that follow a cone the steepest slope is the cone's."""
+    from dem import carved_bowl
+    from matter.particles import Particles
+
+    at = np.arange(-10.0, 10.0, 0.25)
+    x, y = np.meshgrid(at, at)
+    across = np.hypot(x, y).ravel()
+    z = np.minimum(0.0, (across - 6.0) * math.tan(math.radians(28.0)))
+    points = Particles({"position": np.column_stack([x.ravel(), y.ravel(), z]), "radius": np.full(len(z), 0.1)})
+    ring, height = carved_bowl.profile(points, 0.5, 9.0)
+    assert carved_bowl.steepest(ring, height, 3.0) == pytest.approx(28.0, abs=1.0)
+    with pytest.raises(InputError, match="frame is not 'plane'"):
+        carved_bowl.carved(points, 1.0, 1.0)

@@ -90,3 +90,24 @@ def test_domain_points_are_even_and_columns_cover_it():
     assert cone.depth_inside(np.array([[0.0, 0.0, 1.4], [0.0, 0.0, 2.6], [np.sin(0.7) * 2, 0.0, np.cos(0.7) * 2]])) == pytest.approx(
         [0.4, -0.1, -2.0 * np.sin(0.1)]
     )
+
+
+@pytest.mark.parametrize("shape", ["bowl", "box", "cylinder"])
+def test_flat_domains_are_the_beds_own_containers(shape):
+    """What the bed stage records, read here: same volume, same distances from the walls, points of even density inside."""
+    from dem.container import Container
+
+    bed = Container(shape, 10.0, -10.0, 2.0)
+    region = domain.read({"frame": "plane", "domain": bed.as_attribute()})
+    assert region.volume == pytest.approx(bed.volume(-10.0, 2.0), rel=1e-12)
+    points = region.points(np.random.default_rng(1).uniform(size=(20_000, 3)))
+    np.testing.assert_allclose(region.depth_inside(points), bed.depth_inside(points), atol=1e-9)
+    assert region.depth_inside(points).min() > -1e-9
+    for low, high in ((-10.0, -6.0), (-4.0, 0.0)):
+        share = np.mean((points[:, 2] > low) & (points[:, 2] < high))
+        assert share == pytest.approx(bed.volume(low, high) / region.volume, abs=0.015)
+
+
+def test_an_unknown_container_is_refused():
+    with pytest.raises(InputError, match="unknown shape"):
+        domain.read({"frame": "plane", "domain": {"radius_m": 1.0, "floor_m": -1.0, "datum_m": 0.0, "top_m": 0.5, "shape": "pot"}})
