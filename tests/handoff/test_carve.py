@@ -4,6 +4,7 @@ from scipy.spatial import cKDTree
 
 from handoff import carve, domain, surface, transfer
 from matter.alpha_shape import alpha_shape
+from matter.errors import InputError
 from tests.handoff import clouds
 from tests.handoff.clouds import ARC_FLAT, CAVITY, DEPTH
 
