@@ -6,7 +6,8 @@ Both are periodic along x and y. Sheared, the cell is periodic along z too, with
     d(ln L_z)/dt = RESPONSE (sigma_zz - P) / P      [in units of 1 / (d sqrt(rho / P))]
 
 so that the whole cell shears evenly, without a wall. Tilted, z is bounded below by grains that are held (a rough base) and open above, and
-gravity turns from -z towards +x. Contacts are ``dem.forces.contact``, the laws of the stage; time steps are those of ``dem.integrator``.
+gravity turns from -z towards +x. Contacts are ``dem.forces.contact``, the laws of the stage with Hooke's springs and without cohesion; time steps are
+those of ``dem.integrator``.
 
 Units inside: mean diameter d = 1, density of a grain rho = 1, and P = 1 (sheared) or g = 1 (tilted). The stress of the contacts is
 sigma_ab = (1/V) sum f_a b_b, compression positive (Christoffersen, Mehrabadi & Nemat-Nasser 1981, J. Appl. Mech. 48, 339).
@@ -20,7 +21,7 @@ import numpy as np
 
 from dem import contacts, forces
 from dem.contact_settings import Contact
-from dem.forces import contact
+from dem.forces import HOOKE, contact
 from dem.laws.tangential_spring import RULES
 from matter.errors import UnphysicalState
 from matter.jit import kernel
@@ -104,7 +105,7 @@ def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, F,
             mj = V[j, 6]
             fn, tx, ty, tz, mx, my, mz, _, _, _ = contact(
                 nx, ny, nz, ri + rj - d, un, ux, uy, uz, rx, ry, rz, twist, spin, min(ki, V[j, 7]), mi * mj / (mi + mj), ri * rj / (ri + rj),
-                table, hist[e], dt, rule, tail, 0.0,
+                table, hist[e], dt, tail, 0.0, 0.0, 0.0, rule, HOOKE, 0,
             )  # fmt: skip
             touching += 1
             worst = max(worst, (ri + rj - d) / min(ri, rj))
@@ -193,6 +194,11 @@ def _advance(steps, X, V, W, A, F, held, row, col, hist, table, period, clock, r
     return steps, worst
 
 
+def _table(contact_law: Contact) -> np.ndarray:
+    """Parameters of two solid grains: springs of constant stiffness and no cohesion, whatever the case takes."""
+    return np.ascontiguousarray(contact_law.model_copy(update={"normal": "hooke", "tangential": "spring", "cohesion": "none"}).pair_table()[0, 0])
+
+
 class Cell:
     """Grains in a periodic cell under one contact law.
 
@@ -201,8 +207,8 @@ class Cell:
 
     def __init__(self, x: np.ndarray, radius: np.ndarray, period: np.ndarray, contact_law: Contact, stiffness: float, held: np.ndarray | None = None):
         n = len(x)
-        self.law, self.period = contact_law, np.array(period, dtype=float)
-        self.table = np.ascontiguousarray(contact_law.pair_table()[0, 0])
+        self.period = np.array(period, dtype=float)
+        self.law, self.table = contact_law, _table(contact_law)
         self.X = np.column_stack([x, radius])
         self.W = np.zeros((n, 6))
         mass = math.pi / 6.0 * (2.0 * radius) ** 3
@@ -219,7 +225,7 @@ class Cell:
 
     def set_law(self, contact_law: Contact) -> None:
         """Another contact law from here on; springs start anew."""
-        self.law, self.table = contact_law, np.ascontiguousarray(contact_law.pair_table()[0, 0])
+        self.law, self.table = contact_law, _table(contact_law)
         self.hist[:, :7] = 0.0
 
     def _build(self) -> None:

@@ -147,7 +147,11 @@ class Collapse:
             start, settings.contact, self.domain.walls(), body.gravity(), dt=dt, threads=settling.threads_for(len(start)), skin=0.3,
             offset=settings.stiffness == "following", sleep=settings.sleeping,
         )  # fmt: skip
-        self.following = Following(self.bed, float(body.pressure(np.array(self.domain.floor if isinstance(self.domain, Container) else self.domain.core_radius)))) if settings.stiffness == "following" else None
+        self.following = (
+            Following(self.bed, float(body.pressure(np.array(self.domain.floor if isinstance(self.domain, Container) else self.domain.core_radius))))
+            if settings.stiffness == "following"
+            else None
+        )
         self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")}
         self.still = Stillness(settings.still_interval)
         self.change, self.snapshots = np.inf, 0
