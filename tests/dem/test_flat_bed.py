@@ -92,7 +92,7 @@ def test_a_bowl_of_mixed_grains_under_weak_gravity_with_stiff_springs(tmp_path):
     assert report["overlap"]["mean"] < 1e-3
     assert 0.58 < report["packing_fraction"] < 0.66
     domain = Container.of_attribute(bed.attributes["domain"])
-    assert domain.depth_inside(bed.position).min() > 0.9 * bed.radius.min()
+    assert domain.side_depth(bed.position).min() > 0.9 * bed.radius.min()
 
 
 @pytest.mark.parametrize("shape", ["bowl", "box", "cylinder"])
