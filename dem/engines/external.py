@@ -26,6 +26,7 @@ import numpy as np
 
 from dem import flight
 from dem.assembly import BALLISTIC, LEFT
+from dem.domain import Domain
 from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
 from dem.engines.central_gravity import Polynomial
 from dem.engines.scene import HOLD_STEPS, Plan, Scene
@@ -57,11 +58,13 @@ class ExternalCollapse(Collapse):
         super().__init__(settings, start, body, out)
         self.engine, self.folder = ENGINES[settings.engine], out / FOLDER
         self.aloft = np.zeros(0, dtype=np.int64)
+        assert isinstance(self.domain, Domain)  # the stage hands over no flat ground
+        self.cone = self.domain
         flight.look(self.bed, self.domain)
         self.aloft = np.sort(self.bed.identity[self._not_back_in_time()])
         grains = self.bed.particles({"time": self.bed.start_time, "species": []}, tables=False)
         grains = grains.select((grains["state"] != LEFT) & ~np.isin(grains.identity, self.aloft))
-        self.scene = Scene(grains, settings.contact, self.domain.walls(), self.bed.gravity, self.bed.dt, self._reach(), self.domain, self._skin())
+        self.scene = Scene(grains, settings.contact, self.domain.walls(), self.bed.gravity, self.bed.dt, self._reach(), self.cone, self._skin())
         ejecta = bool(np.any(grains.identity >= start.attributes.get("bed_grains", np.iinfo(np.int64).max)))
         self.needs = deviations.needed(settings.engine, self.scene, loaded, ejecta)
         deviations.check(settings.engine, self.scene, self.needs, settings.accept)
@@ -114,8 +117,8 @@ class ExternalCollapse(Collapse):
         energy = 0.5 * v * v - gm / r
         apoapsis = np.where(energy < 0.0, gm / np.maximum(-energy, 1e-300), np.inf)
         rise = np.minimum(apoapsis, r + v * (self.settings.latest_time - bed.start_time))
-        widest = self.domain.top_radius + 10.0 * float(bed.X[:, 3].max())
-        return float(np.clip(1.02 * np.max(rise), 1.1 * widest, BOX_LIMIT * self.domain.datum_radius))
+        widest = self.cone.top_radius + 10.0 * float(bed.X[:, 3].max())
+        return float(np.clip(1.02 * np.max(rise), 1.1 * widest, BOX_LIMIT * self.cone.datum_radius))
 
     def _skin(self) -> float:
         """Skin in mean radii: what lets the fastest grain go some steps before the engine builds its list anew."""
@@ -209,7 +212,7 @@ class ExternalCollapse(Collapse):
         travel = 2.0 * self.row_steps * bed.dt * np.linalg.norm(bed.W[:, :3], axis=1) + 2.0 * bed.X[:, 3]
         distance = np.linalg.norm(bed.X[:, :3], axis=1)
         beyond = missing & (np.max(np.abs(bed.X[:, :3]), axis=1) + travel > self.scene.reach)
-        beside = missing & ~beyond & ((self.domain.half_angle - self.domain.polar_angle(bed.X[:, :3])) * distance < travel)
+        beside = missing & ~beyond & ((self.cone.half_angle - self.cone.polar_angle(bed.X[:, :3])) * distance < travel)
         lost = missing & ~beyond & ~beside
         if lost.any():
             raise UnphysicalState(
