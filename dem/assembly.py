@@ -174,9 +174,15 @@ class Assembly:
         self.F[active:] = 0.0
         self.wall_history[active:] = 0.0
         self.reference = self.X[:, :3].copy()
+        self._near_walls()
         self.builds += 1
         self.since_build = 0
         self.survey(all_rows=True)
+
+    def _near_walls(self) -> None:
+        """Which grains can reach a wall before the list is built again: none moves further than half a skin until then."""
+        self.walled = np.zeros(len(self.X), dtype=np.int8)
+        walls.within_reach(self.reference, self.X[:, 3], self.walls, self.skin, self.walled)
 
     def _adapt_skin(self, offset: float) -> None:
         """Set the skin of the list about to be built: a list should serve 10 to 60 steps.
@@ -289,8 +295,8 @@ class Assembly:
         g = self.gravity
         return self._kick_loop(
             self._moving_ends[c], self._moving_ends[c + 1], c, self.active, self.X, self.V, self.W, self.A, self.E, self.F, self._spill,
-            self._last, self.drag, self.weight, self.kind, self.returned, self.walls, self.wall_tables, self.wall_history, g.uniform, g.table, g.radius,
-            dt, half, self.contact.attractive_tail, self._kick_report[c],
+            self._last, self.drag, self.weight, self.kind, self.returned, self.walls, self.walled, self.wall_tables, self.wall_history,
+            g.uniform, g.table, g.radius, dt, half, self.contact.attractive_tail, self._kick_report[c],
             self.asleep, self.near, self.live, self.wall_energy, self.held, self.rest, self.wake, self.memory, self.pull_of_all,
         )  # fmt: skip
 
@@ -488,6 +494,7 @@ class Assembly:
             setattr(self, name, np.ascontiguousarray(arrays[name]))
         for name in _SCALARS:
             setattr(self, name, scalars[name])
+        self._near_walls()
         self._workspace()
         self._cut()
 

@@ -82,13 +82,14 @@ def kick_loop(scheme: Scheme) -> Any:
 
     @kernel
     def kick(
-        lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, returned, walls, wall_tables, wall_history,
+        lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, returned, walls, walled, wall_tables, wall_history,
         uniform, g_table, g_radius, dt, half, tail, report, asleep, near, live, wall_energy, held, rest, wake, memory, pull_of_all,
     ):  # fmt: skip
         """Sum the forces on grains lo..hi and finish the step (``half`` = dt/2; 0 only evaluates); returns the first grain that is not finite, or -1.
 
         ``spill`` (chunks, n, 6) holds what lower chunks added to these grains, up to grain ``last[chunk]``; it is zeroed here.
-        ``weight`` multiplies gravity, ``drag`` [1/s] is a linear damping of velocity and spin.
+        ``walled`` marks grains that can reach a wall before the next list; ``weight`` multiplies gravity, ``drag`` [1/s] is a linear damping of velocity
+        and spin.
         With ``sleep``: a grain that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain awake
         ``near`` it is marked (``asleep`` 2) when ``held`` (n, 6), the running mean over ``memory`` [s] of what its acceleration would be beyond that
         with which it fell asleep (``rest``), exceeds ``wake`` times gravity. ``wall_energy`` (n) as it was when last ``live``.
@@ -127,7 +128,7 @@ def kick_loop(scheme: Scheme) -> Any:
             if sleep != 0:
                 g2 = (ex * ex + ey * ey + ez * ez) / (m * m)
             if i < active and (sleep == 0 or live[i] != 0):
-                for w in range(walls.shape[0]):
+                for w in range(walls.shape[0] if walled[i] != 0 else 0):
                     d, nx, ny, nz = distance(walls[w], x, y, z)
                     touch = radius
                     if offset != 0:

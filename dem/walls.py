@@ -18,7 +18,7 @@ import numpy as np
 from dem import mesh_wall
 from dem.mesh_wall import Piece
 from matter.errors import InputError
-from matter.jit import law
+from matter.jit import kernel, law
 
 PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED, MESH = range(6)
 
@@ -214,3 +214,15 @@ def _revolved(wall, x, y, z):
             return np.inf, 0.0, 0.0, 1.0
         up, ua = da, -dp
     return d, up * px + ua * wall[4], up * py + ua * wall[5], up * pz + ua * wall[6]
+
+
+@kernel
+def within_reach(position, radius, walls, margin, out):
+    """Mark the grains (n,) whose surface is nearer to a wall than ``margin`` [m] and a tenth of their radius, or of which a wall says nothing."""
+    for i in range(len(radius)):
+        out[i] = 0
+        for w in range(walls.shape[0]):
+            d = distance(walls[w], position[i, 0], position[i, 1], position[i, 2])[0]
+            if d < 1.1 * radius[i] + margin or d == np.inf:
+                out[i] = 1
+                break
