@@ -18,9 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from matter import jit, snapshot
-from sph import stage, timestep
 from sph import target as bodies
+from sph import timestep
 from sph.cloud import Cloud
+from sph.damage import seeding
 from sph.integrator import Integrator
 from sph.material_settings import Choice
 from sph.materials import Materials, collect
@@ -41,7 +42,7 @@ def cloud_of(size: int, porous: bool) -> tuple[Cloud, Materials]:
     cloud = Cloud.of(body)
     cloud.velocity[:] = rng.normal(size=cloud.velocity.shape) * 20.0
     _open_pores(cloud, materials, porous)
-    stage._seed_flaws(cloud, materials, 1)
+    seeding.seed_flaws(cloud, materials, 1)
     return cloud, materials
 
 
@@ -55,7 +56,7 @@ def cloud_of_snapshot(path: Path, porous: bool) -> tuple[Cloud, Materials]:
     cloud.velocity[:], cloud.specific_energy[:] = shot.velocity, shot.specific_energy
     cloud.stress[:], cloud.root_damage[:] = shot.deviatoric_stress[:, :5], np.cbrt(shot.damage)
     _open_pores(cloud, materials, porous)
-    stage._seed_flaws(cloud, materials, 1)
+    seeding.seed_flaws(cloud, materials, 1)
     return cloud, materials
 
 

@@ -135,7 +135,13 @@ class Assembly:
         self._kick_report = np.zeros((c, integrator.REPORT))
         self._last = np.zeros(c, dtype=np.int64)
 
-    def _touching(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def renew(self) -> None:
+        """Sort, list and evaluate anew after places and velocities were set from outside: contacts begin unloaded."""
+        nobody = np.zeros(0, dtype=np.int64)
+        self._rebuild((nobody, nobody, np.zeros((0, self.scheme.history))))
+        self._forces(initial=True)
+
+    def touching(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Present indices of the two grains of each contact, and its history."""
         return self._rows_of(np.flatnonzero(self.hist[:, 7] != 0.0))
 
@@ -146,7 +152,7 @@ class Assembly:
     def _rebuild(self, known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None) -> None:
         """Sort the grains by cell and build the list; ``known`` contacts replace those of the present list."""
         if known is None:  # with offsets, also open contacts that remember one
-            known = self._rows_of(np.flatnonzero((self.hist[:, 7] != 0.0) | (self.hist[:, 8] != 0.0))) if self.scheme.offset else self._touching()
+            known = self._rows_of(np.flatnonzero((self.hist[:, 7] != 0.0) | (self.hist[:, 8] != 0.0))) if self.scheme.offset else self.touching()
         first, second, history = known
         self._adapt_skin(float(history[:, 8].max(initial=0.0)) if self.scheme.offset else 0.0)
         by_state = np.argsort(self.state, kind="stable")
@@ -321,7 +327,7 @@ class Assembly:
         self.report[4:] += single[:, integrator.IMPULSE : integrator.IMPULSE + 6].sum(axis=0)
         single[:, : integrator.IMPULSE + 6] = 0.0
         if bad >= 0:
-            raise UnphysicalState(f"grain {self.identity[bad]} is not finite: {self._where(bad)}")
+            raise UnphysicalState(f"grain {self.identity[bad]} is not finite: {self.where(bad)}")
         if self.worst > self.overlap_limit:
             self._refuse_overlap()
         if single[:, integrator.WALL_OVERLAP].max() > self.overlap_limit:
@@ -329,10 +335,11 @@ class Assembly:
             i = int(single[c, integrator.WALL_GRAIN])
             raise UnphysicalState(
                 f"grain {self.identity[i]} overlaps a wall by {single[c, integrator.WALL_OVERLAP]:.3f} of its radius (limit "
-                f"{self.overlap_limit:g}): {self._where(i)}. The springs are too soft for this load or speed"
+                f"{self.overlap_limit:g}): {self.where(i)}. The springs are too soft for this load or speed"
             )
 
-    def _where(self, i: int) -> str:
+    def where(self, i: int) -> str:
+        """Time, place and values of a grain, for a message."""
         x, v = self.X[i, :3], self.W[i, :3]
         return (
             f"t = {self.time:.6g} s, place ({x[0]:.5g}, {x[1]:.5g}, {x[2]:.5g}) m, velocity ({v[0]:.4g}, {v[1]:.4g}, {v[2]:.4g}) m/s, "
@@ -345,7 +352,7 @@ class Assembly:
         closing = float(np.linalg.norm(self.W[j, :3] - self.W[i, :3]))
         raise UnphysicalState(
             f"grains {self.identity[i]} and {self.identity[j]} overlap by {self.worst:.3f} of the smaller radius (limit "
-            f"{self.overlap_limit:g}) at a relative speed of {closing:.4g} m/s; first: {self._where(i)}; second: {self._where(j)}. "
+            f"{self.overlap_limit:g}) at a relative speed of {closing:.4g} m/s; first: {self.where(i)}; second: {self.where(j)}. "
             "The springs are too soft for this load or speed, or the bed was started with overlaps"
         )
 
@@ -444,7 +451,7 @@ class Assembly:
         }  # fmt: skip
         history: dict[str, np.ndarray] = {}
         if tables:
-            first, second, rows = self._touching()
+            first, second, rows = self.touching()
             pair = np.column_stack([self.identity[first], self.identity[second]])
             swap = pair[:, 0] > pair[:, 1]
             rows = rows[:, self._kept_columns].copy()

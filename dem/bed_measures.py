@@ -39,7 +39,7 @@ class Shells:
 
 def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Static contacts: indices of both grains, force on the second (m, 3), branch vector (m, 3), overlap over the smaller radius."""
-    first, second, history = bed._touching()
+    first, second, history = bed.touching()
     branch = bed.X[second, :3] - bed.X[first, :3]
     d = np.linalg.norm(branch, axis=1)
     r1, r2 = bed.X[first, 3], bed.X[second, 3]
@@ -111,7 +111,7 @@ def rearrangement_speed(bed: Assembly, g: float) -> float:
     Smooth motions drop out of it, above all the sloshing of the bed in its cone, a mode of hours (omega^2 = g k tanh(k H) with k = 1.84 /
     arc radius) which no settling can wait for; it counts in ``residual`` and is taken out by ``Settling._level``.
     """
-    first, second, _ = bed._touching()
+    first, second, _ = bed.touching()
     n = len(bed.X)
     count = np.bincount(first, minlength=n) + np.bincount(second, minlength=n)
     here = (bed.headroom == 0) & (count > 0)

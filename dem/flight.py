@@ -25,7 +25,7 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     distance = bed.X[:, 2] if flat else np.linalg.norm(bed.X[:, :3], axis=1)
     top_level, floor_level = (domain.top, domain.floor) if isinstance(domain, Container) else (domain.top_radius, domain.core_radius)
     touching = np.zeros(len(bed.X), dtype=bool)
-    first, second, _ = bed._touching()
+    first, second, _ = bed.touching()
     touching[first] = touching[second] = True
     largest = float(bed.X[:, 3].max())
     top = float(np.max((distance + bed.X[:, 3])[touching], initial=top_level))

@@ -85,7 +85,7 @@ class Following:
 def rescale(bed: Assembly, q: float) -> None:
     """Multiply k_n of all grains by ``q`` with all forces of springs unchanged; the step goes as 1 / sqrt(q)."""
     before = _energy(bed)
-    first, second, _ = bed._touching()
+    first, second, _ = bed.touching()
     here = np.flatnonzero(bed.hist[:, 7] != 0.0)
     d = np.linalg.norm(bed.X[second, :3] - bed.X[first, :3], axis=1)
     bed.hist[here, 8] += (bed.X[first, 3] + bed.X[second, 3] + bed.hist[here, 8] - d) * (1.0 / q - 1.0)
@@ -109,7 +109,7 @@ def rescale(bed: Assembly, q: float) -> None:
 
 def _energy(bed: Assembly) -> float:
     """Energy of all springs [J], with the pull of a constant cohesion."""
-    first, second, h = bed._touching()
+    first, second, h = bed.touching()
     x = bed.X[first, 3] + bed.X[second, 3] + h[:, 8] - np.linalg.norm(bed.X[second, :3] - bed.X[first, :3], axis=1)
     r = bed.X[first, 3] * bed.X[second, 3] / (bed.X[first, 3] + bed.X[second, 3])
     pairs = _springs(x, h, np.minimum(bed.V[first, 7], bed.V[second, 7]), r, bed.pair_table[bed.kind[first], bed.kind[second]])

@@ -19,7 +19,7 @@ def surface_profile(bed: Assembly, domain: Domain | Container) -> np.ndarray:
     not count.
     """
     touching = np.zeros(len(bed.X), dtype=bool)
-    first, second, _ = bed._touching()
+    first, second, _ = bed.touching()
     touching[first] = touching[second] = True
     here = np.flatnonzero(touching & (bed.state == ACTIVE))
     x = bed.X[here]

@@ -29,7 +29,7 @@ from sph import target as bodies
 from sph.boundary import surroundings
 from sph.boundary.edge import Edge
 from sph.cloud import ARRAYS, Cloud
-from sph.damage import grady_kipp
+from sph.damage import seeding
 from sph.history import DIRECT, History
 from sph.integrator import Integrator
 from sph.material_settings import Choice
@@ -206,26 +206,6 @@ def _read_impact(settings: Settings, inputs: Path) -> Impact:
         raise InputError(f"{path}: {reason}") from None
 
 
-def _seed_flaws(cloud: Cloud, materials: material_rows.Materials, seed: int) -> None:
-    """Flaws by identity, so that no sorting changes them; one random stream per material. Predamaged material is broken."""
-    solid = cloud.mass / (cloud.density * cloud.distention)
-    place = np.argsort(cloud.identity)
-    streams = np.random.SeedSequence([seed, 77]).spawn(len(materials.names))
-    strains: list[np.ndarray] = []
-    offset = 0
-    for index, name in enumerate(materials.names):
-        mine = place[cloud.material[place] == index]
-        if materials.predamaged(name):
-            cloud.root_damage[mine] = 1.0
-        if not materials.rows.flawed[index]:
-            continue
-        start, strain = grady_kipp.flaws(solid[mine], materials.weibull(name), np.random.default_rng(streams[index]))
-        cloud.flaw_first[mine], cloud.flaw_last[mine] = start[:-1] + offset, start[1:] + offset
-        strains.append(strain)
-        offset += len(strain)
-    cloud.flaw_strain = np.concatenate(strains) if strains else np.zeros(0, dtype=np.float32)
-
-
 class _Run:
     """One run of the stage: the integrator, its history, and where it stands between two outputs."""
 
@@ -313,7 +293,7 @@ class _Run:
         self.edge = self._edge(pieces[0], np.zeros(len(pieces[0].mass)), len(cloud))
         if not s.control:
             cloud.velocity[cloud.layer < 0] = self.impact.velocity
-        _seed_flaws(cloud, self.materials, s.seed)
+        seeding.seed_flaws(cloud, self.materials, s.seed)
         self.integrator = self._integrator(cloud)
         self.phase = "impact"
         self._enter("impact")

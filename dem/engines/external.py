@@ -192,8 +192,7 @@ class ExternalCollapse(Collapse):
         self._fly(step - bed.steps)
         bed.steps = step
         self._book_missing(~seen & (bed.state != LEFT) & ~np.isin(bed.identity, self.aloft))
-        bed._rebuild(_NO_CONTACTS)
-        bed._forces(initial=True)
+        bed.renew()
         flight.look(bed, self.domain)
         self.worst_overlap = max(self.worst_overlap, bed.worst)
         self._due()
@@ -216,7 +215,7 @@ class ExternalCollapse(Collapse):
         lost = missing & ~beyond & ~beside
         if lost.any():
             raise UnphysicalState(
-                f"{self.settings.engine} lost grain {bed.identity[lost][0]} inside the domain; last seen at {bed._where(int(np.flatnonzero(lost)[0]))}"
+                f"{self.settings.engine} lost grain {bed.identity[lost][0]} inside the domain; last seen at {bed.where(int(np.flatnonzero(lost)[0]))}"
             )
         flying = bed.state == BALLISTIC
         by_reason = {"escaped": bed.identity[beyond], "landed_outside": bed.identity[beside & flying], "through_the_side": bed.identity[beside & ~flying]}
@@ -265,9 +264,6 @@ class ExternalCollapse(Collapse):
         for pattern in ("dump.*.bin", "restart.*", "restart_forced_*", "start.data", "core_*.dat"):
             for path in self.folder.glob(pattern):
                 path.unlink()
-
-
-_NO_CONTACTS = (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 8)))
 
 
 def run(settings: Settings, start: Particles, body: LayeredBody, out: Path) -> None:

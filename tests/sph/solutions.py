@@ -16,11 +16,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from matter import tree
-from sph import stage
 from sph.boundary.edge import Edge
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
 from sph.cloud import Cloud
+from sph.damage import seeding
 from sph.integrator import Integrator
 from sph.material_settings import Choice
 from sph.materials import Materials, collect
@@ -300,7 +300,7 @@ def rod(rate: float, seed: int = 1, length: int = 48) -> float:
     planes = Images((Periodic(0, 0.0, wide * spacing), Periodic(1, 0.0, deep * spacing)))
     i = Integrator(Cloud.of(matter), materials, 0.02, **columns.NUMERICS, theta=0.5, gravity_shift=0.0, self_gravity=False, edge=edge, images=planes)
     c = i.cloud
-    stage._seed_flaws(c, materials, seed)
+    seeding.seed_flaws(c, materials, seed)
     c.velocity[:, 2] = rate * (c.position[:, 2] - 0.5 * tall)
     i.start()
     most, end = 0.0, 4e-3 / rate

@@ -86,12 +86,15 @@ def test_porosity_is_not_just_density():
 
 
 @pytest.mark.validation
-@pytest.mark.parametrize("layers", [100, 400])
+@pytest.mark.parametrize("layers", [50, 200, 400])
 def test_sods_tube(layers):
-    """L1 error of the density below 2 % at 400 layers (the customary resolution is 400 + 400), below 4 % at 100; the shock's speed within 1 and 2 %."""
+    """L1 error of the density below 2 % at 100 layers per unit and more, below 4 % at 50.
+
+    Not met below 400 layers: 5.8 % at 50, 2.3 % at 200, 2.0 % at 400 (the customary resolution is 400 + 400).
+    """
     error, shock = shock_tube.sod(layers)
-    assert error < (0.04 if layers < 400 else 0.02)
-    assert shock == pytest.approx(1.7522, rel=0.02 if layers < 400 else 0.01)
+    assert error < (0.04 if layers < 100 else 0.02)
+    assert shock == pytest.approx(1.7522, rel=0.03 if layers < 100 else 0.01)
 
 
 def test_exact_solution_of_sods_tube():
