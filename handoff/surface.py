@@ -39,6 +39,7 @@ _UNITS = 50.0
 _CELL_POINTS = 128
 # columns per area of the domain: their mean distance is this fraction of the grain or particle spacing
 _LEVELS = 96
+# particles this many spacings beyond the side walls still shape the surface inside
 _AROUND = 8.0
 
 
