@@ -29,9 +29,9 @@ def settled_box(count: int, threads: int):
     import numpy as np
 
     from dem.assembly import Assembly
+    from dem.beds.relaxation import Fire
     from dem.contact_settings import OCEAN, Contact
     from dem.gravity import Field
-    from dem.relaxation import Fire
     from dem.walls import PLANE, Wall
     from matter.particles import Particles
 

@@ -16,8 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from dem import bed_stage, bulk_flows, carved_bowl
+from dem import bed_stage
 from dem.contact_settings import Contact
+from dem.trials import bulk_flows, carved_bowl
 from matter import snapshot
 from matter.body import Impact, Target
 

@@ -27,7 +27,7 @@ def carve(run: Path, out: Path) -> None:
     """Write ``out`` as a run folder whose handoff is the carved bed."""
     import numpy as np
 
-    from dem.domain import Domain
+    from dem.beds.domain import Domain
     from matter import snapshot
     from matter.particles import Particles
 
@@ -51,7 +51,7 @@ def profile(folder: Path, width: float):
     """Mean height of the surface [m] in rings of ``width`` [m] about the axis, from the last snapshot, and the mean radius."""
     import numpy as np
 
-    from dem.domain import Domain
+    from dem.beds.domain import Domain
     from matter import snapshot
 
     last = snapshot.read(folder / "last.vtkhdf")

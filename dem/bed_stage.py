@@ -23,11 +23,12 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from dem import bed_measures, flat_bed, flat_ground, friction_angle, packing, settling
+from dem import friction_angle
 from dem.assembly import Assembly
+from dem.beds import bed_measures, flat_bed, flat_ground, packing, settling
+from dem.beds.domain import Domain
+from dem.beds.layered_body import LayeredBody
 from dem.contact_settings import SPECIES, Contact
-from dem.domain import Domain
-from dem.layered_body import LayeredBody
 from matter import archive, checkpoint, jit, snapshot
 from matter.body import Impact, Model, Target
 from matter.errors import InputError, Unsound
@@ -70,7 +71,7 @@ class Settings(Model):
     packing: Literal["rcp", "hcp"] = "rcp"
     """Random close packing, or (flat ground only, equal grains) hexagonal close packing."""
     largest_speed: PositiveSpeed | None = None
-    """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only (``dem.flat_settling.stiffness``)."""
+    """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only (``dem.beds.flat_settling.stiffness``)."""
     share: bool = True
     """Keep the settled bed in ``<run folder>/../beds`` and take it from there."""
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from dem.assembly import ACTIVE, BALLISTIC, LEFT, Assembly
-from dem.container import Container
-from dem.domain import Domain
+from dem.beds.container import Container
+from dem.beds.domain import Domain
 
 EVERY = 10
 """Steps between two looks."""

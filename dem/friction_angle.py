@@ -1,6 +1,6 @@
 """The friction angle of a bed of grains, measured: steady shear, or a bed that is tilted until it flows; and contact parameters for a wanted angle.
 
-``shear``  simple shear of a periodic cell at constant normal stress (``dem.shear_cell``), slow against the grains' own motion: inertial
+``shear``  simple shear of a periodic cell at constant normal stress (``dem.trials.shear_cell``), slow against the grains' own motion: inertial
            number I = (dgamma/dt) d sqrt(rho / P) = 0.002, without friction 0.0005 (there the excess falls with sqrt(I) only). The angle is
            tan phi = tau / sigma_n on the plane of shear, in the steady state, which has forgotten how the grains were packed. The Mohr-Coulomb
            angle of the principal stresses, sin phi = (s1 - s3) / (s1 + s3), is given beside it.
@@ -30,7 +30,7 @@ from typing import Any, Literal
 import numpy as np
 
 from dem.contact_settings import Contact
-from dem.shear_cell import Cell
+from dem.trials.shear_cell import Cell
 from matter import archive, jit
 from matter.errors import InputError, Unsound
 from matter.progress import Progress, stop_here

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from dem.assembly import LEFT, Assembly
-from dem.container import Container
-from dem.domain import Domain
+from dem.beds.container import Container
+from dem.beds.domain import Domain
 from matter.particles import Particles
 
 _COLOURS = ("#d9c8a0", "#5b8fc7")

@@ -10,16 +10,17 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from dem import flight, friction_angle, settling, sleeping
+from dem import flight, friction_angle, sleeping
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
+from dem.beds import settling
+from dem.beds.container import Container
+from dem.beds.domain import Domain
+from dem.beds.flat_ground import FlatGround, ground_of
+from dem.beds.layered_body import LayeredBody
 from dem.contact_settings import Contact
-from dem.container import Container
-from dem.domain import Domain
 from dem.engines import program
 from dem.engines.deviations import Deviation
-from dem.flat_ground import FlatGround, ground_of
 from dem.following_stiffness import Following
-from dem.layered_body import LayeredBody
 from dem.stillness import Stillness, surface_profile
 from matter import archive, checkpoint, snapshot
 from matter.body import Model

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from dem.assembly import ACTIVE, Assembly
-from dem.container import Container
-from dem.domain import Domain
+from dem.beds.container import Container
+from dem.beds.domain import Domain
 
 COLUMN = 2.0
 """Width of a column and of a ring, in mean grain radii."""

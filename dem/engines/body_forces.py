@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from dem.domain import Domain
+from dem.beds.domain import Domain
 from dem.engines.central_gravity import Polynomial
 from dem.engines.scene import HOLD_STEPS, Scene
 

@@ -26,11 +26,11 @@ import numpy as np
 
 from dem import flight
 from dem.assembly import BALLISTIC, LEFT
-from dem.domain import Domain
+from dem.beds.domain import Domain
+from dem.beds.layered_body import LayeredBody
 from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
 from dem.engines.central_gravity import Polynomial
 from dem.engines.scene import HOLD_STEPS, Plan, Scene
-from dem.layered_body import LayeredBody
 from dem.stage import COLUMNS, Collapse, Settings
 from matter import checkpoint
 from matter.errors import InputError, UnphysicalState

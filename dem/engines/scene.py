@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from dem.beds.domain import Domain
 from dem.contact_settings import Contact
-from dem.domain import Domain
 from dem.engines.classes import Classes
 from dem.gravity import Field
 from dem.walls import Wall

@@ -6,10 +6,11 @@ import shutil
 import numpy as np
 import pytest
 
-from dem import bed_stage, settling
+from dem import bed_stage
 from dem.assembly import Assembly
-from dem.domain import Domain
-from dem.layered_body import LayeredBody
+from dem.beds import settling
+from dem.beds.domain import Domain
+from dem.beds.layered_body import LayeredBody
 from matter import progress, snapshot
 from matter.errors import InputError, Stopped
 from tests.dem import bodies
@@ -91,7 +92,7 @@ def test_with_its_weightless_headroom_it_keeps_still(bed_run, bed):
 
 
 def test_the_headroom_touches_without_load(bed_run, bed):
-    from dem import bed_measures
+    from dem.beds import bed_measures
 
     whole = assembled(bed_run, bed)
     first, second, _, _, overlap = bed_measures.contact_forces(whole)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from dem import bulk_flows
 from dem.contact_settings import Contact
+from dem.trials import bulk_flows
 from matter.errors import InputError
 
 CONTACT = Contact(steps_per_contact=20)

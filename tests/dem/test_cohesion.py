@@ -123,7 +123,7 @@ def test_a_sticky_cluster_keeps_its_momenta_and_never_gains_energy(law, strength
 @pytest.mark.parametrize("law", ["none", "zhang", "sjkr"])
 @pytest.mark.parametrize("normal", ["hooke", "hertz"])
 def test_the_measured_force_of_a_contact_at_rest_is_the_one_that_acts(law, normal):
-    from dem import bed_measures
+    from dem.beds import bed_measures
 
     grain = GrainLaw(cohesion=50.0 if law != "none" else 0.0, shape=0.5, elastic_modulus=1e4)
     contact = Contact(shell=grain, cohesion=law, normal=normal, tangential="spring" if normal == "hooke" else "mindlin")

@@ -101,8 +101,8 @@ def test_a_light_grain_does_not_set_the_step(carved, result):
 
 def test_the_bowl_fills(carved, result):
     from dem.assembly import Assembly
+    from dem.beds.domain import Domain
     from dem.contact_settings import Contact
-    from dem.domain import Domain
     from dem.stillness import surface_profile
 
     profiles = []
@@ -117,8 +117,8 @@ def test_the_bowl_fills(carved, result):
 def final(out):
     """Profile of the last snapshot [m] in rings of two mean radii, mean radius, mass that flies or has been booked."""
     from dem.assembly import Assembly
+    from dem.beds.domain import Domain
     from dem.contact_settings import Contact
-    from dem.domain import Domain
     from dem.stillness import surface_profile
 
     grains = snapshot.read(out / "last.vtkhdf")

@@ -11,12 +11,12 @@ import pytest
 
 from dem import stage
 from dem.assembly import Assembly, shortest_contact_time
+from dem.beds.layered_body import LayeredBody
 from dem.contact_settings import Contact, GrainLaw
 from dem.engines import binary_dump, central_gravity, deviations, external, liggghts, program, wall_meshes
 from dem.engines.classes import Classes
 from dem.engines.scene import Plan, Scene
 from dem.gravity import Field
-from dem.layered_body import LayeredBody
 from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
 from matter import progress, snapshot
 from matter.errors import InputError, Stopped
@@ -325,7 +325,7 @@ def native(carved):  # noqa: F811
 
 
 def profile(folder):
-    from dem.domain import Domain
+    from dem.beds.domain import Domain
     from dem.stillness import COLUMN
 
     last = snapshot.read(folder / "last.vtkhdf")

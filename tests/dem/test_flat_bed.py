@@ -6,10 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from dem import bed_stage, packing
+from dem import bed_stage
 from dem.assembly import Assembly
+from dem.beds import packing
+from dem.beds.container import Container
 from dem.contact_settings import Contact
-from dem.container import Container
 from dem.walls import distance, rows
 from matter import snapshot
 from matter.body import Impact, Target
@@ -151,7 +152,8 @@ def test_a_body_is_filled_as_a_cap(tmp_path, bed_settings):
 
 def test_a_carved_flat_bed_collapses(random_bed, tmp_path):
     """Flat ground: the flanks of a steep cavity give way, a grain thrown up flies beside the contact search and comes back, balances hold."""
-    from dem import carved_bowl, stage
+    from dem import stage
+    from dem.trials import carved_bowl
 
     bed, _ = random_bed
     start = carved_bowl.carved(bed, 5.0, 4.0)
@@ -180,7 +182,7 @@ def test_a_carved_flat_bed_collapses(random_bed, tmp_path):
 
 def test_profiles_of_a_carved_plane():
     """On a fine grid of points that follow a cone the steepest slope is the cone's."""
-    from dem import carved_bowl
+    from dem.trials import carved_bowl
     from matter.particles import Particles
 
     at = np.arange(-10.0, 10.0, 0.25)

@@ -7,7 +7,7 @@ import pytest
 
 from dem import friction_angle
 from dem.contact_settings import Contact, GrainLaw
-from dem.shear_cell import Cell
+from dem.trials.shear_cell import Cell
 from matter.errors import InputError, UnphysicalState
 
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from dem.beds.relaxation import Fire
 from dem.contact_settings import OCEAN
-from dem.relaxation import Fire
 from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall, cylinder, distance, funnel
 from matter.errors import InputError
 from tests.dem.scenes import SMOOTH, assembly, grains

@@ -96,7 +96,7 @@ def test_domain_points_are_even_and_columns_cover_it():
 @pytest.mark.parametrize("shape", ["bowl", "box", "cylinder"])
 def test_flat_domains_are_the_beds_own_containers(shape):
     """What the bed stage records, read here: same volume, same distances from the walls, points of even density inside."""
-    from dem.container import Container
+    from dem.beds.container import Container
 
     bed = Container(shape, 10.0, -10.0, 2.0)
     region = domain.read({"frame": "plane", "domain": bed.as_attribute()})

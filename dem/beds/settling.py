@@ -27,12 +27,12 @@ import numba
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from dem import bed_measures, packing
 from dem.assembly import Assembly
+from dem.beds import bed_measures, packing
+from dem.beds.domain import Domain
+from dem.beds.layered_body import LayeredBody
+from dem.beds.relaxation import Fire
 from dem.contact_settings import OCEAN, SPECIES, Contact
-from dem.domain import Domain
-from dem.layered_body import LayeredBody
-from dem.relaxation import Fire
 from dem.walls import Wall
 from matter import checkpoint
 from matter.particles import Particles

@@ -19,8 +19,8 @@ import numpy as np
 
 from dem import walls
 from dem.assembly import Assembly
-from dem.container import Container
-from dem.domain import Domain
+from dem.beds.container import Container
+from dem.beds.domain import Domain
 from matter.errors import InputError
 from matter.jit import kernel
 from matter.packing import hexagonal

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dem import bed_measures, packing
 from dem.assembly import Assembly
+from dem.beds import bed_measures, packing
+from dem.beds.container import Container
+from dem.beds.flat_ground import FlatGround
+from dem.beds.flat_settling import FlatSettling
+from dem.beds.settling import finish
 from dem.contact_settings import SPECIES
-from dem.container import Container
-from dem.flat_ground import FlatGround
-from dem.flat_settling import FlatSettling
-from dem.settling import finish
 from matter import archive, checkpoint, snapshot
 from matter.errors import InputError, Unsound
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from dem.beds.layered_body import LayeredBody
 from dem.gravity import Field
-from dem.layered_body import LayeredBody
 from matter.errors import InputError
 
 _LAYER_KEYS = ("name", "material", "bottom_m", "top_m")

@@ -9,9 +9,9 @@ from scipy import sparse
 
 from dem import walls
 from dem.assembly import Assembly
-from dem.container import Container
-from dem.domain import Domain
-from dem.flat_ground import FlatGround
+from dem.beds.container import Container
+from dem.beds.domain import Domain
+from dem.beds.flat_ground import FlatGround
 from matter.jit import kernel
 
 

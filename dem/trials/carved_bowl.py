@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.assembly import Assembly
+from dem.beds.container import Container
 from dem.contact_settings import Contact
-from dem.container import Container
 from dem.gravity import Field
 from matter.errors import InputError
 from matter.particles import Particles

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.assembly import LEFT, Assembly
+from dem.beds.relaxation import Fire
 from dem.contact_settings import OCEAN, Contact
 from dem.gravity import Field
-from dem.relaxation import Fire
 from dem.walls import PLANE, Wall, cylinder, funnel
 from matter.errors import InputError
 from matter.particles import Particles

@@ -1,4 +1,4 @@
-"""From a packing to a bed at rest in a container of flat ground: the phases of ``dem.settling`` under uniform gravity.
+"""From a packing to a bed at rest in a container of flat ground: the phases of ``dem.beds.settling`` under uniform gravity.
 
 A random packing goes through all of them; a hexagonal one begins with friction, since without it a crystal that the container cuts flows.
 
@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from dem import bed_measures
 from dem.assembly import Assembly
+from dem.beds import bed_measures
+from dem.beds.container import Container
+from dem.beds.flat_ground import FlatGround
+from dem.beds.packing import FRACTION, HEXAGONAL
+from dem.beds.settling import PHASES, Phase, Settling
 from dem.contact_settings import Contact
-from dem.container import Container
-from dem.flat_ground import FlatGround
 from dem.gravity import Field
-from dem.packing import FRACTION, HEXAGONAL
-from dem.settling import PHASES, Phase, Settling
 from matter.particles import Particles
 
 REST_SHARE = 0.03
