@@ -18,6 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from dem.assembly import Assembly
+from matter.jit import kernel
 
 MEMORY = 20
 """Looks whose largest overlaps count: ten contact times."""
@@ -58,20 +59,7 @@ class Following:
     def _overlaps(self) -> tuple[float, float]:
         """Overlaps over the smaller radius, returned grains left out: of the fastest approach, and the deepest."""
         bed = self.bed
-        first = np.repeat(np.arange(len(bed.row) - 1), np.diff(bed.row))
-        second = bed.col
-        usual = (bed.returned[first] == 0) & (bed.returned[second] == 0)
-        first, second = first[usual], second[usual]
-        if len(first) == 0:
-            return 0.0, bed.worst
-        n = bed.X[second, :3] - bed.X[first, :3]
-        d = np.sqrt(np.einsum("ij,ij->i", n, n))
-        closing = np.einsum("ij,ij->i", n, bed.W[first, :3] - bed.W[second, :3]) / d
-        m = bed.V[first, 6] * bed.V[second, 6] / (bed.V[first, 6] + bed.V[second, 6])
-        k = np.minimum(bed.V[first, 7], bed.V[second, 7])
-        r1, r2 = bed.X[first, 3], bed.X[second, 3]
-        approach = float(np.max(closing * np.sqrt(m / k) / np.minimum(r1, r2)))
-        return max(0.0, approach), bed.worst
+        return float(np.sqrt(fastest_approach(bed.row, bed.col, bed.returned, bed.X, bed.W, bed.V))), bed.worst
 
     def state(self) -> dict[str, np.ndarray]:
         """What a checkpoint must hold besides the bed."""
@@ -80,6 +68,23 @@ class Following:
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
         """Take over what ``state`` gave."""
         self.seen = [(float(a), float(d)) for a, d in arrays["following"]]
+
+
+@kernel
+def fastest_approach(row, col, returned, X, W, V):
+    """Largest (v sqrt(m / k_n) / r)^2 of an approach among listed pairs: reduced mass, the smaller k_n and radius; returned grains are left out."""
+    largest = 0.0
+    for i in range(row.shape[0] - 1):
+        for e in range(row[i], row[i + 1]):
+            j = col[e]
+            dx, dy, dz = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
+            closing = dx * (W[i, 0] - W[j, 0]) + dy * (W[i, 1] - W[j, 1]) + dz * (W[i, 2] - W[j, 2])
+            if closing <= 0.0 or returned[i] != 0 or returned[j] != 0:
+                continue
+            m = V[i, 6] * V[j, 6] / (V[i, 6] + V[j, 6])
+            r = min(X[i, 3], X[j, 3])
+            largest = max(largest, closing * closing / (dx * dx + dy * dy + dz * dz) * m / (min(V[i, 7], V[j, 7]) * r * r))
+    return largest
 
 
 def rescale(bed: Assembly, q: float) -> None:
