@@ -46,7 +46,7 @@ def at_pressure(kind, pores, curve, curve_row, eos_kind, eos_row, P):
         alpha, rest = p_alpha.along_elastic(p.alpha0, P, p), p.alpha0
         if P > crush.onset(curve, curve_row):
             alpha = p_alpha.on_curve(P, curve, curve_row, p)
-            rest = max(p_alpha.along_elastic(alpha, -P, p), 1.0) if alpha > 1.0 else 1.0
+            rest = min(max(p_alpha.along_elastic(alpha, -P, p), 1.0), p.alpha0) if alpha > 1.0 else 1.0
     elif kind == STRAIN_ALPHA and pores[0] > 1.0:
         q = strain_alpha.Parameters(pores[0], pores[1], pores[2], pores[3])
         low, high = 0.5 * eos_row[0] / q.alpha0, 2.0 * dispatch.density(eos_kind, eos_row, q.alpha0 * P, 0.0)

@@ -57,7 +57,8 @@ class Pores(NamedTuple):
 
 @law
 def elastic_slope(alpha, p):
-    """d alpha / dP [1/Pa] off the crush curve."""
+    """d alpha / dP [1/Pa] off the crush curve; beyond alpha_0, where h would fall to zero, and below 1 that of alpha_0 and 1."""
+    alpha = min(max(alpha, 1.0), p.alpha0)
     h = 1.0 + p.stretch * (alpha - 1.0)
     return alpha * alpha / p.stiffness * (1.0 - 1.0 / (h * h)) if p.stretch < 0.0 else 0.0
 

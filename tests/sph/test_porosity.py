@@ -127,6 +127,17 @@ def test_unloading_is_elastic_and_reversible():
     assert rest == pytest.approx(loaded[1], abs=1e-10)
 
 
+@pytest.mark.parametrize("stretch", np.linspace(-0.02, 1.3, 12))
+def test_springs_of_pores_softer_than_their_crushing_stay_finite(stretch):
+    """c_e so low that the elastic line falls faster than the crush curve: unloading leads back to alpha_0 at most, not through the pole of 1 / h^2."""
+    state, pressure, rows = material("basalt", p_alpha={"alpha0": 2.2, "elastic_speed": "500 m/s"}, crush_quadratic={"Pe": "10 kPa", "Ps": "1.5 GPa"})
+    rho = rows.rho0[0] / 2.2 * (1.0 + stretch)
+    for u in (0.0, 1e5):
+        alpha, rest, loading, unloading, slow = state(rho, u, 2.2)
+        assert 1.0 <= alpha <= rest <= 2.2 and 0.0 <= loading and np.isfinite([loading, unloading, slow, pressure(rho, u, alpha)]).all()
+        assert state(rho, u, rest)[1] <= rest
+
+
 def test_elastic_wave_speed_is_the_given_one():
     """sqrt(dP/drho) at rest is c_e where the solid's c_0 is that of its equation of state, and h tells it without a derivative."""
     c0 = math.sqrt(75.2e9 / 2700)
