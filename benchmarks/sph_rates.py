@@ -80,6 +80,16 @@ class WithoutGravity(Integrator):
         return False
 
 
+def begin(cloud: Cloud, materials: Materials) -> WithoutGravity:
+    """The first steps."""
+    integrator = WithoutGravity(cloud, materials, 1e7, alpha=2.0, beta=10.0, courant=0.3, theta=0.5, gravity_shift=0.05)
+    integrator.start()
+    for _ in range(3):
+        integrator.dt = 0.0
+        integrator.step(min(integrator.next_step(1e9), FIRST_STEP))
+    return integrator
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -90,13 +100,10 @@ def main() -> None:
     parser.add_argument("--porous", action="store_true")
     options = parser.parse_args()
     threads = jit.set_threads(options.threads)
+    begin(*cloud_of(2000, options.porous))  # libraries and compiled kernels are no particle's memory
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     cloud, materials = cloud_of_snapshot(options.snapshot, options.porous) if options.snapshot else cloud_of(options.size, options.porous)
-    integrator = WithoutGravity(cloud, materials, 1e7, alpha=2.0, beta=10.0, courant=0.3, theta=0.5, gravity_shift=0.05)
-    integrator.start()
-    for _ in range(3):
-        integrator.dt = 0.0
-        integrator.step(min(integrator.next_step(1e9), FIRST_STEP))
+    integrator = begin(cloud, materials)
     steps, visits, builds = 20, 0, integrator.neighbourhood.builds
     begun = time.perf_counter()
     for _ in range(steps):

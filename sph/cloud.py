@@ -29,7 +29,6 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "half_damage": ((), "float64"),
     "distention": ((), "float64"),  # alpha at rest (P = 0): falls as pores close, 1 is solid
     "initial_distention": ((), "float64"),
-    "late_density": ((), "float64"),  # without pressure in the late stage (sph.late)
     "peak_pressure": ((), "float64"),
     "gravity": ((3,), "float64"),
     "gravity_position": ((3,), "float64"),  # where gravity was last evaluated
@@ -37,8 +36,8 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "neighbours": ((), "int32"),
     "material": ((), "int32"),
     "layer": ((), "int32"),
-    "flaw_first": ((), "int64"),
-    "flaw_last": ((), "int64"),
+    "flaw_first": ((), "int32"),  # places in flaw_strain
+    "flaw_last": ((), "int32"),
 }
 
 
@@ -59,7 +58,8 @@ def moved_further(x, since, limit, count, least, out):
 
 
 class Cloud:
-    """Arrays named in ``ARRAYS``, all (n, ...), plus ``flaw_strain`` (all flaws of all particles, ascending for each)."""
+    """Arrays named in ``ARRAYS``, all (n, ...), plus ``flaw_strain`` (all flaws of all particles, ascending for each) and, in the
+    late stage, ``late_density`` (n,), that without pressure (``sph.late``; empty before)."""
 
     identity: np.ndarray
     position: np.ndarray
@@ -93,6 +93,7 @@ class Cloud:
     def __init__(self, count: int):
         for name, (shape, kind) in ARRAYS.items():
             setattr(self, name, np.zeros((count, *shape), dtype=kind))
+        self.late_density = np.zeros(0)
         self.flaw_strain = np.zeros(0, dtype=np.float32)
 
     def __len__(self) -> int:
@@ -123,6 +124,8 @@ class Cloud:
         """Put every array into a new order."""
         for name in ARRAYS:
             setattr(self, name, np.ascontiguousarray(getattr(self, name)[order]))
+        if len(self.late_density):
+            self.late_density = np.ascontiguousarray(self.late_density[order])
 
 
 class Neighbourhood:

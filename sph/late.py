@@ -83,7 +83,7 @@ def switch(cloud, rows: Rows, to: Soft, weight: np.ndarray) -> tuple[float, floa
 
     ``weight`` (n,) is the pressure of the body in balance where the particles are [Pa].
     """
-    elastic = np.empty((len(cloud), 2))
+    elastic, cloud.late_density = np.empty((len(cloud), 2)), np.empty(len(cloud))
     _switch(
         cloud.mass, cloud.density, cloud.specific_energy, cloud.stress, cloud.distention, cloud.material, cloud.neighbours, weight, rows, to.c2, to.ratio,
         cloud.late_density, elastic,

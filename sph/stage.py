@@ -307,9 +307,9 @@ class _Run:
     def save(self) -> None:
         """Everything that a resumed run needs to go on to the last bit."""
         i = self.integrator
-        arrays = {f"cloud/{name}": getattr(i.cloud, name) for name in (*ARRAYS, "flaw_strain")}
+        arrays = {f"cloud/{name}": getattr(i.cloud, name) for name in (*ARRAYS, "late_density", "flaw_strain")}
         arrays |= {f"rates/{name}": value for name, value in vars(i.rates).items()}
-        arrays |= {f"evaluated/{name}": value for name, value in vars(i.evaluated).items() if name != "row"}
+        arrays |= {f"evaluated/{name}": getattr(i.evaluated, name) for name in state.KEPT}
         arrays |= {"places": i.neighbourhood.places, "reach": i.neighbourhood.reach, "limits": i.limits}
         if self.edge is not None:
             arrays |= {f"edge/{name}": value for name, value in vars(self.edge).items()}
@@ -327,20 +327,19 @@ class _Run:
     def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
         """Take up a checkpoint."""
         cloud = Cloud(len(arrays["cloud/mass"]))
-        for name in (*ARRAYS, "flaw_strain"):
+        for name in (*ARRAYS, "late_density", "flaw_strain"):
             setattr(cloud, name, arrays[f"cloud/{name}"])
         self.edge = Edge.restored({name: arrays[f"edge/{name}"] for name in Edge.ARRAYS}) if "edge/fixed" in arrays else None
         i = self.integrator = self._integrator(cloud)
-        for name in (*ARRAYS, "flaw_strain"):  # the order in which they were saved
+        for name in (*ARRAYS, "late_density", "flaw_strain"):  # the order in which they were saved
             setattr(cloud, name, arrays[f"cloud/{name}"])
         if i.images is not None:
             i.images.time, i.images.margin = float(scalars["images_time"]), float(scalars["images_margin"])
         i.neighbourhood.restore(arrays["places"], arrays["reach"])
         for name in vars(i.rates):
             getattr(i.rates, name)[:] = arrays[f"rates/{name}"]
-        for name in vars(i.evaluated):
-            if name != "row":
-                getattr(i.evaluated, name)[:] = arrays[f"evaluated/{name}"]
+        for name in state.KEPT:
+            getattr(i.evaluated, name)[:] = arrays[f"evaluated/{name}"]
         i.limits[:] = arrays["limits"]
         i.time, i.dt, i.steps = float(scalars["time"]), float(scalars["dt"]), int(scalars["steps"])
         i.allowed = float(scalars["allowed"])

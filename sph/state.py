@@ -32,6 +32,9 @@ FREE, BOUND = 4, 10  # a particle with at most FREE neighbours feels no pressure
 WIDTH = 16  # values of a particle's row in the pair loop
 # columns of a row: x y z vx vy vz volume(m/rho) 1/rho h c  sigma_xx xy xz yy yz zz (effective total stress)
 
+KEPT = ("pressure", "sound", "wave", "damage_rate", "damage_cap", "alpha", "stiffness", "status")
+"""What of ``Evaluated`` a resumed run needs before it evaluates anew."""
+
 
 @law
 def holding(count):
@@ -43,7 +46,7 @@ def holding(count):
 def _evaluate(
     position, velocity, mass, rho, u, h, stress, root_damage, distention, initial, material, count, rows, flaw_first, flaw_last, flaw_strain,
     strength, damage, crushing, late_density, late_c2,
-    row, pressure, sound, wave, damage_rate, damage_cap, status, alpha, stiffness,
+    row, pressure, wave, damage_rate, damage_cap, status, alpha, stiffness,
 ):  # fmt: skip
     n = len(mass)
     for i in prange(n):
@@ -114,7 +117,7 @@ def _evaluate(
         if late_density is None:
             c2 = max(c2, rows.least_c2[m])
         c = math.sqrt(c2) if keep > 0.0 else 0.0
-        pressure[i], sound[i] = P, c
+        pressure[i] = P
         wave[i] = math.sqrt(c * c + 4.0 / 3.0 * s * G / rho[i]) if strength else c
         r = row[i]
         r[0], r[1], r[2] = position[i, 0], position[i, 1], position[i, 2]
@@ -125,15 +128,20 @@ def _evaluate(
 
 
 class Evaluated:
-    """Work arrays of the evaluation, kept from step to step: ``row`` (n, 16), ``pressure``, ``sound``, ``wave`` (longitudinal speed),
+    """Work arrays of the evaluation, kept from step to step: ``row`` (n, 16), ``pressure``, ``wave`` (longitudinal speed),
     ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``, the present distention ``alpha``, and ``stiffness`` (n, 2): strain of the matrix over that of the
     porous material (the factor f of P-alpha) in compression and in expansion."""
 
     def __init__(self, n: int):
         self.row = np.zeros((n, WIDTH))
-        self.pressure, self.sound, self.wave, self.damage_rate, self.damage_cap = (np.zeros(n) for _ in range(5))
+        self.pressure, self.wave, self.damage_rate, self.damage_cap = (np.zeros(n) for _ in range(4))
         self.alpha, self.stiffness = np.ones(n), np.ones((n, 2))
         self.status = np.zeros(n, dtype=np.int8)
+
+    @property
+    def sound(self) -> np.ndarray:
+        """Sound speed (n,) [m/s], as it stands in the rows."""
+        return self.row[: len(self.pressure), 9]
 
     def fit(self, rows: int) -> None:
         """Room for ``rows`` rows, those of images behind the particles' own."""
@@ -151,7 +159,7 @@ def evaluate(cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, cr
         cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy, cloud.smoothing_length, cloud.stress, cloud.root_damage,
         cloud.distention, cloud.initial_distention, cloud.material, cloud.neighbours, rows, cloud.flaw_first, cloud.flaw_last, cloud.flaw_strain,
         strength, damage, crushing, None if late_c2 is None else cloud.late_density, late_c2,
-        out.row, out.pressure, out.sound, out.wave, out.damage_rate, out.damage_cap, out.status,
+        out.row, out.pressure, out.wave, out.damage_rate, out.damage_cap, out.status,
         out.alpha if porous else None, out.stiffness if porous else None,
     )  # fmt: skip
 
