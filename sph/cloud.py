@@ -30,6 +30,7 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "distention": ((), "float64"),  # alpha at rest (P = 0): falls as pores close, 1 is solid
     "initial_distention": ((), "float64"),
     "peak_pressure": ((), "float64"),
+    "viscosity": ((), "float64"),  # share of the artificial viscosity, where a switch governs it
     "gravity": ((3,), "float64"),
     "gravity_position": ((3,), "float64"),  # where gravity was last evaluated
     "initial_position": ((3,), "float64"),
@@ -81,6 +82,7 @@ class Cloud:
     initial_distention: np.ndarray
     late_density: np.ndarray
     peak_pressure: np.ndarray
+    viscosity: np.ndarray
     gravity: np.ndarray
     gravity_position: np.ndarray
     initial_position: np.ndarray

@@ -12,8 +12,9 @@ import numpy as np
 
 from matter import tree
 from matter.jit import parallel_kernel, prange
-from sph import late, smoothing, start_volumes, state, timestep
+from sph import gradients, late, smoothing, start_volumes, state, timestep
 from sph import rates as pair_rates
+from sph import viscosity_switch as switches
 from sph.boundary.edge import Edge
 from sph.boundary.images import Images
 from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
@@ -105,6 +106,8 @@ class Integrator:
     images, edge : periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own and stays.
     wendland, clumping : the kernel, and the strength of the artificial stress (``sph.rates``); None for the cubic spline and no such stress.
     first_volumes : sums are weighted by the volumes of the start (``sph.start_volumes``).
+    corrected : gradients are corrected in force, density and heat too (``sph.gradients``).
+    viscosity_switch : the law of each particle's share of the viscosity (``sph.viscosity_switch``); None for all of it.
     limits_of_h : least and most share of its first h that a support which follows the density may reach (``sph.smoothing``); None keeps h.
     sphere : radius of a spherical target without self-gravity [m], None for a flat one; only the history asks for it.
     """
@@ -128,13 +131,15 @@ class Integrator:
         clumping: float | None = None,
         first_volumes: bool = False,
         limits_of_h: tuple[float, float] | None = None,
+        corrected: bool = False,
+        viscosity_switch: str | None = None,
         sphere: float | None = None,
     ):
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
         self.alpha, self.beta, self.courant, self.theta, self.gravity_shift = alpha, beta, courant, theta, gravity_shift
         self.self_gravity, self.down, self.images, self.edge = self_gravity, down, images, edge
         self.wendland, self.clumping, self.sphere, self.limits_of_h = wendland, clumping, sphere, limits_of_h
-        self.first_volumes = first_volumes
+        self.first_volumes, self.corrected, self.switch = first_volumes, corrected, viscosity_switch
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
         self.soft: late.Soft | None = None
@@ -147,6 +152,10 @@ class Integrator:
         self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, images)
         self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud))
+        self._inverse = np.zeros((len(cloud), 6)) if corrected else None
+        self._beside = np.zeros((0, state.WIDTH)) if corrected or viscosity_switch else None
+        if viscosity_switch:
+            cloud.viscosity[:] = switches.LAWS[viscosity_switch].START
 
     @property
     def softening(self) -> np.ndarray:
@@ -211,15 +220,37 @@ class Integrator:
             start_volumes.turn(e.row, cloud.start_density)
         if self.images is not None:
             self.images.rows(e.row, len(cloud), self.time)
+        start_density = cloud.start_density if self.first_volumes else None
+        self._fill_beside(start_density)
         pair_rates.compute(
             e.row, self.neighbourhood.found, cloud, self.rows.shear, e.stiffness, self.alpha, self.beta, self.strength, self.rates,
-            self.wendland, self.clumping, cloud.start_density if self.first_volumes else None,
+            self.wendland, self.clumping, start_density, self._inverse, self._beside, True if self.switch else None,
         )  # fmt: skip
         cloud.neighbours[:] = self.rates.count
         if self.edge is not None:
             self.edge.hold(cloud, self.rates)
         if self.images is None and self.edge is None:
             self._remove_net_torque()
+
+    def _fill_beside(self, start_density: np.ndarray | None) -> None:
+        """What switch and corrected gradients add to the rows, images included."""
+        if self._beside is None:
+            return
+        cloud, row = self.cloud, self.evaluated.row
+        if len(self._beside) < len(row):
+            self._beside = np.zeros((len(row), state.WIDTH))
+        if self.switch is not None:
+            self._beside[: len(cloud), 0] = cloud.viscosity
+        if self._inverse is not None:
+            gradients.correct(row, self.neighbourhood.found, self.wendland, start_density, self._inverse, self._beside)
+        if self.images is not None:
+            self.images.beside(self._beside, len(cloud))
+
+    def _follow_switch(self, dt: float) -> None:
+        """The share of the viscosity after a step."""
+        if self.switch is not None:
+            c, r = self.cloud, self.rates
+            switches.follow(self.switch, dt, r.divergence, r.curl, self.evaluated.sound, c.smoothing_length, c.viscosity)
 
     def _remove_net_torque(self) -> None:
         """Of pair forces and (frozen, hence slightly misplaced) gravity together; about the centre of mass, so that no net force comes with it."""
@@ -283,5 +314,6 @@ class Integrator:
         )  # fmt: skip
         if self.edge is not None:
             self.edge.fade(cloud, e.wave, dt)
+        self._follow_switch(dt)
         self.torque_removed += dt * self._torque
         self.steps += 1

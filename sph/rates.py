@@ -49,11 +49,15 @@ def _pairs(
     wendland,
     clumping,
     start_density,
+    inverse,
+    beside,
+    switched,
     acceleration,
     density_rate,
     energy_rate,
     stress_rate,
     divergence,
+    curl,
     approach,
     count,
 ):
@@ -63,11 +67,15 @@ def _pairs(
         for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
             most = max(most, listed[i])
         s = np.empty((WIDTH, most + 2 * LANES))
+        if beside is not None:
+            t = np.empty((WIDTH, most + 2 * LANES))
         for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
             many = listed[i]
             padded = (many + LANES - 1) // LANES * LANES  # rows of the list are filled up with the particle itself, which adds exact zeros
             for k in range(0, padded, LANES):
                 columns(row, index, entry[i], k, s)
+                if beside is not None:
+                    columns(beside, index, entry[i], k, t)
             x, y, z, vx, vy, vz = row[i, 0], row[i, 1], row[i, 2], row[i, 3], row[i, 4], row[i, 5]
             volume, rho_inv, h, c_i = row[i, 6], row[i, 7], row[i, 8], row[i, 9]
             if start_density is None:  # compiled for one of the two
@@ -75,6 +83,12 @@ def _pairs(
             else:
                 before = 1.0 / start_density[i]
             txx, txy, txz, tyy, tyz, tzz = row[i, 10], row[i, 11], row[i, 12], row[i, 13], row[i, 14], row[i, 15]
+            if inverse is not None:
+                bxx, bxy, bxz = beside[i, 1], beside[i, 2], beside[i, 3]
+                byx, byy, byz = beside[i, 4], beside[i, 5], beside[i, 6]
+                bzx, bzy, bzz = beside[i, 7], beside[i, 8], beside[i, 9]
+            if switched is not None:
+                share = beside[i, 0]
             ax, ay, az, heat, slowest, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             cxx, cxy, cxz, cyy, cyz, czz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -99,6 +113,8 @@ def _pairs(
                 bar = 2.0 * before * volume_sum * both  # = rho_j 2 / (rho_i + rho_j)
                 push = V * bar * viscosity.viscous_pressure(mu, 0.5 * (c_i + s[9, k]), alpha, beta)
                 inside = 1.0 if r < hij else 0.0
+                if switched is not None:
+                    push *= 0.5 * (share + t[0, k])
                 slowest = fast_min(slowest, mu * inside)
                 near += inside
                 heat += volume * rho_sum * both * push * vr * F
@@ -110,9 +126,14 @@ def _pairs(
                     apart = w * artificial_stress.pressure(pull, r, r2, hij, clumping)
                     heat += 0.5 * apart * vr * F
                     push += apart
-                ax += w * (sxx * gx + sxy * gy + sxz * gz) - push * gx
-                ay += w * (sxy * gx + syy * gy + syz * gz) - push * gy
-                az += w * (sxz * gx + syz * gy + szz * gz) - push * gz
+                if inverse is None:
+                    ax += w * (sxx * gx + sxy * gy + sxz * gz) - push * gx
+                    ay += w * (sxy * gx + syy * gy + syz * gz) - push * gy
+                    az += w * (sxz * gx + syz * gy + szz * gz) - push * gz
+                else:
+                    ax += w * ((bxx + t[1, k]) * gx + (bxy + t[2, k]) * gy + (bxz + t[3, k]) * gz) - push * gx
+                    ay += w * ((byx + t[4, k]) * gx + (byy + t[5, k]) * gy + (byz + t[6, k]) * gz) - push * gy
+                    az += w * ((bzx + t[7, k]) * gx + (bzy + t[8, k]) * gy + (bzz + t[9, k]) * gz) - push * gz
                 gx, gy, gz = V * gx, V * gy, V * gz
                 lxx -= ux * gx
                 lxy -= ux * gy
@@ -130,6 +151,12 @@ def _pairs(
                 cyz -= dy * gz
                 czz -= dz * gz
             acceleration[i, 0], acceleration[i, 1], acceleration[i, 2] = ax, ay, az
+            if inverse is not None:
+                ixx, ixy, ixz = inverse[i, 0], inverse[i, 1], inverse[i, 2]
+                iyy, iyz, izz = inverse[i, 3], inverse[i, 4], inverse[i, 5]
+                lxx, lxy, lxz = lxx * ixx + lxy * ixy + lxz * ixz, lxx * ixy + lxy * iyy + lxz * iyz, lxx * ixz + lxy * iyz + lxz * izz
+                lyx, lyy, lyz = lyx * ixx + lyy * ixy + lyz * ixz, lyx * ixy + lyy * iyy + lyz * iyz, lyx * ixz + lyy * iyz + lyz * izz
+                lzx, lzy, lzz = lzx * ixx + lzy * ixy + lzz * ixz, lzx * ixy + lzy * iyy + lzz * iyz, lzx * ixz + lzy * iyz + lzz * izz
             trace = lxx + lyy + lzz
             density_rate[i] = -trace / before
             energy_rate[i] = before * (txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy)) + heat
@@ -141,20 +168,23 @@ def _pairs(
                 )  # fmt: skip
                 cxx, cxy, cxz, cyy, cyz, czz = cxx * thin, cxy * thin, cxz * thin, cyy * thin, cyz * thin, czz * thin
             divergence[i] = trace
+            if switched is not None:
+                curl[i] = math.sqrt((lzy - lyz) ** 2 + (lxz - lzx) ** 2 + (lyx - lxy) ** 2)
             approach[i] = -slowest
             count[i] = int(near) - (padded - many)
             G = shear[material[i]]
             if strength and G > 0.0:
                 G *= stiffness[i, 0] if trace < 0.0 else stiffness[i, 1]
-                det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
-                # a lopsided neighbourhood (surface spray) has no useful inverse: plain gradients there
-                if det > 0.05 and det < 20.0:
-                    inv = 1.0 / det
-                    ixx, ixy, ixz = (cyy * czz - cyz * cyz) * inv, (cxz * cyz - cxy * czz) * inv, (cxy * cyz - cxz * cyy) * inv
-                    iyy, iyz, izz = (cxx * czz - cxz * cxz) * inv, (cxy * cxz - cxx * cyz) * inv, (cxx * cyy - cxy * cxy) * inv
-                    lxx, lxy, lxz = lxx * ixx + lxy * ixy + lxz * ixz, lxx * ixy + lxy * iyy + lxz * iyz, lxx * ixz + lxy * iyz + lxz * izz
-                    lyx, lyy, lyz = lyx * ixx + lyy * ixy + lyz * ixz, lyx * ixy + lyy * iyy + lyz * iyz, lyx * ixz + lyy * iyz + lyz * izz
-                    lzx, lzy, lzz = lzx * ixx + lzy * ixy + lzz * ixz, lzx * ixy + lzy * iyy + lzz * iyz, lzx * ixz + lzy * iyz + lzz * izz
+                if inverse is None:
+                    det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
+                    # a lopsided neighbourhood (surface spray) has no useful inverse: plain gradients there
+                    if det > 0.05 and det < 20.0:
+                        inv = 1.0 / det
+                        ixx, ixy, ixz = (cyy * czz - cyz * cyz) * inv, (cxz * cyz - cxy * czz) * inv, (cxy * cyz - cxz * cyy) * inv
+                        iyy, iyz, izz = (cxx * czz - cxz * cxz) * inv, (cxy * cxz - cxx * cyz) * inv, (cxx * cyy - cxy * cxy) * inv
+                        lxx, lxy, lxz = lxx * ixx + lxy * ixy + lxz * ixz, lxx * ixy + lxy * iyy + lxz * iyz, lxx * ixz + lxy * iyz + lxz * izz
+                        lyx, lyy, lyz = lyx * ixx + lyy * ixy + lyz * ixz, lyx * ixy + lyy * iyy + lyz * iyz, lyx * ixz + lyy * iyz + lyz * izz
+                        lzx, lzy, lzz = lzx * ixx + lzy * ixy + lzz * ixz, lzx * ixy + lzy * iyy + lzz * iyz, lzx * ixz + lzy * iyz + lzz * izz
                 third = (lxx + lyy + lzz) / 3.0
                 exx, eyy = lxx - third, lyy - third
                 exy, exz, eyz = 0.5 * (lxy + lyx), 0.5 * (lxz + lzx), 0.5 * (lyz + lzy)
@@ -176,26 +206,29 @@ class Rates:
     """Time derivatives and by-products of one evaluation, kept from step to step.
 
     ``acceleration`` (n, 3), ``density`` [kg/(m^3 s)], ``energy`` [W/kg], ``stress`` (n, 5) [Pa/s], ``divergence`` of velocity [1/s],
-    ``approach`` the largest -mu [m/s] of the viscosity, ``count`` neighbours inside the support.
+    ``curl`` the size of its curl [1/s] (only where a switch of the viscosity asks for it), ``approach`` the largest -mu [m/s] of the viscosity, ``count``
+    neighbours inside the support.
     """
 
     def __init__(self, n: int):
         self.acceleration, self.stress = np.zeros((n, 3)), np.zeros((n, 5))
-        self.density, self.energy, self.divergence, self.approach = (np.zeros(n) for _ in range(4))
+        self.density, self.energy, self.divergence, self.curl, self.approach = (np.zeros(n) for _ in range(5))
         self.count = np.zeros(n, dtype=np.int32)
 
 
 def compute(
     row, neighbours, cloud, shear, stiffness, alpha: float, beta: float, strength: bool, out: Rates,
     wendland: bool | None = None, clumping: float | None = None, start_density: np.ndarray | None = None,
+    inverse: np.ndarray | None = None, beside: np.ndarray | None = None, switched: bool | None = None,
 ) -> None:  # fmt: skip
     """Fill ``out`` from evaluated rows and ``stiffness`` (``sph.state``) over the neighbour list.
 
     ``wendland`` True takes that kernel, None the cubic spline; ``clumping`` is the strength of the artificial stress, None for none; ``start_density`` (n,)
-    goes with rows turned by ``sph.start_volumes``.
+    goes with rows turned by ``sph.start_volumes``; ``inverse`` (n, 6) corrects the gradients (``sph.gradients``); ``switched`` True takes each particle's share of
+    the viscosity (``sph.viscosity_switch``). ``beside`` (rows, 16) holds what either adds to a row.
     """
     _pairs(
         row, neighbours.index, neighbours.entry, neighbours.count, cloud.material, shear, stiffness, cloud.stress, alpha, beta, strength,
-        wendland, clumping, start_density,
-        out.acceleration, out.density, out.energy, out.stress, out.divergence, out.approach, out.count,
+        wendland, clumping, start_density, inverse, beside, switched,
+        out.acceleration, out.density, out.energy, out.stress, out.divergence, out.curl, out.approach, out.count,
     )  # fmt: skip

@@ -96,5 +96,6 @@ class RungeKutta(Integrator):
             np.maximum(cloud.peak_pressure, self.evaluated.pressure, out=cloud.peak_pressure)
         if self.edge is not None:
             self.edge.fade(cloud, self.evaluated.wave, dt)
+        self._follow_switch(dt)
         self.torque_removed += dt / 6.0 * torque
         self.steps += 1

@@ -24,7 +24,7 @@ from matter.quantity import PositiveLength, PositiveTime, Time
 from sph import ground as grounds
 from sph import late as late_stage
 from sph import materials as material_rows
-from sph import state, timestep, used_laws
+from sph import state, timestep, used_laws, viscosity_switch
 from sph import target as bodies
 from sph.boundary import surroundings
 from sph.boundary.edge import Edge
@@ -62,6 +62,9 @@ class Settings(Model):
     volumes : weights of the sums: the ``present`` volumes, or those of the ``start`` (``sph.start_volumes``: right behind strong shocks).
     smoothing : ``fixed``: supports stay as long as they began; ``density``: they follow it, within ``shortest`` and ``longest`` times the first
         (``sph.smoothing``).
+    gradients : ``plain``, or ``corrected`` in force, density and heat too (``sph.gradients``: thin shells, spinning bodies; not for strong shocks).
+    viscosity_switch : ``none``: all of the viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``); ``morris_monaghan``: a
+        twentieth of it where nothing has been compressed (``sph.viscosity_morris_monaghan``).
     artificial_stress : strength eps of the repulsion in tension (``sph.artificial_stress``; 0: none).
     integrator : ``leapfrog`` (``sph.integrator``) or ``rk3``, with errors of a step below ``tolerance`` (``sph.runge_kutta``).
     late : ``at`` and ``sound_speed`` of the late stage (``sph.late``); none by default.
@@ -99,6 +102,8 @@ class Settings(Model):
     smoothing: Literal["fixed", "density"] = "fixed"
     shortest: Annotated[float, Field(gt=0.2, le=1)] = 0.5
     longest: Annotated[float, Field(ge=1, le=4)] = 2.0
+    gradients: Literal["plain", "corrected"] = "plain"
+    viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
     integrator: Literal["leapfrog", "rk3"] = "leapfrog"
     tolerance: Annotated[float, Field(gt=0, le=0.1)] = 1e-5
@@ -146,7 +151,8 @@ def idle_sources(settings: Settings) -> set[Path]:
     chosen = {
         "smoothing": settings.smoothing == "density", "start_volumes": settings.volumes == "start", "late": settings.late is not None,
         "runge_kutta": settings.integrator == "rk3", "kernel": settings.kernel == "cubic_spline", "kernel_wendland": settings.kernel == "wendland",
-        "artificial_stress": settings.artificial_stress > 0.0,
+        "artificial_stress": settings.artificial_stress > 0.0, "gradients": settings.gradients == "corrected",
+        **{f"viscosity_{name}": settings.viscosity_switch == name for name in viscosity_switch.LAWS},
     }  # fmt: skip
     return used_laws.idle_sources(settings.chosen_materials()) | {used_laws.ROOM / f"{name}.py" for name, taken in chosen.items() if not taken}
 
@@ -235,6 +241,7 @@ class _Run:
             self_gravity=s.target.attracts, down=s.target.gravity, images=surroundings.images(s.target, s.sides, s.floor, self.bottom), edge=self.edge,
             wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None,
             first_volumes=s.volumes == "start", limits_of_h=(s.shortest, s.longest) if s.smoothing == "density" else None,
+            corrected=s.gradients == "corrected", viscosity_switch=None if s.viscosity_switch == "none" else s.viscosity_switch,
             sphere=None if s.target.flat else self.radius,
         )  # fmt: skip
 

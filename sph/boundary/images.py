@@ -16,6 +16,7 @@ from matter.gather import LANES
 from matter.jit import kernel, parallel_kernel, prange
 from sph.boundary.periodic import Periodic
 from sph.boundary.wall import Wall
+from sph.gradients import TENSOR
 
 
 @parallel_kernel
@@ -30,6 +31,16 @@ def _fill(row, count, owner, sign, shift, drift):
         sx, sy, sz = sign[g, 0], sign[g, 1], sign[g, 2]
         image[10], image[11], image[12] = source[10], sx * sy * source[11], sx * sz * source[12]
         image[13], image[14], image[15] = source[13], sy * sz * source[14], source[15]
+
+
+@parallel_kernel
+def _fill_beside(beside, count, owner, sign):
+    for g in prange(len(owner)):
+        source, image = beside[owner[g]], beside[count + g]
+        image[0] = source[0]
+        for a in range(3):
+            for b in range(3):
+                image[TENSOR + 3 * a + b] = sign[g, a] * sign[g, b] * source[TENSOR + 3 * a + b]
 
 
 @kernel
@@ -105,3 +116,7 @@ class Images:
     def rows(self, row: np.ndarray, count: int, time: float) -> None:
         """Fill the rows behind the first ``count`` with the images at ``time`` [s]."""
         _fill(row, count, self.owner, self.sign, self.shift + self.drift * time, self.drift)
+
+    def beside(self, beside: np.ndarray, count: int) -> None:
+        """The same of the rows that go beside them (``sph.gradients``): a share, and a tensor by rows."""
+        _fill_beside(beside, count, self.owner, self.sign)

@@ -199,14 +199,14 @@ def collapse(across: int = 20, share: float = 0.9) -> float:
 
 
 # ---------------------------------------------------------------- a spinning ball with stresses of its own
-def spin(radius: float = 7.0, turns: float = 1.0) -> tuple[float, float, float, float]:
+def spin(radius: float = 7.0, turns: float = 1.0, **options) -> tuple[float, float, float, float]:
     """An elastic ball, its core expanded by heat and held by its shell, turned once in 200 radii over the speed of sound.
 
     Returns the relative change of the angular momentum, what the correction of the torque took of it, and the relative changes of the mean P (core) and of
     the root of the mean J2 (all but the outermost particles), all from a quarter of a turn on, when it has widened under its spin.
     """
     materials = collect(("basalt",), {"basalt": Choice(**TOUGH)})
-    i = body(closest_packing(lambda x: np.linalg.norm(x, axis=1) < radius, radius, 0.05), materials, radius, True)
+    i = body(closest_packing(lambda x: np.linalg.norm(x, axis=1) < radius, radius, 0.05), materials, radius, True, **options)
     c, crossing = i.cloud, radius / math.sqrt(26.7e9 / 2700.0)
     core = np.linalg.norm(c.position, axis=1) < 0.55 * radius
     c.specific_energy[core] = 8e4
