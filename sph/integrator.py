@@ -12,7 +12,7 @@ import numpy as np
 
 from matter import tree
 from matter.jit import parallel_kernel, prange
-from sph import gradients, late, smoothing, start_volumes, state, timestep
+from sph import gradients, late, length_terms, smoothing, start_volumes, state, timestep
 from sph import rates as pair_rates
 from sph import viscosity_switch as switches
 from sph.boundary.edge import Edge
@@ -106,6 +106,7 @@ class Integrator:
     images, edge : periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own and stays.
     wendland, clumping : the kernel, and the strength of the artificial stress (``sph.rates``); None for the cubic spline and no such stress.
     first_volumes : sums are weighted by the volumes of the start (``sph.start_volumes``).
+    length_terms : with ``first_volumes`` and ``limits_of_h``, what the change of h adds (``sph.length_terms``).
     corrected : gradients are corrected in force, density and heat too (``sph.gradients``).
     viscosity_switch : the law of each particle's share of the viscosity (``sph.viscosity_switch``); None for all of it.
     limits_of_h : least and most share of its first h that a support which follows the density may reach (``sph.smoothing``); None keeps h.
@@ -131,6 +132,7 @@ class Integrator:
         clumping: float | None = None,
         first_volumes: bool = False,
         limits_of_h: tuple[float, float] | None = None,
+        length_terms: bool = False,
         corrected: bool = False,
         viscosity_switch: str | None = None,
         sphere: float | None = None,
@@ -152,6 +154,7 @@ class Integrator:
         self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, images)
         self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud))
+        self._omega = np.ones(len(cloud)) if length_terms else None
         self._inverse = np.zeros((len(cloud), 6)) if corrected else None
         self._beside = np.zeros((0, state.WIDTH)) if corrected or viscosity_switch else None
         if viscosity_switch:
@@ -221,11 +224,17 @@ class Integrator:
         if self.images is not None:
             self.images.rows(e.row, len(cloud), self.time)
         start_density = cloud.start_density if self.first_volumes else None
+        if self._omega is not None and self.limits_of_h is not None and start_density is not None:
+            length_terms.scale(e.row, self.neighbourhood.found, self.wendland, start_density, cloud.start_length, self.limits_of_h, self._omega)
+            if self.images is not None:
+                self.images.rows(e.row, len(cloud), self.time)
         self._fill_beside(start_density)
         pair_rates.compute(
             e.row, self.neighbourhood.found, cloud, self.rows.shear, e.stiffness, self.alpha, self.beta, self.strength, self.rates,
             self.wendland, self.clumping, start_density, self._inverse, self._beside, True if self.switch else None,
         )  # fmt: skip
+        if self._omega is not None:
+            length_terms.divide(self.rates, self._omega)
         cloud.neighbours[:] = self.rates.count
         if self.edge is not None:
             self.edge.hold(cloud, self.rates)

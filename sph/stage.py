@@ -62,6 +62,7 @@ class Settings(Model):
     volumes : weights of the sums: the ``present`` volumes, or those of the ``start`` (``sph.start_volumes``: right behind strong shocks).
     smoothing : ``fixed``: supports stay as long as they began; ``density``: they follow it, within ``shortest`` and ``longest`` times the first
         (``sph.smoothing``).
+    length_terms : with ``volumes = "start"`` and ``smoothing = "density"``: what the change of a support adds to the density's rate (``sph.length_terms``).
     gradients : ``plain``, or ``corrected`` in force, density and heat too (``sph.gradients``: thin shells, spinning bodies; not for strong shocks).
     viscosity_switch : ``none``: all of the viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``); ``morris_monaghan``: a
         twentieth of it where nothing has been compressed (``sph.viscosity_morris_monaghan``).
@@ -102,6 +103,7 @@ class Settings(Model):
     smoothing: Literal["fixed", "density"] = "fixed"
     shortest: Annotated[float, Field(gt=0.2, le=1)] = 0.5
     longest: Annotated[float, Field(ge=1, le=4)] = 2.0
+    length_terms: bool = False
     gradients: Literal["plain", "corrected"] = "plain"
     viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
@@ -118,6 +120,8 @@ class Settings(Model):
             raise ValueError("spacing_at_impact must be below half the target's radius")
         if self.spacing_far < self.spacing_at_impact:
             raise ValueError("spacing_far must be at least spacing_at_impact")
+        if self.length_terms and not (self.volumes == "start" and self.smoothing == "density"):
+            raise ValueError('length_terms needs volumes = "start" and smoothing = "density"')
         if self.late is not None and self.late.at >= self.end_time:
             raise ValueError("late.at must be before end_time")
         if fault := surroundings.fault(self.target, self.sides, self.floor, self.width_of_edge):
@@ -152,6 +156,7 @@ def idle_sources(settings: Settings) -> set[Path]:
         "smoothing": settings.smoothing == "density", "start_volumes": settings.volumes == "start", "late": settings.late is not None,
         "runge_kutta": settings.integrator == "rk3", "kernel": settings.kernel == "cubic_spline", "kernel_wendland": settings.kernel == "wendland",
         "artificial_stress": settings.artificial_stress > 0.0, "gradients": settings.gradients == "corrected",
+        "length_terms": settings.length_terms,
         **{f"viscosity_{name}": settings.viscosity_switch == name for name in viscosity_switch.LAWS},
     }  # fmt: skip
     return used_laws.idle_sources(settings.chosen_materials()) | {used_laws.ROOM / f"{name}.py" for name, taken in chosen.items() if not taken}
@@ -241,7 +246,7 @@ class _Run:
             self_gravity=s.target.attracts, down=s.target.gravity, images=surroundings.images(s.target, s.sides, s.floor, self.bottom), edge=self.edge,
             wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None,
             first_volumes=s.volumes == "start", limits_of_h=(s.shortest, s.longest) if s.smoothing == "density" else None,
-            corrected=s.gradients == "corrected", viscosity_switch=None if s.viscosity_switch == "none" else s.viscosity_switch,
+            length_terms=s.length_terms, corrected=s.gradients == "corrected", viscosity_switch=None if s.viscosity_switch == "none" else s.viscosity_switch,
             sphere=None if s.target.flat else self.radius,
         )  # fmt: skip
 

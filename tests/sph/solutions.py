@@ -7,15 +7,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import columns
 import numpy as np
 from scipy.integrate import quad, solve_ivp
+from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import brentq
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from matter import tree
+from sph import rates
 from sph.boundary.edge import Edge
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
@@ -24,6 +28,7 @@ from sph.damage import seeding
 from sph.integrator import Integrator
 from sph.material_settings import Choice
 from sph.materials import Materials, collect
+from sph.rates import Rates
 from sph.target import Body
 
 TOUGH = {"strength": "von_mises", "damage": "none", "von_mises": {"Y0": "1e4 GPa"}, "tension": {"cut": "1e4 GPa"}}
@@ -67,10 +72,10 @@ def advance(i: Integrator, until: float) -> None:
 
 
 # ---------------------------------------------------------------- blast
-def blast_constant(gamma: float) -> float:
-    """beta of the blast wave r = (E t^2 / (beta rho))^(1/5) in a cold gas (Sedov 1959; the self-similar equations integrated from the front inwards)."""
+def _self_similar(gamma: float) -> Callable[[np.ndarray], np.ndarray]:
+    """Density, velocity and pressure at a share x > 0.02 of the radius of the blast wave, scaled: rho = g, v = (2/5) (r/t) f, P = rho_0 (2/5)^2 (r/t)^2 p."""
 
-    def slopes(x, y):  # density, velocity and pressure over those behind the front, scaled: rho = g, v = (2/5) (r/t) f, P = rho_0 (2/5)^2 (r/t)^2 p
+    def slopes(x, y):
         g, f, p = y
         # continuity, momentum and energy of the similarity solution, linear in dg, df, dp per d ln(x)
         A = np.array([[(f - 1.0) / g, 1.0, 0.0], [0.0, f - 1.0, 1.0 / g], [-gamma * (f - 1.0) / g, 0.0, (f - 1.0) / p]])
@@ -78,34 +83,77 @@ def blast_constant(gamma: float) -> float:
         return np.linalg.solve(A, b) / x
 
     front = [(gamma + 1.0) / (gamma - 1.0), 2.0 / (gamma + 1.0), 2.0 / (gamma + 1.0)]
-    found = solve_ivp(slopes, (1.0, 0.02), front, rtol=1e-9, atol=1e-12, dense_output=True)
-    whole = quad(lambda x: (0.5 * found.sol(x)[0] * found.sol(x)[1] ** 2 + found.sol(x)[2] / (gamma - 1.0)) * x**4, 0.02, 1.0, limit=200)[0]
+    return solve_ivp(slopes, (1.0, 0.02), front, rtol=1e-9, atol=1e-12, dense_output=True).sol
+
+
+def blast_constant(gamma: float) -> float:
+    """beta of the blast wave r = (E t^2 / (beta rho))^(1/5) in a cold gas (Sedov 1959; the self-similar equations integrated from the front inwards)."""
+    state = _self_similar(gamma)
+    whole = quad(lambda x: (0.5 * state(x)[0] * state(x)[1] ** 2 + state(x)[2] / (gamma - 1.0)) * x**4, 0.02, 1.0, limit=200)[0]
     return 4.0 * math.pi * 4.0 / 25.0 * whole
 
 
-def blast(across: int = 30, gamma: float = 1.4) -> tuple[float, float]:
-    """Radius of the blast over Sedov's, and the largest density (mean over shells half a spacing wide) over that behind a strong shock.
+def smeared_peak(gamma: float, height: float) -> float:
+    """Where the density of the exact blast, smoothed until it is ``height`` of that behind the front, is largest, over the radius of the front.
 
-    A ball ``across`` spacings wide; the energy is laid into the particles within h of the centre, weighted by the kernel; read off at 0.7 of the ball.
+    A front as thin as a tenth of its radius loses height and moves inwards when it is smoothed, however right it is: by this it is put back. Smoothing is along
+    the radius, by a Gaussian.
+    """
+    r = np.linspace(0.0, 2.0, 2001)
+    inner = r < 1.0
+    density = np.ones_like(r)
+    density[inner] = _self_similar(gamma)(np.maximum(r[inner], 0.02))[0]
+
+    def smoothed(width: float) -> np.ndarray:
+        return gaussian_filter1d(density, width / r[1], mode="nearest") * (gamma - 1.0) / (gamma + 1.0)
+
+    width = brentq(lambda w: smoothed(w).max() - height, 5e-3, 0.3)
+    return float(r[np.argmax(smoothed(width))])
+
+
+class Blast(NamedTuple):
+    """Radii over Sedov's: of the densest shell, of the half level outside it, and of the front whose smeared profile has its densest shell there
+    (``smeared_peak``); the largest density over that behind a strong shock; the kinetic share of the energy, and the relative change of the total.
+    """
+
+    radius: float
+    half_level: float
+    front: float
+    density: float
+    kinetic: float
+    energy: float
+
+
+def blast(across: int = 30, gamma: float = 1.4, **options) -> Blast:
+    """The blast, by means over shells half a spacing wide.
+
+    A ball ``across`` spacings wide; the energy is laid into the particles within h of the centre, weighted by the kernel; read off at 0.7 of the ball. The place of
+    the largest density is that of a parabola through the three densest shells.
     """
     half = 0.5 * across
-    i = body(closest_packing(lambda x: np.linalg.norm(x, axis=1) < half, half, 0.05), gas(gamma), half)
+    i = body(closest_packing(lambda x: np.linalg.norm(x, axis=1) < half, half, 0.05), gas(gamma), half, **options)
     c = i.cloud
     r = np.linalg.norm(c.position, axis=1)
     share = np.maximum(1.0 - r / columns.SUPPORT, 0.0) ** 4 * (1.0 + 4.0 * r / columns.SUPPORT)
     c.specific_energy[:] = share / (c.mass @ share) + 1e-9
+    begun = float(c.mass @ c.specific_energy)
     i.dt = 1e-6
     i.start()
-    end = math.sqrt(blast_constant(gamma) * (0.7 * half) ** 5)
-    advance(i, end)
+    wanted = 0.7 * half
+    advance(i, math.sqrt(blast_constant(gamma) * wanted**5))
+    kinetic = 0.5 * float(c.mass @ np.einsum("ij,ij->i", c.velocity, c.velocity))
     r = np.linalg.norm(c.position, axis=1)
     edges = np.arange(0.0, half, 0.5)
     shell = np.digitize(r, edges)
     density = np.bincount(shell, c.density, minlength=len(edges) + 1) / np.maximum(np.bincount(shell, minlength=len(edges) + 1), 1)
     peak = int(np.argmax(density))
-    outer = peak + int(np.flatnonzero(density[peak:] < 0.5 * (density[peak] + 1.0))[0])  # half-way down the front
-    step = (density[outer - 1] - 0.5 * (density[peak] + 1.0)) / (density[outer - 1] - density[outer])
-    return (edges[outer - 2] + 0.25 + 0.5 * step) / (0.7 * half), float(density[peak] * (gamma - 1.0) / (gamma + 1.0))
+    below, most, above = density[peak - 1 : peak + 2]
+    radius = float(edges[peak - 1] + 0.25 + 0.25 * (below - above) / (below - 2.0 * most + above)) / wanted
+    outer = peak + int(np.flatnonzero(density[peak:] < 0.5 * (most + 1.0))[0])  # half-way down the front
+    step = (density[outer - 1] - 0.5 * (most + 1.0)) / (density[outer - 1] - density[outer])
+    height = float(most * (gamma - 1.0) / (gamma + 1.0))
+    energy = (kinetic + float(c.mass @ c.specific_energy)) / begun - 1.0
+    return Blast(radius, float(edges[outer - 2] + 0.25 + 0.5 * step) / wanted, radius / smeared_peak(gamma, height), height, kinetic / begun, energy)
 
 
 # ---------------------------------------------------------------- elastic waves
@@ -237,6 +285,63 @@ def spin(radius: float = 7.0, turns: float = 1.0, **options) -> tuple[float, flo
     after = state()
     changes = after / before - 1.0
     return turning() / L - 1.0, float(np.linalg.norm(i.torque_removed - removed) / L), float(changes[0]), float(changes[1])
+
+
+# ---------------------------------------------------------------- a shell that stops
+def stopping_speed(inner: float, outer: float, stop: float, strength: float, density: float) -> float:
+    """A [m^3/s] of the incompressible flow v = -A / r^2 whose kinetic energy yielding takes up until the inner radius is ``stop``.
+
+    A shell from r_0 to r strains by 2 ln(r_0 / r) (equivalent strain, r^3 = r_0^3 - inner^3 + stop^3), so that Verney's (1968) balance is
+    2 pi rho A^2 (1 / inner - 1 / outer) = 4 pi Y int 2 ln(r_0 / r) r_0^2 dr_0.
+    """
+    less = inner**3 - stop**3
+    work = 4.0 * math.pi * strength * quad(lambda r: -2.0 / 3.0 * math.log1p(-less / r**3) * r * r, inner, outer)[0]
+    return math.sqrt(work / (2.0 * math.pi * density * (1.0 / inner - 1.0 / outer)))
+
+
+BERYLLIUM = {
+    "eos": "murnaghan", "murnaghan": {"rho0": "1845 kg/m^3", "K0": "117 GPa", "n": 4.0}, "elastic": {"shear_modulus": "151 GPa", "bulk_modulus": "117 GPa"},
+    "strength": "von_mises", "von_mises": {"Y0": "0.33 GPa"}, "damage": "none", "tension": {"cut": "1e4 GPa"},
+}  # fmt: skip
+
+
+def shell(particles: int = 20_000, stop: float = 0.625, **options) -> tuple[float, float, float]:
+    """Verney's shell (outer radius 1.25 of the inner), sent inwards so that it stops at ``stop`` of its inner radius by the balance of energies.
+
+    Returns the inner radius where it stops over that wanted, the share of the kinetic energy that viscosity took, and the relative change of the total energy.
+    The inner radius follows from the mean of r^3, which falls by the same for all of incompressible matter; it stops when that no longer falls.
+    """
+    materials = collect(("basalt",), {"basalt": Choice(**BERYLLIUM)})
+    outer = (particles / (4.0 / 3.0 * math.pi * (1.0 - 0.8**3))) ** (1.0 / 3.0)
+    inner = 0.8 * outer
+    place = closest_packing(lambda x: np.abs(np.linalg.norm(x, axis=1) - 0.5 * (inner + outer)) < 0.5 * (outer - inner), outer, 0.05)
+    i = body(place, materials, outer, True, **options)
+    c = i.cloud
+    r = np.linalg.norm(c.position, axis=1)
+    A = stopping_speed(inner, outer, stop * inner, 0.33e9, 1845.0)
+    c.velocity[:] = -A * c.position / r[:, None] ** 3
+    i.start()
+
+    def energies() -> tuple[float, float]:
+        return 0.5 * float(c.mass @ np.einsum("ij,ij->i", c.velocity, c.velocity)), float(c.mass @ c.specific_energy)
+
+    begun, volume, viscous, quiet = sum(energies()), float((r**3).mean()), 0.0, Rates(len(c))
+    at = 0.0
+    while True:
+        i.step(i.next_step(1e9))
+        if i.steps % 10 == 0:
+            start_density = c.start_density if i.first_volumes else None
+            rates.compute(
+                i.evaluated.row, i.neighbourhood.found, c, i.rows.shear, i.evaluated.stiffness, 0.0, 0.0, True, quiet,
+                i.wendland, i.clumping, start_density, i._inverse, i._beside, True if i.switch else None,
+            )  # fmt: skip
+            viscous += (i.time - at) * float(c.mass @ (i.rates.energy - quiet.energy))
+            at = i.time
+        r2 = np.einsum("ij,ij->i", c.position, c.position)
+        if float(np.sqrt(r2) @ np.einsum("ij,ij->i", c.position, c.velocity)) > 0.0:
+            break
+    left = inner**3 - volume + float((r2**1.5).mean())
+    return left ** (1.0 / 3.0) / (stop * inner), viscous / begun, sum(energies()) / begun - 1.0
 
 
 # ---------------------------------------------------------------- rings

@@ -87,10 +87,11 @@ def test_fixed_h_loses_the_neighbours_that_a_following_one_keeps():
     assert counts[0] < 0.75 * counts[1]
 
 
-def test_a_stage_with_both_resumes_to_the_last_bit(tmp_path, monkeypatch):
+def stopped_and_whole(tmp_path, monkeypatch, **chosen):
+    """The last snapshots of a small stage run in one go and of one that was stopped and resumed; it leaves the folders ``whole`` and ``parts``."""
     update = progress.Progress.update
     monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
-    chosen = settings(smoothing="density", volumes="start", relaxation_time=20.0, end_time=15.0, history_interval=5.0, snapshot_interval=15.0)
+    chosen = settings(relaxation_time=20.0, end_time=15.0, history_interval=5.0, snapshot_interval=15.0, **chosen)
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     whole.mkdir()
     parts.mkdir()
@@ -104,10 +105,14 @@ def test_a_stage_with_both_resumes_to_the_last_bit(tmp_path, monkeypatch):
         progress.clear_stop()
     assert checkpoint.newest(parts) is not None
     stage.run(chosen, tmp_path, parts)
-    one, other = snapshot.read(whole / "last.vtkhdf"), snapshot.read(parts / "last.vtkhdf")
+    return snapshot.read(whole / "last.vtkhdf"), snapshot.read(parts / "last.vtkhdf")
+
+
+def test_a_stage_with_both_resumes_to_the_last_bit(tmp_path, monkeypatch):
+    one, other = stopped_and_whole(tmp_path, monkeypatch, smoothing="density", volumes="start")
     for name in one:
         assert np.array_equal(one[name], other[name]), name
-    first = snapshot.read(snapshot.series(whole)[0])
+    first = snapshot.read(snapshot.series(tmp_path / "whole")[0])
     assert np.min(one.smoothing_length / first.smoothing_length) < 0.97
 
 

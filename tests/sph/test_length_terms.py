@@ -1,0 +1,97 @@
+"""What a support that follows the density adds to the density's rate."""
+
+import numpy as np
+import pytest
+import solutions
+from test_rates import SHEAR, _Cloud
+from test_smoothing import stopped_and_whole
+from test_stage import settings
+
+from sph import kernel, kernel_wendland, length_terms, rates, start_volumes
+
+LIMITS = (0.5, 2.0)
+
+
+def evaluate(c, wendland=None, length=None):
+    """Omega, and rates with its terms."""
+    row, out, omega = c.rows(), rates.Rates(len(c.mass)), np.ones(len(c.mass))
+    start_volumes.turn(row, c.start_density)
+    length_terms.scale(row, c.found, wendland, c.start_density, c.smoothing_length if length is None else length, LIMITS, omega)
+    rates.compute(row, c.found, c, SHEAR, np.ones((len(c.mass), 2)), 1.0, 2.0, True, out, wendland, None, c.start_density)
+    length_terms.divide(out, omega)
+    return omega, out
+
+
+@pytest.mark.parametrize("wendland", [None, True])
+def test_omega_is_the_change_of_the_sum_with_all_supports(wendland):
+    """By differences: all h scaled by one factor, as where the density changes alike; the particle itself counts."""
+    c = _Cloud(1000)
+    law = kernel.kernel if wendland is None else kernel_wendland.kernel
+    V0 = c.mass / c.start_density
+    omega, _ = evaluate(c, wendland)
+    h, step = c.smoothing_length, 1e-5
+    for i in (0, 77, 431, 900):
+        d = np.linalg.norm(c.position - c.position[i], axis=1)
+
+        def total(factor):
+            return sum(V0[j] * law(d[j], factor * 0.5 * (h[i] + h[j])) for j in np.flatnonzero(d < 4e3))
+
+        slope = (total(1.0 + step) - total(1.0 - step)) / (2.0 * step)
+        wanted = np.clip(1.0 + slope * c.start_density[i] / (3.0 * c.density[i]), length_terms.LEAST, length_terms.MOST)
+        assert omega[i] == pytest.approx(wanted, rel=1e-6)
+    assert np.ptp(omega) > 0.5
+
+
+def test_momenta_and_total_energy_are_kept():
+    c = _Cloud(1000)
+    _, r = evaluate(c)
+    force = c.mass[:, None] * r.acceleration
+    assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
+    work = (force * c.velocity).sum() + c.mass @ r.energy
+    assert abs(work) < 1e-12 * np.abs(force * c.velocity).sum()
+
+
+def test_heat_is_pressure_times_the_rate_of_the_density():
+    """du = P / rho^2 drho for a gas, as without the terms: the pressure that works is the one over Omega."""
+    c = _Cloud(1000)
+    c.stress[:] = 0.0
+    row, out, omega = c.rows(), rates.Rates(1000), np.ones(1000)
+    start_volumes.turn(row, c.start_density)
+    length_terms.scale(row, c.found, None, c.start_density, c.smoothing_length, LIMITS, omega)
+    rates.compute(row, c.found, c, SHEAR, np.ones((1000, 2)), 0.0, 0.0, True, out, None, None, c.start_density)
+    length_terms.divide(out, omega)
+    assert out.energy == pytest.approx(c.pressure / c.density**2 * out.density, rel=1e-9)
+
+
+def test_a_support_at_its_limit_adds_nothing():
+    c = _Cloud(1000)
+    omega, r = evaluate(c, length=c.smoothing_length / LIMITS[1])
+    assert np.array_equal(omega, np.ones(1000))
+    plain = c.evaluate(first=True)
+    assert np.abs(r.acceleration - plain.acceleration).max() < 1e-12 * np.abs(plain.acceleration).max()
+
+
+def test_a_burst_keeps_its_energy_and_its_gas_its_volume():
+    """A ball of hot gas in cold: with the terms the density of its centre is that of its places; without them it falls to the floor."""
+    found = []
+    for terms in (False, True):
+        i = solutions.body(solutions.closest_packing(lambda x: np.linalg.norm(x, axis=1) < 7.0, 7.0, 0.05), solutions.gas(5.0 / 3.0), 7.0, length_terms=terms)
+        c = i.cloud
+        hot = np.linalg.norm(c.position, axis=1) < 1.6
+        c.specific_energy[:] = np.where(hot, 1.0, 1e-9)
+        begun, name = float(c.mass @ c.specific_energy), c.identity[hot]
+        i.dt = 1e-6
+        i.start()
+        solutions.advance(i, 8.0)
+        left = float(c.mass @ (c.specific_energy + 0.5 * np.einsum("ij,ij->i", c.velocity, c.velocity)))
+        assert left == pytest.approx(begun, rel=2e-3)
+        found.append(float(np.median(c.density[np.isin(c.identity, name)])))
+    assert found[0] < 0.02 < 0.05 < found[1] < 0.5
+
+
+def test_the_stage_takes_it_with_its_companions_only(tmp_path, monkeypatch):
+    with pytest.raises(ValueError, match="length_terms needs"):
+        settings(length_terms=True, volumes="start")
+    whole, parts = stopped_and_whole(tmp_path, monkeypatch, volumes="start", smoothing="density", length_terms=True)
+    for name in whole:
+        assert np.array_equal(whole[name], parts[name]), name
