@@ -9,6 +9,7 @@ columns (grains with its cube). On one core: columns 10 minutes, hoppers 4, heap
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import tempfile
 import time
@@ -17,13 +18,17 @@ from pathlib import Path
 import numpy as np
 
 from dem import bed_stage
-from dem.contact_settings import Contact
+from dem.contact_settings import Contact, GrainLaw
 from dem.trials import bulk_flows, carved_bowl
 from matter import snapshot
 from matter.body import Impact, Target
 
 CONTACT = Contact(steps_per_contact=20)
 COLUMNS = ((0.5, 24.0), (1.0, 18.0), (2.0, 16.0), (3.0, 14.0), (5.0, 12.0))
+BEADS = Contact(steps_per_contact=20, shell=GrainLaw(shape=0.0))
+"""Grains of the hopper: spheres without rolling resistance, for which Beverloo's constants stand; the others block a hole of 8 d."""
+HOPPER = (12.0, 16.0)
+"""Radius and height of its filling [d]."""
 HOLES = (8.0, 10.0, 12.0, 14.0)
 BOWL_RADIUS, GRAVITY, DENSITY = 20.0, 1.0, 1500.0
 CAVITY = (9.0, 8.0)
@@ -57,7 +62,8 @@ def columns(out: Path, size: float) -> None:
 def hoppers(out: Path) -> None:
     """Rate over the diameter of the hole, and the exponent of (D - k d) for k from 1.0 to 2.0."""
     kept = Kept(out / "hopper.json")
-    rows = [kept.make(f"D={hole:g}", lambda hole=hole: bulk_flows.hopper(hole, 12.0, 12.0, CONTACT)) for hole in HOLES]
+    full = functools.cache(lambda: bulk_flows.filling(*HOPPER, BEADS))
+    rows = [kept.make(f"D={hole:g}", lambda hole=hole: bulk_flows.hopper(hole, full(), HOPPER[0], BEADS)) for hole in HOLES]
     hole, rate = np.array([row["hole"] for row in rows]), np.array([row["rate"] for row in rows])
     for k in (1.0, 1.4, 2.0):
         print(f"k = {k}: exponent {np.polyfit(np.log(hole - k), np.log(rate), 1)[0]:.2f}")

@@ -119,7 +119,7 @@ class Assembly:
         self.threads = max(1, threads)
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
         self._workspace()
-        self._full_pass = False
+        self.full_pass = False
         self._rebuild(_tabled(grains, self.identity, self.scheme.history, offset))
         self._wall_tables_in(grains)
         if self_gravity:
@@ -263,15 +263,15 @@ class Assembly:
             self.quiet[self.asleep == 2] = 0
             self.asleep[self.asleep == 2] = 0
             self.survey()
-        elif self.since_build == 0 or self._full_pass:
+        elif self.since_build == 0 or self.full_pass:
             self.survey()
-        self._full_pass = False
+        self.full_pass = False
 
     def evaluate_all(self) -> None:
         """Evaluate all rows at the next step, also those of sleepers."""
         if self.scheme.sleep:
             self.live[:] = 1
-            self._full_pass = True
+            self.full_pass = True
 
     def wall_overlaps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Grain, wall and overlap [m], offset included, of every contact with a wall."""
@@ -508,7 +508,7 @@ class Assembly:
 
 _SCALARS = (
     "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed", "active", "moving",
-    "mean_radius", "softness", "stiffness_energy", "wake", "memory",
+    "mean_radius", "softness", "stiffness_energy", "wake", "memory", "full_pass",
 )  # fmt: skip
 
 

@@ -162,7 +162,7 @@ def _sources() -> list[str]:
     """What of the code an angle depends on: the contact laws and the cell."""
     here = Path(__file__).resolve()
     own = here.read_text().split("# -- kept results")[0]
-    trees = [ast.dump(ast.parse(text)) for text in (here.with_name("shear_cell.py").read_text(), own)]  # comments and lay-out do not matter
+    trees = [ast.dump(ast.parse(text)) for text in (here.with_name("trials").joinpath("shear_cell.py").read_text(), own)]  # comments and lay-out do not matter
     return [jit.source_key(here.with_name("forces.py")), hashlib.sha256("".join(trees).encode()).hexdigest()]
 
 

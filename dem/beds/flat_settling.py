@@ -48,6 +48,7 @@ class FlatSettling(Settling):
     """The settling of a bed in a container; ``domain`` is the ``Container``, ``body`` the ``FlatGround``."""
 
     rest_limit = 60
+    own = (*Settling.own, "pull", "drag_rate")
 
     def __init__(
         self, points: np.ndarray, radius: np.ndarray, ground: FlatGround, container: Container, contact: Contact, limit: float,
@@ -88,9 +89,10 @@ class FlatSettling(Settling):
         if self.plan[self.phase].name == "lay":
             self.bed.A[self.bed.headroom == 0] = 0.0  # not even the first step may move the bed, whose friction is off meanwhile
         self.bed.drag /= 4.0  # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
-        self.full_drag = self.bed.drag.copy()
+        self.drag_rate = float(self.bed.drag[0])
 
     def _pull(self, times: float) -> None:
+        self.pull = times
         self.gravity = Field.constant((0.0, 0.0, -self.ground.g * times))
 
     def _weigh(self, part: float) -> None:
@@ -100,7 +102,13 @@ class FlatSettling(Settling):
             root = 1.0 / (least + (1.0 - least) * min(1.0, 1.05 * part))
             self._pull(root * root)
             self.bed.gravity = self.gravity
-            self.bed.drag[:] = self.full_drag[0] * root * least
+            self.bed.drag[:] = self.drag_rate * root * least
+
+    def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
+        """Continue from a checkpoint, bit for bit."""
+        super().restore(arrays, scalars)
+        self._pull(self.pull)
+        self.bed.gravity = self.gravity
 
     # -- what depends on the shape of the ground -----------------------------------------------------------------------------
 

@@ -93,6 +93,8 @@ class Settling:
     plan: tuple[Phase, ...] = PHASES
     """The phases in their order."""
     rest_limit: int = REST_LIMIT
+    own: tuple[str, ...] = ("phase", "done", "repeats", "total", "steps", "free_speed")
+    """Numbers of the settling that a checkpoint holds besides the assembly."""
 
     def __init__(self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact, limit: float):
         self.body, self.domain, self.contact, self.limit = body, domain, contact, limit
@@ -289,19 +291,24 @@ class Settling:
         for label, kept in (("aside", self.aside), ("rested", self.rested)):
             if kept is not None:
                 arrays = {**arrays, **{f"{label}_fields/{k}": v for k, v in kept.items()}, **{f"{label}_tables/{k}": v for k, v in kept.tables.items()}}
-        own = {name: getattr(self, name) for name in ("phase", "done", "repeats", "total", "steps", "free_speed")}
+        own = {name: getattr(self, name) for name in self.own}
         checkpoint.save(out, self.total, arrays, {**{f"bed_{k}": v for k, v in scalars.items()}, **own, **self.fire.state()})
 
     def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
         """Continue from a checkpoint, bit for bit."""
-        self.phase, self.repeats, self.total = (int(scalars[k]) for k in ("phase", "repeats", "total"))
+        self.phase = int(scalars["phase"])
         for label in ("aside", "rested"):
             fields = {k.split("/", 1)[1]: v for k, v in arrays.items() if k.startswith(f"{label}_fields/")}
             tables = {k.split("/", 1)[1]: v for k, v in arrays.items() if k.startswith(f"{label}_tables/")}
             if fields:
                 setattr(self, label, Particles(fields, {"time": 0.0}, tables))
-        self._begin(self.bed.particles({"time": 0.0}, tables=False))
-        self.done, self.steps, self.free_speed = int(scalars["done"]), int(scalars["steps"]), float(scalars["free_speed"])
+        # with the grains of the checkpoint: random points would not pass the limit on overlaps of the later phases
+        x, v, w = arrays["X"], arrays["V"], arrays["W"]
+        names = {"identity": "identity", "material": "material", "species": "kind", "density": "density", "headroom": "headroom"}
+        fields = {"position": x[:, :3], "radius": x[:, 3], "velocity": w[:, :3], "angular_velocity": w[:, 3:], "mass": v[:, 6], "stiffness": v[:, 7]}
+        self._begin(Particles({**fields, **{name: arrays[here] for name, here in names.items()}}, {"time": 0.0}))
+        for name in self.own:
+            setattr(self, name, scalars[name])
         self.bed.restore(arrays, {k[4:]: v for k, v in scalars.items() if k.startswith("bed_")})
         self.fire.restore(scalars)
 

@@ -1,6 +1,7 @@
 """Flows of many grains whose outcome is known from experiments: a column that collapses, a hopper that drains, a heap that is left on a plate.
 
-Units: mean diameter d = 1, density of a grain 1, g = 1; a quarter of each axisymmetric scene between two smooth planes. k_n = 600 rho g H d^2 for the
+Units: mean diameter d = 1, density of a grain 1, g = 1; of column and heap a quarter between two smooth planes, of the hopper all: in a quarter a vault of
+a dozen grains, held by its mirror images, blocks a hole of eight diameters. k_n = 600 rho g H d^2 for the
 height H of the filling, so that neither load nor fall makes overlaps above some hundredths of a diameter.
 
 Sources: Lube, Huppert, Sparks & Hallworth 2004, J. Fluid Mech. 508, 175 (column); Beverloo, Leniger & van de Velde 1961, Chem. Eng. Sci. 15, 260 (hopper).
@@ -30,17 +31,20 @@ SIDES = (Wall(PLANE, direction=(1.0, 0.0, 0.0)), Wall(PLANE, direction=(0.0, 1.0
 STIFFNESS = 600.0
 
 
-def filled(radius: float, height: float, floor: Sequence[Wall], contact: Contact, seed: int = 1, spread: float = 0.15) -> Assembly:
-    """A quarter of an upright cylinder of grains at rest on the walls ``floor``; the last wall is the cylinder itself.
+def filled(
+    radius: float, height: float, floor: Sequence[Wall], contact: Contact, seed: int = 1, spread: float = 0.15, sides: Sequence[Wall] = SIDES
+) -> Assembly:
+    """A quarter of an upright cylinder of grains, without ``sides`` the whole, at rest on the walls ``floor``; the last wall is the cylinder itself.
 
     Random points are relaxed without friction below a lid, then come to rest with friction under gravity.
     """
     rng = np.random.default_rng(seed)
-    count = int(PACKED * 0.25 * math.pi * radius**2 * height / (math.pi / 6.0))
+    sector = 0.5 * math.pi if sides else 2.0 * math.pi
+    count = int(PACKED * 0.5 * sector * radius**2 * height / (math.pi / 6.0))
     if count < 50:
         raise InputError(f"a cylinder of radius {radius:g} and height {height:g} diameters holds {count} grains: too few")
     r = 0.5 * rng.uniform(1.0 - spread, 1.0 + spread, count)
-    along, angle = (radius - r) * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, 0.5 * math.pi, count)
+    along, angle = (radius - r) * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, sector, count)
     x = np.column_stack([along * np.cos(angle), along * np.sin(angle), rng.uniform(r, height - r)])
     mass = 4.0 / 3.0 * math.pi * r**3
     zero, ones = np.zeros((count, 3)), np.ones(count)
@@ -51,7 +55,7 @@ def filled(radius: float, height: float, floor: Sequence[Wall], contact: Contact
         )
     )  # fmt: skip
     smooth = OCEAN.model_copy(update={"restitution": 0.5})
-    walls = [*floor, *SIDES, cylinder(radius)]
+    walls = [*floor, *sides, cylinder(radius)]
     lid = Wall(PLANE, point=(0.0, 0.0, height), direction=(0.0, 0.0, -1.0))
     packing = Assembly(grains, contact.model_copy(update={"shell": smooth}), [*walls, lid], overlap_limit=np.inf)
     fire = Fire(packing)
@@ -149,35 +153,55 @@ def column(aspect: float, radius: float, contact: Contact, seed: int = 1) -> Col
 
 
 class Hopper(NamedTuple):
-    """Diameter of the hole [d]; mass per time of the whole circle [rho d^3 sqrt(g/d)]; bulk fraction above the hole; grains that have fallen."""
+    """Diameter of the hole [d]; mass per time [rho d^3 sqrt(g/d)] and its standard error; bulk fraction of the filling; grains that have fallen; the time
+    of the rate [sqrt(d/g)]."""
 
     hole: float
     rate: float
+    error: float
     fraction: float
     fallen: int
+    duration: float
 
 
-def hopper(hole: float, radius: float, height: float, contact: Contact, seed: int = 1, share: float = 0.45) -> Hopper:
-    """A flat-bottomed hopper with a round hole drains until ``share`` of its grains are out; the rate between a tenth and that."""
-    closed = [Wall(PLANE, species=0)]
-    bed = filled(radius, height, closed, contact, seed)
-    above = bed.X[bed.X[:, 2] < 0.6 * height]
-    fraction = float(np.sum(4.0 / 3.0 * math.pi * above[:, 3] ** 3) / (0.25 * math.pi * radius**2 * 0.6 * height))
-    bed = released(bed, contact, [funnel((0.5 * hole, 0.0), (radius, 0.0), species=0), *SIDES, cylinder(radius)])
-    total, mass = len(bed.X), [0.0]
-    times, fallen = [0.0], 0
-    whole = float(bed.mass.sum())
-    while fallen < share * total:
+SHARES = (0.08, 0.35)
+"""Shares of the filling between which the rate is taken: the flow has come to its pace, and the filling is still higher than the hole is wide."""
+
+
+def filling(radius: float, height: float, contact: Contact, seed: int = 1) -> Assembly:
+    """The grains of a hopper, on a closed floor."""
+    return filled(radius, height, [Wall(PLANE, species=0)], contact, seed, sides=())
+
+
+def hopper(hole: float, full: Assembly, radius: float, contact: Contact) -> Hopper:
+    """A flat-bottomed hopper of ``radius``, ``full`` (``filling``), drains through a round hole in its floor; the rate is that between ``SHARES``.
+
+    Raises ``InputError`` when nothing has fallen for a time of 20 sqrt(d/g).
+    """
+    middle = 0.5 * float(full.X[:, 2].max())
+    low = full.X[(full.X[:, 2] < middle), 3]
+    fraction = float(np.sum(4.0 / 3.0 * math.pi * low**3) / (math.pi * radius**2 * middle))
+    bed = released(full, contact, [funnel((0.5 * hole, 0.0), (radius, 0.0), species=0), cylinder(radius)])
+    whole, fallen, last = float(bed.mass.sum()), 0, 0.0
+    times, out = [0.0], [0.0]
+    while out[-1] < SHARES[1] * whole:
         advance(bed, 0.5)
-        fallen += remove_fallen(bed, -2.0)
+        gone = remove_fallen(bed, -2.0)
+        fallen, last = fallen + gone, bed.time if gone else last
         times.append(bed.time)
-        mass.append(whole - float(bed.mass[: bed.moving].sum()))
-        if bed.time > 400.0:
+        out.append(whole - float(bed.mass[: bed.moving].sum()))
+        if bed.time > last + 20.0:
             raise InputError(f"the hopper with a hole of {hole:g} diameters is blocked after {fallen} grains")
-    out = np.array(mass)
-    steady = (out > 0.1 * whole) & (out < share * whole)
-    slope = np.polyfit(np.array(times)[steady], out[steady], 1)[0]
-    return Hopper(hole, 4.0 * float(slope), fraction, fallen)
+    time, mass = np.array(times), np.array(out)
+    steady = mass > SHARES[0] * whole
+    return Hopper(hole, *_slope(time[steady], mass[steady]), fraction, fallen, float(np.ptp(time[steady])))
+
+
+def _slope(time: np.ndarray, mass: np.ndarray) -> tuple[float, float]:
+    """Slope of a line and its standard error, from the scatter of the slopes of four stretches."""
+    parts = [np.polyfit(time[k], mass[k], 1)[0] for k in np.array_split(np.arange(len(time)), 4) if len(k) > 2]
+    error = float(np.std(parts, ddof=1) / math.sqrt(len(parts))) if len(parts) > 1 else math.inf
+    return float(np.polyfit(time, mass, 1)[0]), error
 
 
 def beverloo(hole: np.ndarray, fraction: float, c: float = 0.58, k: float = 1.4) -> np.ndarray:

@@ -11,9 +11,10 @@ from dem.assembly import Assembly
 from dem.beds import settling
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
-from matter import progress, snapshot
-from matter.errors import InputError, Stopped
+from matter import snapshot
+from matter.errors import InputError
 from tests.dem import bodies
+from tests.dem.stops import interrupted, same_grains
 
 
 @pytest.fixture(scope="module")
@@ -100,41 +101,18 @@ def test_the_headroom_touches_without_load(bed_run, bed):
     assert overlap[mixed].max() < 2e-3
 
 
-def test_a_stopped_bed_resumes_bit_for_bit(tmp_path, bed_settings):
+def test_a_stopped_bed_resumes_bit_for_bit(tmp_path, bed_settings, monkeypatch):
     settings = bed_settings.model_copy(update={"count": 300, "arc_radius": 5e5, "residual_speed": 0.05})
     files = []
-    for name, stops in (("whole", ()), ("resumed", (150, 500, 650))):
+    for name, stops in (("whole", ()), ("resumed", (3, 150, 500, 650))):
         run = tmp_path / name
         bodies.write_callisto(run / "2_sph" / "target.json")
         out = run / "3_bed"
         out.mkdir()
-        seen = [0]
-
-        def listen(_, stops=stops, seen=seen):
-            seen[0] += 1
-            if seen[0] in stops:
-                progress.request_stop()
-
-        progress.Progress.interval_s, kept = 0.0, progress.Progress.interval_s
-        progress.listen(listen)
-        try:
-            for _ in range(1 + len(stops)):
-                try:
-                    bed_stage.run(settings, run, out)
-                except Stopped:
-                    progress.clear_stop()
-                    assert list(out.glob("checkpoint_*"))
-        finally:
-            progress.silence()
-            progress.clear_stop()
-            progress.Progress.interval_s = kept
+        interrupted(monkeypatch, settling, stops, lambda run=run, out=out: bed_stage.run(settings, run, out))
         files.append(snapshot.read(out / "bed.vtkhdf"))
         assert not list(out.glob("checkpoint_*"))
-    one, two = files
-    for name in one:
-        assert np.array_equal(one[name], two[name]), name
-    for name in one.tables:
-        assert np.array_equal(one.tables[name], two.tables[name]), name
+    same_grains(*files)
 
 
 def test_a_settled_bed_is_kept_and_shared(tmp_path, bed_settings):

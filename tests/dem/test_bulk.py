@@ -46,7 +46,8 @@ def test_run_out_of_columns(aspect, radius):
 
 @pytest.mark.validation
 def test_a_hopper_drains_with_the_power_five_halves():
-    rows = [bulk_flows.hopper(hole, 12.0, 12.0, CONTACT) for hole in (8.0, 10.0, 12.0, 14.0)]
+    full = bulk_flows.filling(12.0, 16.0, CONTACT)
+    rows = [bulk_flows.hopper(hole, full, 12.0, CONTACT) for hole in (8.0, 10.0, 12.0, 14.0)]
     exponent = np.polyfit(np.log([row.hole - 1.4 for row in rows]), np.log([row.rate for row in rows]), 1)[0]
     assert exponent == pytest.approx(2.5, abs=0.25)
 

@@ -9,9 +9,11 @@ import pytest
 from pydantic import ValidationError
 
 from dem import stage
+from dem.beds.flat_ground import ground_of
 from matter import progress, snapshot
 from matter.errors import InputError, Stopped, UnphysicalState
 from matter.particles import Particles
+from tests.dem.stops import interrupted, same_grains
 
 BOWL, DEPTH = 350e3, 260e3
 
@@ -155,43 +157,74 @@ def test_softening_and_sleep_end_in_the_same_crater(tmp_path, carved):
     assert ejected > 0.0 and ejected_two == pytest.approx(ejected, rel=0.05)
 
 
-@pytest.mark.parametrize("shortcuts", [{}, {"stiffness": "following", "sleeping": True}])
-def test_a_stopped_run_resumes_bit_for_bit(tmp_path, carved, shortcuts):
-    settings = SETTINGS.model_copy(update={"end_time": 500.0, "latest_time": 500.0, **shortcuts})
+SOFT = SETTINGS.contact.model_copy(update={"static_overlap": 0.2, "overlap_stop": 1.5, "sliding": "cap"})
+SHORTCUTS = pytest.mark.parametrize("changes", [{}, {"contact": SOFT, "stiffness": "following", "sleeping": True}], ids=["as it is", "following and sleeping"])
+
+
+@SHORTCUTS
+def test_a_stopped_run_resumes_bit_for_bit(tmp_path, carved, monkeypatch, changes):
+    """The same files, whether a run was stopped on its way or not; the last stop falls behind the first softening of the springs."""
+    settings = SETTINGS.model_copy(update={"end_time": 700.0, "latest_time": 700.0, **changes})
     results = []
-    for name, stops in (("whole", ()), ("resumed", (7, 61))):
+    for name, stops in (("whole", ()), ("resumed", (7, 61, 350))):
         run = tmp_path / name
         run.mkdir()
         for part in ("2_sph", "4_handoff"):
             (run / part).symlink_to(carved / part)
         out = run / "5_dem"
         out.mkdir()
-        seen = [0]
-
-        def listen(_, stops=stops, seen=seen):
-            seen[0] += 1
-            if seen[0] in stops:
-                progress.request_stop()
-
-        progress.Progress.interval_s, kept = 0.0, progress.Progress.interval_s
-        progress.listen(listen)
-        try:
-            for _ in range(1 + len(stops)):
-                try:
-                    stage.run(settings, run, out)
-                except Stopped:
-                    progress.clear_stop()
-        finally:
-            progress.silence()
-            progress.clear_stop()
-            progress.Progress.interval_s = kept
+        interrupted(monkeypatch, stage, stops, lambda run=run, out=out: stage.run(settings, run, out))
         results.append((snapshot.read(out / "last.vtkhdf"), (out / "history.csv").read_text()))
     (one, text_one), (two, text_two) = results
-    for name in one:
-        assert np.array_equal(one[name], two[name]), name
-    for name in one.tables:
-        assert np.array_equal(one.tables[name], two.tables[name]), name
+    same_grains(one, two)
     assert text_one == text_two
+
+
+@SHORTCUTS
+def test_a_checkpoint_at_every_step_holds_the_whole_state(tmp_path, carved, monkeypatch, changes):
+    """A collapse that is made anew from its checkpoint after every step goes the way of one that runs through, in every array and number that it saves."""
+    settings = SETTINGS.model_copy(update={"end_time": 900.0, "latest_time": 900.0, **changes})
+    saved = {}
+
+    def keep(out, step, arrays, scalars):
+        saved[out.name] = ({name: np.array(values) for name, values in arrays.items()}, dict(scalars))
+
+    monkeypatch.setattr(stage.checkpoint, "save", keep)
+    monkeypatch.setattr(stage.Collapse, "_write_history", lambda self: None)
+    monkeypatch.setattr(stage.Collapse, "_snapshot", lambda self, name, tables: None)
+    ground = ground_of(carved / "2_sph" / "target.json")
+    start = snapshot.read(carved / "4_handoff" / "start.vtkhdf")
+
+    def made(name):
+        return stage.Collapse(settings, Particles({k: v.copy() for k, v in start.items()}, start.attributes, start.tables), ground, tmp_path / name)
+
+    through, anew = made("through"), made("anew")
+    for collapse in (through, anew):  # to just before the springs soften for the first time
+        _advance(collapse, until=600.0 if changes else 300.0)
+    softness = []
+    for _ in range(40):
+        for collapse in (through, anew):
+            _advance(collapse)
+        (one, numbers), (two, others) = saved["through"], saved["anew"]
+        assert [name for name in one if not np.array_equal(one[name], two[name], equal_nan=one[name].dtype.kind == "f")] == []
+        assert numbers == others
+        softness.append(through.bed.softness)
+        anew = made("anew")
+        anew.restore(*saved["anew"])
+    assert not changes or softness[-1] < softness[0]
+
+
+def _advance(collapse, until=0.0):
+    """One step and those up to the time ``until``, and a checkpoint."""
+    while True:
+        progress.request_stop()
+        try:
+            with pytest.raises(Stopped):
+                collapse.advance()
+        finally:
+            progress.clear_stop()
+        if collapse.bed.time >= until:
+            return
 
 
 def test_a_bed_that_explodes_stops_with_a_name(tmp_path, carved):

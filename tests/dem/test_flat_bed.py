@@ -8,13 +8,14 @@ import pytest
 
 from dem import bed_stage
 from dem.assembly import Assembly
-from dem.beds import packing
+from dem.beds import flat_settling, packing, settling
 from dem.beds.container import Container
 from dem.contact_settings import Contact
 from dem.walls import distance, rows
 from matter import snapshot
 from matter.body import Impact, Target
 from matter.errors import InputError
+from tests.dem.stops import interrupted, same_grains
 
 TARGET = Target.model_validate({"layers": [{"name": "soil", "material": "basalt", "thickness": 20.0}], "shape": "half_space", "gravity": 1.0})
 IMPACT = Impact.model_validate(
@@ -37,7 +38,7 @@ def write_ground(path, depth=10.0, gravity=1.0, density=1500.0):
 
 def settled(folder, **settings):
     write_ground(folder / "2_sph" / "target.json", depth=settings.get("arc_radius", 10.0))
-    (folder / "3_bed").mkdir()
+    (folder / "3_bed").mkdir(exist_ok=True)
     usual = dict(target=TARGET, impact=IMPACT, count=1300, arc_radius=10.0, share=False, headroom_fraction=0.2)
     bed_stage.run(bed_stage.Settings(**{**usual, **settings}), folder, folder / "3_bed")
     return snapshot.read(folder / "3_bed" / "bed.vtkhdf"), json.loads((folder / "3_bed" / "bed_report.json").read_text())
@@ -94,6 +95,24 @@ def test_a_bowl_of_mixed_grains_under_weak_gravity_with_stiff_springs(tmp_path):
     assert 0.58 < report["packing_fraction"] < 0.66
     domain = Container.of_attribute(bed.attributes["domain"])
     assert domain.side_depth(bed.position[bed.headroom == 0]).min() > 0.9 * bed.radius.min()  # headroom may lean out above the walls
+
+
+def test_a_bed_stopped_while_gravity_is_let_down_resumes_bit_for_bit(tmp_path, monkeypatch):
+    """Stops at three places of the phase ``ease``, the last two between two looks at it."""
+    begins = []
+    begin = flat_settling.FlatSettling._begin
+
+    def noted(work, grains):
+        begin(work, grains)
+        begins.append((work.plan[work.phase].name, work.total))
+
+    monkeypatch.setattr(flat_settling.FlatSettling, "_begin", noted)
+    beds = []
+    for name in ("whole", "resumed"):
+        first = dict(begins).get("ease", 0)
+        stops = () if name == "whole" else (first + 50, first + 53, first + 97)
+        interrupted(monkeypatch, settling, stops, lambda name=name: beds.append(settled(tmp_path / name, shape="bowl", largest_speed=2.0, count=300)))
+    same_grains(beds[0][0], beds[1][0])
 
 
 @pytest.mark.parametrize("shape", ["bowl", "box", "cylinder"])
