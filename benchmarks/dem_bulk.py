@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import functools
 import json
-import tempfile
 import time
 from pathlib import Path
 
@@ -30,6 +29,8 @@ BEADS = Contact(steps_per_contact=20, shell=GrainLaw(shape=0.0))
 HOPPER = (12.0, 16.0)
 """Radius and height of its filling [d]."""
 HOLES = (8.0, 10.0, 12.0, 14.0)
+SOFT = Contact(steps_per_contact=20, static_overlap=0.1)
+"""Grains of the bowls: overlaps at the floor of 0.005 radii, and a step more than twice as long as with ``CONTACT``."""
 BOWL_RADIUS, GRAVITY, DENSITY = 20.0, 1.0, 1500.0
 CAVITY = (9.0, 8.0)
 """Radius and depth [m] of the cavity in a bowl of 20 m: a rim slope of 61 deg."""
@@ -76,41 +77,44 @@ def heap(out: Path) -> None:
     Kept(out / "heap.json").make("R=14", lambda: bulk_flows.heap(14.0, CONTACT))
 
 
-def bowls(out: Path, grains: int) -> None:
-    """The carved bowl in both packings."""
+def bowls(out: Path, grains: int, work: Path, packings: tuple[str, ...]) -> None:
+    """The carved bowl in both packings, or one."""
     kept = Kept(out / f"bowl_{grains}.json")
-    for packing in ("rcp", "hcp"):
-        kept.make(packing, lambda packing=packing: one_bowl(packing, grains))
-    draw_bowls(kept.rows, out / f"bowl_{grains}.png", grains)
+    for packing in packings:
+        kept.make(packing, lambda packing=packing: one_bowl(packing, grains, work))
+    if len(kept.rows) == 2:
+        draw_bowls(kept.rows, out / f"bowl_{grains}.png", grains)
 
 
-def one_bowl(packing: str, grains: int) -> carved_bowl.Relaxed:
-    """Settle, carve, relax."""
+def one_bowl(packing: str, grains: int, work: Path) -> carved_bowl.Relaxed:
+    """Settle, carve, relax; what was begun in the folder ``work`` goes on."""
     layer = {"name": "soil", "material": "basalt", "thickness": BOWL_RADIUS}
     target = Target.model_validate({"layers": [layer], "shape": "half_sphere", "gravity": GRAVITY})
     shot = {"material": "basalt", "radius": 0.1}
     impact = Impact.model_validate({"speed": 2000.0, "angle_from_vertical": 0.0, "projectile": shot, "expected_transient_diameter": 18.0})
     spread = 0.15 if packing == "rcp" else 0.0
     settings = bed_stage.Settings(
-        target=target, impact=impact, contact=CONTACT, count=grains, arc_radius=BOWL_RADIUS, shape="bowl", packing=packing, radius_spread=spread, share=False,
+        target=target, impact=impact, contact=SOFT, count=grains, arc_radius=BOWL_RADIUS, shape="bowl", packing=packing, radius_spread=spread, share=False,
         headroom_fraction=0.1,
     )  # fmt: skip
-    with tempfile.TemporaryDirectory() as folder:
-        run = Path(folder)
-        (run / "2_sph").mkdir()
-        (run / "3_bed").mkdir()
-        heights = [-BOWL_RADIUS, -1e-3 * BOWL_RADIUS]
-        ground = {
-            "frame": "plane", "shape": "half_sphere", "depth_m": BOWL_RADIUS, "half_width_m": BOWL_RADIUS, "surface_gravity_m_s2": GRAVITY,
-            "layers": [{"name": "soil", "material": "basalt", "bottom_m": -BOWL_RADIUS, "top_m": 0.0}],
-            "profile": {"height_m": heights, "density_kg_m3": [DENSITY] * 2, "pressure_Pa": [-DENSITY * GRAVITY * h for h in heights], "layer": [0, 0]},
-        }  # fmt: skip
-        (run / "2_sph" / "target.json").write_text(json.dumps(ground))
+    run = work / f"bowl_{packing}_{grains}"
+    for name in ("2_sph", "3_bed", "relax"):
+        (run / name).mkdir(parents=True, exist_ok=True)
+    heights = [-BOWL_RADIUS, -1e-3 * BOWL_RADIUS]
+    ground = {
+        "frame": "plane", "shape": "half_sphere", "depth_m": BOWL_RADIUS, "half_width_m": BOWL_RADIUS, "surface_gravity_m_s2": GRAVITY,
+        "layers": [{"name": "soil", "material": "basalt", "bottom_m": -BOWL_RADIUS, "top_m": 0.0}],
+        "profile": {"height_m": heights, "density_kg_m3": [DENSITY] * 2, "pressure_Pa": [-DENSITY * GRAVITY * h for h in heights], "layer": [0, 0]},
+    }  # fmt: skip
+    (run / "2_sph" / "target.json").write_text(json.dumps(ground))
+    if not (run / "3_bed" / "bed.vtkhdf").is_file():
+        begin = time.process_time()
         bed_stage.run(settings, run, run / "3_bed")
-        report = json.loads((run / "3_bed" / "bed_report.json").read_text())
-        print({k: report[k] for k in ("grains", "packing_fraction", "coordination_number_bulk", "weight_carried", "steps")}, flush=True)
-        bed = snapshot.read(run / "3_bed" / "bed.vtkhdf")
-    return carved_bowl.relax(bed, CONTACT, GRAVITY, *CAVITY)
+        print(f"settled: {time.process_time() - begin:.0f} s of CPU", flush=True)
+    report = json.loads((run / "3_bed" / "bed_report.json").read_text())
+    print({k: report[k] for k in ("grains", "packing_fraction", "coordination_number_bulk", "weight_carried", "steps")}, flush=True)
+    bed = snapshot.read(run / "3_bed" / "bed.vtkhdf")
+    return carved_bowl.relax(bed, SOFT, GRAVITY, *CAVITY, out=run / "relax")
 
 
 def draw_bowls(rows: dict[str, dict], path: Path, grains: int) -> None:
@@ -169,6 +173,8 @@ def main() -> None:
     parser.add_argument("--part", choices=("column", "hopper", "heap", "bowl", "pictures", "all"), default="all")
     parser.add_argument("--grains", type=int, default=4000)
     parser.add_argument("--size", type=float, default=1.0)
+    parser.add_argument("--packing", choices=("rcp", "hcp"), help="one bowl only")
+    parser.add_argument("--work", type=Path, default=Path("runs/dem_bulk"), help="where bowls keep what they need to go on")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     if options.part in ("column", "all"):
@@ -178,7 +184,7 @@ def main() -> None:
     if options.part in ("heap", "all"):
         heap(options.out)
     if options.part in ("bowl", "all"):
-        bowls(options.out, options.grains)
+        bowls(options.out, options.grains, options.work, (options.packing,) if options.packing else ("rcp", "hcp"))
     if options.part in ("pictures", "all"):
         draw_flows(options.out)
 

@@ -4,8 +4,9 @@
            number I = (dgamma/dt) d sqrt(rho / P) = 0.002, without friction 0.0005 (there the excess falls with sqrt(I) only). The angle is
            tan phi = tau / sigma_n on the plane of shear, in the steady state, which has forgotten how the grains were packed. The Mohr-Coulomb
            angle of the principal stresses, sin phi = (s1 - s3) / (s1 + s3), is given beside it.
-``tilt``   a deep bed (20 d) on a rough base, turned slowly until it flows (``start``) and back until it rests (``stop``). On the surface of a
-           slope tan theta is tau / sigma_n too, so ``stop`` is to be compared with ``shear``; ``start`` depends on the packing.
+``tilt``   a deep bed (20 d) on a rough base, turned slowly until it flows (``start``), far, and back until it rests (``stop``). ``start`` depends on
+           the packing, and a loose bed slumps before it flows; ``stop`` lags behind, as what flows has to be braked. To be compared with ``shear`` is
+           the friction at the base while it slows down, by the balance of momentum.
 
 Both use the contact laws of the stage with k_n = ``STIFFNESS`` P d (overlaps of some thousandths of a diameter): from there on the angle does not depend
 on k_n. An angle is kept under a hash of everything that it depends on, in ``friction_angle/`` beside the compiled kernels.
@@ -47,6 +48,8 @@ TURN = 0.02
 """Degrees per sqrt(d/g) while a bed is tilted."""
 FLOWS, RESTS = 0.1, 0.01
 """Mean speed over sqrt(g d) above which a tilted bed flows, and below which it rests again."""
+FAST, FAR = 0.3, 1.0
+"""Mean speed that a tilted bed has to reach, and way in depths that it has to go, before it is turned back: I is then below 0.01."""
 
 Method = Literal["shear", "tilt"]
 
@@ -109,7 +112,9 @@ def _error(values: np.ndarray) -> float:
 def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0.0) -> dict[str, float]:
     """A bed tilted from ``begin`` [deg] until it flows and back until it rests: ``start_deg``, ``stop_deg``, ``fraction``, ``coordination``.
 
-    ``angle_deg`` is ``stop_deg``; ``error_deg`` is half of what the angle turns while the bed comes to rest, from ten times the resting speed.
+    ``angle_deg`` is the friction at its base while it comes to rest from a mean speed of ``FAST``, after it has flowed over ``FAR`` depths (a strain of
+    some two): tan phi = (integral of g sin theta - change of v_x) / (integral of g cos theta + change of v_z), the balance of momentum of all that moves.
+    ``error_deg`` is its standard error from four parts of that time, ``duration`` [sqrt(d/g)].
     """
     count = int(0.6 * WIDTH * WIDTH * DEPTH / (math.pi / 6.0))
     rng = np.random.default_rng(seed)
@@ -131,28 +136,44 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
     cell.drag = 0.0
     rest = cell.run(int(5.0 / cell.dt))
     stretch = max(1, int(1.0 / cell.dt))
-    angle, way, start, slowing = begin, 1.0, math.nan, math.nan
+    angle, way, start, gone = begin, 1.0, math.nan, 0.0
+    slowing: list[tuple[float, float, float]] = []  # time, and impulses per mass down the slope and onto it, of the stretches of the measurement
+    before = _mean_velocity(cell)
     progress = Progress("tilt", 60.0)
     while True:
         angle += way * TURN * stretch * cell.dt
         cell.gravity[:] = math.sin(math.radians(angle)), 0.0, -math.cos(math.radians(angle))
         flow = cell.run(stretch)["flow"]
+        now, time = _mean_velocity(cell), stretch * cell.dt
         progress.update(angle, f"{angle:.2f} deg, {flow:.3g} sqrt(g d)")
         stop_here("friction angle")
-        if way > 0.0 and flow > FLOWS:
-            start, way = angle, -1.0
-        if way < 0.0 and flow < 10.0 * RESTS and math.isnan(slowing):
-            slowing = angle
+        if way > 0.0 and flow > FLOWS and math.isnan(start):
+            start = angle
+        gone = gone + flow * time if flow > FLOWS else 0.0  # a jerk that comes to rest again is no flow
+        if way > 0.0 and flow > FAST and gone > FAR * DEPTH:
+            way = -1.0
+        if way < 0.0 and flow < FAST:
+            slowing.append((time, time * cell.gravity[0] - (now - before)[0], -time * cell.gravity[2] + (now - before)[2]))
+        before = now
         if way < 0.0 and flow < RESTS:
             break
-        if not begin - 5.0 < angle < 60.0:
+        if not begin - 10.0 < angle < 60.0:
             raise Unsound(f"the tilted bed neither flows nor rests at {angle:.3g} deg")
+    along = np.array(slowing)
+    parts = [math.degrees(math.atan(part[:, 1].sum() / part[:, 2].sum())) for part in np.array_split(along, 4) if len(part)]
+    found = math.degrees(math.atan(along[:, 1].sum() / along[:, 2].sum()))
     inside = (cell.X[:, 2] > 3.0) & (cell.X[:, 2] < 0.75 * DEPTH)
     volume = float(np.sum(math.pi / 6.0 * (2.0 * cell.X[inside, 3]) ** 3)) / (WIDTH * WIDTH * (0.75 * DEPTH - 3.0))
     return {
-        "angle_deg": angle, "error_deg": 0.5 * abs(slowing - angle), "start_deg": start, "stop_deg": angle, "fraction": volume,
-        "coordination": rest["coordination"],
+        "angle_deg": found, "error_deg": float(np.std(parts, ddof=1)) / math.sqrt(len(parts)), "start_deg": start, "stop_deg": angle,
+        "fraction": volume, "coordination": rest["coordination"], "duration": float(along[:, 0].sum()),
     }  # fmt: skip
+
+
+def _mean_velocity(cell: Cell) -> np.ndarray:
+    """Velocity (3,) of the centre of mass of the grains that are not held."""
+    free = ~cell.held
+    return np.asarray(cell.V[free, 6] @ cell.W[free, :3] / cell.V[free, 6].sum())
 
 
 # -- kept results --------------------------------------------------------------------------------------------------------------
@@ -168,7 +189,7 @@ def _sources() -> list[str]:
 
 def _place(contact: Contact, method: str, options: dict[str, Any]) -> Path:
     law = contact.model_dump(include={"shell", "tangential_stiffness_ratio", "sliding", "attractive_tail"})
-    constants = [STIFFNESS, SLOW, SLOW_SMOOTH, BLOCK, WANTED_ERROR, LEAST, MOST, DEPTH, WIDTH, TURN, FLOWS, RESTS]
+    constants = [STIFFNESS, SLOW, SLOW_SMOOTH, BLOCK, WANTED_ERROR, LEAST, MOST, DEPTH, WIDTH, TURN, FLOWS, RESTS, FAST, FAR]
     text = json.dumps([law, method, options, constants, _sources()], sort_keys=True)
     return jit.cache_root().parent / "friction_angle" / f"{hashlib.sha256(text.encode()).hexdigest()[:24]}.json"
 

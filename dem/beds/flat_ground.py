@@ -49,6 +49,9 @@ class FlatGround:
         g = float(content["surface_gravity_m_s2"])
         if not g > 0.0:
             raise InputError(f"{path}: without gravity no bed of grains settles; set [target] gravity")
+        profile = {key: np.asarray(content["profile"][key], dtype=float) for key in _PROFILE_KEYS}
+        if not profile["pressure_Pa"].any():  # start = "literal": the shock stage begins without the weight, the grains lie under it
+            profile["pressure_Pa"] = weight(profile["height_m"], profile["density_kg_m3"], g)
         return FlatGround(
             float(content["depth_m"]),
             g,
@@ -57,7 +60,7 @@ class FlatGround:
             tuple(layer["name"] for layer in content["layers"]),
             tuple(layer["material"] for layer in content["layers"]),
             np.array([layer["top_m"] for layer in content["layers"]], dtype=float),
-            {key: np.asarray(content["profile"][key], dtype=float) for key in _PROFILE_KEYS},
+            profile,
         )
 
     @property
@@ -93,3 +96,9 @@ class FlatGround:
 def ground_of(path: Path) -> LayeredBody | FlatGround:
     """What a ``target.json`` describes: a body of layers or flat ground."""
     return FlatGround.read(path) if is_flat(path) else LayeredBody.read(path)
+
+
+def weight(height: np.ndarray, density: np.ndarray, g: float) -> np.ndarray:
+    """g times the integral of the density [kg/m^3] from each ``height`` [m], ascending, to the surface z = 0: the pressure [Pa] of ground in balance."""
+    steps = np.diff(np.append(height, 0.0)) * 0.5 * (density + np.append(density[1:], density[-1]))
+    return np.asarray(g * np.cumsum(steps[::-1])[::-1])

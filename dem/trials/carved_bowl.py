@@ -8,17 +8,23 @@ steepest slope over a third of S.
 from __future__ import annotations
 
 import math
+import time
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from dem import sleeping
 from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.contact_settings import Contact
 from dem.gravity import Field
+from matter import checkpoint
 from matter.errors import InputError
 from matter.particles import Particles
-from matter.progress import Progress, stop_here
+from matter.progress import Progress, stop_here, stop_requested
+
+CHECKPOINT_EVERY_S = 60.0
 
 
 class Relaxed(NamedTuple):
@@ -69,22 +75,36 @@ def steepest(ring: np.ndarray, height: np.ndarray, over: float) -> float:
     return math.degrees(math.atan(max(slopes)))
 
 
-def relax(bed: Particles, contact: Contact, g: float, width: float, depth: float, longest: float = 150.0, threads: int = 1) -> Relaxed:
-    """Carve and step until the rms speed is below 0.002 sqrt(g r), at most ``longest`` sqrt(r/g)."""
+def relax(
+    bed: Particles, contact: Contact, g: float, width: float, depth: float, longest: float = 60.0, threads: int = 1, sleep: bool = True,
+    out: Path | None = None,
+) -> Relaxed:  # fmt: skip
+    """Carve and step until the rms speed is below 0.002 sqrt(g r), at most ``longest`` sqrt(r/g).
+
+    ``sleep``: grains at rest are skipped (``dem.sleeping``). With a folder ``out`` it goes on from the checkpoint there.
+    """
     box = Container.of_attribute(bed.attributes["domain"])
     start = carved(bed, width, depth)
-    run = Assembly(start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads)
+    run = Assembly(start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads, sleep=sleep)
+    saved = checkpoint.newest(out) if out else None
+    if saved is not None:
+        run.restore(*saved)
     radius = run.mean_radius
     unit = math.sqrt(radius / g)
     cell, reach = 2.5 * radius, min(1.5 * width, box.radius - 2.0 * radius)
     ring, before = profile(start, cell, reach)
-    progress, still = Progress("carved bowl", longest), False
+    progress, still, last_saved = Progress("carved bowl", longest), False, time.monotonic()
     while run.time < longest * unit and not still:
         for _ in range(max(1, round(2.0 * unit / run.dt))):
+            if sleep and run.steps % sleeping.EVERY == 0:
+                sleeping.look(run)
             run.step()
         speed = math.sqrt(float(np.mean(np.sum(run.W[:, :3] ** 2, axis=1))))
         still = run.time > 10.0 * unit and speed < 0.002 * math.sqrt(g * radius)
         progress.update(run.time / unit, f"{speed:.3g} m/s")
+        if out and (stop_requested() or time.monotonic() - last_saved > CHECKPOINT_EVERY_S):
+            checkpoint.save(out, run.steps, *run.state_arrays())
+            last_saved = time.monotonic()
         stop_here("carved bowl")
     end = run.particles({}, tables=False)
     _, after = profile(end, cell, reach)

@@ -10,7 +10,9 @@ from dem import bed_stage
 from dem.assembly import Assembly
 from dem.beds import flat_settling, packing, settling
 from dem.beds.container import Container
+from dem.beds.flat_ground import FlatGround
 from dem.contact_settings import Contact
+from dem.trials import carved_bowl
 from dem.walls import distance, rows
 from matter import snapshot
 from matter.body import Impact, Target
@@ -97,6 +99,19 @@ def test_a_bowl_of_mixed_grains_under_weak_gravity_with_stiff_springs(tmp_path):
     assert domain.side_depth(bed.position[bed.headroom == 0]).min() > 0.9 * bed.radius.min()  # headroom may lean out above the walls
 
 
+def test_ground_that_was_not_brought_into_balance_has_a_weight_all_the_same(tmp_path):
+    """``start = "literal"`` leaves pressures of zero; the grains lie under rho g h."""
+    write_ground(tmp_path / "target.json", depth=10.0, gravity=2.0)
+    balanced = FlatGround.read(tmp_path / "target.json")
+    content = json.loads((tmp_path / "target.json").read_text())
+    content["profile"]["pressure_Pa"] = [0.0, 0.0]
+    (tmp_path / "target.json").write_text(json.dumps(content))
+    literal = FlatGround.read(tmp_path / "target.json")
+    depths = np.array([-10.0, -6.0, -1.0, 0.0, 1.0])
+    assert literal.pressure(depths) == pytest.approx(balanced.pressure(depths))
+    assert literal.pressure(depths) == pytest.approx([30e3, 18e3, 3e3, 0.0, 0.0])
+
+
 def test_a_bed_stopped_while_gravity_is_let_down_resumes_bit_for_bit(tmp_path, monkeypatch):
     """Stops at three places of the phase ``ease``, the last two between two looks at it."""
     begins = []
@@ -113,6 +128,23 @@ def test_a_bed_stopped_while_gravity_is_let_down_resumes_bit_for_bit(tmp_path, m
         stops = () if name == "whole" else (first + 50, first + 53, first + 97)
         interrupted(monkeypatch, settling, stops, lambda name=name: beds.append(settled(tmp_path / name, shape="bowl", largest_speed=2.0, count=300)))
     same_grains(beds[0][0], beds[1][0])
+
+
+def test_a_carved_cavity_slumps_and_a_stopped_one_ends_alike(random_bed, tmp_path, monkeypatch):
+    bed, _ = random_bed
+    found = []
+    monkeypatch.setattr(carved_bowl, "CHECKPOINT_EVERY_S", 0.0)
+    for name in ("whole", "resumed"):
+        (tmp_path / name).mkdir()
+        stops = () if name == "whole" else (1, 2)
+
+        def go(name=name):
+            found.append(carved_bowl.relax(bed, Contact(), 1.0, 5.0, 5.0, longest=6.0, out=tmp_path / name))
+
+        interrupted(monkeypatch, carved_bowl, stops, go)
+    assert found[0] == found[1]
+    assert found[0].slope_before_deg > 35.0 and found[0].slope_deg < found[0].slope_before_deg
+    assert 0.5 < found[0].depth_m < 5.0 and found[0].moved_radii > 0.05
 
 
 @pytest.mark.parametrize("shape", ["bowl", "box", "cylinder"])
