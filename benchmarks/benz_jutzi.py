@@ -475,7 +475,9 @@ def main() -> int:
         return reason.exit_code
     runs = Runs(kept.values())
     archive.write_text(given.out / "tables.md", tables(runs))
-    rows = of_setup(runs)
+    import benz_jutzi_formulas  # here: it compiles
+
+    rows = of_setup(runs) + benz_jutzi_formulas.verdicts()
     for spacing in runs.spacings("deep_impact"):
         rows += of_deep_impact(runs, spacing)
     for spacing in runs.spacings("momentum_transfer"):
