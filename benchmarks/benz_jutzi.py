@@ -177,12 +177,12 @@ class Runs:
         """Spacings at the impact, the finest first."""
         return sorted({row["spacing_m"] for row in self.rows if row["case"] == case})
 
-    def get(self, case: str, alpha0: float, spacing: float, curve: str = "nominal", light: bool = False) -> dict[str, Any] | None:
+    def get(self, case: str, alpha0: float, spacing: float, curve: str = "nominal", light: bool = False, intact: bool = False) -> dict[str, Any] | None:
         """One run, if it is there."""
         for row in self.rows:
-            if (row["case"], row["alpha0"], row["spacing_m"], row["light"]) == (case, alpha0, spacing, light) and row["curve"].split(" ")[0] == (
-                curve if alpha0 > 1.0 else ""
-            ):
+            if (row["case"], row["alpha0"], row["spacing_m"], row["light"], row["intact"]) == (case, alpha0, spacing, light, intact) and row["curve"].split(
+                " "
+            )[0] == (curve if alpha0 > 1.0 else ""):
                 return row
         return None
 
@@ -221,7 +221,7 @@ def compacted(row: dict[str, Any]) -> tuple[float, bool]:
 
 def label(row: dict[str, Any]) -> str:
     """Words for a run."""
-    name = f"alpha0 {row['alpha0']:g}" + (", density of 1.5" if row["light"] else "")
+    name = f"alpha0 {row['alpha0']:g}" + (", density of 1.5" if row["light"] else "") + (", intact" if row["intact"] else "")
     return name + (f", {row['curve'].split(' ')[0]}" if row["curve"] and not row["curve"].startswith("nominal") else "")
 
 
@@ -400,7 +400,7 @@ def pictures(runs: Runs, out: Path) -> None:
         for row in rows:
             words = f"{label(row)}, {100 * row['spacing_m'] * 2 ** (1 / 6):.0f} cm"
             pen = {"color": "0.4" if row["light"] else colour[row["alpha0"]], "ls": ("-", "--", ":", "-.")[fines.index(row["spacing_m"]) % 4]}
-            if row["curve"].split(" ")[0] in ("soft", "hard"):
+            if row["curve"].split(" ")[0] in ("soft", "hard") or row["intact"]:
                 pen |= {"lw": 0.7, "alpha": 0.7}
             t = 1e3 * np.array(row["series"]["time_s"])
             if case == "deep_impact":
