@@ -143,6 +143,7 @@ def measure(run: Path) -> dict[str, Any]:
     return {
         "run": run.name, "case": kind, "alpha0": choice["p_alpha"]["alpha0"] if porous else 1.0,
         "density_kg_m3": float(np.median(snapshot.read(files[0]).density[counts])), "light": "rho0" in str(choice.get("tillotson", {})),
+        "intact": choice.get("strength") == "von_mises",
         "curve": next((name for name, ends in CURVES.items() if ends == (kind, pascals(curve["Pe"]), pascals(curve["Ps"]))), "other") if curve else "",
         "spacing_m": spacing, "particles": len(particles), "end_s": times[-1], "steps": report["steps"],
         "target_particle_kg": float(particles.mass[counts].min()), "projectile_particle_kg": float(particles.mass[particles.layer < 0].max()),
