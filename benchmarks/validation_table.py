@@ -41,7 +41,7 @@ OF_SOLUTIONS = {
     "V16": ("solutions/blast",),
     "V17": ("solutions/spin",),
 }
-PARTLY = {"V03": "aluminium and the rod's speed not run", "V15": "run to 0.8 of free fall, the most that 40 spacings across resolve"}
+PARTLY = {"V03": "aluminium and the rod's speed not run", "V15": "to 0.8 of free fall only"}
 HEAD = ("id", "claim", "published", "ours", "reproduced if", "verdict", "resolution", "why, notes", "result")
 
 
