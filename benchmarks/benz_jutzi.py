@@ -50,6 +50,7 @@ CURVES = {
     "hard": ("deep_impact", 10e6, 500e6),
     "nominal basalt": ("momentum_transfer", 200e6, 2e9),
     "soft basalt": ("momentum_transfer", 100e6, 1e9),
+    "weak basalt": ("momentum_transfer", 1e6, 200e6),
 }
 """Crush curves by their ends Pe, Ps [Pa]."""
 
@@ -80,8 +81,19 @@ def ejecta(particles: Particles) -> dict[str, Any]:
 
 
 def rings(particles: Particles, spacing: float) -> dict[str, list[float]]:
-    """Distention, mass weighted in rings one ``spacing`` wide around the impact point, of matter now within the cone: middles, means, scatter."""
+    """Distention in rings one ``spacing`` wide about the middle of the crushed zone at ground level, of matter now within the cone below it.
+
+    Middles of the rings, means weighted with mass, scatter. The middle is the mean place of what has lost half of its pores: an oblique impact crushes
+    downrange.
+    """
     x = particles.position
+    below = inside(particles) & (x[:, 2] < 0.0)
+    start = float(particles.distention[below].max(initial=1.0))
+    crushed = below & (particles.distention < 0.5 * (1.0 + start))
+    middle = np.zeros(3)
+    if crushed.any():
+        middle[:2] = np.average(x[crushed, :2], axis=0, weights=particles.mass[crushed])
+    x = x - middle
     r = np.linalg.norm(x, axis=1)
     mine = inside(particles) & (-x[:, 2] > CONE * r)
     ring = (r[mine] / spacing).astype(int)
@@ -401,7 +413,7 @@ def pictures(runs: Runs, out: Path) -> None:
         for row in rows:
             words = f"{label(row)}, {100 * row['spacing_m'] * 2 ** (1 / 6):.0f} cm"
             pen = {"color": "0.4" if row["light"] else colour[row["alpha0"]], "ls": ("-", "--", ":", "-.")[fines.index(row["spacing_m"]) % 4]}
-            if row["curve"].split(" ")[0] in ("soft", "hard") or row["intact"]:
+            if row["curve"].split(" ")[0] in ("soft", "hard", "weak") or row["intact"]:
                 pen |= {"lw": 0.7, "alpha": 0.7}
             t = 1e3 * np.array(row["series"]["time_s"])
             if case == "deep_impact":
