@@ -6,6 +6,7 @@ percentile of the highest pressure that they have seen. The core is the largest 
 
 import json
 import sys
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +21,7 @@ r = np.linalg.norm(first - (0.0, 0.0, top), axis=1)
 below = ~ball & ((top - first[:, 2]) > np.cos(np.radians(30.0)) * r)
 edges = a * np.arange(0.2, 6.0, 0.2)
 rows = []
-for low, high in zip(edges[:-1], edges[1:]):
+for low, high in pairwise(edges):
     here = peak[below & (r >= low) & (r < high)]
     if len(here) >= 5:
         rows.append((0.5 * (low + high) / a, *np.percentile(here, (50.0, 10.0, 90.0)), len(here)))
