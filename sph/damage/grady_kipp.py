@@ -36,6 +36,12 @@ def largest_principal(sxx, sxy, sxz, syy, syz, pressure):
     return 2.0 * math.sqrt(J2 / 3.0) * math.cos(angle) - pressure
 
 
+def expected(volumes: np.ndarray) -> float:
+    """About how many flaws ``flaws`` needs: (V / V_min) (ln n + 0.6), n the number of particles that are not much larger than the smallest."""
+    least = float(volumes.min())
+    return float(volumes.sum()) / least * (math.log(np.count_nonzero(volumes < 1.5 * least)) + 0.6)
+
+
 def flaws(volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Seed the flaws of one material (Benz & Asphaug 1995, section 2.3).
 
