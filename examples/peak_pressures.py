@@ -46,5 +46,7 @@ if len(sys.argv) > 2:
     axes.loglog(table[:, 0], table[:, 1] / 1e9, "o-", ms=3)
     axes.loglog(table[far, 0], np.exp(offset) * table[far, 0] ** slope / 1e9, "k--", lw=0.8, label=f"r^-{-slope:.2f}")
     axes.set(xlabel="distance from the impact point / projectile's radius", ylabel="peak pressure [GPa]")
+    axes.set_xticks([0.3, 0.5, 1.0, 2.0, 4.0], ["0.3", "0.5", "1", "2", "4"])
+    axes.minorticks_off()
     axes.legend(frameon=False)
     figure.savefig(sys.argv[2], dpi=110)
