@@ -32,9 +32,12 @@ STIFFNESS = 600.0
 
 
 def filled(
-    radius: float, height: float, floor: Sequence[Wall], contact: Contact, seed: int = 1, spread: float = 0.15, sides: Sequence[Wall] = SIDES
-) -> Assembly:
+    radius: float, height: float, floor: Sequence[Wall], contact: Contact, seed: int = 1, spread: float = 0.15, sides: Sequence[Wall] = SIDES,
+    stiffness: float = STIFFNESS,
+) -> Assembly:  # fmt: skip
     """A quarter of an upright cylinder of grains, without ``sides`` the whole, at rest on the walls ``floor``; the last wall is the cylinder itself.
+
+    ``stiffness``: k_n over rho g H d^2.
 
     Random points are relaxed without friction below a lid, then come to rest with friction under gravity.
     """
@@ -51,7 +54,7 @@ def filled(
     grains = Particles(
         dict(
             identity=np.arange(count), position=x, velocity=zero, angular_velocity=zero, mass=mass, radius=r, material=0 * ones, species=0 * ones,
-            stiffness=STIFFNESS * height * 2.0 * r,
+            stiffness=stiffness * height * 2.0 * r,
         )
     )  # fmt: skip
     smooth = OCEAN.model_copy(update={"restitution": 0.5})
@@ -218,9 +221,12 @@ class Heap(NamedTuple):
 
 
 def heap(radius: float, contact: Contact, seed: int = 1, height: float | None = None) -> Heap:
-    """What is left of a cylinder on a round plate of its own size when its side is taken away: the angle of repose."""
+    """What is left of a cylinder on a round plate of its own size when its side is taken away: the angle of repose.
+
+    Nothing falls far or is loaded much here: k_n is a quarter of that of the other flows.
+    """
     plate = [funnel((0.0, 0.0), (radius, 0.0), species=0, rims=(False, True))]
-    bed = filled(radius, height or 0.75 * radius, plate, contact, seed)
+    bed = filled(radius, height or 0.6 * radius, plate, contact, seed, stiffness=0.25 * STIFFNESS)
     bed = released(bed, contact, [*plate, *SIDES])
     for _ in range(200):
         moving = advance(bed, 2.0)

@@ -32,6 +32,14 @@ def test_beverloo_is_a_power_of_five_halves():
     assert rate[0] == pytest.approx(0.58 * 0.6 * 32.0)
 
 
+def test_a_rate_and_its_error():
+    time = np.arange(0.0, 40.0, 0.5)
+    noise = 0.2 * np.sin(2.7 * time)
+    rate, error = bulk_flows._slope(time, 3.0 * time + noise)
+    assert rate == pytest.approx(3.0, abs=0.02) and 0.0 < error < 0.05
+    assert bulk_flows._slope(time[:3], time[:3])[1] == math.inf
+
+
 def test_too_small_a_filling_is_refused():
     with pytest.raises(InputError, match="too few"):
         bulk_flows.filled(1.0, 1.0, [], CONTACT)
@@ -54,7 +62,7 @@ def test_a_hopper_drains_with_the_power_five_halves():
 
 @pytest.mark.validation
 def test_the_angle_of_repose():
-    found = bulk_flows.heap(14.0, CONTACT)
+    found = bulk_flows.heap(22.0, CONTACT)
     assert 20.0 < found.angle_deg < 35.0
 
 

@@ -11,7 +11,7 @@ from dem.assembly import Assembly
 from dem.beds import flat_settling, packing, settling
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
-from dem.contact_settings import Contact
+from dem.contact_settings import Contact, GrainLaw
 from dem.trials import carved_bowl
 from dem.walls import distance, rows
 from matter import snapshot
@@ -132,6 +132,7 @@ def test_a_bed_stopped_while_gravity_is_let_down_resumes_bit_for_bit(tmp_path, m
 
 def test_a_carved_cavity_slumps_and_a_stopped_one_ends_alike(random_bed, tmp_path, monkeypatch):
     bed, _ = random_bed
+    slippery = Contact(shell=GrainLaw(friction=0.1, shape=0.0))  # with their own friction a cavity of a few grains stands as it was carved
     found = []
     monkeypatch.setattr(carved_bowl, "CHECKPOINT_EVERY_S", 0.0)
     for name in ("whole", "resumed"):
@@ -139,7 +140,7 @@ def test_a_carved_cavity_slumps_and_a_stopped_one_ends_alike(random_bed, tmp_pat
         stops = () if name == "whole" else (1, 2)
 
         def go(name=name):
-            found.append(carved_bowl.relax(bed, Contact(), 1.0, 5.0, 5.0, longest=6.0, out=tmp_path / name))
+            found.append(carved_bowl.relax(bed, slippery, 1.0, 5.0, 5.0, longest=6.0, out=tmp_path / name))
 
         interrupted(monkeypatch, carved_bowl, stops, go)
     assert found[0] == found[1]

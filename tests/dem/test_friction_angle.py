@@ -65,6 +65,16 @@ def test_friction_makes_the_shear_stress_larger():
     assert 6.0 < angles[0] < 13.0 and 17.0 < angles[1] < 25.0 and angles[2] > angles[1] + 3.0
 
 
+def test_a_tilted_bed_flows_and_its_base_slows_it_down(monkeypatch):
+    """A small bed, turned quickly: rests and starts lie on both sides of the friction at its base, which is not that of smooth grains."""
+    for name, value in (("DEPTH", 6.0), ("WIDTH", 5.0), ("TURN", 0.2)):
+        monkeypatch.setattr(friction_angle, name, value)
+    found = friction_angle.tilt(law(0.5, 0.0), begin=18.0)
+    assert 15.0 < found["angle_deg"] < 28.0 and found["error_deg"] < 2.0
+    assert found["stop_deg"] < found["angle_deg"] < found["start_deg"] + 2.0
+    assert found["duration"] > 5.0 and 0.5 < found["fraction"] < 0.66
+
+
 def test_a_burst_cell_is_refused():
     cell = loose(law())
     cell.X[0, :3] = cell.X[1, :3] + 0.3
