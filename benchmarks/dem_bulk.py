@@ -74,7 +74,7 @@ def hoppers(out: Path) -> None:
 
 def heap(out: Path) -> None:
     """The angle of repose."""
-    Kept(out / "heap.json").make("R=22", lambda: bulk_flows.heap(22.0, CONTACT))
+    Kept(out / "heap.json").make("R=19", lambda: bulk_flows.heap(19.0, CONTACT))
 
 
 def bowls(out: Path, grains: int, work: Path, packings: tuple[str, ...]) -> None:

@@ -226,7 +226,7 @@ def heap(radius: float, contact: Contact, seed: int = 1, height: float | None = 
     Nothing falls far or is loaded much here: k_n is a quarter of that of the other flows.
     """
     plate = [funnel((0.0, 0.0), (radius, 0.0), species=0, rims=(False, True))]
-    bed = filled(radius, height or 0.6 * radius, plate, contact, seed, stiffness=0.25 * STIFFNESS)
+    bed = filled(radius, height or 0.9 * radius, plate, contact, seed, stiffness=0.25 * STIFFNESS)
     bed = released(bed, contact, [*plate, *SIDES])
     for _ in range(200):
         moving = advance(bed, 2.0)

@@ -62,7 +62,7 @@ def test_a_hopper_drains_with_the_power_five_halves():
 
 @pytest.mark.validation
 def test_the_angle_of_repose():
-    found = bulk_flows.heap(22.0, CONTACT)
+    found = bulk_flows.heap(19.0, CONTACT)
     assert 20.0 < found.angle_deg < 35.0
 
 
