@@ -86,16 +86,27 @@ def solved(what: str, measure: Callable[[], float], wanted: float, limit: float,
     return {"what": what, "value": value, "wanted": wanted, "limit": limit, "relative": relative, "met": off <= limit}
 
 
-def spun() -> list[dict]:
-    """Rows of the spinning ball."""
-    momentum, removed, pressure, shear = solutions.spin()
+def spun(corrected: bool) -> list[dict]:
+    """Rows of the spinning ball, with corrected gradients in force, density and heat or with plain ones."""
+    momentum, removed, pressure, shear = solutions.spin(corrected=corrected)
     rows = (
-        ("spinning ball, one turn: change of L", momentum, 1e-3),
+        (f"spinning ball, one turn, gradients {'corrected' if corrected else 'plain'}: change of L", momentum, 1e-3),
         ("... taken out by the correction of the torque, over L", removed, 1e-3),
         ("... change of the core's pressure", pressure, 0.01),
         ("... change of sqrt(J2)", shear, 0.01),
     )
     return [solved(what, lambda value=value: value, 0.0, limit, False) for what, value, limit in rows]
+
+
+def stopped(particles: int, **options) -> list[dict]:
+    """Rows of Verney's shell."""
+    stop, viscous, energy = solutions.shell(particles, **options)
+    how = f"gradients {'corrected' if options.get('corrected') else 'plain'}, viscosity {options.get('viscosity_switch', 'everywhere')}"
+    return [
+        solved(f"Verney's shell of {particles} particles, {how}: inner radius at its stop over exact", lambda: stop, 1.0, 0.03),
+        {"what": "... share of the kinetic energy that viscosity took", "value": viscous},
+        solved("... change of the total energy over the kinetic", lambda: energy, 0.0, 1e-3, False),
+    ]
 
 
 def rung() -> list[dict]:
@@ -116,12 +127,17 @@ def pulled() -> list[dict]:
     return [solved("tensile strength of a rod: power of the rate, 3 to 1000 /s", lambda: np.polyfit(np.log(rates), np.log(strength), 1)[0], 0.25, 0.05, False)]
 
 
-def blown(across: int) -> list[dict]:
-    """Rows of the blast."""
-    radius, peak = solutions.blast(across)
+def blown(across: int, gamma: float, terms: bool) -> list[dict]:
+    """Rows of the blast; ``terms``: with what the change of h adds (``sph.length_terms``)."""
+    got = solutions.blast(across, gamma, length_terms=terms)
+    label = f"blast, gamma {gamma:.3g}, in a ball of {across} spacings, {'with' if terms else 'without'} length_terms"
     return [
-        solved(f"blast in a ball of {across} spacings: radius over Sedov's", lambda: radius, 1.0, 0.02),
-        solved("... largest density over that behind the front", lambda: peak, 1.0, 0.4),
+        solved(f"{label}: radius of the densest shell over Sedov's", lambda: got.radius, 1.0, 0.02),
+        solved("... radius of the half level outside it", lambda: got.half_level, 1.0, 0.02),
+        solved("... radius of the front that smears to such a shell", lambda: got.front, 1.0, 0.02),
+        solved("... largest density over that behind the front", lambda: got.density, 1.0, 0.4),
+        {"what": f"... kinetic share of the energy (exact {solutions.kinetic_share(gamma):.3g})", "value": got.kinetic},
+        solved("... change of the total energy", lambda: got.energy, 0.0, 1e-3, False),
     ]
 
 
@@ -138,9 +154,21 @@ def rest() -> dict[str, Callable[[], list[dict]]]:
         solved("dry slope 2 deg below its angle: speed over free sliding", lambda: solutions.slope(angle - more), 0.0, 0.01, False),
         solved("... 2 deg above it", lambda: solutions.slope(angle + more), free, 0.3),
     ]
-    found["rod"], found["spin"], found["rings"] = pulled, spun, rung
-    for across in (24, 36):
-        found[f"blast {across}"] = partial(blown, across)
+    found["slope on a stressed rim"] = lambda: [
+        solved("dry slope on a stressed rim, 2 deg below its angle", lambda: solutions.slope(angle - more, rock=False), 0.0, 0.01, False),
+        solved("... 2 deg above it", lambda: solutions.slope(angle + more, rock=False), free, 0.3),
+    ]
+    found["rod"], found["rings"] = pulled, rung
+    for corrected in (False, True):
+        found[f"spin, {'corrected' if corrected else 'plain'}"] = partial(spun, corrected)
+    both = {"corrected": True, "viscosity_switch": "morris_monaghan"}
+    for particles, options in ((10_000, {}), (10_000, {"viscosity_switch": "morris_monaghan"}), (5_000, both), (10_000, both), (20_000, both)):
+        found[f"shell {particles} {' '.join(map(str, options))}"] = partial(stopped, particles, **options)
+    for gamma in (1.4, 5.0 / 3.0):
+        for across in (24, 36):
+            for terms in (False, True):
+                found[f"blast {gamma:.3g} {across}{' terms' if terms else ''}"] = partial(blown, across, gamma, terms)
+    found["blast 1.67 62 terms"] = partial(blown, 62, 5.0 / 3.0, True)
     found["collapse"] = lambda: [solved("pressureless collapse at 0.8 of free fall: radius over exact", lambda: solutions.collapse(40, 0.8), 1.0, 0.01)]
     return found
 

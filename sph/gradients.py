@@ -1,12 +1,12 @@
-"""Corrected gradients in everything that a particle's stress does: force, density and heat as well as the strain (Bonet & Lok 1999, eqs. 37-45).
+"""Corrected gradients in everything that a particle's stress does: force, density and heat as well as the strain (Bonet & Lok 1999).
 
     M_i = sum_j V_j x_ji (x) grad_i W,   B_i = M_i^-1,   L_i = (sum_j V_j v_ji (x) grad_i W) B_i       exact for any linear field, at a free surface too
     a_i = (1 / rho_i) sum_j V_j (sigma_i B_i + sigma_j B_j) . grad_i W,   drho_i = -rho_i tr L_i,   du_i = (1 / rho_i) sigma_i : L_i
 
-The force is the one whose power is the heat, so that momentum and total energy are kept as with plain gradients. Beyond them: a rigid rotation heats nothing and
-its conjugate, the net torque of the stress, is zero; the work done on a linear flow is that of the continuum in the layers next to a surface, where
-plain gradients see but half of it. What is lost: the density is no longer a function of the places alone (``sph.start_volumes``), so that strong shocks come out
-as with present volumes. For bodies that keep their strength: thin shells, spinning bodies, plates.
+The force is the one whose power is the heat, so that momentum and total energy are kept as with plain gradients. Beyond them: a rigid rotation heats
+nothing and its conjugate, the net torque of the stress, is zero; the work done on a linear flow is that of the continuum in the layers next to a surface too,
+where plain gradients see but a part of it. What is lost: the density is no longer a function of the places alone (``sph.start_volumes``).
+For bodies that keep their strength: thin shells, spinning bodies, plates.
 
 A lopsided neighbourhood (surface spray) has no useful inverse: B = 1 there, plain gradients.
 """

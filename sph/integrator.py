@@ -15,6 +15,7 @@ from matter.jit import parallel_kernel, prange
 from sph import gradients, late, length_terms, smoothing, start_volumes, state, timestep
 from sph import rates as pair_rates
 from sph import viscosity_switch as switches
+from sph.boundary import stressed_rim as rims
 from sph.boundary.edge import Edge
 from sph.boundary.images import Images
 from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
@@ -107,6 +108,7 @@ class Integrator:
     wendland, clumping : the kernel, and the strength of the artificial stress (``sph.rates``); None for the cubic spline and no such stress.
     first_volumes : sums are weighted by the volumes of the start (``sph.start_volumes``).
     length_terms : with ``first_volumes`` and ``limits_of_h``, what the change of h adds (``sph.length_terms``).
+    stressed_rim : the fixed rim of ``edge`` takes the stress of what leans on it (``sph.boundary.stressed_rim``).
     corrected : gradients are corrected in force, density and heat too (``sph.gradients``).
     viscosity_switch : the law of each particle's share of the viscosity (``sph.viscosity_switch``); None for all of it.
     limits_of_h : least and most share of its first h that a support which follows the density may reach (``sph.smoothing``); None keeps h.
@@ -133,6 +135,7 @@ class Integrator:
         first_volumes: bool = False,
         limits_of_h: tuple[float, float] | None = None,
         length_terms: bool = False,
+        stressed_rim: bool = False,
         corrected: bool = False,
         viscosity_switch: str | None = None,
         sphere: float | None = None,
@@ -141,6 +144,7 @@ class Integrator:
         self.alpha, self.beta, self.courant, self.theta, self.gravity_shift = alpha, beta, courant, theta, gravity_shift
         self.self_gravity, self.down, self.images, self.edge = self_gravity, down, images, edge
         self.wendland, self.clumping, self.sphere, self.limits_of_h = wendland, clumping, sphere, limits_of_h
+        self.stressed_rim = stressed_rim
         self.first_volumes, self.corrected, self.switch = first_volumes, corrected, viscosity_switch
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
@@ -223,6 +227,11 @@ class Integrator:
             start_volumes.turn(e.row, cloud.start_density)
         if self.images is not None:
             self.images.rows(e.row, len(cloud), self.time)
+        if self.stressed_rim and self.edge is not None:
+            owner = None if self.images is None else self.images.owner
+            rims.carry(e.row, self.neighbourhood.found, self.edge.fixed[cloud.identity], owner, self.wendland)
+            if self.images is not None:
+                self.images.rows(e.row, len(cloud), self.time)
         start_density = cloud.start_density if self.first_volumes else None
         if self._omega is not None and self.limits_of_h is not None and start_density is not None:
             length_terms.scale(e.row, self.neighbourhood.found, self.wendland, start_density, cloud.start_length, self.limits_of_h, self._omega)

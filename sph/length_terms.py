@@ -6,8 +6,8 @@ theirs in proportion (the sources let W depend on h_i alone, which needs no such
     drho_i = (1 / Omega_i) (the rate at fixed h),   Omega_i = 1 + (rho_0i / 3 rho_i) sum_j V0_j h_ij dW/dh(r_ij, h_ij)
 
 and the pressure in force and heat is P_i / Omega_i, so that both stay conjugate. In matter of even density Omega = 1; next to a void it is not, and without it
-the density of what has expanded falls through zero: in the hot centre of a blast it stood at its floor, while that of the shell was up to a half too high and the blast ran
-ahead. Omega is 1 where h stands at one of its limits, and is kept within ``LEAST`` and ``MOST``.
+the density of what has expanded falls through zero: in the hot centre of a blast it stood at its floor, while that of the shell was up to a half too
+high and the blast ran ahead. Omega is 1 where h stands at one of its limits, and is kept within ``LEAST`` and ``MOST``.
 
 h dW/dh = -3 W - r dW/dr for a kernel of three dimensions; the particle itself, r = 0, belongs to the sum.
 """

@@ -224,8 +224,8 @@ def compute(
     """Fill ``out`` from evaluated rows and ``stiffness`` (``sph.state``) over the neighbour list.
 
     ``wendland`` True takes that kernel, None the cubic spline; ``clumping`` is the strength of the artificial stress, None for none; ``start_density`` (n,)
-    goes with rows turned by ``sph.start_volumes``; ``inverse`` (n, 6) corrects the gradients (``sph.gradients``); ``switched`` True takes each particle's share of
-    the viscosity (``sph.viscosity_switch``). ``beside`` (rows, 16) holds what either adds to a row.
+    goes with rows turned by ``sph.start_volumes``; ``inverse`` (n, 6) corrects the gradients (``sph.gradients``); ``switched`` True takes each particle's
+    share of the viscosity (``sph.viscosity_switch``). ``beside`` (rows, 16) holds what either adds to a row.
     """
     _pairs(
         row, neighbours.index, neighbours.entry, neighbours.count, cloud.material, shear, stiffness, cloud.stress, alpha, beta, strength,

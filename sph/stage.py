@@ -58,6 +58,8 @@ class Settings(Model):
         before such a rim), ``wall`` (smooth mirror; floors, sides of a block), ``periodic`` (sides of a block). By default quiet under gravity and for a
         half-space.
     edge_width : width of the quiet layer; six times ``spacing_far`` by default.
+    rim : stress of the fixed rim: its ``own`` of the start, which passes on half of a shear stress, or ``stressed`` as what leans on it
+        (``sph.boundary.stressed_rim``).
     kernel, support : kernel of the sums, and its support radius over the spacing.
     volumes : weights of the sums: the ``present`` volumes, or those of the ``start`` (``sph.start_volumes``: right behind strong shocks).
     smoothing : ``fixed``: supports stay as long as they began; ``density``: they follow it, within ``shortest`` and ``longest`` times the first
@@ -104,6 +106,7 @@ class Settings(Model):
     shortest: Annotated[float, Field(gt=0.2, le=1)] = 0.5
     longest: Annotated[float, Field(ge=1, le=4)] = 2.0
     length_terms: bool = False
+    rim: Literal["own", "stressed"] = "own"
     gradients: Literal["plain", "corrected"] = "plain"
     viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
@@ -156,7 +159,7 @@ def idle_sources(settings: Settings) -> set[Path]:
         "smoothing": settings.smoothing == "density", "start_volumes": settings.volumes == "start", "late": settings.late is not None,
         "runge_kutta": settings.integrator == "rk3", "kernel": settings.kernel == "cubic_spline", "kernel_wendland": settings.kernel == "wendland",
         "artificial_stress": settings.artificial_stress > 0.0, "gradients": settings.gradients == "corrected",
-        "length_terms": settings.length_terms,
+        "length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",
         **{f"viscosity_{name}": settings.viscosity_switch == name for name in viscosity_switch.LAWS},
     }  # fmt: skip
     return used_laws.idle_sources(settings.chosen_materials()) | {used_laws.ROOM / f"{name}.py" for name, taken in chosen.items() if not taken}
@@ -246,7 +249,8 @@ class _Run:
             self_gravity=s.target.attracts, down=s.target.gravity, images=surroundings.images(s.target, s.sides, s.floor, self.bottom), edge=self.edge,
             wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None,
             first_volumes=s.volumes == "start", limits_of_h=(s.shortest, s.longest) if s.smoothing == "density" else None,
-            length_terms=s.length_terms, corrected=s.gradients == "corrected", viscosity_switch=None if s.viscosity_switch == "none" else s.viscosity_switch,
+            length_terms=s.length_terms, stressed_rim=s.rim == "stressed",
+            corrected=s.gradients == "corrected", viscosity_switch=None if s.viscosity_switch == "none" else s.viscosity_switch,
             sphere=None if s.target.flat else self.radius,
         )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Viscosity that shear does not feel (Balsara 1995, J. Comput. Phys. 121, 357, eqs. 4.4-4.5).
+"""Viscosity that shear does not feel (Balsara 1995, J. Comput. Phys. 121, 357).
 
     f = |div v| / (|div v| + |curl v| + 1e-4 c / hbar),   hbar = h / 2;   a pair takes (f_i + f_j) / 2 of Pi
 

@@ -93,6 +93,13 @@ def blast_constant(gamma: float) -> float:
     return 4.0 * math.pi * 4.0 / 25.0 * whole
 
 
+def kinetic_share(gamma: float) -> float:
+    """Of the energy of the blast wave."""
+    state = _self_similar(gamma)
+    kinetic = quad(lambda x: 0.5 * state(x)[0] * state(x)[1] ** 2 * x**4, 0.02, 1.0, limit=200)[0]
+    return kinetic * 16.0 * math.pi / 25.0 / blast_constant(gamma)
+
+
 def smeared_peak(gamma: float, height: float) -> float:
     """Where the density of the exact blast, smoothed until it is ``height`` of that behind the front, is largest, over the radius of the front.
 
@@ -107,7 +114,7 @@ def smeared_peak(gamma: float, height: float) -> float:
     def smoothed(width: float) -> np.ndarray:
         return gaussian_filter1d(density, width / r[1], mode="nearest") * (gamma - 1.0) / (gamma + 1.0)
 
-    width = brentq(lambda w: smoothed(w).max() - height, 5e-3, 0.3)
+    width = brentq(lambda w: smoothed(w).max() - height, 5e-4, 0.3)
     return float(r[np.argmax(smoothed(width))])
 
 
@@ -127,8 +134,8 @@ class Blast(NamedTuple):
 def blast(across: int = 30, gamma: float = 1.4, **options) -> Blast:
     """The blast, by means over shells half a spacing wide.
 
-    A ball ``across`` spacings wide; the energy is laid into the particles within h of the centre, weighted by the kernel; read off at 0.7 of the ball. The place of
-    the largest density is that of a parabola through the three densest shells.
+    A ball ``across`` spacings wide; the energy is laid into the particles within h of the centre, weighted by the kernel; read off at 0.7 of the ball. The
+    place of the largest density is that of a parabola through the three densest shells.
     """
     half = 0.5 * across
     i = body(closest_packing(lambda x: np.linalg.norm(x, axis=1) < half, half, 0.05), gas(gamma), half, **options)
@@ -189,10 +196,11 @@ class _Tilted(Integrator):
         self.cloud.gravity_position[:] = self.cloud.position
 
 
-def slope(tilt: float, friction_angle: str = "30 deg", layers: int = 14) -> float:
+def slope(tilt: float, friction_angle: str = "30 deg", layers: int = 14, rock: bool = True) -> float:
     """Velocity that an endless slope of dry sand gains at the ``tilt`` [rad] within 2 sqrt(H / g), over that of free sliding, g sin(tilt) t.
 
-    It lies on rock that cannot yield (a fixed rim passes on half of a shear stress), settles level, then tilted, both damped, and is let go.
+    It lies on ``rock`` that cannot yield (a fixed rim passes on half of a shear stress) or on a rim that is stressed (``sph.boundary.stressed_rim``),
+    settles level, then tilted, both damped, and is let go.
     Sheared in a plane the cone of Drucker and Prager slides at tan(theta) = B
     (``angle_of_slope``), not at the angle of triaxial compression.
     """
@@ -200,7 +208,9 @@ def slope(tilt: float, friction_angle: str = "30 deg", layers: int = 14) -> floa
     materials = collect(("basalt", "ice"), {"basalt": sand, "ice": Choice(**TOUGH, **BASALTIC)})
     column = columns.Column(materials, layers + 6)
     i, c, height = column.integrator, column.cloud, column.height
-    c.material[c.position[:, 2] < 6.0 * column.gap] = 1
+    if rock:
+        c.material[c.position[:, 2] < 6.0 * column.gap] = 1
+    i.stressed_rim = not rock
     g = 1e-3 * 26.7e9 / (2700.0 * height)  # the weight strains it by 1e-3
     c.position += np.random.default_rng(1).uniform(-0.1, 0.1, c.position.shape)
     i.neighbourhood.rebuild(c, 0.0)

@@ -207,6 +207,32 @@ def test_a_wall_returns_it_all():
     assert returned("wall", 4.0) > 0.9
 
 
+def sheared(stressed, wendland=True):
+    """Mean force along x in the two layers above a fixed rim under rock of one shear stress, over the stress by the spacing; and the cloud."""
+    column = columns.Column(BASALT, 14, stressed_rim=stressed, wendland=wendland)
+    i, c = column.integrator, column.cloud
+    order = np.argsort(c.identity)
+    i.edge = Edge(c.position[order, 2], c.smoothing_length[order], c.density[order], np.zeros(len(order)), 0.0)
+    i.strength = True
+    c.stress[~i.edge.fixed[c.identity], 2] = 1e6
+    i.start()
+    rim = i.edge.fixed[c.identity]
+    bottom = float(c.position[~rim, 2].min())
+    near = ~rim & (c.position[:, 2] < bottom + 1.5 * column.gap)
+    return float(i.rates.acceleration[near, 0].mean()) * column.rho0 / 1e6, i
+
+
+def test_a_stressed_rim_passes_on_the_shear_of_what_lies_on_it():
+    """In even shear nothing above it is pushed; a rim with a stress of its own gives half of it away in one support."""
+    force, i = sheared(True)
+    assert abs(force) < 0.01
+    rim = i.edge.fixed[i.cloud.identity]
+    assert not i.rates.acceleration[rim].any() and not i.rates.stress[rim].any() and not i.cloud.stress[rim].any()
+    assert i.evaluated.row[: len(rim)][rim, 12].max() == pytest.approx(1e6)
+    assert abs(sheared(False)[0]) > 0.1
+    assert abs(sheared(True, None)[0]) < 0.01
+
+
 def test_a_fixed_rim_carries_weight_and_stays():
     """Basalt under its weight on a fixed rim, periodic across: the rim does not move, and the pressure above it stays the weight."""
     column = columns.Column(BASALT, 30, down=10.0)

@@ -13,7 +13,6 @@ from sph.boundary.wall import Wall
 from sph.material_settings import Choice
 from sph.materials import collect
 
-
 FIELDS = ("position", "velocity", "mass", "density", "start_density", "stress", "pressure", "smoothing_length", "material")
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import solutions
+import shock_tube
 from test_rates import SHEAR, _Cloud
 from test_smoothing import stopped_and_whole
 from test_stage import settings
@@ -33,7 +33,7 @@ def test_omega_is_the_change_of_the_sum_with_all_supports(wendland):
     for i in (0, 77, 431, 900):
         d = np.linalg.norm(c.position - c.position[i], axis=1)
 
-        def total(factor):
+        def total(factor, i=i, d=d):
             return sum(V0[j] * law(d[j], factor * 0.5 * (h[i] + h[j])) for j in np.flatnonzero(d < 4e3))
 
         slope = (total(1.0 + step) - total(1.0 - step)) / (2.0 * step)
@@ -71,22 +71,10 @@ def test_a_support_at_its_limit_adds_nothing():
     assert np.abs(r.acceleration - plain.acceleration).max() < 1e-12 * np.abs(plain.acceleration).max()
 
 
-def test_a_burst_keeps_its_energy_and_its_gas_its_volume():
-    """A ball of hot gas in cold: with the terms the density of its centre is that of its places; without them it falls to the floor."""
-    found = []
-    for terms in (False, True):
-        i = solutions.body(solutions.closest_packing(lambda x: np.linalg.norm(x, axis=1) < 7.0, 7.0, 0.05), solutions.gas(5.0 / 3.0), 7.0, length_terms=terms)
-        c = i.cloud
-        hot = np.linalg.norm(c.position, axis=1) < 1.6
-        c.specific_energy[:] = np.where(hot, 1.0, 1e-9)
-        begun, name = float(c.mass @ c.specific_energy), c.identity[hot]
-        i.dt = 1e-6
-        i.start()
-        solutions.advance(i, 8.0)
-        left = float(c.mass @ (c.specific_energy + 0.5 * np.einsum("ij,ij->i", c.velocity, c.velocity)))
-        assert left == pytest.approx(begun, rel=2e-3)
-        found.append(float(np.median(c.density[np.isin(c.identity, name)])))
-    assert found[0] < 0.02 < 0.05 < found[1] < 0.5
+def test_sods_tube_gains():
+    """50 layers: L1 of the density 5.1 % and the shock's speed 1.755 (exact 1.752); without the terms 5.8 % and 1.734."""
+    error, speed = shock_tube.sod(50, length_terms=True)
+    assert error < 0.054 and speed == pytest.approx(1.7522, rel=0.005)
 
 
 def test_the_stage_takes_it_with_its_companions_only(tmp_path, monkeypatch):

@@ -11,6 +11,28 @@ def test_constants_of_the_blast_wave():
     """beta of the literature: 0.851 at gamma = 1.4, 0.494 at 5/3."""
     assert solutions.blast_constant(1.4) == pytest.approx(0.851, rel=1e-3)
     assert solutions.blast_constant(5.0 / 3.0) == pytest.approx(0.4936, rel=1e-3)
+    assert 0.2 < solutions.kinetic_share(1.4) < solutions.kinetic_share(5.0 / 3.0) < 0.3
+
+
+def test_a_smeared_blast_has_its_densest_shell_within_its_front():
+    """A little smoothing moves it inwards; an almost flat one no longer knows where it was."""
+    assert solutions.smeared_peak(1.4, 0.9) == pytest.approx(0.996, abs=0.002)
+    assert solutions.smeared_peak(1.4, 0.9) > solutions.smeared_peak(1.4, 0.5) > 0.96
+    assert solutions.smeared_peak(1.4, 0.5) < solutions.smeared_peak(1.4, 0.26)
+
+
+@pytest.mark.validation
+def test_a_blast_runs_as_sedov_says():
+    """Gamma 5/3, 24 spacings, with the terms of the supports: the front that smears to the shell within 2 %; without them 4 % ahead."""
+    got = solutions.blast(24, 5.0 / 3.0, length_terms=True)
+    assert got.front == pytest.approx(1.0, abs=0.02) and abs(got.energy) < 1e-3
+
+
+@pytest.mark.validation
+def test_a_shell_stops_where_yielding_has_taken_its_energy():
+    """Verney's shell, 10,000 particles: stop radius within 3 %; what viscosity took is 4.5 % of the energy."""
+    stop, viscous, energy = solutions.shell(10_000, corrected=True, viscosity_switch="morris_monaghan")
+    assert stop == pytest.approx(1.0, abs=0.03) and viscous < 0.06 and abs(energy) < 1e-3
 
 
 def test_angle_of_slope():
@@ -50,13 +72,13 @@ def test_strength_of_a_rod_grows_with_the_fourth_root_of_the_rate():
 
 @pytest.mark.validation
 def test_a_spinning_ball_keeps_its_stress():
-    """One turn, seven spacings of radius. The correction of the torque keeps L and takes 0.4 % of it; invariants are wanted within 1 %.
+    """One turn, seven spacings of radius: invariants within 1 %, L to 1e-3, and no torque to be taken out.
 
-    Not met: P -2.1 %, sqrt(J2) -1.8 % (five spacings: -3.0 and -2.4 %). The heating sigma : L with the plain gradients of lopsided neighbourhoods
-    is not zero in rotation, as its conjugate, the torque, is not.
+    With plain gradients P falls by 2.1 % and sqrt(J2) by 1.8 %: the heating sigma : L of lopsided neighbourhoods is not zero in rotation, nor is its conjugate,
+    the torque, of which 0.4 % of L is taken out a turn. Half the step changes neither by 1e-6.
     """
-    momentum, removed, pressure, shear = solutions.spin()
-    assert abs(momentum) < 1e-3 and removed < 0.01
+    momentum, removed, pressure, shear = solutions.spin(corrected=True)
+    assert abs(momentum) < 1e-3 and removed < 1e-3
     assert abs(pressure) < 0.01 and abs(shear) < 0.01
 
 
