@@ -36,6 +36,8 @@ from matter import archive  # noqa: E402
 from sph.materials import collect  # noqa: E402
 from sph.porosity import compaction_wave  # noqa: E402
 
+SHELLS = [(5_000, corrected, switch) for switch in (None, "balsara", "morris_monaghan") for corrected in (False, True)]
+SHELLS += [(10_000, False, None), (10_000, False, "morris_monaghan"), *((n, True, "morris_monaghan") for n in (10_000, 20_000, 60_000))]
 SOLIDS = [("basalt", "basalt"), ("ice", "ice"), ("water_thesis", "water"), ("aluminum", "aluminum"), ("iron", "iron")]
 
 
@@ -103,7 +105,7 @@ def stopped(particles: int, **options) -> list[dict]:
     stop, viscous, energy = solutions.shell(particles, **options)
     how = f"gradients {'corrected' if options.get('corrected') else 'plain'}, viscosity {options.get('viscosity_switch', 'everywhere')}"
     return [
-        solved(f"Verney's shell of {particles} particles, {how}: inner radius at its stop over exact", lambda: stop, 1.0, 0.03),
+        solved(f"Verney's shell of {particles:,} particles, {how}: inner radius at its stop over exact", lambda: stop, 1.0, 0.03),
         {"what": "... share of the kinetic energy that viscosity took", "value": viscous},
         solved("... change of the total energy over the kinetic", lambda: energy, 0.0, 1e-3, False),
     ]
@@ -161,9 +163,9 @@ def rest() -> dict[str, Callable[[], list[dict]]]:
     found["rod"], found["rings"] = pulled, rung
     for corrected in (False, True):
         found[f"spin, {'corrected' if corrected else 'plain'}"] = partial(spun, corrected)
-    both = {"corrected": True, "viscosity_switch": "morris_monaghan"}
-    for particles, options in ((10_000, {}), (10_000, {"viscosity_switch": "morris_monaghan"}), (5_000, both), (10_000, both), (20_000, both)):
-        found[f"shell {particles} {' '.join(map(str, options))}"] = partial(stopped, particles, **options)
+    for particles, corrected, switch in SHELLS:
+        options = ({"corrected": True} if corrected else {}) | ({"viscosity_switch": switch} if switch else {})
+        found[f"shell {particles} {'corrected' if corrected else 'plain'} {switch or 'none'}"] = partial(stopped, particles, **options)
     for gamma in (1.4, 5.0 / 3.0):
         for across in (24, 36):
             for terms in (False, True):
@@ -183,6 +185,10 @@ def jobs(layers: int) -> dict[str, Callable[[], dict]]:
         found[f"compaction/{row[0]} {row[1]} {row[3]:g}"] = partial(compaction, *row, layers)
     for count in (50, 100, 200, 400):
         found[f"sod/{count}"] = lambda count=count: dict(zip(("layers", "L1_density", "shock_speed"), (count, *shock_tube.sod(count))))
+    for count in (50, 100):
+        found[f"sod/{count} terms"] = lambda count=count: dict(
+            zip(("layers", "L1_density", "shock_speed"), (f"{count}, length_terms", *shock_tube.sod(count, length_terms=True)))
+        )
     for sigma in (4.0, 8.0):
         found[f"quiet/{sigma:g}"] = lambda sigma=sigma: {"sigma_spacings": sigma, "returned": test_boundaries.returned("quiet", sigma)}
     for name, job in rest().items():
