@@ -65,7 +65,7 @@ class Settings(Model):
     smoothing : ``fixed``: supports stay as long as they began; ``density``: they follow it, within ``shortest`` and ``longest`` times the first
         (``sph.smoothing``).
     length_terms : with ``volumes = "start"`` and ``smoothing = "density"``: what the change of a support adds to the density's rate (``sph.length_terms``).
-    gradients : ``plain``, or ``corrected`` in force, density and heat too (``sph.gradients``: thin shells, spinning bodies; not for strong shocks).
+    gradients : ``plain``, or ``corrected`` in force, density and heat too (``sph.gradients``: thin shells, spinning bodies; not strong shocks).
     viscosity_switch : ``none``: all of the viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``); ``morris_monaghan``: a
         twentieth of it where nothing has been compressed (``sph.viscosity_morris_monaghan``).
     artificial_stress : strength eps of the repulsion in tension (``sph.artificial_stress``; 0: none).
