@@ -38,8 +38,8 @@ OF_SOLUTIONS = {
     "V03": ("solutions/pressure wave", "solutions/shear wave"),
     "V04": ("solutions/rod",),
     "V15": ("solutions/collapse",),
-    "V16": ("solutions/blast",),
-    "V17": ("solutions/spin",),
+    "V16": ("solutions/blast 1.4 36", "solutions/blast 1.67 36"),
+    "V17": ("solutions/spin, corrected",),
 }
 PARTLY = {"V03": "aluminium and the rod's speed not run", "V15": "to 0.8 of free fall only"}
 HEAD = ("id", "claim", "published", "ours", "reproduced if", "verdict", "resolution", "why, notes", "result")
