@@ -125,6 +125,8 @@ class Settings(Model):
             raise ValueError("spacing_far must be at least spacing_at_impact")
         if self.length_terms and not (self.volumes == "start" and self.smoothing == "density"):
             raise ValueError('length_terms needs volumes = "start" and smoothing = "density"')
+        if self.rim == "stressed" and not {"fixed", "quiet"} & set(surroundings.chosen(self.target, self.sides, self.floor)):
+            raise ValueError('rim = "stressed" needs sides or a floor that are fixed or quiet')
         if self.late is not None and self.late.at >= self.end_time:
             raise ValueError("late.at must be before end_time")
         if fault := surroundings.fault(self.target, self.sides, self.floor, self.width_of_edge):

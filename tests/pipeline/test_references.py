@@ -63,4 +63,5 @@ def test_numerics_that_a_run_does_not_take_are_not_cited(tmp_path):
         chosen = case.read(folder, "quick", sets)
         keys[name] = set(references.write(tmp_path / "references.bib", chosen, {"sph": case.compose(chosen)["sph"]}, ("basalt", "water", "ice")))
     assert keys["late"] - keys["plain"] == {"RaducanJutzi2022", "OttSchnetter2003", "Price2012"}
+    assert not {"Balsara1995", "MorrisMonaghan1997", "SpringelHernquist2002", "Monaghan2002", "Adami2012"} & keys["late"]
     assert "MonaghanLattanzio1985" in keys["plain"] and "Kutta1901" not in keys["late"]

@@ -3,6 +3,7 @@
 import columns
 import numpy as np
 import pytest
+from test_stage import settings
 
 from matter import neighbours
 from matter.errors import InputError
@@ -231,6 +232,11 @@ def test_a_stressed_rim_passes_on_the_shear_of_what_lies_on_it():
     assert i.evaluated.row[: len(rim)][rim, 12].max() == pytest.approx(1e6)
     assert abs(sheared(False)[0]) > 0.1
     assert abs(sheared(True, None)[0]) < 0.01
+
+
+def test_a_stressed_rim_needs_a_rim():
+    with pytest.raises(ValueError, match="fixed or quiet"):
+        settings(rim="stressed")
 
 
 def test_a_fixed_rim_carries_weight_and_stays():
