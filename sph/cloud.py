@@ -30,7 +30,6 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "distention": ((), "float64"),  # alpha at rest (P = 0): falls as pores close, 1 is solid
     "initial_distention": ((), "float64"),
     "peak_pressure": ((), "float64"),
-    "viscosity": ((), "float64"),  # share of the artificial viscosity, where a switch governs it
     "gravity": ((3,), "float64"),
     "gravity_position": ((3,), "float64"),  # where gravity was last evaluated
     "initial_position": ((3,), "float64"),
@@ -41,6 +40,10 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "flaw_last": ((), "int32"),
 }
 
+
+OPTIONAL = ("late_density", "viscosity")
+"""Arrays (n,) that are empty until a law needs them: the density without pressure of the late stage (``sph.late``), the share of the artificial viscosity
+where a switch governs it (``sph.viscosity_switch``)."""
 
 PARTS = 64  # loops that gather something over all particles run in this many pieces, so that it does not depend on the number of threads
 
@@ -59,8 +62,7 @@ def moved_further(x, since, limit, count, least, out):
 
 
 class Cloud:
-    """Arrays named in ``ARRAYS``, all (n, ...), plus ``flaw_strain`` (all flaws of all particles, ascending for each) and, in the
-    late stage, ``late_density`` (n,), that without pressure (``sph.late``; empty before)."""
+    """Arrays named in ``ARRAYS``, all (n, ...), plus ``OPTIONAL`` and ``flaw_strain`` (all flaws of all particles, ascending for each)."""
 
     identity: np.ndarray
     position: np.ndarray
@@ -95,7 +97,7 @@ class Cloud:
     def __init__(self, count: int):
         for name, (shape, kind) in ARRAYS.items():
             setattr(self, name, np.zeros((count, *shape), dtype=kind))
-        self.late_density = np.zeros(0)
+        self.late_density, self.viscosity = np.zeros(0), np.zeros(0)
         self.flaw_strain = np.zeros(0, dtype=np.float32)
 
     def __len__(self) -> int:
@@ -126,8 +128,9 @@ class Cloud:
         """Put every array into a new order."""
         for name in ARRAYS:
             setattr(self, name, np.ascontiguousarray(getattr(self, name)[order]))
-        if len(self.late_density):
-            self.late_density = np.ascontiguousarray(self.late_density[order])
+        for name in OPTIONAL:
+            if len(getattr(self, name)):
+                setattr(self, name, np.ascontiguousarray(getattr(self, name)[order]))
 
 
 class Neighbourhood:

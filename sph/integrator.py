@@ -157,12 +157,12 @@ class Integrator:
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, images)
-        self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud))
+        self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud), bool(viscosity_switch))
         self._omega = np.ones(len(cloud)) if length_terms else None
         self._inverse = np.zeros((len(cloud), 6)) if corrected else None
         self._beside = np.zeros((0, state.WIDTH)) if corrected or viscosity_switch else None
         if viscosity_switch:
-            cloud.viscosity[:] = switches.LAWS[viscosity_switch].START
+            cloud.viscosity = np.full(len(cloud), switches.LAWS[viscosity_switch].START)
 
     @property
     def softening(self) -> np.ndarray:

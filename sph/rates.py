@@ -210,9 +210,10 @@ class Rates:
     neighbours inside the support.
     """
 
-    def __init__(self, n: int):
+    def __init__(self, n: int, curl: bool = False):
         self.acceleration, self.stress = np.zeros((n, 3)), np.zeros((n, 5))
-        self.density, self.energy, self.divergence, self.curl, self.approach = (np.zeros(n) for _ in range(5))
+        self.density, self.energy, self.divergence, self.approach = (np.zeros(n) for _ in range(4))
+        self.curl = np.zeros(n if curl else 0)
         self.count = np.zeros(n, dtype=np.int32)
 
 
@@ -227,6 +228,8 @@ def compute(
     goes with rows turned by ``sph.start_volumes``; ``inverse`` (n, 6) corrects the gradients (``sph.gradients``); ``switched`` True takes each particle's
     share of the viscosity (``sph.viscosity_switch``). ``beside`` (rows, 16) holds what either adds to a row.
     """
+    if switched and len(out.curl) == 0:
+        raise ValueError("a switch of the viscosity asks for the curl: Rates(n, curl=True)")
     _pairs(
         row, neighbours.index, neighbours.entry, neighbours.count, cloud.material, shear, stiffness, cloud.stress, alpha, beta, strength,
         wendland, clumping, start_density, inverse, beside, switched,

@@ -28,7 +28,7 @@ from sph import state, timestep, used_laws, viscosity_switch
 from sph import target as bodies
 from sph.boundary import surroundings
 from sph.boundary.edge import Edge
-from sph.cloud import ARRAYS, Cloud
+from sph.cloud import ARRAYS, OPTIONAL, Cloud
 from sph.damage import seeding
 from sph.history import DIRECT, History
 from sph.integrator import Integrator
@@ -325,7 +325,7 @@ class _Run:
     def save(self) -> None:
         """Everything that a resumed run needs to go on to the last bit."""
         i = self.integrator
-        arrays = {f"cloud/{name}": getattr(i.cloud, name) for name in (*ARRAYS, "late_density", "flaw_strain")}
+        arrays = {f"cloud/{name}": getattr(i.cloud, name) for name in (*ARRAYS, *OPTIONAL, "flaw_strain")}
         arrays |= {f"rates/{name}": value for name, value in vars(i.rates).items()}
         arrays |= {f"evaluated/{name}": getattr(i.evaluated, name) for name in state.KEPT}
         arrays |= {"places": i.neighbourhood.places, "reach": i.neighbourhood.reach, "limits": i.limits}
@@ -345,11 +345,11 @@ class _Run:
     def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
         """Take up a checkpoint."""
         cloud = Cloud(len(arrays["cloud/mass"]))
-        for name in (*ARRAYS, "late_density", "flaw_strain"):
+        for name in (*ARRAYS, *OPTIONAL, "flaw_strain"):
             setattr(cloud, name, arrays[f"cloud/{name}"])
         self.edge = Edge.restored({name: arrays[f"edge/{name}"] for name in Edge.ARRAYS}) if "edge/fixed" in arrays else None
         i = self.integrator = self._integrator(cloud)
-        for name in (*ARRAYS, "late_density", "flaw_strain"):  # the order in which they were saved
+        for name in (*ARRAYS, *OPTIONAL, "flaw_strain"):  # the order in which they were saved
             setattr(cloud, name, arrays[f"cloud/{name}"])
         if i.images is not None:
             i.images.time, i.images.margin = float(scalars["images_time"]), float(scalars["images_margin"])

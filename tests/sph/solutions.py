@@ -335,7 +335,7 @@ def shell(particles: int = 20_000, stop: float = 0.625, **options) -> tuple[floa
     def energies() -> tuple[float, float]:
         return 0.5 * float(c.mass @ np.einsum("ij,ij->i", c.velocity, c.velocity)), float(c.mass @ c.specific_energy)
 
-    begun, volume, viscous, quiet = sum(energies()), float((r**3).mean()), 0.0, Rates(len(c))
+    begun, volume, viscous, quiet = sum(energies()), float((r**3).mean()), 0.0, Rates(len(c), curl=True)
     at = 0.0
     while True:
         i.step(i.next_step(1e9))

@@ -42,7 +42,7 @@ def test_a_pair_takes_the_mean_share(share):
     """Force and heat of the viscosity alike; with all of it, what no switch gives."""
     c = _Cloud(1000)
     none, whole = c.evaluate(0.0, 0.0), c.evaluate()
-    out, beside = rates.Rates(1000), np.zeros((1000, 16))
+    out, beside = rates.Rates(1000, curl=True), np.zeros((1000, 16))
     beside[:, 0] = share + np.where(np.arange(1000) == 431, 0.2, 0.0)
     rates.compute(c.rows(), c.found, c, SHEAR, np.ones((1000, 2)), 1.0, 2.0, True, out, beside=beside, switched=True)
     far = np.linalg.norm(c.position - c.position[431], axis=1) > c.smoothing_length.max()
@@ -60,7 +60,7 @@ def test_curl_is_that_of_the_flow():
     c = _Cloud(1000)
     w = np.array([0.3, -0.2, 0.5]) * 1e-3
     c.velocity = np.cross(w, c.position)
-    out = rates.Rates(1000)
+    out = rates.Rates(1000, curl=True)
     rates.compute(c.rows(), c.found, c, SHEAR, np.ones((1000, 2)), 0.0, 0.0, True, out, beside=np.ones((1000, 16)), switched=True)
     inner = ((c.position > 2.5e3) & (c.position < 6.5e3)).all(axis=1)
     assert np.median(out.curl[inner]) == pytest.approx(2.0 * np.linalg.norm(w), rel=0.05)
