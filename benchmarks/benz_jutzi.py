@@ -302,10 +302,11 @@ def of_deep_impact(runs: Runs, spacing: float) -> list[dict[str, str]]:
     why = f"risen above the ground by then {air} kg; " + (f"other crush curves: {'; '.join(spread)}" if spread else "other crush curves not run")
     falls = [slope(row) for row in (solid, some, much)]
     thick, monotone = compacted(much)
+    words = f"alpha < 1.1 in {thick:.0f} rings of one spacing, least mean of a ring {min(much['rings']['distention']):.2f}"
     return [
         verdict("B04", text, met, solid, why),
         verdict("B05", f"{masses[0]:.3g}, {masses[1]:.3g}, {masses[2]:.3g} kg", masses[0] > 2.0 * masses[1] and masses[1] > masses[2], solid),
-        verdict("B06", f"alpha < 1.1 in {thick:.0f} rings of one spacing; profile {'' if monotone else 'not '}monotone", thick > 2.0 and monotone, much),
+        verdict("B06", f"{words}; profile {'' if monotone else 'not '}monotone", thick > 2.0 and monotone, much),
         verdict("B07", f"slope from 2 to 100 m/s: {', '.join(f'{fall:.2f}' for fall in falls)} (alpha0 = 1, 1.5, 3)", None, solid, "picture: ejected.png"),
     ]  # fmt: skip
 

@@ -34,7 +34,8 @@ NEAR = 30.0
 def measure(run: Path) -> dict[str, Any]:
     """All that is read from one run."""
     used = tomllib.loads((run / "case.used.toml").read_text())
-    law = used["sph"].get("materials", {}).get("basalt", {}).get("damage") or material.choices("basalt").get("damage", DEFAULT)
+    choice = used["sph"].get("materials", {}).get("basalt", {})
+    law = choice.get("damage") or material.choices("basalt").get("damage", DEFAULT)
     shares, times, broken = [], [], []
     for file in sorted((run / "2_sph").glob("snap_*.vtkhdf")):
         particles = snapshot.read(file)
@@ -51,7 +52,8 @@ def measure(run: Path) -> dict[str, Any]:
     spacing = quantity.parse(used["sph"]["spacing_at_impact"], "m")
     within = lambda mine, share: float(np.percentile(speed[skin & mine], share))  # noqa: E731
     return {
-        "run": run.name, "law": law, "spacing_m": spacing, "particles": int(target.sum()), "steps": report["steps"],
+        "run": run.name, "law": law, "flaws": ", ".join(str(value) for value in choice.get("weibull", {}).values()),
+        "spacing_m": spacing, "particles": int(target.sum()), "steps": report["steps"],
         "times_s": times, "largest": shares, "broken": broken,
         "second": pieces[1].mass / float(particles.mass[target].sum()) if len(pieces) > 1 else 0.0, "fragments": len(pieces),
         "largest_speed_m_s": float(np.linalg.norm(pieces[0].velocity)) if pieces else 0.0,
@@ -70,16 +72,26 @@ def found(folder: Path, kept: dict[str, Any]) -> dict[str, Any]:
     return kept
 
 
+def nominal(row: dict[str, Any]) -> bool:
+    """Whether a run is one that verdicts use."""
+    return row["law"] == DEFAULT and not row["flaws"]
+
+
+def name(row: dict[str, Any]) -> str:
+    """A run's law, and its flaws (k, m) where they are not the case's."""
+    return row["law"] + (f" (flaws {row['flaws']})" if row["flaws"] else "")
+
+
 def verdicts(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
     """V05 at each resolution of the default law."""
     made = []
-    for row in (row for row in rows if row["law"] == DEFAULT):
-        others = ", ".join(f"{other['law']} {other['largest'][-1]:.3f}" for other in rows if other["spacing_m"] == row["spacing_m"] and other is not row)
+    for row in (row for row in rows if nominal(row)):
+        others = ", ".join(f"{name(other)} {other['largest'][-1]:.3f}" for other in rows if other["spacing_m"] == row["spacing_m"] and other is not row)
         spall, antipode = row["spall_m_s"], row["antipode_m_s"]
         ours = f"largest fragment {row['largest'][-1]:.3f}; antipode {antipode[1]:.1f} m/s (10 to 90 %: {antipode[0]:.1f} to {antipode[2]:.1f}), "
         ours += f"spall {spall[1]:.0f} m/s ({spall[0]:.0f} to {spall[2]:.0f}); peak {1e-9 * row['peak_Pa']:.1f} GPa"
         met = 0.2 <= row["largest"][-1] <= 0.4
-        why = f"second fragment {row['second']:.4f}; " + (f"other laws of growth: {others}" if others else "other laws of growth not run")
+        why = f"second fragment {row['second']:.4f}; " + (f"other laws of growth: {others}" if others else "other laws not run at this size")
         made.append({"id": "V05", "ours": ours, "verdict": "met" if met else "not met", "resolution": resolution(row), "why": why})
     return made
 
@@ -93,9 +105,9 @@ def table(rows: list[dict[str, Any]]) -> str:
     """Every run in one table."""
     text = ["| law | resolution | largest fragment | second | broken | antipode, 10 / 50 / 90 % [m/s] | spall | peak [GPa] | energy |", "|---" * 9 + "|"]
     for row in rows:
-        speeds = [" / ".join(f"{v:.3g}" for v in row[name]) for name in ("antipode_m_s", "spall_m_s")]
+        speeds = [" / ".join(f"{v:.3g}" for v in row[which]) for which in ("antipode_m_s", "spall_m_s")]
         text.append(
-            f"| {row['law']} | {resolution(row)} | {row['largest'][-1]:.3f} | {row['second']:.4f} | {row['broken'][-1]:.3f} | {speeds[0]} | {speeds[1]} "
+            f"| {name(row)} | {resolution(row)} | {row['largest'][-1]:.3f} | {row['second']:.4f} | {row['broken'][-1]:.3f} | {speeds[0]} | {speeds[1]} "
             f"| {1e-9 * row['peak_Pa']:.1f} | {100 * row['energy_drift']:+.3f} % |"
         )
     return "\n".join(text) + "\n"
@@ -108,12 +120,12 @@ def picture(folder: Path, rows: list[dict[str, Any]], out: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    shown = [row for row in rows if row["law"] == DEFAULT]
+    shown = [row for row in rows if nominal(row)]
     figure, axes = plt.subplots(1, 1 + len(shown), figsize=(5.0 * (1 + len(shown)), 4.5), squeeze=False, layout="constrained")
     finest = min(row["spacing_m"] for row in rows)
     for row in rows:
         axes[0, 0].plot(
-            1e6 * np.array(row["times_s"]), row["largest"], "-" if row["spacing_m"] == finest else "--", label=f"{row['law']}, {1e3 * row['spacing_m']:.2f} mm"
+            1e6 * np.array(row["times_s"]), row["largest"], "-" if row["spacing_m"] == finest else "--", label=f"{name(row)}, {1e3 * row['spacing_m']:.2f} mm"
         )
     axes[0, 0].axhspan(0.2, 0.4, color="0.9")
     axes[0, 0].set(xlabel="t [us]", ylabel="largest fragment over the target", ylim=(0, 1))
@@ -146,7 +158,7 @@ def main() -> int:
         return reason.exit_code
     given.out.mkdir(parents=True, exist_ok=True)
     archive.write_text(path, json.dumps(kept, separators=(",", ":")))
-    rows = sorted(kept.values(), key=lambda row: (row["spacing_m"], row["law"] != DEFAULT, row["law"]))
+    rows = sorted(kept.values(), key=lambda row: (row["spacing_m"], not nominal(row), row["law"]))
     archive.write_text(given.out / "table.md", table(rows))
     archive.write_text(given.out / "verdicts.json", json.dumps({"resolution": "", "verdicts": verdicts(rows)}, indent=1) + "\n")
     picture(given.runs, rows, given.out)
