@@ -44,6 +44,7 @@ FLOOR = 0.02
 """A profile of the distention may fall by this much between two rings and still count as monotone: the scatter of a ring."""
 
 
+LONELY = 4
 CURVES = {
     "nominal": ("deep_impact", 1e6, 200e6),
     "soft": ("deep_impact", 0.1e6, 10e6),
@@ -155,7 +156,8 @@ def measure(run: Path) -> dict[str, Any]:
     return {
         "run": run.name, "case": kind, "alpha0": choice["p_alpha"]["alpha0"] if porous else 1.0,
         "density_kg_m3": float(np.median(snapshot.read(files[0]).density[counts])), "light": "rho0" in str(choice.get("tillotson", {})),
-        "intact": choice.get("strength") == "von_mises",
+        "intact": choice.get("strength") == "von_mises", "following": used["sph"].get("smoothing") == "density",
+        "cut_off": cut_off(snapshot.read(files[min(1, len(files) - 1)])),
         "curve": next((name for name, ends in CURVES.items() if ends == (kind, pascals(curve["Pe"]), pascals(curve["Ps"]))), "other") if curve else "",
         "spacing_m": spacing, "particles": len(particles), "end_s": times[-1], "steps": report["steps"],
         "target_particle_kg": float(particles.mass[counts].min()), "projectile_particle_kg": float(particles.mass[particles.layer < 0].max()),
@@ -167,6 +169,18 @@ def measure(run: Path) -> dict[str, Any]:
         "rings": rings(particles, spacing), "shock": arrivals(times, looks, depths),
         "shells": {"depth_m": depths.tolist(), "peak_Pa": looks[-1].tolist()},
     }  # fmt: skip
+
+
+def cut_off(particles: Particles) -> dict[str, float]:
+    """Heat [J] and number of particles with at most ``LONELY`` neighbours, which feel no pressure (``sph.state``); kinetic energy of the projectile [J]."""
+    alone = particles.neighbours <= LONELY
+    motion = 0.5 * particles.mass * np.einsum("ij,ij->i", particles.velocity, particles.velocity)
+    return {
+        "time_s": float(particles.attributes["time"]),
+        "heat_J": float((particles.mass * particles.specific_energy)[alone].sum()),
+        "number": int(alone.sum()),
+        "projectile_kinetic_J": float(motion[particles.layer < 0].sum()),
+    }
 
 
 def found(folder: Path, kept: dict[str, Any]) -> dict[str, Any]:
@@ -190,12 +204,15 @@ class Runs:
         """Spacings at the impact, the finest first."""
         return sorted({row["spacing_m"] for row in self.rows if row["case"] == case})
 
-    def get(self, case: str, alpha0: float, spacing: float, curve: str = "nominal", light: bool = False, intact: bool = False) -> dict[str, Any] | None:
-        """One run, if it is there."""
+    def get(self, case: str, alpha0: float, spacing: float, curve: str = "nominal", light: bool = False) -> dict[str, Any] | None:
+        """One run with the case's own strength and supports, if it is there."""
+        wanted = (case, alpha0, spacing, curve if alpha0 > 1.0 else "", light, False, False)
         for row in self.rows:
-            if (row["case"], row["alpha0"], row["spacing_m"], row["light"], row["intact"]) == (case, alpha0, spacing, light, intact) and row["curve"].split(
-                " "
-            )[0] == (curve if alpha0 > 1.0 else ""):
+            if wanted == (
+                *(row[key] for key in ("case", "alpha0", "spacing_m")),
+                row["curve"].split(" ")[0],
+                *(row[key] for key in ("light", "intact", "following")),
+            ):
                 return row
         return None
 
@@ -234,7 +251,12 @@ def compacted(row: dict[str, Any]) -> tuple[float, bool]:
 
 def label(row: dict[str, Any]) -> str:
     """Words for a run."""
-    name = f"alpha0 {row['alpha0']:g}" + (", density of 1.5" if row["light"] else "") + (", intact" if row["intact"] else "")
+    name = (
+        f"alpha0 {row['alpha0']:g}"
+        + (", density of 1.5" if row["light"] else "")
+        + (", intact" if row["intact"] else "")
+        + (", following supports" if row["following"] else "")
+    )
     return name + (f", {row['curve'].split(' ')[0]}" if row["curve"] and not row["curve"].startswith("nominal") else "")
 
 
@@ -245,16 +267,16 @@ def size(row: dict[str, Any]) -> str:
 
 def tables(runs: Runs) -> str:
     """Every run in two tables."""
-    head = ["Deep Impact", "resolution", "M(v_z > 2 m/s)", "M / counted", "in the air", "slope of M(>v), 2 to 100 m/s", "rings of alpha < 1.1", "energy"]
+    head = ["Deep Impact", "resolution", "M(v_z > 2 m/s)", "M / counted", "in the air", "slope of M(>v), 2 to 100 m/s", "rings of alpha < 1.1", "heat cut off"]
     text = [line(head), "|---" * len(head) + "|"]
     for row in runs.rows:
         if row["case"] == "deep_impact":
             thick = f"{compacted(row)[0]:.0f}" if row["alpha0"] > 1.0 else ""
             air = row["series"]["air_kg"][-1][ESCAPE.index(2.0)]
             words = [label(row), size(row), f"{mass(row):.3g} kg", f"{100 * mass(row) / row['counted_kg']:.1f} %", f"{air:.2g} kg", f"{slope(row):.2f}", thick]
-            text.append(line([*words, f"{100 * row['energy_drift']:+.2f} %"]))
+            text.append(line([*words, lonely(row)]))
     head = ["momentum transfer", "resolution", "P_trans (0.1 m/s)", "P_trans (1 m/s), change per ms", "peak / final (1 m/s), at", "M(v_z > 1 m/s)"]
-    head += ["arrival at 5, 10, 20 m [ms]", "peak P there [GPa]", "energy"]
+    head += ["arrival at 5, 10, 20 m [ms]", "peak P there [GPa]", "heat cut off"]
     text += ["", line(head), "|---" * len(head) + "|"]
     for row in runs.rows:
         if row["case"] == "momentum_transfer":
@@ -268,8 +290,14 @@ def tables(runs: Runs) -> str:
                 f"{quick.max() / quick[-1]:.2f}, {1e3 * at:.0f} ms",
             ]
             words += [f"{mass(row, 1.0):.3g} kg", ", ".join(f"{1e3 * t:.2f}" for t in row["shock"]["arrival_s"])]
-            text.append(line([*words, ", ".join(f"{1e-9 * P:.3g}" for P in row["shock"]["peak_Pa"]), f"{100 * row['energy_drift']:+.2f} %"]))
+            text.append(line([*words, ", ".join(f"{1e-9 * P:.3g}" for P in row["shock"]["peak_Pa"]), lonely(row)]))
     return "\n".join(text) + "\n"
+
+
+def lonely(row: dict[str, Any]) -> str:
+    """Share of the impact energy that is heat of particles without pressure, soon after the impact."""
+    energy = 0.5 * row["projectile_momentum"] ** 2 / row["projectile_mass_kg"]
+    return f"{100 * row['cut_off']['heat_J'] / energy:.0f} % in {row['cut_off']['number']} at {1e3 * row['cut_off']['time_s']:.0f} ms"
 
 
 def line(words: list[str]) -> str:
@@ -299,7 +327,9 @@ def of_deep_impact(runs: Runs, spacing: float) -> list[dict[str, str]]:
     met = all(abs(error) <= limit for error, limit in zip(off, limits)) and 4.0 <= first <= 9.0 and 0.8 <= second <= 1.4
     air = ", ".join(f"{row['series']['air_kg'][-1][ESCAPE.index(2.0)]:.2g}" for row in (solid, some, much))
     text = f"{masses[0]:.3g}, {masses[1]:.3g}, {masses[2]:.3g} kg ({', '.join(f'{100 * error:+.0f} %' for error in off)}); ratios {first:.2f} and {second:.2f}"
-    why = f"risen above the ground by then {air} kg; " + (f"other crush curves: {'; '.join(spread)}" if spread else "other crush curves not run")
+    why = f"heat that no longer pushes: {lonely(solid)}, {lonely(some)}, {lonely(much)} of the energy; risen above the ground by then {air} kg; " + (
+        f"other crush curves: {'; '.join(spread)}" if spread else "other crush curves not run"
+    )
     falls = [slope(row) for row in (solid, some, much)]
     thick, monotone = compacted(much)
     words = f"alpha < 1.1 in {thick:.0f} rings of one spacing, least mean of a ring {min(much['rings']['distention']):.2f}"
@@ -414,7 +444,7 @@ def pictures(runs: Runs, out: Path) -> None:
         for row in rows:
             words = f"{label(row)}, {100 * row['spacing_m'] * 2 ** (1 / 6):.0f} cm"
             pen = {"color": "0.4" if row["light"] else colour[row["alpha0"]], "ls": ("-", "--", ":", "-.")[fines.index(row["spacing_m"]) % 4]}
-            if row["curve"].split(" ")[0] in ("soft", "hard", "weak") or row["intact"]:
+            if row["curve"].split(" ")[0] in ("soft", "hard", "weak") or row["intact"] or row["following"]:
                 pen |= {"lw": 0.7, "alpha": 0.7}
             t = 1e3 * np.array(row["series"]["time_s"])
             if case == "deep_impact":
