@@ -307,7 +307,7 @@ def line(words: list[str]) -> str:
 
 def verdict(key: str, ours: str, met: bool | None, row: dict[str, Any] | None, why: str = "") -> dict[str, str]:
     """One row of ``verdicts.json``; ``met`` is None for what can only be stated."""
-    word = "arithmetic" if met is None else "met" if met else "not met"
+    word = "in part" if met is None else "met" if met else "not met"
     return {"id": key, "ours": ours, "verdict": word, **({"resolution": size(row)} if row else {}), **({"why": why} if why else {})}
 
 
@@ -330,14 +330,14 @@ def of_deep_impact(runs: Runs, spacing: float) -> list[dict[str, str]]:
     why = f"heat that no longer pushes: {lonely(solid)}, {lonely(some)}, {lonely(much)} of the energy; risen above the ground by then {air} kg; " + (
         f"other crush curves: {'; '.join(spread)}" if spread else "other crush curves not run"
     )
-    falls = [slope(row) for row in (solid, some, much)]
+    falls = ", ".join(f"{slope(row):.2f}" for row in (solid, some, much))
     thick, monotone = compacted(much)
     words = f"alpha < 1.1 in {thick:.0f} rings of one spacing, least mean of a ring {min(much['rings']['distention']):.2f}"
     return [
         verdict("B04", text, met, solid, why),
         verdict("B05", f"{masses[0]:.3g}, {masses[1]:.3g}, {masses[2]:.3g} kg", masses[0] > 2.0 * masses[1] and masses[1] > masses[2], solid),
         verdict("B06", f"{words}; profile {'' if monotone else 'not '}monotone", thick > 2.0 and monotone, much),
-        verdict("B07", f"slope from 2 to 100 m/s: {', '.join(f'{fall:.2f}' for fall in falls)} (alpha0 = 1, 1.5, 3)", None, solid, "picture: ejected.png"),
+        verdict("B07", f"slope from 2 to 100 m/s: {falls} (alpha0 = 1, 1.5, 3)", None, solid, "published as a picture without numbers; ours: ejected.png"),
     ]  # fmt: skip
 
 
@@ -369,7 +369,7 @@ def of_momentum(runs: Runs, spacing: float) -> list[dict[str, str]]:
                 "peak over final, alpha0 = 1, 1.5, 3: " + "; ".join(tops),
                 any(ok),
                 solid,
-                "met where one of the two speeds shows it, since the source does not state its own",
+                "met if one of the two v_esc shows it: the source does not state its own",
             )
         )
         late = all(a < b < c for a, b, c in zip(*(row["shock"]["arrival_s"] for row in (solid, some, much))))
