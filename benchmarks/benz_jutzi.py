@@ -3,8 +3,8 @@
     python benchmarks/benz_jutzi.py RUNS [--out docs/results/benz_jutzi]
 
 RUNS is a folder below which run folders of ``cases/deep_impact`` and ``cases/momentum_transfer`` lie, at any depth; what a run is (porosity, crush curve,
-spacing) is read from its ``case.used.toml``. Each is measured once: ``measures.json`` in ``--out`` keeps what was measured, and is filled up by the next call. ``reasons.json`` there, written by hand, holds what
-is known of why a claim is not met, by its id.
+spacing) is read from its ``case.used.toml``. Each is measured once: ``measures.json`` in ``--out`` keeps what was measured, and is filled up by the next call.
+``reasons.json`` there, written by hand, holds what is known of why a claim is not met, by its id.
 
 Ejected, as in the source, is what rises faster than v_esc (v_z > v_esc), in the air or still in the ground. Left out are particles that began within 5.4 m
 (Deep Impact) or 8.4 m of the half-sphere's rim, where the quiet layer and its fixed rim are: three supports of the cases' own outer spacing, the same at
