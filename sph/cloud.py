@@ -24,7 +24,7 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "start_length": ((), "float64"),  # smoothing length and density at the start of the phase, where h follows the density
     "start_density": ((), "float64"),
     "stress": ((5,), "float64"),  # deviatoric, before damage: xx xy xz yy yz
-    "half_stress": ((5,), "float64"),
+    "half_change": ((5,), "float64"),  # of stress, by the rate at the beginning of a step, in half of it
     "root_damage": ((), "float64"),  # D^(1/3) by tension
     "half_damage": ((), "float64"),
     "distention": ((), "float64"),  # alpha at rest (P = 0): falls as pores close, 1 is solid
@@ -77,7 +77,7 @@ class Cloud:
     start_length: np.ndarray
     start_density: np.ndarray
     stress: np.ndarray
-    half_stress: np.ndarray
+    half_change: np.ndarray
     root_damage: np.ndarray
     half_damage: np.ndarray
     distention: np.ndarray

@@ -2,8 +2,10 @@
 
     y_{n+1/2} = y_n + dt/2 f_n;   x_{n+1} = x_n + dt v_{n+1/2};   y* = y_n + dt f_n;   f_{n+1} = f(x_{n+1}, y*);   y_{n+1} = y_{n+1/2} + dt/2 f_{n+1}
 
-for y = (v, rho, u, S, D^(1/3)): second order, and with the conjugate force and energy sums the error of the total energy does not accumulate
-(per step it is dt^2/8 (|a_n|^2 - |a_{n+1}|^2), which telescopes).
+for y = (v, rho, u, D^(1/3)): second order, and with the conjugate force and energy sums the error of the total energy does not accumulate
+(per step it is dt^2/8 (|a_n|^2 - |a_{n+1}|^2), which telescopes). The stress yields in the evaluation of y* (radial return R) and stays there:
+
+    S_{n+1} = R(S*) + dt/2 (f_{n+1} - f_n)
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ DENSITY_FLOOR = 0.005  # of the density at rest; only particles that have lost t
 
 
 @parallel_kernel
-def _open(dt, x, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, hS, hD, hold):
+def _open(dt, x, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, half, hD, hold):
     for i in prange(len(rho)):
         for c in range(3):
             acceleration = a[i, c] + g[i, c]
@@ -42,12 +44,12 @@ def _open(dt, x, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, hS,
             hD[i] = max(D[i], min(D[i] + 0.5 * dt * dD[i], cap[i]))
             D[i] = max(D[i], min(D[i] + dt * dD[i], cap[i]))
         for c in range(5):
-            hS[i, c] = S[i, c] + 0.5 * dt * dS[i, c]
+            half[i, c] = 0.5 * dt * dS[i, c]
             S[i, c] += dt * dS[i, c]
 
 
 @parallel_kernel
-def _close(dt, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, hS, hD, P, peak, floor, material, hold, keep):
+def _close(dt, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, half, hD, P, peak, floor, material, hold, keep):
     for i in prange(len(rho)):
         for c in range(3):
             v[i, c] = keep * (hv[i, c] + 0.5 * dt * (a[i, c] + g[i, c]))
@@ -57,7 +59,7 @@ def _close(dt, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, hS, h
             D[i] = max(hD[i], min(hD[i] + 0.5 * dt * dD[i], cap[i]))
             peak[i] = max(peak[i], P[i])
         for c in range(5):
-            S[i, c] = hS[i, c] + 0.5 * dt * dS[i, c]
+            S[i, c] += 0.5 * dt * dS[i, c] - half[i, c]  # S has yielded since: what the evaluation returned to the surface stays there
 
 
 @parallel_kernel
@@ -315,7 +317,7 @@ class Integrator:
         _open(
             dt, cloud.position, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage,
             r.acceleration, cloud.gravity, r.density, r.energy, r.stress, e.damage_rate, e.damage_cap,
-            cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_stress, cloud.half_damage, self.hold,
+            cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change, cloud.half_damage, self.hold,
         )  # fmt: skip
         self.time += dt
         if self.limits_of_h is not None and not self.hold:
@@ -327,7 +329,7 @@ class Integrator:
         _close(
             dt, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage,
             r.acceleration, cloud.gravity, r.density, r.energy, r.stress, e.damage_rate, e.damage_cap,
-            cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_stress, cloud.half_damage,
+            cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change, cloud.half_damage,
             e.pressure, cloud.peak_pressure, self.floor, cloud.material, self.hold, keep,
         )  # fmt: skip
         if self.edge is not None:
