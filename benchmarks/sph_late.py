@@ -62,7 +62,7 @@ def draw(found: dict[str, dict[str, np.ndarray]], path: Path) -> None:
         left.errorbar(own["time_s"], own["diameter_apparent_m"], own["diameter_apparent_m_sigma"], fmt="o-", ms=3, capsize=2, label=name)
         right.errorbar(own["time_s"], own["depth_m"], own["depth_m_sigma"], fmt="o-", ms=3, capsize=2)
     for axes, what in ((left, "apparent diameter [m]"), (right, "depth [m]")):
-        axes.set(xscale="log", yscale="log", xlabel="time [s]", ylabel=what)
+        axes.set(xlabel="time [s]", ylabel=what, ylim=(0.0, None))
     left.legend(frameon=False, fontsize=8)
     figure.savefig(path, dpi=110)
 
