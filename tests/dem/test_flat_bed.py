@@ -127,6 +127,7 @@ def test_a_bed_stopped_while_gravity_is_let_down_resumes_bit_for_bit(tmp_path, m
         first = dict(begins).get("ease", 0)
         stops = () if name == "whole" else (first + 50, first + 53, first + 97)
         interrupted(monkeypatch, settling, stops, lambda name=name: beds.append(settled(tmp_path / name, shape="bowl", largest_speed=2.0, count=300)))
+    assert len(beds) == 2 and "ease" in dict(begins)
     same_grains(beds[0][0], beds[1][0])
 
 
