@@ -9,8 +9,23 @@ from typing import Any
 import numpy as np
 
 from matter import archive
+from matter.errors import InputError
 
 _KEPT = 2
+
+
+class _Saved(dict[str, Any]):
+    """What a checkpoint held; asking for more than that names the file instead of failing without a word."""
+
+    def __init__(self, path: Path, held: Mapping[str, Any]) -> None:
+        super().__init__(held)
+        self.path = path
+
+    def __missing__(self, name: str) -> Any:
+        raise InputError(
+            f"{self.path}: has no '{name}': another version of the program wrote it; finish the run with that one, "
+            f"or delete the folder {self.path.parent.name} to begin this stage again"
+        )
 
 
 def _existing(folder: Path) -> list[Path]:
@@ -31,10 +46,14 @@ def save(folder: Path, step: int, arrays: Mapping[str, np.ndarray], scalars: Map
 
 
 def newest(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
-    """Arrays and scalars of the newest readable checkpoint, or None."""
+    """Arrays and scalars of the newest readable checkpoint, or None.
+
+    Whoever asks them for a name that they lack gets an ``InputError``.
+    """
     for path in reversed(_existing(folder)):
         try:
-            return archive.read(path)
+            arrays, scalars = archive.read(path)
+            return _Saved(path, arrays), _Saved(path, scalars)
         except OSError:  # a disk that filled up or a file cut short: the one before it still stands
             continue
     return None

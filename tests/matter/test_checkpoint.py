@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from matter import checkpoint
+from matter.errors import InputError
 
 
 def test_the_newest_comes_back_to_the_bit(tmp_path):
@@ -30,3 +32,13 @@ def test_none_and_cleared(tmp_path):
     checkpoint.save(tmp_path, 1, {"x": np.zeros(1)}, {})
     checkpoint.clear(tmp_path)
     assert checkpoint.newest(tmp_path) is None and not list(tmp_path.iterdir())
+
+
+def test_a_checkpoint_of_another_version_is_named(tmp_path):
+    checkpoint.save(tmp_path, 3, {"x": np.zeros(2)}, {"dt": 0.1})
+    arrays, scalars = checkpoint.newest(tmp_path)
+    with pytest.raises(InputError, match=r"checkpoint_0000000003\.h5: has no 'wake': another version"):
+        scalars["wake"]
+    with pytest.raises(InputError, match="has no 'hist'"):
+        arrays["hist"]
+    assert "wake" not in scalars and scalars.get("wake") is None
