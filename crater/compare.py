@@ -11,7 +11,7 @@ from typing import Any
 from crater import observations, radial_profile
 from crater.difference import MATCH, RATIOS, profile_difference, resampled, verdict
 from crater.radial_profile import Profile
-from matter import archive
+from matter import archive, readable
 from matter.errors import InputError
 
 __all__ = ["Crater", "compare", "differences", "load", "profile_difference"]
@@ -210,9 +210,9 @@ def _printed(craters: list[Crater]) -> str:
         cells = [_ratio_shown(j.get(key)) for j in judged]
         if any(cell != "-" for cell in cells):
             lines.append(f"{f'{word} / 1st':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
-    cells = [f"{_length(d['rms_m'])} = {d['rms_over_depth']:.3f} depth" if d and d["rms_over_depth"] is not None else "-" for d in found]
+    cells = [f"{readable.length(d['rms_m'])} = {d['rms_over_depth']:.3f} depth" if d and d["rms_over_depth"] is not None else "-" for d in found]
     lines.append(f"{'RMS to first':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
-    cells = [f"{_length(d['rms_aligned_m'])} ({_length(d['offset_m'])} out)" if d and d["offset_m"] is not None else "-" for d in found]
+    cells = [f"{readable.length(d['rms_aligned_m'])} ({readable.length(d['offset_m'])} out)" if d and d["offset_m"] is not None else "-" for d in found]
     if any(cell != "-" for cell in cells):
         lines.append(f"{'  outside level':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
     cells = [f"{d['rms_shape']:.3f}" if d and d["rms_shape"] is not None else "-" for d in found]
@@ -228,10 +228,6 @@ def _ratio_shown(judged: dict[str, Any] | None) -> str:
     if not judged:
         return "-"
     return f"{judged['ratio']:.3f} +- {judged['error']:.2g} {'=' if judged['within_errors'] else '~' if judged['match'] else '!'}"
-
-
-def _length(metres: float) -> str:
-    return f"{metres / 1e3:.3g} km" if abs(metres) >= 1e3 else f"{metres:.3g} m"
 
 
 def _shown(entry: tuple[float, float, float] | None, key: str) -> str:

@@ -18,7 +18,7 @@ from crater.datum import Datum, of_frame
 from crater.ejecta import blanket
 from crater.radial_profile import Profile, Relief, profile_of, ring_mean
 from crater.shape import CrestFinder, Ruler, Shape, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
-from matter import frame
+from matter import frame, readable
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -418,7 +418,7 @@ def _shallow_reason(quantities: dict[str, Quantity], base: Shape, ruler: Ruler) 
     limit = max(SHALLOWEST * d, 2.0 * (depth.sigma or 0.0))
     if depth.value is not None and depth.value >= limit:
         return ""
-    return f"a trough {base.depth / 1e3:.3g} km deep, less than the {limit / 1e3:.3g} km that this spacing resolves, has no diameter"
+    return f"a trough {readable.length(base.depth)} deep, less than the {readable.length(limit)} that this spacing resolves, has no diameter"
 
 
 def _rim_reason(cells: np.ndarray, ruler: Ruler, base: Shape, quantities: dict[str, Quantity]) -> str:
@@ -427,7 +427,7 @@ def _rim_reason(cells: np.ndarray, ruler: Ruler, base: Shape, quantities: dict[s
     if height.value is None:
         return "no crest outside the apparent rim"
     if height.value < (height.sigma or 0.0):
-        return f"no rim: the crest stands {height.value / 1e3:.3g} km above the datum, within its error"
+        return f"no rim: the crest stands {readable.length(height.value)} above the datum, within its error"
     near = (ruler.s > base.apparent) & (ruler.s < max(1.8 * base.apparent, base.rim))
     share = float(np.mean((ruler.fine @ cells)[near].max(axis=0) > 0.0)) if near.any() else 0.0
     return "" if share >= CLOSED_RIM else f"no closed rim: only {share:.0%} of the sectors rise above the datum outside the crater"
@@ -441,5 +441,5 @@ def _none(ground: Relief, profile: Profile, notes: dict[str, object], reason: st
     rms = float(np.sqrt(np.average(mean[known] ** 2, weights=area))) if known.any() else float("nan")
     deepest = float(-np.min(mean[known])) if known.any() else float("nan")
     facts = {**notes, "rms_relief_m": rms, "deepest_ring_m": deepest}
-    text = f"{reason} (RMS of the profile {rms / 1e3:.3g} km, deepest ring {deepest / 1e3:.3g} km)"
+    text = f"{reason} (RMS of the profile {readable.length(rms)}, deepest ring {readable.length(deepest)})"
     return Measures({name: Quantity(None, None, unit, text) for name, unit in UNITS.items()}, profile, ground.datum, ground, facts)

@@ -10,14 +10,13 @@ import numpy as np
 
 from crater.measure import Measures
 from crater.radial_profile import Profile
-from matter import archive
+from matter import archive, readable
 
 if TYPE_CHECKING:
     from crater.compare import Crater
     from crater.stage import Findings
 
 INK = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
-KM = 1e-3
 
 
 def figure(width: float, height: float):
@@ -36,11 +35,6 @@ def save(fig, path: Path) -> None:
     kind = path.suffix[1:] or "png"
     with archive.replacing(path) as temporary:
         fig.savefig(temporary, format=kind, dpi=150)
-
-
-def unit_of(length: float) -> tuple[float, str]:
-    """Factor and unit in which a length [m] is best shown."""
-    return (1e-3, "km") if abs(length) >= 2e3 else (1.0, "m")
 
 
 def _grid(axis) -> None:
@@ -76,7 +70,7 @@ def draw_all(found: Findings, out: Path) -> None:
 
 def draw_one(measures: Measures, name: str, folder: Path) -> None:
     """Profile and height map of a single snapshot."""
-    scale, unit = unit_of(float(measures.profile.radius[-1]))
+    scale, unit = readable.length_unit(float(measures.profile.radius[-1]))
     fig = figure(8.0, 4.2)
     axis = fig.add_subplot()
     _profile_line(axis, measures.profile, scale, INK[0], name)
@@ -125,14 +119,14 @@ def draw_profiles(found: Findings, path: Path) -> None:
     lines: list[tuple[Measures, str, str]] = []
     moment = found.transient.get("volume")
     if moment is not None and moment.measures is not None:
-        lines.append((moment.measures, INK[1], f"transient, maximum volume (SPH, {moment.time / 60:.0f} min)"))
+        lines.append((moment.measures, INK[1], f"transient, maximum volume (SPH, {readable.clock(moment.time)})"))
     if found.late_sph is not None:
-        lines.append((found.late_sph, INK[0], f"all-SPH late stage ({found.late_sph_time / 60:.0f} min)"))
+        lines.append((found.late_sph, INK[0], f"all-SPH late stage ({readable.clock(found.late_sph_time)})"))
     if found.final is not None and found.final is not found.late_sph:
-        lines.append((found.final, INK[2], f"settled grains, DEM ({found.final_time / 60:.0f} min)"))
+        lines.append((found.final, INK[2], f"settled grains, DEM ({readable.clock(found.final_time)})"))
     reach = max(float(measures.profile.radius[np.isfinite(measures.profile.height)][-1]) for measures, _, _ in lines)
     reach = min(reach, _interesting(found, reach))
-    scale, unit = unit_of(reach)
+    scale, unit = readable.length_unit(reach)
     for measures, colour, label in lines:
         _profile_line(axis, measures.profile, scale, colour, label)
     if lines and moment is not None and moment.measures is not None:
@@ -171,17 +165,21 @@ def draw_series(found: Findings, path: Path) -> None:
     """D(t), depth(t) and V(t) with errors; the published transient values as bands, the scaling laws as a bracket."""
     fig = figure(9.0, 8.0)
     axes = fig.subplots(3, 1, sharex=True)
+    widest = max((abs(m.value("diameter_apparent_m")) for m in found.moments if np.isfinite(m.value("diameter_apparent_m"))), default=2e3)
+    length, unit = readable.length_unit(widest)
+    minute, clock = readable.time_unit(max((m.time for m in found.moments), default=120.0))
+    cubes = (1e-6 * length**3, "$10^6$ ") if unit == "km" and widest >= 1e5 else (length**3, "")
     rows = (
-        ("diameter_apparent_m", "apparent diameter [km]", 1e-3),
-        ("depth_m", "depth below datum [km]", 1e-3),
-        ("volume_m3", "volume below datum [$10^6$ km$^3$]", 1e-15),
+        ("diameter_apparent_m", f"apparent diameter [{unit}]", length),
+        ("depth_m", f"depth below datum [{unit}]", length),
+        ("volume_m3", f"volume below datum [{cubes[1]}{unit}$^3$]", cubes[0]),
     )
     for axis, (name, label, scale) in zip(axes, rows):
         for stage, colour, word in (("sph", INK[0], "SPH"), ("dem", INK[2], "grains (DEM)")):
             chosen = [m for m in found.moments if m.stage == stage]
             y = np.array([m.value(name) * scale for m in chosen])  # NaN breaks the line where a measure does not exist
             if np.isfinite(y).any():
-                t = [m.time / 60.0 for m in chosen]
+                t = [m.time * minute for m in chosen]
                 e = np.array([m.sigma(name) * scale for m in chosen])
                 axis.errorbar(t, y, yerr=e, fmt="o-", color=colour, markersize=3, linewidth=1.2, elinewidth=0.7, capsize=2, label=word)
         axis.set_ylabel(label)
@@ -189,23 +187,23 @@ def draw_series(found: Findings, path: Path) -> None:
     for row in found.reference:
         if row["name"] == "transient depth_m" or row["name"].startswith("transient diameter"):
             axis = axes[1] if "depth" in row["name"] else axes[0]
-            low, high = (row["value"] - row["minus"]) * KM, (row["value"] + row["plus"]) * KM
+            low, high = (row["value"] - row["minus"]) * length, (row["value"] + row["plus"]) * length
             axis.axhspan(low, high, color="black", alpha=0.08, label="published transient")
-            axis.axhline(row["value"] * KM, color="black", linewidth=0.8, linestyle=":")
+            axis.axhline(row["value"] * length, color="black", linewidth=0.8, linestyle=":")
     if found.scaling:
-        low, high = (x * KM for x in found.scaling["range_m"])
+        low, high = (x * length for x in found.scaling["range_m"])
         axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label="pi-scaling (Zahnle, Collins, Schmidt-Housen water)")
     for key, colour in (("volume", INK[1]), ("depth", INK[3])):
         if key in found.transient:
             for axis in axes:
-                axis.axvline(found.transient[key].time / 60.0, color=colour, linewidth=0.8, linestyle="--", label=f"first maximum of {key}")
+                axis.axvline(found.transient[key].time * minute, color=colour, linewidth=0.8, linestyle="--", label=f"first maximum of {key}")
     for axis in axes:
         axis.relim()
         axis.autoscale_view()
         axis.set_ylim(bottom=0.0)
     handles, labels = axes[0].get_legend_handles_labels()
     fig.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False, fontsize=8)
-    axes[-1].set_xlabel("time after contact [min]")
+    axes[-1].set_xlabel(f"time after contact [{clock}]")
     save(fig, path)
 
 
@@ -218,7 +216,7 @@ def draw_heightmap(measures: Measures, path: Path) -> None:
     apparent = measures["diameter_apparent_m"].value
     if apparent:
         reach = min(reach, 1.6 * apparent)
-    scale, unit = unit_of(reach)
+    scale, unit = readable.length_unit(reach)
     s, a = columns.distance[ring], columns.azimuth
     good = np.isfinite(ground.rays) & (s < reach)
     x, y, h = s[good] * np.cos(a[good]) * scale, s[good] * np.sin(a[good]) * scale, ground.rays[good] * scale
@@ -241,7 +239,7 @@ def draw_ejecta(found: Findings, path: Path) -> None:
     axis = fig.add_subplot()
     speed, mass = np.array(curve["speed_m_s"]), np.array(curve["mass_kg"])
     some = mass > 0.0
-    axis.loglog(speed[some], mass[some], "o-", color=INK[0], markersize=3, label=f"this run, {curve['time_s'] / 60:.1f} min")
+    axis.loglog(speed[some], mass[some], "o-", color=INK[0], markersize=3, label=f"this run, {readable.clock(curve['time_s'])}")
     for (name, law), colour in zip(curve["housen_holsapple_2011_kg"].items(), (INK[4], INK[2])):
         axis.loglog(speed, law, "--", color=colour, linewidth=1.0, label=f"Housen & Holsapple 2011, {name}")
     if some.any():
@@ -263,7 +261,7 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
     )
     diameters = [c.values["diameter_apparent_m"][0] for c in craters if "diameter_apparent_m" in c.values]
     reach = min(longest, 1.6 * max(diameters)) if diameters else longest
-    scale, unit = unit_of(reach)
+    scale, unit = readable.length_unit(reach)
     for k, crater in enumerate(craters):
         colour = INK[k % len(INK)]
         if crater.profile is not None:

@@ -13,7 +13,7 @@ from crater import datum as datums
 from crater import sections
 from crater.datum import Datum
 from crater.plot import figure, save
-from matter import archive, snapshot
+from matter import archive, readable, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -29,11 +29,11 @@ def _shots_of_shock(found: Findings) -> list[tuple[str, Path]]:
     chosen: list[tuple[str, Path]] = []
     moment = found.transient.get("volume")
     if moment is not None and moment.stage == "sph":
-        chosen.append((f"SPH, transient (maximum volume), {moment.time / 60:.1f} min", moment.path))
+        chosen.append((f"SPH, transient (maximum volume), {readable.clock(moment.time)}", moment.path))
     late = found.inputs / "2_sph" / f"last{snapshot.SUFFIX}"
     shots = snapshot.series(found.inputs / "2_sph")
     if late.is_file() or shots:
-        chosen.append((f"SPH, end, {found.late_sph_time / 60:.1f} min", late if late.is_file() else shots[-1]))
+        chosen.append((f"SPH, end, {readable.clock(found.late_sph_time)}", late if late.is_file() else shots[-1]))
     return chosen
 
 
@@ -92,7 +92,7 @@ def draw_in_time(found: Findings, path: Path) -> None:
     grown = first.time if first is not None and first.stage == "sph" else times[len(times) // 3]
     wanted = [times[1], grown, min(2.0 * grown, times[-1]), times[-1]]
     chosen = sorted({int(np.argmin(np.abs(np.array(times) - t))) for t in wanted})
-    panels = [(f"{times[k] / 60:.1f} min", snapshot.read(shots[k])) for k in chosen]
+    panels = [(readable.clock(times[k]), snapshot.read(shots[k])) for k in chosen]
     half = 0.9 * found.settings.impact.expected_transient_diameter
     rows: list[sections.Colouring | None] = [None]
     have = set(panels[0][1])
@@ -198,10 +198,10 @@ def _measured_run(run: Path) -> dict[str, Any]:
     reach = min(0.95 * max(known), float(distance.max())) if known else 0.5 * float(np.quantile(distance, 0.9))
     size = np.median(sections.size_of(particles, reach))
     packing = particles.attributes.get("packing_fraction")
-    words = [f"N = {len(particles):,}", f"{'r' if 'radius' in particles else 'spacing'} = {_shown(0.5 * size if 'radius' in particles else size)}"]
+    words = [f"N = {len(particles):,}", f"{'r' if 'radius' in particles else 'spacing'} = {readable.length(0.5 * size if 'radius' in particles else size)}"]
     words += [f"packing {float(packing):.2f}"] if packing is not None else []
     kind = "grains" if "radius" in particles else "SPH"
-    title = f"{run.resolve().name} ({kind}, {_clock(float(particles.attributes.get('time', np.nan)))})"
+    title = f"{run.resolve().name} ({kind}, {readable.clock(float(particles.attributes.get('time', np.nan)))})"
     return {"datum": datum, "particles": particles, "final": final, "reach": reach, "title": title, "facts": ", ".join(words)}
 
 
@@ -209,14 +209,6 @@ def _value(final: dict[str, Any], name: str) -> float | None:
     cell = final.get(name)
     value = cell.get("value") if isinstance(cell, dict) else None
     return None if value is None else float(value)
-
-
-def _shown(length: float) -> str:
-    return f"{length / 1e3:.3g} km" if length >= 1e3 else f"{length:.3g} m" if length >= 0.1 else f"{length * 1e3:.3g} mm"
-
-
-def _clock(time: float) -> str:
-    return f"{time / 60:.1f} min" if time >= 120.0 else f"{time:.3g} s"
 
 
 def _draw_measures(axis, seen: sections.View, final: dict[str, Any]) -> None:
@@ -231,13 +223,15 @@ def _draw_measures(axis, seen: sections.View, final: dict[str, Any]) -> None:
         for x in (left, right):
             axis.plot([x, x], [foot, top * seen.scale], color=MEASURE_COLOUR, linewidth=0.8, linestyle=":")
         axis.annotate("", xy=(left, top * seen.scale), xytext=(right, top * seen.scale), arrowprops=arrow)
-        axis.text(0.0, top * seen.scale, f"rim {_shown(rim)}", ha="center", va="center", fontsize=8, bbox=box)
+        axis.text(0.0, top * seen.scale, f"rim {readable.length(rim)}", ha="center", va="center", fontsize=8, bbox=box)
     level = 0.0
     if apparent is not None:
         (left, right), (z, _) = sections.on_section(seen, np.array([-0.5 * apparent, 0.5 * apparent]), np.zeros(2))
         axis.annotate("", xy=(left, z), xytext=(right, z), arrowprops=arrow)
-        axis.text(0.55 * left, z, f"D {_shown(apparent)}", ha="center", va="bottom", fontsize=8, bbox=box)
+        axis.text(0.55 * left, z, f"D {readable.length(apparent)}", ha="center", va="bottom", fontsize=8, bbox=box)
         level = z
     if depth is not None:
         axis.annotate("", xy=(0.0, 0.0), xytext=(0.0, -depth * seen.scale), arrowprops=arrow)
-        axis.text(0.02 * seen.half * seen.scale, min(-0.5 * depth * seen.scale, level), f"d {_shown(depth)}", ha="left", va="top", fontsize=8, bbox=box)
+        axis.text(
+            0.02 * seen.half * seen.scale, min(-0.5 * depth * seen.scale, level), f"d {readable.length(depth)}", ha="left", va="top", fontsize=8, bbox=box
+        )

@@ -11,7 +11,7 @@ import numpy as np
 
 from crater import report_evidence
 from crater.measure import Measures, Quantity
-from matter import archive
+from matter import archive, readable
 
 if TYPE_CHECKING:
     from crater.stage import Findings
@@ -128,7 +128,7 @@ def write(found: Findings, out: Path) -> None:
 def _ejecta(found: Findings, out: Path) -> str:
     if not (out / "ejecta.png").is_file():
         return ""
-    when = f"{found.ejecta['time_s'] / 60:.1f} min"
+    when = f"{readable.clock(found.ejecta['time_s'])}"
     words = f"Target mass above the datum, not part of the ground and rising, faster than v, at {when}; the laws are for vertical impacts into half-spaces."
     return "<h2>Ejecta</h2>" + _picture(out / "ejecta.png", words)
 
@@ -136,7 +136,7 @@ def _ejecta(found: Findings, out: Path) -> str:
 def _title(found: Findings) -> str:
     impact = found.settings.impact
     return (
-        f"{impact.projectile.material} projectile of radius {impact.projectile.radius / 1e3:.4g} km, {impact.speed / 1e3:.5g} km/s, "
+        f"{impact.projectile.material} projectile of radius {readable.length(impact.projectile.radius)}, {impact.speed / 1e3:.5g} km/s, "
         f"{np.degrees(impact.angle_from_vertical):.3g}° from vertical"
     )
 
@@ -148,7 +148,7 @@ def _summary(found: Findings) -> str:
         if moment is not None and moment.measures is not None:
             m = moment.measures
             lines.append(
-                f"First maximum of {key} at {moment.time / 60:.1f} min: apparent diameter {shown(m['diameter_apparent_m'])}, depth {shown(m['depth_m'])}."
+                f"First maximum of {key} at {readable.clock(moment.time)}: apparent diameter {shown(m['diameter_apparent_m'])}, depth {shown(m['depth_m'])}."
             )
     if found.growing:
         lines.append(f"Still growing in the last snapshot: {', '.join(found.growing)}.")
@@ -166,7 +166,8 @@ def _summary(found: Findings) -> str:
     if found.late_difference:
         d = found.late_difference
         lines.append(
-            f"The two late stages differ by {d['rms_m'] / 1e3:.3g} km RMS ({d['rms_over_depth']:.3f} of the transient depth); method and rheology both differ."
+            f"The two late stages differ by {readable.length(d['rms_m'])} RMS ({d['rms_over_depth']:.3f} of the transient depth); "
+            "method and rheology both differ."
         )
     lines += [f"{html.escape(key)}: {html.escape(reason)}." for key, reason in found.reasons.items()]
     return "<p>" + "<br>".join(lines) + "</p>"
@@ -184,11 +185,11 @@ def _measures_table(found: Findings) -> str:
     for key in ("depth", "volume", "diameter"):
         moment = found.transient.get(key)
         if moment is not None:
-            columns.append((f"transient, maximum {key}<br>({moment.time / 60:.1f} min, {moment.stage.upper()})", moment.measures))
+            columns.append((f"transient, maximum {key}<br>({readable.clock(moment.time)}, {moment.stage.upper()})", moment.measures))
     if found.late_sph is not None and found.late_sph is not found.final:
-        columns.append((f"all-SPH late stage<br>({found.late_sph_time / 60:.1f} min)", found.late_sph))
+        columns.append((f"all-SPH late stage<br>({readable.clock(found.late_sph_time)})", found.late_sph))
     if found.final is not None:
-        columns.append((f"final, {html.escape(found.final_from)}<br>({found.final_time / 60:.1f} min)", found.final))
+        columns.append((f"final, {html.escape(found.final_from)}<br>({readable.clock(found.final_time)})", found.final))
     if not columns:
         return "<p>Nothing could be measured.</p>"
     rows = ["<tr><th></th>" + "".join(f"<th>{title}</th>" for title, _ in columns) + "</tr>"]

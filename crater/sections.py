@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from crater.datum import Datum
+from matter import readable
 from matter.particles import Particles
 
 MATERIAL_COLOURS = {"ice": "#9fd3ea", "water": "#2f6fb2", "basalt": "#8a7563", "iron": "#4d4d4d", "sand": "#d9c38c", "copper": "#b87333"}
@@ -33,7 +34,7 @@ class View:
 
 def view(datum: Datum, half: float, below: float = 0.5, above: float = 0.35) -> View:
     """A view of half width ``half`` [m], from ``below`` half widths under the summit of the datum to ``above`` over it."""
-    scale, unit = (1e-3, "km") if half >= 2e3 else (1.0, "m")
+    scale, unit = readable.length_unit(half)
     return View(datum, half, -below * half, above * half, scale, unit)
 
 
@@ -71,7 +72,7 @@ def pressure() -> Colouring:
 def depth_of_origin(deepest: float, origin: Callable[[Particles], np.ndarray] | None = None) -> Colouring:
     """Depth below the datum at which matter lay before the impact, 0 to ``deepest`` [m]; ``origin`` gives those places (n, 3) [m]."""
     places = origin or (lambda particles: particles.initial_position)
-    scale, unit = (1e-3, "km") if deepest >= 2e3 else (1.0, "m")
+    scale, unit = readable.length_unit(deepest)
 
     def depth(particles: Particles, datum: Datum) -> np.ndarray:
         values = -datum.polar(places(particles))[2] * scale
