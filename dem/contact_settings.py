@@ -73,10 +73,10 @@ class Contact(Model):
     liquids: tuple[str, ...] = ("water", "water_thesis")
     """Materials whose grains are of the species ``ocean``; all others are ``shell``."""
     friction_angle: Angle | None = None
-    """Friction angle of the solid grains; when it is set, ``shell.friction`` is chosen so that steady shear has it (``dem.friction_angle``)."""
+    """Friction angle by principal stresses; when it is set, ``shell.friction`` is chosen so that steady shear of the grains has it (``dem.friction_angle``)."""
     tangential_stiffness_ratio: Fraction = 2.0 / 7.0
     """k_t / k_n."""
-    sliding: Literal["clamp", "reset", "cap"] = "clamp"
+    sliding: Literal["cap", "clamp", "reset"] = "cap"
     """What the tangential spring does at the Coulomb limit; see ``dem.laws.tangential_spring``."""
     attractive_tail: bool = True
     """Whether the normal force may pull at the end of a contact (then the restitution is exact)."""

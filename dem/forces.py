@@ -47,7 +47,7 @@ class Scheme(NamedTuple):
     normal: int = HOOKE
     mindlin: int = 0
     cohesion: int = NO_COHESION
-    sliding: int = tangential_spring.CLAMP
+    sliding: int = tangential_spring.CAP
     offset: int = 0
     sleep: int = 0
     attract: int = 0

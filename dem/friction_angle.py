@@ -1,19 +1,26 @@
 """The friction angle of a bed of grains, measured: steady shear, or a bed that is tilted until it flows; and contact parameters for a wanted angle.
 
 ``shear``  simple shear of a periodic cell at constant normal stress (``dem.trials.shear_cell``), slow against the grains' own motion: inertial
-           number I = (dgamma/dt) d sqrt(rho / P) = 0.002, without friction 0.0005 (there the excess falls with sqrt(I) only). The angle is
-           tan phi = tau / sigma_n on the plane of shear, in the steady state, which has forgotten how the grains were packed. The Mohr-Coulomb
-           angle of the principal stresses, sin phi = (s1 - s3) / (s1 + s3), is given beside it.
+           number I = (dgamma/dt) d sqrt(rho / P) = 0.002, without friction 0.0005 (there the excess falls with sqrt(I) only). The steady
+           state has forgotten how the grains were packed.
 ``tilt``   a deep bed (20 d) on a rough base, turned slowly until it flows (``start``), far, and back until it rests (``stop``). ``start`` depends on
-           the packing, and a loose bed slumps before it flows; ``stop`` lags behind, as what flows has to be braked. To be compared with ``shear`` is
-           the friction at the base while it slows down, by the balance of momentum.
+           the packing, and a loose bed slumps before it flows; ``stop`` lags behind, as what flows has to be braked. To be compared with ``shear`` are
+           the angles while it slows down: at the base by the balance of momentum, and of the stresses inside.
+
+Each gives two angles:
+
+``mohr_coulomb_deg``  sin phi = (s1 - s3) / (s1 + s3) of the principal stresses in the plane of the flow: what compression tests of sand give, and what
+                      ``friction_angle`` means, here as in ``drucker_prager`` of the shock stage;
+``angle_deg``         tan phi = tau / sigma_n on the plane of shear: what slopes of these grains follow. It is the smaller one: were the axes of stress
+                      those of the rate of strain, its tangent would be the sine of the other (Davis 1968).
 
 Both use the contact laws of the stage with k_n = ``STIFFNESS`` P d (overlaps of some thousandths of a diameter): from there on the angle does not depend
 on k_n. An angle is kept under a hash of everything that it depends on, in ``friction_angle/`` beside the compiled kernels.
 
 Command: ``python -m dem.friction_angle [--case CASE] [--friction MU] [--shape BETA] [--method shear|tilt] [--find "30 deg"]``.
 
-Sources: GDR MiDi 2004, Eur. Phys. J. E 14, 341 (both flows, I); Peyneau & Roux 2008, Phys. Rev. E 78, 011307 (frictionless spheres: 5.76 deg).
+Sources: Davis 1968, in Soil Mechanics: Selected Topics, ch. 6; GDR MiDi 2004, Eur. Phys. J. E 14, 341 (both flows, I);
+Peyneau & Roux 2008, Phys. Rev. E 78, 011307 (frictionless spheres: 5.76 deg).
 """
 
 from __future__ import annotations
@@ -65,7 +72,7 @@ def _sample(count: int, seed: int, spread: float) -> tuple[np.ndarray, np.ndarra
 
 
 def shear(contact: Contact, seed: int = 1, count: int = 1000, spread: float = 0.15) -> dict[str, float]:
-    """Steady simple shear: ``angle_deg``, its standard error ``error_deg``, ``mohr_coulomb_deg``, ``fraction``, ``coordination``, ``strain``, ``inertial``."""
+    """Steady simple shear: both angles and their errors (``error_deg``, ``mohr_coulomb_error_deg``), ``fraction``, ``coordination``, ``strain``."""
     x, radius, side = _sample(count, seed, spread)
     length = (2.0 * radius.max() + 0.02) * side
     cell = Cell(x, radius, np.array([length, length, 1.2 * length]), contact, STIFFNESS)
@@ -87,6 +94,7 @@ def shear(contact: Contact, seed: int = 1, count: int = 1000, spread: float = 0.
         strain = BLOCK * len(rows)
         table = np.array(rows)
         error = math.degrees(_error(table[:, 0]) / (1.0 + table[:, 0].mean() ** 2))
+        sine_error = math.degrees(_error(table[:, 1]) / math.sqrt(max(1.0 - table[:, 1].mean() ** 2, 1e-12)))
         progress.update(strain, f"{math.degrees(math.atan(table[:, 0].mean())):.2f} +- {error:.2f} deg")
         stop_here("friction angle")
         if strain >= MOST or (strain >= LEAST and error < WANTED_ERROR):
@@ -94,7 +102,7 @@ def shear(contact: Contact, seed: int = 1, count: int = 1000, spread: float = 0.
     mu, sine, fraction, coordination = table.mean(axis=0)
     return {
         "angle_deg": math.degrees(math.atan(mu)), "error_deg": error, "mohr_coulomb_deg": math.degrees(math.asin(min(1.0, sine))),
-        "fraction": float(fraction), "coordination": float(coordination), "strain": strain, "inertial": slow,
+        "mohr_coulomb_error_deg": sine_error, "fraction": float(fraction), "coordination": float(coordination), "strain": strain, "inertial": slow,
     }  # fmt: skip
 
 
@@ -114,13 +122,15 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
 
     ``angle_deg`` is the friction at its base while it comes to rest from a mean speed of ``FAST``, after it has flowed over ``FAR`` depths (a strain of
     some two): tan phi = (integral of g sin theta - change of v_x) / (integral of g cos theta + change of v_z), the balance of momentum of all that moves.
-    ``error_deg`` is its standard error from four parts of that time, ``duration`` [sqrt(d/g)].
+    ``mohr_coulomb_deg`` is that of the stresses of the contacts between 3 d and 3/4 of the depth over that time. Standard errors from four parts of
+    it, ``duration`` [sqrt(d/g)].
     """
     x, radius, held = _bed_on_a_base(seed, spread)
     slick = contact.model_copy(update={"shell": contact.shell.model_copy(update={"restitution": 0.3})})
     # the period along z is out of reach: the bed is open above
     cell = Cell(x, radius, np.array([WIDTH, WIDTH, 40.0 * DEPTH]), slick, STIFFNESS * 0.6 * DEPTH, held)
     cell.gravity[2] = -1.0
+    cell.slab[:] = 3.0, 0.75 * DEPTH
     cell.drag = 0.3  # the lattice is more than twice as high as the bed: without it the last grains would burst those at the base
     cell.run(int(50.0 / cell.dt))
     cell.set_law(contact)
@@ -130,13 +140,15 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
     rest = cell.run(int(5.0 / cell.dt))
     stretch = max(1, int(1.0 / cell.dt))
     angle, way, start, gone = begin, 1.0, math.nan, 0.0
-    slowing: list[tuple[float, float, float]] = []  # time, and impulses per mass down the slope and onto it, of the stretches of the measurement
+    # of the stretches of the measurement: time, impulses per mass down the slope and onto it, mean stresses times time
+    slowing: list[tuple[float, float, float, float, float, float]] = []
     before = _mean_velocity(cell)
     progress = Progress("tilt", 60.0)
     while True:
         angle += way * TURN * stretch * cell.dt
         cell.gravity[:] = math.sin(math.radians(angle)), 0.0, -math.cos(math.radians(angle))
-        flow = cell.run(stretch)["flow"]
+        mean = cell.run(stretch)
+        flow = mean["flow"]
         now, time = _mean_velocity(cell), stretch * cell.dt
         if cell.X[:, 2].min() < -1.0:
             raise Unsound("grains have fallen through the base of the tilted bed")
@@ -148,21 +160,29 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
         if way > 0.0 and flow > FAST and gone > FAR * DEPTH:
             way = -1.0
         if way < 0.0 and flow < FAST:
-            slowing.append((time, time * cell.gravity[0] - (now - before)[0], -time * cell.gravity[2] + (now - before)[2]))
+            impulse = time * cell.gravity - (now - before)
+            slowing.append((time, impulse[0], -impulse[2], mean["xx"] * time, mean["zz"] * time, mean["xz"] * time))
         before = now
         if way < 0.0 and flow < RESTS:
             break
         if not begin - 10.0 < angle < 60.0:
             raise Unsound(f"the tilted bed neither flows nor rests at {angle:.3g} deg")
     along = np.array(slowing)
-    parts = [math.degrees(math.atan(part[:, 1].sum() / part[:, 2].sum())) for part in np.array_split(along, 4) if len(part)]
-    found = math.degrees(math.atan(along[:, 1].sum() / along[:, 2].sum()))
+    parts = np.array([_angles(part) for part in np.array_split(along, 4) if len(part)])
+    found, principal = _angles(along)
+    errors = np.std(parts, axis=0, ddof=1) / math.sqrt(len(parts))
     inside = (cell.X[:, 2] > 3.0) & (cell.X[:, 2] < 0.75 * DEPTH)
     volume = float(np.sum(math.pi / 6.0 * (2.0 * cell.X[inside, 3]) ** 3)) / (WIDTH * WIDTH * (0.75 * DEPTH - 3.0))
     return {
-        "angle_deg": found, "error_deg": float(np.std(parts, ddof=1)) / math.sqrt(len(parts)), "start_deg": start, "stop_deg": angle,
-        "fraction": volume, "coordination": rest["coordination"], "duration": float(along[:, 0].sum()),
+        "angle_deg": found, "error_deg": float(errors[0]), "mohr_coulomb_deg": principal, "mohr_coulomb_error_deg": float(errors[1]),
+        "start_deg": start, "stop_deg": angle, "fraction": volume, "coordination": rest["coordination"], "duration": float(along[:, 0].sum()),
     }  # fmt: skip
+
+
+def _angles(stretches: np.ndarray) -> tuple[float, float]:
+    """Angle at the base and angle of the principal stresses [deg] of stretches of the tilted bed's slowing down."""
+    _, down, onto, xx, zz, xz = stretches.sum(axis=0)
+    return math.degrees(math.atan(down / onto)), math.degrees(math.asin(min(1.0, math.hypot(0.5 * (xx - zz), xz) / (0.5 * (xx + zz)))))
 
 
 def _bed_on_a_base(seed: int, spread: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -230,7 +250,7 @@ TRIAL = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
 
 
 def friction_for(angle_deg: float, contact: Contact, seeds: Sequence[int] = (1, 2)) -> tuple[float, float, float]:
-    """mu_s at which the solid grains of ``contact`` have the friction angle: (mu_s, angle by the fitted line, its standard error [deg]).
+    """mu_s at which the solid grains of ``contact`` have this Mohr-Coulomb angle: (mu_s, angle by the fitted line, its standard error [deg]).
 
     mu_s and not beta, because the angle goes on rising with mu_s while it saturates in beta. The two neighbouring trials that enclose the angle are measured
     with all ``seeds``; the line through their means gives mu_s. Raises ``InputError`` with the reachable range when no trial reaches the angle.
@@ -240,18 +260,18 @@ def friction_for(angle_deg: float, contact: Contact, seeds: Sequence[int] = (1, 
         return measure(with_friction(contact, friction), "shear", seed=seed)
 
     k = len(TRIAL) // 2
-    found = {k: look(TRIAL[k], seeds[0])["angle_deg"]}
+    found = {k: look(TRIAL[k], seeds[0])["mohr_coulomb_deg"]}
     step = 1 if found[k] < angle_deg else -1
     while (found[k] < angle_deg) == (step > 0):
         k += step
         if not 0 <= k < len(TRIAL):
             have, edge = found[k - step], "most" if step > 0 else "least"
             raise InputError(f"no friction gives an angle of {angle_deg:.3g} deg with shape {contact.shell.shape:g} ({edge}: {have:.3g} deg)")
-        found[k] = look(TRIAL[k], seeds[0])["angle_deg"]
+        found[k] = look(TRIAL[k], seeds[0])["mohr_coulomb_deg"]
     ends = sorted((TRIAL[k], TRIAL[k - step]))
     known = [[look(end, seed) for seed in seeds] for end in ends]
-    low, high = (float(np.mean([one["angle_deg"] for one in row])) for row in known)
-    errors = [math.sqrt(sum(one["error_deg"] ** 2 for one in row)) / len(row) for row in known]
+    low, high = (float(np.mean([one["mohr_coulomb_deg"] for one in row])) for row in known)
+    errors = [math.sqrt(sum(one["mohr_coulomb_error_deg"] ** 2 for one in row)) / len(row) for row in known]
     part = min(1.0, max(0.0, (angle_deg - low) / (high - low))) if high > low else 0.5
     return round(ends[0] + part * (ends[1] - ends[0]), 4), low + part * (high - low), math.hypot((1.0 - part) * errors[0], part * errors[1])
 
@@ -287,7 +307,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (InputError, Unsound) as reason:
         print(f"{parser.prog}: {reason}", file=sys.stderr)
         return reason.exit_code
-    print(f"friction {contact.shell.friction:g}, shape {contact.shell.shape:g}: {found['angle_deg']:.2f} +- {found['error_deg']:.2f} deg")
+    print(
+        f"friction {contact.shell.friction:g}, shape {contact.shell.shape:g}: {found['mohr_coulomb_deg']:.2f} +- {found['mohr_coulomb_error_deg']:.2f} deg "
+        f"(Mohr-Coulomb); slopes of {found['angle_deg']:.2f} +- {found['error_deg']:.2f} deg"
+    )
     print("\n".join(f"{name:18s}{value:10.4g}" for name, value in found.items()))
     return 0
 

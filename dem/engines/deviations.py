@@ -31,7 +31,7 @@ SENTENCES: dict[str, str] = {
     "ejecta_not_slowed": "returning ejecta are not slowed to what their contacts can stop: they may pass through the uppermost grains",
     "spin_not_damped": "the damped layer at the side damps velocities, not spins",
     "smooth_core": "the core pushes, but does not resist sliding and rolling on it",
-    "clamp_sliding": "sliding shortens the spring (clamp) although the case asks for reset",
+    "clamp_sliding": "sliding shortens the spring although the case asks for reset",
 }
 assert set(SENTENCES) == set(get_args(Deviation))
 

@@ -4,7 +4,7 @@
 here                       there
 =========================  =====================================================================================================
 normal_hooke               ``hooke k_n e_n`` with ``damping coeff_restitution``: the dashpot of every pair from its own masses
-tangential_spring, clamp   ``tangential linear_history k_t C_t/C_n mu``
+tangential_spring          ``tangential linear_history k_t C_t/C_n mu``
 rolling_sds                ``rolling sds``: k = k_n beta^2, gamma = C_n beta^2, mu = mu_r beta (scaled by R there)
 twisting_sds               ``twisting sds``: k = 2 k_t (beta R)^2, gamma = 2 C_t (beta R)^2, mu = mu_t mu beta R (not scaled there)
 walls                      ``fix wall/gran/region`` with the same law, one for each wall and group of like classes

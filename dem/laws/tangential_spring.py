@@ -8,12 +8,13 @@ grain 1. S turns with the contact: it is rotated about the normal with the mean 
 
 When the limit is reached the spring follows one of three rules, chosen by name:
 
-``clamp``  the force has the magnitude mu_s |F_n| and the spring is set to carry exactly that; the force is continuous and a slope keeps its
-           full static friction. The default. A slip so fast that the dashpot alone reaches the limit loads the spring at once with more than
-           its work, which does not vanish with the step: a falling heap of frictional grains gained 1e-3 of its energy in single steps.
-``cap``    the same force, but the spring is only ever shortened, to mu_s |F_n| / k_t when it is longer: as LIGGGHTS does, with the dashpot also under
-           the limit. A contact then never gains energy: the force is the projection of k_t S + C_t u_t onto the disc of the limit, in which
-           k_t S lies, so (F_t - k_t S) . u_t >= 0. LAMMPS instead lets the spring carry what the dashpot leaves of the limit.
+``cap``    the force has the magnitude mu_s |F_n| along k_t S + C_t u_t; the spring is only ever shortened, to mu_s |F_n| / k_t when it is longer: as
+           LIGGGHTS does, with the dashpot also under the limit. The default: slow slip carries the full static friction into rest, and a contact
+           never gains energy, for the force is the projection of k_t S + C_t u_t onto the disc of the limit, in which k_t S lies, so
+           (F_t - k_t S) . u_t >= 0. LAMMPS instead lets the spring carry what the dashpot leaves of the limit.
+``clamp``  the same force, and the spring is set to carry exactly that. A slip so fast that the dashpot alone reaches the limit loads the spring at once
+           with more than its work, which does not vanish with the step: a falling heap of frictional grains gained 1e-3 of its energy in single
+           steps.
 ``reset``  the spring is set to zero and the force is min(mu_s |F_n|, C_t |u_t|) along the slip: stick-slip, a weaker bed (pkdgrav).
 
 Source: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs 8-14; rule ``clamp``: Luding 2008, Granular Matter 10, 235.

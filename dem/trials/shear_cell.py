@@ -57,8 +57,8 @@ def neighbours(X, period, shift, skin, row, col):
 
 
 @kernel(fastmath=True)
-def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, F, stress):
-    """Forces of all pairs into ``F`` (n, 6); sums f_a b_b into ``stress`` (xx yy zz xz); returns contacts and the worst overlap."""
+def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, slab, F, stress):
+    """Forces of all pairs into ``F`` (n, 6); sums f_a b_b of those in ``slab`` into ``stress`` (xx yy zz xz); returns contacts and the worst overlap."""
     n = X.shape[0]
     F[:] = 0.0
     sxx, syy, szz, sxz, touching = 0.0, 0.0, 0.0, 0.0, 0
@@ -112,10 +112,12 @@ def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, F,
             tx -= fn * nx
             ty -= fn * ny
             tz -= fn * nz
-            sxx -= tx * bx
-            syy -= ty * by
-            szz -= tz * bz
-            sxz -= 0.5 * (tx * bz + tz * bx)
+            middle = X[i, 2] + 0.5 * bz
+            if slab[0] < middle < slab[1]:
+                sxx -= tx * bx
+                syy -= ty * by
+                szz -= tz * bz
+                sxz -= 0.5 * (tx * bz + tz * bx)
             cx, cy, cz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
             F[i, 0] += tx
             F[i, 1] += ty
@@ -134,10 +136,13 @@ def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, F,
 
 
 @kernel
-def _advance(steps, X, V, W, A, F, held, row, col, hist, table, period, clock, rate, pressure, response, gravity, drag, dt, rule, tail, skin, start, sums):
+def _advance(
+    steps, X, V, W, A, F, held, row, col, hist, table, period, clock, rate, pressure, response, gravity, drag, dt, rule, tail, skin, slab, start, sums,
+):  # fmt: skip
     """Up to ``steps`` steps, fewer when the list is used up; returns the steps done and the worst overlap.
 
-    ``clock``: slide of the images [d] and strain so far. ``held`` grains do not move. ``pressure`` 0: heights are kept.
+    ``clock``: slide of the images [d] and strain so far. ``held`` grains do not move. ``pressure`` 0: heights are kept. ``slab`` (2,): the heights
+    between which contacts count for the stress.
     """
     n = X.shape[0]
     stress = np.zeros(4)
@@ -158,9 +163,9 @@ def _advance(steps, X, V, W, A, F, held, row, col, hist, table, period, clock, r
             far = max(far, dx * dx + dy * dy + dz * dz)
         clock[0] += rate * period[2] * dt
         clock[1] += rate * dt
-        touching, overlap = _pairs(X, V, row, col, hist, table, period, clock[0], rate * period[2], dt, rule, tail, F, stress)
+        touching, overlap = _pairs(X, V, row, col, hist, table, period, clock[0], rate * period[2], dt, rule, tail, slab, F, stress)
         worst = max(worst, overlap)
-        volume = period[0] * period[1] * period[2]
+        volume = period[0] * period[1] * min(period[2], slab[1] - slab[0])
         kinetic, flow, mass = 0.0, 0.0, 0.0
         for i in range(n):
             if held[i]:
@@ -203,6 +208,7 @@ class Cell:
     """Grains in a periodic cell under one contact law.
 
     ``x`` (n, 3) positions, ``radius`` (n,), ``period`` (3,): z counts only where the images slide. ``stiffness``: k_n of a grain of mean size.
+    ``slab`` (2,): heights between which the stress is measured; everywhere at first.
     """
 
     def __init__(self, x: np.ndarray, radius: np.ndarray, period: np.ndarray, contact_law: Contact, stiffness: float, held: np.ndarray | None = None):
@@ -221,6 +227,7 @@ class Cell:
         self.start = self.X[:, :3].copy()
         self.rate, self.pressure, self.drag, self.gravity = 0.0, 0.0, 0.0, np.zeros(3)
         self.overlap_limit = 0.5
+        self.slab = np.array([-np.inf, np.inf])
         self._build()
 
     def set_law(self, contact_law: Contact) -> None:
@@ -249,7 +256,8 @@ class Cell:
         while left > 0:
             done, worst = _advance(
                 left, self.X, self.V, self.W, self.A, self.F, self.held, self.row, self.col, self.hist, self.table, self.period, self.clock, self.rate,
-                self.pressure, RESPONSE, self.gravity, self.drag, self.dt, RULES[self.law.sliding], self.law.attractive_tail, SKIN, self.start, sums,
+                self.pressure, RESPONSE, self.gravity, self.drag, self.dt, RULES[self.law.sliding], self.law.attractive_tail, SKIN, self.slab, self.start,
+                sums,
             )  # fmt: skip
             left -= done
             if worst > self.overlap_limit or not np.isfinite(self.X).all():

@@ -72,8 +72,8 @@ def test_thirty_degrees_hold_on_another_seed_and_by_tilt():
 
     friction, _, _ = friction_angle.friction_for(30.0, Contact())
     found = friction_angle.with_friction(Contact(), friction)
-    assert friction_angle.measure(found, "shear", seed=7)["angle_deg"] == pytest.approx(30.0, abs=1.0)
-    assert friction_angle.measure(found, "tilt", seed=1, begin=24.0)["angle_deg"] == pytest.approx(30.0, abs=1.0)
+    assert friction_angle.measure(found, "shear", seed=7)["mohr_coulomb_deg"] == pytest.approx(30.0, abs=1.0)
+    assert friction_angle.measure(found, "tilt", seed=1, begin=20.0)["mohr_coulomb_deg"] == pytest.approx(30.0, abs=1.0)
 
 
 @pytest.mark.validation

@@ -107,10 +107,10 @@ def test_energy_is_accounted_for():
     assert left + spent == pytest.approx(start, rel=0.01)
 
 
-def test_with_the_sliding_rule_cap_energy_never_grows():
-    """All grains frictional: the rule ``clamp`` gains up to 1e-3 of the energy in single steps here."""
+def test_energy_never_grows():
+    """All grains frictional, the default sliding rule (``clamp`` gains up to 1e-3 of the energy in single steps here)."""
     law = GrainLaw(friction=0.5, shape=0.5, restitution=0.5)
-    bed = assembly(cluster(fall=0.1), law, ocean=law, overlap_stop=1.5, sliding="cap")
+    bed = assembly(cluster(fall=0.1), law, ocean=law, overlap_stop=1.5)
     start, spent = sum(bed.energies().values()), 0.0
     for _ in range(500):
         bed.step()
