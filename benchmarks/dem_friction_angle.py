@@ -67,7 +67,7 @@ def tilt(out: Path) -> None:
     """The tilted bed at the friction that ``find`` found."""
     found = json.loads((out / "find.json").read_text())
     contact = law(found["friction"], found["shape"])
-    found["tilt"] = friction_angle.measure(contact, "tilt", seed=1, begin=WANTED - 6.0)
+    found["tilt"] = friction_angle.measure(contact, "tilt", seed=1, begin=WANTED - 10.0)
     print(json.dumps(found["tilt"], indent=1), flush=True)
     (out / "find.json").write_text(json.dumps(found, indent=1))
 
