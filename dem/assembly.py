@@ -421,6 +421,15 @@ class Assembly:
             self.returned[where] = 1
         self.state[where] = state
         self._rebuild()
+        if state == ACTIVE and self.scheme.offset:
+            self._begin_unloaded()
+
+    def _begin_unloaded(self) -> None:
+        """Offsets for pairs that overlap without ever having been in contact, so that their springs begin at zero."""
+        first = np.repeat(np.arange(len(self.row) - 1), np.diff(self.row))
+        overlap = self.X[first, 3] + self.X[self.col, 3] - np.linalg.norm(self.X[first, :3] - self.X[self.col, :3], axis=1)
+        fresh = (overlap > 0.0) & (self.hist[:, 7] == 0.0) & (self.hist[:, 8] == 0.0)
+        self.hist[fresh, 8] = -overlap[fresh]
 
     def static_contact(self, first: np.ndarray, second: np.ndarray, overlap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normal (tangent) stiffness [N/m] and normal force [N], cohesion included, of contacts at rest between the grains of these indices."""

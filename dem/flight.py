@@ -18,8 +18,8 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     """Move grains between the contact search, free flight and the books (at a full step).
 
     The *shell* is the highest touching grain or the top of the domain, whichever is higher, and two radii more: above it a grain without contact flies
-    ballistically (gravity only), and comes back into the search before it can reach the shell again. Booked are grains on an escape
-    orbit, grains that come down beside the domain, and grains that have gone through its side.
+    ballistically (gravity only), and comes back into the search before it can reach the shell again; two that fly through each other come back
+    when they are apart. Booked are grains on an escape orbit, grains that come down beside the domain, and grains that have gone through its side.
     """
     flat = isinstance(domain, Container)
     distance = bed.X[:, 2] if flat else np.linalg.norm(bed.X[:, :3], axis=1)
@@ -45,7 +45,7 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     beside |= flying & (distance < floor_level)
     back = flying & ~outside & ~outward & (distance < shell + reach)
     if back.any():
-        back &= ~_overlapping(bed, np.flatnonzero(back))
+        back &= _free(bed, np.flatnonzero(back), distance > shell)
     changed = np.where(aside, 1, 0) + np.where(launched, 2, 0) + np.where(gone, 3, 0) + np.where(beside, 4, 0) + np.where(back & ~beside, 5, 0)
     if not changed.any():
         return
@@ -56,18 +56,28 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
             bed.change_states(np.isin(bed.identity, wanted), state, reason)
 
 
-def _overlapping(bed: Assembly, candidates: np.ndarray) -> np.ndarray:
-    """Mask of the candidates that would be put into another grain by more than a tenth of the smaller radius."""
+def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarray:
+    """Mask of the candidates that can be put among the grains of the search: in none of these, nor in a candidate that was taken before.
+
+    What flies meets nothing, so that two may share a place; springs between them would throw them apart with an energy that nothing had given them. One that
+    has sunk below the shell (``above`` false) has no time left: its contacts begin unloaded where contacts have offsets
+    (``Assembly.change_states``); elsewhere it may overlap by a tenth of the smaller radius.
+    """
     from scipy.spatial import cKDTree
 
-    tree = cKDTree(bed.X[: bed.active, :3])
+    place, radius = bed.X[:, :3], bed.X[:, 3]
+    taken = np.arange(len(bed.X)) < bed.active
+    tree = cKDTree(np.concatenate([place[: bed.active], place[candidates]]))
+    index = np.concatenate([np.arange(bed.active), candidates])
+    largest = float(radius.max())
+    late = np.inf if bed.scheme.offset else 0.1
     mask = np.zeros(len(bed.X), dtype=bool)
-    largest = float(bed.X[:, 3].max())
     for i in candidates:
-        near = tree.query_ball_point(bed.X[i, :3], bed.X[i, 3] + largest)
-        if near:
-            gap = np.linalg.norm(bed.X[near, :3] - bed.X[i, :3], axis=1) - bed.X[near, 3] - bed.X[i, 3]
-            mask[i] = bool(np.any(-gap > 0.1 * np.minimum(bed.X[near, 3], bed.X[i, 3])))
+        near = index[tree.query_ball_point(place[i], radius[i] + largest)]
+        near = near[taken[near] & (near != i)]
+        overlap = radius[near] + radius[i] - np.linalg.norm(place[near] - place[i], axis=1)
+        allowed = 0.0 if above[i] else late
+        mask[i] = taken[i] = not np.any(overlap > allowed * np.minimum(radius[near], radius[i]))
     return mask
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from dem import following_stiffness, sleeping
-from dem.assembly import Assembly
+from dem import flight, following_stiffness, sleeping
+from dem.assembly import ACTIVE, BALLISTIC, Assembly
 from dem.contact_settings import Contact, GrainLaw
 from dem.gravity import Field
 from dem.walls import PLANE, Wall
@@ -197,3 +197,32 @@ def test_what_cannot_soften_is_refused():
     for contact in (hertz, sjkr):
         with pytest.raises(InputError, match="changes in the run"):
             Assembly(grains([[0, 0, 0]]), contact, offset=True)
+
+
+def test_two_that_flew_through_each_other_come_back_without_a_kick():
+    """Both in one place, above a third on the floor: apart they may come back at once, in one place one waits; in the search their springs begin at zero."""
+    x = np.array([[4.0, 4.0, 1.0], [4.0, 4.0, 6.0], [4.5, 4.0, 7.0]])
+    start = grains(x, np.ones(3), velocity=np.array([[0, 0, 0], [0, 0, -1.0], [0, 0, -1.1]]), mass=np.ones(3), stiffness=np.full(3, 2e4))
+    start["state"] = np.array([ACTIVE, BALLISTIC, BALLISTIC])
+    bed = Assembly(start, LAW, BOX, DOWN, offset=True)
+    above = np.ones(3, dtype=bool)
+    flying = np.flatnonzero(bed.state == BALLISTIC)
+    assert flight._free(bed, flying, above).sum() == 1
+    assert flight._free(bed, flying, ~above).sum() == 2
+    bed.change_states(bed.state == BALLISTIC, ACTIVE)
+    assert bed.active == 3
+    total, largest = balance(bed), 0.0
+    for _ in range(3000):
+        bed.step()
+        largest = max(largest, balance(bed) - total)
+    assert largest < 1e-3 and balance(bed) == pytest.approx(total, abs=0.05)
+    assert np.abs(bed.velocity).max() < 4.0
+
+
+def test_without_offsets_what_comes_back_overlaps_nothing():
+    x = np.array([[4.0, 4.0, 1.0], [4.0, 4.0, 2.5], [4.0, 6.5, 1.0]])
+    start = grains(x, np.ones(3), mass=np.ones(3), stiffness=np.full(3, 2e4))
+    start["state"] = np.array([ACTIVE, BALLISTIC, BALLISTIC])
+    bed = Assembly(start, LAW, BOX, DOWN)
+    free = flight._free(bed, np.flatnonzero(bed.state == BALLISTIC), np.zeros(3, dtype=bool))
+    assert bed.identity[free].tolist() == [2]
