@@ -104,6 +104,7 @@ class Assembly:
         # factor of k_n against its start, and energy that changes of it put in [J]
         self.softness, self.stiffness_energy = 1.0, 0.0
         self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
+        self.first = np.zeros(0, dtype=np.int32)
         self.hist = np.zeros((0, self.scheme.history))
         self.mean_radius = float(grains.radius.mean())
         self.dt = dt if dt is not None else contact.time_step(grains, self.gravity)
@@ -134,6 +135,7 @@ class Assembly:
         self._pair_report = np.zeros((c, forces.REPORT))
         self._kick_report = np.zeros((c, integrator.REPORT))
         self._last = np.zeros(c, dtype=np.int64)
+        self._todo = np.zeros(0, dtype=np.int64)
 
     def renew(self) -> None:
         """Sort, list and evaluate anew after places and velocities were set from outside: contacts begin unloaded."""
@@ -146,8 +148,7 @@ class Assembly:
         return self._rows_of(np.flatnonzero(self.hist[:, 7] != 0.0))
 
     def _rows_of(self, where: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        first = np.repeat(np.arange(len(self.row) - 1), np.diff(self.row))[where]
-        return first, self.col[where].astype(np.int64), self.hist[where]
+        return self.first[where].astype(np.int64), self.col[where].astype(np.int64), self.hist[where]
 
     def _rebuild(self, known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None) -> None:
         """Sort the grains by cell and build the list; ``known`` contacts replace those of the present list."""
@@ -173,6 +174,7 @@ class Assembly:
             self.row, self.col = size_levels.build(self.X[:active], self.skin, room)
         else:
             self.row, self.col = contacts.build(self.X[:active], cells, self.skin, room)
+        self.first = contacts.first_of(self.row)
         self.hist = np.zeros((len(self.col), self.scheme.history))
         first, second = new_index[first], new_index[second]
         here = (first < active) & (second < active)
@@ -202,13 +204,15 @@ class Assembly:
         self.skin = max(self.skin, 2.0 * offset)
 
     def _cut(self) -> None:
-        """Chunks of rows with about equal numbers of list entries to evaluate."""
+        """Chunks of rows with about equal numbers of list entries to evaluate (with sleepers: those ``_todo``)."""
         work = self.row[1:]
         if self.scheme.sleep:
             work = np.cumsum(np.where(self.live[: self.active] != 0, np.diff(self.row), 0))
+            self._todo = np.flatnonzero(self.live[self.first])
         goals = np.linspace(0, work[-1] if len(work) else 0, self.threads + 1)[1:-1]
         inner = np.searchsorted(work, goals)
         self._ends = np.concatenate([[0], inner, [self.active]]).astype(np.int64)
+        self._entry_ends = np.concatenate([[0], work])[self._ends].astype(np.int64)
         moving_ends = self._ends.copy()
         moving_ends[-1] = self.moving
         self._moving_ends = moving_ends
@@ -272,6 +276,7 @@ class Assembly:
         if self.scheme.sleep:
             self.live[:] = 1
             self.full_pass = True
+            self._cut()
 
     def wall_overlaps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Grain, wall and overlap [m], offset included, of every contact with a wall."""
@@ -292,7 +297,8 @@ class Assembly:
 
     def _pairs(self, c: int, dt: float, over_speed: float) -> None:
         self._last[c] = self._pair_loop(
-            self._ends[c], self._ends[c + 1], self.X, self.V, self.kind, self.returned, self.row, self.col, self.hist, self.pair_table, dt,
+            self._ends[c], self._ends[c + 1], self._entry_ends[c], self._entry_ends[c + 1], self.X, self.V, self.kind, self.returned,
+            self.first, self.col, self._todo, self.hist, self.pair_table, dt,
             self.contact.attractive_tail, over_speed, self.contact.overlap_warn, self.F, self._spill[c],
             self._pair_report[c], self.live, self.row_energy,
         )  # fmt: skip
@@ -510,6 +516,7 @@ class Assembly:
             setattr(self, name, np.ascontiguousarray(arrays[name]))
         for name in _SCALARS:
             setattr(self, name, scalars[name])
+        self.first = contacts.first_of(self.row)
         self._near_walls()
         self._workspace()
         self._cut()

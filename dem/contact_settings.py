@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from dem.forces import HERTZ, HOOKE, NO_COHESION, SJKR, ZHANG, Scheme
+from dem.forces import HERTZ, HOOKE, NO_COHESION, PAIR_COLUMNS, SJKR, ZHANG, Scheme
 from dem.gravity import Field as Gravity
 from dem.laws import cohesion_sjkr, cohesion_zhang, normal_hertz, normal_hooke, rolling_sds, tangential_mindlin, tangential_spring, twisting_sds
 from dem.walls import Wall
@@ -21,7 +21,7 @@ SPECIES = ("shell", "ocean")
 
 # columns of the pair table that the force kernel reads: 7 is E* [Pa], 8 the strength of cohesion [Pa]
 DAMPING_N, DAMPING_T, FRICTION, SHAPE, ROLLING, TWISTING, RATIO, MODULUS, COHESION = range(9)
-COLUMNS = 9
+COLUMNS = PAIR_COLUMNS
 
 Fraction = Annotated[float, Field(gt=0.0, le=1.0)]
 

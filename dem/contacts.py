@@ -70,6 +70,11 @@ def half_list(X, index, start, shape, skin, row, col):
     return found
 
 
+def first_of(row: np.ndarray) -> np.ndarray:
+    """The first grain of each entry of a list (the second stands in ``col``)."""
+    return np.repeat(np.arange(len(row) - 1, dtype=np.int32), np.diff(row))
+
+
 @kernel
 def carry(first, second, history, row, col, hist):
     """Put the history of the contacts (first, second) into the new list; the sign of vectors follows the order of the pair.

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dem.laws import cohesion_sjkr, cohesion_zhang, normal_hertz, normal_hooke, rolling_sds, tangential_mindlin, tangential_spring, twisting_sds
+from matter.gather import LANES, add_rows, put_rows, take_row_pairs, take_rows
 from matter.jit import kernel, law
 
 _hooke = normal_hooke.force
@@ -59,8 +60,8 @@ class Scheme(NamedTuple):
         return 9 if self.mindlin or self.offset else 8
 
 
-# columns of the history that every scheme has
-HISTORY = 8
+# columns of the history that every scheme has, and of the table of pairs of species
+HISTORY, PAIR_COLUMNS = 8, 9
 
 # what a chunk reports of a step
 ELASTIC, DISSIPATED, EXCESS, CONTACTS, OVERLAP, OVERLAP_I, OVERLAP_J, OVER_WARN = range(8)
@@ -113,15 +114,17 @@ def contact(
     nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, k, reduced, radius, table, h, dt, tail, over_speed, pull, bound,
     rule, normal, mindlin,
 ):  # fmt: skip
-    """One contact over one step: forces and moments on the first body, and the history brought up to date in ``h`` (8,).
+    """One contact over one step: forces and moments on the first body, and the history as it is after the step.
 
     ``u`` slip velocity in the contact plane, ``un`` separation speed, ``r`` rolling rate, ``twist_rate`` and ``spin`` the relative and
     the mean spin about n; ``k`` k_n (Hertz: the tangent stiffness), ``reduced`` mass, ``radius`` R, ``table`` the pair's row of
-    ``Contact.pair_table``; ``over_speed`` closing speed above which the excess is taken out by a further dashpot (0: none); ``pull`` [N] and
-    ``bound`` [J] force and energy of cohesion; ``rule`` (sliding), ``normal`` and ``mindlin`` as in ``Scheme``.
-    Returns (F_n, F_t x y z, M x y z, elastic energy, dissipated energy, excess energy): F_n pushes apart, F_t and M act on the first.
+    ``Contact.pair_table``, ``h`` that of the history (both rows of arrays or tuples; read only); ``over_speed`` closing speed above which the
+    excess is taken out by a further dashpot (0: none); ``pull`` [N] and ``bound`` [J] force and energy of cohesion; ``rule`` (sliding),
+    ``normal`` and ``mindlin`` as in ``Scheme``.
+    Returns (F_n, F_t x y z, M x y z, elastic energy, dissipated energy, excess energy, columns 0-7 of the history): F_n pushes apart, F_t and M act
+    on the first. With ``mindlin`` and friction the springs are now laid down for ``k``.
     """
-    share, span, h[7] = edge_of_contact(overlap, un, h[7], dt)
+    share, span, flag = edge_of_contact(overlap, un, h[7], dt)
     root = np.sqrt(k * reduced) * share
     damping = table[0] * root
     if normal == HERTZ:
@@ -134,17 +137,18 @@ def contact(
         stored = 0.5 * k * overlap * overlap
     excess = 0.0
     mu = table[2]
+    sx, sy, sz, ax, ay, az, phi = h[0], h[1], h[2], h[3], h[4], h[5], h[6]
+    tx, ty, tz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if mu > 0.0:
         load = abs(fn)
         kt = k * table[6]
         ct = table[1] * root
         turn = spin * dt
-        sx, sy, sz = turned(h[0], h[1], h[2], nx, ny, nz, turn)
+        sx, sy, sz = turned(sx, sy, sz, nx, ny, nz, turn)
         # springs of changing stiffness: ``kept`` of each stays, ``old`` turns the new stiffness into the one it was laid down for
         kept, old = 1.0, 1.0
         if mindlin != 0:
             kept, old = _kept(k, h[8], mindlin), h[8] / k
-            h[8] = k
         before = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
         if mindlin != 0:
             before *= old
@@ -152,17 +156,13 @@ def contact(
             sy *= kept
             sz *= kept
         tx, ty, tz, sx, sy, sz = _tangential(sx + ux * span, sy + uy * span, sz + uz * span, ux, uy, uz, kt, ct, mu * load, rule)
-        h[0] = sx
-        h[1] = sy
-        h[2] = sz
         after = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
         spent += (tx * ux + ty * uy + tz * uz) * dt - (after - before)
         stored += after
-        mx, my, mz = 0.0, 0.0, 0.0
         arm = table[3] * radius
         if arm > 0.0:
             if table[4] > 0.0:
-                ax, ay, az = turned(h[3], h[4], h[5], nx, ny, nz, turn)
+                ax, ay, az = turned(ax, ay, az, nx, ny, nz, turn)
                 kr = k * arm * arm
                 before = 0.5 * kr * (ax * ax + ay * ay + az * az)
                 if mindlin != 0:
@@ -173,27 +173,22 @@ def contact(
                 mx, my, mz, ax, ay, az = _rolling(
                     ax + rx * span, ay + ry * span, az + rz * span, rx, ry, rz, kr, damping * arm * arm, table[4] * arm * load, rule
                 )
-                h[3] = ax
-                h[4] = ay
-                h[5] = az
                 after = 0.5 * kr * (ax * ax + ay * ay + az * az)
                 spent += (mx * rx + my * ry + mz * rz) * dt - (after - before)
                 stored += after
             if table[5] > 0.0:
                 kq = 2.0 * kt * arm * arm
-                before = 0.5 * kq * h[6] * h[6]
+                before = 0.5 * kq * phi * phi
                 if mindlin != 0:
                     before *= old
-                    h[6] *= kept
-                mt, h[6] = _twisting(h[6] + twist_rate * span, twist_rate, kq, 2.0 * ct * arm * arm, table[5] * mu * arm * load, rule)
-                after = 0.5 * kq * h[6] * h[6]
+                    phi *= kept
+                mt, phi = _twisting(phi + twist_rate * span, twist_rate, kq, 2.0 * ct * arm * arm, table[5] * mu * arm * load, rule)
+                after = 0.5 * kq * phi * phi
                 spent += mt * twist_rate * dt - (after - before)
                 stored += after
                 mx += mt * nx
                 my += mt * ny
                 mz += mt * nz
-    else:
-        tx, ty, tz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if over_speed > 0.0 and -un > over_speed:
         # twice the step as the time constant: the excess is gone within a few steps, and no step can reverse it
         push = reduced * (-un - over_speed) / (2.0 * dt)
@@ -203,7 +198,16 @@ def contact(
         # its jump at the edges of the contact weighs like that of the dashpots
         fn -= pull * share
         stored -= bound
-    return fn, tx, ty, tz, mx, my, mz, stored, spent, excess
+    return fn, tx, ty, tz, mx, my, mz, stored, spent, excess, (sx, sy, sz, ax, ay, az, phi, flag)
+
+
+@law(forceinline=True)
+def keep(row, h, k, table, mindlin):
+    """Write the history ``h`` that ``contact`` returned into its row; arguments as there."""
+    for c in range(8):
+        row[c] = h[c]
+    if mindlin != 0 and table[2] > 0.0:
+        row[8] = k
 
 
 @law
@@ -217,146 +221,240 @@ def released(h, k, radius, table, mindlin):
     return 0.5 * (sliding + kr * (h[3] * h[3] + h[4] * h[4] + h[5] * h[5]) + 2.0 * kt * arm * arm * h[6] * h[6])
 
 
+# a block of contacts is worked on at once, as columns of a scratch table that stays in the nearest cache
+BLOCK = 64
+# columns of the scratch: places and radii of both grains (8), V of the first (8) and of the second (8), history (9), pair table, limit on the closing speed
+_ONE, _TWO, _HISTORY, _EIGHTH = 8, 16, 24, 32
+_TABLE = 33
+_FAST = _TABLE + PAIR_COLUMNS
+_WIDTH = _FAST + 1
+# and of what comes out, in the place of what went in: force and moment on the first, elastic energy, overlap over the smaller radius;
+# force and moment on the second, dissipated, excess
+_ON_ONE, _STORED, _RATIO = 0, 6, 7
+_ON_TWO, _SPENT, _EXCESS = 8, 14, 15
+
+
 @functools.cache
 def pair_loop(scheme: Scheme) -> Any:
     """The compiled loop for one scheme: ``pair_forces``."""
     normal, mindlin, cohesion, rule = scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding
     offset, sleep = scheme.offset, scheme.sleep
 
+    @kernel(fastmath=True, forceinline=True)
+    def apply_laws(count, s, dt, tail):
+        """The laws on ``count`` contacts in the columns of ``s``."""
+        for k in range(count):
+            nx, ny, nz = s[4, k] - s[0, k], s[5, k] - s[1, k], s[6, k] - s[2, k]
+            ri, rj = s[3, k], s[7, k]
+            wxi, wyi, wzi = s[_ONE + 3, k], s[_ONE + 4, k], s[_ONE + 5, k]
+            wxj, wyj, wzj = s[_TWO + 3, k], s[_TWO + 4, k], s[_TWO + 5, k]
+            mi, mj = s[_ONE + 6, k], s[_TWO + 6, k]
+            d2 = nx * nx + ny * ny + nz * nz
+            d = np.sqrt(d2)
+            q = 1.0 / d
+            nx *= q
+            ny *= q
+            nz *= q
+            touch = ri + rj
+            if offset != 0:
+                touch += s[_EIGHTH, k]
+            overlap = touch - d
+            l1 = 0.5 * (d + (ri * ri - rj * rj) * q)
+            l2 = d - l1
+            ax, ay, az = l1 * wxi + l2 * wxj, l1 * wyi + l2 * wyj, l1 * wzi + l2 * wzj
+            ux = s[_TWO, k] - s[_ONE, k] - (ay * nz - az * ny)
+            uy = s[_TWO + 1, k] - s[_ONE + 1, k] - (az * nx - ax * nz)
+            uz = s[_TWO + 2, k] - s[_ONE + 2, k] - (ax * ny - ay * nx)
+            un = ux * nx + uy * ny + uz * nz
+            ux -= un * nx
+            uy -= un * ny
+            uz -= un * nz
+            px, py, pz = wxj - wxi, wyj - wyi, wzj - wzi
+            twist = px * nx + py * ny + pz * nz
+            spin = 0.5 * ((wxi + wxj) * nx + (wyi + wyj) * ny + (wzi + wzj) * nz)
+            lean = 0.5 * (l2 - l1) / (l1 * l2)
+            rx = px - twist * nx + lean * (ny * uz - nz * uy)
+            ry = py - twist * ny + lean * (nz * ux - nx * uz)
+            rz = pz - twist * nz + lean * (nx * uy - ny * ux)
+            k_n = min(s[_ONE + 7, k], s[_TWO + 7, k])
+            both = 1.0 / ((mi + mj) * (ri + rj))  # one division for two
+            reduced, radius = mi * mj * (ri + rj) * both, ri * rj * (mi + mj) * both
+            if normal == HERTZ:
+                k_n = 2.0 * s[_TABLE + 7, k] * np.sqrt(radius * overlap)
+            pull, bound = 0.0, 0.0
+            if cohesion == ZHANG:
+                pull = _zhang(s[_TABLE + 8, k], s[_TABLE + 3, k], radius)
+                bound = pull * overlap
+            elif cohesion == SJKR:
+                pull = s[_TABLE + 8, k] * _sjkr_area(overlap, ri, rj)
+                bound = s[_TABLE + 8, k] * _sjkr_volume(overlap, ri, rj)
+            table = (
+                s[_TABLE, k], s[_TABLE + 1, k], s[_TABLE + 2, k], s[_TABLE + 3, k], s[_TABLE + 4, k], s[_TABLE + 5, k], s[_TABLE + 6, k],
+            )  # fmt: skip
+            h = (
+                s[_HISTORY, k], s[_HISTORY + 1, k], s[_HISTORY + 2, k], s[_HISTORY + 3, k], s[_HISTORY + 4, k], s[_HISTORY + 5, k],
+                s[_HISTORY + 6, k], s[_HISTORY + 7, k], s[_EIGHTH, k],
+            )  # fmt: skip
+            limit = s[_FAST, k]
+            fn, tx, ty, tz, mx, my, mz, stored, spent, beyond, h = contact(
+                nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist, spin, k_n, reduced, radius,
+                table, h, dt, tail, max(limit, 0.0), pull, bound, rule, normal, mindlin,
+            )  # fmt: skip
+            tx -= fn * nx
+            ty -= fn * ny
+            tz -= fn * nz
+            cx, cy, cz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
+            s[_ON_ONE, k], s[_ON_ONE + 1, k], s[_ON_ONE + 2, k] = tx, ty, tz
+            s[_ON_ONE + 3, k], s[_ON_ONE + 4, k], s[_ON_ONE + 5, k] = l1 * cx + mx, l1 * cy + my, l1 * cz + mz
+            s[_ON_TWO, k], s[_ON_TWO + 1, k], s[_ON_TWO + 2, k] = -tx, -ty, -tz
+            s[_ON_TWO + 3, k], s[_ON_TWO + 4, k], s[_ON_TWO + 5, k] = l2 * cx - mx, l2 * cy - my, l2 * cz - mz
+            s[_STORED, k], s[_SPENT, k], s[_EXCESS, k] = stored, spent, beyond
+            s[_RATIO, k] = overlap / min(ri, rj) if limit < 0.0 else 0.0
+            s[_HISTORY, k], s[_HISTORY + 1, k], s[_HISTORY + 2, k], s[_HISTORY + 3, k] = h[0], h[1], h[2], h[3]
+            s[_HISTORY + 4, k], s[_HISTORY + 5, k], s[_HISTORY + 6, k], s[_HISTORY + 7, k] = h[4], h[5], h[6], h[7]
+            if mindlin != 0 and table[2] > 0.0:
+                s[_EIGHTH, k] = k_n
+
     @kernel(fastmath=True)
-    def pair_forces(lo, hi, X, V, kind, returned, row, col, hist, table, dt, tail, over_speed, warn, F, spill, report, live, row_energy):
-        """Forces and torques of all pairs whose first grain lies in rows ``lo <= i < hi``.
+    def part(i, j, e, X, V, kind, hist, table):
+        """Clear the history of a pair that does not touch; the energy that its springs lose."""
+        ri, rj = X[i, 3], X[j, 3]
+        lost = 0.0
+        if hist[e, 7] != 0.0:
+            lost = released(hist[e], min(V[i, 7], V[j, 7]), ri * rj / (ri + rj), table[kind[i], kind[j]], mindlin)
+            for c in range(8):
+                hist[e, c] = 0.0
+            if mindlin != 0 or (offset != 0 and hist[e, 8] > 0.0):
+                hist[e, 8] = 0.0
+        if offset != 0 and hist[e, 8] < 0.0:
+            x, y, z = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
+            if x * x + y * y + z * z >= (ri + rj) * (ri + rj):
+                hist[e, 8] = 0.0
+        return lost
+
+    @kernel(fastmath=True)
+    def pair_forces(
+        lo, hi, begin, end, X, V, kind, returned, first, col, todo, hist, table, dt, tail, over_speed, warn, F, spill, report, live, row_energy,
+    ):  # fmt: skip
+        """Forces and torques of all pairs whose first grain lies in rows ``lo <= i < hi``: entries ``begin`` to ``end`` of the list.
 
         ``X`` (n, 4) positions and radii; ``V`` (n, 8) predicted velocities, spins, mass, k_n; ``kind`` species; ``returned`` 1 for grains
-        that have been ballistic; ``row``/``col`` the list; ``hist`` (m, columns); ``table`` (s, s, columns). ``over_speed`` is the limit on the closing
+        that have been ballistic; ``first``/``col`` the list; ``hist`` (m, columns); ``table`` (s, s, columns). ``over_speed`` is the limit on the closing
         speed of a returned grain over the contact wave speed. ``F`` (n, 6): rows lo..hi are set here;
         contributions to grains at and beyond ``hi`` go to ``spill`` (n, 6), of which rows from ``hi`` on must be zero. ``report`` (REPORT,).
-        ``live`` (n) rows to evaluate and ``row_energy`` (n, 2) elastic energy and contacts of each row when it last was (``sleep`` only).
+        With ``sleep``: ``begin`` to ``end`` count in ``todo``, the entries of ``live`` rows; ``live`` (n) rows to evaluate and ``row_energy`` (n, 2) elastic
+        energy and contacts of each row when it last was.
         Returns the highest grain index that was written, so that only that part of the spill need be added.
         """
+        s = np.empty((_WIDTH, BLOCK))
+        entry, one, two, apart = np.empty(BLOCK, np.int64), np.empty(BLOCK, np.int64), np.empty(BLOCK, np.int64), np.empty(BLOCK, np.int64)
+        for k in range(BLOCK):
+            s[_EIGHTH, k] = 0.0
+            for c in range(PAIR_COLUMNS):
+                s[_TABLE + c, k] = table[0, 0, c]
         for i in range(lo, hi):
             for c in range(6):
                 F[i, c] = 0.0
+            if sleep != 0 and live[i] != 0:
+                row_energy[i, 0], row_energy[i, 1] = 0.0, 0.0
         elastic, dissipated, excess = 0.0, 0.0, 0.0
         contacts, over, last = 0, 0, hi - 1
         worst, worst_i, worst_j = 0.0, -1, -1
-        for i in range(lo, hi):
-            if sleep != 0:
-                if live[i] == 0:
-                    elastic += row_energy[i, 0]
-                    contacts += int(row_energy[i, 1])
-                    continue
-                elastic_before, contacts_before = elastic, contacts
-            xi, yi, zi, ri = X[i, 0], X[i, 1], X[i, 2], X[i, 3]
-            vxi, vyi, vzi, mi, ki = V[i, 0], V[i, 1], V[i, 2], V[i, 6], V[i, 7]
-            wxi, wyi, wzi = V[i, 3], V[i, 4], V[i, 5]
-            fx, fy, fz, gx, gy, gz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for e in range(row[i], row[i + 1]):
-                j = col[e]
-                nx, ny, nz = X[j, 0] - xi, X[j, 1] - yi, X[j, 2] - zi
-                rj = X[j, 3]
-                d2 = nx * nx + ny * ny + nz * nz
-                touch = ri + rj
-                if offset != 0:
-                    touch += hist[e, 8]
-                if d2 >= touch * touch:
-                    if hist[e, 7] != 0.0:
-                        dissipated += released(hist[e], min(ki, V[j, 7]), ri * rj / (ri + rj), table[kind[i], kind[j]], mindlin)
-                        for c in range(8):
-                            hist[e, c] = 0.0
-                        if mindlin != 0 or (offset != 0 and hist[e, 8] > 0.0):
-                            hist[e, 8] = 0.0
-                    if offset != 0 and hist[e, 8] < 0.0 and d2 >= (ri + rj) * (ri + rj):
-                        hist[e, 8] = 0.0
-                    continue
-                d = np.sqrt(d2)
-                q = 1.0 / d
-                nx *= q
-                ny *= q
-                nz *= q
-                overlap = touch - d
-                l1 = 0.5 * (d + (ri * ri - rj * rj) * q)
-                l2 = d - l1
-                wxj, wyj, wzj = V[j, 3], V[j, 4], V[j, 5]
-                ax, ay, az = l1 * wxi + l2 * wxj, l1 * wyi + l2 * wyj, l1 * wzi + l2 * wzj
-                ux = V[j, 0] - vxi - (ay * nz - az * ny)
-                uy = V[j, 1] - vyi - (az * nx - ax * nz)
-                uz = V[j, 2] - vzi - (ax * ny - ay * nx)
-                un = ux * nx + uy * ny + uz * nz
-                ux -= un * nx
-                uy -= un * ny
-                uz -= un * nz
-                px, py, pz = wxj - wxi, wyj - wyi, wzj - wzi
-                twist = px * nx + py * ny + pz * nz
-                spin = 0.5 * ((wxi + wxj) * nx + (wyi + wyj) * ny + (wzi + wzj) * nz)
-                s = 0.5 * (l2 - l1) / (l1 * l2)
-                rx = px - twist * nx + s * (ny * uz - nz * uy)
-                ry = py - twist * ny + s * (nz * ux - nx * uz)
-                rz = pz - twist * nz + s * (nx * uy - ny * ux)
-                mj = V[j, 6]
-                k = min(ki, V[j, 7])
-                reduced = mi * mj / (mi + mj)
-                fast = 0.0
+        at = begin
+        while at < end:
+            m = 0
+            while at < end and m <= BLOCK - LANES:
+                parted = 0
+                stop = min(end, at + BLOCK - m)
+                for p in range(at, stop):
+                    e = todo[p] if sleep != 0 else p
+                    i, j = first[e], col[e]
+                    x, y, z = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
+                    touch = X[i, 3] + X[j, 3]
+                    known = hist[e, 7] != 0.0
+                    if offset != 0:
+                        touch += hist[e, 8]
+                        known = known or hist[e, 8] != 0.0
+                    entry[m], one[m], two[m] = e, i, j
+                    apart[parted] = e
+                    near = x * x + y * y + z * z < touch * touch
+                    m += near
+                    parted += known and not near
+                at = stop
+                for p in range(parted):
+                    e = apart[p]
+                    dissipated += part(first[e], col[e], e, X, V, kind, hist, table)
+            if m == 0:
+                continue
+            filled = (m + LANES - 1) // LANES * LANES  # filled up with the last contact: evaluated, not counted
+            for k in range(m, filled):
+                entry[k], one[k], two[k] = entry[m - 1], one[m - 1], two[m - 1]
+            for k in range(0, filled, LANES):
+                take_row_pairs(X, one, two, k, s, 0)
+                take_rows(V, one, k, s, _ONE)
+                take_rows(V, two, k, s, _TWO)
+                take_rows(hist, entry, k, s, _HISTORY)
+            for k in range(filled):
+                i, j = one[k], two[k]
+                s[_FAST, k] = -1.0
                 if returned[i] + returned[j] > 0:
-                    fast = over_speed * (ri + rj) * np.sqrt(0.5 * k / reduced)
-                else:
-                    ratio = overlap / min(ri, rj)
-                    if ratio > worst:
-                        worst, worst_i, worst_j = ratio, i, j
-                    if ratio > warn:
+                    mi, mj = V[i, 6], V[j, 6]
+                    s[_FAST, k] = over_speed * (X[i, 3] + X[j, 3]) * np.sqrt(0.5 * min(V[i, 7], V[j, 7]) * (mi + mj) / (mi * mj))
+                if mindlin != 0 or offset != 0:
+                    s[_EIGHTH, k] = hist[entry[k], 8]
+            if table.shape[0] > 1:
+                for k in range(filled):
+                    for c in range(PAIR_COLUMNS):
+                        s[_TABLE + c, k] = table[kind[one[k]], kind[two[k]], c]
+            apply_laws(filled, s, dt, tail)
+            contacts += m
+            largest, furthest = 0.0, 0
+            for k in range(m):
+                elastic += s[_STORED, k]
+                dissipated += s[_SPENT, k]
+                excess += s[_EXCESS, k]
+            for k in range(m):
+                largest = max(largest, s[_RATIO, k])
+                furthest = max(furthest, two[k])
+            if largest > min(worst, warn):
+                for k in range(m):
+                    if s[_RATIO, k] > worst:
+                        worst, worst_i, worst_j = s[_RATIO, k], one[k], two[k]
+                    if s[_RATIO, k] > warn:
                         over += 1
-                radius = ri * rj / (ri + rj)
-                if normal == HERTZ:
-                    k = 2.0 * table[kind[i], kind[j], 7] * np.sqrt(radius * overlap)
-                pull, bound = 0.0, 0.0
-                if cohesion == ZHANG:
-                    pull = _zhang(table[kind[i], kind[j], 8], table[kind[i], kind[j], 3], radius)
-                    bound = pull * overlap
-                elif cohesion == SJKR:
-                    pull = table[kind[i], kind[j], 8] * _sjkr_area(overlap, ri, rj)
-                    bound = table[kind[i], kind[j], 8] * _sjkr_volume(overlap, ri, rj)
-                fn, tx, ty, tz, mx, my, mz, stored, spent, beyond = contact(
-                    nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist, spin, k, reduced, radius,
-                    table[kind[i], kind[j]], hist[e], dt, tail, fast, pull, bound, rule, normal, mindlin,
-                )  # fmt: skip
-                contacts += 1
-                elastic += stored
-                dissipated += spent
-                excess += beyond
-                tx -= fn * nx
-                ty -= fn * ny
-                tz -= fn * nz
-                cx, cy, cz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
-                fx += tx
-                fy += ty
-                fz += tz
-                gx += l1 * cx + mx
-                gy += l1 * cy + my
-                gz += l1 * cz + mz
-                if j < hi:
-                    F[j, 0] -= tx
-                    F[j, 1] -= ty
-                    F[j, 2] -= tz
-                    F[j, 3] += l2 * cx - mx
-                    F[j, 4] += l2 * cy - my
-                    F[j, 5] += l2 * cz - mz
-                else:
-                    spill[j, 0] -= tx
-                    spill[j, 1] -= ty
-                    spill[j, 2] -= tz
-                    spill[j, 3] += l2 * cx - mx
-                    spill[j, 4] += l2 * cy - my
-                    spill[j, 5] += l2 * cz - mz
-                    last = max(last, j)
-            F[i, 0] += fx
-            F[i, 1] += fy
-            F[i, 2] += fz
-            F[i, 3] += gx
-            F[i, 4] += gy
-            F[i, 5] += gz
+            whole = m // LANES * LANES
+            if furthest >= hi:
+                whole = 0
+                last = max(last, furthest)
+            for k in range(0, m // LANES * LANES, LANES):
+                put_rows(s, _HISTORY, k, entry, hist)
+            for k in range(0, whole, LANES):
+                add_rows(s, _ON_ONE, k, one, F)
+                add_rows(s, _ON_TWO, k, two, F)
+            for k in range(whole, m):
+                i, j = one[k], two[k]
+                for c in range(6):
+                    F[i, c] += s[_ON_ONE + c, k]
+                for c in range(6):
+                    if j < hi:
+                        F[j, c] += s[_ON_TWO + c, k]
+                    else:
+                        spill[j, c] += s[_ON_TWO + c, k]
+            for k in range(m // LANES * LANES, m):
+                for c in range(8):
+                    hist[entry[k], c] = s[_HISTORY + c, k]
+            if mindlin != 0:
+                for k in range(m):
+                    hist[entry[k], 8] = s[_EIGHTH, k]
             if sleep != 0:
-                row_energy[i, 0] = elastic - elastic_before
-                row_energy[i, 1] = contacts - contacts_before
+                for k in range(m):
+                    row_energy[one[k], 0] += s[_STORED, k]
+                    row_energy[one[k], 1] += 1.0
+        if sleep != 0:
+            elastic, contacts = 0.0, 0
+            for i in range(lo, hi):
+                elastic += row_energy[i, 0]
+                contacts += int(row_energy[i, 1])
         report[0], report[1], report[2], report[3] = elastic, dissipated, excess, contacts
         report[4], report[5], report[6], report[7] = worst, worst_i, worst_j, over
         return last

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.forces import HERTZ, SJKR, ZHANG, Scheme, _sjkr_area, _sjkr_volume, _zhang, contact, released
+from dem.forces import HERTZ, SJKR, ZHANG, Scheme, _sjkr_area, _sjkr_volume, _zhang, contact, keep, released
 from dem.gravity import central
 from dem.walls import distance
 from matter.jit import kernel
@@ -159,10 +159,11 @@ def kick_loop(scheme: Scheme) -> Any:
                     elif cohesion == SJKR:
                         pull = wall_tables[w, kind[i], 8] * _sjkr_area(touch - d, radius, 0.0)
                         bound = wall_tables[w, kind[i], 8] * _sjkr_volume(touch - d, radius, 0.0)
-                    fn, fx, fy, fz, mx, my, mz, stored, spent, _ = contact(
+                    fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(
                         nx, ny, nz, touch - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn,
                         k_wall, m, radius, wall_tables[w, kind[i]], wall_history[i, w], dt, tail, 0.0, pull, bound, rule, normal, mindlin,
                     )  # fmt: skip
+                    keep(wall_history[i, w], h, k_wall, wall_tables[w, kind[i]], mindlin)
                     wall_stored += stored
                     wall_lost += spent
                     if returned[i] == 0 and (touch - d) / radius > worst:

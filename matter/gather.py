@@ -74,6 +74,101 @@ def columns(typingctx, rows, index, first, k, scratch):
     return types.none(rows, index, types.intp, types.intp, scratch), codegen
 
 
+def _wide(builder, array, offset, lanes: int = LANES):
+    """Place of ``lanes`` float64 values side by side, ``offset`` values into an array."""
+    return builder.bitcast(builder.gep(array.data, [offset]), ir.VectorType(ir.DoubleType(), lanes).as_pointer())
+
+
+def _starts(context, builder, table, index, k) -> list:
+    """Offsets of the rows index[k] ... index[k + 7] of a C-ordered table."""
+    integer = context.get_value_type(types.intp)
+    width = cgutils.unpack_tuple(builder, table.shape)[1]
+    found = []
+    for m in range(LANES):
+        j = builder.load(builder.gep(index.data, [builder.add(k, ir.Constant(integer, m))]))
+        found.append(builder.mul(builder.sext(j, integer) if j.type.width < integer.width else j, width))
+    return found
+
+
+def _column_places(context, builder, scratch, first, k) -> list:
+    """Offsets of scratch[first + c, k], c = 0 ... 7."""
+    integer = context.get_value_type(types.intp)
+    stride = cgutils.unpack_tuple(builder, scratch.shape)[1]
+    return [builder.add(builder.mul(builder.add(first, ir.Constant(integer, c)), stride), k) for c in range(LANES)]
+
+
+@intrinsic
+def take_rows(typingctx, table, index, k, scratch, first):
+    """scratch[first + c, k + m] = table[index[k + m], c] for m, c = 0 ... 7.
+
+    ``table`` (n, 8 or more) and ``scratch`` float64, C-ordered; ``index`` integers, k to k + 7 are read.
+    """
+
+    def codegen(context, builder, signature, args):
+        rows, listed, out = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 1, 3))
+        read = [builder.load(_wide(builder, rows, start), align=8) for start in _starts(context, builder, rows, listed, args[2])]
+        for place, column in zip(_column_places(context, builder, out, args[4], args[2]), _transposed(builder, read)):
+            builder.store(column, _wide(builder, out, place), align=8)
+        return context.get_dummy_value()
+
+    return types.none(table, index, types.intp, scratch, types.intp), codegen
+
+
+@intrinsic
+def take_row_pairs(typingctx, table, one, two, k, scratch, first):
+    """scratch[first + c, k + m] = table[one[k + m], c] and scratch[first + 4 + c, k + m] = table[two[k + m], c] for m = 0 ... 7, c = 0 ... 3.
+
+    ``table`` (n, 4 or more) and ``scratch`` float64, C-ordered; ``one`` and ``two`` integers, k to k + 7 are read.
+    """
+
+    def codegen(context, builder, signature, args):
+        rows, left, right, out = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 1, 2, 4))
+        both = _mask(list(range(LANES)))
+        read = []
+        for a, b in zip(*(_starts(context, builder, rows, listed, args[3]) for listed in (left, right))):
+            read.append(builder.shuffle_vector(*(builder.load(_wide(builder, rows, start, 4), align=8) for start in (a, b)), both))
+        for place, column in zip(_column_places(context, builder, out, args[5], args[3]), _transposed(builder, read)):
+            builder.store(column, _wide(builder, out, place), align=8)
+        return context.get_dummy_value()
+
+    return types.none(table, one, two, types.intp, scratch, types.intp), codegen
+
+
+@intrinsic
+def put_rows(typingctx, scratch, first, k, index, table):
+    """table[index[k + m], c] = scratch[first + c, k + m] for m, c = 0 ... 7: what ``take_rows`` took goes back."""
+
+    def codegen(context, builder, signature, args):
+        source, listed, rows = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 3, 4))
+        read = [builder.load(_wide(builder, source, place), align=8) for place in _column_places(context, builder, source, args[1], args[2])]
+        for start, row in zip(_starts(context, builder, rows, listed, args[2]), _transposed(builder, read)):
+            builder.store(row, _wide(builder, rows, start), align=8)
+        return context.get_dummy_value()
+
+    return types.none(scratch, types.intp, types.intp, index, table), codegen
+
+
+@intrinsic
+def add_rows(typingctx, scratch, first, k, index, table):
+    """table[index[k + m], c] += scratch[first + c, k + m] for c = 0 ... 5, one m = 0 ... 7 after the other: an index may come more than once.
+
+    ``table`` (n, 6 or more) and ``scratch`` float64, C-ordered; eight columns of ``scratch`` are read.
+    """
+
+    def codegen(context, builder, signature, args):
+        source, listed, rows = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 3, 4))
+        integer = context.get_value_type(types.intp)
+        read = [builder.load(_wide(builder, source, place), align=8) for place in _column_places(context, builder, source, args[1], args[2])]
+        for start, row in zip(_starts(context, builder, rows, listed, args[2]), _transposed(builder, read)):
+            for lanes in ([0, 1, 2, 3], [4, 5]):
+                part = builder.shuffle_vector(row, row, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), [ir.Constant(ir.IntType(32), lane) for lane in lanes]))
+                place = _wide(builder, rows, builder.add(start, ir.Constant(integer, lanes[0])), len(lanes))
+                builder.store(builder.fadd(builder.load(place, align=8), part), place, align=8)
+        return context.get_dummy_value()
+
+    return types.none(scratch, types.intp, types.intp, index, table), codegen
+
+
 WIDE = 16
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from dem import contacts, forces
 from dem.contact_settings import Contact
-from dem.forces import HOOKE, contact
+from dem.forces import HOOKE, contact, keep
 from dem.laws.tangential_spring import RULES
 from matter.errors import UnphysicalState
 from matter.jit import kernel
@@ -103,10 +103,11 @@ def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, sl
             ry = py - twist * ny + s * (nz * ux - nx * uz)
             rz = pz - twist * nz + s * (nx * uy - ny * ux)
             mj = V[j, 6]
-            fn, tx, ty, tz, mx, my, mz, _, _, _ = contact(
+            fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(
                 nx, ny, nz, ri + rj - d, un, ux, uy, uz, rx, ry, rz, twist, spin, min(ki, V[j, 7]), mi * mj / (mi + mj), ri * rj / (ri + rj),
                 table, hist[e], dt, tail, 0.0, 0.0, 0.0, rule, HOOKE, 0,
             )  # fmt: skip
+            keep(hist[e], h, 0.0, table, 0)
             touching += 1
             worst = max(worst, (ri + rj - d) / min(ri, rj))
             tx -= fn * nx
