@@ -18,6 +18,7 @@ from dem.contact_settings import COHESION, MODULUS, SHAPE, Contact, rigid, short
 from dem.gravity import Field
 from dem.laws import cohesion_zhang
 from dem.self_gravity import SelfGravity
+from matter import gather
 from matter.errors import InputError, UnphysicalState
 from matter.particles import Particles
 
@@ -153,7 +154,7 @@ class Assembly:
     def _rebuild(self, known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None) -> None:
         """Sort the grains by cell and build the list; ``known`` contacts replace those of the present list."""
         if known is None:  # with offsets, also open contacts that remember one
-            known = self._rows_of(np.flatnonzero((self.hist[:, 7] != 0.0) | (self.hist[:, 8] != 0.0))) if self.scheme.offset else self.touching()
+            known = self._rows_of(np.flatnonzero(self._not_empty()))
         first, second, history = known
         self._adapt_skin(float(history[:, 8].max(initial=0.0)) if self.scheme.offset else 0.0)
         by_state = np.argsort(self.state, kind="stable")
@@ -165,6 +166,7 @@ class Assembly:
         order = np.concatenate([by_state[:active][cells.order], by_state[active:]])
         for name in self._per_grain:
             setattr(self, name, np.ascontiguousarray(getattr(self, name)[order]))
+        self.V = gather.aligned(self.V)
         new_index = np.empty(len(order), dtype=np.int64)
         new_index[order] = np.arange(len(order))
         self.active = active
@@ -175,10 +177,11 @@ class Assembly:
         else:
             self.row, self.col = contacts.build(self.X[:active], cells, self.skin, room)
         self.first = contacts.first_of(self.row)
-        self.hist = np.zeros((len(self.col), self.scheme.history))
+        self.hist = gather.aligned_zeros((len(self.col), self.scheme.history))
         first, second = new_index[first], new_index[second]
         here = (first < active) & (second < active)
         contacts.carry(first[here], second[here], history[here], self.row, self.col, self.hist)
+        self._known = self._not_empty()
         self.F[active:] = 0.0
         self.wall_history[active:] = 0.0
         self.reference = self.X[:, :3].copy()
@@ -186,6 +189,11 @@ class Assembly:
         self.builds += 1
         self.since_build = 0
         self.survey(all_rows=True)
+
+    def _not_empty(self) -> np.ndarray:
+        """1 for entries of the list with a history: those in contact and, with offsets, open ones that remember one."""
+        filled = self.hist[:, 7] != 0.0
+        return (filled | (self.hist[:, 8] != 0.0) if self.scheme.offset else filled).astype(np.int8)
 
     def _near_walls(self) -> None:
         """Which grains can reach a wall before the list is built again: none moves further than half a skin until then."""
@@ -298,7 +306,7 @@ class Assembly:
     def _pairs(self, c: int, dt: float, over_speed: float) -> None:
         self._last[c] = self._pair_loop(
             self._ends[c], self._ends[c + 1], self._entry_ends[c], self._entry_ends[c + 1], self.X, self.V, self.kind, self.returned,
-            self.first, self.col, self._todo, self.hist, self.pair_table, dt,
+            self.first, self.col, self._todo, self._known, self.hist, self.pair_table, dt,
             self.contact.attractive_tail, over_speed, self.contact.overlap_warn, self.F, self._spill[c],
             self._pair_report[c], self.live, self.row_energy,
         )  # fmt: skip
@@ -517,6 +525,8 @@ class Assembly:
         for name in _SCALARS:
             setattr(self, name, scalars[name])
         self.first = contacts.first_of(self.row)
+        self.V, self.hist = gather.aligned(self.V), gather.aligned(self.hist)
+        self._known = self._not_empty()
         self._near_walls()
         self._workspace()
         self._cut()

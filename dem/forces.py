@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dem.laws import cohesion_sjkr, cohesion_zhang, normal_hertz, normal_hooke, rolling_sds, tangential_mindlin, tangential_spring, twisting_sds
-from matter.gather import LANES, add_rows, put_rows, take_row_pairs, take_rows
+from matter.gather import LANES, add_rows, prefetch_row, put_rows, take_row_pairs, take_rows
 from matter.jit import kernel, law
 
 _hooke = normal_hooke.force
@@ -334,12 +334,12 @@ def pair_loop(scheme: Scheme) -> Any:
 
     @kernel(fastmath=True)
     def pair_forces(
-        lo, hi, begin, end, X, V, kind, returned, first, col, todo, hist, table, dt, tail, over_speed, warn, F, spill, report, live, row_energy,
+        lo, hi, begin, end, X, V, kind, returned, first, col, todo, known, hist, table, dt, tail, over_speed, warn, F, spill, report, live, row_energy,
     ):  # fmt: skip
         """Forces and torques of all pairs whose first grain lies in rows ``lo <= i < hi``: entries ``begin`` to ``end`` of the list.
 
         ``X`` (n, 4) positions and radii; ``V`` (n, 8) predicted velocities, spins, mass, k_n; ``kind`` species; ``returned`` 1 for grains
-        that have been ballistic; ``first``/``col`` the list; ``hist`` (m, columns); ``table`` (s, s, columns). ``over_speed`` is the limit on the closing
+        that have been ballistic; ``first``/``col`` the list; ``hist`` (m, columns), ``known`` (m) 1 where it is not empty; ``table`` (s, s, columns). ``over_speed`` is the limit on the closing
         speed of a returned grain over the contact wave speed. ``F`` (n, 6): rows lo..hi are set here;
         contributions to grains at and beyond ``hi`` go to ``spill`` (n, 6), of which rows from ``hi`` on must be zero. ``report`` (REPORT,).
         With ``sleep``: ``begin`` to ``end`` count in ``todo``, the entries of ``live`` rows; ``live`` (n) rows to evaluate and ``row_energy`` (n, 2) elastic
@@ -348,10 +348,14 @@ def pair_loop(scheme: Scheme) -> Any:
         """
         s = np.empty((_WIDTH, BLOCK))
         entry, one, two, apart = np.empty(BLOCK, np.int64), np.empty(BLOCK, np.int64), np.empty(BLOCK, np.int64), np.empty(BLOCK, np.int64)
+        mixed, some_returned = False, False
+        for i in range(lo, X.shape[0]):
+            mixed |= kind[i] != kind[lo]
+            some_returned |= returned[i] != 0
         for k in range(BLOCK):
-            s[_EIGHTH, k] = 0.0
+            s[_EIGHTH, k], s[_FAST, k] = 0.0, -1.0
             for c in range(PAIR_COLUMNS):
-                s[_TABLE + c, k] = table[0, 0, c]
+                s[_TABLE + c, k] = table[kind[lo], kind[lo], c] if lo < hi else 0.0
         for i in range(lo, hi):
             for c in range(6):
                 F[i, c] = 0.0
@@ -371,19 +375,21 @@ def pair_loop(scheme: Scheme) -> Any:
                     i, j = first[e], col[e]
                     x, y, z = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
                     touch = X[i, 3] + X[j, 3]
-                    known = hist[e, 7] != 0.0
                     if offset != 0:
                         touch += hist[e, 8]
-                        known = known or hist[e, 8] != 0.0
                     entry[m], one[m], two[m] = e, i, j
                     apart[parted] = e
                     near = x * x + y * y + z * z < touch * touch
                     m += near
-                    parted += known and not near
+                    parted += known[e] != 0 and not near
+                    if m > 0:
+                        prefetch_row(hist, entry[m - 1])
+                        prefetch_row(V, two[m - 1])
                 at = stop
                 for p in range(parted):
                     e = apart[p]
                     dissipated += part(first[e], col[e], e, X, V, kind, hist, table)
+                    known[e] = offset != 0 and hist[e, 8] != 0.0
             if m == 0:
                 continue
             filled = (m + LANES - 1) // LANES * LANES  # filled up with the last contact: evaluated, not counted
@@ -394,15 +400,17 @@ def pair_loop(scheme: Scheme) -> Any:
                 take_rows(V, one, k, s, _ONE)
                 take_rows(V, two, k, s, _TWO)
                 take_rows(hist, entry, k, s, _HISTORY)
-            for k in range(filled):
-                i, j = one[k], two[k]
-                s[_FAST, k] = -1.0
-                if returned[i] + returned[j] > 0:
-                    mi, mj = V[i, 6], V[j, 6]
-                    s[_FAST, k] = over_speed * (X[i, 3] + X[j, 3]) * np.sqrt(0.5 * min(V[i, 7], V[j, 7]) * (mi + mj) / (mi * mj))
-                if mindlin != 0 or offset != 0:
+            if mindlin != 0 or offset != 0:
+                for k in range(filled):
                     s[_EIGHTH, k] = hist[entry[k], 8]
-            if table.shape[0] > 1:
+            if some_returned:
+                for k in range(filled):
+                    i, j = one[k], two[k]
+                    s[_FAST, k] = -1.0
+                    if returned[i] + returned[j] > 0:
+                        mi, mj = V[i, 6], V[j, 6]
+                        s[_FAST, k] = over_speed * (X[i, 3] + X[j, 3]) * np.sqrt(0.5 * min(V[i, 7], V[j, 7]) * (mi + mj) / (mi * mj))
+            if mixed:
                 for k in range(filled):
                     for c in range(PAIR_COLUMNS):
                         s[_TABLE + c, k] = table[kind[one[k]], kind[two[k]], c]
@@ -426,6 +434,8 @@ def pair_loop(scheme: Scheme) -> Any:
             if furthest >= hi:
                 whole = 0
                 last = max(last, furthest)
+            for k in range(m):
+                known[entry[k]] = 1
             for k in range(0, m // LANES * LANES, LANES):
                 put_rows(s, _HISTORY, k, entry, hist)
             for k in range(0, whole, LANES):

@@ -11,12 +11,14 @@ Written as LLVM vectors, which every target lowers to what it has.
 
 from __future__ import annotations
 
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
 LANES = 8
+LINE = 8
 
 _PAIRS = ([0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15])
 _QUADS = ([0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15])
@@ -167,6 +169,39 @@ def add_rows(typingctx, scratch, first, k, index, table):
         return context.get_dummy_value()
 
     return types.none(scratch, types.intp, types.intp, index, table), codegen
+
+
+@intrinsic
+def prefetch_row(typingctx, table, i):
+    """Ask for the cache line in which table[i] begins, i of any integer type, not negative; ``table`` C-ordered."""
+
+    def codegen(context, builder, signature, args):
+        rows = make_array(signature.args[0])(context, builder, value=args[0])
+        integer = context.get_value_type(types.intp)
+        width = cgutils.unpack_tuple(builder, rows.shape)[1] if signature.args[0].ndim > 1 else ir.Constant(integer, 1)
+        i = builder.sext(args[1], integer) if args[1].type.width < integer.width else args[1]
+        byte, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
+        fetch = cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag]), "llvm.prefetch.p0")
+        place = builder.bitcast(builder.gep(rows.data, [builder.mul(i, width)]), byte)
+        builder.call(fetch, [place, *(ir.Constant(flag, value) for value in (0, 3, 1))])
+        return context.get_dummy_value()
+
+    return types.none(table, i), codegen
+
+
+def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:
+    """Zeros (float64) that begin on a cache line, so that rows of 8 lie in one line each."""
+    count = int(np.prod(shape))
+    room = np.zeros(count + LINE)
+    skip = -(room.ctypes.data // room.itemsize) % LINE
+    return room[skip : skip + count].reshape(shape)
+
+
+def aligned(values: np.ndarray) -> np.ndarray:
+    """A copy that begins on a cache line."""
+    copy = aligned_zeros(values.shape)
+    copy[:] = values
+    return copy
 
 
 WIDE = 16
