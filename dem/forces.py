@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dem.laws import cohesion_sjkr, cohesion_zhang, normal_hertz, normal_hooke, rolling_sds, tangential_mindlin, tangential_spring, twisting_sds
-from matter.gather import LANES, add_rows, prefetch_row, put_rows, take_row_pairs, take_rows
+from matter.gather import LANES, WIDE, add_rows, append_passed, prefetch_row, put_rows, take_row_pairs, take_rows
 from matter.jit import kernel, law
 
 _hooke = normal_hooke.force
@@ -221,13 +221,16 @@ def released(h, k, radius, table, mindlin):
     return 0.5 * (sliding + kr * (h[3] * h[3] + h[4] * h[4] + h[5] * h[5]) + 2.0 * kt * arm * arm * h[6] * h[6])
 
 
-# a block of contacts is worked on at once, as columns of a scratch table that stays in the nearest cache
-BLOCK = 64
-# columns of the scratch: places and radii of both grains (8), V of the first (8) and of the second (8), history (9), pair table, limit on the closing speed
+# entries of the list are looked through by segments; a block of contacts so found is worked on at once, as columns of a scratch table that stays in the
+# nearest cache
+SEGMENT, BLOCK = 32, 96
+# columns of the scratch: places and radii of both grains (8), V of the first (8) and of the second (8), history (9), pair table, limit on the closing speed;
+# and places and radii of a segment (8)
 _ONE, _TWO, _HISTORY, _EIGHTH = 8, 16, 24, 32
 _TABLE = 33
 _FAST = _TABLE + PAIR_COLUMNS
-_WIDTH = _FAST + 1
+_FREE = _FAST + 1
+_WIDTH = _FREE + 8
 # and of what comes out, in the place of what went in: force and moment on the first, elastic energy, overlap over the smaller radius;
 # force and moment on the second, dissipated, excess
 _ON_ONE, _STORED, _RATIO = 0, 6, 7
@@ -347,7 +350,8 @@ def pair_loop(scheme: Scheme) -> Any:
         Returns the highest grain index that was written, so that only that part of the spill need be added.
         """
         s = np.empty((_WIDTH, BLOCK))
-        entry, one, two, apart = np.empty(BLOCK, np.int64), np.empty(BLOCK, np.int64), np.empty(BLOCK, np.int64), np.empty(BLOCK, np.int64)
+        entry, one, two = np.empty(BLOCK + WIDE, np.int32), np.empty(BLOCK + WIDE, np.int32), np.empty(BLOCK + WIDE, np.int32)
+        listed, left, right, near = np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int8)
         mixed, some_returned = False, False
         for i in range(lo, X.shape[0]):
             mixed |= kind[i] != kind[lo]
@@ -367,29 +371,42 @@ def pair_loop(scheme: Scheme) -> Any:
         at = begin
         while at < end:
             m = 0
-            while at < end and m <= BLOCK - LANES:
+            while at < end and m <= BLOCK - SEGMENT:
+                many = min(end - at, SEGMENT)
+                for k in range(many):
+                    listed[k] = todo[at + k] if sleep != 0 else at + k
+                    left[k], right[k] = first[listed[k]], col[listed[k]]
+                for k in range(many, SEGMENT):
+                    left[k], right[k], near[k] = lo, lo, 0
+                for k in range(0, many, LANES):
+                    take_row_pairs(X, left, right, k, s, _FREE)
                 parted = 0
-                stop = min(end, at + BLOCK - m)
-                for p in range(at, stop):
-                    e = todo[p] if sleep != 0 else p
-                    i, j = first[e], col[e]
-                    x, y, z = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
-                    touch = X[i, 3] + X[j, 3]
+                for k in range(many):
+                    x, y, z = s[_FREE + 4, k] - s[_FREE, k], s[_FREE + 5, k] - s[_FREE + 1, k], s[_FREE + 6, k] - s[_FREE + 2, k]
+                    touch = s[_FREE + 3, k] + s[_FREE + 7, k]
                     if offset != 0:
-                        touch += hist[e, 8]
-                    entry[m], one[m], two[m] = e, i, j
-                    apart[parted] = e
-                    near = x * x + y * y + z * z < touch * touch
-                    m += near
-                    parted += known[e] != 0 and not near
-                    if m > 0:
-                        prefetch_row(hist, entry[m - 1])
-                        prefetch_row(V, two[m - 1])
-                at = stop
-                for p in range(parted):
-                    e = apart[p]
-                    dissipated += part(first[e], col[e], e, X, V, kind, hist, table)
-                    known[e] = offset != 0 and hist[e, 8] != 0.0
+                        touch += hist[listed[k], 8]
+                    near[k] = x * x + y * y + z * z < touch * touch
+                if sleep != 0:
+                    for k in range(many):
+                        parted += known[listed[k]] & (1 - near[k])
+                else:
+                    for k in range(many):
+                        parted += known[at + k] & (1 - near[k])
+                if parted > 0:
+                    for k in range(many):
+                        if near[k] == 0 and known[listed[k]] != 0:
+                            dissipated += part(left[k], right[k], listed[k], X, V, kind, hist, table)
+                            known[listed[k]] = offset != 0 and hist[listed[k], 8] != 0.0
+                before = m
+                for k in range(0, many, WIDE):
+                    append_passed(left, near, k, one, m)
+                    append_passed(right, near, k, two, m)
+                    m += append_passed(listed, near, k, entry, m)
+                for k in range(before, m):
+                    prefetch_row(hist, entry[k])
+                    prefetch_row(V, two[k])
+                at += many
             if m == 0:
                 continue
             filled = (m + LANES - 1) // LANES * LANES  # filled up with the last contact: evaluated, not counted

@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from dem.forces import HERTZ, SJKR, ZHANG, Scheme, _sjkr_area, _sjkr_volume, _zhang, contact, keep, released
+from dem.forces import HERTZ, SJKR, ZHANG, Scheme, _sjkr_area, _sjkr_volume, _zhang, contact, released
 from dem.gravity import central
-from dem.walls import distance
+from dem.walls import distance_of
 from matter.jit import kernel
 
 # what the kick reports: dissipated by drag and at walls, elastic energy in walls, external impulse 3-8, worst overlap with a wall, its grain,
@@ -78,7 +78,7 @@ def drift_loop(scheme: Scheme) -> Any:
 def kick_loop(scheme: Scheme) -> Any:
     """The compiled second half of a step for one scheme: ``kick``."""
     normal, mindlin, cohesion, rule = scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding
-    offset, sleep, attract = scheme.offset, scheme.sleep, scheme.attract
+    offset, sleep, attract, columns = scheme.offset, scheme.sleep, scheme.attract, scheme.history
 
     @kernel
     def kick(
@@ -129,7 +129,7 @@ def kick_loop(scheme: Scheme) -> Any:
                 g2 = (ex * ex + ey * ey + ez * ez) / (m * m)
             if i < active and (sleep == 0 or live[i] != 0):
                 for w in range(walls.shape[0] if walled[i] != 0 else 0):
-                    d, nx, ny, nz = distance(walls[w], x, y, z)
+                    d, nx, ny, nz = distance_of(walls, w, x, y, z)
                     touch = radius
                     if offset != 0:
                         touch += wall_history[i, w, 8]
@@ -159,11 +159,23 @@ def kick_loop(scheme: Scheme) -> Any:
                     elif cohesion == SJKR:
                         pull = wall_tables[w, kind[i], 8] * _sjkr_area(touch - d, radius, 0.0)
                         bound = wall_tables[w, kind[i], 8] * _sjkr_volume(touch - d, radius, 0.0)
+                    s = kind[i]
+                    table = (
+                        wall_tables[w, s, 0], wall_tables[w, s, 1], wall_tables[w, s, 2], wall_tables[w, s, 3], wall_tables[w, s, 4],
+                        wall_tables[w, s, 5], wall_tables[w, s, 6],
+                    )  # fmt: skip
+                    h = (
+                        wall_history[i, w, 0], wall_history[i, w, 1], wall_history[i, w, 2], wall_history[i, w, 3], wall_history[i, w, 4],
+                        wall_history[i, w, 5], wall_history[i, w, 6], wall_history[i, w, 7], wall_history[i, w, columns - 1],
+                    )  # fmt: skip
                     fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(
                         nx, ny, nz, touch - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn,
-                        k_wall, m, radius, wall_tables[w, kind[i]], wall_history[i, w], dt, tail, 0.0, pull, bound, rule, normal, mindlin,
+                        k_wall, m, radius, table, h, dt, tail, 0.0, pull, bound, rule, normal, mindlin,
                     )  # fmt: skip
-                    keep(wall_history[i, w], h, k_wall, wall_tables[w, kind[i]], mindlin)
+                    wall_history[i, w, 0], wall_history[i, w, 1], wall_history[i, w, 2], wall_history[i, w, 3] = h[0], h[1], h[2], h[3]
+                    wall_history[i, w, 4], wall_history[i, w, 5], wall_history[i, w, 6], wall_history[i, w, 7] = h[4], h[5], h[6], h[7]
+                    if mindlin != 0 and table[2] > 0.0:
+                        wall_history[i, w, 8] = k_wall
                     wall_stored += stored
                     wall_lost += spent
                     if returned[i] == 0 and (touch - d) / radius > worst:
@@ -223,12 +235,13 @@ def kick_loop(scheme: Scheme) -> Any:
             E[i, 3] = y * ez - z * ey + tx
             E[i, 4] = z * ex - x * ez + ty
             E[i, 5] = x * ey - y * ex + tz
-            A[i, 0] = (ex + F[i, 0]) / m
-            A[i, 1] = (ey + F[i, 1]) / m
-            A[i, 2] = (ez + F[i, 2]) / m
-            A[i, 3] = (tx + F[i, 3]) / inertia
-            A[i, 4] = (ty + F[i, 4]) / inertia
-            A[i, 5] = (tz + F[i, 5]) / inertia
+            p, q = 1.0 / m, 1.0 / inertia
+            A[i, 0] = (ex + F[i, 0]) * p
+            A[i, 1] = (ey + F[i, 1]) * p
+            A[i, 2] = (ez + F[i, 2]) * p
+            A[i, 3] = (tx + F[i, 3]) * q
+            A[i, 4] = (ty + F[i, 4]) * q
+            A[i, 5] = (tz + F[i, 5]) * q
             total = 0.0
             for k in range(6):
                 W[i, k] += half * A[i, k]

@@ -182,6 +182,17 @@ def distance(wall, x, y, z):
 
 
 @law
+def distance_of(walls, w, x, y, z):
+    """``distance`` from row ``w`` of ``walls``; a plane is read where it stands, since a row cut out of a table is counted atomically, twice."""
+    if walls[w, 0] == 0.0:
+        if z - walls[w, 3] > walls[w, 10]:
+            return np.inf, 0.0, 0.0, 1.0
+        d = (x - walls[w, 1]) * walls[w, 4] + (y - walls[w, 2]) * walls[w, 5] + (z - walls[w, 3]) * walls[w, 6]
+        return d, -walls[w, 4], -walls[w, 5], -walls[w, 6]
+    return distance(walls[w], x, y, z)
+
+
+@law
 def _revolved(wall, x, y, z):
     """``distance`` of a surface of revolution: the distance from a line, or its ends, in the half-plane (p, a) through the axis and the point."""
     a = x * wall[4] + y * wall[5] + z * wall[6]
@@ -222,7 +233,7 @@ def within_reach(position, radius, walls, margin, out):
     for i in range(len(radius)):
         out[i] = 0
         for w in range(walls.shape[0]):
-            d = distance(walls[w], position[i, 0], position[i, 1], position[i, 2])[0]
+            d = distance_of(walls, w, position[i, 0], position[i, 1], position[i, 2])[0]
             if d < 1.1 * radius[i] + margin or d == np.inf:
                 out[i] = 1
                 break
