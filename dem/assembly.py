@@ -444,6 +444,7 @@ class Assembly:
         overlap = self.X[first, 3] + self.X[self.col, 3] - np.linalg.norm(self.X[first, :3] - self.X[self.col, :3], axis=1)
         fresh = (overlap > 0.0) & (self.hist[:, 7] == 0.0) & (self.hist[:, 8] == 0.0)
         self.hist[fresh, 8] = -overlap[fresh]
+        self._known = self._not_empty()
 
     def static_contact(self, first: np.ndarray, second: np.ndarray, overlap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normal (tangent) stiffness [N/m] and normal force [N], cohesion included, of contacts at rest between the grains of these indices."""
