@@ -440,7 +440,7 @@ class Assembly:
 
     def _begin_unloaded(self) -> None:
         """Offsets for pairs that overlap without ever having been in contact, so that their springs begin at zero."""
-        first = np.repeat(np.arange(len(self.row) - 1), np.diff(self.row))
+        first = self.first
         overlap = self.X[first, 3] + self.X[self.col, 3] - np.linalg.norm(self.X[first, :3] - self.X[self.col, :3], axis=1)
         fresh = (overlap > 0.0) & (self.hist[:, 7] == 0.0) & (self.hist[:, 8] == 0.0)
         self.hist[fresh, 8] = -overlap[fresh]

@@ -28,7 +28,7 @@ def settled() -> Particles:
     radius = rng.uniform(0.85, 1.0, len(x))
     bed = Assembly(grains(x, radius, mass=radius**3, stiffness=2e4 * radius), LAW, BOX, DOWN)
     bed.drag[:] = 0.3
-    for drag, steps in ((0.1, 20_000), (0.0, 8_000), (1.0, 8_000)):
+    for drag, steps in ((0.1, 20_000), (0.0, 8_000), (1.0, 24_000)):  # some last grain rolls slowly off others
         bed.drag[:] = drag
         for _ in range(steps):
             bed.step()
@@ -79,8 +79,8 @@ def test_an_impact_on_a_softened_bed_is_accounted_for(settled):
     following_stiffness.rescale(bed, 0.2)
     start = balance(bed)
     negative = 0
-    for step in range(1500):
-        if step in (700, 1000):
+    for step in range(1800):
+        if step in (700, 1000, 1400):
             following_stiffness.rescale(bed, 2.0)
             negative += np.count_nonzero(bed.hist[:, 8] < 0.0)
         bed.step()
