@@ -163,7 +163,9 @@ def add_rows(typingctx, scratch, first, k, index, table):
         read = [builder.load(_wide(builder, source, place), align=8) for place in _column_places(context, builder, source, args[1], args[2])]
         for start, row in zip(_starts(context, builder, rows, listed, args[2]), _transposed(builder, read)):
             for lanes in ([0, 1, 2, 3], [4, 5]):
-                part = builder.shuffle_vector(row, row, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), [ir.Constant(ir.IntType(32), lane) for lane in lanes]))
+                part = builder.shuffle_vector(
+                    row, row, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), [ir.Constant(ir.IntType(32), lane) for lane in lanes])
+                )
                 place = _wide(builder, rows, builder.add(start, ir.Constant(integer, lanes[0])), len(lanes))
                 builder.store(builder.fadd(builder.load(place, align=8), part), place, align=8)
         return context.get_dummy_value()

@@ -28,10 +28,13 @@ def settled() -> Particles:
     radius = rng.uniform(0.85, 1.0, len(x))
     bed = Assembly(grains(x, radius, mass=radius**3, stiffness=2e4 * radius), LAW, BOX, DOWN)
     bed.drag[:] = 0.3
-    for drag, steps in ((0.1, 20_000), (0.0, 8_000), (1.0, 24_000)):  # some last grain rolls slowly off others
+    # a grain may roll about the top for long: of eleven seeds four are not at rest after the first 36,000 steps, and which ones the last bits decide
+    for drag, steps in ((0.1, 20_000), (0.0, 8_000), *(10 * [(1.0, 8_000)])):
         bed.drag[:] = drag
         for _ in range(steps):
             bed.step()
+        if drag == 1.0 and np.sqrt(np.mean(bed.velocity**2)) < 1e-3:
+            break
     assert np.sqrt(np.mean(bed.velocity**2)) < 1e-3
     return bed.particles({})
 
