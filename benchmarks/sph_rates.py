@@ -55,6 +55,7 @@ def cloud_of_snapshot(path: Path, porous: bool) -> tuple[Cloud, Materials]:
     cloud = Cloud.of(body)
     cloud.velocity[:], cloud.specific_energy[:] = shot.velocity, shot.specific_energy
     cloud.stress[:], cloud.root_damage[:] = shot.deviatoric_stress[:, :5], np.cbrt(shot.damage)
+    del body, shot
     _open_pores(cloud, materials, porous)
     seeding.seed_flaws(cloud, materials, 1)
     return cloud, materials
@@ -101,6 +102,8 @@ def main() -> None:
     options = parser.parse_args()
     threads = jit.set_threads(options.threads)
     begin(*cloud_of(2000, options.porous))  # libraries and compiled kernels are no particle's memory
+    if options.snapshot:
+        snapshot.read(options.snapshot, only=("neighbours",))  # nor is the library that reads it
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     cloud, materials = cloud_of_snapshot(options.snapshot, options.porous) if options.snapshot else cloud_of(options.size, options.porous)
     integrator = begin(cloud, materials)

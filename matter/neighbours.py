@@ -59,18 +59,22 @@ def sort(position: np.ndarray, h: np.ndarray, half_width: float = np.inf) -> tup
     -------
     order : (n,) int64, grid : ``Grid`` for arrays taken in this order.
     """
-    level = np.floor(np.log2(h / h.min() * (1.0 + 1e-12))).astype(np.int64)
-    _, level = np.unique(level, return_inverse=True)
-    levels = int(level.max()) + 1
+    octave = h / h.min()
+    octave *= 1.0 + 1e-12
+    level = np.floor(np.log2(octave, out=octave), out=octave).astype(np.int16)
+    del octave
+    rank = np.cumsum(np.bincount(level) > 0) - 1  # levels that are there, counted through
+    levels = int(rank[-1]) + 1
+    level = rank.astype(np.int16)[level]
     largest, width = np.zeros(levels), np.zeros(levels)
     origin, shape = np.zeros((levels, 3)), np.ones((levels, 3), dtype=np.int64)
     for l in range(levels):
-        inside = np.clip(position[level == l], -half_width, half_width)
-        largest[l] = h[level == l].max()
-        low, high = inside.min(axis=0), inside.max(axis=0)
-        budget = float(max(_CELLS * len(inside), len(position)) + 64)
+        mine = position if levels == 1 else position[level == l]
+        largest[l] = h.max() if levels == 1 else h[level == l].max()
+        low, high = np.clip(mine.min(axis=0), -half_width, half_width), np.clip(mine.max(axis=0), -half_width, half_width)
+        budget = float(max(_CELLS * len(mine), len(position)) + 64)
         if np.prod((high - low) / largest[l] + 1.0) > budget:  # a level whose particles have flown apart: the box of most of them
-            near, far = np.quantile(inside, (_OUTSIDE, 1.0 - _OUTSIDE), axis=0)
+            near, far = np.quantile(np.clip(mine, -half_width, half_width), (_OUTSIDE, 1.0 - _OUTSIDE), axis=0)
             margin = 0.25 * (far - near) + largest[l]
             low, high = np.maximum(low, near - margin), np.minimum(high, far + margin)
         extent = np.maximum(high - low, 1e-9 * largest[l] + 1e-300)
@@ -80,10 +84,13 @@ def sort(position: np.ndarray, h: np.ndarray, half_width: float = np.inf) -> tup
         shape[l] = np.floor(extent / width[l]).astype(np.int64) + 1
     counts = shape.prod(axis=1)
     offset = np.concatenate([[0], np.cumsum(counts)])
-    cell = np.empty(len(position), dtype=np.int64)
+    mine = None
+    cell = np.empty(len(position), dtype=np.int32 if offset[-1] < 2**31 else np.int64)
     _cells(position, level, origin, width, shape, offset[:-1].copy(), cell)
+    del level
+    start = np.zeros(int(offset[-1]) + 1, dtype=np.int64)
+    np.cumsum(np.bincount(cell, minlength=int(offset[-1])), out=start[1:])
     order = np.argsort(cell, kind="stable")
-    start = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=int(offset[-1])))])
     return order, Grid(largest, width, origin, shape, offset[:-1].copy(), start)
 
 
@@ -206,12 +213,15 @@ class Neighbours:
 def build(position: np.ndarray, h: np.ndarray, grid: Grid, reach: float = 1.0, previous: Neighbours | None = None) -> Neighbours:
     """All neighbours within ``reach`` (h_i + h_j) / 2 of every particle; particles in the order of ``sort``.
 
-    Memory of ``previous`` is used again where it fits; it grows until every neighbour has a place (nothing is ever dropped).
+    The arrays of ``previous`` are used again; ``index`` grows until every neighbour has a place (nothing is ever dropped). Positions in Fortran order
+    are not copied.
     """
     n = len(position)
     x, y, z = (np.ascontiguousarray(position[:, axis]) for axis in range(3))
-    index = previous.index if previous is not None else np.empty(48 * n, dtype=np.int32)
-    entry, count = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32)
+    if previous is not None and len(previous.entry) == n:
+        index, entry, count = previous.index, previous.entry, previous.count
+    else:
+        index, entry, count = np.empty(48 * n, dtype=np.int32), np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32)
     cells = np.flatnonzero(np.diff(grid.start))
     level = np.searchsorted(grid.offset, cells, side="right") - 1
     while True:
@@ -221,4 +231,4 @@ def build(position: np.ndarray, h: np.ndarray, grid: Grid, reach: float = 1.0, p
         )  # fmt: skip
         if cursor[0] <= len(index):
             return Neighbours(index, entry, count)
-        index = np.empty(int(1.1 * cursor[0]), dtype=np.int32)
+        index.resize(int(1.1 * cursor[0]), refcheck=False)  # in place: the list before it is nobody's any more

@@ -11,7 +11,7 @@ from sph.target import Body
 
 # every array that belongs to a particle and travels with it when the cloud is sorted, with its trailing shape
 ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
-    "identity": ((), "int64"),
+    "identity": ((), "int32"),
     "position": ((3,), "float64"),
     "velocity": ((3,), "float64"),
     "half_velocity": ((3,), "float64"),  # state half a step on, between drift and the closing kick
@@ -151,28 +151,35 @@ class Neighbourhood:
 
     def rebuild(self, cloud: Cloud, dt: float, time: float = 0.0) -> None:
         """Sort the cloud and list its neighbours; ``dt`` [s] the step that skins reckon with, ``time`` [s] that of the images."""
-        speed = np.sqrt(np.einsum("ij,ij->i", cloud.velocity, cloud.velocity))
+        self.places = self.reach = np.zeros(0)  # of the list before: free from here on
         h = cloud.smoothing_length
-        reach = h + 2.0 * np.clip(self.AHEAD * dt * speed, self.SKIN * h, self.SKIN_MOST * h)
+        reach = np.einsum("ij,ij->i", cloud.velocity, cloud.velocity)  # speed, then skin, then reach, in one array
+        np.sqrt(reach, out=reach)
+        reach *= self.AHEAD * dt
+        np.clip(reach, self.SKIN * h, self.SKIN_MOST * h, out=reach)
+        reach *= 2.0
+        reach += h
         if self.images is not None:
             self.images.wrap(cloud.position)
             self.images.expect(dt, time, float(h.max()))
             reach = np.minimum(reach, np.maximum(self.images.longest, (1.0 + 2.0 * self.SKIN) * h))
         order, grid = neighbours.sort(cloud.position, reach, self.half_width)
         cloud.reorder(order)
-        self._list(cloud.position.copy(), reach[order], grid)
+        reach = reach[order]
+        del order
+        self._list(cloud.position, reach, grid)
         self.builds += 1
 
     def restore(self, places: np.ndarray, reach: np.ndarray) -> None:
         """The list that was built with the particles at ``places`` (n, 3) [m], with ``reach`` (n,) [m]; the cloud is in its order already."""
-        self._list(places.copy(), reach.copy(), neighbours.sort(places, reach, self.half_width)[1])
+        self._list(places, reach.copy(), neighbours.sort(places, reach, self.half_width)[1])
 
     def _list(self, places: np.ndarray, reach: np.ndarray, grid: neighbours.Grid) -> None:
-        self.places, self.reach = places, reach
+        self.places, self.reach = places.copy(order="F" if self.images is None else "C"), reach  # by columns, as the list is made
         if self.images is None:
-            self.found = neighbours.build(places, reach, grid, 1.0, self.found)
+            self.found = neighbours.build(self.places, reach, grid, 1.0, self.found)
         else:
-            self.found = self.images.listed(places, reach, self.half_width)
+            self.found = self.images.listed(self.places, reach, self.half_width)
 
     def update(self, cloud: Cloud, dt: float, time: float = 0.0) -> bool:
         """Rebuild if needed; True when the cloud was sorted anew."""

@@ -277,7 +277,7 @@ class _Run:
         self.integrator = self._integrator(Cloud.of(body))
         self._enter(self.phase)
         if self.phase == "impact":
-            self._strike(self.integrator.cloud)
+            self._strike()
 
     def _enter(self, phase: str) -> None:
         self.phase = phase
@@ -287,9 +287,9 @@ class _Run:
             i.dt = 1.0
             i.start()
 
-    def _strike(self, target: Cloud) -> None:
+    def _strike(self) -> None:
         """End the relaxation: the target at rest with S = 0 and D = 0, the projectile above it, time zero."""
-        s = self.settings
+        s, target = self.settings, self.integrator.cloud
         order = np.argsort(target.identity)
         pieces = [
             bodies.Body(
@@ -302,6 +302,7 @@ class _Run:
                 target.distention[order],
             )
         ]
+        del target, order, self.integrator  # its memory is that of the next one
         if not s.control:
             count = s.projectile_particles
             spacing = (self.impact.projectile.volume / count) ** (1.0 / 3.0) if count else s.zones.contact
@@ -309,6 +310,7 @@ class _Run:
             pieces.append(bodies.projectile(self.impact, spacing, surface, s.support * s.zones.contact, self.materials, s.support))
         cloud = Cloud.of(*pieces)
         self.edge = self._edge(pieces[0], np.zeros(len(pieces[0].mass)), len(cloud))
+        del pieces
         if not s.control:
             cloud.velocity[cloud.layer < 0] = self.impact.velocity
         seeding.seed_flaws(cloud, self.materials, s.seed)
@@ -391,7 +393,8 @@ class _Run:
             i.step(dt, 1.0 / (1.0 + s.damping * dt))
             self._pause(report, i.time)
         self.rest_speed = float(np.sqrt(i.cloud.mass @ np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity) / i.cloud.mass.sum()))
-        self._strike(i.cloud)
+        del i
+        self._strike()
 
     def strike(self, report: progress.Progress, offset: float) -> None:
         """The impact up to the end time, with outputs on the way."""
@@ -443,11 +446,13 @@ class _Run:
         i, c = self.integrator, self.integrator.cloud
         damage = state.damage_of(c, self.materials.rows)
         whole = self.materials.rows.strength[c.material] > strengths.VON_MISES  # laws that mix damage into the yield stress
-        left = (np.where(whole, 1.0, 1.0 - damage) / i.evaluated.alpha)[:, None] * c.stress
+        deviator = np.empty((len(c), 6))
+        np.multiply((np.where(whole, 1.0, 1.0 - damage) / i.evaluated.alpha)[:, None], c.stress, out=deviator[:, :5])
+        deviator[:, 5] = -(deviator[:, 0] + deviator[:, 3])
         fields = {
             "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass, "density": c.density,
             "specific_energy": c.specific_energy, "smoothing_length": c.smoothing_length, "pressure": i.evaluated.pressure,
-            "deviatoric_stress": np.concatenate([left, -(left[:, :1] + left[:, 3:4])], axis=1), "damage": damage,
+            "deviatoric_stress": deviator, "damage": damage,
             "distention": i.evaluated.alpha, "material": c.material, "layer": c.layer, "sound_speed": i.evaluated.sound,
             "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position, "neighbours": c.neighbours,
         }  # fmt: skip

@@ -14,6 +14,7 @@ from matter.jit import law
 from matter.quantity import NumberDensity
 
 CRACK_SPEED = 0.4  # of the longitudinal wave speed: Lawn & Wilshaw 1975, as used by Benz & Asphaug 1994
+_PIECE = 1 << 16  # flaws handled at a time
 
 
 class Parameters(NamedTuple):
@@ -64,16 +65,24 @@ def flaws(volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator)
     cumulative = np.cumsum(volumes) / total
     owners, missing = [], np.ones(count, dtype=bool)
     while missing.any():
-        drawn = np.minimum(np.searchsorted(cumulative, rng.random(4 * count + 64)), count - 1)
-        first = np.full(count, -1)
-        _, index = np.unique(drawn, return_index=True)
-        first[drawn[index]] = index
+        drawn = np.empty(4 * count + 64, dtype=np.int32)
+        for at in range(0, len(drawn), _PIECE):
+            piece = drawn[at : at + _PIECE]
+            piece[:] = np.minimum(np.searchsorted(cumulative, rng.random(len(piece))), count - 1)
+        first = np.full(count, len(drawn), dtype=np.int32)
+        np.minimum.at(first, drawn, np.arange(len(drawn), dtype=np.int32))
         needed = first[missing]
-        missing &= first < 0
-        owners.append(drawn if missing.any() or needed.min() < 0 else drawn[: needed.max() + 1])
+        missing &= first == len(drawn)
+        owners.append(drawn if missing.any() else drawn[: needed.max() + 1].copy())
+    del drawn, first, cumulative
     owner = np.concatenate(owners)
-    # (j / (k V))^(1/m) in logarithms: k V overflows nothing, but j / (k V) reaches 1e-57
-    strain = np.exp((np.log(np.arange(1, len(owner) + 1)) - math.log(parameters.k) - math.log(total)) / parameters.m)
-    order = np.argsort(owner, kind="stable")
+    del owners
     start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=count))])
-    return start, strain[order].astype(np.float32)
+    order = np.argsort(owner, kind="stable")
+    del owner
+    strains = np.empty(len(order), dtype=np.float32)
+    for at in range(0, len(order), _PIECE):  # in pieces, for the memory
+        # (j / (k V))^(1/m) in logarithms: k V overflows nothing, but j / (k V) reaches 1e-57
+        j = order[at : at + _PIECE] + 1
+        strains[at : at + _PIECE] = np.exp((np.log(j) - math.log(parameters.k) - math.log(total)) / parameters.m)
+    return start, strains
