@@ -200,7 +200,9 @@ def slope(tilt: float, friction_angle: str = "30 deg", layers: int = 14, rock: b
     """Velocity that an endless slope of dry sand gains at the ``tilt`` [rad] within 2 sqrt(H / g), over that of free sliding, g sin(tilt) t.
 
     It lies on ``rock`` that cannot yield (a fixed rim passes on half of a shear stress) or on a rim that is stressed (``sph.boundary.stressed_rim``),
-    settles level, then tilted, both damped, and is let go.
+    settles level and damped as the stage relaxes a target (no strength, energy held, then S = 0 and the density as it stands for that of the start), is
+    tilted, damped, and let go. Settled with its strength on, the disordered lattice sinks under uniaxial strain: up to a tenth of the weight is then carried by
+    the deviator, P and with it the friction is that much lower, and shear stresses of a third of the strength stay locked between particles.
     Sheared in a plane the cone of Drucker and Prager slides at tan(theta) = B
     (``angle_of_slope``), not at the angle of triaxial compression.
     """
@@ -219,17 +221,27 @@ def slope(tilt: float, friction_angle: str = "30 deg", layers: int = 14, rock: b
     order = np.argsort(c.identity)
     i.edge = Edge(c.position[order, 2], c.smoothing_length[order], c.density[order], np.zeros(len(order)), 0.0)
     i.__class__ = _Tilted
-    i.strength, crossing = True, height / math.sqrt(26.7e9 / 2700.0)
-    for along, time, damping in ((0.0, 10.0 * crossing, 1.0 / crossing), (math.sin(tilt), 10.0 * crossing, 1.0 / crossing), (math.sin(tilt), 0.0, 0.0)):
+    crossing, fall = height / math.sqrt(26.7e9 / 2700.0), 2.0 * math.sqrt(height / g)
+
+    def top() -> float:
+        return float(c.velocity[c.initial_position[:, 2] > 0.5 * height, 0].mean())
+
+    def rest(along: float, time: float, damping: float) -> None:
         i.pull = np.array([g * along, 0.0, -g * math.cos(tilt)])
         i.start()
-        time = time or 2.0 * math.sqrt(height / g)
-        begun, until = float(c.velocity[:, 0].mean()), i.time + time
+        until = i.time + time
         while i.time < until:
             dt = i.next_step(until)
             i.step(dt, 1.0 / (1.0 + damping * dt))
-    top = c.initial_position[:, 2] > 0.5 * height
-    return (float(c.velocity[top, 0].mean()) - begun) / (g * math.sin(tilt) * time)
+
+    i.strength, i.hold = False, True
+    rest(0.0, 20.0 * crossing, 1.0 / crossing)
+    i.strength, i.hold = True, False
+    c.velocity[:], c.start_density[:], c.start_length[:] = 0.0, c.density, c.smoothing_length
+    rest(math.sin(tilt), 10.0 * crossing, 1.0 / crossing)
+    begun = top()
+    rest(math.sin(tilt), fall, 0.0)
+    return (top() - begun) / (g * math.sin(tilt) * fall)
 
 
 def angle_of_slope(friction_angle: float) -> float:

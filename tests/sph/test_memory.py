@@ -35,7 +35,6 @@ def peak(work) -> float:
     """Most bytes per particle that stand at once during ``work()``, with what stood before it."""
     tracemalloc.reset_peak()
     work()
-    print(tracemalloc.get_traced_memory()[1] / 8000.0)
     return tracemalloc.get_traced_memory()[1] / 8000.0
 
 
