@@ -25,6 +25,8 @@ from pathlib import Path
 
 import numpy as np
 
+from scipy.spatial import cKDTree
+
 from dem import bed_stage, stage
 from dem.assembly import Assembly
 from dem.beds.container import Container
@@ -123,11 +125,18 @@ def run_native(grains: int, duration: float, run: Path) -> None:
 
 
 def at(run: Path, moment: float) -> Particles:
-    """The snapshot nearest to ``moment`` [s], without grains that have left or fly."""
+    """The snapshot nearest to ``moment`` [s], without grains that have left or fly, or came back into another, which springs of full stiffness throw."""
     paths = list(snapshot.series(run / "5_dem"))
     times = [float(snapshot.read(path).attributes["time"]) for path in paths]
     grains = snapshot.read(paths[int(np.argmin(np.abs(np.array(times) - moment)))])
-    return grains.select(grains.state == 0) if "state" in grains else grains
+    if "state" in grains:
+        grains = grains.select(grains.state == 0)
+    pairs = cKDTree(grains.position).query_pairs(2.0 * float(grains.radius.max()), output_type="ndarray")
+    r1, r2 = grains.radius[pairs[:, 0]], grains.radius[pairs[:, 1]]
+    deep = r1 + r2 - np.linalg.norm(grains.position[pairs[:, 0]] - grains.position[pairs[:, 1]], axis=1) > 0.02 * np.minimum(r1, r2)
+    keep = np.ones(len(grains), dtype=bool)
+    keep[pairs[deep, 0]] = False
+    return grains.select(keep)
 
 
 def liggghts_rate(grains: Particles, box: Container, dt: float, skin: float, ranks: int) -> float:
@@ -160,8 +169,9 @@ def rates(run: Path, ranks: int) -> dict:
     stiff, dt = float(start.stiffness.mean()), CONTACT.time_step(start)
     report = json.loads((run / "5_dem" / "stage_report.json").read_text())
     duration = float(snapshot.read(run / "5_dem" / "last.vtkhdf").attributes["time"])
-    rows = []
-    for moment in [t for t in STRETCHES if t < duration]:
+    kept = run / "stretches.json"
+    rows = json.loads(kept.read_text()) if kept.is_file() else []
+    for moment in [t for t in STRETCHES if t < duration][len(rows) :]:
         grains = at(run, moment)
         grains["stiffness"] = np.full(len(grains), stiff)
         inside = np.linalg.norm(grains.position, axis=1) < 1.09 * BOWL
@@ -171,6 +181,7 @@ def rates(run: Path, ranks: int) -> dict:
         own = statistics.median(native_rate(grains, box, ranks) for _ in range(ROUNDS))
         rows.append({"time_s": moment, "grains": len(grains), "liggghts_steps_per_s": peer, "skin_radii": skin, "native_fixed_steps_per_s": own})
         print(rows[-1], flush=True)
+        kept.write_text(json.dumps(rows))
     # the time between two stretches goes at the mean of their costs
     edges = [*(row["time_s"] for row in rows), duration]
     cost = [1.0 / row["liggghts_steps_per_s"] for row in rows]
