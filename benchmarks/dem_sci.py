@@ -24,7 +24,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-
 from scipy.spatial import cKDTree
 
 from dem import bed_stage, stage
