@@ -23,7 +23,7 @@ from matter import snapshot
 from matter.body import Impact, Target
 
 CONTACT = Contact(steps_per_contact=20)
-COLUMNS = ((0.5, 24.0), (1.0, 22.0), (2.0, 16.0), (3.0, 14.0), (5.0, 12.0))
+COLUMNS = ((0.5, 32.0), (1.0, 22.0), (2.0, 16.0), (3.0, 14.0), (5.0, 12.0))
 BEADS = Contact(steps_per_contact=20, shell=GrainLaw(shape=0.0))
 """Grains of the hopper: spheres without rolling resistance, for which Beverloo's constants stand; the others block a hole of 8 d."""
 HOPPER = (12.0, 16.0)

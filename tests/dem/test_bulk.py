@@ -46,7 +46,7 @@ def test_too_small_a_filling_is_refused():
 
 
 @pytest.mark.validation
-@pytest.mark.parametrize("aspect, radius", [(0.5, 24.0), (1.0, 20.0), (2.0, 18.0), (5.0, 14.0)])
+@pytest.mark.parametrize("aspect, radius", [(0.5, 32.0), (1.0, 20.0), (2.0, 18.0), (5.0, 14.0)])
 def test_run_out_of_columns(aspect, radius):
     found = bulk_flows.column(aspect, radius, CONTACT)
     assert found.runout == pytest.approx(found.expected, rel=0.15)
