@@ -3,7 +3,7 @@
     python benchmarks/dem_bulk.py [--out docs/results/dem_bulk] [--part column|hopper|heap|bowl|pictures|all] [--grains 4000] [--size 1.0]
 
 Each part writes its JSON as it goes and skips what is there already, so the script goes on where it was stopped. ``--size`` multiplies the radius of the
-columns (grains with its cube). On one core: columns 20 minutes, hoppers 4, heap 1, bowls 1 for 4,000 grains (as N^1.3).
+columns (grains with its cube). On one core: columns 5 minutes, hoppers 4, heap 1, bowls 1 for 4,000 grains (as N^1.3).
 """
 
 from __future__ import annotations
