@@ -10,13 +10,14 @@ import numpy as np
 from dem.assembly import LEFT, Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
+from matter import readable
 from matter.particles import Particles
 
 _COLOURS = ("#d9c8a0", "#5b8fc7")
 _HEADROOM = "#efe7d5"
 
 
-def slab(axes: Any, grains: Particles, domain: Domain, unit: float = 1e3) -> None:
+def _circles(axes: Any, grains: Particles, unit: float) -> None:
     """Draw the circles that the grains cut out of the plane y = 0, coloured by species; lengths in ``unit`` m."""
     from matplotlib.collections import EllipseCollection
 
@@ -29,6 +30,11 @@ def slab(axes: Any, grains: Particles, domain: Domain, unit: float = 1e3) -> Non
         offsets=grains.position[here][:, [0, 2]] / unit, offset_transform=axes.transData,
     )  # fmt: skip
     axes.add_collection(circles)
+
+
+def slab(axes: Any, grains: Particles, domain: Domain, unit: float = 1e3) -> None:
+    """The cut through a bed on a sphere, with its core, datum and sides; lengths in ``unit`` m."""
+    _circles(axes, grains, unit)
     angle = np.linspace(-domain.half_angle, domain.half_angle, 200)
     for radius, style in ((domain.core_radius, "k-"), (domain.datum_radius, "r--")):
         axes.plot(radius * np.sin(angle) / unit, radius * np.cos(angle) / unit, style, lw=0.8)
@@ -83,23 +89,13 @@ def collapse(frames: list[Particles], domain: Domain, path: Path) -> None:
     for k, frame in enumerate(frames):
         axes = figure.add_subplot(rows, 2, k + 1)
         slab(axes, frame, domain)
-        axes.set_title(f"t = {float(frame.attributes['time']):.0f} s", fontsize=10)
+        axes.set_title(f"t = {readable.clock(float(frame.attributes['time']))}", fontsize=10)
     figure.savefig(path, dpi=100)
 
 
 def flat_slab(axes: Any, grains: Particles, container: Container, unit: float = 1.0) -> None:
-    """Draw the circles that the grains cut out of the plane y = 0 of a container, coloured by species; lengths in ``unit`` m."""
-    from matplotlib.collections import EllipseCollection
-
-    y = np.abs(grains.position[:, 1])
-    here = np.flatnonzero((y < grains.radius) & (grains.state != LEFT))
-    width = 2.0 * np.sqrt(grains.radius[here] ** 2 - y[here] ** 2) / unit
-    face = [_HEADROOM if h else _COLOURS[int(k)] for k, h in zip(grains.species[here], grains.headroom[here])]
-    circles = EllipseCollection(
-        width, width, np.zeros(len(here)), units="xy", facecolors=face, edgecolors="#444444", linewidths=0.2,
-        offsets=grains.position[here][:, [0, 2]] / unit, offset_transform=axes.transData,
-    )  # fmt: skip
-    axes.add_collection(circles)
+    """The cut through a bed in its container, with walls and datum; lengths in ``unit`` m."""
+    _circles(axes, grains, unit)
     r, floor, top = container.radius / unit, container.floor / unit, container.top / unit
     if container.shape == "bowl":
         angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 200)

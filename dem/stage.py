@@ -22,7 +22,7 @@ from dem.engines import program
 from dem.engines.deviations import Deviation
 from dem.following_stiffness import Following
 from dem.stillness import Stillness, surface_profile
-from matter import archive, checkpoint, snapshot
+from matter import archive, checkpoint, readable, snapshot
 from matter.body import Model
 from matter.errors import InputError, Unsound
 from matter.particles import Particles
@@ -192,7 +192,7 @@ class Collapse:
             self.worst_overlap = max(self.worst_overlap, bed.worst)
             if now > settings.end_time:
                 progress.total = settings.latest_time
-            progress.update(bed.time, f"{bed.speed:.0f} m/s, {bed.moving - bed.active} in flight")
+            progress.update(bed.time, f"t = {readable.clock(bed.time)}, {bed.speed:.3g} m/s, {bed.moving - bed.active} in flight")
             if stop_requested() or time.monotonic() - last_saved > CHECKPOINT_EVERY_S:
                 self.save()
                 last_saved = time.monotonic()

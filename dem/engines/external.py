@@ -148,7 +148,7 @@ class ExternalCollapse(Collapse):
                 self._take(step)
                 if bed.time > settings.end_time:
                     progress.total = settings.latest_time
-                progress.update(bed.time, f"{settings.engine}: {bed.speed:.0f} m/s", force=True)
+                progress.update(bed.time, f"{settings.engine}: {bed.speed:.3g} m/s", force=True)
                 if bed.time >= settings.end_time and self.change < settings.still_change:
                     break
         finally:

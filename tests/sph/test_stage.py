@@ -9,7 +9,7 @@ import pytest
 from matter import checkpoint, progress, snapshot
 from matter.body import Impact, Layer, Projectile, Target
 from matter.errors import InputError, Stopped
-from sph import stage
+from sph import simulation, stage
 
 TARGET = Target(
     layers=(
@@ -107,14 +107,14 @@ def test_impact_file_is_read_and_complained_about(tmp_path):
     (tmp_path / "1_nbody").mkdir()
     path = tmp_path / "1_nbody" / "impact.toml"
     path.write_text('speed = "10 km/s"\nangle_from_vertical = "30 deg"\n[projectile]\nmaterial = "ice"\nradius = "40 km"\n')
-    read = stage._read_impact(settings(), tmp_path)
+    read = simulation.read_impact(settings(), tmp_path)
     assert read.speed == 10e3 and read.projectile.radius == 40e3
     path.write_text('speed = "10 km"\nangle_from_vertical = "30 deg"\n')
     with pytest.raises(InputError, match="speed"):
-        stage._read_impact(settings(), tmp_path)
+        simulation.read_impact(settings(), tmp_path)
     path.write_text('angle_from_vertical = "30 deg"\n')
     with pytest.raises(InputError, match="speed"):
-        stage._read_impact(settings(), tmp_path)
+        simulation.read_impact(settings(), tmp_path)
 
 
 def test_too_coarse_a_layer_is_named(tmp_path):

@@ -1,0 +1,339 @@
+"""One run of the shock stage: the integrator, its history and outputs, and the whole state in its checkpoints.
+
+Phases: ``relax`` (no strength, damped, energy held), then ``impact`` (everything on).
+"""
+
+from __future__ import annotations
+
+import json
+import time as clock
+import tomllib
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from matter import archive, checkpoint, progress, readable, snapshot
+from matter.body import Impact
+from matter.errors import InputError
+from matter.particles import Particles
+from sph import ground as grounds
+from sph import late as late_stage
+from sph import materials as material_rows
+from sph import state, timestep
+from sph import target as bodies
+from sph.boundary import surroundings
+from sph.boundary.edge import Edge
+from sph.cloud import ARRAYS, OPTIONAL, Cloud
+from sph.damage import seeding
+from sph.history import History
+from sph.integrator import Integrator
+from sph.runge_kutta import RungeKutta
+from sph.strength import dispatch as strengths
+
+if TYPE_CHECKING:
+    from sph.stage import Settings
+
+CHECKPOINT_WALL = 20.0
+"""Seconds of wall time between checkpoints."""
+
+
+def read_impact(settings: Settings, inputs: Path) -> Impact:
+    """The impact that stage 1 chose (``1_nbody/impact.toml``), or the settings' own where there is none."""
+    path = inputs / "1_nbody" / "impact.toml"
+    if not path.is_file():
+        return settings.impact
+    content = tomllib.loads(path.read_text())
+    try:
+        ball = content.get("projectile", {})
+        return Impact.model_validate(
+            {
+                "speed": content["speed"],
+                "angle_from_vertical": content["angle_from_vertical"],
+                "projectile": {k: ball[k] for k in ("material", "radius") if k in ball} or settings.impact.projectile,
+                "expected_transient_diameter": f"{settings.impact.expected_transient_diameter!r} m",
+            },
+            context={"units": "required"},
+        )
+    except KeyError as missing:
+        raise InputError(f"{path} lacks the key {missing}") from None
+    except ValueError as reason:
+        raise InputError(f"{path}: {reason}") from None
+
+
+class Simulation:
+    """One run of the stage: the integrator, its history, and where it stands between two outputs."""
+
+    def __init__(self, settings: Settings, inputs: Path, out: Path):
+        self.settings, self.out = settings, out
+        self.impact = read_impact(settings, inputs)
+        names = tuple(dict.fromkeys([*settings.target.materials, self.impact.projectile.material]))
+        self.materials = material_rows.collect(names, settings.materials)
+        self.column: bodies.Profile | grounds.Ground
+        if settings.target.flat:
+            self.column, self.radius = grounds.hydrostatic(settings.target, self.materials), max(settings.target.radius, settings.target.half_width)
+        else:
+            self.column = bodies.hydrostatic(settings.target, materials=self.materials)
+            self.radius = float(self.column.radius[-1])
+        self.edge: Edge | None = None
+        self.late: dict[str, float] = {}
+        self.history = History(out / "history.csv")
+        self.times: dict[str, float] = {}
+        self.phase = "relax" if settings.relaxes else "impact"
+        self.saved_at = clock.monotonic()
+
+    def _integrator(self, cloud: Cloud) -> Integrator:
+        s = self.settings
+        kind = Integrator if s.integrator == "leapfrog" else partial(RungeKutta, tolerance=s.tolerance)
+        return kind(
+            cloud, self.materials, self.radius, alpha=s.alpha, beta=s.beta, courant=s.courant, theta=s.theta, gravity_shift=s.gravity_shift,
+            self_gravity=s.target.attracts, down=s.target.gravity, images=surroundings.images(s.target, s.sides, s.floor, self.bottom), edge=self.edge,
+            wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None,
+            first_volumes=s.volumes == "start", limits_of_h=(s.shortest, s.longest) if s.smoothing == "density" else None,
+            length_terms=s.length_terms, stressed_rim=s.rim == "stressed",
+            corrected=s.gradients == "corrected", viscosity_switch=None if s.viscosity_switch == "none" else s.viscosity_switch,
+            sphere=None if s.target.flat else self.radius,
+        )  # fmt: skip
+
+    @property
+    def bottom(self) -> float:
+        """Height of the bottom of flat ground [m]."""
+        return self.column.bottom if isinstance(self.column, grounds.Ground) else 0.0
+
+    def _edge(self, target: bodies.Body, energy: np.ndarray, count: int) -> Edge | None:
+        """The outer edge about the target as it stands, for ``count`` particles in all."""
+        s = self.settings
+        return surroundings.edge(s.target, s.sides, s.floor, self.bottom, s.width_of_edge, target, energy, count)
+
+    def begin(self) -> None:
+        """The first state of the first phase."""
+        s = self.settings
+        if isinstance(self.column, grounds.Ground):
+            body = grounds.build(s.target, self.column, self.materials, s.zones, s.seed)
+        else:
+            body = bodies.build(s.target, self.column, self.materials, s.zones, s.seed)
+        self.edge = self._edge(body, np.zeros(len(body.mass)), len(body.mass))
+        self.integrator = self._integrator(Cloud.of(body))
+        self._enter(self.phase)
+        if self.phase == "impact":
+            self._strike()
+
+    def _enter(self, phase: str) -> None:
+        self.phase = phase
+        i, relaxing = self.integrator, phase == "relax"
+        i.hold, i.strength, i.damage = relaxing, self.settings.strength and not relaxing, self.settings.damage and not relaxing
+        if relaxing:
+            i.dt = 1.0
+            i.start()
+
+    def _strike(self) -> None:
+        """End the relaxation: the target at rest with S = 0 and D = 0, the projectile above it, time zero."""
+        s, target = self.settings, self.integrator.cloud
+        order = np.argsort(target.identity)
+        pieces = [
+            bodies.Body(
+                target.position[order],
+                target.mass[order],
+                target.density[order],
+                target.smoothing_length[order],
+                target.layer[order],
+                target.material[order],
+                target.distention[order],
+            )
+        ]
+        del target, order, self.integrator  # its memory is that of the next one
+        if not s.control:
+            count = s.projectile_particles
+            spacing = (self.impact.projectile.volume / count) ** (1.0 / 3.0) if count else s.zones.contact
+            surface = 0.0 if s.target.flat else self.radius
+            pieces.append(bodies.projectile(self.impact, spacing, surface, s.support * s.zones.contact, self.materials, s.support))
+        cloud = Cloud.of(*pieces)
+        self.edge = self._edge(pieces[0], np.zeros(len(pieces[0].mass)), len(cloud))
+        del pieces
+        if not s.control:
+            cloud.velocity[cloud.layer < 0] = self.impact.velocity
+        seeding.seed_flaws(cloud, self.materials, s.seed)
+        self.integrator = self._integrator(cloud)
+        self.phase = "impact"
+        self._enter("impact")
+        self.integrator.dt = s.first_step / 1.1
+        self.integrator.start()
+        if self.materials.porous:  # the pressures of the particles, not quite those of the profile, have closed some pores: no damage of the impact
+            cloud.initial_distention[:] = cloud.distention
+            self.integrator.start()
+
+    # ---------------------------------------------------------------- checkpoint
+    def save(self) -> None:
+        """Everything that a resumed run needs to go on to the last bit."""
+        i = self.integrator
+        arrays = {f"cloud/{name}": getattr(i.cloud, name) for name in (*ARRAYS, *OPTIONAL, "flaw_strain")}
+        arrays |= {f"rates/{name}": value for name, value in vars(i.rates).items()}
+        arrays |= {f"evaluated/{name}": getattr(i.evaluated, name) for name in state.KEPT}
+        arrays |= {"places": i.neighbourhood.places, "reach": i.neighbourhood.reach, "limits": i.limits}
+        if self.edge is not None:
+            arrays |= {f"edge/{name}": value for name, value in vars(self.edge).items()}
+        scalars = {
+            "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "allowed": i.allowed, "builds": i.neighbourhood.builds,
+            "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction,
+            "gravity_time": i.gravity_time, "torque_removed": i.torque_removed, "times": json.dumps(self.times),
+            "late": json.dumps(self.late),
+            **({"images_time": i.images.time, "images_margin": i.images.margin} if i.images is not None else {}),
+        }  # fmt: skip
+        self.history.write()
+        checkpoint.save(self.out, i.steps + (10**8 if self.phase == "impact" else 0), arrays, scalars)
+        self.saved_at = clock.monotonic()
+
+    def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
+        """Take up a checkpoint."""
+        cloud = Cloud(len(arrays["cloud/mass"]))
+        for name in (*ARRAYS, *OPTIONAL, "flaw_strain"):
+            setattr(cloud, name, arrays[f"cloud/{name}"])
+        self.edge = Edge.restored({name: arrays[f"edge/{name}"] for name in Edge.ARRAYS}) if "edge/fixed" in arrays else None
+        i = self.integrator = self._integrator(cloud)
+        for name in (*ARRAYS, *OPTIONAL, "flaw_strain"):  # the order in which they were saved
+            setattr(cloud, name, arrays[f"cloud/{name}"])
+        if i.images is not None:
+            i.images.time, i.images.margin = float(scalars["images_time"]), float(scalars["images_margin"])
+        i.neighbourhood.restore(arrays["places"], arrays["reach"])
+        for name in vars(i.rates):
+            getattr(i.rates, name)[:] = arrays[f"rates/{name}"]
+        for name in state.KEPT:
+            getattr(i.evaluated, name)[:] = arrays[f"evaluated/{name}"]
+        i.limits[:] = arrays["limits"]
+        i.time, i.dt, i.steps = float(scalars["time"]), float(scalars["dt"]), int(scalars["steps"])
+        i.allowed = float(scalars["allowed"])
+        i.neighbourhood.builds = int(scalars["builds"])
+        i.gravity_evaluations, i.gravity_correction = int(scalars["gravity_evaluations"]), float(scalars["gravity_correction"])
+        i.gravity_time = float(scalars["gravity_time"])
+        i.torque_removed[:] = scalars["torque_removed"]
+        self.times = json.loads(scalars["times"])
+        self.late = json.loads(scalars["late"])
+        if self.late:
+            i.softened(self.late["sound_speed_m_s"])
+        self.phase = str(scalars["phase"])
+        relaxing = self.phase == "relax"
+        i.hold, i.strength, i.damage = relaxing, self.settings.strength and not relaxing, self.settings.damage and not relaxing
+        if not relaxing:
+            self.history.restore(i.steps)
+
+    # ---------------------------------------------------------------- loops
+    def _pause(self, report: progress.Progress, done: float) -> None:
+        i = self.integrator
+        report.update(done, f"{self.phase} t = {readable.clock(i.time)}, dt = {i.dt:.3g} s ({i.why})")
+        if progress.stop_requested() or clock.monotonic() - self.saved_at > CHECKPOINT_WALL:
+            self.save()
+            progress.stop_here("sph")
+
+    def relax(self, report: progress.Progress) -> None:
+        """Damped settling without strength, energy held."""
+        i, s = self.integrator, self.settings
+        while i.time < s.relaxation_time:
+            dt = i.next_step(s.relaxation_time)
+            i.step(dt, 1.0 / (1.0 + s.damping * dt))
+            self._pause(report, i.time)
+        self.rest_speed = float(np.sqrt(i.cloud.mass @ np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity) / i.cloud.mass.sum()))
+        del i
+        self._strike()
+
+    def strike(self, report: progress.Progress, offset: float) -> None:
+        """The impact up to the end time, with outputs on the way."""
+        i, s = self.integrator, self.settings
+        interval = s.history_interval
+        if i.steps == 0:
+            self._output(0)
+        while i.time < s.end_time:
+            mark = min((np.floor(i.time / interval + 1e-9) + 1.0) * interval, s.end_time)
+            if s.late is not None and not self.late:
+                mark = min(mark, max(s.late.at, i.time))
+                if i.time >= s.late.at:
+                    self._soften(s.late)
+                    continue
+            i.step(i.next_step(mark))
+            if i.time >= mark:
+                i.time = mark
+                if mark == s.end_time or abs(mark / interval - round(mark / interval)) < 1e-9:
+                    self._output(round(mark / interval))
+            self._pause(report, offset + i.time)
+
+    def _soften(self, chosen: late_stage.Settings) -> None:
+        """Enter the late stage, and note what it does to the elastic energy."""
+        i, position = self.integrator, self.integrator.cloud.position
+        if isinstance(self.column, grounds.Ground):
+            weight = np.interp(-position[:, 2], self.column.middle, self.column.pressure, left=0.0)
+        else:
+            weight = np.interp(np.linalg.norm(position, axis=1), self.column.middle, self.column.pressure, right=0.0)
+        self.history.add(i)
+        before, after = i.soften(chosen.sound_speed, weight)
+        v2 = np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity)
+        self.late = {
+            "time_s": i.time, "sound_speed_m_s": chosen.sound_speed, "steps_before": i.steps, "elastic_energy_before_J": before,
+            "elastic_energy_after_J": after, "kinetic_energy_J": 0.5 * float(i.cloud.mass @ v2),
+        }  # fmt: skip
+
+    def _output(self, number: int) -> None:
+        i, s = self.integrator, self.settings
+        self.history.add(i)
+        every = max(1, round(s.snapshot_interval / s.history_interval))
+        if number % every == 0 or i.time >= s.end_time:
+            name = f"snap_{len([t for t in self.times.values() if t < i.time]):04d}{snapshot.SUFFIX}"
+            snapshot.write(self.particles(), self.out / name)
+            self.times[name] = i.time
+            snapshot.write_series(self.out, self.times, "snap")
+
+    def particles(self) -> Particles:
+        """The cloud as a snapshot, in order of identity."""
+        i, c = self.integrator, self.integrator.cloud
+        damage = state.damage_of(c, self.materials.rows)
+        whole = self.materials.rows.strength[c.material] > strengths.VON_MISES  # laws that mix damage into the yield stress
+        deviator = np.empty((len(c), 6))
+        np.multiply((np.where(whole, 1.0, 1.0 - damage) / i.evaluated.alpha)[:, None], c.stress, out=deviator[:, :5])
+        deviator[:, 5] = -(deviator[:, 0] + deviator[:, 3])
+        fields = {
+            "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass, "density": c.density,
+            "specific_energy": c.specific_energy, "smoothing_length": c.smoothing_length, "pressure": i.evaluated.pressure,
+            "deviatoric_stress": deviator, "damage": damage,
+            "distention": i.evaluated.alpha, "material": c.material, "layer": c.layer, "sound_speed": i.evaluated.sound,
+            "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position, "neighbours": c.neighbours,
+        }  # fmt: skip
+        order = np.argsort(c.identity)
+        attributes = {
+            "time": i.time,
+            "stage": "sph",
+            "frame": self.settings.target.frame,
+            "materials": list(self.materials.names),
+            "layers": [layer.name for layer in self.settings.target.layers],
+            **({"target_depth_m": -self.bottom} if self.settings.target.flat else {"target_radius_m": self.radius}),
+            "spacing_at_impact_m": self.settings.spacing_at_impact,
+        }
+        return Particles({name: array[order] for name, array in fields.items()}, attributes)
+
+    def finish(self) -> None:
+        """Last snapshot, history, report."""
+        i = self.integrator
+        snapshot.write(self.particles(), self.out / f"last{snapshot.SUFFIX}")
+        self.history.write()
+        ball = self.impact
+        mass = self.materials.bulk_density[self.materials.index(ball.projectile.material)] * ball.projectile.volume
+        scale = {
+            "energy_J": 0.5 * mass * ball.speed**2,
+            "momentum_kg_m_s": mass * ball.speed,
+            "angular_momentum_kg_m2_s": mass * ball.speed * self.radius * max(np.sin(ball.angle_from_vertical), 0.1),
+        }
+        drift = self.history.drift()
+        report = {
+            "particles": len(i.cloud),
+            "steps": i.steps,
+            "step_limits": {name: int(n) for name, n in zip(timestep.REASONS, i.limits)},
+            "list_builds": i.neighbourhood.builds,
+            "gravity_evaluations": i.gravity_evaluations,
+            "gravity_correction_max_rel": i.gravity_correction,
+            "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque_removed)) / scale["angular_momentum_kg_m2_s"],
+            "projectile": {"mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"]},
+            "late": self.late or None,
+            "drift": drift,
+            "drift_over_projectile": {name: drift[name] / scale[name] for name in drift},
+            "peak_pressure_Pa": float(i.cloud.peak_pressure.max()),
+            "mean_neighbours": float(i.cloud.neighbours[i.cloud.layer >= 0].mean()),
+        }
+        archive.write_text(self.out / "stage_report.json", json.dumps(report, indent=1))
