@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from dem import contacts, forces, integrator, size_levels, sleeping, walls
-from dem.contact_settings import COHESION, MODULUS, SHAPE, Contact, rigid, shortest_contact_time
+from dem import contact_tables, contacts, forces, integrator, size_levels, sleeping, walls
+from dem.contact_settings import Contact, rigid, shortest_contact_time
 from dem.gravity import Field
-from dem.laws import cohesion_zhang
 from dem.self_gravity import SelfGravity
 from matter import gather
 from matter.errors import InputError, UnphysicalState
@@ -122,8 +121,9 @@ class Assembly:
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
         self._workspace()
         self.full_pass = False
-        self._rebuild(_tabled(grains, self.identity, self.scheme.history, offset))
-        self._wall_tables_in(grains)
+        self._rebuild(contact_tables.pairs(grains, self.identity, self.scheme.history, offset))
+        contact_tables.take_walls(grains, self.identity, self.wall_history[:, : len(self.walls)], offset)
+        self.wall_history[self.active :] = 0.0
         if self_gravity:
             self._attract()
         self._forces(initial=True)
@@ -446,23 +446,6 @@ class Assembly:
         self.hist[fresh, 8] = -overlap[fresh]
         self._known = self._not_empty()
 
-    def static_contact(self, first: np.ndarray, second: np.ndarray, overlap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Normal (tangent) stiffness [N/m] and normal force [N], cohesion included, of contacts at rest between the grains of these indices."""
-        r1, r2 = self.X[first, 3], self.X[second, 3]
-        table = self.pair_table[self.kind[first], self.kind[second]]
-        radius = r1 * r2 / (r1 + r2)
-        k = np.minimum(self.V[first, 7], self.V[second, 7])
-        push = k * overlap
-        if self.scheme.normal == forces.HERTZ:
-            k = 2.0 * table[:, MODULUS] * np.sqrt(radius * np.maximum(overlap, 0.0))
-            push = 2.0 / 3.0 * k * overlap
-        if self.scheme.cohesion == forces.ZHANG:
-            push = push - cohesion_zhang.pull(table[:, COHESION], table[:, SHAPE], radius)
-        elif self.scheme.cohesion == forces.SJKR:
-            d = r1 + r2 - overlap
-            push = push - table[:, COHESION] * np.pi * (r1**2 - ((d * d + r1**2 - r2**2) / (2.0 * d)) ** 2)
-        return k, push
-
     # -- files ---------------------------------------------------------------------------------------------------------------
 
     def particles(self, attributes: dict[str, Any], tables: bool = True) -> Particles:
@@ -475,39 +458,10 @@ class Assembly:
         }  # fmt: skip
         history: dict[str, np.ndarray] = {}
         if tables:
-            first, second, rows = self.touching()
-            pair = np.column_stack([self.identity[first], self.identity[second]])
-            swap = pair[:, 0] > pair[:, 1]
-            rows = rows[:, self._kept_columns].copy()
-            rows[swap, :6] *= -1.0
-            pair[swap] = pair[swap, ::-1]
-            sort = np.lexsort((pair[:, 1], pair[:, 0]))
-            history["contacts/pair"], history["contacts/history"] = pair[sort], rows[sort]
-            grain, wall = np.nonzero(self.wall_history[:, : len(self.walls), 7])
-            sort = np.lexsort((wall, self.identity[grain]))
-            grain, wall = grain[sort], wall[sort]
-            history["contacts/wall_pair"] = np.column_stack([self.identity[grain], wall]).astype(np.int64)
-            history["contacts/wall_history"] = self.wall_history[grain, wall][:, self._kept_columns]
+            history = contact_tables.written(
+                self.identity, self.touching(), self.wall_history[:, : len(self.walls)], contact_tables.columns(bool(self.scheme.offset))
+            )
         return Particles({name: values[order] for name, values in fields.items()}, attributes, history)
-
-    def _wall_tables_in(self, grains: Particles) -> None:
-        pair = grains.tables.get("contacts/wall_pair")
-        if pair is None or len(pair) == 0:
-            return
-        index = _index_of(self.identity, pair[:, 0])
-        good = (index >= 0) & (pair[:, 1] < len(self.walls))
-        index, wall = index[good], pair[good, 1]
-        rows = grains.tables["contacts/wall_history"][good]
-        self.wall_history[index, wall, :7] = rows[:, :7]
-        if self.scheme.offset and rows.shape[1] > 7:
-            self.wall_history[index, wall, 8] = rows[:, 7]
-        self.wall_history[index, wall, 7] = 1.0
-        self.wall_history[self.active :] = 0.0
-
-    @property
-    def _kept_columns(self) -> list[int]:
-        """Columns of the history that a snapshot holds."""
-        return [*range(7), 8] if self.scheme.offset else [*range(7)]
 
     @property
     def _saved(self) -> tuple[str, ...]:
@@ -553,30 +507,6 @@ def _check(grains: Particles) -> None:
         raise InputError("two grains share an identity")
     if len(grains) < 1:
         raise InputError("no grains")
-
-
-def _index_of(identity: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Index of each wanted identity, -1 where there is none."""
-    order = np.argsort(identity, kind="stable")
-    place = np.minimum(np.searchsorted(identity[order], wanted), len(identity) - 1)
-    index = order[place]
-    return np.where(identity[index] == wanted, index, -1)
-
-
-def _tabled(grains: Particles, identity: np.ndarray, columns: int, offset: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Contacts of a snapshot as present indices and history rows; contacts of grains that are gone are left out."""
-    pair = grains.tables.get("contacts/pair")
-    if pair is None or len(pair) == 0:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, columns))
-    first, second = _index_of(identity, pair[:, 0]), _index_of(identity, pair[:, 1])
-    good = (first >= 0) & (second >= 0)
-    history = np.ones((int(good.sum()), columns))
-    rows = grains.tables["contacts/history"][good]
-    history[:, :7] = rows[:, :7]
-    history[:, 8:] = 0.0
-    if offset and rows.shape[1] > 7:
-        history[:, 8] = rows[:, 7]
-    return first[good], second[good], history
 
 
 __all__ = ["ACTIVE", "BALLISTIC", "LEFT", "REASONS", "Assembly", "shortest_contact_time"]

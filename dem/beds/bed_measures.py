@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from dem import walls
+from dem import forces, walls
 from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround
+from dem.contact_settings import COHESION, MODULUS, SHAPE
+from dem.laws import cohesion_zhang
 from matter.jit import kernel
 
 
@@ -37,6 +39,24 @@ class Shells:
         return (inside @ quantity) / (inside @ self.volume)
 
 
+def static_contact(bed: Assembly, first: np.ndarray, second: np.ndarray, overlap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Normal (tangent) stiffness [N/m] and normal force [N], cohesion included, of contacts at rest between the grains of these indices."""
+    r1, r2 = bed.X[first, 3], bed.X[second, 3]
+    table = bed.pair_table[bed.kind[first], bed.kind[second]]
+    radius = r1 * r2 / (r1 + r2)
+    k = np.minimum(bed.V[first, 7], bed.V[second, 7])
+    push = k * overlap
+    if bed.scheme.normal == forces.HERTZ:
+        k = 2.0 * table[:, MODULUS] * np.sqrt(radius * np.maximum(overlap, 0.0))
+        push = 2.0 / 3.0 * k * overlap
+    if bed.scheme.cohesion == forces.ZHANG:
+        push = push - cohesion_zhang.pull(table[:, COHESION], table[:, SHAPE], radius)
+    elif bed.scheme.cohesion == forces.SJKR:
+        d = r1 + r2 - overlap
+        push = push - table[:, COHESION] * np.pi * (r1**2 - ((d * d + r1**2 - r2**2) / (2.0 * d)) ** 2)
+    return k, push
+
+
 def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Static contacts: indices of both grains, force on the second (m, 3), branch vector (m, 3), overlap over the smaller radius."""
     first, second, history = bed.touching()
@@ -44,7 +64,7 @@ def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     d = np.linalg.norm(branch, axis=1)
     r1, r2 = bed.X[first, 3], bed.X[second, 3]
     overlap = r1 + r2 - d
-    k, push = bed.static_contact(first, second, overlap)
+    k, push = static_contact(bed, first, second, overlap)
     ratio = bed.pair_table[bed.kind[first], bed.kind[second], 6]
     force = (push / d)[:, None] * branch - (k * ratio)[:, None] * history[:, :3]
     return first, second, force, branch, overlap / np.minimum(r1, r2)
