@@ -4,7 +4,7 @@
 
 RUNS is a folder below which run folders of ``cases/nakamura_fujiwara`` lie, at any depth. The largest fragment is that of ``sph.fragments``. Speeds are medians
 over the outermost two millimetres of the sphere by where matter began: within 30 deg of the impact point (spall) and of its antipode. Verdicts use
-the default law of damage growth; the other laws stand beside it.
+the default law of damage growth, with the stage's viscosity and with the case's; other laws and numerics stand beside it.
 """
 
 from __future__ import annotations
@@ -31,6 +31,16 @@ SKIN = 2e-3
 NEAR = 30.0
 
 
+NUMERICS = {"smoothing": "fixed", "volumes": "present", "gradients": "plain", "viscosity_switch": "none"}
+"""The stage's defaults; a run that differs says so."""
+WORDS = {
+    "smoothing": "following supports",
+    "volumes": "volumes of the start",
+    "gradients": "corrected gradients",
+    "viscosity_switch": "Morris & Monaghan's switch",
+}
+
+
 def measure(run: Path) -> dict[str, Any]:
     """All that is read from one run."""
     used = tomllib.loads((run / "case.used.toml").read_text())
@@ -54,6 +64,8 @@ def measure(run: Path) -> dict[str, Any]:
     return {
         "run": run.name, "law": law, "seed": used["sph"]["seed"],
         "flaws": ", ".join(str(value) for value in choice.get("weibull", {}).values()),
+        "viscosity": [used["sph"]["alpha"], used["sph"]["beta"]],
+        "numerics": [WORDS[key] for key, usual in NUMERICS.items() if used["sph"][key] != usual],
         "spacing_m": spacing, "particles": int(target.sum()), "steps": report["steps"],
         "times_s": times, "largest": shares, "broken": broken,
         "second": pieces[1].mass / float(particles.mass[target].sum()) if len(pieces) > 1 else 0.0, "fragments": len(pieces),
@@ -74,20 +86,31 @@ def found(folder: Path, kept: dict[str, Any]) -> dict[str, Any]:
 
 
 def nominal(row: dict[str, Any]) -> bool:
-    """Whether a run is one that verdicts use."""
-    return row["law"] == DEFAULT and not row["flaws"] and row["seed"] == 1
+    """Whether a run is one that verdicts use: all but the viscosity as the case has it."""
+    return row["law"] == DEFAULT and not row["flaws"] and row["seed"] == 1 and not row["numerics"]
 
 
 def name(row: dict[str, Any]) -> str:
-    """A run's law, and its flaws (k, m) and seed where they are not the case's."""
-    return row["law"] + (f" (flaws {row['flaws']})" if row["flaws"] else "") + (f" (seed {row['seed']})" if row["seed"] != 1 else "")
+    """A run's law, and its flaws (k, m), seed and numerics where they are not the case's."""
+    seed = [f"seed {row['seed']}"] if row["seed"] != 1 else []
+    odd = ([f"flaws {row['flaws']}"] if row["flaws"] else []) + seed + row["numerics"]
+    return row["law"] + (f" ({'; '.join(odd)})" if odd else "")
+
+
+def viscosity(row: dict[str, Any]) -> str:
+    """alpha and beta as text."""
+    return "({:g}, {:g})".format(*row["viscosity"])
 
 
 def verdicts(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
-    """V05 at each resolution of the default law."""
+    """V05 at each resolution and viscosity of the default law."""
     made = []
     for row in (row for row in rows if nominal(row)):
-        others = ", ".join(f"{name(other)} {other['largest'][-1]:.3f}" for other in rows if other["spacing_m"] == row["spacing_m"] and other is not row)
+        others = ", ".join(
+            f"{name(other)} {other['largest'][-1]:.3f}"
+            for other in rows
+            if other["spacing_m"] == row["spacing_m"] and other["viscosity"] == row["viscosity"] and other is not row
+        )
         spall, antipode = row["spall_m_s"], row["antipode_m_s"]
         ours = f"largest fragment {row['largest'][-1]:.3f}; antipode {antipode[1]:.1f} m/s (10 to 90 %: {antipode[0]:.1f} to {antipode[2]:.1f}), "
         ours += f"spall {spall[1]:.0f} m/s ({spall[0]:.0f} to {spall[2]:.0f}); peak {1e-9 * row['peak_Pa']:.1f} GPa"
@@ -98,13 +121,16 @@ def verdicts(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
 
 
 def resolution(row: dict[str, Any]) -> str:
-    """Words for a run's size."""
-    return f"{row['particles']:,} particles, {1e3 * row['spacing_m']:.2f} mm"
+    """Words for a run's size and viscosity."""
+    return f"{row['particles']:,} particles, {1e3 * row['spacing_m']:.2f} mm, viscosity {viscosity(row)}"
 
 
 def table(rows: list[dict[str, Any]]) -> str:
     """Every run in one table."""
-    text = ["| law | resolution | largest fragment | second | broken | antipode, 10 / 50 / 90 % [m/s] | spall | peak [GPa] | energy |", "|---" * 9 + "|"]
+    text = [
+        "| law | resolution, viscosity | largest fragment | second | broken | antipode, 10 / 50 / 90 % [m/s] | spall | peak [GPa] | energy |",
+        "|---" * 9 + "|",
+    ]
     for row in rows:
         speeds = [" / ".join(f"{v:.3g}" for v in row[which]) for which in ("antipode_m_s", "spall_m_s")]
         text.append(
@@ -122,22 +148,24 @@ def picture(folder: Path, rows: list[dict[str, Any]], out: Path) -> None:
     import matplotlib.pyplot as plt
 
     shown = [row for row in rows if nominal(row)]
-    figure, axes = plt.subplots(1, 1 + len(shown), figsize=(5.0 * (1 + len(shown)), 4.5), squeeze=False, layout="constrained")
-    finest = min(row["spacing_m"] for row in rows)
-    for row in rows:
-        axes[0, 0].plot(
-            1e6 * np.array(row["times_s"]), row["largest"], "-" if row["spacing_m"] == finest else "--", label=f"{name(row)}, {1e3 * row['spacing_m']:.2f} mm"
-        )
+    cuts = [row for row in shown if row["spacing_m"] == min(other["spacing_m"] for other in shown)]
+    figure, axes = plt.subplots(1, 1 + len(cuts), figsize=(5.0 * (1 + len(cuts)), 4.5), squeeze=False, layout="constrained")
+    sizes, kinds = sorted({row["spacing_m"] for row in shown}), sorted({viscosity(row) for row in shown})
+    for row in shown:
+        style = ("-", "--", ":", "-.")[sizes.index(row["spacing_m"]) % 4]
+        label = f"{viscosity(row)}, {row['particles']:,}"
+        axes[0, 0].plot(1e6 * np.array(row["times_s"]), row["largest"], style, color=f"C{kinds.index(viscosity(row))}", label=label)
     axes[0, 0].axhspan(0.2, 0.4, color="0.9")
     axes[0, 0].set(xlabel="t [us]", ylabel="largest fragment over the target", ylim=(0, 1))
-    axes[0, 0].legend(fontsize=7)
-    for panel, row in zip(axes[0, 1:], shown):
+    axes[0, 0].legend(fontsize=7, title="viscosity, particles")
+    for panel, row in zip(axes[0, 1:], cuts):
         run = next(path for path in folder.rglob(row["run"]) if (path / "2_sph").is_dir())
         particles = snapshot.read(run / "2_sph" / "last.vtkhdf")
         cut = (np.abs(particles.position[:, 1]) < 0.5 * row["spacing_m"]) & (particles.layer >= 0)
         x = 100 * particles.position[cut]
         dots = panel.scatter(x[:, 0], x[:, 2], c=particles.damage[cut], s=2.5e6 * row["spacing_m"] ** 2, cmap="inferno_r", vmin=0, vmax=1, lw=0)
         panel.set(xlim=(-4, 4), ylim=(-4, 4), aspect="equal", xlabel="cm", title=f"damage at {1e6 * row['times_s'][-1]:.0f} us, {resolution(row)}")
+        panel.title.set_fontsize(8)
         figure.colorbar(dots, ax=panel, shrink=0.8)
     figure.savefig(out / "fragments.png", dpi=100)
     plt.close(figure)
@@ -159,7 +187,7 @@ def main() -> int:
         return reason.exit_code
     given.out.mkdir(parents=True, exist_ok=True)
     archive.write_text(path, json.dumps(kept, separators=(",", ":")))
-    rows = sorted(kept.values(), key=lambda row: (row["spacing_m"], not nominal(row), row["law"]))
+    rows = sorted(kept.values(), key=lambda row: (row["spacing_m"], row["viscosity"], not nominal(row), name(row)))
     archive.write_text(given.out / "table.md", table(rows))
     archive.write_text(given.out / "verdicts.json", json.dumps({"resolution": "", "verdicts": verdicts(rows)}, indent=1) + "\n")
     picture(given.runs, rows, given.out)

@@ -146,10 +146,16 @@ def blown(across: int, gamma: float, terms: bool) -> list[dict]:
 def rest() -> dict[str, Callable[[], list[dict]]]:
     """What has no table of its own."""
     found: dict[str, Callable[[], list[dict]]] = {}
-    for name in ("basalt", "ice"):
+    for name in ("basalt", "ice", "aluminum"):
         for transverse in (False, True):
             label = f"{'shear' if transverse else 'pressure'} wave in {name}, speed over exact"
             found[label] = lambda label=label, name=name, across=transverse: [solved(label, lambda: solutions.elastic_speed(name, across), 1.0, 0.015)]
+    for corrected in (False, True):
+        for name in ("basalt", "ice", "aluminum"):
+            label = f"wave along a bar of {name}{', corrected gradients' if corrected else ''}, speed over exact"
+            found[label] = lambda label=label, name=name, corrected=corrected: [
+                solved(label, lambda: solutions.bar_speed(name, corrected=corrected), 1.0, 0.015)
+            ]
     angle, more = solutions.angle_of_slope(math.radians(30.0)), math.radians(2.0)
     free = math.sin(more) / (math.cos(angle) * math.sin(angle + more))
     found["slope"] = lambda: [

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from crater import scaling
 from crater.measure import Measures
 from crater.radial_profile import Profile
 from matter import archive, readable
@@ -61,6 +62,8 @@ def draw_all(found: Findings, out: Path) -> None:
         draw_heightmap(found.final, out / "heightmap.png")
     if found.ejecta:
         draw_ejecta(found, out / "ejecta.png")
+    if found.launch:
+        draw_launches(found, out / "launch.png")
     from crater import plot_sections
 
     plot_sections.draw_cross_sections(found, out / "cross_section.png")
@@ -192,7 +195,7 @@ def draw_series(found: Findings, path: Path) -> None:
             axis.axhline(row["value"] * length, color="black", linewidth=0.8, linestyle=":")
     if found.scaling:
         low, high = (x * length for x in found.scaling["range_m"])
-        axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label="pi-scaling (Zahnle, Collins, Schmidt-Housen water)")
+        axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label=f"pi-scaling ({', '.join(scaling.NAMES[name] for name in found.scaling['range_of'])})")
     for key, colour in (("volume", INK[1]), ("depth", INK[3])):
         if key in found.transient:
             for axis in axes:
@@ -247,6 +250,29 @@ def draw_ejecta(found: Findings, path: Path) -> None:
     axis.set(xlabel="speed v [m/s]", ylabel="mass faster than v [kg]")
     axis.legend(frameon=False, fontsize=8)
     _grid(axis)
+    save(fig, path)
+
+
+def draw_launches(found: Findings, path: Path) -> None:
+    """Speed and angle of ejecta against where they left the ground, with the law of dry sand and the fit."""
+    row = found.launch
+    fig = figure(6.6, 6.0)
+    speed, angle = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    x, rim = np.array(row["x_over_a"]), row["apparent_radius_m"] / found.settings.impact.projectile.radius
+    words = f"this run: mu = {row['mu']['value']:.3f} ± {row['mu']['sigma']:.3f}, C1 = {row['C1']['value']:.2f} ± {row['C1']['sigma']:.2f}"
+    speed.loglog(x, row["v_over_U"], "o-", color=INK[0], markersize=4, label=words)
+    speed.loglog(x, row["sand_v_over_U"], "--", color=INK[4], label="Housen & Holsapple 2011, dry sand: 0.41, 0.55")
+    speed.set_ylabel("launch speed / normal impact speed")
+    angle.semilogx(x, row["angle_deg"], "o-", color=INK[0], markersize=4)
+    angle.axhspan(35.0, 55.0, color=INK[4], alpha=0.15)
+    angle.set(xlabel="distance from the axis / projectile's radius", ylabel="launch angle [deg]", ylim=(0.0, 90.0))
+    for axis in (speed, angle):
+        axis.axvline(rim, color="black", linewidth=0.8, linestyle=":")
+        _grid(axis)
+    ticks = [t for t in (1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24) if x.min() * 0.95 <= t <= max(x.max(), rim) * 1.05]
+    angle.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    angle.minorticks_off()
+    speed.legend(frameon=False, fontsize=8)
     save(fig, path)
 
 

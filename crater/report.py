@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crater import report_evidence
+from crater import report_evidence, scaling
 from crater.measure import Measures, Quantity
 from matter import archive, readable
 
@@ -130,7 +130,8 @@ def _ejecta(found: Findings, out: Path) -> str:
         return ""
     when = f"{readable.clock(found.ejecta['time_s'])}"
     words = f"Target mass above the datum, not part of the ground and rising, faster than v, at {when}; the laws are for vertical impacts into half-spaces."
-    return "<h2>Ejecta</h2>" + _picture(out / "ejecta.png", words)
+    where = "Speed and angle at the level of the ground against the place of launch (medians); dotted: the apparent radius."
+    return "<h2>Ejecta</h2>" + _picture(out / "ejecta.png", words) + (_picture(out / "launch.png", where) if found.launch else "")
 
 
 def _title(found: Findings) -> str:
@@ -242,11 +243,12 @@ def _scaling_table(found: Findings) -> str:
     sizes = np.array(list(found.scaling["diameter_m"].values()))
     low, high = found.scaling["range_m"]
     scale, unit = _scale(high, "m")
-    growth = found.scaling["formation_time_s"] / 60
+    named = [scaling.NAMES[name] for name in found.scaling["range_of"]]
+    growth = readable.clock(found.scaling["formation_time_s"])
     here = f" Ours: {shown(ours.measures['diameter_apparent_m'])}." if ours is not None and ours.measures is not None else ""
     return (
-        f"<h2>Scaling laws</h2><table>{''.join(rows)}</table><p>Zahnle, Collins and Schmidt-Housen (water) span {_digits(low * scale, 3)} to "
+        f"<h2>Scaling laws</h2><table>{''.join(rows)}</table><p>{', '.join(named[:-1])} and {named[-1]} span {_digits(low * scale, 3)} to "
         f"{_digits(high * scale, 3)} {unit}, all laws {_digits(sizes.min() * scale, 3)} to {_digits(sizes.max() * scale, 3)} {unit} (a factor "
-        f"{sizes.max() / sizes.min():.1f}: the spread between target materials).{here} Growth time by scaling {growth:.1f} min. "
+        f"{sizes.max() / sizes.min():.1f}: the spread between target materials).{here} Growth time by scaling {growth}. "
         "None of them knows layers, strength or the curvature of the body.</p>"
     )

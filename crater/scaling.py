@@ -10,6 +10,8 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from matter.errors import InputError
 
 
@@ -117,6 +119,19 @@ def housen_holsapple_2011_water(s: Strike) -> float:
     return housen_holsapple_2011(s, 0.68, 0.55)
 
 
+NU, SAND_BEND, SAND_EDGE = 0.4, 0.3, 1.3
+"""nu of every ground, and p and n2 of dry sand in ``launch_speed`` (Housen & Holsapple 2011, Table 3)."""
+
+
+def launch_speed(s: Strike, x: np.ndarray, radius: float, c1: float = 0.55, mu: float = 0.41) -> np.ndarray:
+    """v(x) = C1 U ((x / a) (rho_t / rho_i)^nu)^(-1/mu) (1 - x / (n2 R))^p [m/s] of ejecta from ``x`` [m] of a crater of apparent ``radius`` R [m].
+
+    Housen & Holsapple 2011, eq. 14; C1, mu, p and n2 of dry sand, U = v cos theta.
+    """
+    place = np.asarray(x) / s.radius * (s.target_density / s.projectile_density) ** NU
+    return c1 * s.speed * math.cos(s.angle) * place ** (-1.0 / mu) * np.maximum(1.0 - np.asarray(x) / (SAND_EDGE * radius), 0.0) ** SAND_BEND
+
+
 def ejected_mass(s: Strike, speed: float, k: float, c1: float, mu: float, nu: float = 0.4) -> float:
     """M(>v) = m (3 k / 4 pi) (rho_t / rho_i)^(1 - 3 nu) (v / (C1 U))^(-3 mu) [kg], U = v cos theta: the power law, without its ends at the
     projectile and at the rim.
@@ -143,8 +158,20 @@ LAWS: dict[str, Callable[[Strike], float]] = {
     "housen_holsapple_2011_water": housen_holsapple_2011_water,
     "housen_holsapple_2011_sand": housen_holsapple_2011,
 }
-FLUID = ("zahnle_2003", "collins_2005", "schmidt_housen_water")
-"""The laws that a weak icy target is usually compared with."""
+GROUNDS: dict[str, tuple[str, ...]] = {
+    "fluid": ("zahnle_2003", "collins_2005", "schmidt_housen_water"),
+    "rock": ("schmidt_housen_rock", "holsapple_rock"),
+    "sand": ("schmidt_housen_sand", "holsapple_sand", "housen_holsapple_2011_sand"),
+}
+"""The laws that a kind of ground is usually compared with; ``fluid`` is a target without friction, such as weak ice."""
+VOLUMES = {"fluid": (0.98, 0.55), "rock": (0.095, 0.55), "sand": (0.132, 0.41)}
+"""K and mu of ``holsapple_volume`` by kind of ground."""
+NAMES = {
+    "zahnle_2003": "Zahnle", "collins_2005": "Collins", "schmidt_housen_water": "Schmidt-Housen water", "schmidt_housen_rock": "Schmidt-Housen rock",
+    "schmidt_housen_sand": "Schmidt-Housen sand", "holsapple_rock": "Holsapple rock", "holsapple_sand": "Holsapple sand",
+    "housen_holsapple_2011_sand": "Housen-Holsapple sand",
+}  # fmt: skip
+"""For pictures and pages."""
 
 
 def diameters(strike: Strike) -> dict[str, float]:

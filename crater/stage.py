@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from crater import datum as datums
-from crater import ejecta, locate, plot, radial_profile, report, scaling, series
+from crater import ejecta, launch, locate, plot, radial_profile, report, scaling, series
 from crater.compare import profile_difference
 from crater.datum import Datum
 from crater.measure import Measures, Quantity, measure
@@ -70,6 +70,8 @@ class Settings(Model):
     """Measure every n-th snapshot of the shock stage."""
     escape_speed: Annotated[Speed, Field(ge=0)] = 0.0
     """Flat ground: what rises faster than this leaves the body that the ground stands for."""
+    ground: Literal["fluid", "rock", "sand"] = "fluid"
+    """Kind of ground whose scaling laws the crater is compared with; ``fluid`` for weak ground without friction."""
     simple_to_complex: str = "2.5 km"
     """Transition diameter between simple and complex craters on this body."""
     seed: int = 1
@@ -93,8 +95,11 @@ class Findings:
     final_from: str = ""
     leaving: dict[str, float] = field(default_factory=dict)
     ejecta: dict[str, Any] = field(default_factory=dict)
+    launch: dict[str, Any] = field(default_factory=dict)
     growing: list[str] = field(default_factory=list)
     gravity: float = float("nan")
+    densities: tuple[float, float] = (float("nan"), float("nan"))
+    """Of the projectile and of the ground at its surface [kg/m^3]."""
     reasons: dict[str, str] = field(default_factory=dict)
     scaling: dict[str, Any] = field(default_factory=dict)
     reference: list[dict[str, Any]] = field(default_factory=list)
@@ -120,6 +125,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     settled = snapshot.series(found.inputs / "5_dem")
     progress = Progress("crater", total=float(len(shots) + len(settled) + 4))
     heard = iter(range(1, len(shots) + len(settled) + 2))
+    found.densities = _densities(found, shots[0] if shots else None)
     _follow_shock(found, shots, lambda path: progress.update(next(heard), path.name))
     if grains.is_file():
         _measure_grains(found, settled, grains, lambda path: progress.update(next(heard), path.name))
@@ -170,6 +176,8 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
     if "volume" not in found.transient:
         found.reasons["transient"] = "no snapshot of the shock stage shows a hollow"
     _follow_ejecta(found, datum, shots)
+    if not datum.is_sphere and found.gravity > 0.0:
+        _follow_launches(found, shots)
     last = found.inputs / "2_sph" / f"last{snapshot.SUFFIX}"
     path = last if last.is_file() else shots[-1]
     particles = snapshot.read(path)
@@ -207,6 +215,27 @@ def _follow_ejecta(found: Findings, datum: Datum, shots: list[Path]) -> None:
         strike = _strike(found)
         laws = {name: [scaling.ejected_mass(strike, v, *constants) for v in curve["speed_m_s"]] for name, constants in scaling.EJECTA.items()}
         found.ejecta = {"time_s": moment.time, **curve, "housen_holsapple_2011_kg": laws}
+
+
+def _follow_launches(found: Findings, shots: list[Path]) -> None:
+    """Speed and angle of ejecta against where they left flat ground, with the law of dry sand."""
+    moment = found.transient.get("volume")
+    radius = 0.5 * moment.value("diameter_apparent_m") if moment else float("nan")
+    if not radius > 0.0:
+        return
+    strike, spacing = _strike(found), float(snapshot.attributes(shots[0]).get("spacing_at_impact_m", 0.0))
+    try:
+        thrown = launch.launched((snapshot.read(path) for path in shots[1:]), found.gravity, launch.ABOVE * spacing)
+        fit = launch.fit(thrown, strike, radius)
+    except InputError as reason:
+        found.reasons["launch"] = str(reason)
+        return
+    place, speed, angle, number = fit.table.T
+    found.launch = {
+        "mu": {"value": fit.mu, "sigma": fit.mu_sigma}, "C1": {"value": fit.c1, "sigma": fit.c1_sigma}, "apparent_radius_m": radius,
+        "x_over_a": place.tolist(), "v_over_U": speed.tolist(), "angle_deg": np.degrees(angle).tolist(), "particles": number.astype(int).tolist(),
+        "sand_v_over_U": (scaling.launch_speed(strike, place * strike.radius, radius) / (strike.speed * np.cos(strike.angle))).tolist(),
+    }  # fmt: skip
 
 
 def grain_datum(grains: Particles, fallback: Datum) -> Datum:
@@ -248,26 +277,38 @@ def _measure_grains(found: Findings, settled: list[Path], last: Path, heard) -> 
         found.reasons["final"] = str(reason)
 
 
+def _densities(found: Findings, first: Path | None) -> tuple[float, float]:
+    """Densities of projectile and ground [kg/m^3] as the shock stage began with them (pores, changed materials); of their materials where it left none."""
+    ball = material.reference_density(found.settings.impact.projectile.material)
+    ground = material.reference_density(found.settings.target.layers[-1].material)
+    path = found.inputs / "2_sph" / "target.json"
+    if path.is_file():
+        ground = json.loads(path.read_text()).get("profile", {}).get("density_kg_m3", [ground])[-1]
+    if first is not None:
+        begun = snapshot.read(first)
+        mine = begun.layer < 0 if {"layer", "density", "mass"} <= set(begun) else np.zeros(0, dtype=bool)
+        if mine.any():
+            ball = float(begun.mass[mine].sum() / (begun.mass[mine] / begun.density[mine]).sum())
+    return ball, float(ground)
+
+
 def _strike(found: Findings) -> scaling.Strike:
-    impact, target = found.settings.impact, found.settings.target
-    density = material.reference_density(impact.projectile.material)
-    ground = material.reference_density(target.layers[-1].material)
-    return scaling.Strike(impact.projectile.radius, impact.speed, impact.angle_from_vertical, found.gravity, density, ground)
+    impact = found.settings.impact
+    return scaling.Strike(impact.projectile.radius, impact.speed, impact.angle_from_vertical, found.gravity, *found.densities)
 
 
 def _compare_with_published(found: Findings) -> None:
     if found.gravity > 0.0:
-        strike = _strike(found)
+        strike, laws = _strike(found), scaling.GROUNDS[found.settings.ground]
         sizes = scaling.diameters(strike)
-        fluid = [sizes[name] for name in scaling.FLUID]
+        usual = [sizes[name] for name in laws]
+        complex_above = quantity.parse(found.settings.simple_to_complex, "m")
         found.scaling = {
             "diameter_m": sizes,
-            "range_m": [min(fluid), max(fluid)],
-            "range_of": list(scaling.FLUID),
-            "final_rim_diameter_m": {
-                name: scaling.final_from_transient(sizes[name], quantity.parse(found.settings.simple_to_complex, "m")) for name in scaling.FLUID
-            },
-            "formation_time_s": scaling.formation_time(scaling.holsapple_volume(strike, 0.98, 0.55), found.gravity),
+            "range_m": [min(usual), max(usual)],
+            "range_of": list(laws),
+            "final_rim_diameter_m": {name: scaling.final_from_transient(sizes[name], complex_above) for name in laws},
+            "formation_time_s": scaling.formation_time(scaling.holsapple_volume(strike, *scaling.VOLUMES[found.settings.ground]), found.gravity),
         }
     else:
         found.reasons["scaling"] = "the scaling laws here are those of the gravity regime, and this run has no gravity"
@@ -345,6 +386,8 @@ def measures_json(found: Findings) -> dict[str, Any]:
         content["leaving"] = found.leaving
     if found.ejecta:
         content["ejecta"] = found.ejecta
+    if found.launch:
+        content["launch"] = found.launch
     if found.late_sph is not None:
         content["late_sph"] = {**found.late_sph.as_dict(), "time_s": Quantity(found.late_sph_time, 0.0, "s").as_dict()}
     return content

@@ -29,7 +29,7 @@ def test_valhalla_projectiles(radius, angle, expected):
 
 def test_range_for_the_980_km_case():
     found = scaling.diameters(scaling.Strike(53.9e3, 18234.0, math.radians(40.0), 1.236, 917.0, 917.0))
-    sizes = [found[name] / 1e3 for name in scaling.FLUID]
+    sizes = [found[name] / 1e3 for name in scaling.GROUNDS["fluid"]]
     assert min(sizes) == pytest.approx(592, abs=1)
     assert max(sizes) == pytest.approx(752, abs=1)
 

@@ -174,15 +174,35 @@ def elastic_speed(name: str, transverse: bool, width: float = 8.0) -> float:
     speed = math.sqrt(modulus / rho)
     c.velocity[:, axis] = 1e-3 * np.exp(-(((c.position[:, 2] - 0.5 * column.height) / width) ** 2))
     i.start()
-    times, places = [], []
-    for part in range(5):  # the half that goes up, once the two have parted
-        column.run((30.0 + 5.0 * part) / speed)
-        v, z = column.layers(c.velocity[:, axis]), column.layers(c.position[:, 2])
-        up = z > 0.5 * column.height
-        weight = np.where(up, np.maximum(v, 0.0), 0.0) ** 2
-        times.append(i.time)
+    return _pulse_upwards(i, axis, 0.5 * column.height, [(30.0 + 5.0 * part) / speed for part in range(5)]) / speed
+
+
+def bar_speed(name: str, radius: float = 6.0, length: float = 240.0, width: float = 24.0, **options) -> float:
+    """Speed of a pulse of velocity along a free bar of the solid ``name``, over sqrt(E / rho); lengths in spacings, ``width`` the half width at 1/e.
+
+    Waves of the length 2 pi sqrt(2) ``width`` run slower by (nu pi radius / length)^2 = 1e-3 of it (Rayleigh 1894).
+    """
+    materials = collect((name,), {name: Choice(**TOUGH)})
+    place, wide, deep, _ = columns.lattice(round(length / 0.9), round(2.0 * radius) + 2)
+    place = place - 0.5 * np.array([wide, deep, place[:, 2].max()])
+    i = body(place[np.hypot(place[:, 0], place[:, 1]) < radius], materials, length, True, **options)
+    c = i.cloud
+    shear, bulk = float(i.rows.shear[0]), float(i.rows.bulk[0])
+    speed = math.sqrt(9.0 * bulk * shear / (3.0 * bulk + shear) / float(materials.bulk_density[0]))
+    c.velocity[:, 2] = 1e-3 * np.exp(-((c.position[:, 2] / width) ** 2))
+    i.start()
+    return _pulse_upwards(i, 2, 0.0, [(50.0 + 5.0 * part) / speed for part in range(5)]) / speed
+
+
+def _pulse_upwards(i: Integrator, axis: int, middle: float, times: list[float]) -> float:
+    """Speed of the half of a pulse of velocity along ``axis`` that goes up from the height ``middle``, once the two halves have parted."""
+    c, places = i.cloud, []
+    for time in times:
+        advance(i, time)
+        z = c.position[:, 2]
+        weight = np.where(z > middle, np.maximum(c.velocity[:, axis], 0.0), 0.0) ** 2
         places.append(float(weight @ z / weight.sum()))
-    return float(np.polyfit(times, places, 1)[0]) / speed
+    return float(np.polyfit(times, places, 1)[0])
 
 
 # ---------------------------------------------------------------- a slope of dry sand
