@@ -15,7 +15,7 @@ from matter import archive, readable
 
 if TYPE_CHECKING:
     from crater.compare import Crater
-    from crater.stage import Findings
+    from crater.findings import Findings
 
 INK = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
 

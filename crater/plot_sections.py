@@ -18,7 +18,7 @@ from matter.errors import InputError
 from matter.particles import Particles
 
 if TYPE_CHECKING:
-    from crater.stage import Findings
+    from crater.findings import Findings
 
 MEASURE_COLOUR = "#e0a100"
 GRAINS = ("4_handoff/start", "5_dem/last")

@@ -14,7 +14,7 @@ from crater.measure import Measures, Quantity
 from matter import archive, readable
 
 if TYPE_CHECKING:
-    from crater.stage import Findings
+    from crater.findings import Findings
 
 WORDS = {
     "diameter_rim_m": "rim diameter",

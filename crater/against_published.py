@@ -1,0 +1,78 @@
+"""The crater beside scaling laws and beside the published numbers of its case."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crater import scaling
+from crater.compare import profile_difference
+from crater.findings import Findings, strike, time_of
+from crater.measure import Quantity
+from matter import quantity
+
+if TYPE_CHECKING:
+    from crater.stage import Published
+
+
+def compare(found: Findings) -> None:
+    """Scaling laws, published numbers, and the late stage in SPH against that in grains."""
+    if found.gravity > 0.0:
+        shot, laws = strike(found), scaling.GROUNDS[found.settings.ground]
+        sizes = scaling.diameters(shot)
+        usual = [sizes[name] for name in laws]
+        complex_above = quantity.parse(found.settings.simple_to_complex, "m")
+        found.scaling = {
+            "diameter_m": sizes,
+            "range_m": [min(usual), max(usual)],
+            "range_of": list(laws),
+            "final_rim_diameter_m": {name: scaling.final_from_transient(sizes[name], complex_above) for name in laws},
+            "formation_time_s": scaling.formation_time(scaling.holsapple_volume(shot, *scaling.VOLUMES[found.settings.ground]), found.gravity),
+        }
+    else:
+        found.reasons["scaling"] = "the scaling laws here are those of the gravity regime, and this run has no gravity"
+    for published in found.settings.reference:
+        found.reference.append(_verdict(found, published))
+    if found.late_sph is not None and found.final is not None and found.final is not found.late_sph:
+        found.late_difference = profile_difference(found.late_sph.profile, found.final.profile, _depth_scale(found))
+
+
+def _depth_scale(found: Findings) -> float | None:
+    moment = found.transient.get("depth")
+    return moment.value("depth_m") if moment else None
+
+
+def _verdict(found: Findings, published: Published) -> dict[str, Any]:
+    """Ours beside a published number; met when they agree within both errors (published and ours) in quadrature."""
+    value, plus, minus = (quantity.parse(text) for text in (published.value, published.plus, published.minus))
+    ours = _ours(found, published)
+    row: dict[str, Any] = {
+        "name": f"{published.of} {published.quantity}",
+        "at": f"first maximum of {published.at}" if published.of == "transient" else "end",
+        "value": value,
+        "plus": plus,
+        "minus": minus,
+        "unit": ours.unit,
+        "source": published.source,
+        "note": published.note,
+        "ours": ours.as_dict(),
+    }
+    if ours.value is None:
+        return {**row, "met": None, "why": ours.reason}
+    apart = ours.value - value
+    allowed = float(np.hypot(plus if apart > 0 else minus, ours.sigma or 0.0))
+    return {**row, "met": bool(abs(apart) <= allowed), "difference_over_error": apart / allowed if allowed > 0 else None}
+
+
+def _ours(found: Findings, published: Published) -> Quantity:
+    missing = {"time_s": "s", "volume_m3": "m^3"}.get(published.quantity, "m")
+    if published.of == "final":
+        if published.quantity == "time_s":
+            return Quantity(found.final_time, 0.0, "s")
+        measures = found.final
+        return measures[published.quantity] if measures else Quantity(None, None, missing, found.reasons.get("final", "not measured"))
+    moment = found.transient.get(published.at)
+    if moment is None or moment.measures is None:
+        return Quantity(None, None, missing, found.reasons.get("transient", f"no maximum of {published.at} in the series"))
+    return time_of(found, moment) if published.quantity == "time_s" else moment.measures[published.quantity]

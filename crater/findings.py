@@ -1,0 +1,70 @@
+"""What the stage has found so far, and the impact behind it as the scaling laws take it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crater import scaling, series
+from crater.measure import Measures, Quantity
+from matter import material, snapshot
+
+if TYPE_CHECKING:
+    from crater.stage import Settings
+
+
+@dataclass
+class Findings:
+    """What the stage found, for the files, pictures and the page."""
+
+    settings: Settings
+    inputs: Path
+    moments: list[series.Moment] = field(default_factory=list)
+    transient: dict[str, series.Moment] = field(default_factory=dict)
+    late_sph: Measures | None = None
+    late_sph_time: float = float("nan")
+    final: Measures | None = None
+    final_time: float = float("nan")
+    final_from: str = ""
+    leaving: dict[str, float] = field(default_factory=dict)
+    ejecta: dict[str, Any] = field(default_factory=dict)
+    launch: dict[str, Any] = field(default_factory=dict)
+    growing: list[str] = field(default_factory=list)
+    gravity: float = float("nan")
+    densities: tuple[float, float] = (float("nan"), float("nan"))
+    """Of the projectile and of the ground at its surface [kg/m^3]."""
+    reasons: dict[str, str] = field(default_factory=dict)
+    scaling: dict[str, Any] = field(default_factory=dict)
+    reference: list[dict[str, Any]] = field(default_factory=list)
+    late_difference: dict[str, Any] | None = None
+
+
+def densities(found: Findings, first: Path | None) -> tuple[float, float]:
+    """Densities of projectile and ground [kg/m^3] as the shock stage began with them (pores, changed materials); of their materials where it left none."""
+    ball = material.reference_density(found.settings.impact.projectile.material)
+    ground = material.reference_density(found.settings.target.layers[-1].material)
+    path = found.inputs / "2_sph" / "target.json"
+    if path.is_file():
+        ground = json.loads(path.read_text()).get("profile", {}).get("density_kg_m3", [ground])[-1]
+    if first is not None:
+        begun = snapshot.read(first)
+        mine = begun.layer < 0 if {"layer", "density", "mass"} <= set(begun) else np.zeros(0, dtype=bool)
+        if mine.any():
+            ball = float(begun.mass[mine].sum() / (begun.mass[mine] / begun.density[mine]).sum())
+    return ball, float(ground)
+
+
+def strike(found: Findings) -> scaling.Strike:
+    impact = found.settings.impact
+    return scaling.Strike(impact.projectile.radius, impact.speed, impact.angle_from_vertical, found.gravity, *found.densities)
+
+
+def time_of(found: Findings, moment: series.Moment) -> Quantity:
+    """Time of a moment, with half the interval between snapshots as its error."""
+    times = np.array([m.time for m in found.moments if m.stage == moment.stage])
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    return Quantity(moment.time, 0.5 * step, "s", parts={"interval between snapshots": 0.5 * step})

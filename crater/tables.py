@@ -1,0 +1,114 @@
+"""The stage's files: ``measures.json``, ``compare.json``, profiles, time series, height map."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from crater import radial_profile, series
+from crater.findings import Findings, time_of
+from crater.measure import Measures, Quantity
+from matter import archive
+
+
+def measures_json(found: Findings) -> dict[str, Any]:
+    """The content of ``measures.json``."""
+    transient: dict[str, Any] = {}
+    for key in ("volume", "depth", "diameter"):
+        moment = found.transient.get(key)
+        if moment is not None and moment.measures is not None:
+            transient[f"at_maximum_{key}"] = {
+                **moment.measures.as_dict(),
+                "time_s": time_of(found, moment).as_dict(),
+                "stage": moment.stage,
+            }
+    default = transient.get("at_maximum_volume", {"reason": found.reasons.get("transient", "not measured")})
+    final: dict[str, Any] = {"reason": found.reasons.get("final", "not measured")}
+    if found.final is not None:
+        final = {**found.final.as_dict(), "time_s": Quantity(found.final_time, 0.0, "s").as_dict(), "from": found.final_from}
+    content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": found.reference}
+    if engine := _engine_of(found.inputs / "5_dem" / "stage_report.json"):
+        content["engine"] = engine
+    if found.leaving:
+        content["leaving"] = found.leaving
+    if found.ejecta:
+        content["ejecta"] = found.ejecta
+    if found.launch:
+        content["launch"] = found.launch
+    if found.late_sph is not None:
+        content["late_sph"] = {**found.late_sph.as_dict(), "time_s": Quantity(found.late_sph_time, 0.0, "s").as_dict()}
+    return content
+
+
+def _engine_of(report: Path) -> dict[str, Any]:
+    """Which program stepped the grains, and the deviations that the case accepted from it; empty for this project's own stepping."""
+    if not report.is_file():
+        return {}
+    engine = json.loads(report.read_text()).get("engine", {})
+    return {name: engine[name] for name in ("name", "deviations") if name in engine}
+
+
+def write_tables(found: Findings, out: Path) -> None:
+    """Every file but the pictures and the page."""
+    write_json(out / "measures.json", measures_json(found))
+    write_json(
+        out / "compare.json",
+        {"scaling": found.scaling, "published": found.reference, "late_stage_sph_against_dem": found.late_difference},
+    )
+    if found.moments:
+        series.write_csv(found.moments, out / "time_series.csv")
+    if found.late_sph is not None:
+        radial_profile.write_csv(headed(found.late_sph, found.late_sph_time, "all-SPH late stage"), out / "profile_sph.csv")
+    moment = found.transient.get("volume")
+    if moment is not None and moment.measures is not None:
+        radial_profile.write_csv(headed(moment.measures, moment.time, "transient, maximum volume"), out / "profile_transient.csv")
+    if found.final is not None:
+        radial_profile.write_csv(headed(found.final, found.final_time, found.final_from), out / "profile.csv")
+        write_heightmap(found.final, out / "heightmap.h5")
+
+
+def headed(measures: Measures, time: float, what: str) -> radial_profile.Profile:
+    """The profile with what it is of, and when, in its header."""
+    old = measures.profile
+    return radial_profile.Profile(old.radius, old.height, old.p16, old.p84, old.count, {"of": what, "time_s": f"{time:.6g}", **old.header})
+
+
+def write_heightmap(measures: Measures, path: Path) -> None:
+    """Heights on (distance, azimuth) cells and on the single columns, with their places in the frame of the snapshot."""
+    ground = measures.ground
+    columns = ground.columns
+    ring = columns.ring
+    azimuth = (np.arange(columns.sectors) + 0.5) * 2.0 * np.pi / columns.sectors
+    arrays = {
+        "distance": (columns.distance, "m", "distance from the crater's axis along the datum"),
+        "azimuth": (azimuth, "rad", "azimuth of the sectors, 0 along +x"),
+        "columns/distance": (columns.distance[ring], "m", "distance of the single columns"),
+        "columns/azimuth": (columns.azimuth, "rad", "azimuth of the single columns"),
+        "columns/height": (ground.rays, "m", "height of the colour field's half level"),
+    }
+    for name, cells in ground.methods.items():
+        arrays[f"height/{name}"] = (cells, "m", f"height by the method '{name}' (rings, sectors)")
+    attributes = {"datum": ground.datum.kind, "datum_radius_m": ground.datum.radius, "datum_centre_m": np.asarray(ground.datum.centre)}
+    archive.write(path, arrays, {**attributes, "axes": np.asarray(ground.datum.axes)})
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write JSON with plain numbers; what is not finite becomes null."""
+    archive.write_text(path, json.dumps(_plain(content), indent=1))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    return value
