@@ -73,7 +73,7 @@ def write_csv(moments: list[Moment], path: Path) -> None:
     head = ["stage", "time_s"] + [column for name in NAMES for column in (name, f"{name}_sigma")] + ["far_field_level_m", "note"]
     lines = [",".join(head)]
     for moment in moments:
-        row = [moment.stage, f"{moment.time:.3f}"]
+        row = [moment.stage, f"{moment.time:.9g}"]
         for name in NAMES:
             row += [f"{x:.6g}" if np.isfinite(x) else "" for x in (moment.value(name), moment.sigma(name))]
         level = moment.measures.notes.get("far_field_level_m", "") if moment.measures else ""

@@ -73,7 +73,7 @@ def as_markdown(rows: list[dict[str, Any]], fits: dict[str, Any], command: str) 
 
 def table(chosen: list[sweep.Variant], out: Path, uniform: Path | None, command: str) -> None:
     """Measure what is finished, extrapolate, write table and picture."""
-    from crater import convergence, stage
+    from crater import convergence, tables
 
     rows = []
     for variant in chosen:
@@ -95,7 +95,7 @@ def table(chosen: list[sweep.Variant], out: Path, uniform: Path | None, command:
     text = as_markdown([*rows, *([beside] if beside else [])], fits, command)
     archive.write_text(out / "convergence.md", text)
     content = {"command": command, "rows": rows, "uniform": beside, "extrapolated": {key: vars(fit) for key, fit in fits.items()}}
-    stage.write_json(out / "convergence.json", content)
+    tables.write_json(out / "convergence.json", content)
     if rows:
         convergence.draw(rows, fits, out / "convergence.png", beside)
     print(text)
