@@ -23,7 +23,7 @@ def pictures(runs: Runs, out: Path) -> None:
         if not rows:
             continue
         fines = runs.spacings(case)
-        figure, axes = plt.subplots(1, 2 if case == "deep_impact" else 3, figsize=(11 if case == "deep_impact" else 15, 4.5), layout="constrained")
+        figure, axes = plt.subplots(1, 2 if case == "deep_impact" else 3, figsize=(11 if case == "deep_impact" else 15, 5.2), layout="constrained")
         for row in rows:
             words = f"{label(row)}, {100 * row['spacing_m'] * 2 ** (1 / 6):.0f} cm"
             pen = {"color": "0.4" if row["light"] else colour[row["alpha0"]], "ls": ("-", "--", ":", "-.")[fines.index(row["spacing_m"]) % 4]}
@@ -47,7 +47,7 @@ def pictures(runs: Runs, out: Path) -> None:
             axes[0].set(xlabel="t [ms]", ylabel="1 + P_ejecta / P_projectile, v_z > 1 m/s")
             axes[1].set(xlabel="t [ms]", ylabel="M(v_z > 1 m/s) [kg]")
             axes[2].set(xlabel="depth below the impact [m]", ylabel="peak pressure [GPa]")
-        axes[0].legend(fontsize=7)
+        figure.legend(fontsize=7, loc="outside lower center", ncols=5)
         figure.savefig(out / name, dpi=110)
         plt.close(figure)
 
