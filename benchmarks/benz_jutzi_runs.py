@@ -60,7 +60,8 @@ def inside(particles: Particles) -> np.ndarray:
 def ejecta(particles: Particles) -> dict[str, Any]:
     """Time, mass [kg] and upward momentum [kg m/s] of what rises faster than each of ``ESCAPE``; the same above the ground; the projectile's with it."""
     counts, ball, up = inside(particles), particles.layer < 0, particles.velocity[:, 2]
-    m, row = particles.mass, {"time_s": float(particles.attributes["time"]), "mass_kg": [], "momentum": [], "air_kg": [], "ball_momentum": []}
+    m = particles.mass
+    row: dict[str, Any] = {"time_s": float(particles.attributes["time"]), "mass_kg": [], "momentum": [], "air_kg": [], "ball_momentum": []}
     for limit in ESCAPE:
         gone = up > limit
         row["mass_kg"].append(float(m[gone & counts].sum()))

@@ -19,13 +19,14 @@ import statistics
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 ROUNDS, STEPS = 5, 150
 SKINS, WARM = (0.05, 0.1, 0.25), 50
 
 
-def settled_box(count: int, threads: int):
-    """A box of settled grains: base 40 mean diameters wide, walls of the same friction."""
+def settled_box(count: int, threads: int) -> tuple[Any, list[Any]]:
+    """A box of settled grains, base 40 mean diameters wide, walls of the same friction; and its walls."""
     import numpy as np
 
     from dem.assembly import Assembly
@@ -67,11 +68,10 @@ def settled_box(count: int, threads: int):
     for _ in range(min(steps, 1500)):
         bed.step()
     bed.drag[:] = 0.0
-    bed.box = walls
-    return bed
+    return bed, walls
 
 
-def peer_rate(engine: str, bed, skin: float, ranks: int) -> float:
+def peer_rate(engine: str, bed, walls, skin: float, ranks: int) -> float:
     """Grain steps per second of LAMMPS or LIGGGHTS on this bed, by its own clock."""
     import re
     import tempfile
@@ -86,7 +86,7 @@ def peer_rate(engine: str, bed, skin: float, ranks: int) -> float:
     # one stiffness: with as many types as radii the peers would be slower for a reason that is not theirs
     grains["stiffness"] = np.full(len(grains), float(grains.stiffness.mean()))
     reach = 1.2 * float(np.abs(grains.position).max()) + 3.0
-    scene = Scene(grains, bed.contact, bed.box, Field.constant((0.0, 0.0, -1.0)), bed.dt, reach, skin=skin)
+    scene = Scene(grains, bed.contact, walls, Field.constant((0.0, 0.0, -1.0)), bed.dt, reach, skin=skin)
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         plan = Plan(WARM + STEPS, STEPS, dumps=False, settle=WARM)
@@ -114,11 +114,11 @@ def installed_peers() -> list[str]:
 
 def measure(count: int, threads: int, ranks: int = 0) -> dict:
     """Median grain steps per second, and the bytes that the arrays of a grain and its contacts take; ``ranks`` 0 leaves the peers out."""
-    bed = settled_box(count, threads)
+    bed, walls = settled_box(count, threads)
     peers = installed_peers() if ranks else []
     skins = {}
     for engine in peers:
-        skins[engine] = max(SKINS, key=lambda skin, engine=engine: peer_rate(engine, bed, skin, ranks))
+        skins[engine] = max(SKINS, key=lambda skin, engine=engine: peer_rate(engine, bed, walls, skin, ranks))
     for _ in range(STEPS):  # kernels compiled, lists as they will be
         bed.step()
     built = bed.builds
@@ -129,7 +129,7 @@ def measure(count: int, threads: int, ranks: int = 0) -> dict:
             bed.step()
         rates.append(count * STEPS / (time.perf_counter() - begin))
         for engine in peers:
-            peer_rates[engine].append(peer_rate(engine, bed, skins[engine], ranks))
+            peer_rates[engine].append(peer_rate(engine, bed, walls, skins[engine], ranks))
     mine = statistics.median(rates)
     arrays, _ = bed.state_arrays()
     size = sum(a.nbytes for a in arrays.values()) + bed._spill.nbytes

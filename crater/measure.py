@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -80,7 +81,7 @@ class Measures:
     profile: Profile
     datum: Datum
     ground: Relief
-    notes: dict[str, object] = field(default_factory=dict)
+    notes: dict[str, Any] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Quantity:
         return self.quantities[name]
@@ -136,7 +137,7 @@ def measure_scene(scene: locate.Scene, refit: Refit | None = None, seed: int = 1
     ``methods`` of the last look as in ``surface.measure_heights``.
     """
     ground, radius = _settle(scene, refit, sectors, turns, methods)
-    notes: dict[str, object] = {}
+    notes: dict[str, Any] = {}
     sigma = ground.datum.sigma
     if refit is None:
         # the datum is not this method's own far field: take out how the colour field stands to the volume, and how the whole body moved
