@@ -47,7 +47,7 @@ def pictures(runs: Runs, out: Path) -> None:
             axes[0].set(xlabel="t [ms]", ylabel="1 + P_ejecta / P_projectile, v_z > 1 m/s")
             axes[1].set(xlabel="t [ms]", ylabel="M(v_z > 1 m/s) [kg]")
             axes[2].set(xlabel="depth below the impact [m]", ylabel="peak pressure [GPa]")
-        figure.legend(fontsize=7, loc="outside lower center", ncols=5)
+        figure.legend(handles=axes[0].get_lines()[: len(rows)], fontsize=7, loc="outside lower center", ncols=4)
         figure.savefig(out / name, dpi=110)
         plt.close(figure)
 
