@@ -111,6 +111,7 @@ class Integrator:
     first_volumes : sums are weighted by the volumes of the start (``sph.start_volumes``).
     length_terms : with ``first_volumes`` and ``limits_of_h``, what the change of h adds (``sph.length_terms``).
     stressed_rim : the fixed rim of ``edge`` takes the stress of what leans on it (``sph.boundary.stressed_rim``).
+    gradient_scale : all gradients are taken times this (``sph.lattice_gradients``).
     corrected : gradients are corrected in force, density and heat too (``sph.gradients``).
     viscosity_switch : the law of each particle's share of the viscosity (``sph.viscosity_switch``); None for all of it.
     limits_of_h : least and most share of its first h that a support which follows the density may reach (``sph.smoothing``); None keeps h.
@@ -139,6 +140,7 @@ class Integrator:
         length_terms: bool = False,
         stressed_rim: bool = False,
         corrected: bool = False,
+        gradient_scale: float = 1.0,
         viscosity_switch: str | None = None,
         sphere: float | None = None,
     ):
@@ -148,6 +150,7 @@ class Integrator:
         self.wendland, self.clumping, self.sphere, self.limits_of_h = wendland, clumping, sphere, limits_of_h
         self.stressed_rim = stressed_rim
         self.first_volumes, self.corrected, self.switch = first_volumes, corrected, viscosity_switch
+        self.gradient_scale = gradient_scale
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
         self.soft: late.Soft | None = None
@@ -239,6 +242,8 @@ class Integrator:
             length_terms.scale(e.row, self.neighbourhood.found, self.wendland, start_density, cloud.start_length, self.limits_of_h, self._omega)
             if self.images is not None:
                 self.images.rows(e.row, len(cloud), self.time)
+        if self.gradient_scale != 1.0:
+            e.row[:, 6] *= self.gradient_scale
         self._fill_beside(start_density)
         pair_rates.compute(
             e.row, self.neighbourhood.found, cloud, self.rows.shear, e.stiffness, self.alpha, self.beta, self.strength, self.rates,

@@ -20,8 +20,8 @@ from matter.errors import InputError
 from matter.particles import Particles
 from sph import ground as grounds
 from sph import late as late_stage
+from sph import lattice_gradients, state, timestep
 from sph import materials as material_rows
-from sph import state, timestep
 from sph import target as bodies
 from sph.boundary import surroundings
 from sph.boundary.edge import Edge
@@ -92,6 +92,7 @@ class Simulation:
             wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None,
             first_volumes=s.volumes == "start", limits_of_h=(s.shortest, s.longest) if s.smoothing == "density" else None,
             length_terms=s.length_terms, stressed_rim=s.rim == "stressed",
+            gradient_scale=lattice_gradients.scale(s.support, s.kernel == "wendland") if s.gradients == "normalised" else 1.0,
             corrected=s.gradients == "corrected", viscosity_switch=None if s.viscosity_switch == "none" else s.viscosity_switch,
             sphere=None if s.target.flat else self.radius,
         )  # fmt: skip

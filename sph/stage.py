@@ -54,7 +54,8 @@ class Settings(Model):
     smoothing : ``fixed``: supports stay as long as they began; ``density``: they follow it, within ``shortest`` and ``longest`` times the first
         (``sph.smoothing``).
     length_terms : with ``volumes = "start"`` and ``smoothing = "density"``: what the change of a support adds to the density's rate (``sph.length_terms``).
-    gradients : ``plain``, or ``corrected`` in force, density and heat too (``sph.gradients``: thin shells, spinning bodies; not strong shocks).
+    gradients : ``plain``; ``normalised``, exact in an undisturbed lattice (``sph.lattice_gradients``: bodies in balance, waves); or ``corrected`` in force,
+        density and heat too (``sph.gradients``: thin shells, spinning bodies; not strong shocks).
     viscosity_switch : ``none``: all of the viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``); ``morris_monaghan``: a
         twentieth of it where nothing has been compressed (``sph.viscosity_morris_monaghan``).
     artificial_stress : strength eps of the repulsion in tension (``sph.artificial_stress``; 0: none).
@@ -96,7 +97,7 @@ class Settings(Model):
     longest: Annotated[float, Field(ge=1, le=4)] = 2.0
     length_terms: bool = False
     rim: Literal["own", "stressed"] = "own"
-    gradients: Literal["plain", "corrected"] = "plain"
+    gradients: Literal["plain", "normalised", "corrected"] = "plain"
     viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
     integrator: Literal["leapfrog", "rk3"] = "leapfrog"
@@ -150,6 +151,7 @@ def idle_sources(settings: Settings) -> set[Path]:
         "smoothing": settings.smoothing == "density", "start_volumes": settings.volumes == "start", "late": settings.late is not None,
         "runge_kutta": settings.integrator == "rk3", "kernel": settings.kernel == "cubic_spline", "kernel_wendland": settings.kernel == "wendland",
         "artificial_stress": settings.artificial_stress > 0.0, "gradients": settings.gradients == "corrected",
+        "lattice_gradients": settings.gradients == "normalised",
         "length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",
         **{f"viscosity_{name}": settings.viscosity_switch == name for name in viscosity_switch.LAWS},
     }  # fmt: skip

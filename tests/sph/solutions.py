@@ -164,9 +164,9 @@ def blast(across: int = 30, gamma: float = 1.4, **options) -> Blast:
 
 
 # ---------------------------------------------------------------- elastic waves
-def elastic_speed(name: str, transverse: bool, width: float = 8.0) -> float:
+def elastic_speed(name: str, transverse: bool, width: float = 8.0, **options) -> float:
     """Speed of a pulse of velocity along or across a column of the solid ``name``, over that of its moduli; ``width`` its half width at 1/e [spacings]."""
-    column = columns.Column(collect((name,)), 160, piston=0.0, ends=True)
+    column = columns.Column(collect((name,)), 160, piston=0.0, ends=True, **options)
     i, c = column.integrator, column.cloud
     i.strength = True
     shear, bulk, rho = float(i.rows.shear[0]), float(i.rows.bulk[0]), column.rho0
