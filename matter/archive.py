@@ -5,7 +5,9 @@ Snapshots of particles have their own module (``matter.snapshot``), built on thi
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -14,12 +16,24 @@ from typing import Any
 
 import numpy as np
 
+from matter.errors import Stopped
+
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_SPARE = 1 << 18  # bytes beside the arrays
+
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside ``path``; on success it replaces ``path`` in one step, on failure it is removed."""
+def replacing(path: Path, size: int = 0) -> Iterator[Path]:
+    """Yield a temporary path beside ``path``; on success it replaces ``path`` in one step, on failure it is removed.
+
+    Raises ``Stopped`` where the disk is full or has no room for ``size`` bytes (HDF5 does not survive a disk that fills up under it): what was there before
+    is kept.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
+    full = Stopped(f"no space left on the disk for {path}: make room, the same command resumes from the last checkpoint")
+    if size and shutil.disk_usage(path.parent).free < size + _SPARE:
+        raise full
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
     os.close(handle)
     temporary = Path(name)
@@ -29,6 +43,10 @@ def replacing(path: Path) -> Iterator[Path]:
             os.fsync(written.fileno())
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
+    except (OSError, RuntimeError) as fault:  # HDF5 closes an unfinished file with a RuntimeError
+        if getattr(fault, "errno", None) in _FULL or os.strerror(errno.ENOSPC) in str(fault):
+            raise full from None
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -47,7 +65,8 @@ def write(path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Any] |
     """
     import h5py
 
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+    size = sum(np.asarray(entry[0] if isinstance(entry, tuple) else entry).nbytes for entry in arrays.values())
+    with replacing(path, size) as temporary, h5py.File(temporary, "w") as file:
         for name, entry in arrays.items():
             array, unit, meaning = entry if isinstance(entry, tuple) else (entry, None, None)
             array = np.asarray(array)

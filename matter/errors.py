@@ -6,7 +6,7 @@ error                     exit  meaning
 ``InputError``            2     what the user gave cannot be used; one clear message
 ``UnphysicalState``       1     a kernel met a state that no law covers
 ``Unsound``               1     the run ended, but a check of its own soundness failed
-``Stopped``               75    stopped on request; the same command resumes
+``Stopped``               75    stopped on request or by a full disk; the same command resumes
 ========================  ====  =======================================================
 """
 
@@ -32,6 +32,6 @@ class UnphysicalState(RuntimeError):
 
 
 class Stopped(RuntimeError):
-    """Stopped on request after saving a checkpoint; the same command resumes."""
+    """Stopped on request after saving a checkpoint, or by a full disk; the same command resumes."""
 
     exit_code = 75

@@ -28,7 +28,8 @@ def write(particles: Particles, path: Path) -> None:
     particles.need("position")
     count = len(particles)
     squeeze = dict(compression="gzip", compression_opts=1, shuffle=True) if count > 64 else {}
-    with archive.replacing(Path(path)) as temporary, h5py.File(temporary, "w") as file:
+    size = sum(particles[name].nbytes for name in particles) + sum(np.asarray(table).nbytes for table in particles.tables.values())
+    with archive.replacing(Path(path), size) as temporary, h5py.File(temporary, "w") as file:
         for name, value in particles.attributes.items():
             file.attrs[name] = json.dumps(value) if isinstance(value, (list, dict, tuple)) else value
         fields = file.create_group("particles")
