@@ -6,7 +6,6 @@ A particle of the target is launched when it first stands higher than ``above`` 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -79,7 +78,7 @@ def fit(ejecta: Launched, strike: scaling.Strike, radius: float, inner: float = 
 
     def line(kept: np.ndarray) -> tuple[float, float, np.ndarray]:
         rows = []
-        for k, _ in enumerate(pairwise(edges)):
+        for k in range(rings):
             here = kept & (ring == k)
             if here.sum() >= 8:
                 rows.append([np.median(part[here]) for part in (ejecta.distance, ejecta.speed, ejecta.angle)] + [float(here.sum())])
