@@ -59,6 +59,7 @@ def densities(found: Findings, first: Path | None) -> tuple[float, float]:
 
 
 def strike(found: Findings) -> scaling.Strike:
+    """The impact as the scaling laws take it; ``found`` has its densities and its gravity."""
     impact = found.settings.impact
     return scaling.Strike(impact.projectile.radius, impact.speed, impact.angle_from_vertical, found.gravity, *found.densities)
 

@@ -1,6 +1,7 @@
 """Where ejecta leave the ground, how fast and how steeply: read from snapshots of the shock stage on flat ground, beside the law of Housen & Holsapple 2011.
 
 A particle of the target is launched when it first stands higher than ``above`` and rises. From there it is led back to the datum along its parabola.
+Distances are those from the vertical through the impact point: for an oblique impact no longer the crater's axis.
 """
 
 from __future__ import annotations
