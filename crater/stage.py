@@ -33,11 +33,14 @@ SECONDS_PER_SNAPSHOT = 0.42
 
 
 class Published(Model):
-    """A published number of the case: ``quantity`` as in ``measures.json``, of the ``transient`` or ``final`` crater, at the first maximum of ``at``."""
+    """A published number of the case, ``[[crater.reference]]``."""
 
     quantity: Literal["diameter_apparent_m", "diameter_rim_m", "depth_m", "depth_rim_to_floor_m", "rim_height_m", "volume_m3", "time_s"]
+    """Which measure, named as in ``measures.json``."""
     of: Literal["transient", "final"] = "transient"
+    """Of which crater."""
     at: Literal["volume", "depth", "diameter"] = "depth"
+    """The transient crater is that at the first maximum of this."""
     value: str
     """With unit, ``"980 km"``."""
     plus: str
@@ -45,7 +48,9 @@ class Published(Model):
     minus: str
     """Lower error with unit."""
     source: str
+    """The publication."""
     note: str = ""
+    """A remark that stands beside the number."""
 
     @field_validator("value", "plus", "minus")
     @classmethod
@@ -58,7 +63,9 @@ class Settings(Model):
     """How the crater is measured and what it is compared with."""
 
     target: Target
+    """The body or ground that is hit, ``[target]``."""
     impact: Impact
+    """How the projectile hits, ``[impact]``."""
     reference: tuple[Published, ...] = ()
     """Published numbers of the case with their errors."""
     sectors: Annotated[int, Field(ge=8, le=144)] = 24

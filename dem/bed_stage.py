@@ -47,8 +47,11 @@ class Settings(Model):
     """Settings of the bed."""
 
     target: Target
+    """The body or ground that is hit, ``[target]``."""
     impact: Impact
+    """How the projectile hits, ``[impact]``; the bed takes its size from ``expected_transient_diameter``."""
     contact: Contact = Contact()
+    """How grains touch; by default that of the collapse, ``[dem.contact]``."""
     count: Annotated[int, Field(ge=200, le=20_000_000)] = 20_000
     """Grains in the bed and its headroom together."""
     arc_radius: PositiveLength = 1.5e6

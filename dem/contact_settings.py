@@ -32,11 +32,11 @@ class GrainLaw(Model):
     restitution: Fraction = 0.55
     """Normal coefficient of restitution, e_n."""
     restitution_tangential: Fraction = 0.55
-    """Sets the tangential dashpot, e_t."""
+    """Tangential coefficient of restitution, e_t: sets the tangential dashpot."""
     friction: Annotated[float, Field(ge=0.0, le=2.0)] = 0.5
     """Coulomb friction, mu_s."""
     shape: Annotated[float, Field(ge=0.0, le=2.0)] = 0.4
-    """Shape parameter beta: 0 sphere, 1 strongly angular."""
+    """Shape parameter beta: 0 is a sphere, 1 is strongly angular."""
     rolling: Annotated[float, Field(ge=0.0, le=5.0)] = 1.05
     """Rolling friction, mu_r."""
     twisting: Annotated[float, Field(ge=0.0, le=5.0)] = 1.3
@@ -69,13 +69,15 @@ class Contact(Model):
     """Cohesion of grains in contact; see ``dem.laws``."""
 
     shell: GrainLaw = GrainLaw()
+    """Contact parameters of solid grains, ``[dem.contact.shell]``."""
     ocean: GrainLaw = OCEAN
+    """Contact parameters of liquid grains, ``[dem.contact.ocean]``."""
     liquids: tuple[str, ...] = ("water", "water_thesis")
     """Materials whose grains are of the species ``ocean``; all others are ``shell``."""
     friction_angle: Angle | None = None
     """Friction angle by principal stresses; when it is set, ``shell.friction`` is chosen so that steady shear of the grains has it (``dem.friction_angle``)."""
     tangential_stiffness_ratio: Fraction = 2.0 / 7.0
-    """k_t / k_n."""
+    """Tangential over normal stiffness, k_t / k_n."""
     sliding: Literal["cap", "clamp", "reset"] = "cap"
     """What the tangential spring does at the Coulomb limit; see ``dem.laws.tangential_spring``."""
     attractive_tail: bool = True
@@ -83,7 +85,7 @@ class Contact(Model):
     stiffness_rule: Literal["elastic", "kinetic"] = "elastic"
     """``elastic``: k_n = max(P_floor r / x_max, 2 K r). ``kinetic``: max(P_floor r / x_max, m (v / (x_max r))^2) with v = ``expected_speed`` (pkdgrav)."""
     static_overlap: Annotated[float, Field(gt=0.0, le=0.2)] = 0.02
-    """x_max of the stiffness rule, in radii (``stiffness_rule``)."""
+    """Overlap under the static load, x_max of ``stiffness_rule``, in grain radii."""
     wave_speed_limit: Annotated[float, Field(gt=0.0, le=10.0)] = 2.0
     """The contact wave speed 2 r sqrt(k_n / m) never exceeds this times the sound speed of the grain's material."""
     stiffness_factor: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0

@@ -55,6 +55,7 @@ class Settings(Model):
     """Settings of the collapse."""
 
     contact: Contact = Contact()
+    """How grains touch, ``[dem.contact]``; the bed settles under the same laws."""
     end_time: PositiveTime = 3600.0
     """Earliest end, counted from the impact: the shock stage's own end, so that both late stages can be compared."""
     latest_time: PositiveTime = 7200.0

@@ -26,39 +26,40 @@ def known_material(name: str) -> str:
 
 
 class Model(BaseModel):
-    """Base of every settings model: frozen, unknown keys refused."""
+    """Base of every settings model: frozen, unknown keys refused; the text under a field is its description (``run_case --describe``)."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
 class Layer(Model):
     """One layer of a target, counted from the centre outwards, or from the bottom up."""
 
     name: str
+    """Name of the layer, free to choose."""
     material: str
+    """Material of the layer (``run_case --list`` names them all)."""
     thickness: PositiveLength
+    """Thickness of the layer before any compression."""
 
     _known = field_validator("material")(known_material)
 
 
 class Target(Model):
-    """A target of uniform layers before any compression.
-
-    ``layers`` run from the centre outwards, in flat ground from the bottom up: the last is always the one that is hit.
-    ``start`` is ``relaxed`` (layer masses kept, hydrostatic) or ``literal`` (uniform layers, as published).
-    ``shape``: ``sphere`` about the origin, hit at its pole; or a piece of flat ground below z = 0, hit at the origin: ``half_space`` (upright cylinder),
-    ``half_sphere`` (bowl of ground: all layers together are its radius) or ``block``.
-    ``width`` : of the block or, as its diameter, of the half-space [m]; twice the depth by default.
-    ``gravity`` : uniform, towards -z [m/s^2]; flat ground only.
-    ``self_gravity`` : whether the target's matter attracts itself; by default it does in a sphere and does not in flat ground.
-    """
+    """A target of uniform layers before any compression."""
 
     layers: Annotated[tuple[Layer, ...], Field(min_length=1)]
+    """Layers from the centre outwards, in flat ground from the bottom up: the last is always the one that is hit."""
     start: Literal["relaxed", "literal"] = "relaxed"
+    """``relaxed``: hydrostatic, each layer keeps its mass; ``literal``: uniform layers, as published."""
     shape: Literal["sphere", "half_space", "half_sphere", "block"] = "sphere"
+    """``sphere`` about the origin, hit at its pole; or a piece of flat ground below z = 0, hit at the origin: ``half_space`` (upright cylinder),
+    ``half_sphere`` (a bowl of ground whose radius is the sum of all layers) or ``block``."""
     width: PositiveLength | None = None
+    """Width of the block, or diameter of the half-space; by default twice the depth."""
     gravity: Annotated[Acceleration, Field(ge=0)] = 0.0
+    """Uniform gravity towards -z; flat ground only."""
     self_gravity: bool | None = None
+    """Whether the target attracts itself; by default a sphere does and flat ground does not."""
 
     @model_validator(mode="after")
     def _fits(self) -> Target:
@@ -121,10 +122,12 @@ class Target(Model):
 
 
 class Projectile(Model):
-    """A uniform sphere of ``material``."""
+    """A uniform sphere."""
 
     material: str
+    """Material of the projectile (``run_case --list`` names them all)."""
     radius: PositiveLength
+    """Radius of the projectile."""
 
     _known = field_validator("material")(known_material)
 
@@ -135,15 +138,16 @@ class Projectile(Model):
 
 
 class Impact(Model):
-    """How the projectile hits: ``speed`` at contact, ``angle_from_vertical`` (0 head-on, 90 deg grazing).
-
-    ``expected_transient_diameter`` sizes the granular bed and its headroom; it enters no physics of the shock stage.
-    """
+    """How the projectile hits."""
 
     speed: PositiveSpeed
+    """Speed at contact."""
     angle_from_vertical: Angle
+    """Angle of the trajectory from the vertical at contact: 0 is head-on, 90 deg grazing."""
     projectile: Projectile
+    """What hits, ``[impact.projectile]``."""
     expected_transient_diameter: PositiveLength
+    """Sizes the granular bed and its headroom; enters no physics of the shock stage."""
 
     @model_validator(mode="after")
     def _angle(self) -> Impact:

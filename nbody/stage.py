@@ -46,7 +46,7 @@ class Settings(Model):
     encounters: int = Field(default=300, ge=1, le=10_000_000)
     """How many entries into the moon's Hill sphere."""
     rule: str = "mean of retrograde impacts"
-    """Which impact is taken: see ``nbody.rules``."""
+    """Which impact is taken from the census (``nbody.rules``)."""
     latitude: Angle | None = None
     """Latitude of the crater: the angle is averaged over impacts within ``latitude_window`` of it, north and south."""
     latitude_window: Angle = math.radians(10.0)
@@ -54,7 +54,7 @@ class Settings(Model):
     jupiter_mean_anomaly: Angle | Literal["random"] | None = None
     """Jupiter's mean anomaly at the start; default: that of the population (literal 60 deg, others random)."""
     speed_at_infinity: PositiveSpeed = conditions.ISOTROPIC_SPEED
-    """Of the population ``isotropic``."""
+    """Speed at infinity of the population ``isotropic``."""
     published_speed: PositiveSpeed | None = None
     """The published value of the same rule, for the record (Winter 2017: 18.234 km/s)."""
     published_angle: Angle | None = None

@@ -34,13 +34,16 @@ OUTSIDE = {"nbody": "impact", "sph": "snapshot", "bed": "snapshot", "dem": "snap
 
 
 class CaseTable(Model):
-    """What the case is: ``title``, ``source`` (the publication whose numbers it takes), and the ``stages`` that it has (all six by default)."""
+    """What the case is."""
 
     title: str
+    """Title of the case, on top of its pages."""
     source: str = ""
+    """The publication whose numbers the case takes."""
     stages: Annotated[tuple[Literal["nbody", "sph", "bed", "handoff", "dem", "crater"], ...], Field(min_length=1)] = (
         "nbody", "sph", "bed", "handoff", "dem", "crater",
     )  # fmt: skip
+    """The stages that this case has; all six by default."""
 
 
 @dataclass(frozen=True)

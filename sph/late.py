@@ -30,10 +30,12 @@ from sph.state import holding
 
 
 class Settings(Model):
-    """``[sph.late]``. at : time of the switch;  sound_speed : of the bulk, from then on."""
+    """The softened late stage, ``[sph.late]``."""
 
     at: PositiveTime
+    """Time after the impact at which materials are softened."""
     sound_speed: PositiveSpeed
+    """Bulk sound speed from then on."""
 
 
 class Soft(NamedTuple):

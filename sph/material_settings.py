@@ -28,35 +28,50 @@ Values = dict[str, str | float | list[str | float]]
 
 
 class Choice(Model):
-    """The laws of one material and values of their parameters; what is left out is as in the material's file.
-
-    eos, strength, porosity, crush, damage : names of laws (``sph/eos``, ``sph/strength``, ``sph/porosity``, ``sph/damage``).
-    crush_form : whether crushing goes by the pressure of the particle or by its density alone.
-    predamaged : D = 1 from the start.
-    The tables hold values of the law of that name.
-    """
+    """The laws of one material and values of their parameters; what is left out is as in the material's file."""
 
     eos: Literal["tillotson", "murnaghan", "ideal_gas"] | None = None
+    """Equation of state (``sph/eos``)."""
     strength: Literal["none", "von_mises", "drucker_prager", "collins"] | None = None
+    """Yield law (``sph/strength``)."""
     porosity: Literal["none", "p_alpha", "strain_alpha"] | None = None
+    """Law of the pores (``sph/porosity``)."""
     crush: Literal["quadratic", "two_power", "table"] | None = None
+    """Crush curve of ``porosity = "p_alpha"``."""
     crush_form: Literal["pressure", "density"] | None = None
+    """Whether crushing goes by the pressure of the particle or by its density alone."""
     damage: Literal["none", "cube_root", "single", "linear", "weibull", "fraction"] | None = None
+    """How damage grows from flaws (``sph/damage``)."""
     predamaged: bool = False
+    """Whether the material is fully damaged (D = 1) from the start."""
     tillotson: Values | None = None
+    """Values of the equation of state ``tillotson``."""
     murnaghan: Values | None = None
+    """Values of the equation of state ``murnaghan``."""
     ideal_gas: Values | None = None
+    """Values of the ideal gas."""
     elastic: Values | None = None
+    """Elastic moduli."""
     tension: Values | None = None
+    """The largest tension that the intact material bears."""
     von_mises: Values | None = None
+    """Values of the yield law ``von_mises``."""
     drucker_prager: Values | None = None
+    """Values of the yield law ``drucker_prager``."""
     collins: Values | None = None
+    """Values of the yield law ``collins`` (rock, intact and broken)."""
     weibull: Values | None = None
+    """Weibull distribution of flaws."""
     p_alpha: Values | None = None
+    """Values of the P-alpha law of the pores."""
     strain_alpha: Values | None = None
+    """Values of the epsilon-alpha law of the pores."""
     crush_quadratic: Values | None = None
+    """Values of the crush curve ``quadratic``."""
     crush_two_power: Values | None = None
+    """Values of the crush curve ``two_power``."""
     crush_table: Values | None = None
+    """Points of the crush curve ``table``."""
 
 
 AS_PUBLISHED = Choice()

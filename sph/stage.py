@@ -31,81 +31,98 @@ _SECONDS_PER_STEP, _SECONDS_PER_GRAVITY, _SECONDS_PER_PAIR = 4.0e-7, 1.1e-6, 4.0
 
 
 class Settings(Model):
-    """Settings of the shock stage.
-
-    spacing_at_impact, spacing_far : particle spacing within ``fine_radius`` of the impact point and far away; between them it grows by ``growth`` per distance.
-    contact_refinement, contact_radius : within ``contact_radius`` of the impact point the spacing is finer by this factor.
-        Equal spacings and no refinement give a uniform hexagonal lattice.
-    projectile_particles : about how many particles the projectile has (1 is one heavy particle); by default its particles weigh what the target's
-        at the contact weigh: light particles thrown at heavy ones bounce off one by one, with peak pressures three times the planar limit.
-    end_time : simulated time after the start [s];  snapshot_interval, history_interval : output every so often.
-    alpha, beta : artificial viscosity;  courant : step factor;  theta : opening angle of gravity;
-    gravity_shift : gravity is evaluated anew when a bound particle has moved this share of its h (0: at every step).
-    relaxation_time, damping : length [s] and rate [1/s] of the damped settling.
-    strength, damage : switches;  control : no projectile.
-    sides, floor : what ends flat ground (a half-sphere has sides only): ``free``, ``fixed`` (a rim that never moves), ``quiet`` (a layer that takes waves in
-        before such a rim), ``wall`` (smooth mirror; floors, sides of a block), ``periodic`` (sides of a block). By default quiet under gravity and for a
-        half-space.
-    edge_width : width of the quiet layer; six times ``spacing_far`` by default.
-    rim : stress of the fixed rim: its ``own`` of the start, which passes on half of a shear stress, or ``stressed`` as what leans on it
-        (``sph.boundary.stressed_rim``).
-    kernel, support : kernel of the sums, and its support radius over the spacing.
-    volumes : weights of the sums: the ``present`` volumes, or those of the ``start`` (``sph.start_volumes``: right behind strong shocks).
-    smoothing : ``fixed``: supports stay as long as they began; ``density``: they follow it, within ``shortest`` and ``longest`` times the first
-        (``sph.smoothing``).
-    length_terms : with ``volumes = "start"`` and ``smoothing = "density"``: what the change of a support adds to the density's rate (``sph.length_terms``).
-    gradients : ``plain``; ``normalised``, exact in an undisturbed lattice (``sph.lattice_gradients``: bodies in balance, waves); or ``corrected`` in force,
-        density and heat too (``sph.gradients``: thin shells, spinning bodies; not strong shocks).
-    viscosity_switch : ``none``: all of the viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``); ``morris_monaghan``: a
-        twentieth of it where nothing has been compressed (``sph.viscosity_morris_monaghan``).
-    artificial_stress : strength eps of the repulsion in tension (``sph.artificial_stress``; 0: none).
-    integrator : ``leapfrog`` (``sph.integrator``) or ``rk3``, with errors of a step below ``tolerance`` (``sph.runge_kutta``).
-    late : ``at`` and ``sound_speed`` of the late stage (``sph.late``); none by default.
-    materials : changes of single materials, ``[sph.materials.ice]`` (``sph.material_settings``).
-    """
+    """Settings of the shock stage. Equal spacings and no refinement give a uniform hexagonal lattice."""
 
     target: Target
+    """The body or ground that is hit, ``[target]``."""
     impact: Impact
+    """How the projectile hits, ``[impact]``."""
     spacing_at_impact: PositiveLength = 52e3
+    """Particle spacing within ``fine_radius`` of the impact point."""
     spacing_far: PositiveLength = 200e3
+    """Particle spacing far away from the impact point; at least ``spacing_at_impact``."""
     fine_radius: PositiveLength = 650e3
+    """Radius about the impact point inside which the spacing is ``spacing_at_impact``."""
     growth: Annotated[float, Field(gt=0, le=0.3)] = 0.1
+    """How fast the spacing grows outside ``fine_radius``: change of spacing over distance."""
     contact_refinement: Annotated[float, Field(ge=1, le=10)] = 2.0
+    """Within ``contact_radius`` the spacing is finer by this factor (1: no refinement)."""
     contact_radius: PositiveLength = 120e3
+    """Radius about the impact point of the refined contact zone."""
     projectile_particles: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    """About how many particles the projectile has (1 is a single heavy particle). By default its particles weigh what the target's at the contact weigh:
+    light particles thrown at heavy ones bounce off one by one, with peak pressures three times the planar limit."""
     end_time: PositiveTime = 3600.0
+    """Simulated time after the impact."""
     snapshot_interval: PositiveTime = 60.0
+    """Simulated time between snapshots."""
     history_interval: PositiveTime = 30.0
+    """Simulated time between rows of ``history.csv``."""
     first_step: PositiveTime = 0.05
+    """Length of the first time step; later ones follow from ``courant``."""
     alpha: Annotated[float, Field(ge=0, le=10)] = 2.0
+    """Linear coefficient of the artificial viscosity."""
     beta: Annotated[float, Field(ge=0, le=50)] = 10.0
+    """Quadratic coefficient of the artificial viscosity."""
     courant: Annotated[float, Field(gt=0, le=1)] = 0.3
+    """Courant factor of the time step."""
     theta: Annotated[float, Field(gt=0, le=1)] = 0.5
+    """Opening angle of the gravity tree (smaller is more accurate)."""
     gravity_shift: Annotated[float, Field(ge=0, le=1)] = 0.05
+    """Gravity is evaluated again once a bound particle has moved this share of its smoothing length (0: at every step)."""
     relaxation_time: Time = 1000.0
+    """Length of the damped settling before the impact (0: none)."""
     damping: Annotated[float, Field(ge=0)] = 0.01
+    """Damping rate of the settling [1/s]."""
     strength: bool = True
+    """Whether solids have shear strength."""
     damage: bool = True
+    """Whether solids break."""
     sides: Literal["free", "fixed", "quiet", "wall", "periodic"] | None = None
+    """What ends flat ground sideways: ``free``; ``fixed``, a rim that never moves; ``quiet``, a layer that absorbs waves in front of such a rim; ``wall``, a
+    smooth mirror (block only); ``periodic`` (block only). By default ``quiet`` for a half-space and under gravity, ``free`` otherwise."""
     floor: Literal["free", "fixed", "quiet", "wall"] | None = None
+    """What ends flat ground below, as ``sides``; a half-sphere has sides only."""
     edge_width: PositiveLength | None = None
+    """Width of the quiet layer; by default six times ``spacing_far``."""
     kernel: Literal["cubic_spline", "wendland"] = "cubic_spline"
+    """Kernel of the SPH sums."""
     support: Annotated[float, Field(ge=1.6, le=4.0)] = 2.0
+    """Support radius of the kernel over the particle spacing."""
     volumes: Literal["present", "start"] = "present"
+    """Weights of the sums: the ``present`` volumes, or those of the ``start`` (right behind strong shocks; ``sph.start_volumes``)."""
     smoothing: Literal["fixed", "density"] = "fixed"
+    """Smoothing lengths: ``fixed`` at their first value, or following the ``density`` between ``shortest`` and ``longest`` times it (``sph.smoothing``)."""
     shortest: Annotated[float, Field(gt=0.2, le=1)] = 0.5
+    """With ``smoothing = "density"``: least smoothing length over its first value."""
     longest: Annotated[float, Field(ge=1, le=4)] = 2.0
+    """With ``smoothing = "density"``: largest smoothing length over its first value."""
     length_terms: bool = False
+    """With ``volumes = "start"`` and ``smoothing = "density"``: include what the change of smoothing lengths adds to the density's rate
+    (``sph.length_terms``)."""
     rim: Literal["own", "stressed"] = "own"
+    """Stress of the fixed rim: ``own``, that of the start, which passes on half of a shear stress; or ``stressed`` as what leans on it
+    (``sph.boundary.stressed_rim``)."""
     gradients: Literal["plain", "normalised", "corrected"] = "plain"
+    """``plain``; ``normalised``, exact in an undisturbed lattice (for bodies in balance and waves; ``sph.lattice_gradients``); ``corrected`` in force, density
+    and heat too (for thin shells and spinning bodies, not for strong shocks; ``sph.gradients``)."""
     viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
+    """``none``: full viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``); ``morris_monaghan``: a twentieth of it where nothing
+    has been compressed (``sph.viscosity_morris_monaghan``)."""
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """Strength of the repulsion that keeps particles from clumping in tension (``sph.artificial_stress``; 0: none)."""
     integrator: Literal["leapfrog", "rk3"] = "leapfrog"
+    """Time integration: ``leapfrog`` (``sph.integrator``), or ``rk3`` with errors of a step below ``tolerance`` (``sph.runge_kutta``)."""
     tolerance: Annotated[float, Field(gt=0, le=0.1)] = 1e-5
+    """With ``integrator = "rk3"``: largest relative error of a step."""
     late: late_stage.Settings | None = None
+    """``[sph.late]``: a softened late stage for long times at small scale (``sph.late``); none by default."""
     materials: dict[str, Choice] = Field(default_factory=dict)
+    """Changes to single materials, ``[sph.materials.ice]`` for example (``sph.material_settings``)."""
     control: bool = False
+    """A control run without projectile."""
     seed: Annotated[int, Field(ge=0)] = 1
+    """Seed of the particles' first positions and of the flaws."""
 
     @model_validator(mode="after")
     def _sizes(self) -> Settings:
