@@ -1,8 +1,12 @@
 """Snapshots: one HDF5 file per time that h5py, pyvista and ParaView all open, with nothing stored twice.
 
-``/particles/<field>`` holds the arrays with attributes ``unit`` and ``meaning``; ``/VTKHDF`` is a PolyData of vertices whose
-``Points`` and ``PointData`` are hard links to them. Facts on the whole set are attributes of the file (``time`` [s], ``stage``,
-``frame``, ``materials`` ...); further tables (contact history) stand under ``/tables``.
+``/particles/<field>`` holds the arrays with attributes ``unit`` and ``meaning``; ``/VTKHDF`` is an unstructured grid of one vertex cell per
+particle, whose ``Points`` and ``PointData`` are hard links to them. Facts on the whole set are attributes of the file (``time`` [s],
+``stage``, ``frame``, ``materials`` ...) and, where they are numbers or words, field data for ParaView; further tables (contact history)
+stand under ``/tables``.
+
+Why an unstructured grid, version 1.0: ParaView 5.11 (Debian 12) knows no other points in VTKHDF; newer ones and pyvista read it alike. Files of
+before held one polygonal cell for all particles, which no threshold could take apart; they are still read.
 """
 
 from __future__ import annotations
@@ -19,6 +23,9 @@ from matter.errors import InputError
 from matter.particles import FIELDS, Particles
 
 SUFFIX = ".vtkhdf"
+_VERTEX = 1
+"""VTK's number for a cell of one point."""
+_CHUNK = 1 << 17
 
 
 def write(particles: Particles, path: Path) -> None:
@@ -38,22 +45,53 @@ def write(particles: Particles, path: Path) -> None:
             dataset.attrs["unit"], dataset.attrs["meaning"] = FIELDS[name].unit, FIELDS[name].meaning
         for name, table in particles.tables.items():
             file.create_dataset(f"tables/{name}", data=table, **(squeeze if np.size(table) > 64 else {}))
-        vtk = file.create_group("VTKHDF", track_order=True)
-        vtk.attrs["Version"] = np.array([2, 0], dtype=np.int64)
-        vtk.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", len(b"PolyData")))
-        vtk["Points"] = fields["position"]
-        vtk.create_dataset("NumberOfPoints", data=np.array([count], dtype=np.int64))
-        points = vtk.create_group("PointData")
-        for name in particles:
-            if name != "position":
-                points[name] = fields[name]
-        for kind in ("Vertices", "Lines", "Polygons", "Strips"):
-            cells = vtk.create_group(kind)
-            many = count if kind == "Vertices" else 0
-            cells.create_dataset("NumberOfCells", data=np.array([1 if many else 0], dtype=np.int64))
-            cells.create_dataset("NumberOfConnectivityIds", data=np.array([many], dtype=np.int64))
-            cells.create_dataset("Connectivity", data=np.arange(many, dtype=np.int64), **(squeeze if many else {}))
-            cells.create_dataset("Offsets", data=np.array([0, many] if many else [0], dtype=np.int64))
+        _write_vtk(file, fields, particles, squeeze)
+
+
+def _write_vtk(file, fields, particles: Particles, squeeze: dict[str, Any]) -> None:
+    """The group that VTK reads: links to ``fields``, one vertex cell for each particle, the file's facts as field data."""
+    import h5py
+
+    count = len(particles)
+    vtk = file.create_group("VTKHDF", track_order=True)
+    vtk.attrs["Version"] = np.array([1, 0], dtype=np.int64)
+    vtk.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len(b"UnstructuredGrid")))
+    for name in ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"):
+        vtk.create_dataset(name, data=np.array([count], dtype=np.int64))
+    vtk["Points"] = fields["position"]
+    points = vtk.create_group("PointData")
+    for name in particles:
+        if name != "position":
+            points[name] = fields[name]
+    # a count from 0 upwards shrinks to a tenth of a byte per particle when its chunks are large
+    large = {**squeeze, "chunks": (min(count, _CHUNK),)} if squeeze else {}
+    vtk.create_dataset("Connectivity", data=np.arange(count, dtype=np.int64), **large)
+    vtk.create_dataset("Offsets", data=np.arange(count + 1, dtype=np.int64), **large)
+    vtk.create_dataset("Types", data=np.full(count, _VERTEX, dtype=np.uint8), **large)
+    facts = vtk.create_group("FieldData", track_order=True)
+    for name, value in _facts(particles.attributes).items():
+        facts.create_dataset(name, data=value, dtype=h5py.string_dtype("ascii") if value.dtype == object else None)
+
+
+def _facts(attributes: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Numbers and words among the attributes as arrays of field data, ``time`` under the name that VTK looks for.
+
+    Tables of numbers (``domain``) are taken apart, deeper ones (``contact``) left to the attributes of the file.
+    """
+    flat = {"TimeValue" if name == "time" else name: value for name, value in attributes.items()}
+    for name, value in attributes.items():
+        if isinstance(value, dict) and all(isinstance(entry, (int, float)) for entry in value.values()):
+            flat |= {f"{name}.{key}": entry for key, entry in value.items()}
+    found: dict[str, np.ndarray] = {}
+    for name, value in flat.items():
+        entries = list(value) if isinstance(value, (list, tuple, np.ndarray)) else [value]
+        if entries and all(isinstance(entry, str) for entry in entries):
+            words = [entry.encode("ascii", "replace").decode() for entry in entries]  # VTK converts no UTF-8
+            found[name] = np.array(words, dtype=object)
+        elif entries and all(isinstance(entry, (bool, np.bool_, int, float, np.integer, np.floating)) for entry in entries):
+            numbers = np.array(entries)  # in one row: ParaView 5.11 reads no tables here
+            found[name] = numbers.astype(np.int8) if numbers.dtype == bool else numbers
+    return found
 
 
 def read(path: Path, only: Collection[str] | None = None) -> Particles:

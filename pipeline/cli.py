@@ -246,8 +246,8 @@ def _import_snapshot(
 
 def _export_snapshot(
     snapshot: Annotated[Path, typer.Argument(metavar="SNAPSHOT", help="A snapshot, or any file that import_snapshot reads.")],
-    out: Annotated[Path, typer.Option(help="The file to write: .data or .lmp (LAMMPS), .liggghts, .vtk, .ply.")],
-    form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="lammps, liggghts, vtk or ply; default: by the file's name.")] = None,
+    out: Annotated[Path, typer.Option(help="The file to write: .data or .lmp (LAMMPS), .liggghts, .vtk, .ply, .csv.")],
+    form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="lammps, liggghts, vtk, ply or csv; default: by the file's name.")] = None,
 ) -> None:
     """Write a snapshot for another program."""
 

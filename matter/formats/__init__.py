@@ -1,7 +1,7 @@
 """Other codes' files as particles and back: one module per format, with ``read(path, columns) -> Particles`` or ``write(particles, path)``.
 
 Read: this project's own snapshots, delimited text (CSV, ASCII columns), HDF5 with named datasets, miluphcuda (HDF5 and text), OpenSPH state files
-(``.ssf``), LIGGGHTS and LAMMPS text dumps. Written: LIGGGHTS and LAMMPS data files, legacy VTK, PLY.
+(``.ssf``), LIGGGHTS and LAMMPS text dumps. Written: LIGGGHTS and LAMMPS data files, legacy VTK, PLY, CSV.
 """
 
 from __future__ import annotations
@@ -14,7 +14,14 @@ from matter.formats import delimited, hdf5_columns, lammps_data, lammps_dump, mi
 from matter.particles import Particles
 
 NAMES = ("snapshot", "csv", "hdf5", "miluphcuda", "opensph", "lammps")
-WRITTEN = {"lammps": lammps_data.write, "liggghts": lammps_data.write, "vtk": vtk_legacy.write, "ply": ply_points.write, "snapshot": snapshot.write}
+WRITTEN = {
+    "lammps": lammps_data.write,
+    "liggghts": lammps_data.write,
+    "vtk": vtk_legacy.write,
+    "ply": ply_points.write,
+    "csv": delimited.write,
+    "snapshot": snapshot.write,
+}
 _BY_SUFFIX = {
     ".vtkhdf": "snapshot",
     ".csv": "csv",
@@ -27,7 +34,15 @@ _BY_SUFFIX = {
     ".liggghts": "lammps",
 }
 _HDF5 = (".h5", ".hdf5", ".hdf")
-_OUT_BY_SUFFIX = {".lmp": "lammps", ".data": "lammps", ".liggghts": "liggghts", ".vtk": "vtk", ".ply": "ply", snapshot.SUFFIX: "snapshot"}
+_OUT_BY_SUFFIX = {
+    ".lmp": "lammps",
+    ".data": "lammps",
+    ".liggghts": "liggghts",
+    ".vtk": "vtk",
+    ".ply": "ply",
+    ".csv": "csv",
+    snapshot.SUFFIX: "snapshot",
+}
 # what the stage that goes on from a snapshot cannot do without
 NEEDED = {
     "handoff": ("position", "velocity", "mass", "density", "material"),

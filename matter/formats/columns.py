@@ -46,6 +46,22 @@ def slots() -> dict[str, tuple[str, int | None]]:
     return found | {column: (field, None) for column, field in _SCALARS.items()}
 
 
+def components(particles: Particles) -> list[tuple[str, str, np.ndarray]]:
+    """Every field taken apart into columns, the position first: label (``velocity_x``, ``deviatoric_stress_0``), field, values (n,).
+
+    Raises ``InputError`` for particles without a position.
+    """
+    particles.need("position")
+    found: list[tuple[str, str, np.ndarray]] = []
+    for name in ["position", *(name for name in particles if name != "position")]:
+        shape = FIELDS[name].shape
+        if not shape:
+            found.append((name, name, particles[name]))
+        else:
+            found += [(f"{name}_{'xyz'[k] if shape == (3,) else k}", name, particles[name][:, k]) for k in range(shape[0])]
+    return found
+
+
 def assemble(names: list[str], table: np.ndarray, source: str) -> Particles:
     """Particles from a table with one column per name.
 

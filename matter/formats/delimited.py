@@ -1,4 +1,9 @@
-"""Delimited text: CSV with a header line, or columns of numbers with ``--columns``; commas, semicolons, tabs or blanks between."""
+"""Delimited text, both ways.
+
+Read: CSV with a header line, or columns of numbers with ``--columns``; commas, semicolons, tabs or blanks between. Written: CSV with one header line of
+names and units, ``position_x [m],...``, one particle a line, every number exact. Spreadsheets, pandas, R and ParaView read it, and so does ``read``.
+Only what particles carry fits into such a table: time and names of materials stay behind.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
+from matter import archive
 from matter.errors import InputError
 from matter.formats import columns as named
-from matter.particles import Particles
+from matter.particles import FIELDS, Particles
+
+_AT_ONCE = 50_000
 
 
 def read(path: Path, columns: str | None = None) -> Particles:
@@ -37,6 +45,17 @@ def read(path: Path, columns: str | None = None) -> Particles:
     if len(names) != table.shape[1]:
         raise InputError(f"{path}: {len(names)} column names for {table.shape[1]} columns ({', '.join(names)})")
     return named.assemble(names, table, str(path))
+
+
+def write(particles: Particles, path: Path) -> None:
+    """Write every field as CSV. Raises ``InputError`` for particles without a position."""
+    columns = named.components(particles)
+    header = [f"{label} [{FIELDS[field].unit}]" if FIELDS[field].unit != "1" else label for label, field, _ in columns]
+    with archive.replacing(Path(path)) as temporary, open(temporary, "w") as file:
+        file.write(",".join(header) + "\n")
+        for start in range(0, len(particles), _AT_ONCE):
+            lists = [values[start : start + _AT_ONCE].tolist() for _, _, values in columns]
+            file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*lists))
 
 
 def _blanks(row: str) -> str:

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from matter import archive
-from matter.particles import FIELDS, Particles
+from matter.formats.columns import components
+from matter.particles import Particles
 
 # PLY 1.0 knows no integers of 64 bits: identities go as doubles, exact up to 2^53
 _KIND = {"f8": ("<f8", "double"), "i8": ("<f8", "double"), "i4": ("<i4", "int"), "i1": ("<i1", "char")}
@@ -18,14 +19,7 @@ _KIND = {"f8": ("<f8", "double"), "i8": ("<f8", "double"), "i4": ("<i4", "int"),
 
 def write(particles: Particles, path: Path) -> None:
     """Write every field. Raises ``InputError`` for particles without a position."""
-    particles.need("position")
-    columns = [(axis, "f8", particles.position[:, k]) for k, axis in enumerate("xyz")]
-    for name in particles:
-        values, shape = particles[name], FIELDS[name].shape
-        if name != "position":
-            kind = values.dtype.str[1:]
-            parts = [(name, values)] if not shape else [(f"{name}_{'xyz'[k] if shape == (3,) else k}", values[:, k]) for k in range(shape[0])]
-            columns += [(label, kind, column) for label, column in parts]
+    columns = [(label.removeprefix("position_"), values.dtype.str[1:], values) for label, _, values in components(particles)]
     table = np.empty(len(particles), dtype=[(label, _KIND[kind][0]) for label, kind, _ in columns])
     for label, _, column in columns:
         table[label] = column

@@ -102,3 +102,19 @@ def test_values_that_are_not_finite_are_not_imported(tmp_path):
         formats.save(formats.read(tmp_path / "a.csv"), tmp_path / "a.vtkhdf")
     with pytest.raises(InputError, match="unknown format"):
         formats.read(tmp_path / "a.csv", "netcdf")
+
+
+def test_csv_holds_every_number_and_reads_back(tmp_path):
+    rng = np.random.default_rng(5)
+    some = Particles(
+        {"position": rng.normal(size=(30, 3)) * 1e6, "deviatoric_stress": rng.normal(size=(30, 6)) * 1e8, "mass": rng.random(30), "material": [1, 0] * 15},
+        {"time": 3.0},
+    )
+    assert formats.export(some, tmp_path / "a.csv") == "csv" == formats.export(some, tmp_path / "b.txt", "csv")
+    header, *rows = (tmp_path / "a.csv").read_text().splitlines()
+    assert header.startswith("position_x [m],position_y [m],position_z [m],") and "mass [kg]" in header and header.endswith("material") and len(rows) == 30
+    back = formats.read(tmp_path / "a.csv")
+    for name in some:
+        np.testing.assert_array_equal(back[name], some[name])
+    table = np.genfromtxt(tmp_path / "b.txt", delimiter=",", names=True)  # no comment lines: numpy reads it at once
+    np.testing.assert_array_equal(table["mass_kg"], some.mass)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
+import subprocess
 
 import h5py
 import numpy as np
@@ -50,7 +53,8 @@ def test_pyvista_opens_it_without_a_converter(tmp_path, full):
     snapshot.write(full, tmp_path / "s.vtkhdf")
     cloud = pyvista.read(tmp_path / "s.vtkhdf")
     np.testing.assert_array_equal(cloud.points, full.position)
-    np.testing.assert_array_equal(cloud.verts, [100, *range(100)])  # one cell of 100 vertices: they show as points
+    np.testing.assert_array_equal(cloud.cells.reshape(-1, 2), np.column_stack([np.ones(100), np.arange(100)]))  # a vertex for each particle
+    assert set(cloud.celltypes) == {pyvista.CellType.VERTEX}
     assert set(cloud.point_data) == set(full) - {"position"}
     for name in full:
         if name != "position":
@@ -62,6 +66,94 @@ def test_an_empty_snapshot_opens_too(tmp_path):
 
     snapshot.write(Particles({"position": np.zeros((0, 3)), "mass": []}), tmp_path / "s.vtkhdf")
     assert pyvista.read(tmp_path / "s.vtkhdf").n_points == 0
+
+
+def broken(count: int = 1000) -> Particles:
+    """Particles of which every third is broken, in a cube of side 2."""
+    rng = np.random.default_rng(3)
+    fields = {"position": rng.uniform(-1, 1, (count, 3)), "damage": np.where(np.arange(count) % 3 == 0, 1.0, 0.1), "material": np.arange(count) % 2}
+    domain = {"datum_radius_m": 2.1e6, "core_species": 0}
+    return Particles(fields, {"time": 180.0, "stage": "sph", "materials": ["ice", "water"], "domain": domain, "contact": {"ice": {"friction": 0.5}}})
+
+
+def test_thresholds_and_clips_take_particles_apart(tmp_path):
+    import pyvista
+
+    some = broken()
+    snapshot.write(some, tmp_path / "s.vtkhdf")
+    cloud = pyvista.read(tmp_path / "s.vtkhdf")
+    assert cloud.n_cells == cloud.n_points == 1000
+    chosen = cloud.threshold([0.5, 1.0], scalars="damage")
+    np.testing.assert_array_equal(chosen.points, some.position[some.damage > 0.5])
+    slab = cloud.clip_box([-2, 2, -0.1, 0.1, -2, 2], invert=False)
+    assert slab.n_points == np.count_nonzero(np.abs(some.position[:, 1]) < 0.1)
+
+
+def test_time_materials_and_datum_are_field_data(tmp_path):
+    import pyvista
+
+    snapshot.write(broken(), tmp_path / "s.vtkhdf")
+    facts = pyvista.read(tmp_path / "s.vtkhdf").field_data
+    assert facts["TimeValue"] == [180.0] and list(facts["materials"]) == ["ice", "water"] and list(facts["stage"]) == ["sph"]
+    assert facts["domain.datum_radius_m"] == [2.1e6] and "contact" not in facts
+
+
+def test_pyvista_plays_a_series_in_time(tmp_path):
+    import pyvista
+
+    for number, time in enumerate((0.0, 60.0, 90.0)):
+        some = broken()
+        some.attributes["time"] = time
+        some["damage"] = np.full(1000, time)
+        snapshot.write(some, tmp_path / f"snap_{number:04d}.vtkhdf")
+    snapshot.write_series(tmp_path, {"snap_0000.vtkhdf": 0.0, "snap_0001.vtkhdf": 60.0, "snap_0002.vtkhdf": 90.0}, "snap")
+    reader = pyvista.get_reader(tmp_path / "snap.vtkhdf.series")
+    assert reader.time_values == [0.0, 60.0, 90.0]
+    reader.set_active_time_value(90.0)
+    cloud = reader.read()
+    assert cloud.field_data["TimeValue"] == [90.0] and cloud["damage"][0] == 90.0
+
+
+def test_cells_cost_a_byte_per_particle_at_most(tmp_path):
+    count = 20_000
+    snapshot.write(Particles({"position": np.random.default_rng(1).normal(size=(count, 3))}), tmp_path / "s.vtkhdf")
+    with h5py.File(tmp_path / "s.vtkhdf") as file:
+        assert sum(file["VTKHDF"][name].id.get_storage_size() for name in ("Connectivity", "Offsets", "Types")) < count
+
+
+PARAVIEW = """
+from paraview.simple import *
+from paraview import servermanager
+reader = VTKHDFReader(FileName=[r'{0}', r'{1}'])
+reader.UpdatePipeline()
+facts = servermanager.Fetch(reader).GetFieldData()
+chosen = Threshold(Input=reader, Scalars=['POINTS', 'damage'], LowerThreshold=0.5, UpperThreshold=1.0)
+chosen.UpdatePipeline()
+print('found', chosen.GetDataInformation().GetNumberOfPoints(), len(reader.TimestepValues), facts.GetArray('TimeValue').GetValue(0),
+      facts.GetAbstractArray('materials').GetValue(1))
+"""
+
+
+def test_paraview_itself_thresholds_particles(tmp_path):
+    program = shutil.which("pvpython")
+    if program is None:
+        pytest.skip("no pvpython on this machine (Debian: apt-get install python3-paraview)")
+    for name in ("a", "b"):
+        snapshot.write(broken(), tmp_path / f"{name}.vtkhdf")
+    (tmp_path / "look.py").write_text(PARAVIEW.format(tmp_path / "a.vtkhdf", tmp_path / "b.vtkhdf"))
+    clean = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    done = subprocess.run([program, tmp_path / "look.py"], capture_output=True, text=True, timeout=120, env=clean)
+    assert "found 334 2 180.0 water" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_snapshot_of_before_with_one_cell_for_all_particles_is_read(tmp_path):
+    some = broken()
+    snapshot.write(some, tmp_path / "s.vtkhdf")
+    with h5py.File(tmp_path / "s.vtkhdf", "a") as file:
+        del file["VTKHDF"]
+        group = file.create_group("VTKHDF/Vertices")
+        group["Connectivity"], group["Offsets"] = np.arange(1000), np.array([0, 1000])
+    np.testing.assert_array_equal(snapshot.read(tmp_path / "s.vtkhdf").position, some.position)
 
 
 def test_fields_carry_unit_and_meaning_and_nothing_is_stored_twice(tmp_path, full):
