@@ -6,14 +6,20 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from handoff.domain import Box, Cone, Domain
+from handoff.heights import surface_heights
 
 _SECTORS = 12
 # the radius is taken where the wall is this fraction of the depth below the datum, then carried to the datum along a parabola
 _LEVEL = 0.1
 # the centre is that of what lies below this fraction of the greatest depth
 _DEEP = 0.5
+_COLUMNS = 800
+_NEAR = 0.2
+# a point holds matter when it is nearer to a particle than this many spacings; such a surface lies 0.2 spacings outside the true one
+_FILLED, _OUTSIDE = 0.75, 0.2
 
 
 @dataclass(frozen=True)
@@ -41,6 +47,29 @@ def around(position: np.ndarray, centre: np.ndarray, domain: Domain) -> tuple[np
         return domain.datum * np.arctan2(np.hypot(x, y), position @ up), np.arctan2(y, x)
     x, y = x - centre @ east, y - centre @ np.cross(up, east)
     return np.hypot(x, y), np.arctan2(y, x)
+
+
+def of_particles(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> Cavity:
+    """The cavity in a cloud of compact particles, positions (n, 3) [m] and spacings (n,) [m]; one shallower than the spacing near the axis is none."""
+    near = domain.cut_depth(position) > -2.0 * spacing
+    position, spacing = position[near], spacing[near]
+    if len(position) == 0:
+        return Cavity(0.0, 0.0, 0.0, 0.0, _pole(domain))
+    tree, reach = cKDTree(position), _FILLED * spacing
+
+    def filled(points: np.ndarray) -> np.ndarray:
+        distance, nearest = tree.query(points)
+        return distance < reach[nearest]
+
+    foot, _, height = surface_heights(filled, domain, _COLUMNS)
+    below = tree.query(foot + height[:, None] * domain.frame.up(foot))[1]
+    return measure(foot, height - _OUTSIDE * spacing[below], domain, noise=spacing_near_axis(position, spacing, domain))
+
+
+def spacing_near_axis(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> float:
+    """Median spacing [m] of the particles within a fifth of the domain's radius of the axis; of all where there are none."""
+    near = spacing[domain.frame.distance(position) < _NEAR * domain.arc]
+    return float(np.median(near)) if len(near) else float(np.median(spacing))
 
 
 def measure(foot: np.ndarray, height: np.ndarray, domain: Domain, noise: float) -> Cavity:

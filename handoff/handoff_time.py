@@ -25,7 +25,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from handoff import cavity, shock, surface
 from handoff.domain import Domain
@@ -39,9 +38,6 @@ QUIET = 1e-3
 EARLY = 0.1
 RESOLVED = 5.0
 _LATER = 3
-_COLUMNS = 800
-# a point holds matter when it is nearer to a particle than this many spacings; such a surface lies 0.2 spacings outside the true one
-_FILLED, _OUTSIDE = 0.75, 0.2
 
 FIELDS = (
     "identity", "position", "velocity", "mass", "density", "material", "layer", "smoothing_length", "neighbours", "distention", "damage", "pressure",
@@ -102,7 +98,7 @@ def diagnose(source: Particles, earlier: Particles | None, file: str, domain: Do
     if len(compact) < 4 or len(here) == 0:
         nothing = float("nan")
         return Diagnosis(file, time, 0.0, 0.0, 0.0, 0.0, nothing, nothing, 0.0, 0.0, float(source.mass.sum()), 0.0, nothing)
-    size = _cavity(source, compact, split.spacing, domain)
+    size = cavity.of_particles(source.position[compact], split.spacing[compact], domain)
     inside = source.select(here)
     left = shock.residual(inside, domain, column)
     excess = left.pressure if left is not None else np.array([np.nan])
@@ -122,21 +118,6 @@ def diagnose(source: Particles, earlier: Particles | None, file: str, domain: Do
         float(np.sum(inside.mass * inside.damage)) if "damage" in inside else float("nan"),
         _drive(source, here, earlier, domain, column),
     )
-
-
-def _cavity(source: Particles, compact: np.ndarray, spacing: np.ndarray, domain: Domain) -> cavity.Cavity:
-    compact = compact[domain.cut_depth(source.position[compact]) > -2.0 * spacing[compact]]
-    tree, reach = cKDTree(source.position[compact]), _FILLED * spacing[compact]
-
-    def filled(points: np.ndarray) -> np.ndarray:
-        distance, near = tree.query(points)
-        return distance < reach[near]
-
-    foot, _, height = surface.surface_heights(filled, domain, _COLUMNS)
-    below = tree.query(foot + height[:, None] * domain.frame.up(foot))[1]
-    height = height - _OUTSIDE * spacing[compact][below]
-    near = spacing[compact][domain.frame.distance(source.position[compact]) < 0.2 * domain.arc]
-    return cavity.measure(foot, height, domain, noise=float(np.median(near)) if len(near) else float(np.median(spacing)))
 
 
 def _drive(source: Particles, here: np.ndarray, earlier: Particles | None, domain: Domain, column: Column) -> float:

@@ -5,7 +5,8 @@ Ejecta, by the first rule that holds (``REASONS``):
 * ``sparse``: a particle that has lost its neighbours; ``expanded``: density below ``EXPANDED`` of its material's reference density;
 * ``fast``: faster than the speed limit, rising, and in free flight it would come above the datum. Material below the cavity that is driven
   down or sideways faster than the limit is confined by what lies around it and stays compact;
-* ``high``: in free flight (no pressure) it would rise beyond the bed's headroom;
+* ``high``: above the ground already (by half a spacing), and in free flight it would rise beyond the bed's headroom. Ground that moves up is pushed by
+  what lies below it and held by what lies above it: no free flight, however weak gravity is;
 * ``detached``: not a corner of the largest piece of the alpha-shape of what the rules above left.
 
 How far outside the alpha-shape's particles the surface runs says ``handoff.offset``.
@@ -13,7 +14,6 @@ How far outside the alpha-shape's particles the surface runs says ``handoff.offs
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -22,7 +22,9 @@ from pydantic import Field
 from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
-from handoff.domain import Cone, Domain
+from handoff import speed_limit
+from handoff.domain import Domain
+from handoff.heights import span
 from handoff.hydrostatic import Column
 from matter import material
 from matter.alpha_shape import AlphaShape, alpha_shape
@@ -36,9 +38,9 @@ COMPACT, SPARSE, EXPANDED, FAST, HIGH, DETACHED = range(6)
 _EXPANDED = 0.5
 # m, kg, kg/m^3 against cm, km, g or g/cm^3 is a factor of 1000 at least; a body with a crater lies within 5 of 1
 _UNITS = 50.0
+# in spacings above the datum: what is higher has left the ground
+_ABOVE = 0.5
 _CELL_POINTS = 128
-# columns per area of the domain: their mean distance is this fraction of the grain or particle spacing
-_LEVELS = 96
 # particles this many spacings beyond the side walls still shape the surface inside
 _AROUND = 8.0
 
@@ -47,7 +49,8 @@ class Rules(Model):
     """How the source is split and its surface drawn."""
 
     speed_limit: PositiveSpeed | Literal["auto"] = "auto"
-    """Rising material above it is ejecta; ``auto``: sqrt(2 g headroom), the speed that just reaches the top of the bed."""
+    """Rising material above it is ejecta; ``auto``: sqrt(2 g headroom), the speed that just reaches the top of the bed; on flat ground cavity radius over
+    time where that is more (``handoff.speed_limit``)."""
     alpha: float = Field(1.5, gt=0.8, le=5.0)
     """Alpha of the alpha-shape in local particle spacings (0.8 is the least that keeps a close-packed lattice whole)."""
     offset: float | Literal["auto"] = "auto"
@@ -142,14 +145,19 @@ def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -
     speed = np.linalg.norm(source.velocity, axis=1)
     upward = np.einsum("ij,ij->i", source.velocity, up)
     headroom = span(domain)[1]
-    limit = float(np.sqrt(2.0 * column.surface_gravity * headroom)) if rules.speed_limit == "auto" else float(rules.speed_limit)
     apex = column.apex(height, upward, speed)
     spacing = spacing_of(source)
     reason = np.zeros(len(source), dtype=np.int8)
-    reason[apex > headroom] = HIGH
+    reason[(apex > headroom) & (height > _ABOVE * spacing)] = HIGH
+    loose = np.where(source.density < _EXPANDED * reference_density(source), EXPANDED, COMPACT)
+    loose[neighbour_count(source, spacing) < rules.neighbours] = SPARSE
+    if rules.speed_limit == "auto":
+        kept = (reason == COMPACT) & (loose == COMPACT)
+        limit = speed_limit.default(source.position[kept], spacing[kept], float(source.attributes.get("time", 0.0)), domain, column.surface_gravity)
+    else:
+        limit = float(rules.speed_limit)
     reason[(speed > limit) & (upward > 0.0) & (apex > 0.0)] = FAST
-    reason[source.density < _EXPANDED * reference_density(source)] = EXPANDED
-    reason[neighbour_count(source, spacing) < rules.neighbours] = SPARSE
+    reason = np.where(loose != COMPACT, loose, reason).astype(np.int8)
     return Split(reason, limit, spacing)
 
 
@@ -230,43 +238,3 @@ def share_inside(position: np.ndarray, spacing: np.ndarray, domain: Domain, owne
         mean = np.einsum("ik,ikj->ij", inside, points.reshape(len(rows), -1, 3)) / np.maximum(count, 1)[:, None]
         centre[rows] = np.where(count[:, None] > 0, mean, position[rows])
     return share, centre
-
-
-def surface_heights(contains: Callable[[np.ndarray], np.ndarray], domain: Domain, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Height of the topmost matter along even columns of the domain.
-
-    ``contains`` says which points hold matter. Returns foot points on the datum (m, 3), their distance along the datum from the axis (m,)
-    and the heights (m,) [m]; a column without matter has the height of the domain's floor.
-    """
-    foot, distance, up = feet(domain, columns)
-    low, high = span(domain)
-    step = (high - low) / _LEVELS
-    levels = low + step * (np.arange(_LEVELS) + 0.5)
-    points = foot[:, None] + levels[None, :, None] * up[:, None]
-    matter = contains(points.reshape(-1, 3)).reshape(len(foot), _LEVELS)
-    top = np.where(matter.any(axis=1), _LEVELS - 1 - np.argmax(matter[:, ::-1], axis=1), -1)
-    height = np.where(top >= 0, levels[np.maximum(top, 0)], low)
-    below, above = height, height + step
-    for _ in range(3):
-        middle = 0.5 * (below + above)
-        full = contains(foot + middle[:, None] * up)
-        below, above = np.where(full, middle, below), np.where(full, above, middle)
-    return foot, distance, np.where(top >= 0, 0.5 * (below + above), low)
-
-
-def feet(domain: Domain, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Even points on the datum inside the domain (m, 3), their distance along it from the axis (m,), and the vertical there (m, 3)."""
-    if isinstance(domain, Cone):
-        direction, distance = domain.columns(columns)
-        return domain.datum * direction, distance, direction
-    number = np.arange(columns) + 0.5
-    distance, azimuth = domain.radius * np.sqrt(number / columns), np.pi * (1.0 + np.sqrt(5.0)) * number
-    foot = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth), np.full(columns, domain.datum)], axis=1)
-    return foot, distance, domain.frame.up(foot)
-
-
-def span(domain: Domain) -> tuple[float, float]:
-    """Heights above the datum [m] of the domain's floor and top."""
-    if isinstance(domain, Cone):
-        return domain.core - domain.datum, domain.top - domain.datum
-    return domain.floor - domain.datum, domain.top - domain.datum

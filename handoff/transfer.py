@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import carve, cavity, compare, domain, hydrostatic, interpolation, mapping, offset, surface
+from handoff import carve, cavity, compare, domain, heights, hydrostatic, interpolation, mapping, offset, surface
 from handoff import correction as closing
 from handoff import ejecta as ejected
 from handoff.ledger import Ledger
@@ -105,7 +105,7 @@ def column_of(source: Particles, bed: Particles) -> hydrostatic.Column:
     g = float(np.median(np.linalg.norm(source.gravity[near], axis=1))) if near.any() else 0.0
     if not g > 0.0:
         raise InputError("the source's field 'gravity' is zero near the datum")
-    height = np.array([surface.span(region)[0], 0.0])
+    height = np.array([heights.span(region)[0], 0.0])
     radius = region.datum if isinstance(region, domain.Cone) else float("inf")
     return hydrostatic.Column(height, np.zeros(2), np.full(2, g), radius, g)
 
@@ -197,8 +197,8 @@ def _regional(fields: compare.Fields, scale: float, centres: np.ndarray, size: f
 
 
 def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: domain.Domain, bed: Particles):
-    foot, distance, height = surface.surface_heights(solid.contains, region, _COLUMNS)
-    carved = surface.surface_heights(lambda points: stays[grains.query(points)[1]], region, _COLUMNS)[2]
+    foot, distance, height = heights.surface_heights(solid.contains, region, _COLUMNS)
+    carved = heights.surface_heights(lambda points: stays[grains.query(points)[1]], region, _COLUMNS)[2]
     size = cavity.measure(foot, height, region, noise=2.0 * float(bed.radius.mean()))
     return size, (foot, distance, height, carved)
 
@@ -211,7 +211,7 @@ def _refuse_misfit(size: cavity.Cavity, source: Particles, split: surface.Split,
         raise InputError(
             f"the crater (radius {size.radius:.4g} m) is wider than {_WIDEST:.0%} of the bed ({region.arc:.4g} m): take a wider bed or an earlier snapshot"
         )
-    frame, headroom = region.frame, surface.span(region)[1]
+    frame, headroom = region.frame, heights.span(region)[1]
     height = frame.height(source.position)
     over = region.cut_depth(source.position - height[:, None] * frame.up(source.position)) > 0.0
     resting = np.linalg.norm(source.velocity, axis=1) < _RESTING * split.speed_limit

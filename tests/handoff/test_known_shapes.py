@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from handoff import account, cavity, domain, hydrostatic, surface, transfer
+from handoff import account, cavity, domain, heights, hydrostatic, surface, transfer
 from tests.handoff import clouds
 
 RADIUS, BOWL, RIM = 20.0, 9.0, 3.0
@@ -76,7 +76,7 @@ def test_bowl_on_a_sphere():
 @pytest.mark.parametrize("shift", [0.0, 150e3, 300e3])
 def test_a_cavity_off_the_axis_is_measured_about_its_own_centre(region, shift):
     """A paraboloid of radius 400 km and depth 150 km, its centre downrange of the impact point, in a rough level surface."""
-    foot, _, _ = surface.feet(region, 4000)
+    foot, _, _ = heights.feet(region, 4000)
     angle = shift / 2100e3
     centre = 2100e3 * np.array([np.sin(angle), 0.0, np.cos(angle)]) if isinstance(region, domain.Cone) else np.array([shift, 0.0, 0.0])
     along = cavity.around(foot, centre, region)[0]
@@ -92,7 +92,7 @@ def test_a_cavity_off_the_axis_is_measured_about_its_own_centre(region, shift):
 
 def test_surface_heights_of_a_known_solid():
     region = domain.Cone(1.0, 2.0, 2.4, 0.5)
-    foot, distance, height = surface.surface_heights(lambda p: np.linalg.norm(p, axis=1) < 1.8 + 0.3 * p[:, 0], region, 500)
+    foot, distance, height = heights.surface_heights(lambda p: np.linalg.norm(p, axis=1) < 1.8 + 0.3 * p[:, 0], region, 500)
     direction = foot / 2.0
     exact = 1.8 / (1.0 - 0.3 * direction[:, 0]) - 2.0
     np.testing.assert_allclose(height, exact, atol=0.002)
