@@ -11,6 +11,8 @@ from scipy.spatial import cKDTree
 from handoff.domain import Box, Cone, Domain
 from handoff.heights import surface_heights
 
+RESOLVED_RADIUS, RESOLVED_DEPTH = 5.0, 2.0
+"""Least radius and depth of a crater in mean grain radii: what is smaller the grains cannot take over."""
 _SECTORS = 12
 # the radius is taken where the wall is this fraction of the depth below the datum, then carried to the datum along a parabola
 _LEVEL = 0.1
@@ -47,6 +49,11 @@ def around(position: np.ndarray, centre: np.ndarray, domain: Domain) -> tuple[np
         return domain.datum * np.arctan2(np.hypot(x, y), position @ up), np.arctan2(y, x)
     x, y = x - centre @ east, y - centre @ np.cross(up, east)
     return np.hypot(x, y), np.arctan2(y, x)
+
+
+def resolved(radius: float, depth: float, grain_radius: float) -> bool:
+    """Whether grains of that mean radius take a cavity over: the one rule of what a crater is, for the choice of the time, the transfer and the ledger."""
+    return radius >= RESOLVED_RADIUS * grain_radius and depth > RESOLVED_DEPTH * grain_radius
 
 
 def of_particles(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> Cavity:

@@ -9,7 +9,8 @@ which is what grains can take over.
 The rule, first that holds:
 
 1. the window ``shock has left (99 % of the domain below 1e-3 K) ... 0.1 T``, with T = 0.8 sqrt(V^(1/3) / g) and V the largest cavity volume,
-   holds a snapshot whose cavity is resolved by 5 grain radii: the first such. (On small bodies the window is wide.)
+   holds a snapshot whose cavity is resolved (a radius of 5 grain radii, a depth of more than 2: ``cavity.resolved``): the first such. (On small bodies the
+   window is wide.)
 2. the first snapshot with a resolved cavity whose drive, and that of all later snapshots up to the first maximum of depth, is at most ``DRIVE``.
 3. the first maximum of depth.
 
@@ -36,7 +37,6 @@ from matter.particles import Particles
 DRIVE = 1.0
 QUIET = 1e-3
 EARLY = 0.1
-RESOLVED = 5.0
 _LATER = 3
 
 FIELDS = (
@@ -159,12 +159,12 @@ def choose(series: Sequence[Diagnosis], grain_radius: float, gravity: float) -> 
     loud = [k for k, row in enumerate(series[: deepest + 1]) if not row.excess_pressure <= QUIET]
     start = 0 if not loud else loud[-1] + 1
     window = (series[start].time if start < len(series) else math.inf, EARLY * crater_time)
-    resolved = [k for k in range(deepest + 1) if series[k].radius >= RESOLVED * grain_radius]
+    resolved = [k for k in range(deepest + 1) if cavity.resolved(series[k].radius, series[k].depth, grain_radius)]
     if not resolved:
-        radius = max((row.radius for row in series), default=0.0)
+        radius, depth = max(row.radius for row in series), max(row.depth for row in series)
         raise InputError(
-            f"no snapshot up to the greatest depth has a cavity of {RESOLVED:.0f} grain radii "
-            f"(widest {radius:.4g} m, grains {grain_radius:.4g} m): no crater, or grains too coarse"
+            f"no snapshot up to the greatest depth has a cavity of {cavity.RESOLVED_RADIUS:.0f} grain radii that is deeper than "
+            f"{cavity.RESOLVED_DEPTH:.0f} (widest {radius:.4g} m, deepest {depth:.4g} m, grains {grain_radius:.4g} m): no crater, or grains too coarse"
         )
     shock = f"the shock {'has left after' if start <= deepest else 'has not left by'} {series[min(start, deepest)].time:.4g} s"
     for k in resolved:

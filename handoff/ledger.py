@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from handoff.cavity import RESOLVED_RADIUS
 from matter import archive
 from matter.errors import InputError
 
@@ -48,7 +49,7 @@ LIMITS: dict[str, Limit] = {
     "bulk_density_rel": Limit(0.03, meaning="rms difference, coarse grained at 5 r"),
     "cavity_hausdorff_over_r": Limit(1.5, meaning="surface of the source against that of the carved bed"),
     "cavity_volume_rel": Limit(0.02, meaning="not applicable below 10 grains per cavity radius"),
-    "cavity_radius_over_r_DEM_min": Limit(5.0, least=True, meaning="the cavity must be resolved"),
+    "cavity_radius_over_r_DEM_min": Limit(RESOLVED_RADIUS, least=True, meaning="the cavity must be resolved"),
     "ejecta_mass_curve_rel": Limit(0.02, meaning="largest difference of M(>v) above the speed limit"),
     "residual_pressure_over_bulk_modulus": Limit(1e-3, meaning="no shock left in the domain, excess"),
     "elastic_over_kinetic_energy": Limit(0.01, meaning="strain energy of the source that is discarded, excess"),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from handoff import domain, handoff_time, hydrostatic, surface
+from handoff import cavity, domain, handoff_time, hydrostatic, ledger, surface, transfer
 from handoff.handoff_time import Diagnosis, choose, first_maximum
 from matter.errors import InputError
 from matter.particles import Particles
@@ -57,6 +57,36 @@ def test_takes_the_first_snapshot_of_the_window_where_there_is_one():
 def test_no_crater_is_a_clear_message():
     with pytest.raises(InputError, match="cavity of 5 grain radii"):
         choose(series(DEPTH, [np.nan] + [0.5] * 8, [0.1] * 9, radius=100e3), 30e3, G)
+
+
+def test_a_crater_must_be_as_deep_as_the_transfer_asks_for(monkeypatch):
+    """The Ryugu shot in grains of 0.33 m: at 2 s wide enough and 0.58 m deep, which the transfer takes for none; 1.01 m at 4 s will do."""
+    seconds, radius, depth = (0.1, 1.1, 2.1, 3.1, 4.0), (0.75, 1.24, 1.72, 1.95, 2.16), (0.3, 0.5, 0.576, 0.65, 1.01)
+    found = [
+        Diagnosis(f"snap_{k:04d}", t, r, d, d * r**2, 0.0, 1e-5, 1e-5, 1.0, 0.0, 0.0, 0.0, 50.0) for k, (t, r, d) in enumerate(zip(seconds, radius, depth))
+    ]
+    assert choose(found, 0.33, 1.2e-4).index == 4
+    with pytest.raises(InputError, match=r"deeper than 2 \(widest 2.16 m, deepest 0.65 m, grains 0.36 m\)"):
+        choose([Diagnosis(**{**row.__dict__, "depth": min(row.depth, 0.65)}) for row in found], 0.36, 1.2e-4)
+    # one rule: the transfer and the ledger ask for what the choice asks for
+    monkeypatch.setattr(cavity, "RESOLVED_DEPTH", 1.7)
+    assert choose(found, 0.33, 1.2e-4).index == 2
+    assert ledger.LIMITS["cavity_radius_over_r_DEM_min"].limit == cavity.RESOLVED_RADIUS
+
+
+def test_what_is_too_shallow_for_the_choice_is_none_to_the_transfer():
+    """A bowl 2.6 grain radii deep is handed over, one of 1.6 is refused."""
+    bed = clouds.flat_bed(1.0, 21.0, 10.0, 3.0)
+    column = hydrostatic.uniform(1.0, 1000.0, 20.0)
+    for depth in (2.6, 1.6):
+        source = clouds.flat_source(
+            1.6, 21.0, 10.0, lambda p, depth=depth: np.minimum(depth * ((np.hypot(p[:, 0], p[:, 1]) / 10.0) ** 2 - 1.0), 0.0), np.zeros_like, disorder=0.02
+        )
+        if depth > cavity.RESOLVED_DEPTH:
+            assert transfer.hand_over(source, bed, surface.Rules(), column).size.depth == pytest.approx(depth, abs=0.6)
+            continue
+        with pytest.raises(InputError, match="no crater"):
+            transfer.hand_over(source, bed, surface.Rules(), column)
 
 
 def test_diagnosis_of_a_bowl_and_its_drive(sphere_cloud):
