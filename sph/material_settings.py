@@ -17,77 +17,61 @@ import typing
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError, create_model
 
 from matter import material
 from matter.body import Model
 from matter.errors import InputError
 from matter.quantity import Unit
+from sph.families import FAMILIES
 
 Values = dict[str, str | float | list[str | float]]
 
 
-class Choice(Model):
-    """The laws of one material and values of their parameters; what is left out is as in the material's file."""
+class Kept(Model):
+    """What a case may say of a material whatever the laws are."""
 
-    eos: Literal["tillotson", "murnaghan", "ideal_gas"] | None = None
-    """Equation of state (``sph/eos``)."""
-    strength: Literal["none", "von_mises", "drucker_prager", "collins"] | None = None
-    """Yield law (``sph/strength``)."""
-    porosity: Literal["none", "p_alpha", "strain_alpha"] | None = None
-    """Law of the pores (``sph/porosity``)."""
-    crush: Literal["quadratic", "two_power", "table"] | None = None
-    """Crush curve of ``porosity = "p_alpha"``."""
     crush_form: Literal["pressure", "density"] | None = None
     """Whether crushing goes by the pressure of the particle or by its density alone."""
-    damage: Literal["none", "cube_root", "single", "linear", "weibull", "fraction"] | None = None
-    """How damage grows from flaws (``sph/damage``)."""
     predamaged: bool = False
     """Whether the material is fully damaged (D = 1) from the start."""
-    tillotson: Values | None = None
-    """Values of the equation of state ``tillotson``."""
-    murnaghan: Values | None = None
-    """Values of the equation of state ``murnaghan``."""
-    ideal_gas: Values | None = None
-    """Values of the ideal gas."""
     elastic: Values | None = None
-    """Elastic moduli."""
+    """Shear and bulk modulus."""
     tension: Values | None = None
-    """The largest tension that the intact material bears."""
-    von_mises: Values | None = None
-    """Values of the yield law ``von_mises``."""
-    drucker_prager: Values | None = None
-    """Values of the yield law ``drucker_prager``."""
-    collins: Values | None = None
-    """Values of the yield law ``collins`` (rock, intact and broken)."""
+    """The largest tension that the intact material bears: ``cut``."""
     weibull: Values | None = None
-    """Weibull distribution of flaws."""
-    p_alpha: Values | None = None
-    """Values of the P-alpha law of the pores."""
-    strain_alpha: Values | None = None
-    """Values of the epsilon-alpha law of the pores."""
-    crush_quadratic: Values | None = None
-    """Values of the crush curve ``quadratic``."""
-    crush_two_power: Values | None = None
-    """Values of the crush curve ``two_power``."""
-    crush_table: Values | None = None
-    """Points of the crush curve ``table``."""
+    """Weibull parameters k and m of the flaws."""
 
+
+def _laws() -> dict[str, Any]:
+    """A key for each family, and a table of values for each of its laws that has any."""
+    fields: dict[str, Any] = {}
+    for family in FAMILIES:
+        names: Any = Literal.__getitem__(family.names)
+        about = f"{family.called.capitalize()}; by default the one in the material's file."
+        fields[family.key] = (names | None, Field(None, description=about))
+        for title in family.titles:
+            fields[title] = (Values | None, Field(None, description=f"Values of the {family.called} ``{title}`` in place of those in the material's file."))
+    return fields
+
+
+Choice: type[Kept] = create_model("Choice", __base__=Kept, __doc__="The laws of one material and values of their parameters.", **_laws())
+"""The laws of one material and values of their parameters; what is left out is as in the material's file."""
 
 AS_PUBLISHED = Choice()
 
 
-def law_of(name: str, family: str, default: str, choice: Choice = AS_PUBLISHED) -> str:
+def law_of(name: str, family: str, default: str, choice: Kept = AS_PUBLISHED) -> str:
     """The law that a material takes in a family (``"strength"``): the case's, the file's, or the default."""
     return getattr(choice, family) or material.choices(name).get(family, default)
 
 
-def has_section(name: str, title: str, choice: Choice = AS_PUBLISHED) -> bool:
+def has_section(name: str, title: str, choice: Kept = AS_PUBLISHED) -> bool:
     """Whether the material's file or the case has the section."""
     return title in material.load(name) or bool(getattr(choice, title, None))
 
 
-def parameters(law: type, name: str, title: str, choice: Choice = AS_PUBLISHED) -> Any:
+def parameters(law: type, name: str, title: str, choice: Kept = AS_PUBLISHED) -> Any:
     """The validated ``Parameters`` of a law for the material ``name``; raises ``InputError`` saying what does not fit."""
     changes: Mapping[str, Any] = getattr(choice, title, None) or {}
     content = dict(material.section(name, title)) if title in material.load(name) or not changes else {}

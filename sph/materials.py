@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
 from matter.errors import InputError
+from matter.law_family import Family
 from matter.quantity import PositivePressure, Pressure
 from sph.damage import grady_kipp, growth
 from sph.eos import dispatch as eos
-from sph.material_settings import AS_PUBLISHED, Choice, has_section, law_of, parameters
-from sph.porosity import crush, crush_table, p_alpha, strain_alpha
+from sph.families import FAMILIES
+from sph.material_settings import AS_PUBLISHED, Kept, has_section, law_of, parameters
+from sph.porosity import crush, p_alpha
 from sph.porosity import dispatch as porosity
+from sph.porosity.matrix import Matrix
 from sph.strength import dispatch as strength
-from sph.strength import drucker_prager
 
 
 class Elastic(NamedTuple):
@@ -38,24 +40,25 @@ class Tension(NamedTuple):
 class Rows(NamedTuple):
     """What the compiled loops read; (m,) or (m, k) arrays over the materials."""
 
-    eos: np.ndarray  # index into sph.eos.dispatch.LAWS
-    eos_row: np.ndarray  # (m, 10), rho0 first
+    eos: np.ndarray  # number of the law in its family, sph.eos.dispatch
+    eos_row: np.ndarray  # (m, width of the family), rho0 first
     rho0: np.ndarray  # density of the solid at rest [kg/m^3]
     least_c2: np.ndarray  # floor of the squared sound speed [m^2/s^2]
     shear: np.ndarray  # shear modulus [Pa]
     bulk: np.ndarray  # bulk modulus [Pa]
-    strength: np.ndarray  # index into sph.strength.dispatch.LAWS
-    strength_row: np.ndarray  # (m, 6)
+    strength: np.ndarray  # number of the law in sph.strength.dispatch
+    strength_row: np.ndarray  # (m, width)
+    mixes_damage: np.ndarray  # 1 where damage stands in the yield stress, 0 where it takes the shear stress as a whole
     tension: np.ndarray  # the tension that the intact material bears [Pa], >= 0
     young: np.ndarray  # Young's modulus [Pa]
     crack_speed: np.ndarray  # [m/s]
-    growth: np.ndarray  # index into sph.damage.growth.LAWS, -1 where nothing breaks
+    growth: np.ndarray  # number of the law in sph.damage.growth, 0 where nothing breaks
     flawed: np.ndarray  # 1 where flaws are seeded
-    porosity: np.ndarray  # index into sph.porosity.dispatch.LAWS
-    pores: np.ndarray  # (m, 5), alpha0 first
+    porosity: np.ndarray  # number of the law in sph.porosity.dispatch
+    pores: np.ndarray  # (m, width), alpha0 first
     alpha0: np.ndarray  # initial distention, 1 without pores
-    crush: np.ndarray  # index into sph.porosity.crush.LAWS
-    crush_row: np.ndarray  # (m, 65)
+    crush: np.ndarray  # number of the law in sph.porosity.crush
+    crush_row: np.ndarray  # (m, width)
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ class Materials:
 
     names: tuple[str, ...]
     rows: Rows
-    choices: Mapping[str, Choice]
+    choices: Mapping[str, Kept]
 
     @property
     def rho0(self) -> np.ndarray:
@@ -93,7 +96,7 @@ class Materials:
         return self.choices.get(name, AS_PUBLISHED).predamaged
 
 
-def collect(names: tuple[str, ...], choices: Mapping[str, Choice] | None = None) -> Materials:
+def collect(names: tuple[str, ...], choices: Mapping[str, Kept] | None = None) -> Materials:
     """Rows for the materials ``names``, changed as ``choices`` says. Sections that a material lacks mean: no shear, no yield, no flaws, no tension.
 
     Raises ``InputError`` for an unknown material or law, for values that do not fit, and for a change of a material that is not there.
@@ -104,9 +107,9 @@ def collect(names: tuple[str, ...], choices: Mapping[str, Choice] | None = None)
             near = difflib.get_close_matches(name, names, n=1)
             raise InputError(f"no part of this run is of {name!r}{f'; did you mean {near[0]!r}?' if near else ''} (it has {', '.join(names)})")
     count = len(names)
-    whole = {"eos", "strength", "growth", "porosity", "crush"}
-    wide = {"eos_row": eos.WIDTH, "strength_row": strength.WIDTH, "pores": porosity.WIDTH, "crush_row": crush.WIDTH}
-    rows = Rows(*(np.zeros((count, wide[f]) if f in wide else count, dtype=np.int64 if f in whole else np.float64) for f in Rows._fields))
+    whole = {"eos", "strength", "mixes_damage", "growth", "porosity", "crush"}
+    wide = {"eos_row": eos.FAMILY, "strength_row": strength.FAMILY, "pores": porosity.FAMILY, "crush_row": crush.FAMILY}
+    rows = Rows(*(np.zeros((count, wide[f].width) if f in wide else count, dtype=np.int64 if f in whole else np.float64) for f in Rows._fields))
     for i, name in enumerate(names):
         choice = choices.get(name, AS_PUBLISHED)
         _fill_bulk(rows, i, name, choice)
@@ -117,17 +120,30 @@ def collect(names: tuple[str, ...], choices: Mapping[str, Choice] | None = None)
     return Materials(names, rows, choices)
 
 
-def _chosen(name: str, family: str, laws: tuple[str, ...], default: str, choice: Choice) -> int:
-    law = law_of(name, family, default, choice)
-    if law not in laws:
-        raise InputError(f"material {name!r}: {family} is {law!r}, which is none of {', '.join(laws)}")
-    return laws.index(law)
+def _chosen(name: str, family: Family, default: str, choice: Kept) -> int:
+    """The number of the law that a material takes in a family."""
+    return _number(name, family.key, family.names, default, choice)
 
 
-def _fill_bulk(rows: Rows, i: int, name: str, choice: Choice) -> None:
-    kind = rows.eos[i] = _chosen(name, "eos", eos.LAWS, "tillotson", choice)
-    values = parameters(eos.PARAMETERS[kind], name, eos.LAWS[kind], choice)
-    rows.eos_row[i, : len(values)] = values
+def _number(name: str, key: str, names: tuple[str, ...], default: str, choice: Kept) -> int:
+    law = law_of(name, key, default, choice)
+    if law not in names:
+        raise InputError(f"material {name!r}: {key} is {law!r}, which is none of {', '.join(names)}")
+    return names.index(law)
+
+
+def _values(name: str, family: Family, kind: int, choice: Kept) -> Any:
+    """The validated parameters of a material's law; raises ``InputError`` for values that do not fit together."""
+    module: Any = family.module(kind)
+    values = parameters(module.Parameters, name, family.title(module), choice)
+    _refuse(name, family.title(module), family.fault(kind, values))
+    return values
+
+
+def _fill_bulk(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    kind = rows.eos[i] = _chosen(name, eos.FAMILY, "tillotson", choice)
+    values = _values(name, eos.FAMILY, kind, choice)
+    _put(rows.eos_row[i], eos.FAMILY.row(kind, values))
     rows.rho0[i] = values.rho0
     rows.least_c2[i] = 0.01 * eos.modulus(kind, rows.eos_row[i]) / values.rho0
     elastic = parameters(Elastic, name, "elastic", choice)
@@ -138,50 +154,43 @@ def _fill_bulk(rows: Rows, i: int, name: str, choice: Choice) -> None:
     rows.tension[i] = parameters(Tension, name, "tension", choice).cut if has_section(name, "tension", choice) else 0.0
 
 
-def _fill_strength(rows: Rows, i: int, name: str, choice: Choice) -> None:
+def _fill_strength(rows: Rows, i: int, name: str, choice: Kept) -> None:
     default = "von_mises" if has_section(name, "von_mises", choice) else "none"
-    kind = rows.strength[i] = _chosen(name, "strength", strength.LAWS, default, choice)
-    law = strength.PARAMETERS[kind]
-    if law is None:
-        return
-    values = parameters(law, name, strength.LAWS[kind], choice)
-    if isinstance(values, drucker_prager.Parameters):
-        values = drucker_prager.cone(values)
-    elif strength.LAWS[kind] == "collins" and values.limiting_strength <= values.cohesion:
-        raise InputError(f"material {name!r}, [collins]: limiting_strength must be above cohesion")
-    rows.strength_row[i, : len(values)] = values
+    kind = rows.strength[i] = _chosen(name, strength.FAMILY, default, choice)
+    rows.mixes_damage[i] = strength.FAMILY.having("MIXES_DAMAGE")[kind]
+    if kind > 0:
+        _put(rows.strength_row[i], strength.FAMILY.row(kind, _values(name, strength.FAMILY, kind, choice)))
 
 
-def _fill_damage(rows: Rows, i: int, name: str, choice: Choice) -> None:
-    default = growth.LAWS[growth.CUBE_ROOT] if has_section(name, "weibull", choice) else "none"
-    rows.growth[i] = _chosen(name, "damage", ("none", *growth.LAWS), default, choice) - 1
-    rows.flawed[i] = 1.0 if rows.growth[i] >= 0 and has_section(name, "weibull", choice) else 0.0
+def _fill_damage(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    default = "cube_root" if has_section(name, "weibull", choice) else "none"
+    rows.growth[i] = _chosen(name, growth.FAMILY, default, choice)
+    rows.flawed[i] = 1.0 if rows.growth[i] > 0 and has_section(name, "weibull", choice) else 0.0
     if rows.flawed[i]:
         parameters(grady_kipp.Parameters, name, "weibull", choice)
 
 
-def _fill_pores(rows: Rows, i: int, name: str, choice: Choice) -> None:
-    kind = rows.porosity[i] = _chosen(name, "porosity", porosity.LAWS, "none", choice)
+def _fill_pores(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    kind = rows.porosity[i] = _chosen(name, porosity.FAMILY, "none", choice)
     rows.alpha0[i] = rows.pores[i, 0] = 1.0
-    if kind == porosity.STRAIN_ALPHA:
-        strain = parameters(strain_alpha.Parameters, name, "strain_alpha", choice)
-        _refuse(name, "strain_alpha", strain_alpha.fault(strain))
-        rows.pores[i, : len(strain)] = strain
-        rows.alpha0[i] = strain.alpha0
-    elif kind == porosity.P_ALPHA:
-        given = parameters(p_alpha.Parameters, name, "p_alpha", choice)
-        curve = rows.crush[i] = _chosen(name, "crush", crush.LAWS, "quadratic", choice)
-        module, title = crush.MODULES[curve], f"crush_{crush.LAWS[curve]}"
-        values = parameters(module.Parameters, name, title, choice)
-        _refuse(name, title, module.fault(values))
-        row = crush_table.row(values) if curve == crush.TABLE else values
-        rows.crush_row[i, : len(row)] = row
-        form = p_alpha.FORMS[_chosen(name, "crush_form", p_alpha.FORMS, "pressure", choice)]
-        try:
-            rows.pores[i] = p_alpha.pores(given, form, rows.rho0[i], eos.modulus(rows.eos[i], rows.eos_row[i]), crush.onset(curve, rows.crush_row[i]))
-        except ValueError as reason:
-            _refuse(name, "p_alpha", str(reason))
-        rows.alpha0[i] = given.alpha0
+    if kind == 0:
+        return
+    values = _values(name, porosity.FAMILY, kind, choice)
+    bulk, onset = eos.modulus(rows.eos[i], rows.eos_row[i]), 0.0
+    if porosity.FAMILY.having("CRUSHES")[kind]:
+        curve = rows.crush[i] = _chosen(name, crush.FAMILY, "quadratic", choice)
+        _put(rows.crush_row[i], crush.FAMILY.row(curve, _values(name, crush.FAMILY, curve, choice)))
+        onset = crush.onset(curve, rows.crush_row[i])
+    form = p_alpha.FORMS[_number(name, "crush_form", p_alpha.FORMS, "pressure", choice)]
+    try:
+        _put(rows.pores[i], porosity.FAMILY.row(kind, values, Matrix(rows.rho0[i], bulk, onset, form)))
+    except ValueError as reason:
+        _refuse(name, porosity.FAMILY.names[kind], str(reason))
+    rows.alpha0[i] = values.alpha0
+
+
+def _put(row: np.ndarray, numbers: Sequence[float]) -> None:
+    row[: len(numbers)] = numbers
 
 
 def _refuse(name: str, title: str, fault: str) -> None:
@@ -189,14 +198,21 @@ def _refuse(name: str, title: str, fault: str) -> None:
         raise InputError(f"material {name!r}, [{title}]: {fault}")
 
 
-def _refuse_idle(rows: Rows, i: int, name: str, choice: Choice) -> None:
+def taken(rows: Rows, i: int) -> dict[str, int]:
+    """The number of the law that material ``i`` takes in each family, -1 in a family that it has no use for."""
+    crushes = porosity.FAMILY.having("CRUSHES")[rows.porosity[i]]
+    kinds = (rows.eos[i], rows.strength[i], rows.porosity[i], rows.crush[i] if crushes else -1, rows.growth[i])
+    return {family.key: int(kind) for family, kind in zip(FAMILIES, kinds)}
+
+
+def _refuse_idle(rows: Rows, i: int, name: str, choice: Kept) -> None:
     """Values for a law that the material does not take would change nothing: most likely the choice of the law was forgotten."""
-    chosen = {"eos": eos.LAWS[rows.eos[i]], "strength": strength.LAWS[rows.strength[i]], "porosity": porosity.LAWS[rows.porosity[i]]}
-    chosen["crush"] = crush.LAWS[rows.crush[i]] if rows.porosity[i] == porosity.P_ALPHA else "none"
-    families = [("eos", eos.LAWS, ""), ("strength", strength.LAWS, ""), ("porosity", porosity.LAWS, ""), ("crush", crush.LAWS, "crush_")]
-    for family, laws, prefix in families:
-        for law in laws:
-            if law != chosen[family] and getattr(choice, prefix + law, None):
-                raise InputError(f"material {name!r}: [{prefix}{law}] is given, but {family} is {chosen[family]!r}")
-    if choice.weibull and rows.growth[i] < 0:
+    kinds = taken(rows, i)
+    for family in FAMILIES:
+        chosen = family.names[kinds[family.key]] if kinds[family.key] >= 0 else "none"
+        for module in family.laws:
+            title = family.title(module)
+            if title.removeprefix(family.prefix) != chosen and getattr(choice, title, None):
+                raise InputError(f"material {name!r}: [{title}] is given, but {family.key} is {chosen!r}")
+    if choice.weibull and rows.growth[i] == 0:
         raise InputError(f"material {name!r}: [weibull] is given, but damage is 'none'")

@@ -30,7 +30,6 @@ from sph.damage import seeding
 from sph.history import History
 from sph.integrator import Integrator
 from sph.runge_kutta import RungeKutta
-from sph.strength import dispatch as strengths
 
 if TYPE_CHECKING:
     from sph.stage import Settings
@@ -286,7 +285,7 @@ class Simulation:
         """The cloud as a snapshot, in order of identity."""
         i, c = self.integrator, self.integrator.cloud
         damage = state.damage_of(c, self.materials.rows)
-        whole = self.materials.rows.strength[c.material] > strengths.VON_MISES  # laws that mix damage into the yield stress
+        whole = self.materials.rows.mixes_damage[c.material] > 0
         deviator = np.empty((len(c), 6))
         np.multiply((np.where(whole, 1.0, 1.0 - damage) / i.evaluated.alpha)[:, None], c.stress, out=deviator[:, :5])
         deviator[:, 5] = -(deviator[:, 0] + deviator[:, 3])

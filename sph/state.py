@@ -20,7 +20,7 @@ import numpy as np
 
 from matter.errors import UnphysicalState
 from matter.jit import law, parallel_kernel, prange
-from sph.damage import grady_kipp, growth, growth_linear
+from sph.damage import grady_kipp, growth
 from sph.eos import dispatch as eos
 from sph.materials import Materials, Rows
 from sph.porosity import compaction_damage
@@ -80,12 +80,11 @@ def _evaluate(
         damage_rate[i], damage_cap[i] = 0.0, 0.0
         if strength and G > 0.0:
             root = root_damage[i]
-            if alpha is not None and damage and rows.growth[m] >= 0:
+            if alpha is not None and damage and rows.growth[m] > 0:
                 root = compaction_damage.total(root, compaction_damage.root(distention[i], initial[i]))
             D = root * root * root
             law = rows.strength[m]
-            if law == strengths.DRUCKER_PRAGER:
-                P = max(P, -strengths.apex(law, rows.strength_row[m], D) * thin)
+            P = max(P, -strengths.apex(law, rows.strength_row[m], D) * thin)
             szz = -sxx - syy
             J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
             f = von_mises.return_factor(J2, strengths.yield_stress(law, rows.strength_row[m], a * P, u[i], D))
@@ -102,12 +101,10 @@ def _evaluate(
                     cap = growth.cap(rows.growth[m], opened, total)
                     damage_cap[i] = cap
                     if root_damage[i] < cap:
-                        crack = rows.crack_speed[m]
-                        if rows.growth[m] == growth.LINEAR:
-                            crack = growth_linear.crack_speed(rows.bulk[m], G, rho[i], D)
+                        crack = growth.crack_speed(rows.growth[m], rows.crack_speed[m], rows.bulk[m], G, rho[i], D)
                         size = (mass[i] / rho[i] * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
                         damage_rate[i] = growth.rate(rows.growth[m], opened, total, crack, size, h[i])
-            if law <= strengths.VON_MISES:
+            if rows.mixes_damage[m] == 0:
                 s *= 1.0 - D
         else:
             sxx, sxy, sxz, syy, syz = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -167,7 +164,7 @@ def evaluate(cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, cr
 def damage_of(cloud, rows: Rows) -> np.ndarray:
     """D of every particle (n,): by tension and, in porous material that breaks, by crushing."""
     start = cloud.initial_distention
-    breaks = (rows.growth[cloud.material] >= 0) & (start > 1.0)
+    breaks = (rows.growth[cloud.material] > 0) & (start > 1.0)
     crushed = np.clip((start - cloud.distention) / np.where(breaks, start - 1.0, 1.0), 0.0, 1.0)
     return np.minimum(cloud.root_damage + np.where(breaks, np.cbrt(crushed), 0.0), 1.0) ** 3
 

@@ -12,45 +12,32 @@ They differ by up to the number of flaws of a particle (some tens) in how fast r
 used one each.
 """
 
-from matter.jit import law
+from matter.law_family import Family
 from sph.damage import growth_cube_root, growth_fraction, growth_linear, growth_single, growth_weibull
 
-LAWS = ("cube_root", "single", "linear", "weibull", "fraction")
-CUBE_ROOT, SINGLE, LINEAR, WEIBULL, FRACTION = range(5)
+LAWS = (growth_cube_root, growth_single, growth_linear, growth_weibull, growth_fraction)
+FAMILY = Family("damage", "law by which damage grows", LAWS, prefix="growth_", none=True)
 
-
-@law
-def counted(kind, active, total, strain, least, most):
-    """How many flaws count as active, and of how many, as floats: ``active`` of ``total`` are open at the strain ``strain``; the weakest opens at ``least``,
-    the strongest at ``most``."""
-    if kind == WEIBULL:
-        return growth_weibull.active(strain, least, most, float(total)), float(total)
-    return float(active), float(total)
-
-
-@law
-def cap(kind, active, total):
-    """The largest D^(1/3) that the active flaws can bring."""
-    if kind == CUBE_ROOT:
-        return growth_cube_root.cap(active, total)
-    if kind == SINGLE:
-        return growth_single.cap(active, total)
-    if kind == LINEAR:
-        return growth_linear.cap(active, total)
-    if kind == WEIBULL:
-        return growth_weibull.cap(active, total)
-    return growth_fraction.cap(active, total)
-
-
-@law
-def rate(kind, active, total, crack_speed, radius, support):
-    """d(D^(1/3))/dt [1/s] with c_g [m/s] (for ``linear`` that of the damaged material), R_s and h [m]."""
-    if kind == CUBE_ROOT:
-        return growth_cube_root.rate(active, total, crack_speed, radius)
-    if kind == SINGLE:
-        return growth_single.rate(active, total, crack_speed, radius)
-    if kind == LINEAR:
-        return growth_linear.rate(active, total, crack_speed, support)
-    if kind == WEIBULL:
-        return growth_weibull.rate(active, total, crack_speed, support)
-    return growth_fraction.rate(active, total, crack_speed, radius)
+counted = FAMILY.choose(
+    "counted",
+    "opened, total, strain, least, most",
+    otherwise="float(opened), float(total)",
+    rows=False,
+    about="How many flaws count as active, and of how many, as floats: ``opened`` of ``total`` are open at the strain ``strain``; the weakest opens at "
+    "``least``, the strongest at ``most``.",
+)
+cap = FAMILY.choose("cap", "active, total", otherwise="0.0", rows=False, about="The largest D^(1/3) that the active flaws can bring.")
+crack_speed = FAMILY.choose(
+    "crack_speed",
+    "at_rest, bulk, shear, rho, D",
+    otherwise="at_rest",
+    rows=False,
+    about="c_g [m/s] of a material that has ``at_rest`` whole, from its moduli [Pa], density [kg/m^3] and damage.",
+)
+rate = FAMILY.choose(
+    "rate",
+    "active, total, crack_speed, radius, support",
+    otherwise="0.0",
+    rows=False,
+    about="d(D^(1/3))/dt [1/s] with c_g [m/s], the radius R_s [m] of the particle's volume and its support h [m].",
+)

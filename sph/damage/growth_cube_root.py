@@ -8,9 +8,11 @@ share as in Benz & Asphaug 1995). R_s is the radius of the sphere of the particl
 
 from matter.jit import law
 
+SOURCES = ("GradyKipp1980", "BenzAsphaug1995")
+
 
 @law
-def rate(active, total, crack_speed, radius):
+def rate(active, total, crack_speed, radius, support):
     """d(D^(1/3))/dt [1/s] with ``active`` of ``total`` flaws, c_g [m/s], R_s [m]."""
     return active ** (1.0 / 3.0) * crack_speed / radius
 

@@ -9,15 +9,17 @@ import math
 
 from matter.jit import law
 
+SOURCES = ("Schaefer2016",)
+
 
 @law
-def crack_speed(bulk, shear, rho, D):
-    """c_g [m/s] from the moduli [Pa], density [kg/m^3] and damage."""
+def crack_speed(at_rest, bulk, shear, rho, D):
+    """c_g [m/s] from the moduli [Pa], density [kg/m^3] and damage; that of the material at rest is not used."""
     return 0.4 * math.sqrt((bulk + 4.0 / 3.0 * shear * (1.0 - D)) / rho)
 
 
 @law
-def rate(active, total, crack_speed, support):
+def rate(active, total, crack_speed, radius, support):
     """d(D^(1/3))/dt [1/s] with ``active`` flaws, c_g [m/s], h [m]."""
     return active * crack_speed / support
 

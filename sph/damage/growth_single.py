@@ -7,9 +7,11 @@ R_s is the radius of the sphere of the particle's volume.
 
 from matter.jit import law
 
+SOURCES = ("BenzJutzi2007", "BenzAsphaug1994")
+
 
 @law
-def rate(active, total, crack_speed, radius):
+def rate(active, total, crack_speed, radius, support):
     """d(D^(1/3))/dt [1/s]; c_g [m/s], R_s [m]."""
     return crack_speed / radius if active > 0.0 else 0.0
 

@@ -9,6 +9,8 @@ import math
 
 from matter.jit import law
 
+SOURCES = ("BenzAsphaug1994",)
+
 
 @law
 def active(strain, least, most, total):
@@ -20,7 +22,13 @@ def active(strain, least, most, total):
 
 
 @law
-def rate(active, total, crack_speed, support):
+def counted(opened, total, strain, least, most):
+    """The fitted number of active flaws in place of those that are ``opened``, and of how many."""
+    return active(strain, least, most, float(total)), float(total)
+
+
+@law
+def rate(active, total, crack_speed, radius, support):
     """d(D^(1/3))/dt [1/s] with the fitted number ``active``, c_g [m/s], h [m]."""
     return active ** (1.0 / 3.0) * crack_speed / support
 

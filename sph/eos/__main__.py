@@ -20,7 +20,7 @@ def draw(law: str, name: str, axes: Any) -> str:
     """Left: shock speed against particle speed. Right: pressure against density on the Hugoniot and cold."""
     rows = collect((name,), {name: Choice.model_validate({"eos": law, "porosity": "none"})}).rows
     pressure, rest = hugoniot.solid(rows, 0)
-    if law == "ideal_gas":
+    if dispatch.modulus(rows.eos[0], rows.eos_row[0]) == 0.0:  # a gas has no cold state
         rest = rest._replace(u=1e5, P=pressure(rest.rho, 1e5))
     states = []
     for speed in SPEEDS:
@@ -44,7 +44,7 @@ def draw(law: str, name: str, axes: Any) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns its exit code."""
-    return figure.command("eos", "Hugoniot and cold curve of a material.", dispatch.LAWS, draw, arguments)
+    return figure.command("eos", "Hugoniot and cold curve of a material.", dispatch.FAMILY.names, draw, arguments)
 
 
 if __name__ == "__main__":

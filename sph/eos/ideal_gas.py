@@ -13,12 +13,23 @@ from pydantic import Field
 from matter.jit import law
 from matter.quantity import PositiveDensity
 
+SOURCES = ()
+
 
 class Parameters(NamedTuple):
     """rho0 [kg/m^3] at set-up, gamma ratio of specific heats."""
 
     rho0: PositiveDensity
     gamma: Annotated[float, Field(gt=1)]
+
+
+EXAMPLE = Parameters(1.2, 1.4)
+
+
+@law
+def modulus(p):
+    """0: a gas has no bulk modulus at rest."""
+    return 0.0
 
 
 @law

@@ -13,6 +13,8 @@ from pydantic import Field
 from matter.jit import law
 from matter.quantity import PositiveDensity, PositivePressure
 
+SOURCES = ("Murnaghan1944",)
+
 
 class Parameters(NamedTuple):
     """rho0 [kg/m^3], K0 bulk modulus at rest [Pa], n = dK/dP."""
@@ -20,6 +22,15 @@ class Parameters(NamedTuple):
     rho0: PositiveDensity
     K0: PositivePressure
     n: Annotated[float, Field(gt=0)]
+
+
+EXAMPLE = Parameters(1600.0, 2.7e9, 4.0)
+
+
+@law
+def modulus(p):
+    """Bulk modulus at rest [Pa]."""
+    return p.K0
 
 
 @law

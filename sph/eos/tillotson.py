@@ -20,6 +20,8 @@ from typing import NamedTuple
 from matter.jit import law
 from matter.quantity import PositiveDensity, PositivePressure, SpecificEnergy
 
+SOURCES = ("Tillotson1962", "BenzAsphaug1999", "Melosh1989")
+
 
 class Parameters(NamedTuple):
     """rho0 [kg/m^3], a, b, A and B [Pa], E0, Eiv, Ecv [J/kg], alpha, beta."""
@@ -34,6 +36,21 @@ class Parameters(NamedTuple):
     Ecv: SpecificEnergy
     alpha: float
     beta: float
+
+
+EXAMPLE = Parameters(2700.0, 0.5, 1.5, 2.67e10, 2.67e10, 4.87e8, 4.72e6, 1.82e7, 5.0, 5.0)
+"""Basalt of Benz & Asphaug 1999."""
+
+
+def kinks(p: Parameters) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Densities [kg/m^3] and specific energies [J/kg] at which derivatives jump: the borders of the forms, and the least cold pressure."""
+    return (p.rho0, p.rho0 * (1.0 - 0.5 * p.A / p.B)), (p.Eiv, p.Ecv)
+
+
+@law
+def modulus(p):
+    """Bulk modulus at rest [Pa]."""
+    return p.A
 
 
 @law

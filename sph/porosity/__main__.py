@@ -36,7 +36,7 @@ def draw(law: str, name: str, axes: Any) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns its exit code."""
-    return figure.command("porosity", "Crush curve and compaction waves of a material.", dispatch.LAWS[1:], draw, arguments)
+    return figure.command("porosity", "Crush curve and compaction waves of a material.", dispatch.FAMILY.names[1:], draw, arguments)
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ def loading(rows: Rows, m: int) -> tuple[Callable[[float, float], float], Callab
 
 
 def elastic_limit(rows: Rows, m: int) -> State:
-    """The state behind a precursor of material ``m`` (P-alpha): P = Pe, reached by a shock from rest."""
+    """The state behind a precursor of material ``m`` (of a law with a crush curve): P = Pe, reached by a shock from rest."""
     pressure, _, rest = loading(rows, m)
     P = crush.onset(rows.crush[m], rows.crush_row[m])
     low, high = rest.rho, 1.5 * rest.rho
@@ -63,7 +63,7 @@ def elastic_limit(rows: Rows, m: int) -> State:
 def driven(rows: Rows, m: int, velocity: float) -> Waves:
     """What a piston of ``velocity`` [m/s] drives into material ``m`` at rest."""
     pressure, alpha, rest = loading(rows, m)
-    if rows.porosity[m] == dispatch.P_ALPHA and rows.alpha0[m] > 1.0:
+    if dispatch.FAMILY.having("CRUSHES")[rows.porosity[m]] and rows.alpha0[m] > 1.0:
         limit = elastic_limit(rows, m)
         if velocity > limit.v:
             single = behind(pressure, rest, velocity)

@@ -10,6 +10,8 @@ from typing import NamedTuple
 from matter.jit import law
 from matter.quantity import PositivePressure
 
+SOURCES = ("Herrmann1969", "BenzJutzi2007")
+
 
 class Parameters(NamedTuple):
     """Pe: pressure at which crushing starts, Ps: at which all pores are gone [Pa], Ps > Pe."""
@@ -18,9 +20,18 @@ class Parameters(NamedTuple):
     Ps: PositivePressure
 
 
+EXAMPLE = Parameters(80e6, 700e6)
+
+
 def fault(p: Parameters) -> str:
     """What is wrong with the values together, or nothing."""
     return "" if p.Ps > p.Pe else "Ps must be above Pe"
+
+
+@law
+def onset(p):
+    """The pressure [Pa] at which crushing starts."""
+    return p.Pe
 
 
 @law

@@ -13,11 +13,19 @@ from matter.quantity import PositivePressure
 MOST = 32  # points
 
 
+SOURCES = ("BenzJutzi2007",)
+Row = None
+WIDTH = 1 + 2 * MOST
+
+
 class Parameters(NamedTuple):
     """``pressures`` [Pa] and ``distentions``, equally many, 2 to 32."""
 
     pressures: tuple[PositivePressure, ...]
     distentions: tuple[float, ...]
+
+
+EXAMPLE = Parameters((1e6, 5e6, 2e7, 1e8), (1.8, 1.5, 1.2, 1.0))
 
 
 def fault(p: Parameters) -> str:
@@ -50,6 +58,12 @@ def _interval(P, t):
         else:
             high = middle
     return low
+
+
+@law
+def onset(t):
+    """The pressure [Pa] at which crushing starts."""
+    return t[1]
 
 
 @law

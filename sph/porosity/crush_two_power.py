@@ -13,6 +13,8 @@ from pydantic import Field
 from matter.jit import law
 from matter.quantity import PositivePressure
 
+SOURCES = ("Jutzi2008", "Jutzi2009")
+
 
 class Parameters(NamedTuple):
     """alpha_e > alpha_t >= 1; Pe < Pt < Ps [Pa]; powers n1, n2 >= 1."""
@@ -26,11 +28,20 @@ class Parameters(NamedTuple):
     n2: Annotated[float, Field(ge=1)]
 
 
+EXAMPLE = Parameters(4.64, 1.90, 1e6, 6.8e7, 2.13e8, 12.0, 3.0)
+
+
 def fault(p: Parameters) -> str:
     """What is wrong with the values together, or nothing."""
     if not p.Pe < p.Pt < p.Ps:
         return "the pressures must obey Pe < Pt < Ps"
     return "" if p.alpha_t <= p.alpha_e else "alpha_t must not be above alpha_e"
+
+
+@law
+def onset(p):
+    """The pressure [Pa] at which crushing starts."""
+    return p.Pe
 
 
 @law

@@ -33,7 +33,11 @@ from matter.jit import law
 from matter.quantity import PositiveSpeed
 from sph.eos import dispatch as eos
 from sph.porosity import crush
+from sph.porosity.matrix import Matrix
 
+SOURCES = ("Herrmann1969", "CarrollHolt1972", "BenzJutzi2007", "Jutzi2008")
+CRUSHES = True
+"""It takes a crush curve (``sph.porosity.crush``)."""
 FORMS = ("pressure", "density")
 
 
@@ -45,6 +49,9 @@ class Parameters(NamedTuple):
     solid_speed: PositiveSpeed | None = None
 
 
+EXAMPLE = Parameters(1.5)
+
+
 class Pores(NamedTuple):
     """What the compiled laws read of a material: alpha0, start (alpha_s), stretch (dh/d alpha), stiffness K_0 [Pa], cold (1: the form ``density``)."""
 
@@ -53,6 +60,9 @@ class Pores(NamedTuple):
     stretch: float
     stiffness: float
     cold: float
+
+
+Row = Pores
 
 
 @law
@@ -173,16 +183,40 @@ def strain_factor(rho, u, alpha, by_pressure, kind, material, p):
     return max(1.0 + rho / alpha * by_density, 0.0)
 
 
-def pores(p: Parameters, form: str, rho0: float, bulk: float, Pe: float) -> Pores:
-    """The constants of a material: rho0 [kg/m^3] and bulk modulus [Pa] of its matrix, Pe [Pa] of its crush curve.
+@law
+def compact(curve, curve_row, eos_kind, eos_row, rho, u, rest, crushing, p):
+    """As ``dispatch.compact`` says, for material that still has pores."""
+    alpha, rest, loading = distention(rho, u, rest, eos_kind, eos_row, curve, curve_row, p, crushing)
+    if alpha <= 1.0:
+        return 1.0, rest, 1.0, 1.0, 1.0
+    elastic = strain_factor(rho, u, alpha, elastic_slope(alpha, p), eos_kind, eos_row, p)
+    loaded = elastic
+    if loading:
+        P = bulk_pressure(alpha, rho, 0.0 if p.cold > 0.0 else u, eos_kind, eos_row)
+        loaded = strain_factor(rho, u, alpha, (p.start - 1.0) * crush.slope(curve, curve_row, P), eos_kind, eos_row, p)
+    return alpha, rest, loaded, elastic, speed_factor(alpha, p)
+
+
+@law
+def at_pressure(curve, curve_row, eos_kind, eos_row, P, p):
+    """As ``dispatch.at_pressure`` says."""
+    alpha, rest = along_elastic(p.alpha0, P, p), p.alpha0
+    if P > crush.onset(curve, curve_row):
+        alpha = on_curve(P, curve, curve_row, p)
+        rest = min(max(along_elastic(alpha, -P, p), 1.0), p.alpha0) if alpha > 1.0 else 1.0
+    return eos.density(eos_kind, eos_row, alpha * P, 0.0) / alpha, rest
+
+
+def row(p: Parameters, matrix: Matrix) -> Pores:
+    """The constants of a material with this matrix.
 
     Raises ``ValueError`` when c_e is above c_0.
     """
-    c0 = p.solid_speed or math.sqrt(bulk / rho0)
+    c0 = p.solid_speed or math.sqrt(matrix.bulk_modulus / matrix.rho0)
     stretch = 0.0
     if p.elastic_speed is not None and p.alpha0 > 1.0:
         if p.elastic_speed > c0:
             raise ValueError(f"elastic_speed must not be above that of the solid, {c0:.4g} m/s")
         stretch = (p.elastic_speed - c0) / (c0 * (p.alpha0 - 1.0))
-    made = Pores(p.alpha0, p.alpha0, stretch, bulk, float(FORMS.index(form)))
-    return made._replace(start=along_elastic(p.alpha0, Pe, made))
+    pores = Pores(p.alpha0, p.alpha0, stretch, matrix.bulk_modulus, float(FORMS.index(matrix.form)))
+    return pores._replace(start=along_elastic(p.alpha0, matrix.crush_onset, pores))

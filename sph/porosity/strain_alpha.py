@@ -19,6 +19,11 @@ from typing import Annotated, NamedTuple
 from pydantic import Field
 
 from matter.jit import law
+from sph.eos import dispatch as eos
+
+SOURCES = ("Wuennemann2006",)
+CRUSHES = False
+"""Its own curve says how pores close: it takes no crush curve."""
 
 
 class Parameters(NamedTuple):
@@ -28,6 +33,9 @@ class Parameters(NamedTuple):
     eps_e: Annotated[float, Field(le=0)]
     kappa: Annotated[float, Field(gt=0, le=1)]
     alpha_x: Annotated[float, Field(ge=1)]
+
+
+EXAMPLE = Parameters(1.5, -1e-4, 0.98, 1.1)
 
 
 def fault(p: Parameters) -> str:
@@ -73,3 +81,28 @@ def slope(strain, p):
 def strain_factor(strain, p):
     """f = 1 + (rho / alpha) d alpha / d rho = 1 - (1 / alpha) d alpha / d eps on the compaction curve."""
     return max(1.0 - slope(strain, p) / distention(strain, p), 0.0)
+
+
+@law
+def compact(curve, curve_row, eos_kind, eos_row, rho, u, rest, crushing, q):
+    """As ``dispatch.compact`` says, for material that still has pores."""
+    strain = volume_strain(rho, eos_row[0], q)
+    alpha = distention(strain, q)
+    if crushing and alpha <= rest:
+        return alpha, alpha, strain_factor(strain, q), 1.0, 1.0
+    return rest, rest, 1.0, 1.0, 1.0
+
+
+@law
+def at_pressure(curve, curve_row, eos_kind, eos_row, P, q):
+    """As ``dispatch.at_pressure`` says, by bisection."""
+    low, high = 0.5 * eos_row[0] / q.alpha0, 2.0 * eos.density(eos_kind, eos_row, q.alpha0 * P, 0.0)
+    alpha = 1.0
+    for _ in range(100):
+        rho = 0.5 * (low + high)
+        alpha = distention(volume_strain(rho, eos_row[0], q), q)
+        if eos.pressure_and_derivatives(eos_kind, eos_row, alpha * rho, 0.0)[0] / alpha > P:
+            high = rho
+        else:
+            low = rho
+    return 0.5 * (low + high), alpha

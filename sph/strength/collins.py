@@ -18,6 +18,11 @@ from matter.jit import law
 from matter.quantity import PositivePressure, Pressure, SpecificEnergy
 from sph.strength import thermal_softening
 
+SOURCES = ("Collins2004", "Lundborg1968")
+MIXES_DAMAGE = True
+"""Y goes from intact to broken rock with damage."""
+SQRT3 = 1.7320508075688772
+
 
 class Parameters(NamedTuple):
     """Y_i0 (cohesion) [Pa], mu_i (internal_friction), Y_M (limiting_strength) [Pa] > cohesion, Y_d0 (cohesion_damaged) [Pa], mu_d (friction_damaged),
@@ -29,6 +34,14 @@ class Parameters(NamedTuple):
     cohesion_damaged: Annotated[Pressure, Field(ge=0.0)] = 0.0
     friction_damaged: Annotated[float, Field(ge=0.0)] = 0.0
     melt_energy: Annotated[SpecificEnergy, Field(gt=0.0)] = math.inf
+
+
+EXAMPLE = Parameters(90e6, 2.0, 1.5e9, 1e5, 0.8, 3.4e6)
+
+
+def fault(p: Parameters) -> str:
+    """What is wrong with the values together, or nothing."""
+    return "" if p.limiting_strength > p.cohesion else "limiting_strength must be above cohesion"
 
 
 @law
@@ -50,3 +63,9 @@ def broken(P, p):
 def shear_strength(P, u, D, p):
     """The limit of sqrt(J2) [Pa] at pressure P [Pa], specific energy u [J/kg] and damage D."""
     return ((1.0 - D) * intact(P, p) + D * broken(P, p)) * thermal_softening.softening(u, p.melt_energy)
+
+
+@law
+def yield_stress(P, u, D, p):
+    """The limit of sqrt(3 J2) [Pa]."""
+    return SQRT3 * shear_strength(P, u, D, p)

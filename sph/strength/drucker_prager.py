@@ -17,7 +17,10 @@ from matter.jit import law
 from matter.quantity import Angle, Pressure, SpecificEnergy
 from sph.strength import thermal_softening
 
-SQRT3 = math.sqrt(3.0)
+SOURCES = ("DruckerPrager1952",)
+MIXES_DAMAGE = True
+"""Damage stands in the cohesion."""
+SQRT3 = 1.7320508075688772
 
 
 class Parameters(NamedTuple):
@@ -28,6 +31,9 @@ class Parameters(NamedTuple):
     melt_energy: Annotated[SpecificEnergy, Field(gt=0.0)] = math.inf
 
 
+EXAMPLE = Parameters(math.radians(35.0), 1e6)
+
+
 class Cone(NamedTuple):
     """A [Pa], B and melt_energy [J/kg]: what the compiled loop reads, without angles."""
 
@@ -36,16 +42,28 @@ class Cone(NamedTuple):
     melt_energy: float
 
 
+Row = Cone
+
+
 def cone(p: Parameters) -> Cone:
     """The cone of an angle and a cohesion."""
     edge = 6.0 / (SQRT3 * (3.0 - math.sin(p.friction_angle)))
     return Cone(edge * p.cohesion * math.cos(p.friction_angle), edge * math.sin(p.friction_angle), p.melt_energy)
 
 
+row = cone
+
+
 @law
 def shear_strength(P, u, D, k):
     """The limit of sqrt(J2) [Pa] at pressure P [Pa], specific energy u [J/kg] and damage D; ``k`` a ``Cone``."""
     return max((1.0 - D) * k.A + k.B * P, 0.0) * thermal_softening.softening(u, k.melt_energy)
+
+
+@law
+def yield_stress(P, u, D, k):
+    """The limit of sqrt(3 J2) [Pa]."""
+    return SQRT3 * shear_strength(P, u, D, k)
 
 
 @law

@@ -13,6 +13,10 @@ from matter.jit import law
 from matter.quantity import PositivePressure, SpecificEnergy
 from sph.strength import thermal_softening
 
+SOURCES = ("BenzAsphaug1994", "BenzAsphaug1999")
+MIXES_DAMAGE = False
+"""Damage does not stand in Y: it takes the shear stress as a whole."""
+
 
 class Parameters(NamedTuple):
     """Y0: yield stress of the cold material [Pa]; melt_energy: specific energy at which strength is gone [J/kg] (default: never)."""
@@ -21,9 +25,12 @@ class Parameters(NamedTuple):
     melt_energy: SpecificEnergy = math.inf
 
 
+EXAMPLE = Parameters(3.5e9, 3.4e6)
+
+
 @law
-def yield_stress(u, p):
-    """Y [Pa] at specific energy u [J/kg]."""
+def yield_stress(P, u, D, p):
+    """Y [Pa], the limit of sqrt(3 J2), at specific energy u [J/kg]; pressure and damage do not change it."""
     return p.Y0 * thermal_softening.softening(u, p.melt_energy)
 
 

@@ -8,6 +8,8 @@ import pytest
 
 from matter import material, quantity
 from matter.errors import InputError
+from sph.families import FAMILIES
+from sph.porosity import p_alpha
 
 DIMENSIONS = {
     "tillotson": {"rho0": "kg/m^3"} | dict.fromkeys(("A", "B"), "Pa") | dict.fromkeys(("E0", "Eiv", "Ecv"), "J/kg") | dict.fromkeys("ab", ""),
@@ -23,14 +25,7 @@ DIMENSIONS = {
 }
 
 
-LAWS = {
-    "eos": ("tillotson", "murnaghan", "ideal_gas"),
-    "strength": ("none", "von_mises", "drucker_prager", "collins"),
-    "porosity": ("none", "p_alpha", "strain_alpha"),
-    "crush": ("quadratic", "two_power", "table"),
-    "crush_form": ("pressure", "density"),
-    "damage": ("none", "cube_root", "single", "linear", "weibull", "fraction"),
-}
+LAWS = {family.key: family.names for family in FAMILIES} | {"crush_form": p_alpha.FORMS}
 
 
 @pytest.mark.parametrize("name", material.names())

@@ -15,11 +15,11 @@ from sph.porosity import compaction_damage, crush, crush_quadratic, crush_table,
 QUADRATIC = crush_quadratic.Parameters(80e6, 700e6)
 PUMICE = crush_two_power.Parameters(4.64, 1.90, 1e6, 6.8e7, 2.13e8, 12.0, 3.0)
 TABLE = crush_table.Parameters((1e6, 5e6, 2e7, 1e8), (1.8, 1.5, 1.2, 1.0))
-CURVES = [(crush.QUADRATIC, list(QUADRATIC)), (crush.TWO_POWER, list(PUMICE)), (crush.TABLE, crush_table.row(TABLE))]
+CURVES = [(kind, crush.FAMILY.row(kind, module.EXAMPLE)) for kind, module in enumerate(crush.FAMILY.laws)]
 
 
 def padded(values):
-    row = np.zeros(crush.WIDTH)
+    row = np.zeros(crush.FAMILY.width)
     row[: len(values)] = values
     return row
 
@@ -58,7 +58,7 @@ def test_crush_curves_fall_from_one_to_zero(kind, values):
     values = [crush.openness(kind, row, P) for P in grid]
     assert np.all(np.diff(values) <= 0.0)
     for P in grid[1:-1]:
-        if kind == crush.TABLE and min(abs(P / p - 1) for p in TABLE.pressures) < 1e-3:
+        if crush.FAMILY.laws[kind] is crush_table and min(abs(P / p - 1) for p in TABLE.pressures) < 1e-3:
             continue
         step = 1e-5 * P
         by_difference = (crush.openness(kind, row, P + step) - crush.openness(kind, row, P - step)) / (2 * step)

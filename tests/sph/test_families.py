@@ -1,0 +1,79 @@
+"""Every law of every family: listed once, complete, and the same through the family's compiled branch as called by itself."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+
+import numpy as np
+import pytest
+
+from matter.law_family import Family
+from pipeline import references
+from sph.families import FAMILIES
+from sph.porosity.matrix import Matrix
+from sph.strength import dispatch as strength
+
+LAWS = [(family, number) for family in FAMILIES for number, name in enumerate(family.names) if name != "none"]
+MATRIX = Matrix(2700.0, 2.67e10, 1e7)
+
+
+def title(case):
+    return f"{case[0].key}-{case[0].names[case[1]]}" if isinstance(case, tuple) else None
+
+
+def padded(family, numbers):
+    row = np.zeros(family.width)
+    row[: len(numbers)] = numbers
+    return row
+
+
+def test_no_law_file_is_left_out_of_its_list():
+    """A law is a file of the family's folder that names its sources."""
+    listed = {module.__name__ for family in FAMILIES for module in family.laws}
+    for folder in ("eos", "strength", "porosity", "damage"):
+        package = importlib.import_module(f"sph.{folder}")
+        for info in pkgutil.iter_modules(package.__path__, f"sph.{folder}."):
+            if not info.name.endswith("__main__"):
+                assert hasattr(importlib.import_module(info.name), "SOURCES") == (info.name in listed), f"{info.name} is in no family's list, or no law"
+
+
+@pytest.mark.parametrize("case", LAWS, ids=title)
+def test_every_source_of_a_law_is_in_the_bibliography(case):
+    family, number = case
+    assert set(family.module(number).SOURCES) <= set(references.entries())
+
+
+@pytest.mark.parametrize("case", [case for case in LAWS if hasattr(case[0].module(case[1]), "EXAMPLE")], ids=title)
+def test_the_example_of_a_law_fits_together_and_fills_its_row(case):
+    family, number = case
+    example = family.module(number).EXAMPLE
+    assert family.fault(number, example) == ""
+    row = family.row(number, example, MATRIX) if family.key == "porosity" else family.row(number, example)
+    assert 0 < len(row) <= family.width and np.isfinite([x for x in row if x != np.inf]).all()
+
+
+def test_the_family_calls_the_law_with_its_own_parameters():
+    """Damage, pressure and energy reach the law in the right places, for every yield law."""
+    for number, module in enumerate(strength.FAMILY.laws, 1):
+        row = strength.FAMILY.row(number, module.EXAMPLE)
+        values = row if hasattr(module, "Row") else module.EXAMPLE
+        for state in ((1e8, 1e5, 0.25), (3e9, 0.0, 1.0), (-1e6, 2e6, 0.0)):
+            assert strength.yield_stress(number, padded(strength.FAMILY, row), *state) == module.yield_stress(*state, values)
+
+
+@pytest.mark.parametrize("module", strength.FAMILY.laws, ids=strength.FAMILY.title)
+def test_a_yield_law_mixes_damage_if_and_only_if_it_says_so(module):
+    number = strength.FAMILY.laws.index(module) + 1
+    row = padded(strength.FAMILY, strength.FAMILY.row(number, module.EXAMPLE))
+    whole, broken = (strength.yield_stress(number, row, 1e8, 0.0, D) for D in (0.0, 1.0))
+    assert (broken < whole) == module.MIXES_DAMAGE
+
+
+def test_a_law_without_a_needed_function_is_named():
+    from sph.eos import murnaghan, tillotson
+
+    with pytest.raises(TypeError, match="trial: tillotson, murnaghan has no function 'colour'"):
+        Family("trial", "trial law", (tillotson, murnaghan)).choose("colour", "P", about="")
+    with pytest.raises(TypeError, match="trial: none has no function 'density'"):
+        Family("trial", "trial law", (tillotson, murnaghan), none=True).choose("density", "P, u", about="")
