@@ -3,7 +3,7 @@
 numba's own cache looks only at the file of the compiled function: after an edit of a law in *another* file it silently
 returns the old law (numba issue 9483). Here the cache folder of a function is keyed by a hash over every source file of
 this project that its module can reach by imports, and by the numba version, so an edited law is always recompiled and an
-untouched room never is.
+untouched room never is. A kernel runs the same machine code whether this process compiled it or loaded it (``matter.kernel_cache``).
 
 Decorators
 ----------
@@ -44,6 +44,10 @@ def _preload_tbb() -> None:
 _preload_tbb()
 
 import numba  # noqa: E402  (TBB has to be loaded first)
+
+from matter import kernel_cache  # noqa: E402  (and numba after it)
+
+kernel_cache.keep_copies_private()
 
 # TBB balances uneven loops (chunks are stolen), the others split statically: measured 1.97 against 1.07 threads on an uneven loop
 numba.config.THREADING_LAYER_PRIORITY = ["tbb", "omp", "workqueue"]
@@ -113,7 +117,19 @@ def _compile(function, **options):
     if HOUSE not in source.parents or source.relative_to(HOUSE).parts[0] not in ROOMS:
         return numba.njit(function, error_model="numpy", **options)  # tests and user scripts: compiled, never cached
     numba.config.CACHE_DIR = str(cache_root() / source_key(source))
-    return numba.njit(function, error_model="numpy", cache=True, **options)
+    if function.__closure__ is None:
+        return numba.njit(function, error_model="numpy", cache=True, **options)
+    content = kernel_cache.content_of(function, _file_key)
+    function.__qualname__ += f"_{content[:12]}"
+    compiled = numba.njit(function, error_model="numpy", cache=True, **options)
+    compiled._cache = kernel_cache.ClosureCache(function, content)
+    return compiled
+
+
+def _file_key(name: str) -> str:
+    """``source_key`` of a file of the project; of any other, the hash of that file alone."""
+    path = Path(name).resolve()
+    return source_key(path) if HOUSE in path.parents else hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _decorator(**fixed):

@@ -46,7 +46,7 @@ def house(tmp_path):
     """A small copy of the house: the floor's compiled-code policy and one room with a law and a loop."""
     (tmp_path / "matter").mkdir()
     (tmp_path / "sph").mkdir()
-    for name in ("__init__.py", "jit.py"):
+    for name in ("__init__.py", "jit.py", "kernel_cache.py"):
         shutil.copyfile(ROOT / "matter" / name, tmp_path / "matter" / name)
     (tmp_path / "sph" / "__init__.py").write_text("")
     (tmp_path / "sph" / "loop.py").write_text(LOOP)
