@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -58,7 +57,7 @@ def _of_observation(known: observations.Observation) -> Crater:
 
 
 def _of_run(run: Path, folder: Path) -> Crater:
-    content = json.loads((folder / "measures.json").read_text())
+    content = archive.read_json(folder / "measures.json")
     final = content.get("final", {})
     values, notes = _values(final), []
     if "diameter_apparent_m" not in values:
@@ -98,8 +97,9 @@ def compare(paths: list[str], observed: str | list[str] | None = None, out: Path
     items = [*map(str, paths), *extra]
     if len(items) < 2:
         raise InputError("compare_profiles needs at least two craters: run folders, profile.csv files or observed names")
-    craters = [load(item) for item in items]
     folder, picture = _destination(out)
+    archive.check_folder(folder)
+    craters = [load(item) for item in items]
     folder.mkdir(parents=True, exist_ok=True)
     archive.write_text(folder / "comparison.csv", _table(craters))
     written = [picture, "comparison.csv"]

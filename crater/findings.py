@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,7 @@ import numpy as np
 
 from crater import scaling, series
 from crater.measure import Measures, Quantity
-from matter import material, snapshot
+from matter import archive, material, snapshot
 
 if TYPE_CHECKING:
     from crater.stage import Settings
@@ -49,7 +48,7 @@ def densities(found: Findings, first: Path | None) -> tuple[float, float]:
     ground = material.reference_density(found.settings.target.layers[-1].material)
     path = found.inputs / "2_sph" / "target.json"
     if path.is_file():
-        ground = json.loads(path.read_text()).get("profile", {}).get("density_kg_m3", [ground])[-1]
+        ground = archive.read_json(path).get("profile", {}).get("density_kg_m3", [ground])[-1]
     if first is not None:
         begun = snapshot.read(first)
         mine = begun.layer < 0 if {"layer", "density", "mass"} <= set(begun) else np.zeros(0, dtype=bool)

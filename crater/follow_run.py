@@ -75,7 +75,7 @@ def target_facts(run: Path) -> dict[str, float]:
     path = Path(run) / "2_sph" / "target.json"
     if not path.is_file():
         raise InputError(f"{path} is missing: run the shock stage first")
-    content: dict[str, Any] = json.loads(path.read_text())
+    content: dict[str, Any] = archive.read_json(path)
     outer = content["layers"][-1]
     return {"radius_m": float(content["radius_m"]), "shell_m": float(outer["outer_radius_m"] - outer["inner_radius_m"])}
 

@@ -5,7 +5,6 @@ An animated GIF needs nothing but matplotlib; an MP4 is written where imageio an
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -52,7 +51,7 @@ def frames(run: Path, half: float | None = None, colour: str = "material") -> It
 def _half_width(run: Path, paths: list[Path]) -> float:
     """1.1 of the largest diameter that the run's ``measures.json`` states [m]; without it, what holds nine tenths of the last snapshot."""
     file = run / "6_crater" / "measures.json"
-    content = json.loads(file.read_text()) if file.is_file() else {}
+    content = archive.read_json(file) if file.is_file() else {}
     cells = [content.get(phase, {}).get(name) for phase in ("transient", "final") for name in ("diameter_rim_m", "diameter_apparent_m")]
     sizes = [float(cell["value"]) for cell in cells if isinstance(cell, dict) and cell.get("value") is not None]
     return 1.1 * max(sizes) if sizes else float(np.quantile(np.abs(snapshot.read(paths[-1]).position[:, 0]), 0.9))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -191,7 +190,7 @@ def _measured_run(run: Path) -> dict[str, Any]:
     particles = snapshot.read(file)
     axes = tuple(tuple(float(c) for c in row) for row in np.asarray(facts["axes"]))
     datum = Datum(str(facts["datum"]), float(facts["datum_radius_m"]), tuple(float(c) for c in facts["datum_centre_m"]), axes)  # type: ignore[arg-type]
-    final = json.loads((folder / "measures.json").read_text()).get("final", {})
+    final = archive.read_json(folder / "measures.json").get("final", {})
     sizes = [_value(final, name) for name in ("diameter_rim_m", "diameter_apparent_m")]
     known = [size for size in sizes if size is not None]
     distance = datum.polar(particles.position)[0]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import html
-import json
 import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from matter import archive
 
 VERDICTS = ("fail", "waived", "not_measured", "pass", "not_applicable")
 """Order of the ledger's rows on the page: what asks for attention first."""
@@ -34,7 +35,7 @@ def ledger(path: Path) -> str:
     """The handoff's ledger: how many rows stand how, then the rows, those that ask for attention first."""
     if not path.is_file():
         return ""
-    entries = json.loads(path.read_text())
+    entries = archive.read_json(path, list)
     place = {verdict: k for k, verdict in enumerate(VERDICTS)}
     entries.sort(key=lambda row: place.get(str(row.get("verdict")), len(VERDICTS)))
     counts = {verdict: sum(row.get("verdict") == verdict for row in entries) for verdict in VERDICTS}
@@ -101,12 +102,12 @@ def steps(run: Path) -> str:
     rows = []
     shock, grains = (run / folder / "stage_report.json" for folder in ("2_sph", "5_dem"))
     if shock.is_file():
-        counts = {str(name): int(count) for name, count in json.loads(shock.read_text()).get("step_limits", {}).items() if count}
+        counts = {str(name): int(count) for name, count in archive.read_json(shock).get("step_limits", {}).items() if count}
         total = sum(counts.values())
         for name in sorted(counts, key=lambda key: -counts[key]):
             rows.append(f"<tr><td>SPH: {html.escape(name)}</td><td>{counts[name]}</td><td>{counts[name] / total:.0%}</td></tr>")
     if grains.is_file():
-        facts = json.loads(grains.read_text())
+        facts = archive.read_json(grains)
         if "time_step_s" in facts:
             step = f"{float(facts['time_step_s']):.3g} s"
             rows.append(f"<tr><td>grains: a fraction of the contact time ({step})</td><td>{facts.get('steps', '')}</td><td>100%</td></tr>")
@@ -119,7 +120,7 @@ def provenance(path: Path) -> str:
     """Versions, case, machine and the hashes of the sources, as a table."""
     if not path.is_file():
         return ""
-    facts = json.loads(path.read_text())
+    facts = archive.read_json(path)
     program, case = facts.get("distribution", {}), facts.get("case", {})
     lines = [("program", f"{program.get('name', '')} {program.get('version', '')}, commit {program.get('commit', 'unknown')}")]
     if program.get("uncommitted_changes"):

@@ -6,7 +6,6 @@ leaves ``measures.json``, ``profile.csv``, ``profile_sph.csv``, ``time_series.cs
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,7 +17,7 @@ from crater import datum as datums
 from crater.datum import Datum
 from crater.findings import Findings, densities, strike
 from crater.measure import Quantity, measure
-from matter import material, quantity, snapshot
+from matter import archive, material, quantity, snapshot
 from matter.body import Impact, Model, Target
 from matter.errors import InputError
 from matter.particles import Particles
@@ -122,7 +121,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
 def _target_facts(found: Findings) -> tuple[Datum, float]:
     path = found.inputs / "2_sph" / "target.json"
     if path.is_file():
-        facts = json.loads(path.read_text())
+        facts = archive.read_json(path)
         if facts.get("frame") == "plane":
             return datums.plane(source="undisturbed ground"), float(facts["surface_gravity_m_s2"])
         radius, gravity = float(facts["radius_m"]), float(facts["surface_gravity_m_s2"])
@@ -276,8 +275,8 @@ def measure_snapshot(
         raise InputError(f"--datum {kind!r} is not known: take plane or sphere")
     if kind == "sphere" and centre is None and particles.attributes.get("frame") == "sphere":
         centre = (0.0, 0.0, 0.0)
+    folder = archive.check_folder(Path(out) if out is not None else path.with_name(f"{path.stem}_crater"))
     measures = measure(particles, kind, centre=centre, datum_radius=datum_radius, what=str(path))
-    folder = Path(out) if out is not None else path.with_name(f"{path.stem}_crater")
     folder.mkdir(parents=True, exist_ok=True)
     time = float(particles.attributes.get("time", 0.0))
     content = {"final": {**measures.as_dict(), "time_s": Quantity(time, 0.0, "s").as_dict()}, "transient": {}, "reference": []}

@@ -47,7 +47,7 @@ def _engine_of(report: Path) -> dict[str, Any]:
     """Which program stepped the grains, and the deviations that the case accepted from it; empty for this project's own stepping."""
     if not report.is_file():
         return {}
-    engine = json.loads(report.read_text()).get("engine", {})
+    engine = archive.read_json(report).get("engine", {})
     return {name: engine[name] for name in ("name", "deviations") if name in engine}
 
 

@@ -10,6 +10,8 @@ import numpy as np
 from crater import compare
 from crater.plot import draw_comparison
 
+if len(sys.argv) < 3:
+    sys.exit("usage: python examples/compare_two_profiles.py A B [picture.png]")
 first, second = (compare.load(item) for item in sys.argv[1:3])
 for crater in (first, second):
     for name, (value, minus, plus) in crater.values.items():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from matter import archive
 from matter.errors import InputError
 
 
@@ -98,7 +98,4 @@ def read(path: Path, datum: float) -> Column:
     """``from_target`` of a file. Raises ``InputError`` when it is missing or unreadable."""
     if not path.is_file():
         raise InputError(f"no target profile at {path}")
-    try:
-        return from_target(json.loads(path.read_text()), datum)
-    except json.JSONDecodeError as reason:
-        raise InputError(f"{path} is not readable JSON ({reason})") from None
+    return from_target(archive.read_json(path), datum)

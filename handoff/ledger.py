@@ -63,6 +63,7 @@ LIMITS: dict[str, Limit] = {
 }
 WAIVABLE = ("t_handoff_over_T_crater_max", "residual_pressure_over_bulk_modulus", "elastic_over_kinetic_energy")
 VERDICTS = ("pass", "fail", "waived", "not_measured", "not_applicable")
+_KEYS = ("name", "value", "limit", "verdict", "unit", "note")
 
 
 def check_waivers(waive: Mapping[str, str]) -> None:
@@ -150,7 +151,13 @@ def _plain(value: Any) -> Any:
 
 
 def read(path: Path) -> Ledger:
-    """A ledger from its file. Raises ``InputError`` when there is none."""
+    """A ledger from its file. Raises ``InputError`` when there is none, or it is damaged: a ledger without rows would judge nothing."""
     if not path.is_file():
         raise InputError(f"no ledger at {path}: has the handoff run?")
-    return Ledger(rows=json.loads(path.read_text()))
+    rows = archive.read_json(path, list)
+    if not rows:
+        raise InputError(f"{path} is damaged: it has no rows")
+    for number, row in enumerate(rows, 1):
+        if not isinstance(row, dict) or not set(_KEYS) <= set(row) or row["verdict"] not in VERDICTS:
+            raise InputError(f"{path} is damaged: row {number} should hold {', '.join(_KEYS)}, with a verdict out of {', '.join(VERDICTS)}")
+    return Ledger(rows=rows)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import json
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +31,7 @@ def print_ledger(run: Path, pictures: bool = True) -> int:
     out = Path(run) / "4_handoff"
     book = ledgers.read(out / "ledger.json")
     print(text(book))
-    if (record := json.loads((out / "handoff.json").read_text())).get("methods"):
+    if (record := archive.read_json(out / "handoff.json")).get("methods"):
         print("\n" + direct.as_text(record["methods"]))
     write(Path(run), out, pictures)
     print(f"\nreport: {out / 'report.html'}")
@@ -58,12 +57,12 @@ def _shown(value: Any) -> str:
 def write(run: Path, out: Path, pictures: bool = True) -> None:
     """Write ``report.html`` (and the pictures) beside the other files of the handoff in ``out``; ``run`` holds the earlier stages."""
     book = ledgers.read(out / "ledger.json")
-    record = json.loads((out / "handoff.json").read_text())
+    record = archive.read_json(out / "handoff.json")
     if pictures:
         from handoff import pictures as drawn
 
         drawn.draw(gather(run, out, record), out)
-    further = json.loads((out / "sensitivity.json").read_text()) if (out / "sensitivity.json").is_file() else None
+    further = archive.read_json(out / "sensitivity.json") if (out / "sensitivity.json").is_file() else None
     archive.write_text(out / "report.html", page(book, record, [entry for entry in _PICTURES if (out / entry[0]).is_file()], further))
 
 

@@ -6,6 +6,7 @@ Snapshots of particles have their own module (``matter.snapshot``), built on thi
 from __future__ import annotations
 
 import errno
+import json
 import os
 import shutil
 import tempfile
@@ -16,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from matter.errors import Stopped
+from matter.errors import InputError, Stopped
 
-_FULL = (errno.ENOSPC, errno.EDQUOT)
+FULL = (errno.ENOSPC, errno.EDQUOT)
 _SPARE = 1 << 18  # bytes beside the arrays
 
 
@@ -44,7 +45,7 @@ def replacing(path: Path, size: int = 0) -> Iterator[Path]:
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
     except (OSError, RuntimeError) as fault:  # HDF5 closes an unfinished file with a RuntimeError
-        if getattr(fault, "errno", None) in _FULL or os.strerror(errno.ENOSPC) in str(fault):
+        if getattr(fault, "errno", None) in FULL or os.strerror(errno.ENOSPC) in str(fault):
             raise full from None
         raise
     finally:
@@ -55,6 +56,42 @@ def write_text(path: Path, text: str) -> None:
     """Write a text file that is whole or absent."""
     with replacing(path) as temporary:
         temporary.write_text(text)
+
+
+def read_json(path: Path, kind: type = dict) -> Any:
+    """The content of a JSON file that a run left; ``kind`` is what it has to be, a table (``dict``) or a ``list``.
+
+    Raises ``InputError`` that names the file when it is damaged; ``OSError`` when it cannot be read at all.
+    """
+    try:
+        content = json.loads(Path(path).read_text())
+    except ValueError as reason:  # not JSON, or not even text
+        raise InputError(f"{path} is damaged, it is not valid JSON: {reason}") from None
+    if not isinstance(content, kind):
+        raise InputError(f"{path} is damaged: it should hold a JSON {'object' if kind is dict else 'array'}")
+    return content
+
+
+def check_folder(path: Path, option: str = "--out") -> Path:
+    """``path``, a folder that may still have to be made. Raises ``InputError`` when it cannot be one, so that nobody learns it after the work."""
+    path = Path(path)
+    for place in (path, *path.absolute().parents):
+        if place.exists():
+            if not place.is_dir():
+                raise InputError(f"{option} {path}: {place} is a file, and a folder is needed")
+            if not os.access(place, os.W_OK | os.X_OK):
+                raise InputError(f"{option} {path}: {place} is not writable")
+            break
+    return path
+
+
+def check_file(path: Path, option: str = "--out") -> Path:
+    """``path``, a file to write. Raises ``InputError`` when it cannot be one."""
+    path = Path(path)
+    if path.is_dir():
+        raise InputError(f"{option} {path} is a folder, and the name of a file is needed")
+    check_folder(path.absolute().parent, f"{option} {path}: the folder")
+    return path
 
 
 def write(path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Any] | None = None, compress: bool = True) -> None:

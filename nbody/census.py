@@ -15,7 +15,7 @@ from pathlib import Path
 import numba
 import numpy as np
 
-from matter import checkpoint
+from matter import archive, checkpoint
 from matter.errors import InputError
 from matter.progress import Progress, stop_here
 from nbody import conditions, encounters, moon_mode
@@ -256,7 +256,7 @@ def census(
     request = Request(target, conditions.population(population, mean_anomaly, speed), integrator, count, seed)
     jovian(target)
     name = Path(population).stem
-    folder = Path(out) if out is not None else Path(f"census-{target}-{name}-{integrator}-{count}-{seed}")
+    folder = archive.check_folder(Path(out) if out is not None else Path(f"census-{target}-{name}-{integrator}-{count}-{seed}"))
     folder.mkdir(parents=True, exist_ok=True)
     print(folder)
     table, attributes = run(request, folder)

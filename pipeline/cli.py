@@ -1,72 +1,21 @@
 """The commands. Help texts need neither numba nor VTK: what is heavy is imported when a command really starts.
 
-Exit codes: 0 done; 1 ran, but a check of its own soundness failed; 2 bad input; 75 stopped on request, resumable.
+What frames them all (exit codes, errors, versions) is ``pipeline.command``.
 """
 
 from __future__ import annotations
 
-import importlib.util
 import os
-import signal
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any
 
 import typer
 
-ROOMS = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline")
-HOUSE = Path(__file__).resolve().parent.parent
-INTERRUPTED = 75
+from pipeline import command
+from pipeline.command import guarded, point, quantity, watched
 
 Folder = Annotated[Path, typer.Option(help="Where run folders are made.")]
-
-
-def foreign_rooms() -> list[str]:
-    """A sentence for every package of this project that Python would import from elsewhere: their names are common ones."""
-    found = []
-    for room in ROOMS:
-        spec = importlib.util.find_spec(room)
-        if spec is None:
-            found.append(f"package {room!r} of bolide is missing")
-        elif spec.origin is None or HOUSE not in Path(spec.origin).resolve().parents:
-            where = spec.origin or ", ".join(spec.submodule_search_locations or [])
-            found.append(f"package {room!r} is imported from {where}, not from bolide in {HOUSE}")
-    return found
-
-
-def _command(function: Callable[..., Any]) -> NoReturn:
-    """Run one command function with the process's arguments and end with its exit code."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # until a run can save something, to stop is simply to stop
-        signal.signal(number, lambda *_: os._exit(INTERRUPTED))
-    if wrong := foreign_rooms():
-        _fail("; ".join(wrong) + ": rename or remove that package, or install bolide in its own virtual environment", 2)
-    app = typer.Typer(
-        add_completion=False,
-        pretty_exceptions_enable=False,
-        rich_markup_mode=None,
-        context_settings={"help_option_names": ["-h", "--help"]},
-    )
-    app.command()(function)
-    app(prog_name=function.__name__.strip("_"))
-    raise SystemExit(0)
-
-
-def _fail(message: str, code: int) -> NoReturn:
-    print(message, file=sys.stderr, flush=True)
-    raise SystemExit(code)
-
-
-def _guarded(action: Callable[[], int | None]) -> NoReturn:
-    """Turn the project's named errors into a message and an exit code."""
-    from matter import errors
-
-    named = (errors.InputError, errors.Stopped, errors.Unsound, errors.UnphysicalState)
-    try:
-        code = action() or 0
-    except named as reason:
-        _fail(str(reason), reason.exit_code)
-    raise SystemExit(code)
 
 
 def _run_case(
@@ -87,10 +36,12 @@ def _run_case(
     """
 
     def action() -> int:
+        from matter import archive
         from pipeline import case as cases
         from pipeline.run import Request, run, settings_of
         from pipeline.screen import screen
 
+        archive.check_folder(out)
         if threads is not None and "numba" not in sys.modules:
             os.environ["NUMBA_NUM_THREADS"] = str(threads)
         request = Request(cases.read(case, preset, overrides or ()), out, start, until, fresh, threads)
@@ -105,7 +56,7 @@ def _run_case(
             _draw_movie(outcome.run)
         return _concluded(outcome)
 
-    _guarded(action)
+    guarded(action)
 
 
 def _draw_movie(run: Path) -> None:
@@ -150,14 +101,19 @@ def _inspect_handoff(
 
     def action() -> int:
         from handoff import report
+        from matter.errors import InputError
 
+        for option, given in (("--only", only), ("--threads", threads)):
+            if given and not sensitivity:
+                raise InputError(f"{option} goes with --sensitivity")
+        place = run.parent if run.name == "4_handoff" else run  # either is understood
         if sensitivity:
             from pipeline import sensitivity as runs
 
-            runs.run(run, only, threads)
-        return report.print_ledger(run, pictures)
+            runs.run(place, only, threads)
+        return report.print_ledger(place, pictures)
 
-    _guarded(action)
+    guarded(action)
 
 
 def _compare_profiles(
@@ -172,7 +128,7 @@ def _compare_profiles(
 
         return compare.compare(items, observed=observed, out=out)
 
-    _guarded(action)
+    guarded(action)
 
 
 def _measure_crater(
@@ -187,9 +143,15 @@ def _measure_crater(
     def action() -> int:
         from crater import stage
 
-        return stage.measure_snapshot(snapshot, datum=datum, datum_radius=_length(datum_radius), centre=_point(centre), out=out)
+        return stage.measure_snapshot(
+            snapshot,
+            datum=datum,
+            datum_radius=None if datum_radius is None else quantity(datum_radius, "m", "--datum-radius"),
+            centre=point(centre, "--centre"),
+            out=out,
+        )
 
-    _guarded(action)
+    guarded(action)
 
 
 def _impact_census(
@@ -205,9 +167,9 @@ def _impact_census(
     def action() -> int:
         from nbody import census
 
-        return _watched("census", lambda: census.census(target, population, integrator, count, seed, out))
+        return watched("census", lambda: census.census(target, population, integrator, count, seed, out))
 
-    _guarded(action)
+    guarded(action)
 
 
 def _import_snapshot(
@@ -226,22 +188,23 @@ def _import_snapshot(
     """Write another code's output as a snapshot of this project."""
 
     def action() -> int:
-        from matter import formats
+        from matter import archive, formats
         from matter.formats import placing
 
+        archive.check_file(out)
         particles = formats.read(file, form, columns=columns, materials=materials)
         if origin or up:
-            centre, axis = _point(origin, "--origin") or (0.0, 0.0, 0.0), _point(up, "--up") or (0.0, 0.0, 1.0)
+            centre, axis = point(origin, "--origin") or (0.0, 0.0, 0.0), point(up, "--up") or (0.0, 0.0, 1.0)
             particles = placing.placed(particles, centre, axis)
         if time:
-            particles.attributes["time"] = _quantity(time, "s", "--time")
+            particles.attributes["time"] = quantity(time, "s", "--time")
         formats.save(particles, out)
         print(f"{out}: {len(particles)} particles, {', '.join(particles)}")
         for stage, missing in formats.lacking(particles).items():
             print(f"  for the stage {stage} it lacks {', '.join(missing)}")
         return 0
 
-    _guarded(action)
+    guarded(action)
 
 
 def _export_snapshot(
@@ -252,87 +215,47 @@ def _export_snapshot(
     """Write a snapshot for another program."""
 
     def action() -> int:
-        from matter import formats
+        from matter import archive, formats
 
+        archive.check_file(out)
         particles = formats.read(snapshot)
         written = formats.export(particles, out, form)
         print(f"{out}: {len(particles)} particles as {written}")
         return 0
 
-    _guarded(action)
-
-
-def _watched(name: str, work: Callable[[], int]) -> int:
-    """Run something long with a progress line; SIGINT and SIGTERM let it save first."""
-    from matter import progress
-    from pipeline.journal import signals
-    from pipeline.screen import screen
-
-    display = screen()
-    progress.listen(lambda state: display.moves(name, state))
-    try:
-        with signals(display):
-            return work()
-    finally:
-        display.close()
-
-
-def _length(text: str | None) -> float | None:
-    return None if text is None else _quantity(text, "m", "--datum-radius")
-
-
-def _quantity(text: str, unit: str, option: str) -> float:
-    from matter import quantity
-    from matter.errors import InputError
-
-    try:
-        return quantity.parse(text, unit)
-    except ValueError as reason:
-        raise InputError(f"{option}: {reason}") from None
-
-
-def _point(text: str | None, option: str = "--centre") -> tuple[float, float, float] | None:
-    from matter.errors import InputError
-
-    if text is None:
-        return None
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(f"{option} {text!r}: three numbers are needed, '0,0,1' for example") from None
-    return x, y, z
+    guarded(action)
 
 
 def run_case() -> None:
     """Console script."""
-    _command(_run_case)
+    command.start(_run_case)
 
 
 def inspect_handoff() -> None:
     """Console script."""
-    _command(_inspect_handoff)
+    command.start(_inspect_handoff)
 
 
 def compare_profiles() -> None:
     """Console script."""
-    _command(_compare_profiles)
+    command.start(_compare_profiles)
 
 
 def measure_crater() -> None:
     """Console script."""
-    _command(_measure_crater)
+    command.start(_measure_crater)
 
 
 def impact_census() -> None:
     """Console script."""
-    _command(_impact_census)
+    command.start(_impact_census)
 
 
 def import_snapshot() -> None:
     """Console script."""
-    _command(_import_snapshot)
+    command.start(_import_snapshot)
 
 
 def export_snapshot() -> None:
     """Console script."""
-    _command(_export_snapshot)
+    command.start(_export_snapshot)

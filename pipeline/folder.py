@@ -22,12 +22,26 @@ DONE, BEGUN = "done.json", "begun.json"
 
 
 def record(path: Path) -> dict[str, Any]:
-    """Content of a small JSON file; empty when it is absent or unreadable."""
+    """Content of a small JSON file that only tells something; empty when it is absent or unreadable."""
     try:
         content = json.loads(path.read_text())
     except (OSError, ValueError):
         return {}
     return content if isinstance(content, dict) else {}
+
+
+def mark(path: Path) -> dict[str, Any]:
+    """Content of ``done.json`` or ``begun.json``, which decide whether results are kept; empty when it is absent.
+
+    Raises ``InputError`` when it is damaged: nothing is removed for a file that cannot be read.
+    """
+    if not path.is_file():
+        return {}
+    try:
+        return dict(archive.read_json(path))
+    except InputError as reason:
+        stage = path.parent.name.partition("_")[2]
+        raise InputError(f"{reason}; the results of {stage} are still there: restore the file, or recompute them with --from {stage}") from None
 
 
 def settings_text(settings: Model) -> str:
@@ -54,7 +68,7 @@ def _state_of(run: Path, item: str) -> str:
     place = stages.folder(run, stage)
     if name:
         return provenance.file_sha256(place / name) if (place / name).is_file() else "absent"
-    if inputs := record(place / DONE).get("inputs_sha256"):
+    if inputs := mark(place / DONE).get("inputs_sha256"):
         return str(inputs)
     files = sorted(path for path in place.glob("*") if path.is_file()) if place.is_dir() else []
     return hashlib.sha256("".join(path.name + provenance.file_sha256(path) for path in files).encode()).hexdigest() if files else "absent"
@@ -62,7 +76,7 @@ def _state_of(run: Path, item: str) -> str:
 
 def is_done(run: Path, stage: str, inputs: str) -> bool:
     """Whether the stage is done with these inputs."""
-    return record(stages.folder(run, stage) / DONE).get("inputs_sha256") == inputs
+    return mark(stages.folder(run, stage) / DONE).get("inputs_sha256") == inputs
 
 
 def begin(run: Path, stage: str, inputs: str) -> tuple[Path, float, bool]:
@@ -71,7 +85,7 @@ def begin(run: Path, stage: str, inputs: str) -> tuple[Path, float, bool]:
     What an earlier attempt with other inputs left is removed. Raises ``InputError`` when the folder holds files that no run made.
     """
     place = stages.folder(run, stage)
-    before = record(place / BEGUN)
+    before = mark(place / BEGUN)
     if not before and not (place / DONE).exists() and place.is_dir() and any(place.iterdir()):
         after = stages.ORDER[stages.ORDER.index(stage) + 1 :]
         use = f"--from {after[0]} uses them" if after else "move them away"

@@ -9,6 +9,7 @@ import os
 import platform
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,12 @@ LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py", "trimesh", "pyvista"
 
 
 def version(distribution: str = DISTRIBUTION) -> str:
-    """Version of an installed distribution, ``"unknown"`` when it is not installed."""
+    """Version of an installed distribution, ``"unknown"`` when it is not installed; of this project, run from a checkout, that of the checkout."""
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
-        return "unknown"
+        project = HOUSE / "pyproject.toml"
+        return str(tomllib.loads(project.read_text())["project"]["version"]) if distribution == DISTRIBUTION and project.is_file() else "unknown"
 
 
 def file_sha256(path: Path) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
+from matter import archive
 from pipeline import stages
 
 ROWS = (
@@ -24,7 +24,7 @@ def table(run: Path) -> str:
     path = stages.folder(run, "crater") / "measures.json"
     if not path.is_file():
         return ""
-    measures = json.loads(path.read_text())
+    measures = archive.read_json(path)
     kinds = [kind for kind in ("transient", "final") if measures.get(kind)]
     lines = [f"{'':<20}" + "".join(f"{kind:>30}" for kind in kinds)]
     for key, words in ROWS:

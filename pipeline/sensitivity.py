@@ -166,7 +166,7 @@ def compare(run: Path) -> dict[str, Any]:
 
 
 def _measured(place: Path) -> dict[str, Any]:
-    measures = json.loads((stages.folder(place, "crater") / "measures.json").read_text())
+    measures = archive.read_json(stages.folder(place, "crater") / "measures.json")
     record = folder.record(stages.folder(place, "handoff") / "handoff.json")
     final = measures.get("final") or {}
     row: dict[str, Any] = {key: (final.get(key) or {}).get("value") for key in MEASURES}

@@ -10,6 +10,7 @@ import numpy as np
 
 from dem.beds.layered_body import LayeredBody
 from dem.gravity import Field
+from matter import archive
 from matter.errors import InputError
 
 _LAYER_KEYS = ("name", "material", "bottom_m", "top_m")
@@ -40,7 +41,7 @@ class FlatGround:
     @staticmethod
     def read(path: Path) -> FlatGround:
         """Read ``target.json``; ``InputError`` says what is missing in it, or that the ground has no weight."""
-        content = json.loads(path.read_text())
+        content = archive.read_json(path)
         missing = [k for k in ("depth_m", "half_width_m", "surface_gravity_m_s2", "layers", "profile") if k not in content]
         missing += [f"profile.{k}" for k in _PROFILE_KEYS if k not in content.get("profile", {})]
         missing += [f"layers.{k}" for k in _LAYER_KEYS if any(k not in layer for layer in content.get("layers", []))]

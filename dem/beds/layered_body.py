@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from dem.gravity import Field
+from matter import archive
 from matter.errors import InputError
 
 _LAYER_KEYS = ("name", "material", "inner_radius_m", "outer_radius_m")
@@ -32,10 +32,7 @@ class LayeredBody:
         """Read ``target.json``; ``InputError`` says what is missing in it."""
         if not path.is_file():
             raise InputError(f"no {path.name} at {path.parent}: the shock stage writes it; run that stage first")
-        try:
-            content: dict[str, Any] = json.loads(path.read_text())
-        except json.JSONDecodeError as reason:
-            raise InputError(f"{path} is not readable JSON ({reason})") from None
+        content: dict[str, Any] = archive.read_json(path)
         if content.get("frame") == "plane":
             raise InputError(f"{path} describes flat ground: beds of grains are made for spherical targets only")
         missing = [k for k in ("radius_m", "layers", "profile") if k not in content]
