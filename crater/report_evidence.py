@@ -6,11 +6,10 @@ import csv
 import html
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from matter import archive
+from matter import archive, page, readable
 
 VERDICTS = ("fail", "waived", "not_measured", "pass", "not_applicable")
 """Order of the ledger's rows on the page: what asks for attention first."""
@@ -27,10 +26,6 @@ def all_parts(run: Path) -> list[str]:
     ]
 
 
-def _table(rows: list[str], style: str = "") -> str:
-    return f"<table{f' class={style}' if style else ''}>{''.join(rows)}</table>"
-
-
 def ledger(path: Path) -> str:
     """The handoff's ledger: how many rows stand how, then the rows, those that ask for attention first."""
     if not path.is_file():
@@ -40,27 +35,7 @@ def ledger(path: Path) -> str:
     entries.sort(key=lambda row: place.get(str(row.get("verdict")), len(VERDICTS)))
     counts = {verdict: sum(row.get("verdict") == verdict for row in entries) for verdict in VERDICTS}
     summary = ", ".join(f"{count} {verdict.replace('_', ' ')}" for verdict, count in counts.items() if count)
-    rows = ["<tr><th>row</th><th>value</th><th>limit</th><th class=word>verdict</th><th class=note>note</th></tr>"]
-    for row in entries:
-        verdict = str(row.get("verdict", ""))
-        rows.append(
-            f"<tr><td>{html.escape(str(row.get('name')))}</td><td>{_number(row.get('value'))}</td><td>{_number(row.get('limit'))}</td>"
-            f"<td class='word {html.escape(verdict)}'>{html.escape(verdict.replace('_', ' '))}</td>"
-            f"<td class=note>{html.escape(_breakable(str(row.get('note', ''))))}</td></tr>"
-        )
-    return f"<h2>Handoff ledger</h2><p>{len(entries)} rows: {summary}.</p>{_table(rows, 'ledger')}"
-
-
-def _number(value: Any) -> str:
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return f"{value:.4g}"
-    text = "" if value is None else str(value)
-    return html.escape(text if len(text) < 20 else f"{text[:17]}...")
-
-
-def _breakable(text: str) -> str:
-    """Room for a line break inside long chains without spaces."""
-    return re.sub(r"([,;/=\]])(?=\S)", "\\1\u200b", text)
+    return f"<h2>Handoff ledger</h2><p>{len(entries)} rows: {summary}.</p>{page.ledger(entries)}"
 
 
 def _columns(path: Path) -> dict[str, list[str]]:
@@ -89,7 +64,7 @@ def conservation(path: Path) -> str:
         ("linear momentum, change over the initial", f"{_change(momentum):.3%}"),
         ("angular momentum, change over the initial", f"{_change(spin):.3%}"),
     ]
-    return f"<h2>Conservation in the shock stage</h2>{_table([f'<tr><td>{word}</td><td>{html.escape(value)}</td></tr>' for word, value in lines])}"
+    return f"<h2>Conservation in the shock stage</h2>{page.table([], [[page.escape(word), page.escape(value)] for word, value in lines])}"
 
 
 def _change(vectors: np.ndarray) -> float:
@@ -105,15 +80,15 @@ def steps(run: Path) -> str:
         counts = {str(name): int(count) for name, count in archive.read_json(shock).get("step_limits", {}).items() if count}
         total = sum(counts.values())
         for name in sorted(counts, key=lambda key: -counts[key]):
-            rows.append(f"<tr><td>SPH: {html.escape(name)}</td><td>{counts[name]}</td><td>{counts[name] / total:.0%}</td></tr>")
+            rows.append([f"SPH: {page.escape(name)}", readable.number(counts[name]), f"{counts[name] / total:.0%}"])
     if grains.is_file():
         facts = archive.read_json(grains)
         if "time_step_s" in facts:
-            step = f"{float(facts['time_step_s']):.3g} s"
-            rows.append(f"<tr><td>grains: a fraction of the contact time ({step})</td><td>{facts.get('steps', '')}</td><td>100%</td></tr>")
+            step = readable.clock(float(facts["time_step_s"]))
+            rows.append([f"grains: a fixed fraction of the contact time ({step})", readable.number(float(facts.get("steps", 0))), "100%"])
     if not rows:
         return ""
-    return f"<h2>What limited the step</h2>{_table(['<tr><th>limit</th><th>steps</th><th>share</th></tr>', *rows])}"
+    return f"<h2>What limited the time step</h2>{page.table(['limit', 'steps', 'share'], rows)}"
 
 
 def provenance(path: Path) -> str:
@@ -130,17 +105,16 @@ def provenance(path: Path) -> str:
     if case.get("overrides"):
         lines.append(("overrides", ", ".join(map(str, case["overrides"]))))
     if case.get("from_elsewhere"):
-        lines.append(("from elsewhere", ", ".join(f"{key}: {value}" for key, value in case["from_elsewhere"].items())))
+        lines.append(("from elsewhere", ", ".join(f"{key}: {page.local(value)}" for key, value in case["from_elsewhere"].items())))
     lines.append(("libraries", ", ".join(f"{key} {value}" for key, value in facts.get("libraries", {}).items())))
     lines.append(("sources (SHA-256)", ", ".join(f"{key} {str(value)[:10]}" for key, value in facts.get("sources_sha256", {}).items())))
     for session in facts.get("sessions", []):
-        command = " ".join(map(str, session.get("command", [])))
+        command = " ".join(page.local(word) for word in session.get("command", []))
         memory = float(session.get("memory_bytes", 0)) / 2**30
         lines.append(
             (f"session {session.get('started_at', '')}", f"{command}; {session.get('threads')} threads of {session.get('cores')} cores, {memory:.0f} GiB")
         )
-    rows = [f"<tr><td>{html.escape(word)}</td><td class=note>{html.escape(_breakable(value))}</td></tr>" for word, value in lines]
-    return f"<h2>Provenance</h2>{_table(rows)}"
+    return f"<h2>Provenance</h2>{page.table([], [[page.escape(word), page.breakable(value)] for word, value in lines], notes=(1,))}"
 
 
 def references(path: Path) -> str:

@@ -167,11 +167,12 @@ GROUNDS: dict[str, tuple[str, ...]] = {
 VOLUMES = {"fluid": (0.98, 0.55), "rock": (0.095, 0.55), "sand": (0.132, 0.41)}
 """K and mu of ``holsapple_volume`` by kind of ground."""
 NAMES = {
-    "zahnle_2003": "Zahnle", "collins_2005": "Collins", "schmidt_housen_water": "Schmidt-Housen water", "schmidt_housen_rock": "Schmidt-Housen rock",
-    "schmidt_housen_sand": "Schmidt-Housen sand", "holsapple_rock": "Holsapple rock", "holsapple_sand": "Holsapple sand",
-    "housen_holsapple_2011_sand": "Housen-Holsapple sand",
+    "zahnle_2003": "Zahnle et al. 2003", "collins_2005": "Collins et al. 2005", "schmidt_housen_water": "Schmidt & Housen 1987, water",
+    "schmidt_housen_rock": "Schmidt & Housen 1987, rock", "schmidt_housen_sand": "Schmidt & Housen 1987, dry sand",
+    "holsapple_water": "Holsapple 1993, water", "holsapple_rock": "Holsapple 1993, wet soil or rock", "holsapple_sand": "Holsapple 1993, dry sand",
+    "housen_holsapple_2011_water": "Housen & Holsapple 2011, water", "housen_holsapple_2011_sand": "Housen & Holsapple 2011, dry sand",
 }  # fmt: skip
-"""For pictures and pages."""
+"""Authors, year and target of every law, for pictures and pages."""
 
 
 def diameters(strike: Strike) -> dict[str, float]:

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import html
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from handoff import direct
+from handoff import direct, ledger_words
 from handoff import ledger as ledgers
-from matter import archive, snapshot
+from matter import archive, page, readable, snapshot
 from matter.errors import InputError
 
 _PICTURES = (
-    ("cut.png", "The impact plane (y = 0): source before, grains after, and the surface that carved them"),
-    ("velocity.png", "Velocity on the impact plane before and after, and their difference"),
-    ("residuals.png", "What was lost where: raw momentum by octant and shell, direction errors, M(&gt;v)"),
-    ("forces.png", "Forces in the contacts of the bed as it starts, on the impact plane, and how they are spread"),
-    ("time.png", "Choice of the time: cavity, residual pressure, drive and energy against time"),
+    ("cut.png", "The impact plane (y = 0): the source before, the grains after, and the surface that carved them."),
+    ("velocity.png", "Velocity on the impact plane before and after the handoff, and the difference."),
+    ("residuals.png", "What was lost where: momentum by octant and shell (before the correction), errors of direction, mass faster than v."),
+    ("forces.png", "Contact forces of the grains as they start, on the impact plane, and their distribution."),
+    ("time.png", "Choice of the time: cavity, residual pressure, acceleration and energy against time."),
 )
-_COLOUR = {"pass": "#2a7d3f", "fail": "#c0262d", "waived": "#b26b00", "not_measured": "#777", "not_applicable": "#777"}
 
 
 def print_ledger(run: Path, pictures: bool = True) -> int:
@@ -63,7 +61,7 @@ def write(run: Path, out: Path, pictures: bool = True) -> None:
 
         drawn.draw(gather(run, out, record), out)
     further = archive.read_json(out / "sensitivity.json") if (out / "sensitivity.json").is_file() else None
-    archive.write_text(out / "report.html", page(book, record, [entry for entry in _PICTURES if (out / entry[0]).is_file()], further))
+    archive.write_text(out / "report.html", whole_page(book, record, out, further))
 
 
 def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
@@ -88,66 +86,61 @@ def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
     }
 
 
-def page(book: ledgers.Ledger, record: dict, pictures: list[tuple[str, str]], further: dict | None = None) -> str:
-    """The report as HTML; ``further`` is what the sensitivity runs came to."""
-    rows = "\n".join(
-        f"<tr><td>{html.escape(row['name'])}</td><td class=n>{html.escape(str(row['value']) if isinstance(row['value'], str) else _shown(row['value']))}"
-        f"</td><td class=n>{_shown(row['limit'])}</td><td>{html.escape(row['unit'])}</td>"
-        f"<td style='color:{_COLOUR[row['verdict']]}'><b>{row['verdict']}</b></td><td>{html.escape(row['note'])}</td></tr>"
-        for row in book.rows
-    )
-    images = "\n".join(f"<figure><img src='{file}'><figcaption>{caption}</figcaption></figure>" for file, caption in pictures)
+def whole_page(book: ledgers.Ledger, record: dict, folder: Path, further: dict | None = None) -> str:
+    """The report as HTML, with the pictures of ``folder`` inside; ``further`` is what the sensitivity runs came to."""
+    parts = [
+        _first_lines(book, record),
+        *(page.picture(folder / name, caption) for name, caption in _PICTURES),
+        "<h2>Ledger</h2>",
+        "<p>Raw rows count before the one global correction; momenta are those of the bed's domain and all ejecta. Pressure, overlaps and elastic "
+        "energy are the excess over the undisturbed state at the same depth.</p>",
+        page.ledger(book.rows),
+        _methods(record),
+        _further(further),
+    ]
+    return page.document("Handoff: from shock physics to grains", parts)
+
+
+def _first_lines(book: ledgers.Ledger, record: dict) -> str:
+    """The verdict, the time and why it was taken, and what was handed over."""
+    verdict = f"Beyond the limit: {', '.join(ledger_words.words(name) for name in book.failures)}." if book.failures else "Every unwaived limit holds."
     cavity, grains = record["cavity"], record["grains"]
-    choice = record["choice"]["reason"]
-    verdict = f"beyond the limit: {', '.join(book.failures)}" if book.failures else "every unwaived limit holds"
-    return f"""<!doctype html><html lang=en><meta charset=utf-8><title>Handoff</title>
-<style>body{{font:15px/1.45 system-ui,sans-serif;max-width:1150px;margin:2em auto;padding:0 1em}}table{{border-collapse:collapse;font-size:13px}}
-td,th{{border-bottom:1px solid #ddd;padding:3px 8px;text-align:left;vertical-align:top}}.n{{text-align:right;font-variant-numeric:tabular-nums}}
-img{{max-width:100%}}figure{{margin:1.5em 0}}figcaption{{color:#555}}</style>
-<h1>From shock physics to grains</h1>
-<p><b>{html.escape(verdict)}.</b> Handed over {record["time_s"]:.6g} s after the impact: {html.escape(choice)}.</p>
-<p>Cavity at that time: radius {cavity["radius_m"]:.4g} m, depth {cavity["depth_m"]:.4g} m, volume {cavity["volume_m3"]:.4g} m&sup3;, rim
-{cavity["rim_height_m"]:.4g} m above the datum. {grains["kept"]} of {grains["bed"]} grains stay, {grains["ejecta"]} ejecta are added.
-Speed limit {record["speed_limit_m_s"]:.4g} m/s, alpha {record["alpha_spacings"]:g} spacings, surface {record["offset_spacings"]:.3f} spacings outside its
-particles, mapping {record["mapping"]}.</p>
-{images}
-<h2>Ledger</h2>
-<p>Raw rows count before the one global correction; momenta are those of the bed's domain and all ejecta. Pressure, overlaps and elastic energy
-are the excess over the undisturbed state at the same depth.</p>
-<table><tr><th>row<th>value<th>limit<th>unit<th>verdict<th>note</tr>
-{rows}
-</table>
-{_methods(record)}{_further(further)}</html>
-"""
+    return (
+        f"<p><b>{page.escape(verdict)}</b> Handed over {readable.clock(record['time_s'])} after the impact: {page.escape(record['choice']['reason'])}.</p>"
+        f"<p>Cavity at that time: radius {readable.amount(cavity['radius_m'], 'm', 3)}, depth {readable.amount(cavity['depth_m'], 'm', 3)}, volume "
+        f"{readable.amount(cavity['volume_m3'], 'm^3', 3)}, rim {readable.amount(cavity['rim_height_m'], 'm', 3)} above the datum. "
+        f"{readable.number(grains['kept'])} of {readable.number(grains['bed'])} grains stay, {readable.number(grains['ejecta'])} are added as ejecta. "
+        f"Speed limit {readable.amount(record['speed_limit_m_s'], 'm/s', 3)}, alpha {record['alpha_spacings']:g} spacings, surface "
+        f"{record['offset_spacings']:.3f} spacings outside its particles, mapping {page.escape(record['mapping'])}.</p>"
+    )
 
 
 def _further(found: dict | None) -> str:
     """The sensitivity runs as a table; empty where there are none."""
     if not found:
         return ""
-    names = {"diameter_rim_m": "D rim [m]", "diameter_apparent_m": "D apparent [m]", "depth_m": "depth [m]", "dem_depth_most_m": "deepest [m]"}
-    head = "".join(f"<th>{name}<th>change" for name in names.values())
+    names = {"diameter_rim_m": "rim diameter", "diameter_apparent_m": "apparent diameter", "depth_m": "depth", "dem_depth_most_m": "largest depth"}
+    head = ["variant", "handed over at", "speed limit", "alpha [spacings]", *(word for name in names.values() for word in (name, "change")), "rms of profiles"]
     rows = []
     for variant, row in found["rows"].items():
-        cells = "".join(f"<td class=n>{_shown(row[key])}</td><td class=n>{_change(row[f'{key}_change'])}</td>" for key in names)
-        rows.append(
-            f"<tr><td>{html.escape(variant)}</td><td class=n>{_shown(row['time_s'])}</td><td class=n>{_shown(row['speed_limit_m_s'])}</td>"
-            f"<td class=n>{_shown(row['alpha_spacings'])}</td>{cells}<td class=n>{_shown(row['profile_rms_m'])}</td></tr>"
-        )
+        cells = [text for key in names for text in (_amount(row[key], "m"), _change(row[f"{key}_change"]))]
+        first = [_amount(row["time_s"], "s"), _amount(row["speed_limit_m_s"], "m/s"), _amount(row["alpha_spacings"])]
+        rows.append([page.escape(variant.replace("_", " ")), *first, *cells, _amount(row["profile_rms_m"], "m")])
     controls = "".join(
-        f"<li>{html.escape(name)}: {row['grains']} grains from {row['from_s']:.4g} to {row['to_s']:.4g} s, largest way {row['drift_most_over_r']:.3g} r; "
-        f"{row['deep_grains']} of them deep, largest way {_shown(row['deep_drift_most_over_r'])} r; energy above its start by {row['energy_rise_J']:.3g} J</li>"
+        f"<li>{page.escape(name)}: {readable.number(row['grains'])} grains from {readable.clock(row['from_s'])} to {readable.clock(row['to_s'])}, largest "
+        f"drift {row['drift_most_over_r']:.3g} radii; {readable.number(row['deep_grains'])} of them deep, largest drift "
+        f"{_amount(row['deep_drift_most_over_r'])} radii; energy above that at the start by {_amount(row['energy_rise_J'], 'J')}</li>"
         for name, row in found["controls"].items()
     )
-    return f"""<h2>Sensitivity of the final crater</h2>
-<table><tr><th>variant<th>time [s]<th>speed limit [m/s]<th>alpha{head}<th>RMS of profiles [m]</tr>
-{"".join(rows)}
-</table><ul>{controls}</ul>
-"""
+    return f"<h2>Sensitivity of the final crater</h2>{page.table(head, rows)}<ul>{controls}</ul>"
+
+
+def _amount(value: Any, unit: str = "1") -> str:
+    return "–" if value is None else page.escape(value if isinstance(value, str) else readable.amount(float(value), unit, 3))
 
 
 def _change(value: float | None) -> str:
-    return "-" if value is None else f"{100.0 * value:+.1f} %"
+    return "–" if value is None else f"{100.0 * value:+.1f} %".replace("-", "−")
 
 
 def _methods(record: dict) -> str:
@@ -155,14 +148,9 @@ def _methods(record: dict) -> str:
     table = record.get("methods")
     if not table:
         return ""
-    rows = "\n".join(
-        f"<tr><td>{html.escape(label)}</td><td class=n>{_shown(table['mapped'][key])}</td><td class=n>{_shown(table['direct'][key])}</td></tr>"
-        for key, label in direct.LABELS.items()
-    )
+    rows = [[page.escape(label), _amount(table["mapped"][key]), _amount(table["direct"][key])] for key, label in direct.LABELS.items()]
     return f"""<h2>Mapped against direct</h2>
-<p>The run goes on with the <b>{record["method"]}</b> grains. Direct: every SPH particle one grain. Excess counts beyond what the undisturbed
-body would carry. The prediction is grains over step over {direct.GRAIN_STEPS_PER_S:.1e} grain steps per second of one core.</p>
-<table><tr><th><th>mapped<th>direct</tr>
-{rows}
-</table>
-"""
+<p>The run continues with the <b>{page.escape(record["method"])}</b> grains. Direct: every SPH particle becomes one grain. Excess is counted beyond what the
+undisturbed body would carry. The prediction is the number of grains times the number of steps over {readable.number(direct.GRAIN_STEPS_PER_S)} grain steps
+per second on one core.</p>
+{page.table(["", "mapped", "direct"], rows)}"""
