@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from handoff import ledger_words
 from handoff.cavity import RESOLVED_RADIUS
 from matter import archive
 from matter.errors import InputError
@@ -131,7 +130,7 @@ class Ledger:
     def _enter(self, name, value, limit, verdict, unit, note) -> None:
         if verdict not in VERDICTS:
             raise ValueError(f"unknown verdict {verdict!r}")
-        self.rows.append({"name": name, "words": ledger_words.words(name), "value": value, "limit": limit, "verdict": verdict, "unit": unit, "note": note})
+        self.rows.append({"name": name, "value": value, "limit": limit, "verdict": verdict, "unit": unit, "note": note})
 
     def __getitem__(self, name: str) -> dict[str, Any]:
         return next(row for row in self.rows if row["name"] == name)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from handoff import direct, ledger_words
+from handoff import direct
 from handoff import ledger as ledgers
-from matter import archive, page, readable, snapshot
+from matter import archive, ledger_words, page, readable, snapshot
 from matter.errors import InputError
 
 _PICTURES = (

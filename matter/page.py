@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from matter import readable
+from matter import ledger_words, readable
 
 STYLE = """
 :root{--ink:#1c2530;--soft:#55606c;--line:#dfe5eb;--head:#f4f7fa}
@@ -93,13 +93,13 @@ def picture(path: Path, caption: str, narrow: bool = False, inline: bool = True)
 def ledger(entries: Sequence[Mapping[str, Any]]) -> str:
     """The rows of a handoff's ledger as a table: what in words, value, limit, verdict, note.
 
-    Both stages that show a ledger read it from its file: its rows are the interface, not code.
+    Two stages show it, each reading ``ledger.json``: the rows are the interface between them.
     """
     rows = []
     for row in entries:
         name, unit, verdict = str(row.get("name", "")), str(row.get("unit", "1")), str(row.get("verdict", ""))
         value, limit = _ledger_value(row.get("value"), unit), _ledger_value(row.get("limit"), unit)
-        words = key(str(row.get("words") or name.replace("_", " ")), name)
+        words = key(ledger_words.words(name), name)
         note = breakable(row.get("note", "") if isinstance(row.get("value"), (int, float, type(None))) else f"{row['value']}; {row.get('note', '')}")
         rows.append([words, value, limit, cell(escape(verdict.replace("_", " ")), f"word {html.escape(verdict)}"), note])
     return table(["row", "value", "limit", "verdict", "note"], rows, words=(3,), notes=(4,))
@@ -115,7 +115,8 @@ def key(words: str, name: str) -> str:
     return f"{escape(words)}<span class=key>{html.escape(name)}</span>"
 
 
-def local(path: object, deep: int = 2) -> str:
-    """The last ``deep`` parts of a path: a page that is passed on names no folders of the machine that made it."""
-    parts = Path(str(path)).parts
-    return "/".join(parts[-deep:]) if Path(str(path)).is_absolute() else str(path)
+def local(word: object, deep: int = 2) -> str:
+    """A path, or ``key=path``, by its last ``deep`` parts: a page that is passed on names no folders of the machine that made it."""
+    name, mark, text = str(word).rpartition("=")
+    path = Path(text)
+    return f"{name}{mark}{'/'.join(path.parts[1:][-deep:])}" if path.is_absolute() else str(word)

@@ -7,6 +7,7 @@ from handoff import ledger as ledgers
 from handoff.ledger import LIMITS, WAIVABLE, Ledger
 from handoff.report import text
 from handoff.stage import Settings
+from matter import ledger_words
 from matter.errors import InputError
 
 # the acceptance list of the project: name and limit
@@ -84,3 +85,8 @@ def test_only_three_limits_can_be_waived_and_only_with_a_reason():
 def test_a_missing_ledger_is_a_clear_message(tmp_path):
     with pytest.raises(InputError, match="has the handoff run"):
         ledgers.read(tmp_path / "ledger.json")
+
+
+def test_every_limit_has_a_name_in_words():
+    assert set(LIMITS) <= set(ledger_words.WORDS)
+    assert not any("_" in words for words in ledger_words.WORDS.values())

@@ -33,3 +33,42 @@ def test_a_length_reads_back_to_its_three_digits(metres):
 def test_units_say_the_same(value):
     for factor, unit in (readable.length_unit(value), readable.time_unit(value)):
         assert quantity.parse(f"1 {unit}", "m" if unit.endswith("m") and unit != "min" else "s") * factor == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (214_323.2, "m", "214.3 km"), (17.11e15, "m^3", "17.11 × 10⁶ km³"), (1.705e21, "kg", "1.705 × 10²¹ kg"), (0.9, "deg", "0.9°"), (0.0, "m", "0 m"),
+        (3.9e-16, "1", "3.9 × 10⁻¹⁶"), (1e-12, "1", "10⁻¹²"), (20_000.0, "1", "20,000"), (-0.00754, "1", "−0.00754"), (3e-5, "m^3", "30 cm³"),
+        (5.5e22, "kg m^2/s", "5.5 × 10²² kg m²/s"), (3600.0, "s", "60 min"),
+    ],
+)  # fmt: skip
+def test_amounts(value, unit, text):
+    assert readable.amount(value, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "unit", "text", "plain"),
+    [
+        (569e3, 15e3, "m", "569 ± 15 km", "569 +- 15 km"),
+        (24.16e15, 0.72e15, "m^3", "(24.16 ± 0.72) × 10⁶ km³", "(24.16 +- 0.72) million km3"),
+        (0.1305, 0.0035, "1", "0.1305 ± 0.0035", "0.1305 +- 0.0035"),
+        (25.0, 3.2, "deg", "(25.0 ± 3.2)°", "(25.0 +- 3.2) deg"),
+        (0.0, 12_000.0, "m", "0 ± 12 km", "0 +- 12 km"),
+        (1.2, None, "m", "1.2 m", "1.2 m"),
+        (1.7e21, 0.0, "kg", "1.7 × 10²¹ kg", "1.7e21 kg"),
+    ],
+)
+def test_a_value_and_its_error_share_a_unit_and_its_digits(value, sigma, unit, text, plain):
+    assert readable.measured(value, sigma, unit) == text
+    assert readable.terminal(text) == plain
+
+
+def test_unequal_errors():
+    assert readable.between(980e3, 177e3, 273e3, "m") == "980 +177/−273 km"
+    assert readable.between(300e3, 51e3, 51e3, "m") == "300 ± 51 km"
+    assert readable.between(25e15, 2e15, 1e15, "m^3") == "(25 +2/−1) × 10⁶ km³"
+
+
+def test_text_of_a_ledger():
+    assert readable.prose("0.3e-5 m^3, 2e+05 kg m^2/s, abc1e5, 8.391e+04") == "0.3 × 10⁻⁵ m³, 2 × 10⁵ kg m²/s, abc1e5, 8.391 × 10⁴"

@@ -1,4 +1,4 @@
-"""What the rows of a ledger are called on pages: words for the names that ``ledger.json`` keeps."""
+"""What the rows of a handoff's ledger are called on pages: words for the names that ``ledger.json`` keeps, for both stages that show it."""
 
 from __future__ import annotations
 

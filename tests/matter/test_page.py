@@ -1,0 +1,51 @@
+"""Pages: nothing is cut, nothing comes from the network, numbers and names are worded."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from matter import ledger_words, page
+
+
+def test_every_table_and_picture_scrolls_in_a_box_of_its_own(tmp_path):
+    (tmp_path / "a.png").write_bytes(b"\x89PNG")
+    whole = page.document("A < B", [page.table(["x", "y"], [["1", "2"]]), "", page.picture(tmp_path / "a.png", "seen from above")])
+    assert "<meta name=viewport content='width=device-width" in whole and "<title>A &lt; B</title>" in whole
+    for tag in ("<table", "<img"):
+        assert len(re.findall(tag, whole)) == len(re.findall(f"<div class=scroll>{tag}", whole)) == 1
+    assert "://" not in whole and 'src="data:image/png;base64,' in whole and 'data-file="a.png"' in whole
+    assert page.picture(tmp_path / "none.png", "nothing") == ""
+
+
+def test_a_ledger_in_words():
+    rows = [
+        {"name": "mass_raw_rel", "value": 0.0016, "limit": 0.01, "verdict": "pass", "unit": "1", "note": "source 1.707662e+21 kg <"},
+        {"name": "cavity_radius", "value": 214323.2, "limit": None, "verdict": "not_applicable", "unit": "m", "note": ""},
+        {"name": "ejecta_by_rule", "value": "compact 3, fast 1", "limit": None, "verdict": "not_applicable", "unit": "1", "note": "particles"},
+        {"name": "new_row", "value": None, "limit": 1e-12, "verdict": "not_measured", "unit": "1", "note": ""},
+    ]
+    shown = page.ledger(rows)
+    assert "mass: grains against source, before any rescaling<span class=key>mass_raw_rel</span>" in shown
+    assert "1.707662 × 10²¹ kg &lt;" in shown and "214.3 km" in shown and "10⁻¹²" in shown
+    assert "compact 3,\u200b fast 1" in shown or "compact 3, fast 1; particles" in shown
+    assert "<td class='word not_measured'>not measured</td>" in shown and "new row<span class=key>new_row" in shown
+
+
+def test_layers_carry_their_name():
+    assert ledger_words.words("layer_volume_rel_water") == "volume of the layer of water: grains against source"
+
+
+@pytest.mark.parametrize(
+    ("path", "shown"),
+    [
+        ("/home/someone/runs/base", "runs/base"),
+        ("cases/valhalla_980km", "cases/valhalla_980km"),
+        ("sph.snapshot=/home/someone/mine.vtkhdf", "sph.snapshot=someone/mine.vtkhdf"),
+        ("/x", "x"),
+        ("--out", "--out"),
+    ],
+)
+def test_a_page_names_no_folders_of_the_machine(path, shown):
+    assert page.local(path) == shown
