@@ -112,23 +112,13 @@ def draw_grains_in_time(found: Findings, path: Path) -> None:
     rows: list[sections.Colouring | None] = [None]
     bed = found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
     if bed.is_file() and "identity" in panels[0][1]:
-        start = snapshot.read(bed)
+        start = snapshot.read(bed, only=("identity", "position"))
         if "identity" in start:
-            rows.append(sections.depth_of_origin(0.6 * half, lambda grains: _places(grains, start)))
+            rows.append(sections.depth_of_origin(0.6 * half, lambda grains: sections.places_of(grains, start)))
     if "velocity" in panels[0][1]:
         fastest = max(float(np.quantile(np.linalg.norm(p.velocity, axis=1), 0.99)) for _, p in panels)
         rows.append(sections.speed(max(fastest, 1e-9)))
     _grid_of(found, panels, rows, half, path)
-
-
-def _places(grains: Particles, before: Particles) -> np.ndarray:
-    """Places of the same grains in the settled bed; NaN for grains that came as ejecta."""
-    order = np.argsort(before.identity)
-    known = before.identity[order]
-    at = np.clip(np.searchsorted(known, grains.identity), 0, len(known) - 1)
-    places = before.position[order[at]].copy()
-    places[known[at] != grains.identity] = np.nan
-    return places
 
 
 def _grid_of(found: Findings, panels: Sequence[tuple[str, Particles]], rows: Sequence[sections.Colouring | None], half: float, path: Path) -> None:
