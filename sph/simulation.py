@@ -305,8 +305,20 @@ class Simulation:
             "layers": [layer.name for layer in self.settings.target.layers],
             **({"target_depth_m": -self.bottom} if self.settings.target.flat else {"target_radius_m": self.radius}),
             "spacing_at_impact_m": self.settings.spacing_at_impact,
+            "measuring": self._measuring(),
         }
         return Particles({name: array[order] for name, array in fields.items()}, attributes)
+
+    def _measuring(self) -> dict[str, Any]:
+        """What a crater in these snapshots is measured against (``crater.choices``): datum, gravity, expected size, and the ground before the impact."""
+        flat = isinstance(self.column, grounds.Ground)
+        datum = {"kind": "plane", "centre_m": [0.0, 0.0, 0.0], "source": "undisturbed ground"}
+        if not flat:
+            datum = {"kind": "sphere", "radius_m": self.radius, "centre_m": [0.0, 0.0, 0.0], "source": "radius of the relaxed target"}
+        return {
+            "datum": datum, "gravity_m_s2": self.settings.target.gravity if flat else float(self.column.gravity[-1]),
+            "expected_transient_diameter_m": self.impact.expected_transient_diameter, "before": f"snap_0000{snapshot.SUFFIX}",
+        }  # fmt: skip
 
     def finish(self) -> None:
         """Last snapshot, history, report."""
