@@ -14,7 +14,7 @@ from crater.radial_profile import Profile
 from matter import archive, readable
 
 if TYPE_CHECKING:
-    from crater.compare import Crater
+    from crater.craters import Crater
     from crater.findings import Findings
 
 INK = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
@@ -320,10 +320,10 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
     for k, crater in enumerate(craters):
         colour = INK[k % len(INK)]
         if crater.profile is not None:
-            _profile_line(axis, crater.profile, scale, colour, crater.name)
+            _profile_line(axis, crater.profile, scale, colour, crater.label)
         for name, marker in (("diameter_apparent_m", "o"), ("diameter_rim_m", "^"), ("depth_m", "v")):
             if name in crater.values:
-                value, minus, plus = (x * scale for x in crater.values[name])
+                value, minus, plus = (float(x) * scale for x in np.nan_to_num(crater.values[name]))
                 sizes.errorbar([value], [-k], xerr=[[minus], [plus]], fmt=marker, color=colour, markersize=5, capsize=3)
         for n, zone in enumerate(crater.zones):
             sizes.barh([-k], [(zone.outer - zone.inner) * scale], left=[zone.inner * scale], height=0.5, color=colour, alpha=0.15 + 0.15 * (n % 3))
@@ -333,7 +333,7 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
     axis.set_xlim(0.0, reach * scale)
     axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
     axis.legend(frameon=False, fontsize=8)
-    sizes.set_yticks([-k for k in range(len(craters))], [c.name for c in craters], fontsize=8)
+    sizes.set_yticks([-k for k in range(len(craters))], [c.label for c in craters], fontsize=8)
     sizes.set_ylim(-len(craters) + 0.5, 0.5)
     sizes.set_xlabel(f"circle: apparent diameter, triangle up: rim diameter, triangle down: depth, bars: zones by diameter [{unit}]")
     sizes.set_xlim(left=0.0)

@@ -311,14 +311,13 @@ class Simulation:
 
     def _measuring(self) -> dict[str, Any]:
         """What a crater in these snapshots is measured against (``crater.choices``): datum, gravity, expected size, and the ground before the impact."""
-        flat = isinstance(self.column, grounds.Ground)
-        datum = {"kind": "plane", "centre_m": [0.0, 0.0, 0.0], "source": "undisturbed ground"}
-        if not flat:
+        column, size = self.column, self.impact.expected_transient_diameter
+        datum: dict[str, Any] = {"kind": "plane", "centre_m": [0.0, 0.0, 0.0], "source": "undisturbed ground"}
+        gravity = self.settings.target.gravity
+        if isinstance(column, bodies.Profile):
             datum = {"kind": "sphere", "radius_m": self.radius, "centre_m": [0.0, 0.0, 0.0], "source": "radius of the relaxed target"}
-        return {
-            "datum": datum, "gravity_m_s2": self.settings.target.gravity if flat else float(self.column.gravity[-1]),
-            "expected_transient_diameter_m": self.impact.expected_transient_diameter, "before": f"snap_0000{snapshot.SUFFIX}",
-        }  # fmt: skip
+            gravity = float(column.gravity[-1])
+        return {"datum": datum, "gravity_m_s2": gravity, "expected_transient_diameter_m": size, "before": f"snap_0000{snapshot.SUFFIX}"}
 
     def finish(self) -> None:
         """Last snapshot, history, report."""
