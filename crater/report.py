@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crater import block_view, report_evidence, scaling
+from crater import chain, report_evidence, scaling
 from crater.measure import Measures, Quantity
 from matter import archive, page, readable
 
@@ -76,8 +76,7 @@ def write(found: Findings, out: Path) -> None:
             "The shock stage in time: material, damage, pressure (tension in the lowest colour) and the depth that the matter came from.",
         ),
         page.picture(out / "sections_grains.png", "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed."),
-        "<h2>The final crater</h2>",
-        block_view.of_findings(found),
+        "<h2>Height map</h2>",
         page.picture(
             out / "heightmap.png",
             "Final surface seen from above, heights and distances measured from the crater's centre. Dashed: apparent diameter.",
@@ -158,7 +157,21 @@ def _measures_table(found: Findings) -> str:
     reasons: list[str] = []
     rows = [[word, *(_measure_cell(measures, name, reasons) for _, measures in columns)] for name, word in WORDS.items()]
     notes = "".join(f"<br>({k + 1}) {page.escape(reason)}" for k, reason in enumerate(reasons))
-    return page.table(["", *(title for title, _ in columns)], rows) + f"<p class=note>Errors are one standard deviation.{notes}</p>"
+    return page.table(["", *(title for title, _ in columns)], rows) + f"<p class=note>Errors are one standard deviation; {_chain_words(found)}.{notes}</p>"
+
+
+def _chain_words(found: Findings) -> str:
+    """What the errors hold of the scatter of the whole chain, with its size for the first measures of the final (else the transient) crater."""
+    if found.settings.chain is None:
+        return chain.UNKNOWN
+    volume = found.transient.get("volume")
+    measures, of = (found.final, "final") if found.final is not None else (volume.measures if volume else None, "transient")
+    sizes = [
+        f"{WORDS[name].lower()} {readable.length(measures[name].parts[chain.PART])}"
+        for name in ("diameter_apparent_m", "depth_m")
+        if measures is not None and chain.PART in measures[name].parts
+    ]
+    return f"{page.escape(chain.KNOWN)}" + (f"; of the {of} crater: {', '.join(sizes)}" if sizes else "")
 
 
 def _measure_cell(measures: Measures | None, name: str, reasons: list[str]) -> str:

@@ -16,6 +16,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo
 
 _SI = {
     "length": "m",
+    "volume": "m^3",
     "speed": "m/s",
     "time": "s",
     "mass": "kg",
@@ -96,6 +97,7 @@ def _reader(kind: str):
 
 
 Length = Annotated[float, Unit(_SI["length"]), _reader("length")]
+Volume = Annotated[float, Unit(_SI["volume"]), _reader("volume")]
 Speed = Annotated[float, Unit(_SI["speed"]), _reader("speed")]
 Time = Annotated[float, Unit(_SI["time"]), _reader("time")]
 Mass = Annotated[float, Unit(_SI["mass"]), _reader("mass")]

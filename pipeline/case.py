@@ -59,6 +59,8 @@ class Case:
     lines: dict[KeyPath, int] = field(repr=False)
     preset_table: dict[str, Any] = field(repr=False)
     found: tuple[Complaint, ...] = ()
+    chain: bool = True
+    """Whether the crater stage gets the chain errors of the case's ``expected.toml``."""
 
     @property
     def title(self) -> str:
@@ -201,6 +203,10 @@ def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model
         if not isinstance(table, dict):
             continue  # already complained about
         payload, moved = _payload(model, table, shared, document)
+        if stage == "crater" and case.chain and "chain" in model.model_fields and "chain" not in payload:
+            from pipeline import expected  # it composes cases itself
+
+            payload |= {"chain": errors} if (errors := expected.chain_of(case)) else {}
         if "pinned" in model.model_fields:
             payload.setdefault("pinned", case.pinned)
         made, wrong = _checked(model, payload, (stage,), moved)

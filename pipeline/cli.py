@@ -54,7 +54,7 @@ def _run_case(
             display.close()
         if movie:
             _draw_movie(outcome.run)
-        return _concluded(outcome)
+        return _concluded(request.case, outcome)
 
     guarded(action)
 
@@ -78,12 +78,12 @@ def _checked(request: Any, settings: Any) -> int:
     return 0
 
 
-def _concluded(outcome: Any) -> int:
-    from pipeline import result
+def _concluded(case: Any, outcome: Any) -> int:
+    from pipeline import expected, result
 
     for stage, reason in outcome.unsound.items():
         print(f"UNSOUND {stage}: {reason.removeprefix(f'{stage}: ')}")
-    table = result.table(outcome.run)
+    table = "\n".join(part for part in (result.table(outcome.run), expected.text(case, outcome.run)) if part)
     print(f"\n{table}\n\nresult: {outcome.run}" if table else f"result: {outcome.run}", flush=True)
     return 1 if outcome.unsound else 0
 
@@ -120,16 +120,13 @@ def _compare_profiles(
     items: Annotated[list[str], typer.Argument(metavar="A B [C ...]", help="Run folders, profile.csv files, observed names.")],
     observed: Annotated[str | None, typer.Option(help="An observed crater to compare with.")] = None,
     out: Annotated[Path | None, typer.Option(help="Where the picture goes.")] = None,
-    stage: Annotated[
-        str | None, typer.Option(metavar="transient|final", help="Which crater of every run (default: that of the kind that it is compared with).")
-    ] = None,
 ) -> None:
-    """Compare craters, like with like: diameters, depths, RMS difference, one picture."""
+    """Compare crater profiles: diameters, depths, RMS difference, one picture."""
 
     def action() -> int:
         from crater import compare
 
-        return compare.compare(items, observed=observed, out=out, stage=stage)
+        return compare.compare(items, observed=observed, out=out)
 
     guarded(action)
 

@@ -31,7 +31,15 @@ def table(run: Path) -> str:
         cells = [shown(measures[kind].get(key)) for kind in kinds]
         if any(cells):
             lines.append(f"{words:<20}" + "".join(f"{cell or '--':>30}" for cell in cells))
-    return "\n".join(lines + [_published(entry) for entry in measures.get("reference", [])])
+    return "\n".join([*lines, _chain(measures), *(_published(entry) for entry in measures.get("reference", []))])
+
+
+def _chain(measures: dict[str, Any]) -> str:
+    """What the errors hold of the scatter of the whole chain."""
+    from crater import chain
+
+    parts = [entry.get("sigma_parts") or {} for kind in ("transient", "final") for entry in (measures.get(kind) or {}).values() if isinstance(entry, dict)]
+    return chain.KNOWN if any(chain.PART in one for one in parts) else chain.UNKNOWN
 
 
 def _published(entry: dict[str, Any]) -> str:

@@ -94,7 +94,7 @@ def make(run: Path, only: Iterable[str] | None = None, threads: int | None = Non
         if is_done(variant, run):
             say(f"{variant.name}: done before")
             continue
-        place = share(run, variant)
+        place = share(run, variant.request(run), variant.shares)
         say(f"{variant.name}: {', '.join(variant.overrides)} ({place.name})")
         # the crater is not measured where there is none to measure
         until = ["--until", "dem"] if variant.name in CONTROLS else []
@@ -109,19 +109,18 @@ def make(run: Path, only: Iterable[str] | None = None, threads: int | None = Non
     return failed
 
 
-def share(run: Path, variant: Variant) -> Path:
-    """Make the variant's run folder with links to the stages that the run has done for it. Raises ``InputError`` when the run's stages are of other
-    settings than its ``case.used.toml``."""
-    request = variant.request(run)
+def share(run: Path, request: Request, shared: Iterable[str]) -> Path:
+    """Make the run folder of a request with links to the stages that another run has done for it. Raises ``InputError`` when those are of other settings
+    than the request's."""
     place = request.run_folder
     place.mkdir(parents=True, exist_ok=True)
-    for stage in variant.shares:
+    for stage in shared:
         link = stages.folder(place, stage)
         if not link.exists():
             link.unlink(missing_ok=True)
             os.symlink(os.path.relpath(stages.folder(run, stage).resolve(), place.resolve()), link)
     settings = settings_of(request)
-    for stage in variant.shares:
+    for stage in shared:
         inputs = folder.inputs_sha256(place, stage, settings.get(stage), request.case.outside.get(stage))
         if not folder.is_done(place, stage, inputs):
             raise InputError(f"the stage {stage} of {run} is not done with the settings of its case.used.toml: run the case again, then its sensitivity")

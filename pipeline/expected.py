@@ -1,0 +1,259 @@
+"""``expected.toml`` beside a shipped case: what each preset came to, with which errors, measured how, and whether a run agrees.
+
+One table per preset, in it one per crater (``transient``, at its largest volume; ``transient_at_maximum_depth``; ``final``) and measure:
+
+    [quick]
+    command = "python benchmarks/chain_error.py --case cases/valhalla_980km --preset quick"
+    commit = "..."
+    ...
+    [quick.final.diameter_apparent_m]
+    value = "553 km"        # mean over the draws
+    measuring = "14 km"     # how well one run's crater can be read off
+    draws = "16 km"         # standard deviation over draws of particles and grains
+    handoff = "40 km"       # by handing over half and twice as late
+    size = "10 km"          # by half the number of particles and grains
+
+The last three are the parts of the chain error (``crater.chain``); what was not measured is left out. ``pipeline.chain_error`` writes the file.
+A run is held against it only where the values that decide its result are those of the shipped case and preset.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any, Generic, TypeVar
+
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from matter.body import Model
+from matter.errors import InputError
+from matter.quantity import Length, Volume
+from pipeline import case as cases
+from pipeline import stages, toml_lines
+from pipeline.complaints import complaints, dotted
+
+FILE = "expected.toml"
+NO_PRESET = "case"
+"""Name of the table of a case without presets."""
+PARTS = ("draws", "handoff", "size")
+AGREES = 2.0
+"""A run agrees with what is expected within this many standard errors."""
+_UNITS = {"units": "required"}
+# keys of the stages that are only looked at: predictions and pictures
+_IDLE = {("handoff", "pictures"), ("handoff", "particles"), ("handoff", "grains"), ("handoff", "snapshots"), ("dem", "grains"), ("crater", "particles")}
+
+Q = TypeVar("Q")
+
+
+class Expectation(Model, Generic[Q]):
+    """One measure: its expected value and the parts of its error."""
+
+    value: Q
+    """Mean over the draws."""
+    measuring: Q
+    """How well one run's crater can be read off."""
+    draws: Q | None = None
+    """Standard deviation over draws of particles and grains."""
+    handoff: Q | None = None
+    """What an earlier and a later handoff change."""
+    size: Q | None = None
+    """What half the number of particles and grains changes."""
+
+    @model_validator(mode="after")
+    def _errors_have_a_size(self) -> Expectation:
+        for name in ("measuring", *PARTS):
+            if (error := getattr(self, name)) is not None and error < 0.0:
+                raise ValueError(f"{name} is an error and must be at least 0")
+        return self
+
+    @property
+    def chain(self) -> float | None:
+        """The chain error: its parts in quadrature; None where none was measured."""
+        parts = [getattr(self, name) for name in PARTS if getattr(self, name) is not None]
+        return math.hypot(*parts) if parts else None
+
+
+class Crater(Model):
+    """The expected measures of one crater."""
+
+    diameter_apparent_m: Expectation[Length] | None = None
+    """Apparent diameter."""
+    diameter_rim_m: Expectation[Length] | None = None
+    """Rim-to-rim diameter."""
+    depth_m: Expectation[Length] | None = None
+    """Depth below the datum."""
+    depth_rim_to_floor_m: Expectation[Length] | None = None
+    """Depth from rim to floor."""
+    rim_height_m: Expectation[Length] | None = None
+    """Height of the rim."""
+    volume_m3: Expectation[Volume] | None = None
+    """Volume below the datum."""
+
+
+class Preset(Model):
+    """What one preset of a case came to."""
+
+    command: str
+    """The command that measured it."""
+    commit: str
+    """The commit of the program that measured it."""
+    measured: str
+    """The day on which it was measured."""
+    members: Annotated[int, Field(ge=1)]
+    """Number of draws of the grains."""
+    shocks: Annotated[int, Field(ge=1)]
+    """Number of draws of the shock stage among them."""
+    transient: Crater = Crater()
+    """The transient crater at its largest volume."""
+    transient_at_maximum_depth: Crater = Crater()
+    """The transient crater where it is deepest."""
+    final: Crater = Crater()
+    """The final crater."""
+
+    @field_validator("command", "commit", "measured")
+    @classmethod
+    def _said(cls, text: str) -> str:
+        if not text.strip():
+            raise ValueError("must not be empty")
+        return text
+
+
+CRATERS = ("transient", "transient_at_maximum_depth", "final")
+MEASURES = tuple(Crater.model_fields)
+
+
+@lru_cache(maxsize=8)
+def _read(file: Path, stamp: int) -> dict[str, Preset]:
+    try:
+        text = file.read_text()
+        content = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
+        raise InputError(f"{file} is not valid TOML: {reason}") from None
+    lines, found, presets = toml_lines.key_lines(text), [], {}
+    for name, table in content.items():
+        try:
+            presets[name] = Preset.model_validate(table, context=_UNITS)
+        except ValidationError as error:
+            for path, message in complaints(Preset, error):
+                line = toml_lines.line_of((name, *path), lines)
+                found.append(f"  {file.name}{f':{line}' if line else ''}  {dotted((name, *path))}: {message}")
+    if found:
+        raise InputError(f"{file} cannot be used, {len(found)} error{'s' if len(found) > 1 else ''}:\n" + "\n".join(found))
+    return presets
+
+
+def read(folder: Path) -> dict[str, Preset]:
+    """The expectations beside a case, by preset; empty where there is no file. Raises ``InputError`` with every mistake and its line."""
+    file = Path(folder) / FILE
+    return _read(file, file.stat().st_mtime_ns) if file.is_file() else {}
+
+
+def of(case: cases.Case) -> Preset | None:
+    """What is expected of a case with its preset; None where nothing is. Raises ``InputError``."""
+    return read(case.file.parent).get(case.preset or NO_PRESET) if case.file.name == "case.toml" else None
+
+
+def as_shipped(case: cases.Case) -> bool:
+    """Whether the values that decide a result are those of the case's file and preset: nothing from elsewhere, no ``--set`` that changes one."""
+    if case.outside:
+        return False
+    if not case.overrides:
+        return True
+    shipped = cases.read(case.file, case.preset)
+    try:
+        return _deciding(cases.read(case.file, case.preset, case.overrides)) == _deciding(shipped)
+    except InputError:
+        return False  # what is wrong with the case is said where it is composed
+
+
+def _deciding(case: cases.Case) -> dict[str, Any]:
+    settings = cases.compose(replace(case, chain=False))
+    return {stage: {key: value for key, value in json.loads(one.model_dump_json()).items() if (stage, key) not in _IDLE} for stage, one in settings.items()}
+
+
+def chain_of(case: cases.Case) -> dict[str, Any]:
+    """The chain errors that a case's measures are to carry, as the crater stage's table ``chain``; empty where none is known."""
+    expected = of(case)
+    if expected is None or not as_shipped(case):
+        return {}
+    table: dict[str, dict[str, str]] = {}
+    for crater in CRATERS:
+        for name in MEASURES:
+            entry = getattr(getattr(expected, crater), name)
+            if entry is not None and entry.chain is not None:
+                table.setdefault(crater, {})[name] = f"{entry.chain!r} {'m^3' if name == 'volume_m3' else 'm'}"
+    return table
+
+
+class Verdict(Model):
+    """A measure of a run beside what is expected of it [SI]."""
+
+    crater: str
+    measure: str
+    value: float
+    sigma: float
+    expected: float
+    apart: float
+    """Difference over ``sigma``."""
+
+    @property
+    def agrees(self) -> bool:
+        """Whether they agree."""
+        return abs(self.apart) <= AGREES
+
+
+def verdicts(expected: Preset, measures: dict[str, Any]) -> list[Verdict]:
+    """Every expected measure that a run has (``values``); the error is that of one run about the mean: measuring and chain in quadrature."""
+    found = []
+    for crater in CRATERS:
+        mine = measures.get(crater, {})
+        for name in MEASURES:
+            entry, value = getattr(getattr(expected, crater), name), (mine.get(name) or {}).get("value")
+            if entry is None or value is None:
+                continue
+            sigma = math.hypot(entry.measuring, entry.chain or 0.0)
+            apart = (value - entry.value) / sigma if sigma > 0.0 else (0.0 if value == entry.value else math.inf)
+            found.append(Verdict(crater=crater, measure=name, value=value, sigma=sigma, expected=entry.value, apart=apart))
+    return found
+
+
+def _crater(measures: dict[str, Any], crater: str) -> dict[str, Any]:
+    if crater == "transient_at_maximum_depth":
+        return (measures.get("transient") or {}).get("at_maximum_depth") or {}
+    return measures.get(crater) or {}
+
+
+def values(run: Path) -> dict[str, dict[str, dict[str, Any]]]:
+    """The measures of a finished run by crater and name; empty where the crater was not measured."""
+    path = stages.folder(run, "crater") / "measures.json"
+    if not path.is_file():
+        return {}
+    measures = json.loads(path.read_text())
+    return {crater: {name: _crater(measures, crater)[name] for name in MEASURES if name in _crater(measures, crater)} for crater in CRATERS}
+
+
+_WORDS = {
+    "diameter_apparent_m": "apparent diameter", "diameter_rim_m": "rim diameter", "depth_m": "depth below datum", "depth_rim_to_floor_m": "depth rim to floor",
+    "rim_height_m": "rim height", "volume_m3": "volume", "transient": "transient", "transient_at_maximum_depth": "transient, where deepest", "final": "final",
+}  # fmt: skip
+
+
+def text(case: cases.Case, run: Path) -> str:
+    """How a finished run stands against what is expected of its case and preset, a line per measure; empty where nothing is expected."""
+    expected, measures = of(case), values(run)
+    if expected is None or not measures:
+        return ""
+    named = f"preset {case.preset} of {case.name}" if case.preset else case.name
+    if not as_shipped(case):
+        return f"not compared with {FILE}: the settings of this run are not those of {named}"
+    lines = [f"against {FILE}, {named} ({expected.members} draws, commit {expected.commit[:8]}, {expected.measured}):"]
+    for one in verdicts(expected, measures):
+        factor, unit = (1e-9, "km^3") if one.measure == "volume_m3" else (1e-3, "km") if one.expected >= 2e3 else (1.0, "m")
+        name = f"{_WORDS[one.crater]} {_WORDS[one.measure]}"
+        said = "agrees" if one.agrees else f"differs by {abs(one.apart):.1f} sigma"
+        lines.append(f"  {name:<44} {one.value * factor:.4g} {unit}, expected {one.expected * factor:.4g} +- {one.sigma * factor:.2g} {unit}: {said}")
+    return "\n".join(lines)
