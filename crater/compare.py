@@ -1,105 +1,44 @@
-"""Compare craters: run folders, profiles in CSV files and observations, in one table and one picture."""
+"""Compare craters, like with like: run folders, profiles in CSV files and observations, in one table and one picture."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from crater import observations, radial_profile
+from crater import craters as held
+from crater.craters import SHOWN, Crater, load, reference_of
 from crater.difference import MATCH, RATIOS, profile_difference, resampled, verdict
-from crater.radial_profile import Profile
 from matter import archive, readable
 from matter.errors import InputError
 
 __all__ = ["Crater", "compare", "differences", "load", "profile_difference"]
 
-SHOWN = ("diameter_rim_m", "diameter_apparent_m", "depth_m", "depth_rim_to_floor_m", "rim_height_m", "volume_m3")
+WORDS = {
+    "diameter_rim_m": "D rim",
+    "diameter_apparent_m": "D apparent",
+    "depth_m": "depth",
+    "depth_rim_to_floor_m": "rim to floor",
+    "rim_height_m": "rim height",
+    "volume_m3": "volume",
+}
+HEIGHTS = ("rms_inside_m", "inside_m", "rms_over_depth", "largest_m", "largest_at_m", "rms_m", "offset_m", "rms_aligned_m", "rms_shape")
 
 
-@dataclass
-class Crater:
-    """One crater of a comparison: ``values`` maps a measure to (value, minus, plus) [SI]; ``profile`` may be missing."""
-
-    name: str
-    values: dict[str, tuple[float, float, float]]
-    profile: Profile | None
-    source: str = ""
-    notes: list[str] = field(default_factory=list)
-    zones: tuple[observations.Zone, ...] = ()
-
-
-def load(item: str) -> Crater:
-    """A crater by run folder, ``6_crater`` folder, profile CSV, observation file (TOML) or the name of an observation that ships with the project.
-
-    Raises ``InputError`` saying what was looked for.
-    """
-    path = Path(item)
-    if path.is_dir():
-        folder = path / "6_crater" if (path / "6_crater").is_dir() else path
-        if not (folder / "measures.json").is_file():
-            raise InputError(f"{item} holds no measured crater (no 6_crater/measures.json): run the stage 'crater' first")
-        return _of_run(path, folder)
-    if path.is_file() and path.suffix == ".toml":
-        return _of_observation(observations.read(path))
-    if path.is_file():
-        measured = path.name == "profile.csv" and (path.parent / "measures.json").is_file()
-        return _of_run(path.parent.parent if path.parent.name == "6_crater" else path.parent, path.parent) if measured else _of_profile(path)
-    if item in observations.names():
-        return _of_observation(observations.load(item))
-    raise InputError(f"{item!r} is neither a run folder, nor a profile, nor an observation (known: {', '.join(observations.names())})")
-
-
-def _of_observation(known: observations.Observation) -> Crater:
-    notes = [known.note] if known.note else []
-    return Crater(known.title, known.values, known.profile, known.source, notes, known.zones)
-
-
-def _of_run(run: Path, folder: Path) -> Crater:
-    content = archive.read_json(folder / "measures.json")
-    final = content.get("final", {})
-    values, notes = _values(final), []
-    if "diameter_apparent_m" not in values:
-        reason = final.get("diameter_apparent_m", {}).get("reason", final.get("reason", "")) if isinstance(final, dict) else ""
-        notes.append(f"no final diameter: {reason}")
-    profile = radial_profile.read_csv(folder / "profile.csv") if (folder / "profile.csv").is_file() else None
-    return Crater(run.resolve().name, values, profile, str(folder), notes)
-
-
-def _values(entry: dict[str, Any]) -> dict[str, tuple[float, float, float]]:
-    values = {}
-    for name in SHOWN:
-        cell = entry.get(name)
-        if isinstance(cell, dict) and isinstance(cell.get("value"), (int, float)):
-            sigma = float(cell.get("sigma") or 0.0)
-            values[name] = (float(cell["value"]), sigma, sigma)
-    return values
-
-
-def _of_profile(path: Path) -> Crater:
-    from crater.profile_measures import measure_profile
-
-    profile = radial_profile.read_csv(path)
-    values = {}
-    for name, cell in measure_profile(profile).items():
-        if cell.value is not None:
-            values[name] = (cell.value, cell.sigma or 0.0, cell.sigma or 0.0)
-    return Crater(path.stem if path.stem != "profile" else f"{path.parent.name}/{path.stem}", values, profile, str(path))
-
-
-def compare(paths: list[str], observed: str | list[str] | None = None, out: Path | None = None) -> int:
+def compare(paths: list[str], observed: str | list[str] | None = None, out: Path | None = None, stage: str | None = None) -> int:
     """The command ``compare_profiles``: prints a table, writes ``comparison.csv``, ``comparison_profiles.csv`` and ``comparison.png`` into ``out``; returns 0.
 
-    Profiles are compared on their own datums; where an offset is taken out, the row says so and states it.
+    Craters are matched by stage (``crater.craters.chosen``); ``stage`` chooses for every run. Profiles are compared on their own datums; where an offset is
+    taken out, the row says so and states it.
     """
     extra = [observed] if isinstance(observed, str) else list(observed or [])
-    items = [*map(str, paths), *extra]
+    items = [held.holdings(item) for item in [*map(str, paths), *extra]]
     if len(items) < 2:
         raise InputError("compare_profiles needs at least two craters: run folders, profile.csv files or observed names")
+    craters, said = held.chosen(items, stage)
     folder, picture = _destination(out)
     archive.check_folder(folder)
-    craters = [load(item) for item in items]
     folder.mkdir(parents=True, exist_ok=True)
     archive.write_text(folder / "comparison.csv", _table(craters))
     written = [picture, "comparison.csv"]
@@ -107,27 +46,22 @@ def compare(paths: list[str], observed: str | list[str] | None = None, out: Path
     if drawn:
         archive.write_text(folder / "comparison_profiles.csv", _profiles(drawn))
         written.append("comparison_profiles.csv")
-    print(_printed(craters))
-    from crater import plot
+    print(_printed(craters, said))
+    from crater import plot, plot_sections
 
     plot.draw_comparison(craters, folder / picture)
-    runs = [Path(item) for item in items if Path(item).is_dir()]
-    if runs:
-        from crater import plot_sections
-
-        try:
-            plot_sections.draw_side_by_side(runs, folder / "cross_sections.png")
-            written.append("cross_sections.png")
-        except InputError as reason:
-            print(f"no cross-sections: {reason}")
+    placed = [crater for crater in craters if crater.snapshot is not None and crater.datum is not None]
+    if placed:
+        plot_sections.draw_side_by_side(placed, folder / "cross_sections.png")
+        written.append("cross_sections.png")
     print(f"written to {folder}: {', '.join(written)} (heights on each one's own datum; nothing is shifted or scaled unless the row says so)")
     return 0
 
 
-def _profiles(craters: list[Crater]) -> str:
+def _profiles(craters: Sequence[Crater]) -> str:
     """All profiles on common radii, a column each: what the picture shows, for a spreadsheet."""
     r, heights = resampled([crater.profile for crater in craters if crater.profile is not None])
-    lines = [",".join(["radius_m", *(_quoted(f"height_m of {crater.name}") for crater in craters)])]
+    lines = [",".join(["radius_m", *(_quoted(f"height_m of {crater.label}") for crater in craters)])]
     for radius, row in zip(r, heights):
         lines.append(",".join([f"{radius:.6g}", *(f"{h:.6g}" if math.isfinite(h) else "" for h in row)]))
     return "\n".join(lines) + "\n"
@@ -140,103 +74,138 @@ def _destination(out: Path | None) -> tuple[Path, str]:
     return (out.parent, out.name) if out.suffix.lower() in (".png", ".pdf", ".svg") else (out, "comparison.png")
 
 
-def differences(craters: list[Crater]) -> list[dict[str, Any] | None]:
-    """Difference of every crater's profile from the first one that has a profile."""
-    first = next((crater for crater in craters if crater.profile is not None), None)
+def differences(craters: Sequence[Crater]) -> list[dict[str, Any] | None]:
+    """Difference of every crater's profile from the first one of its stage that has a profile (None where there is no other)."""
+    drawn = [crater for crater in craters if crater.profile is not None]
     result: list[dict[str, Any] | None] = []
     for crater in craters:
-        if first is None or first.profile is None or crater.profile is None or crater is first:
-            result.append(None)
-            continue
-        try:
-            result.append(profile_difference(first.profile, crater.profile))
-        except InputError:
-            result.append(None)
+        first = reference_of(crater, drawn) if crater.profile is not None else None
+        result.append(_difference(first, crater) if first is not None else None)
     return result
 
 
-def verdicts(craters: list[Crater]) -> list[dict[str, Any]]:
-    """Ratios to the first crater and verdicts of every crater (empty for the first)."""
+def _difference(first: Crater, crater: Crater) -> dict[str, Any] | None:
+    if first.profile is None or crater.profile is None:
+        return None
+    rims = [c.values["diameter_rim_m"][0] / 2.0 for c in (first, crater) if "diameter_rim_m" in c.values]
+    try:
+        return profile_difference(first.profile, crater.profile, rim=max(rims) if len(rims) == 2 else None)
+    except InputError:
+        return None
+
+
+def verdicts(craters: Sequence[Crater]) -> list[dict[str, Any]]:
+    """Ratios to the first crater of the same stage and verdicts of every crater (empty for that first one)."""
     heights = differences(craters)
-    return [{} if crater is craters[0] else verdict(craters[0].values, crater.values, d) for crater, d in zip(craters, heights)]
+    found = []
+    for crater, height in zip(craters, heights):
+        first = reference_of(crater, craters)
+        found.append({} if first is None else verdict(first.values, crater.values, height))
+    return found
 
 
-def _table(craters: list[Crater]) -> str:
-    heights = ("rms_m", "rms_over_depth", "offset_m", "rms_aligned_m", "rms_shape")
-    head = ["name"] + [c for n in SHOWN for c in (n, f"{n}_minus", f"{n}_plus")] + ["depth_over_diameter"]
-    head += [c for n in RATIOS for c in (f"{n}_ratio", f"{n}_ratio_sigma", f"{n}_within_errors", f"{n}_match")] + [*heights, "source"]
+def _table(craters: Sequence[Crater]) -> str:
+    head = ["name"] + [c for n in SHOWN for c in (n, f"{n}_minus", f"{n}_plus")] + ["depth_over_diameter", "rim_depth_over_rim_diameter"]
+    head += [c for n in RATIOS for c in (f"{n}_ratio", f"{n}_ratio_sigma", f"{n}_within_errors", f"{n}_match")] + [*HEIGHTS, "stage", "moment", "source"]
     lines = [",".join(head)]
     for crater, difference, judged in zip(craters, differences(craters), verdicts(craters)):
         row = [_quoted(crater.name)]
         for name in SHOWN:
-            row += [f"{x:.6g}" for x in crater.values[name]] if name in crater.values else ["", "", ""]
-        ratio = _ratio(crater)
-        row += [f"{ratio:.4g}" if ratio else ""]
+            row += [_number(x, 6) for x in crater.values[name]] if name in crater.values else ["", "", ""]
+        row += [_number(over[0], 4) if over else "" for over in (_apparent_ratio(crater), _rim_ratio(crater))]
         for name in RATIOS:
             j = judged.get(name)
-            row += [f"{j['ratio']:.4g}", f"{j['error']:.2g}", "yes" if j["within_errors"] else "no", "yes" if j["match"] else "no"] if j else [""] * 4
-        row += [f"{difference[key]:.6g}" if difference and difference[key] is not None else "" for key in heights]
-        lines.append(",".join(row + [_quoted(crater.source)]))
+            row += [f"{j['ratio']:.4g}", _number(j["error"], 2), "yes" if j["within_errors"] else "no", "yes" if j["match"] else "no"] if j else [""] * 4
+        row += [f"{difference[key]:.6g}" if difference and difference[key] is not None else "" for key in HEIGHTS]
+        lines.append(",".join([*row, crater.stage, _quoted(f"{crater.title}, {crater.when}".strip(", ")), _quoted(crater.source)]))
     return "\n".join(lines) + "\n"
+
+
+def _number(value: float, digits: int) -> str:
+    return f"{value:.{digits}g}" if math.isfinite(value) else ""
 
 
 def _quoted(text: str) -> str:
     return '"' + text.replace('"', "'").replace("\n", " ") + '"'
 
 
-def _ratio(crater: Crater) -> float | None:
-    diameter = crater.values.get("diameter_rim_m") or crater.values.get("diameter_apparent_m")
-    depth = crater.values.get("depth_m")
-    return depth[0] / diameter[0] if depth and diameter and diameter[0] > 0 else None
+def _apparent_ratio(crater: Crater) -> tuple[float, float] | None:
+    """d/D: depth below the datum over apparent diameter, with its error."""
+    return _over(crater, "depth_m", "diameter_apparent_m")
 
 
-def _printed(craters: list[Crater]) -> str:
-    names = {
-        "diameter_rim_m": "D rim",
-        "diameter_apparent_m": "D apparent",
-        "depth_m": "depth",
-        "depth_rim_to_floor_m": "rim to floor",
-        "rim_height_m": "rim height",
-        "volume_m3": "volume",
-    }
-    width = max(24, *(len(c.name) + 2 for c in craters))
-    lines = [f"{'':<14}" + "".join(f"{crater.name:>{width}}" for crater in craters)]
-    for key, word in names.items():
-        lines.append(f"{word:<14}" + "".join(f"{_shown(crater.values.get(key), key):>{width}}" for crater in craters))
-    ratios = [_ratio(crater) for crater in craters]
-    lines.append(f"{'d/D':<14}" + "".join(f"{(f'{ratio:.3f}' if ratio else '-'):>{width}}" for ratio in ratios))
-    found, judged = differences(craters), verdicts(craters)
-    for key, word in (("diameter_rim_m", "D rim"), ("diameter_apparent_m", "D apparent"), ("depth_m", "depth"), ("volume_m3", "volume")):
-        cells = [_ratio_shown(j.get(key)) for j in judged]
-        if any(cell != "-" for cell in cells):
-            lines.append(f"{f'{word} / 1st':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
-    cells = [f"{readable.length(d['rms_m'])} = {d['rms_over_depth']:.3f} depth" if d and d["rms_over_depth"] is not None else "-" for d in found]
-    lines.append(f"{'RMS to first':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
-    cells = [f"{readable.length(d['rms_aligned_m'])} ({readable.length(d['offset_m'])} out)" if d and d["offset_m"] is not None else "-" for d in found]
-    if any(cell != "-" for cell in cells):
-        lines.append(f"{'  outside level':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
-    cells = [f"{d['rms_shape']:.3f}" if d and d["rms_shape"] is not None else "-" for d in found]
-    if any(cell != "-" for cell in cells):
-        lines.append(f"{'  RMS of shape':<14}" + "".join(f"{cell:>{width}}" for cell in cells))
+def _rim_ratio(crater: Crater) -> tuple[float, float] | None:
+    """Crest to floor over rim diameter, with its error."""
+    return _over(crater, "depth_rim_to_floor_m", "diameter_rim_m")
+
+
+def _over(crater: Crater, depth: str, diameter: str) -> tuple[float, float] | None:
+    if depth not in crater.values or diameter not in crater.values or not crater.values[diameter][0] > 0.0:
+        return None
+    d, size = crater.values[depth], crater.values[diameter]
+    shares = [max(x[1:]) / abs(x[0]) if x[0] else 0.0 for x in (d, size)]
+    return d[0] / size[0], d[0] / size[0] * math.hypot(*shares)
+
+
+def _printed(craters: Sequence[Crater], said: str) -> str:
+    """The table: a column for each crater, as wide as its widest cell."""
+    rows = [("", [c.name for c in craters]), ("stage", [c.title or "-" for c in craters]), ("", [c.when for c in craters])]
+    rows += [(word, [_shown(c.values.get(key), key) for c in craters]) for key, word in WORDS.items()]
+    rows.append(("d/D apparent", [_ratio_text(_apparent_ratio(c)) for c in craters]))
+    rims = [_ratio_text(_rim_ratio(c)) for c in craters]
+    rows += [("d/D rim to rim", rims)] if any(cell != "-" for cell in rims) else []
+    judged = verdicts(craters)
+    rows += [(f"{WORDS[key]} / 1st", [_ratio_shown(j.get(key)) for j in judged]) for key in RATIOS]
+    found = differences(craters)
+    rows += [("RMS to first", [_rms_shown(d) for d in found]), ("  largest", [_largest_shown(d) for d in found])]
+    aligned = [f"{readable.length(d['rms_aligned_m'])} ({readable.length(d['offset_m'])} out)" if d and d["offset_m"] is not None else "-" for d in found]
+    shapes = [f"{d['rms_shape']:.3f}" if d and d["rms_shape"] is not None else "-" for d in found]
+    rows += [("  outside level", aligned), ("  RMS of shape", shapes)]
+    kept = [row for row in rows if not row[0] or row[0] in ("stage", *WORDS.values(), "d/D apparent") or any(cell != "-" for cell in row[1])]
+    widths = [max(len(cells[k]) for _, cells in kept) + 2 for k in range(len(craters))]
+    lines = [f"{word:<16}" + "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths)) for word, cells in kept]
     limits = ", ".join(f"{key.split('_m')[0].replace('_', ' ')} {limit:.0%}" for key, limit in MATCH.items())
+    lines += [f"  {said}"] if said else []
+    lines.append("  d/D apparent: depth below the datum over apparent diameter; d/D rim to rim: crest to floor over rim diameter")
+    lines.append("  / 1st: over the first column of the same stage; RMS: inside 1.5 rim radii of the larger of the two")
     lines.append(f"  ratios: = within the joint error, ~ within the match limits ({limits}), ! neither; shape: z / depth over r / R")
-    lines += [f"  {crater.name}: {note}" for crater in craters for note in crater.notes]
+    lines += [f"  {crater.label}: {note}" for crater in craters for note in crater.notes]
     return "\n".join(lines)
+
+
+def _rms_shown(found: dict[str, Any] | None) -> str:
+    if not found or found["rms_over_depth"] is None:
+        return "-"
+    return f"{readable.length(found['rms_inside_m'])} = {found['rms_over_depth']:.3f} depth, r < {readable.length(found['inside_m'])}"
+
+
+def _largest_shown(found: dict[str, Any] | None) -> str:
+    return f"{readable.length(found['largest_m'])} at r = {readable.length(found['largest_at_m'])}" if found else "-"
+
+
+def _ratio_text(over: tuple[float, float] | None) -> str:
+    if over is None:
+        return "-"
+    return f"{over[0]:.3f} +- {over[1]:.2g}" if math.isfinite(over[1]) else f"{over[0]:.3f}"
 
 
 def _ratio_shown(judged: dict[str, Any] | None) -> str:
     if not judged:
         return "-"
-    return f"{judged['ratio']:.3f} +- {judged['error']:.2g} {'=' if judged['within_errors'] else '~' if judged['match'] else '!'}"
+    error = f" +- {judged['error']:.2g}" if math.isfinite(judged["error"]) else ""
+    return f"{judged['ratio']:.3f}{error} {'=' if judged['within_errors'] else '~' if judged['match'] else '!'}"
 
 
 def _shown(entry: tuple[float, float, float] | None, key: str) -> str:
+    """A value with the errors that are known; none where none is stated."""
     if entry is None:
         return "-"
     value, minus, plus = entry
     scale, unit = (1e-9, "km3") if key == "volume_m3" else (1e-3, "km")
     if (key == "volume_m3" and abs(value) < 1e7) or (key != "volume_m3" and abs(value) < 1e3):
         scale, unit = 1.0, unit[1:]
+    if not math.isfinite(minus + plus):
+        return f"{value * scale:.4g} {unit}"
     if abs(minus - plus) < 1e-9 * max(abs(plus), 1e-300):
         return f"{value * scale:.4g} +- {plus * scale:.2g} {unit}"
     return f"{value * scale:.4g} +{plus * scale:.3g}/-{minus * scale:.3g} {unit}"

@@ -1,7 +1,8 @@
 """How two craters differ: heights resampled on common rings, ratios of diameter, depth and volume with errors, and a verdict.
 
-Nothing is shifted or scaled unless the name says so: ``rms_m`` compares heights on each one's own datum, ``rms_aligned_m`` after taking out the
-mean difference of the ground outside both craters (``offset_m``, stated), ``rms_shape`` compares z / depth over r / R.
+Nothing is shifted or scaled unless the name says so: ``rms_inside_m`` compares heights on each one's own datum inside 1.5 rim radii of the larger crater,
+``rms_m`` as far as both go (flat ground far out makes it small), ``rms_aligned_m`` after taking out the mean difference of the ground outside both
+craters (``offset_m``, stated), ``rms_shape`` compares z / depth over r / R.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from crater.profile_measures import measure_profile
 from crater.radial_profile import Profile
 from crater.shape import apparent_radius
 from matter.errors import InputError
@@ -19,13 +21,17 @@ MATCH = {"rms_over_depth": 0.10, "diameter_rim_m": 0.10, "diameter_apparent_m": 
 """Largest relative difference that still counts as a match between independent craters."""
 OUTSIDE = 1.5
 """The ground outside begins at this many apparent radii of the larger crater."""
+INSIDE = 1.5
+"""The crater and its rim end at this many rim radii of the larger crater (apparent radii, where neither has a rim)."""
 
 
-def profile_difference(a: Profile, b: Profile, depth: float | None = None) -> dict[str, Any]:
+def profile_difference(a: Profile, b: Profile, depth: float | None = None, rim: float | None = None) -> dict[str, Any]:
     """Height differences (b minus a) of two profiles resampled on the coarser one's rings [m], area-weighted, where both exist.
 
-    ``rms_m``, ``mean_m``, ``largest_m``; ``offset_m`` the mean outside both craters (None where they end before) and ``rms_aligned_m`` without it;
-    ``rms_shape`` [1] of z / depth over r / apparent radius. ``depth`` [m] is the scale of ``rms_over_depth`` (default: the deeper of the two).
+    ``rms_inside_m`` within ``inside_m`` = 1.5 rim radii of the larger crater, and ``rms_over_depth``, the same over the depth of the deeper one (or ``depth``
+    [m]); ``largest_m`` and ``largest_at_m``, the largest difference and its radius; ``rms_m`` and ``mean_m`` as far as both go, ``offset_m`` the mean
+    outside both craters (None where they end before) and ``rms_aligned_m`` without it; ``rms_shape`` [1] of z / depth over r / apparent radius. ``rim`` [m]
+    is the larger rim radius where it is known better than the profiles say it.
 
     Raises ``InputError`` when they overlap in fewer than three radii.
     """
@@ -40,13 +46,18 @@ def profile_difference(a: Profile, b: Profile, depth: float | None = None) -> di
     r = coarse.radius[inside]
     difference = sign * (coarse.height[inside] - np.interp(r, fine.radius[known], fine.height[known]))
     weight = r * np.gradient(r)
-    rms = _rms(difference, weight)
+    inner, reach = _inside(a, b, r, rim)
+    rms = _rms(difference[inner], weight[inner])
+    worst = int(np.argmax(np.abs(difference)))
     scale = depth or max(-float(np.nanmin(a.height)), -float(np.nanmin(b.height)))
     offset = _offset(a, b, r, difference, weight)
     return {
-        "rms_m": rms,
+        "rms_inside_m": rms,
+        "inside_m": reach,
+        "rms_m": _rms(difference, weight),
         "mean_m": float(np.average(difference, weights=weight)),
-        "largest_m": float(difference[np.argmax(np.abs(difference))]),
+        "largest_m": float(difference[worst]),
+        "largest_at_m": float(r[worst]),
         "from_m": float(r[0]),
         "to_m": float(r[-1]),
         "depth_scale_m": float(scale),
@@ -55,6 +66,23 @@ def profile_difference(a: Profile, b: Profile, depth: float | None = None) -> di
         "rms_aligned_m": None if offset is None else _rms(difference - offset, weight),
         "rms_shape": _rms_of_shape(a, b),
     }
+
+
+def _inside(a: Profile, b: Profile, r: np.ndarray, rim: float | None) -> tuple[np.ndarray, float]:
+    """Mask of the radii ``r`` inside 1.5 rim radii of the larger crater, and where that ends [m]: at the end of ``r`` where neither is a crater."""
+    sizes = [size for size in ([rim] if rim else [rim_radius(profile) for profile in (a, b)]) if np.isfinite(size)]
+    reach = min(INSIDE * max(sizes), float(r[-1])) if sizes else float(r[-1])
+    inner = r <= reach
+    return (inner, reach) if inner.sum() >= 3 else (np.ones(len(r), dtype=bool), float(r[-1]))
+
+
+def rim_radius(profile: Profile) -> float:
+    """Radius of the crest as read off a profile, or of the apparent rim where no crest stands up [m]; NaN without a crater."""
+    found = measure_profile(profile)
+    for name in ("diameter_rim_m", "diameter_apparent_m"):
+        if name in found and found[name].value is not None:
+            return 0.5 * float(found[name].value or 0.0)
+    return float("nan")
 
 
 def _rms(difference: np.ndarray, weight: np.ndarray) -> float:
@@ -108,12 +136,16 @@ def resampled(profiles: list[Profile]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def ratio(a: tuple[float, float, float], b: tuple[float, float, float]) -> tuple[float, float, bool]:
-    """b / a, its error, and whether they agree within one joint error; a and b are (value, minus, plus) and the errors facing each other count."""
+    """b / a, its error, and whether they agree within one joint error; a and b are (value, minus, plus) and the errors facing each other count.
+
+    An error that is not known (NaN) counts as none; the error of the ratio is NaN where neither has one.
+    """
     low, high = (a, b) if a[0] <= b[0] else (b, a)
-    joint = float(np.hypot(low[2], high[1]))
+    joint = float(np.hypot(*np.nan_to_num([low[2], high[1]])))
     value = b[0] / a[0]
-    relative = float(np.hypot(max(a[1], a[2]) / a[0], max(b[1], b[2]) / b[0]))
-    return value, abs(value) * relative, abs(a[0] - b[0]) <= joint
+    shares = [max(np.nan_to_num(x[1:])) / abs(x[0]) for x in (a, b)]
+    known = any(np.isfinite(x[1:]).any() for x in (a, b))
+    return value, abs(value) * float(np.hypot(*shares)) if known else float("nan"), bool(abs(a[0] - b[0]) <= joint)
 
 
 def verdict(a: dict[str, tuple[float, float, float]], b: dict[str, tuple[float, float, float]], heights: dict[str, Any] | None) -> dict[str, Any]:

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crater import scaling, series
+from crater.choices import Choices
 from crater.measure import Measures, Quantity
+from crater.rest import UNKNOWN, Rest
 from matter import archive, material, snapshot
 
 if TYPE_CHECKING:
@@ -29,6 +31,9 @@ class Findings:
     final: Measures | None = None
     final_time: float = float("nan")
     final_from: str = ""
+    rest: Rest = UNKNOWN
+    chosen: dict[str, Choices] = field(default_factory=dict)
+    """What the measuring of each stage (sph, dem) stands on."""
     leaving: dict[str, float] = field(default_factory=dict)
     ejecta: dict[str, Any] = field(default_factory=dict)
     launch: dict[str, Any] = field(default_factory=dict)

@@ -32,6 +32,7 @@ class Zone:
 class Observation:
     """``values``: measure -> (value, minus, plus) [SI]; ``profile`` where one is published; ``kind``: transient, final, zones, trend or laboratory.
 
+    ``at``: of a transient crater, the maximum (volume, depth or diameter) at which its numbers were taken, where the source says it.
     ``impact``: what made it, where that is known: ``radius``, ``mass``, ``speed``, ``gravity``, densities [SI].
     """
 
@@ -44,6 +45,11 @@ class Observation:
     note: str
     zones: tuple[Zone, ...] = ()
     impact: dict[str, float] | None = None
+    at: str = ""
+
+
+KINDS = ("transient", "final", "zones", "trend", "laboratory")
+MOMENTS = ("volume", "depth", "diameter")
 
 
 def names() -> list[str]:
@@ -77,13 +83,19 @@ def read(path: Path) -> Observation:
     for key in ("title", "source"):
         if not str(content.get(key, "")).strip():
             raise InputError(f"{path.name} states no {key}: an observation needs title, source and at least one measure, zone or profile")
+    kind, at = str(content.get("kind", "final")), str(content.get("at", ""))
+    for key, word, known in (("kind", kind, KINDS), ("at", at, ("", *MOMENTS))):
+        if word not in known:
+            near = difflib.get_close_matches(word, known, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise InputError(f"{path.name}: {key} = {word!r} is not known{hint} (known: {', '.join(name for name in known if name)})")
     values = {key: _measure(path, key, entry) for key, entry in content.get("measures", {}).items()}
     zones = tuple(_zone(path, entry) for entry in content.get("zones", ()))
     profile = _profile(path, content)
     if not values and not zones and profile is None:
         raise InputError(f"{path.name} states no measure, no zone and no profile")
     impact = {key: _number(path, f"impact.{key}", text) for key, text in content.get("impact", {}).items()} or None
-    return Observation(path.stem, content["title"], content.get("kind", "final"), values, profile, content["source"], content.get("note", ""), zones, impact)
+    return Observation(path.stem, content["title"], kind, values, profile, content["source"], content.get("note", ""), zones, impact, at)
 
 
 def _number(path: Path, key: str, text: Any) -> float:

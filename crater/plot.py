@@ -14,7 +14,7 @@ from crater.radial_profile import Profile
 from matter import archive, readable
 
 if TYPE_CHECKING:
-    from crater.compare import Crater
+    from crater.craters import Crater
     from crater.findings import Findings
 
 INK = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
@@ -211,28 +211,57 @@ def draw_series(found: Findings, path: Path) -> None:
 
 
 def draw_heightmap(measures: Measures, path: Path) -> None:
-    """Height of every column, looking down on the crater."""
+    """Height of every column, looking down on the crater: the colours are finest near the datum, where a crater ends."""
+    from matplotlib.colors import AsinhNorm
+    from matplotlib.ticker import FixedLocator
+
     ground = measures.ground
     columns = ground.columns
     ring = columns.ring
     reach = float(columns.edges[-1])
     apparent = measures["diameter_apparent_m"].value
     if apparent:
-        reach = min(reach, 1.6 * apparent)
+        reach = min(reach, 1.5 * apparent)
     scale, unit = readable.length_unit(reach)
     s, a = columns.distance[ring], columns.azimuth
     good = np.isfinite(ground.rays) & (s < reach)
     x, y, h = s[good] * np.cos(a[good]) * scale, s[good] * np.sin(a[good]) * scale, ground.rays[good] * scale
     limit = max(float(np.quantile(np.abs(h), 0.995)), 1e-9) if len(h) else 1.0
-    fig = figure(6.6, 5.6)
+    fig = figure(6.6, 5.4)
     axis = fig.add_subplot(aspect="equal")
-    drawn = axis.tripcolor(x, y, h, shading="gouraud", cmap="RdBu_r", vmin=-limit, vmax=limit)
-    fig.colorbar(drawn, ax=axis, shrink=0.75, label=f"height above the datum [{unit}]")
+    drawn = axis.tripcolor(x, y, h, shading="gouraud", cmap="RdBu_r", norm=AsinhNorm(0.1 * limit, -limit, limit))
+    fig.colorbar(drawn, ax=axis, shrink=0.8, label=f"height above the datum [{unit}]", ticks=FixedLocator(_even_ticks(limit)), format="%g")
     if apparent:
         angle = np.linspace(0.0, 2.0 * np.pi, 200)
-        axis.plot(0.5 * apparent * scale * np.cos(angle), 0.5 * apparent * scale * np.sin(angle), color="black", linewidth=0.8, linestyle="--")
+        ring_at = 0.5 * apparent * scale
+        axis.plot(ring_at * np.cos(angle), ring_at * np.sin(angle), "k--", linewidth=1.0, label=f"apparent diameter, {readable.length(apparent)}")
+        cx, cy, level = _smoothed(measures, 1.3 * 0.5 * apparent)
+        axis.contour(cx * scale, cy * scale, level, levels=[0.0], colors="#1b7f3b", linewidths=1.0)
+        axis.plot([], [], color="#1b7f3b", linewidth=1.0, label="level of the datum, smoothed over a spacing")
+        axis.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.1), ncols=2, frameon=False)
     axis.set(xlabel=f"x, downrange [{unit}]", ylabel=f"y [{unit}]")
     save(fig, path)
+
+
+def _even_ticks(limit: float) -> list[float]:
+    """Ticks of a colour scale that is finest about zero: 0 and a few round heights to both sides."""
+    top = 10.0 ** np.floor(np.log10(limit))
+    sizes = [size for size in (0.05 * top, 0.1 * top, 0.2 * top, 0.5 * top, top, 2.0 * top, 5.0 * top) if 0.04 * limit < size <= limit]
+    return [-size for size in reversed(sizes)] + [0.0] + sizes
+
+
+def _smoothed(measures: Measures, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Heights [m] on a square grid within ``reach`` [m], averaged over one spacing; NaN further out."""
+    from scipy.interpolate import LinearNDInterpolator
+    from scipy.ndimage import gaussian_filter
+
+    ground, columns = measures.ground, measures.ground.columns
+    good, s = np.isfinite(ground.rays), columns.distance[columns.ring]
+    axis = np.linspace(-1.2 * reach, 1.2 * reach, 161)
+    x, y = np.meshgrid(axis, axis)
+    level = LinearNDInterpolator(np.column_stack([s * np.cos(columns.azimuth), s * np.sin(columns.azimuth)])[good], ground.rays[good])(x, y)
+    level = gaussian_filter(np.nan_to_num(level), 0.5 * float(np.median(columns.spacing[columns.distance < reach])) / (axis[1] - axis[0]))
+    return x, y, np.where(np.hypot(x, y) < reach, level, np.nan)
 
 
 def draw_ejecta(found: Findings, path: Path) -> None:
@@ -291,10 +320,10 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
     for k, crater in enumerate(craters):
         colour = INK[k % len(INK)]
         if crater.profile is not None:
-            _profile_line(axis, crater.profile, scale, colour, crater.name)
+            _profile_line(axis, crater.profile, scale, colour, crater.label)
         for name, marker in (("diameter_apparent_m", "o"), ("diameter_rim_m", "^"), ("depth_m", "v")):
             if name in crater.values:
-                value, minus, plus = (x * scale for x in crater.values[name])
+                value, minus, plus = (float(x) * scale for x in np.nan_to_num(crater.values[name]))
                 sizes.errorbar([value], [-k], xerr=[[minus], [plus]], fmt=marker, color=colour, markersize=5, capsize=3)
         for n, zone in enumerate(crater.zones):
             sizes.barh([-k], [(zone.outer - zone.inner) * scale], left=[zone.inner * scale], height=0.5, color=colour, alpha=0.15 + 0.15 * (n % 3))
@@ -304,7 +333,7 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
     axis.set_xlim(0.0, reach * scale)
     axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
     axis.legend(frameon=False, fontsize=8)
-    sizes.set_yticks([-k for k in range(len(craters))], [c.name for c in craters], fontsize=8)
+    sizes.set_yticks([-k for k in range(len(craters))], [c.label for c in craters], fontsize=8)
     sizes.set_ylim(-len(craters) + 0.5, 0.5)
     sizes.set_xlabel(f"circle: apparent diameter, triangle up: rim diameter, triangle down: depth, bars: zones by diameter [{unit}]")
     sizes.set_xlim(left=0.0)

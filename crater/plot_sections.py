@@ -12,11 +12,12 @@ from crater import datum as datums
 from crater import sections
 from crater.datum import Datum
 from crater.plot import figure, save
-from matter import archive, readable, snapshot
+from matter import readable, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
 
 if TYPE_CHECKING:
+    from crater.craters import Crater
     from crater.findings import Findings
 
 MEASURE_COLOUR = "#e0a100"
@@ -112,23 +113,13 @@ def draw_grains_in_time(found: Findings, path: Path) -> None:
     rows: list[sections.Colouring | None] = [None]
     bed = found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
     if bed.is_file() and "identity" in panels[0][1]:
-        start = snapshot.read(bed)
+        start = snapshot.read(bed, only=("identity", "position"))
         if "identity" in start:
-            rows.append(sections.depth_of_origin(0.6 * half, lambda grains: _places(grains, start)))
+            rows.append(sections.depth_of_origin(0.6 * half, lambda grains: sections.places_of(grains, start)))
     if "velocity" in panels[0][1]:
         fastest = max(float(np.quantile(np.linalg.norm(p.velocity, axis=1), 0.99)) for _, p in panels)
         rows.append(sections.speed(max(fastest, 1e-9)))
     _grid_of(found, panels, rows, half, path)
-
-
-def _places(grains: Particles, before: Particles) -> np.ndarray:
-    """Places of the same grains in the settled bed; NaN for grains that came as ejecta."""
-    order = np.argsort(before.identity)
-    known = before.identity[order]
-    at = np.clip(np.searchsorted(known, grains.identity), 0, len(known) - 1)
-    places = before.position[order[at]].copy()
-    places[known[at] != grains.identity] = np.nan
-    return places
 
 
 def _grid_of(found: Findings, panels: Sequence[tuple[str, Particles]], rows: Sequence[sections.Colouring | None], half: float, path: Path) -> None:
@@ -154,12 +145,12 @@ def _grid_of(found: Findings, panels: Sequence[tuple[str, Particles]], rows: Seq
     save(fig, path)
 
 
-def draw_side_by_side(runs: Sequence[Path], path: Path) -> None:
-    """Final cross-sections of several runs beside each other on one scale: original surface and axis dashed, rim diameter, diameter and depth drawn in.
+def draw_side_by_side(craters: Sequence[Crater], path: Path) -> None:
+    """Cross-sections of the craters of runs beside each other on one scale: original surface and axis dashed, rim diameter, diameter and depth drawn in.
 
-    Raises ``InputError`` naming the run that has no measured crater or no snapshot.
+    Raises ``InputError`` naming a crater that has no snapshot or no datum.
     """
-    panels = [_measured_run(Path(run)) for run in runs]
+    panels = [_section_of(crater) for crater in craters]
     reach = max(panel["reach"] for panel in panels)
     across = min(3, len(panels))
     down = -(-len(panels) // across)
@@ -171,7 +162,7 @@ def draw_side_by_side(runs: Sequence[Path], path: Path) -> None:
         seen = sections.view(panel["datum"], reach, 0.5, 0.35)
         sections.draw(axis, panel["particles"], seen)
         axis.axvline(0.0, color="black", linewidth=0.8, linestyle="--")
-        _draw_measures(axis, seen, panel["final"])
+        _draw_measures(axis, seen, panel["values"])
         axis.set_title(panel["title"], fontsize=9, loc="left")
         axis.text(0.02, 0.04, panel["facts"], transform=axis.transAxes, fontsize=8, bbox=dict(facecolor="white", edgecolor="none", alpha=0.8, pad=2))
     _label(grid, seen)
@@ -180,43 +171,31 @@ def draw_side_by_side(runs: Sequence[Path], path: Path) -> None:
     save(fig, path)
 
 
-def _measured_run(run: Path) -> dict[str, Any]:
-    folder = run / "6_crater"
-    files = [run / name for name in (f"5_dem/last{snapshot.SUFFIX}", f"2_sph/last{snapshot.SUFFIX}")]
-    file = next((file for file in files if file.is_file()), None)
-    if file is None or not (folder / "measures.json").is_file() or not (folder / "heightmap.h5").is_file():
-        raise InputError(f"{run} has no measured final crater (6_crater/measures.json, heightmap.h5) or no last snapshot")
-    _, facts = archive.read(folder / "heightmap.h5")
-    particles = snapshot.read(file)
-    axes = tuple(tuple(float(c) for c in row) for row in np.asarray(facts["axes"]))
-    datum = Datum(str(facts["datum"]), float(facts["datum_radius_m"]), tuple(float(c) for c in facts["datum_centre_m"]), axes)  # type: ignore[arg-type]
-    final = archive.read_json(folder / "measures.json").get("final", {})
-    sizes = [_value(final, name) for name in ("diameter_rim_m", "diameter_apparent_m")]
-    known = [size for size in sizes if size is not None]
-    distance = datum.polar(particles.position)[0]
+def _section_of(crater: Crater) -> dict[str, Any]:
+    if crater.snapshot is None or crater.datum is None:
+        raise InputError(f"{crater.label} has no snapshot or no datum to draw a section of")
+    particles = snapshot.read(crater.snapshot)
+    values = {name: value for name, (value, _, _) in crater.values.items()}
+    known = [values[name] for name in ("diameter_rim_m", "diameter_apparent_m") if name in values]
+    distance = crater.datum.polar(particles.position)[0]
     reach = min(0.95 * max(known), float(distance.max())) if known else 0.5 * float(np.quantile(distance, 0.9))
     size = np.median(sections.size_of(particles, reach))
     packing = particles.attributes.get("packing_fraction")
     words = [f"N = {len(particles):,}", f"{'r' if 'radius' in particles else 'spacing'} = {readable.length(0.5 * size if 'radius' in particles else size)}"]
     words += [f"packing {float(packing):.2f}"] if packing is not None else []
     kind = "grains" if "radius" in particles else "SPH"
-    title = f"{run.resolve().name} ({kind}, {readable.clock(float(particles.attributes.get('time', np.nan)))})"
-    return {"datum": datum, "particles": particles, "final": final, "reach": reach, "title": title, "facts": ", ".join(words)}
+    when = readable.clock(float(particles.attributes.get("time", np.nan)))
+    title = f"{crater.name}\n{crater.title} ({kind}, {when})"
+    return {"datum": crater.datum, "particles": particles, "values": values, "reach": reach, "title": title, "facts": ", ".join(words)}
 
 
-def _value(final: dict[str, Any], name: str) -> float | None:
-    cell = final.get(name)
-    value = cell.get("value") if isinstance(cell, dict) else None
-    return None if value is None else float(value)
-
-
-def _draw_measures(axis, seen: sections.View, final: dict[str, Any]) -> None:
+def _draw_measures(axis, seen: sections.View, values: dict[str, float]) -> None:
     """Rim diameter over the crests, apparent diameter on the datum, depth along the axis, each with its value."""
     arrow = dict(arrowstyle="<->", color=MEASURE_COLOUR, linewidth=1.6, shrinkA=0, shrinkB=0)
     box = dict(facecolor="white", edgecolor="none", alpha=0.75, pad=1.0)
     top = 0.78 * seen.high
-    rim, apparent, depth = (_value(final, name) for name in ("diameter_rim_m", "diameter_apparent_m", "depth_m"))
-    crest = _value(final, "rim_height_m") or 0.0
+    rim, apparent, depth = (values.get(name) for name in ("diameter_rim_m", "diameter_apparent_m", "depth_m"))
+    crest = values.get("rim_height_m", 0.0)
     if rim is not None:
         (left, right), (foot, _) = sections.on_section(seen, np.array([-0.5 * rim, 0.5 * rim]), np.array([crest, crest]))
         for x in (left, right):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crater import chain, report_evidence, scaling
+from crater import block_view, chain, report_evidence, scaling
 from crater.measure import Measures, Quantity
 from matter import archive, page, readable
 
@@ -76,7 +76,8 @@ def write(found: Findings, out: Path) -> None:
             "The shock stage in time: material, damage, pressure (tension in the lowest colour) and the depth that the matter came from.",
         ),
         page.picture(out / "sections_grains.png", "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed."),
-        "<h2>Height map</h2>",
+        "<h2>The final crater</h2>",
+        block_view.of_findings(found),
         page.picture(
             out / "heightmap.png",
             "Final surface seen from above, heights and distances measured from the crater's centre. Dashed: apparent diameter.",

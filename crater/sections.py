@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from crater.datum import Datum
-from matter import readable
+from matter import readable, snapshot
 from matter.particles import Particles
 
 MATERIAL_COLOURS = {"ice": "#9fd3ea", "water": "#2f6fb2", "basalt": "#8a7563", "iron": "#4d4d4d", "sand": "#d9c38c", "copper": "#b87333"}
@@ -82,6 +83,32 @@ def depth_of_origin(deepest: float, origin: Callable[[Particles], np.ndarray] | 
 
     missing = PROJECTILE_COLOUR if origin is None else UNKNOWN_COLOUR
     return Colouring("depth of origin", f"depth of origin [{unit}]", depth, 0.0, deepest * scale, colours="viridis_r", missing=missing)
+
+
+def places_of(grains: Particles, before: Particles) -> np.ndarray:
+    """Places [m] of the same grains in the settled bed, by their ``identity``; NaN for grains that came as ejecta."""
+    order = np.argsort(before.identity)
+    known = before.identity[order]
+    at = np.clip(np.searchsorted(known, grains.identity), 0, len(known) - 1)
+    places = before.position[order[at]].copy()
+    places[known[at] != grains.identity] = np.nan
+    return places
+
+
+def places_before(particles: Particles, bed: Path) -> np.ndarray | None:
+    """Places [m] of particles before the impact, NaN for those of the projectile and for ejecta; None where files do not say.
+
+    SPH particles carry them; those of grains are in the snapshot ``bed``.
+    """
+    if "initial_position" in particles:
+        places = particles.initial_position.copy()
+        if "layer" in particles:
+            places[particles.layer < 0] = np.nan
+        return places
+    if "identity" not in particles or not bed.is_file():
+        return None
+    before = snapshot.read(bed, only=("identity", "position"))
+    return places_of(particles, before) if "identity" in before else None
 
 
 def speed(fastest: float) -> Colouring:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,12 +10,14 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from crater import locate
-from crater.datum import Datum
+from crater.choices import Choices
 from crater.measure import Measures, measure_scene
 from crater.surface import Undisturbed
 from matter import archive, snapshot
 from matter.errors import InputError
 
+MAXIMA = {"volume": "volume_m3", "depth": "depth_m", "diameter": "diameter_apparent_m"}
+"""Moments of the transient crater, and the measure whose first maximum each is."""
 NAMES = ("depth_m", "diameter_apparent_m", "diameter_rim_m", "rim_height_m", "volume_m3")
 
 
@@ -40,27 +42,16 @@ class Moment:
         return float("nan") if sigma is None else float(sigma)
 
 
-def follow(
-    paths: Iterable[Path],
-    stage: str,
-    datum: Datum,
-    before: Undisturbed | None,
-    gravity: float,
-    rise_limit: float,
-    seed: int,
-    reach: float | None = None,
-    heard=None,
-    methods: str = "two",
-    within: float = np.inf,
-) -> list[Moment]:
-    """Measure every snapshot of a stage against the same datum and the same undisturbed target."""
+def follow(paths: Iterable[Path], stage: str, chosen: Choices, before: Undisturbed | None, heard: Callable[[Path], None] | None = None) -> list[Moment]:
+    """Measure every snapshot of a stage on the same choices and against the same undisturbed target, by two methods."""
     moments = []
     for path in paths:
         particles = snapshot.read(path)
         time = float(particles.attributes.get("time", np.nan))
         try:
-            scene = locate.prepare(particles, datum, before, gravity, rise_limit, reach, path.name, within)
-            moments.append(Moment(stage, time, path, measure_scene(scene, seed=seed, turns=4, methods=methods)))
+            scene = locate.prepare(particles, chosen.datum, before, chosen.gravity, chosen.rise_limit, chosen.reach, path.name, chosen.within)
+            measures = measure_scene(scene, seed=chosen.seed, sectors=chosen.sectors, turns=4, methods="two")
+            moments.append(Moment(stage, time, path, measures))
         except InputError as reason:
             moments.append(Moment(stage, time, path, None, str(reason)))
         if heard is not None:
@@ -115,7 +106,7 @@ def transient(moments: list[Moment]) -> tuple[dict[str, Moment], list[str]]:
     """The moments of the first maximum of ``volume``, ``depth`` and ``diameter`` (apparent), and the keys that still grow at the end."""
     time = np.array([moment.time for moment in moments])
     found, growing = {}, []
-    for key, name in (("volume", "volume_m3"), ("depth", "depth_m"), ("diameter", "diameter_apparent_m")):
+    for key, name in MAXIMA.items():
         values = np.array([moment.value(name) for moment in moments])
         index = first_maximum(time, values)
         if index is not None:
@@ -125,6 +116,10 @@ def transient(moments: list[Moment]) -> tuple[dict[str, Moment], list[str]]:
     return found, growing
 
 
-def again(moment: Moment, datum: Datum, before: Undisturbed | None, gravity: float, rise_limit: float, seed: int, reach: float, within: float) -> Moment:
-    """The same moment measured by all four methods."""
-    return follow([moment.path], moment.stage, datum, before, gravity, rise_limit, seed, reach, methods="four", within=within)[0]
+def again(moment: Moment, chosen: Choices, before: Undisturbed | None) -> Moment:
+    """The same moment measured as a single snapshot is: by all four methods, until neither centre nor datum moves."""
+    particles = snapshot.read(moment.path)
+    try:
+        return Moment(moment.stage, moment.time, moment.path, chosen.measured(particles, before, moment.path.name))
+    except InputError as reason:
+        return Moment(moment.stage, moment.time, moment.path, None, str(reason))

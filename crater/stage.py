@@ -12,12 +12,13 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator
 
-from crater import against_published, chain, ejecta, launch, locate, plot, radial_profile, report, scaling, series, tables
+from crater import against_published, chain, choices, ejecta, launch, plot, report, rest, scaling, series, tables
 from crater import datum as datums
 from crater.chain import ChainError
+from crater.choices import Choices
 from crater.datum import Datum
 from crater.findings import Findings, densities, strike
-from crater.measure import Quantity, measure
+from crater.one_snapshot import measure_snapshot
 from matter import archive, material, quantity, snapshot
 from matter.body import Impact, Model, Target
 from matter.errors import InputError
@@ -26,8 +27,8 @@ from matter.progress import Progress
 from matter.quantity import Speed
 
 GRAVITATIONAL = 6.6743e-11
-REACH = 2.5
-"""Columns of the shock stage end at this many expected transient diameters: the far field of the crater, not the far side of the body."""
+__all__ = ["Published", "Settings", "grain_datum", "measure_snapshot", "predict", "run"]
+
 SECONDS_PER_SNAPSHOT = 0.42
 """Wall time per snapshot of 15,000 particles on one of 2 cores of a 2.1 GHz server; 2.4 s at 300,000 (168 s for 70 snapshots, pictures included)."""
 
@@ -70,7 +71,7 @@ class Settings(Model):
     """Published numbers of the case with their errors."""
     sectors: Annotated[int, Field(ge=8, le=144)] = 24
     """Sectors in azimuth; their scatter is the azimuthal error."""
-    rise_limit_over_diameter: Annotated[float, Field(gt=0, le=2)] = 0.15
+    rise_limit_over_diameter: Annotated[float, Field(gt=0, le=2)] = choices.RISE_LIMIT
     """What would rise above this many expected transient diameters is in flight and takes no part in heights."""
     every: Annotated[int, Field(ge=1)] = 1
     """Measure every n-th snapshot of the shock stage."""
@@ -113,6 +114,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         _measure_grains(found, settled, grains, lambda path: progress.update(next(heard), path.name))
     if found.final is None:
         found.final, found.final_time, found.final_from = found.late_sph, found.late_sph_time, "all-SPH late stage"
+        found.rest = rest.of_series([moment for moment in found.moments if moment.stage == "sph"])
     chain.enter(found)
     against_published.compare(found)
     tables.write_tables(found, out)
@@ -140,21 +142,30 @@ def _target_facts(found: Findings) -> tuple[Datum, float]:
     return datums.sphere(radius, source="uniform layers of the case"), GRAVITATIONAL * mass / radius**2
 
 
+def _choices(found: Findings, datum: Datum, before: Path | None, reach: float | None) -> Choices:
+    """What the measuring of one stage stands on: lengths in expected transient diameters."""
+    size, chosen = found.settings.impact.expected_transient_diameter, found.settings
+    return Choices(
+        datum, before, found.gravity, chosen.rise_limit_over_diameter * size, None if reach is None else reach * size, choices.WITHIN * size,
+        chosen.sectors, chosen.seed,
+    )  # fmt: skip
+
+
 def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
     datum, found.gravity = _target_facts(found)
     if not shots:
         found.reasons["transient"] = "no shock-stage snapshots in this run"
         return
-    reach = REACH * found.settings.impact.expected_transient_diameter
-    within = 0.5 * found.settings.impact.expected_transient_diameter
-    start = locate.ground_before(snapshot.read(shots[0]), datum, reach, found.settings.sectors)
-    rise = found.settings.rise_limit_over_diameter * found.settings.impact.expected_transient_diameter
-    found.moments = series.follow(shots[1:], "sph", datum, start, found.gravity, rise, found.settings.seed, reach, heard, within=within)
-    found.transient, found.growing = series.transient(found.moments)
+    chosen = found.chosen["sph"] = _choices(found, datum, shots[0], choices.REACH)
+    start = chosen.ground_before()
+    found.moments = series.follow(shots[1:], "sph", chosen, start, heard)
+    found.transient, grows = series.transient(found.moments)
+    moving = rest.changes(found.moments)
+    found.growing = [key for key in grows if moving is None or series.MAXIMA[key] in moving]
     measured: dict[Path, series.Moment] = {}
     for key, moment in found.transient.items():
         if moment.path not in measured:
-            measured[moment.path] = series.again(moment, datum, start, found.gravity, rise, found.settings.seed, reach, within)
+            measured[moment.path] = series.again(moment, chosen, start)
         found.transient[key] = measured[moment.path]
     if "volume" not in found.transient:
         found.reasons["transient"] = "no snapshot of the shock stage shows a hollow"
@@ -174,16 +185,7 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
             found.leaving = ejecta.leaving_ground(particles, datum, found.settings.escape_speed, momentum)
     found.late_sph_time = float(particles.attributes.get("time", np.nan))
     try:
-        found.late_sph = measure(
-            particles,
-            datum,
-            start,
-            gravity=found.gravity,
-            rise_limit=rise,
-            reach=reach,
-            seed=found.settings.seed,
-            what=f"2_sph/{path.name}",
-        )
+        found.late_sph = chosen.measured(particles, start, f"2_sph/{path.name}")
     except InputError as reason:
         found.reasons["late_sph"] = str(reason)
 
@@ -233,61 +235,16 @@ def _measure_grains(found: Findings, settled: list[Path], last: Path, heard) -> 
     fallback, _ = _target_facts(found)
     particles = snapshot.read(last)
     datum = grain_datum(particles, fallback)
-    before = None
     bed = found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
-    if bed.is_file():
-        grains_before = snapshot.read(bed)
-        if "headroom" in grains_before:
-            grains_before = grains_before.select(grains_before.headroom == 0)
-        before = locate.ground_before(grains_before, datum, None, found.settings.sectors)
-    rise = found.settings.rise_limit_over_diameter * found.settings.impact.expected_transient_diameter
-    within = 0.5 * found.settings.impact.expected_transient_diameter
-    found.moments += series.follow(settled, "dem", datum, before, found.gravity, rise, found.settings.seed, None, heard, within=within)
+    chosen = found.chosen["dem"] = _choices(found, datum, bed if bed.is_file() else None, None)
+    before = chosen.ground_before()
+    grains = series.follow(settled, "dem", chosen, before, heard)
+    found.moments += grains
     found.final_time = float(particles.attributes.get("time", np.nan))
     found.final_from = "settled grains"
     try:
-        found.final = measure(
-            particles,
-            datum,
-            before,
-            gravity=found.gravity,
-            rise_limit=rise,
-            seed=found.settings.seed,
-            within=within,
-            what="5_dem/last.vtkhdf",
-        )
+        found.final = chosen.measured(particles, before, "5_dem/last.vtkhdf")
+        found.rest = rest.of_grains(found.inputs / "5_dem" / "stage_report.json", grains)
+        found.final_from = "settled grains" if found.rest.settled else "grains"
     except InputError as reason:
         found.reasons["final"] = str(reason)
-
-
-def measure_snapshot(
-    path: Path,
-    datum: str | None = None,
-    datum_radius: float | None = None,
-    centre: tuple[float, float, float] | None = None,
-    out: Path | None = None,
-) -> int:
-    """Measure one snapshot of any origin (the command ``measure_crater``): prints the measures, writes them and pictures to ``out``.
-
-    ``datum`` is ``plane``, ``sphere`` or None (what the snapshot's ``frame`` says, else a plane). A sphere keeps the ``centre`` [m] and the
-    ``datum_radius`` [m] that are given and fits the rest to the far field; a snapshot of the frame ``sphere`` has its centre at the origin.
-    """
-    path = Path(path)
-    particles = snapshot.read(path)
-    kind = datum or ("sphere" if datum_radius or centre or particles.attributes.get("frame") == "sphere" else "plane")
-    if kind not in ("plane", "sphere"):
-        raise InputError(f"--datum {kind!r} is not known: take plane or sphere")
-    if kind == "sphere" and centre is None and particles.attributes.get("frame") == "sphere":
-        centre = (0.0, 0.0, 0.0)
-    folder = archive.check_folder(Path(out) if out is not None else path.with_name(f"{path.stem}_crater"))
-    measures = measure(particles, kind, centre=centre, datum_radius=datum_radius, what=str(path))
-    folder.mkdir(parents=True, exist_ok=True)
-    time = float(particles.attributes.get("time", 0.0))
-    content = {"final": {**measures.as_dict(), "time_s": Quantity(time, 0.0, "s").as_dict()}, "transient": {}, "reference": []}
-    tables.write_json(folder / "measures.json", content)
-    radial_profile.write_csv(tables.headed(measures, time, path.name), folder / "profile.csv")
-    tables.write_heightmap(measures, folder / "heightmap.h5")
-    plot.draw_one(measures, path.name, folder)
-    print(report.as_text(measures))
-    print(f"written to {folder}")
-    return 0

@@ -8,10 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from crater import radial_profile, series
+from crater import choices, radial_profile, series
 from crater.findings import Findings, time_of
 from crater.measure import Measures, Quantity
 from matter import archive
+
+PROFILES = {"volume": "profile_transient.csv", "depth": "profile_transient_depth.csv"}
+"""Files that hold the profile of the transient crater, by the maximum at which it is taken."""
 
 
 def measures_json(found: Findings) -> dict[str, Any]:
@@ -24,12 +27,17 @@ def measures_json(found: Findings) -> dict[str, Any]:
                 **moment.measures.as_dict(),
                 "time_s": time_of(found, moment).as_dict(),
                 "stage": moment.stage,
+                "growing": key in found.growing,
+                "snapshot": moment.path.relative_to(found.inputs).as_posix(),
+                "datum": choices.datum_facts(moment.measures.datum),
             }
     default = transient.get("at_maximum_volume", {"reason": found.reasons.get("transient", "not measured")})
     final: dict[str, Any] = {"reason": found.reasons.get("final", "not measured")}
     if found.final is not None:
-        final = {**found.final.as_dict(), "time_s": Quantity(found.final_time, 0.0, "s").as_dict(), "from": found.final_from}
+        when = {"time_s": Quantity(found.final_time, 0.0, "s").as_dict(), "from": found.final_from}
+        final = {**found.final.as_dict(), **when, **found.rest.as_dict(), "datum": choices.datum_facts(found.final.datum)}
     content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": found.reference}
+    content["measured_with"] = {stage: chosen.as_dict(found.inputs) for stage, chosen in found.chosen.items()}
     if engine := _engine_of(found.inputs / "5_dem" / "stage_report.json"):
         content["engine"] = engine
     if found.leaving:
@@ -62,9 +70,10 @@ def write_tables(found: Findings, out: Path) -> None:
         series.write_csv(found.moments, out / "time_series.csv")
     if found.late_sph is not None:
         radial_profile.write_csv(headed(found.late_sph, found.late_sph_time, "all-SPH late stage"), out / "profile_sph.csv")
-    moment = found.transient.get("volume")
-    if moment is not None and moment.measures is not None:
-        radial_profile.write_csv(headed(moment.measures, moment.time, "transient, maximum volume"), out / "profile_transient.csv")
+    for key, name in PROFILES.items():
+        moment = found.transient.get(key)
+        if moment is not None and moment.measures is not None:
+            radial_profile.write_csv(headed(moment.measures, moment.time, f"transient, maximum {key}"), out / name)
     if found.final is not None:
         radial_profile.write_csv(headed(found.final, found.final_time, found.final_from), out / "profile.csv")
         write_heightmap(found.final, out / "heightmap.h5")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff.domain import Box, Cone, Domain
+from handoff.domain import Box, Cone, Cylinder, Domain
 from handoff.heights import surface_heights
 
 RESOLVED_RADIUS, RESOLVED_DEPTH = 5.0, 2.0
@@ -22,6 +23,9 @@ _COLUMNS = 800
 _NEAR = 0.2
 # a point holds matter when it is nearer to a particle than this many spacings; such a surface lies 0.2 spacings outside the true one
 _FILLED, _OUTSIDE = 0.75, 0.2
+_LEVEL_GROUND = 0.5
+# of a disc that a cavity is looked for in: its least radius in units of the noise, and the share of it that a cavity may fill
+_LEAST_DISC, _ROOM = 10.0, 0.6
 
 
 @dataclass(frozen=True)
@@ -68,9 +72,30 @@ def of_particles(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> C
         distance, nearest = tree.query(points)
         return distance < reach[nearest]
 
-    foot, _, height = surface_heights(filled, domain, _COLUMNS)
-    below = tree.query(foot + height[:, None] * domain.frame.up(foot))[1]
-    return measure(foot, height - _OUTSIDE * spacing[below], domain, noise=spacing_near_axis(position, spacing, domain))
+    def heights_in(part: Domain) -> tuple[np.ndarray, np.ndarray]:
+        foot, _, height = surface_heights(filled, part, _COLUMNS)
+        below = spacing[tree.query(foot + height[:, None] * part.frame.up(foot))[1]]
+        height = height - _OUTSIDE * below
+        if not isinstance(part, Cone):  # far from a small crater particles are coarse: what is within half of their spacing of the datum is level
+            height = np.where(np.abs(height) < _LEVEL_GROUND * below, 0.0, height)
+        return foot, height
+
+    return seek(heights_in, domain, spacing_near_axis(position, spacing, domain))
+
+
+def seek(heights_in: Callable[[Domain], tuple[np.ndarray, np.ndarray]], domain: Domain, noise: float) -> Cavity:
+    """The cavity in the smallest disc about the axis that holds it with room to spare: columns as dense for a small crater as for a large one.
+
+    ``heights_in`` gives the feet (m, 3) and heights (m,) [m] of even columns of a domain; ``noise`` as in ``measure``. A cone is looked at as a whole.
+    """
+    if not isinstance(domain, Cone):
+        halvings = max(0, math.floor(math.log2(domain.radius / (_LEAST_DISC * noise))))
+        for k in range(halvings, 0, -1):
+            disc = Cylinder(domain.radius / 2.0**k, domain.floor, domain.datum, domain.top)
+            found = measure(*heights_in(disc), disc, noise)
+            if 0.0 < found.radius and float(np.hypot(*found.centre[:2])) + found.radius < _ROOM * disc.radius:
+                return found
+    return measure(*heights_in(domain), domain, noise)
 
 
 def spacing_near_axis(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> float:

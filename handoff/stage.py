@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -94,6 +94,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     start = _needed(straight).start if settings.method == "direct" else made.start
     if settings.control != "none":
         start = controls.start(settings.control, made, bed)
+    start.attributes |= _measuring(source, region)
     snapshot.write(start, out / f"start{snapshot.SUFFIX}")
     with archive.replacing(out / "surface.ply") as temporary:
         made.solid.mesh.export(str(temporary), file_type="ply")
@@ -108,6 +109,17 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     progress.update(1.0, "done", force=True)
     if ledger.failures:
         raise Unsound(f"handoff: {', '.join(ledger.failures)} beyond the limit; see {out / 'report.html'}")
+
+
+def _measuring(source: Particles, region: domains.Domain) -> dict[str, Any]:
+    """What a crater in the grains is measured against (``crater.choices``): as in the shock stage, over the bed's datum and against the settled bed."""
+    carried = source.attributes.get("measuring")
+    if not isinstance(carried, dict):
+        return {}
+    datum = carried["datum"]
+    if isinstance(region, domains.Cone):
+        datum = {"kind": "sphere", "radius_m": region.datum, "centre_m": [0.0, 0.0, 0.0], "source": "datum of the granular bed"}
+    return {"measuring": {**carried, "datum": datum, "before": f"../3_bed/bed{snapshot.SUFFIX}"}}
 
 
 def _needed(straight: direct.Direct | None) -> direct.Direct:

@@ -199,7 +199,11 @@ def _regional(fields: compare.Fields, scale: float, centres: np.ndarray, size: f
 def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: domain.Domain, bed: Particles):
     foot, distance, height = heights.surface_heights(solid.contains, region, _COLUMNS)
     carved = heights.surface_heights(lambda points: stays[grains.query(points)[1]], region, _COLUMNS)[2]
-    size = cavity.measure(foot, height, region, noise=cavity.RESOLVED_DEPTH * float(bed.radius.mean()))
+
+    def heights_in(part: domain.Domain) -> tuple[np.ndarray, np.ndarray]:
+        return (foot, height) if part is region else heights.surface_heights(solid.contains, part, _COLUMNS)[::2]
+
+    size = cavity.seek(heights_in, region, noise=cavity.RESOLVED_DEPTH * float(bed.radius.mean()))
     return size, (foot, distance, height, carved)
 
 

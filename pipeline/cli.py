@@ -120,13 +120,16 @@ def _compare_profiles(
     items: Annotated[list[str], typer.Argument(metavar="A B [C ...]", help="Run folders, profile.csv files, observed names.")],
     observed: Annotated[str | None, typer.Option(help="An observed crater to compare with.")] = None,
     out: Annotated[Path | None, typer.Option(help="Where the picture goes.")] = None,
+    stage: Annotated[
+        str | None, typer.Option(metavar="transient|final", help="Which crater of every run (default: that of the kind that it is compared with).")
+    ] = None,
 ) -> None:
-    """Compare crater profiles: diameters, depths, RMS difference, one picture."""
+    """Compare craters, like with like: diameters, depths, RMS difference, one picture."""
 
     def action() -> int:
         from crater import compare
 
-        return compare.compare(items, observed=observed, out=out)
+        return compare.compare(items, observed=observed, out=out, stage=stage)
 
     guarded(action)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import time as clock
 import tomllib
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,9 +19,9 @@ from matter import archive, checkpoint, progress, readable, snapshot
 from matter.body import Impact
 from matter.errors import InputError
 from matter.particles import Particles
+from sph import flow_reynolds, lattice_gradients, stage_report, state
 from sph import ground as grounds
 from sph import late as late_stage
-from sph import lattice_gradients, state, timestep
 from sph import materials as material_rows
 from sph import target as bodies
 from sph.boundary import surroundings
@@ -77,6 +78,8 @@ class Simulation:
             self.radius = float(self.column.radius[-1])
         self.edge: Edge | None = None
         self.late: dict[str, float] = {}
+        self.thinned = False
+        self.flow: list[dict[str, Any]] = []
         self.history = History(out / "history.csv")
         self.times: dict[str, float] = {}
         self.phase = "relax" if settings.relaxes else "impact"
@@ -177,7 +180,7 @@ class Simulation:
             "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "allowed": i.allowed, "builds": i.neighbourhood.builds,
             "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction,
             "gravity_time": i.gravity_time, "torque_removed": i.torque_removed, "times": json.dumps(self.times),
-            "late": json.dumps(self.late),
+            "late": json.dumps(self.late), "thinned": self.thinned, "flow": json.dumps(self.flow),
             **({"images_time": i.images.time, "images_margin": i.images.margin} if i.images is not None else {}),
         }  # fmt: skip
         self.history.write()
@@ -209,8 +212,11 @@ class Simulation:
         i.torque_removed[:] = scalars["torque_removed"]
         self.times = json.loads(scalars["times"])
         self.late = json.loads(scalars["late"])
+        self.flow = json.loads(scalars["flow"])
         if self.late:
             i.softened(self.late["sound_speed_m_s"])
+        if bool(scalars["thinned"]):
+            self._thin()
         self.phase = str(scalars["phase"])
         relaxing = self.phase == "relax"
         i.hold, i.strength, i.damage = relaxing, self.settings.strength and not relaxing, self.settings.damage and not relaxing
@@ -244,17 +250,46 @@ class Simulation:
             self._output(0)
         while i.time < s.end_time:
             mark = min((np.floor(i.time / interval + 1e-9) + 1.0) * interval, s.end_time)
-            if s.late is not None and not self.late:
-                mark = min(mark, max(s.late.at, i.time))
-                if i.time >= s.late.at:
-                    self._soften(s.late)
-                    continue
+            coming = self._coming()
+            if due := [change for at, change in coming if i.time >= at]:
+                self._note_flow()
+                for change in due:
+                    change()
+                self._note_flow()
+                continue
+            mark = min([mark, *(at for at, _ in coming)])
             i.step(i.next_step(mark))
             if i.time >= mark:
                 i.time = mark
                 if mark == s.end_time or abs(mark / interval - round(mark / interval)) < 1e-9:
                     self._output(round(mark / interval))
             self._pause(report, offset + i.time)
+
+    def _coming(self) -> list[tuple[float, Callable[[], None]]]:
+        """What the late stage has yet to change, and when [s]."""
+        chosen = self.settings.late
+        if chosen is None:
+            return []
+        changes = [] if self.thinned else [(chosen.viscosity_time, self._thin)]
+        return changes if self.late else [*changes, (chosen.at, partial(self._soften, chosen))]
+
+    def _thin(self) -> None:
+        """Take up the artificial viscosity of the late stage."""
+        chosen = self.settings.late
+        if chosen is not None:
+            self.integrator.alpha, self.integrator.beta, self.thinned = chosen.alpha, chosen.beta, True
+
+    def _note_flow(self) -> None:
+        """A row of the flow's Reynolds number."""
+        i, c = self.integrator, self.integrator.cloud
+        mine = c.layer >= 0
+        share = c.viscosity[mine] if len(c.viscosity) else 1.0
+        found = flow_reynolds.measure(
+            c.position[mine], c.velocity[mine], c.mass[mine], 0.5 * c.smoothing_length[mine], i.evaluated.sound[: len(c)][mine], share,
+            c.density[mine], self.materials.bulk_density[c.material[mine]], i.alpha, None if self.settings.target.flat else self.radius,
+        )  # fmt: skip
+        if found is not None:
+            self.flow.append({"time_s": i.time, **found})
 
     def _soften(self, chosen: late_stage.Settings) -> None:
         """Enter the late stage, and note what it does to the elastic energy."""
@@ -279,6 +314,7 @@ class Simulation:
             name = f"snap_{len([t for t in self.times.values() if t < i.time]):04d}{snapshot.SUFFIX}"
             snapshot.write(self.particles(), self.out / name)
             self.times[name] = i.time
+            self._note_flow()
             snapshot.write_series(self.out, self.times, "snap")
 
     def particles(self) -> Particles:
@@ -305,35 +341,23 @@ class Simulation:
             "layers": [layer.name for layer in self.settings.target.layers],
             **({"target_depth_m": -self.bottom} if self.settings.target.flat else {"target_radius_m": self.radius}),
             "spacing_at_impact_m": self.settings.spacing_at_impact,
+            "measuring": self._measuring(),
+            "shear_moduli_Pa": i.rows.shear.tolist(),
         }
         return Particles({name: array[order] for name, array in fields.items()}, attributes)
 
+    def _measuring(self) -> dict[str, Any]:
+        """What a crater in these snapshots is measured against (``crater.choices``): datum, gravity, expected size, and the ground before the impact."""
+        column, size = self.column, self.impact.expected_transient_diameter
+        datum: dict[str, Any] = {"kind": "plane", "centre_m": [0.0, 0.0, 0.0], "source": "undisturbed ground"}
+        gravity = self.settings.target.gravity
+        if isinstance(column, bodies.Profile):
+            datum = {"kind": "sphere", "radius_m": self.radius, "centre_m": [0.0, 0.0, 0.0], "source": "radius of the relaxed target"}
+            gravity = float(column.gravity[-1])
+        return {"datum": datum, "gravity_m_s2": gravity, "expected_transient_diameter_m": size, "before": f"snap_0000{snapshot.SUFFIX}"}
+
     def finish(self) -> None:
         """Last snapshot, history, report."""
-        i = self.integrator
         snapshot.write(self.particles(), self.out / f"last{snapshot.SUFFIX}")
         self.history.write()
-        ball = self.impact
-        mass = self.materials.bulk_density[self.materials.index(ball.projectile.material)] * ball.projectile.volume
-        scale = {
-            "energy_J": 0.5 * mass * ball.speed**2,
-            "momentum_kg_m_s": mass * ball.speed,
-            "angular_momentum_kg_m2_s": mass * ball.speed * self.radius * max(np.sin(ball.angle_from_vertical), 0.1),
-        }
-        drift = self.history.drift()
-        report = {
-            "particles": len(i.cloud),
-            "steps": i.steps,
-            "step_limits": {name: int(n) for name, n in zip(timestep.REASONS, i.limits)},
-            "list_builds": i.neighbourhood.builds,
-            "gravity_evaluations": i.gravity_evaluations,
-            "gravity_correction_max_rel": i.gravity_correction,
-            "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque_removed)) / scale["angular_momentum_kg_m2_s"],
-            "projectile": {"mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"]},
-            "late": self.late or None,
-            "drift": drift,
-            "drift_over_projectile": {name: drift[name] / scale[name] for name in drift},
-            "peak_pressure_Pa": float(i.cloud.peak_pressure.max()),
-            "mean_neighbours": float(i.cloud.neighbours[i.cloud.layer >= 0].mean()),
-        }
-        archive.write_text(self.out / "stage_report.json", json.dumps(report, indent=1))
+        archive.write_text(self.out / "stage_report.json", json.dumps(stage_report.of(self), indent=1))

@@ -136,6 +136,8 @@ class Settings(Model):
             raise ValueError('rim = "stressed" needs sides or a floor that are fixed or quiet')
         if self.late is not None and self.late.at >= self.end_time:
             raise ValueError("late.at must be before end_time")
+        if self.late is not None and self.late.viscosity_time >= self.end_time:
+            raise ValueError("late.viscosity_at must be before end_time")
         if fault := surroundings.fault(self.target, self.sides, self.floor, self.width_of_edge):
             raise ValueError(fault)
         self.chosen_materials()

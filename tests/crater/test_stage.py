@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 
 import numpy as np
 import pytest
 import synthetic
 
 from crater import stage
+from crater.measure import UNITS
 from matter import snapshot
 from matter.body import Impact, Layer, Projectile, Target
 from matter.errors import InputError
@@ -45,14 +47,24 @@ def cloud(ratio: float, body: float = R, spacing: float = SPACING) -> tuple[np.n
     return synthetic.cloud_on_sphere(shape, spacing, np.random.default_rng(7), "jitter", depth_of_cloud=400e3), shape
 
 
+GRAVITY = 1.284
+
+
+def carried(before: str) -> dict:
+    """The attribute by which a snapshot of a run says what its crater is measured against."""
+    datum = {"kind": "sphere", "radius_m": R, "centre_m": [0.0, 0.0, 0.0], "source": "made up"}
+    return {"datum": datum, "gravity_m_s2": GRAVITY, "expected_transient_diameter_m": 700e3, "before": before}
+
+
 def write_sph(folder):
     folder.mkdir(parents=True)
-    (folder / "target.json").write_text(json.dumps({"centre": [0, 0, 0], "radius_m": R, "surface_gravity_m_s2": 1.284}))
+    (folder / "target.json").write_text(json.dumps({"centre": [0, 0, 0], "radius_m": R, "surface_gravity_m_s2": GRAVITY}))
     for number, time in enumerate(TIMES):
         p, _ = cloud(DEPTH_RATIO[time])
         fields = synthetic.as_fields(p, SPACING, 917.0)
         fields |= {"velocity": np.zeros_like(p), "material": np.zeros(len(p)), "layer": np.full(len(p), 2)}
         facts = {"time": time, "stage": "sph", "frame": "sphere", "materials": ["ice"], "target_radius_m": R}
+        facts["measuring"] = carried("snap_0000.vtkhdf")
         snapshot.write(Particles(fields, facts), folder / f"snap_{number:04d}.vtkhdf")
     snapshot.write(Particles(fields, facts), folder / "last.vtkhdf")
 
@@ -68,8 +80,10 @@ def write_grains(run):
     snapshot.write(Particles(fields, {**facts, "time": 0.0, "stage": "bed"}), run / "3_bed" / "bed.vtkhdf")
     p, shape = cloud(0.15, spacing=GRAIN)
     fields = synthetic.as_fields(p, GRAIN, 917.0) | {"velocity": np.zeros_like(p), "radius": np.full(len(p), 0.5 * GRAIN)}
+    facts["measuring"] = carried("../3_bed/bed.vtkhdf")
     for name in ("snap_0000", "last"):
         snapshot.write(Particles(fields, {**facts, "time": 3600.0, "stage": "dem"}), run / "5_dem" / f"{name}.vtkhdf")
+    (run / "5_dem" / "stage_report.json").write_text(json.dumps({"still": True, "profile_change_radii": 0.01}))
     return shape
 
 
@@ -168,6 +182,56 @@ def test_measure_crater_on_a_bare_snapshot(tmp_path, capsys):
     measures = json.loads((tmp_path / "out" / "measures.json").read_text())
     assert measures["final"]["depth_m"]["value"] == pytest.approx(shape.depth, abs=0.3 * 12)
     assert (tmp_path / "out" / "profile.csv").is_file() and (tmp_path / "out" / "profile.png").is_file()
+
+
+def numbers(entry: dict) -> dict:
+    """Every measure of one crater, to the last digit."""
+    return {name: (entry[name]["value"], entry[name]["sigma"]) for name in UNITS}
+
+
+def measured_alone(path, out) -> dict:
+    assert stage.measure_snapshot(path, out=out) == 0
+    return json.loads((out / "measures.json").read_text())["final"]
+
+
+@pytest.mark.parametrize(
+    ("name", "entry"), [("2_sph/snap_0003", ("transient",)), ("2_sph/last", ("late_sph",)), ("5_dem/last", ("final",))], ids=["transient", "late", "grains"]
+)
+def test_one_snapshot_of_a_run_gives_the_numbers_of_the_run(both, tmp_path, capsys, name, entry):
+    """To the last digit: on what the run's crater stage kept, and, where that stage has not run, on what the snapshot carries."""
+    run, out, _ = both
+    known = numbers(json.loads((out / "measures.json").read_text())[entry[0]])
+    assert any(value is not None for value, _ in known.values()) == (name != "2_sph/last")  # the shock stage's end is nearly flat
+    assert numbers(measured_alone(run / f"{name}.vtkhdf", tmp_path / "beside")) == known
+    shutil.copytree(run, tmp_path / "bare", ignore=shutil.ignore_patterns("6_crater"))
+    assert numbers(measured_alone(tmp_path / "bare" / f"{name}.vtkhdf", tmp_path / "carried")) == known
+    assert "measured as its run does" in capsys.readouterr().out
+
+
+def test_a_snapshot_taken_away_says_what_it_misses_and_options_are_said(both, tmp_path, capsys):
+    run, _, _ = both
+    shutil.copy(run / "5_dem" / "last.vtkhdf", tmp_path / "mine.vtkhdf")
+    stage.measure_snapshot(tmp_path / "mine.vtkhdf", out=tmp_path / "a")
+    assert "not at hand: the ground before the impact" in capsys.readouterr().out
+    stage.measure_snapshot(run / "5_dem" / "last.vtkhdf", datum_radius=R + 8e3, out=tmp_path / "b")
+    printed = capsys.readouterr().out
+    assert "--datum-radius given" in printed and "datum: sphere of radius 2110 km" in printed
+    stage.measure_snapshot(run / "5_dem" / "last.vtkhdf", datum_radius=R, out=tmp_path / "c")
+    depths = [json.loads((tmp_path / name / "measures.json").read_text())["final"]["depth_m"]["value"] for name in "cb"]
+    assert depths[1] - depths[0] == pytest.approx(8e3, abs=0.03 * GRAIN)
+
+
+def test_choices_of_the_case_reach_every_measuring(both, tmp_path):
+    """Sectors, seed and the limit of flight of ``[crater]``, not only their defaults."""
+    run, _, _ = both
+    shutil.copytree(run, tmp_path / "run", ignore=shutil.ignore_patterns("6_crater"))
+    out = tmp_path / "run" / "6_crater"
+    out.mkdir()
+    stage.run(settings(sectors=36, seed=5, every=3), tmp_path / "run", out)
+    content = json.loads((out / "measures.json").read_text())
+    assert content["measured_with"]["dem"]["sectors"] == 36 and content["measured_with"]["sph"]["seed"] == 5
+    assert len(content["final"]["by_azimuth"]["azimuth_deg"]) == 36
+    assert numbers(measured_alone(tmp_path / "run" / "5_dem" / "last.vtkhdf", tmp_path / "alone")) == numbers(content["final"])
 
 
 def test_prediction_has_the_three_numbers():

@@ -89,3 +89,28 @@ def test_without_a_cavity_the_spacing_takes_the_place_of_its_radius():
         surface.Rules(),
     )
     assert split.speed_limit == pytest.approx(SPACING / 100.0, rel=1e-6) and split.compact.mean() > 0.99
+
+
+def graded(radius, depth):
+    """A bowl of ``radius`` in ground whose spacing grows from 9 cm at the axis to 1.6 m at 18 m, disordered."""
+    rng, pieces, volumes = np.random.default_rng(7), [], []
+    for inner, outer, spacing in ((0.0, 3.0, 0.15), (3.0, 7.0, 0.45), (7.0, 20.0, 1.2)):
+        points = clouds.lattice((1.1 * outer, 1.1 * outer, min(6.0, 1.1 * outer)), spacing)
+        points = points + rng.normal(0.0, 0.08 * spacing, points.shape)
+        across = np.hypot(points[:, 0], points[:, 1])
+        floor = depth * np.minimum((across / radius) ** 2 - 1.0, 0.0) if depth > 0.0 else 0.0
+        points = points[(points[:, 2] < floor) & (across >= inner) & (across < outer)]
+        pieces.append(points)
+        volumes.append(np.full(len(points), spacing**3))
+    return np.concatenate(pieces), np.cbrt(np.concatenate(volumes))
+
+
+@pytest.mark.parametrize("radius, depth", [(0.75, 0.4), (1.5, 0.7), (2.5, 1.1), (9.0, 3.0)])
+def test_a_small_crater_in_a_wide_bed_is_found_beside_coarse_particles(radius, depth):
+    size = cavity.of_particles(*graded(radius, depth), domain.Bowl(18.0, -18.0, 0.0, 4.0))
+    assert size.radius == pytest.approx(radius, rel=0.1)
+    assert size.depth == pytest.approx(depth, abs=0.15)
+
+
+def test_level_ground_of_coarse_particles_has_no_crater():
+    assert cavity.of_particles(*graded(1.0, 0.0), domain.Bowl(18.0, -18.0, 0.0, 4.0)).radius == 0.0

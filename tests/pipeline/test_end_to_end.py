@@ -69,6 +69,23 @@ def test_every_stage_is_done_and_a_crater_is_measured(whole):
     assert "BenzAsphaug1999" in (run_folder / "references.bib").read_text()
 
 
+def test_one_snapshot_of_the_run_gives_the_numbers_of_the_run(whole, tmp_path):
+    """Both stages, through the real command, on what the run kept and on what the snapshots carry."""
+    run_folder, _ = whole
+    measures = json.loads((run_folder / "6_crater" / "measures.json").read_text())
+    shutil.copytree(run_folder, tmp_path / "bare", ignore=shutil.ignore_patterns("6_crater"))
+    for entry, name in ((measures["transient"], measures["transient"]["snapshot"]), (measures["final"], "5_dem/last.vtkhdf")):
+        for place in (run_folder, tmp_path / "bare"):
+            code = "from pipeline.cli import measure_crater; measure_crater()"
+            command = [sys.executable, "-c", code, str(place / name), "--out", str(tmp_path / "out")]
+            environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
+            done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+            assert done.returncode == 0 and "not at hand" not in done.stdout, done.stdout + done.stderr
+            alone = json.loads((tmp_path / "out" / "measures.json").read_text())["final"]
+            for key in ("depth_m", "diameter_apparent_m", "diameter_rim_m", "volume_m3"):
+                assert (alone[key]["value"], alone[key]["sigma"]) == (entry[key]["value"], entry[key]["sigma"]), (name, place.name, key)
+
+
 def test_the_ledger_closes_mass_and_momenta(whole):
     rows = {row["name"]: row for row in json.loads((whole[0] / "4_handoff" / "ledger.json").read_text())}
     assert abs(rows["mass_total_rel"]["value"]) < 1e-12

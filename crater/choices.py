@@ -1,0 +1,130 @@
+"""What a measuring stands on: the datum, the ground before the impact, what counts as in flight, how far to look. One crater measured twice on the same
+choices gives the same numbers; the stage keeps its own in ``measures.json``, and every snapshot of a run carries enough to make them again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from crater import datum as datums
+from crater import locate
+from crater.datum import Datum
+from crater.measure import Measures, measure
+from crater.surface import Undisturbed
+from matter import archive, readable, snapshot
+from matter.particles import Particles
+
+REACH, WITHIN, RISE_LIMIT = 2.5, 0.5, 0.15
+"""In expected transient diameters: how far the columns of a whole body go, how far from the axis the crater is looked for, and what rises higher is in
+flight. The far field of the crater is wanted, not the far side of the body."""
+ATTRIBUTE = "measuring"
+"""Attribute of a snapshot that holds its datum, gravity, expected crater and ground before the impact."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """``before``: snapshot of the undisturbed ground; ``gravity`` [m/s^2], ``rise_limit`` [m], ``reach`` [m] (None: as far as the cloud goes), ``within`` [m].
+
+    ``unknown``: what a measuring on these choices lacks against that of its run, in words.
+    """
+
+    datum: Datum
+    before: Path | None
+    gravity: float
+    rise_limit: float
+    reach: float | None
+    within: float
+    sectors: int = 24
+    seed: int = 1
+    unknown: tuple[str, ...] = field(default=())
+
+    def ground_before(self) -> Undisturbed | None:
+        """The ground before the impact, measured; None where it is not at hand."""
+        if self.before is None or not self.before.is_file():
+            return None
+        particles = snapshot.read(self.before)
+        if "headroom" in particles:
+            particles = particles.select(particles.headroom == 0)
+        return locate.ground_before(particles, self.datum, self.reach, self.sectors)
+
+    def measured(self, particles: Particles, before: Undisturbed | None, what: str) -> Measures:
+        """Measure ``particles`` on these choices, with the ground ``before`` as ``ground_before`` gave it. Raises ``InputError`` as ``measure``."""
+        return measure(
+            particles, self.datum, before, gravity=self.gravity, rise_limit=self.rise_limit, reach=self.reach,
+            sectors=self.sectors, seed=self.seed, what=what, within=self.within,
+        )  # fmt: skip
+
+    def as_dict(self, run: Path) -> dict[str, Any]:
+        """JSON-ready; ``before`` relative to the ``run`` folder."""
+        before = None if self.before is None else self.before.relative_to(run).as_posix()
+        return {
+            "datum": datum_facts(self.datum), "before": before, "gravity_m_s2": self.gravity, "rise_limit_m": self.rise_limit,
+            "reach_m": self.reach, "within_m": self.within, "sectors": self.sectors, "seed": self.seed,
+        }  # fmt: skip
+
+    def words(self) -> str:
+        """The choices as one line for people."""
+        ground = "heights over the bare datum"
+        if self.before is not None:
+            ground = f"heights against the ground before the impact ({self.before.parent.name}/{self.before.name})"
+        flying = f"what would rise above {readable.length(self.rise_limit)} is in flight"
+        return f"{ground}; {flying}; looked for within {readable.length(self.within)} of the axis; {self.sectors} sectors, seed {self.seed}"
+
+
+def datum_facts(datum: Datum) -> dict[str, Any]:
+    """A datum as plain numbers."""
+    return {
+        "kind": datum.kind, "radius_m": datum.radius if datum.is_sphere else None, "centre_m": list(datum.centre),
+        "axes": [list(row) for row in datum.axes], "source": datum.source,
+    }  # fmt: skip
+
+
+def datum_of(facts: Mapping[str, Any]) -> Datum:
+    """The datum behind ``datum_facts``."""
+    if facts["kind"] == "sphere":
+        made = datums.sphere(float(facts["radius_m"]), tuple(facts["centre_m"]), source=str(facts.get("source", "given")))
+    else:
+        x, y, z = (float(c) for c in facts["centre_m"])
+        made = datums.plane(z, (x, y), source=str(facts.get("source", "given")))
+    if "axes" not in facts:
+        return made
+    first, second, third = (tuple(float(c) for c in row) for row in facts["axes"])
+    return replace(made, axes=(first, second, third))  # type: ignore[arg-type]
+
+
+def of_snapshot(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
+    """The choices behind a snapshot: those of the run that it lies in, else those that it carries; None for a snapshot that says nothing of the kind."""
+    path = Path(path)
+    stage = str(attributes.get("stage", ""))
+    return _of_run(path.parent.parent, stage) or _of_attributes(path, attributes)
+
+
+def _of_run(run: Path, stage: str) -> Choices | None:
+    """What the run's own crater stage chose for its snapshots of a stage, where it has run."""
+    file = run / "6_crater" / "measures.json"
+    facts = archive.read_json(file).get("measured_with", {}).get(stage) if file.is_file() else None
+    if not facts:
+        return None
+    before = run / facts["before"] if facts["before"] else None
+    missing = () if before is None or before.is_file() else (f"the ground before the impact ({facts['before']})",)
+    return Choices(
+        datum_of(facts["datum"]), before if not missing else None, float(facts["gravity_m_s2"]), float(facts["rise_limit_m"]), facts["reach_m"],
+        float(facts["within_m"]), int(facts["sectors"]), int(facts["seed"]), missing,
+    )  # fmt: skip
+
+
+def _of_attributes(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
+    """What the snapshot itself carries, with the stage's defaults for the rest."""
+    carried = attributes.get(ATTRIBUTE)
+    if not isinstance(carried, Mapping):
+        return None
+    size = float(carried["expected_transient_diameter_m"])
+    before = path.parent / str(carried["before"])
+    missing = () if before.is_file() else (f"the ground before the impact ({carried['before']} beside it)",)
+    whole = attributes.get("stage") == "sph"
+    return Choices(
+        datum_of(carried["datum"]), before if not missing else None, float(carried["gravity_m_s2"]), RISE_LIMIT * size, REACH * size if whole else None,
+        WITHIN * size, unknown=missing,
+    )  # fmt: skip

@@ -1,0 +1,112 @@
+"""The block inside the page: its bytes are the height map and the origins that were put in, and a browser draws it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+import synthetic
+
+from crater import block_view
+from crater.measure import measure
+from matter import frame, page
+from matter.particles import Particles
+
+SPACING = {"plane": 80.0, "sphere": 30e3}
+LIFT = {"plane": 300.0, "sphere": 100e3}
+
+
+@pytest.fixture(scope="module", params=["plane", "sphere"])
+def bowl(request):
+    """A bowl, its measures, and its block: matter came up by ``LIFT``; what lies uprange is of unknown origin."""
+    kind, rng = request.param, np.random.default_rng(5)
+    if kind == "plane":
+        shape = synthetic.Shape(synthetic.bowl(1000.0), 1000.0, 2500.0)
+        position, datum = synthetic.cloud_on_plane(shape, SPACING[kind], rng, "lattice", centre=(120.0, -80.0)), "plane"
+        places = position - np.array([0.0, 0.0, LIFT[kind]])
+    else:
+        shape = synthetic.Shape(synthetic.bowl(300e3), 300e3, 750e3, 2142e3)
+        position, datum = synthetic.cloud_on_sphere(shape, SPACING[kind], rng, "jitter"), frame.Sphere(2142e3)
+        places = position * (1.0 - LIFT[kind] / np.linalg.norm(position, axis=1))[:, None]
+    particles = Particles(synthetic.as_fields(position, SPACING[kind]))
+    measures = measure(particles, datum)
+    places[measures.ground.datum.local(position)[:, 0] < -2.0 * SPACING[kind]] = np.nan
+    return kind, shape, measures, block_view.data(measures, particles, places)
+
+
+def test_the_bytes_are_the_height_map(bowl):
+    kind, _, measures, content = bowl
+    found = block_view.heights(content)
+    x = np.linspace(-content["half"], content["half"], content["grid"])
+    distance = np.hypot(*np.meshgrid(x, x))
+    here = distance < 0.9 * content["half"]
+    assert np.isfinite(found[here]).all()
+    middle = found[content["grid"] // 2, content["grid"] // 2]
+    assert middle == pytest.approx(-measures["depth_m"].value, abs=0.5 * SPACING[kind])
+    ring = measures.profile  # the mean height at a distance is the profile's
+    for r, h in zip(ring.radius[2:-3], ring.height[2:-3]):
+        if r < 0.9 * content["half"] and np.isfinite(h):
+            near = np.abs(distance - r) < 0.25 * SPACING[kind]
+            assert found[near].mean() == pytest.approx(h, abs=0.25 * SPACING[kind])
+
+
+def test_every_cell_of_the_section_has_the_origin_of_what_lies_there(bowl):
+    kind, shape, measures, content = bowl
+    section = content["section"]
+    cells = np.frombuffer(base64.b64decode(section["cells"]), np.uint8).reshape(section["down"], section["along"])
+    u = (np.arange(section["along"]) + 0.5) / section["along"] * 2.0 * content["half"] - content["half"]
+    h = section["low"] + (np.arange(section["down"]) + 0.5) / section["down"] * (section["high"] - section["low"])
+    u, h = np.meshgrid(u, h)
+    inner = np.abs(u) < 0.8 * content["half"]
+    known = inner & (u > 0.0) & (cells < 254)
+    origin = cells / 253.0 * content["deepest"]
+    expected = np.minimum(-h + LIFT[kind], content["deepest"])
+    assert known.sum() > 2000 and np.abs(origin - expected)[known].max() < SPACING[kind]
+    assert not (cells[inner & (u > 3 * SPACING[kind])] == block_view.UNKNOWN).any()
+    left = cells[inner & (u < -4 * SPACING[kind])]
+    assert set(left) == {block_view.UNKNOWN, block_view.EMPTY}
+    above = inner & (np.abs(u) < 0.3 * shape.rim) & (h > -0.5 * measures["depth_m"].value)
+    assert (cells[above] == block_view.EMPTY).all()  # air over the hollow
+
+
+def _page(bowl, tmp_path):
+    file = tmp_path / "block.html"
+    file.write_text(page.document("Block", [block_view.html(bowl[3])]))
+    return file
+
+
+def _browser(file, tmp_path, *options):
+    program = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")
+    if program is None:
+        pytest.skip("no Chromium on this machine")
+    quiet = ["--headless", "--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
+    place = [f"--user-data-dir={tmp_path / 'profile'}", "--virtual-time-budget=3000", "--dump-dom"]
+    return subprocess.run([program, *quiet, *options, *place, f"file://{file}"], capture_output=True, text=True, timeout=120).stdout
+
+
+def test_a_browser_draws_it(bowl, tmp_path):
+    seen = _browser(_page(bowl, tmp_path), tmp_path, "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+    figure = re.search(r"<figure [^>]*id=\"block\"[^>]*>", seen).group()
+    if "hidden" in figure and "no WebGL" in seen:
+        pytest.skip("this Chromium has no WebGL")
+    drawn = int(re.search(r'data-vertices="(\d+)"', figure).group(1))
+    assert "hidden" not in figure and 60_000 < drawn < 300_000
+    assert int(re.search(r'data-pixels="(\d+)"', figure).group(1)) > 20_000  # of the canvas that are not background
+    assert "depth of origin 0" in seen
+
+
+def test_without_webgl_nothing_of_it_shows(bowl, tmp_path):
+    seen = _browser(_page(bowl, tmp_path), tmp_path, "--disable-3d-apis", "--disable-gpu")
+    assert "hidden" in re.search(r"<figure [^>]*id=\"block\"[^>]*>", seen).group()
+
+
+def test_it_needs_no_network_and_stays_small(bowl):
+    text = block_view.html(bowl[3])
+    assert "://" not in text and len(text) < 120_000
+    facts = json.loads(re.search(r"id=block-data>(.*?)</script>", text, re.S).group(1))
+    np.testing.assert_array_equal(block_view.heights(facts), block_view.heights(bowl[3]))
