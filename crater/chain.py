@@ -2,7 +2,7 @@
 
 One run knows how well its crater can be read off (``sigma_parts`` azimuth, resolution, datum, method). It does not know how far the crater itself would be
 elsewhere with other draws of the random particles and grains, a coarser size, an earlier or later handoff. That is measured once for a shipped case
-(``benchmarks/chain_error.py``), stands in the case's ``expected.toml``, and joins every error in quadrature as ``sigma_parts.chain``.
+(``studies/chain_error.py``), stands in the case's ``expected.toml``, and joins every error in quadrature as ``sigma_parts.chain``.
 """
 
 from __future__ import annotations

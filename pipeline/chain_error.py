@@ -239,7 +239,7 @@ def write(study: Study, rows: list[Row], command: str, file: Path) -> None:
     case = study.read(reference())
     content = tomlkit.parse(file.read_text()) if file.is_file() else tomlkit.document()
     if not file.is_file():
-        content.add(tomlkit.comment(f"What the presets of {case.name} come to, with errors; written by benchmarks/chain_error.py (the formulas stand in"))
+        content.add(tomlkit.comment(f"What the presets of {case.name} come to, with errors; written by studies/chain_error.py (the formulas stand in"))
         content.add(
             tomlkit.comment("pipeline/chain_error.py). A run is held against it, and its measures carry the chain error (draws, handoff, size in quadrature).")
         )

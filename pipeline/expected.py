@@ -3,7 +3,7 @@
 One table per preset, in it one per crater (``transient``, at its largest volume; ``transient_at_maximum_depth``; ``final``) and measure:
 
     [quick]
-    command = "python benchmarks/chain_error.py --case cases/valhalla_980km --preset quick"
+    command = "python studies/chain_error.py --case cases/valhalla_980km --preset quick"
     commit = "..."
     ...
     [quick.final.diameter_apparent_m]

@@ -1,4 +1,4 @@
-"""The chain error: the formulas on known scatter, the members of a study, and how they share stages. Real members: benchmarks/chain_error.py."""
+"""The chain error: the formulas on known scatter, the members of a study, and how they share stages. Real members: studies/chain_error.py."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 VALHALLA = ROOT / "cases" / "valhalla_980km"
 TEXT = """\
 [tiny]
-command = "python benchmarks/chain_error.py"
+command = "python studies/chain_error.py"
 commit = "0123456789abcdef"
 measured = "2026-11-22"
 members = 8

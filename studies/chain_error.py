@@ -1,6 +1,6 @@
 """The chain error of a case: other draws of particles and grains, a coarser size, an earlier and a later handoff; written to the case's expected.toml.
 
-    python benchmarks/chain_error.py --case cases/valhalla_980km --preset quick --members 8 --out runs/chain_error [--threads T] [--only-evaluate] [--dry]
+    python studies/chain_error.py --case cases/valhalla_980km --preset quick --members 8 --out runs/chain_error [--threads T] [--only-evaluate] [--dry]
 
 Each member is a run of ``run_case`` in OUT; stages whose inputs agree are links. What is done is not made again: the same command continues after any stop,
 and the table holds what is there so far. Formulas: ``pipeline/chain_error.py``.
@@ -46,7 +46,7 @@ def main() -> int:
     if not given.dry:
         file = given.case / expected.FILE
         preset = f" --preset {given.preset}" if given.preset else ""
-        chain_error.write(study, rows, f"python benchmarks/chain_error.py --case {given.case}{preset} --members {given.members}", file)
+        chain_error.write(study, rows, f"python studies/chain_error.py --case {given.case}{preset} --members {given.members}", file)
         print(f"written to {file}")
     return 0
 
