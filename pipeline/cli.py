@@ -28,7 +28,10 @@ def _run_case(
     threads: Annotated[int | None, typer.Option(min=1, help="Threads (default: all cores).")] = None,
     check: Annotated[bool, typer.Option("--check", help="Validate, predict time, memory and disk; run nothing.")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Remove earlier results and checkpoints first.")] = False,
-    movie: Annotated[bool, typer.Option("--movie", help="When done, write 6_crater/movie.gif from the snapshots (a finished run is only drawn).")] = False,
+    movie: Annotated[bool, typer.Option("--movie", help="Then make 6_crater/movie.gif and .mp4 (if the run is finished, only the movie is made).")] = False,
+    movie_field: Annotated[
+        str | None, typer.Option("--movie-field", metavar="NAME", help="Colour the movie by material (default), damage, pressure, origin or speed.")
+    ] = None,
 ) -> None:
     """Run or resume the stages nbody sph bed handoff dem crater of a case.
 
@@ -52,19 +55,21 @@ def _run_case(
             outcome = run(request, display)
         finally:
             display.close()
-        if movie:
-            _draw_movie(outcome.run)
+        if movie or movie_field:
+            _draw_movie(outcome.run, movie_field or "material")
         return _concluded(request.case, outcome)
 
     guarded(action)
 
 
-def _draw_movie(run: Path) -> None:
+def _draw_movie(run: Path, field: str) -> None:
     from crater import movie
 
-    path = run / "6_crater" / "movie.gif"
-    path.parent.mkdir(exist_ok=True)
-    print(f"{movie.write(run, path)} frames: {path}")
+    name = "movie" if field == "material" else f"movie_{field}"
+    paths = [run / "6_crater" / f"{name}{ending}" for ending in movie.endings()]
+    paths[0].parent.mkdir(exist_ok=True)
+    note = "" if len(paths) > 1 else " (for an .mp4: pip install imageio-ffmpeg)"
+    print(f"{movie.write(run, paths, colour=field)} frames: {', '.join(map(str, paths))}{note}")
 
 
 def _checked(request: Any, settings: Any) -> int:
