@@ -26,13 +26,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from dem import bed_stage, stage
+from dem import bed_stage, spring_change, stage
 from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.contact_settings import Contact
 from dem.engines import external, program
 from dem.engines.scene import Plan, Scene
-from dem.following_stiffness import rescale
 from dem.gravity import Field
 from matter import snapshot
 from matter.body import Impact, Target
@@ -78,7 +77,8 @@ def stiffened(bed: Particles) -> Particles:
     box = Container.of_attribute(bed.attributes["domain"])
     soft = Assembly(bed, CONTACT, box.walls(), Field.constant((0.0, 0.0, -GRAVITY)), offset=True)
     stiff = bed.mass * (SPEED / (CONTACT.static_overlap * bed.radius)) ** 2
-    rescale(soft, float(np.mean(stiff / bed.stiffness)))
+    spring_change.at_rest(soft)
+    spring_change.change(soft, float(np.mean(stiff / bed.stiffness)))
     return soft.particles(dict(bed.attributes))
 
 

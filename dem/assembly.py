@@ -45,7 +45,7 @@ class Assembly:
     gravity : uniform or central field.
     dt : time step [s]; None takes that of ``contact.time_step``.
     overlap_limit : instead of ``contact.overlap_stop`` (a packing starts with any overlap).
-    offset : contacts can carry an offset (``following_stiffness`` changes k_n in the run).
+    offset : contacts can carry an offset (``spring_change``: k_n changes in the run, or differs from that in which the bed settled).
     sleep : grains can sleep (``sleeping`` decides which).
     self_gravity : the grains attract each other.
     threads : chunks of the half list, one per thread; results are bitwise repeatable at one number.
@@ -101,8 +101,9 @@ class Assembly:
         self.wall_energy, self.row_energy, self.held = np.zeros(few), np.zeros((few, 2)), np.zeros((few, 6))
         self.rest = np.zeros((few, 6))
         self.wake, self.memory = np.inf, np.inf
-        # factor of k_n against its start, and energy that changes of it put in [J]
-        self.softness, self.stiffness_energy = 1.0, 0.0
+        # factor of k_n against its start; energy of the springs at rest at that start; what changes of k_n have put into springs, of that what the weight has
+        # taken, and the sum of the amounts of the rest [J]
+        self.softness, self.rest_energy, self.stiffness_energy, self.weight_energy, self.stiffness_excess = 1.0, 0.0, 0.0, 0.0, 0.0
         self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
         self.first = np.zeros(0, dtype=np.int32)
         self.hist = np.zeros((0, self.scheme.history))
@@ -289,9 +290,9 @@ class Assembly:
     def wall_overlaps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Grain, wall and overlap [m], offset included, of every contact with a wall."""
         grain, wall = np.nonzero(self.wall_history[:, : len(self.walls), 7])
-        d = np.array([walls.distance(self.walls[w], *self.X[i, :3])[0] for i, w in zip(grain, wall)])
+        d = walls.distances(self.walls, wall, self.X[grain])
         offset = self.wall_history[grain, wall, 8] if self.scheme.offset else 0.0
-        return grain, wall, self.X[grain, 3] + offset - d.reshape(len(grain))
+        return grain, wall, self.X[grain, 3] + offset - d
 
     def change_step(self, dt: float) -> None:
         """Another time step [s] from the next step on."""
@@ -489,7 +490,7 @@ class Assembly:
 
 _SCALARS = (
     "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed", "active", "moving",
-    "mean_radius", "softness", "stiffness_energy", "wake", "memory", "full_pass",
+    "mean_radius", "softness", "rest_energy", "stiffness_energy", "weight_energy", "stiffness_excess", "wake", "memory", "full_pass",
 )  # fmt: skip
 
 

@@ -6,28 +6,39 @@ factor so that the first, as the largest of the last ``MEMORY`` looks, just stay
 ``overlap_stop`` (a few wedged grains carry more than ten times the mean force); k_n is never above its start nor below what carries the bed,
 g rho H r / x_max, and falls by at most a half at once. The time step follows as 1 / sqrt(k_n).
 
-Forces are continuous through a change by q: the overlap x of each contact becomes x / q by an offset to it, kept in the contact's history (its
-grains do not move), and all springs are divided by q. The contact ends where its offset overlap does; then the offset is forgotten, a negative
-one (left by a stiffening) when the grains part. What the springs hold after the change less what they held before is booked.
+What a change does to each spring is ``dem.spring_change``: energy enters only where a load lasts. What enters beyond what the weight of the undisturbed
+bed would take (forces that are not yet told from weight) is summed up by its amount. Springs soften only while that sum stays
+below ``BUDGET`` of the kinetic energy that the compact grains were handed, of which every halving has its even share, and while the weight lies in them;
+else they wait until waves have died down. Springs that must stiffen always may: the stage ends as unsound above ``LIMIT``.
 
-Source: k_n and step for the speeds at hand: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363; the rescaling of history is this project's own.
+Source: k_n and step for the speeds at hand: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363; the change of springs is this project's own.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from dem import spring_change
 from dem.assembly import Assembly
 from matter.jit import kernel
 
 MEMORY = 20
 """Looks whose largest overlaps count: ten contact times."""
+BUDGET = 0.005
+"""Largest energy that softening may put into springs beyond what the weight takes, over the kinetic energy of the compact grains at the start."""
+CARRIED = 0.75
+"""Share of the undisturbed bed's need (a carved one weighs less) that the springs must take up in a softening, where it counts beside ``BUDGET``."""
+LIMIT = 0.01
+"""The same of all changes, above which a run is unsound."""
 
 
 class Following:
-    """The decision when to change the stiffness of one bed; ``floor_pressure`` g rho H [Pa] of its load."""
+    """The decision when to change the stiffness of one bed; ``floor_pressure`` g rho H [Pa] of its load, ``handed`` [J] the kinetic energy of its compact
+    grains at the start."""
 
-    def __init__(self, bed: Assembly, floor_pressure: float):
+    def __init__(self, bed: Assembly, floor_pressure: float, handed: float):
         self.bed, contact = bed, bed.contact
         self.target = contact.static_overlap
         carries = floor_pressure * bed.X[:, 3] / contact.static_overlap
@@ -38,23 +49,40 @@ class Following:
         ratio = (carries / bed.V[:, 7])[usual] if usual.any() else np.ones(1)
         self.lowest = float(min(1.0, ratio.max()))
         self.stop = 0.5 * contact.overlap_stop
+        self.budget = BUDGET * handed
         self.every = max(1, contact.steps_per_contact // 2)
+        self.share = spring_change.share(bed, self.every, contact.steps_per_contact)
         self.seen: list[tuple[float, float]] = []
+        spring_change.at_rest(bed)
 
     def see(self) -> None:
         """After every step: look at the bed when it is time to, and change the stiffness when it pays."""
         bed = self.bed
         if bed.steps % self.every:
             return
+        spring_change.remember(bed, self.share)
         self.seen = [*self.seen[1 - MEMORY :], self._overlaps()]
         if len(self.seen) < MEMORY:
             return
         approach, deepest = np.array(self.seen).max(axis=0)
         factor = max((approach / self.target) ** 2, deepest / self.stop, 0.5)
         q = min(1.0, max(self.lowest, bed.softness * factor)) / bed.softness
-        if not 0.8 < q < 1.1:
-            rescale(bed, q)
+        if 0.8 < q < 1.1:
+            return
+        if q > 1.0 or self._affordable(q):
+            spring_change.change(bed, q)
             self.seen = [(a / q**0.5, d / q) for a, d in self.seen]
+        else:
+            self.seen = self.seen[MEMORY // 2 :]  # ask again in five contact times
+
+    def _affordable(self, q: float) -> bool:
+        """Whether a softening by ``q`` keeps the sum of what exceeds the need of the weight within the share of the halvings so far, and the weight lies in
+        the springs now: one that falls into soft springs later would compress them with energy of its own."""
+        bed = self.bed
+        gain, need = spring_change.gain(bed, q), spring_change.need_of_weight(bed, q)
+        excess = abs(gain - spring_change.taken_by_weight(bed, q, gain))
+        room = self.budget * math.log(bed.softness * q) / math.log(self.lowest) - bed.stiffness_excess
+        return excess <= room and (gain >= CARRIED * need or need - gain <= room)
 
     def _overlaps(self) -> tuple[float, float]:
         """Overlaps over the smaller radius, returned grains left out: of the fastest approach, and the deepest."""
@@ -85,45 +113,3 @@ def fastest_approach(row, col, returned, X, W, V):
             r = min(X[i, 3], X[j, 3])
             largest = max(largest, closing * closing / (dx * dx + dy * dy + dz * dz) * m / (min(V[i, 7], V[j, 7]) * r * r))
     return largest
-
-
-def rescale(bed: Assembly, q: float) -> None:
-    """Multiply k_n of all grains by ``q`` with all forces of springs unchanged; the step goes as 1 / sqrt(q)."""
-    before = _energy(bed)
-    first, second, _ = bed.touching()
-    here = np.flatnonzero(bed.hist[:, 7] != 0.0)
-    d = np.linalg.norm(bed.X[second, :3] - bed.X[first, :3], axis=1)
-    bed.hist[here, 8] += (bed.X[first, 3] + bed.X[second, 3] + bed.hist[here, 8] - d) * (1.0 / q - 1.0)
-    grain, wall, overlap = bed.wall_overlaps()
-    bed.wall_history[grain, wall, 8] += overlap * (1.0 / q - 1.0)
-    step = bed.dt / np.sqrt(q)
-    for history, at in ((bed.hist, (here,)), (bed.wall_history, (grain, wall))):
-        rows = history[at]
-        rows[:, :7] /= q
-        rows[:, 7] = 1.0 + (rows[:, 7] - 1.0) * bed.dt / step
-        history[at] = rows
-    bed.V[:, 7] *= q
-    bed.softness *= q
-    bed.change_step(float(step))
-    after = _energy(bed)
-    bed.stiffness_energy += after - before
-    bed.elastic += after - before
-    bed.worst /= q
-    bed.evaluate_all()
-
-
-def _energy(bed: Assembly) -> float:
-    """Energy of all springs [J], with the pull of a constant cohesion."""
-    first, second, h = bed.touching()
-    x = bed.X[first, 3] + bed.X[second, 3] + h[:, 8] - np.linalg.norm(bed.X[second, :3] - bed.X[first, :3], axis=1)
-    r = bed.X[first, 3] * bed.X[second, 3] / (bed.X[first, 3] + bed.X[second, 3])
-    pairs = _springs(x, h, np.minimum(bed.V[first, 7], bed.V[second, 7]), r, bed.pair_table[bed.kind[first], bed.kind[second]])
-    grain, wall, x = bed.wall_overlaps()
-    walls = _springs(x, bed.wall_history[grain, wall], bed.V[grain, 7], bed.X[grain, 3], bed.wall_tables[wall, bed.kind[grain]])
-    return pairs + walls
-
-
-def _springs(x: np.ndarray, h: np.ndarray, k: np.ndarray, radius: np.ndarray, table: np.ndarray) -> float:
-    arm2, kt = (table[:, 3] * radius) ** 2, k * table[:, 6]
-    energy = k * x**2 + kt * np.sum(h[:, :3] ** 2, axis=1) + k * arm2 * np.sum(h[:, 3:6] ** 2, axis=1) + 2.0 * kt * arm2 * h[:, 6] ** 2
-    return float(np.sum(0.5 * energy - table[:, 8] * 4.0 * arm2 * x))

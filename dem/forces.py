@@ -45,7 +45,7 @@ class Scheme(NamedTuple):
     """What a pair loop is compiled for.
 
     ``normal`` HOOKE or HERTZ; ``mindlin`` rule of ``tangential_mindlin`` (0: springs of constant stiffness); ``cohesion`` NO_COHESION, ZHANG or SJKR;
-    ``sliding`` rule of ``tangential_spring``; ``offset`` 1: contacts carry an offset to their overlap (``dem.following_stiffness``); ``sleep`` 1: rows
+    ``sliding`` rule of ``tangential_spring``; ``offset`` 1: contacts carry an offset to their overlap (``dem.spring_change``); ``sleep`` 1: rows
     without a grain awake near them are skipped (``dem.sleeping``); ``attract`` 1: grains attract each other (``dem.self_gravity``).
     """
 
@@ -60,12 +60,15 @@ class Scheme(NamedTuple):
     @property
     def history(self) -> int:
         """Columns of a contact's history: tangential spring 0-2 [m], rolling spring 3-5 [rad], twisting spring 6 [rad], 7: in contact; and with
-        springs of changing stiffness 8: the normal tangent stiffness that they were last laid down for [N/m], or with an offset 8: that [m]."""
-        return 9 if self.mindlin or self.offset else 8
+        springs of changing stiffness 8: the normal tangent stiffness that they were last laid down for [N/m]; or with an offset 8: that [m], 9: the force
+        that the normal spring carries for long [N] (``dem.spring_change``)."""
+        return 10 if self.offset else 9 if self.mindlin else 8
 
 
 # columns of the history that every scheme has, and of the table of pairs of species
 HISTORY, PAIR_COLUMNS = 8, 9
+# columns of contacts with an offset
+OFFSET, USUAL = 8, 9
 
 # what a chunk reports of a step
 ELASTIC, DISSIPATED, EXCESS, CONTACTS, OVERLAP, OVERLAP_I, OVERLAP_J, OVER_WARN = range(8)
@@ -333,6 +336,8 @@ def pair_loop(scheme: Scheme) -> Any:
                 hist[e, c] = 0.0
             if mindlin != 0 or (offset != 0 and hist[e, 8] > 0.0):
                 hist[e, 8] = 0.0
+            if offset != 0:
+                hist[e, 9] = 0.0
         if offset != 0 and hist[e, 8] < 0.0:
             x, y, z = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
             if x * x + y * y + z * z >= (ri + rj) * (ri + rj):

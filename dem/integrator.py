@@ -140,6 +140,8 @@ def kick_loop(scheme: Scheme) -> Any:
                                 wall_history[i, w, k] = 0.0
                             if mindlin != 0 or (offset != 0 and wall_history[i, w, 8] > 0.0):
                                 wall_history[i, w, 8] = 0.0
+                            if offset != 0:
+                                wall_history[i, w, 9] = 0.0
                         if offset != 0 and wall_history[i, w, 8] < 0.0 and d >= radius:
                             wall_history[i, w, 8] = 0.0
                         continue
@@ -166,7 +168,7 @@ def kick_loop(scheme: Scheme) -> Any:
                     )  # fmt: skip
                     h = (
                         wall_history[i, w, 0], wall_history[i, w, 1], wall_history[i, w, 2], wall_history[i, w, 3], wall_history[i, w, 4],
-                        wall_history[i, w, 5], wall_history[i, w, 6], wall_history[i, w, 7], wall_history[i, w, columns - 1],
+                        wall_history[i, w, 5], wall_history[i, w, 6], wall_history[i, w, 7], wall_history[i, w, min(columns - 1, 8)],
                     )  # fmt: skip
                     fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(
                         nx, ny, nz, touch - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn,

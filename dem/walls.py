@@ -192,6 +192,15 @@ def distance_of(walls, w, x, y, z):
     return distance(walls[w], x, y, z)
 
 
+@kernel
+def distances(walls, which, position):
+    """``distance`` [m] of each point (n, 3 or more) from the wall ``which`` (n,) of it."""
+    out = np.empty(which.shape[0])
+    for i in range(which.shape[0]):
+        out[i] = distance_of(walls, which[i], position[i, 0], position[i, 1], position[i, 2])[0]
+    return out
+
+
 @law
 def _revolved(wall, x, y, z):
     """``distance`` of a surface of revolution: the distance from a line, or its ends, in the half-plane (p, a) through the axis and the point."""

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from dem import stage
+from dem import spring_change, stage
 from dem.beds.flat_ground import ground_of
+from dem.following_stiffness import Following
 from matter import progress, snapshot
-from matter.errors import InputError, Stopped, UnphysicalState
+from matter.errors import InputError, Stopped, UnphysicalState, Unsound
 from matter.particles import Particles
 from tests.dem.stops import interrupted, same_grains
 
@@ -225,6 +226,32 @@ def _advance(collapse, until=0.0):
             progress.clear_stop()
         if collapse.bed.time >= until:
             return
+
+
+def test_springs_that_put_in_energy_make_a_run_unsound(tmp_path, carved, monkeypatch):
+    """The rule that guards against it switched off, and a weight that is said to need nothing: the report and the exit say so."""
+    run = tmp_path
+    for part in ("2_sph", "4_handoff"):
+        (run / part).symlink_to(carved / part)
+    (run / "5_dem").mkdir()
+    rest = spring_change.at_rest
+
+    def weightless(bed):
+        rest(bed)
+        bed.rest_energy = 0.0
+
+    monkeypatch.setattr(spring_change, "at_rest", weightless)
+    monkeypatch.setattr(Following, "_affordable", lambda self, q: True)
+    settings = SETTINGS.model_copy(update={"end_time": 640.0, "latest_time": 640.0, "contact": SOFT, "stiffness": "following"})
+    with pytest.raises(Unsound, match=r"energy_error = .*stiffness_excess = .*limit 0.01"):
+        stage.run(settings, run, run / "5_dem")
+    report = json.loads((run / "5_dem" / "stage_report.json").read_text())
+    found = history(run / "5_dem")
+    handed = report["kinetic_handed_J"]
+    assert found["stiffness_excess_J"][-1] == pytest.approx(report["stiffness_excess"] * handed)
+    # nothing is taken out of the balance, so that its error shows it too
+    spent = sum(found[f"dissipated_{where}_J"][-1] for where in ("contacts", "returning", "damping", "walls"))
+    assert report["energy_error"] * (handed + spent) == pytest.approx(found["stiffness_excess_J"][-1], rel=0.02)
 
 
 def test_a_bed_that_explodes_stops_with_a_name(tmp_path, carved):
