@@ -141,9 +141,9 @@ class Impact(Model):
     """How the projectile hits."""
 
     speed: PositiveSpeed
-    """Speed at contact."""
+    """Speed at contact; left out, it is what the encounters of ``[nbody]`` find."""
     angle_from_vertical: Angle
-    """Angle of the trajectory from the vertical at contact: 0 is head-on, 90 deg grazing."""
+    """Angle of the trajectory from the vertical at contact: 0 is head-on, 90 deg grazing; left out, it is what the encounters of ``[nbody]`` find."""
     projectile: Projectile
     """What hits, ``[impact.projectile]``."""
     expected_transient_diameter: PositiveLength

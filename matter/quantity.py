@@ -31,6 +31,8 @@ _SI = {
 
 
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
+TEXT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(\s+[^\s,][^,]*|[^\s\d.,][^,]*)$"
+"""What the text of a quantity looks like, for schemas: a number and a unit."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,11 @@ class Unit:
     """The SI unit of an annotated field: whoever writes a value back (``case.used.toml``) finds it in the annotation."""
 
     symbol: str
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        """In a file a quantity is a text with a unit; ``x-unit`` says which dimension it has, ``x-number`` the limits of its SI value."""
+        limits = {key: value for key, value in handler(core).items() if key != "type"}
+        return {"type": "string", "pattern": TEXT, "x-unit": self.symbol, "x-number": limits}
 
 
 @functools.lru_cache(maxsize=1)

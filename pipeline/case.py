@@ -48,7 +48,7 @@ class CaseTable(Model):
 
 @dataclass(frozen=True)
 class Case:
-    """A case after its overlays; ``document`` is the composed TOML without the presets."""
+    """A case after its overlays; ``document`` is the composed TOML without the presets. ``run``: the run folder that goes on with it, where there is one."""
 
     file: Path
     name: str
@@ -61,6 +61,7 @@ class Case:
     found: tuple[Complaint, ...] = ()
     chain: bool = True
     """Whether the crater stage gets the chain errors of the case's ``expected.toml``."""
+    run: Path | None = None
 
     @property
     def title(self) -> str:

@@ -14,24 +14,35 @@ import typer
 
 from pipeline import command
 from pipeline.command import guarded, point, quantity, watched
+from pipeline.completion import paths, presets, stage_names
 
-Folder = Annotated[Path, typer.Option(help="Where run folders are made.")]
+RUNS = Path("runs")
 
 
 def _run_case(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="A folder with case.toml, or the file.")],
-    preset: Annotated[str | None, typer.Option(help="Lay [preset.NAME.*] of the case over its values.")] = None,
+    case: Annotated[
+        str | None,
+        typer.Argument(metavar="CASE", help="A folder with case.toml, or the file; or the folder of a run, which then goes on.", autocompletion=paths),
+    ] = None,
+    preset: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Lay [preset.NAME.*] of the case over its values.", autocompletion=presets)] = None,
     overrides: Annotated[list[str] | None, typer.Option("--set", metavar="KEY.PATH=VALUE", help="Change one value (repeatable).")] = None,
-    out: Folder = Path("runs"),
-    start: Annotated[str | None, typer.Option("--from", metavar="STAGE", help="Make this stage and those after it anew.")] = None,
-    until: Annotated[str | None, typer.Option("--until", metavar="STAGE", help="Stop after this stage.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where run folders are made (default: runs).")] = None,
+    start: Annotated[
+        str | None, typer.Option("--from", metavar="STAGE", help="Recompute this stage and everything after it.", autocompletion=stage_names)
+    ] = None,
+    until: Annotated[str | None, typer.Option("--until", metavar="STAGE", help="Stop after this stage.", autocompletion=stage_names)] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads (default: all cores).")] = None,
-    check: Annotated[bool, typer.Option("--check", help="Validate, predict time, memory and disk; run nothing.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Validate the case and predict time, memory and disk; run nothing.")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Remove earlier results and checkpoints first.")] = False,
     movie: Annotated[bool, typer.Option("--movie", help="Then make 6_crater/movie.gif and .mp4 (if the run is finished, only the movie is made).")] = False,
     movie_field: Annotated[
         str | None, typer.Option("--movie-field", metavar="NAME", help="Colour the movie by material (default), damage, pressure, origin or speed.")
     ] = None,
+    describe: Annotated[
+        bool, typer.Option("--describe", help="Explain every key of a case file, or those of one table: run_case --describe sph.late.")
+    ] = False,
+    names: Annotated[bool, typer.Option("--list", help="List cases, materials, observed craters and laws, or one kind: run_case --list materials.")] = False,
+    schema: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON schema of case files, for editors.")] = None,
 ) -> None:
     """Run or resume the stages nbody sph bed handoff dem crater of a case.
 
@@ -39,15 +50,18 @@ def _run_case(
     """
 
     def action() -> int:
+        if describe or names or schema:
+            return _told(case, describe, names, schema)
         from matter import archive
-        from pipeline import case as cases
+        from pipeline import going_on
         from pipeline.run import Request, run, settings_of
         from pipeline.screen import screen
 
-        archive.check_folder(out)
+        archive.check_folder(out or RUNS)
         if threads is not None and "numba" not in sys.modules:
             os.environ["NUMBA_NUM_THREADS"] = str(threads)
-        request = Request(cases.read(case, preset, overrides or ()), out, start, until, fresh, threads)
+        read = going_on.read(Path(_needed(case)), _single("--preset", preset), overrides or (), out)
+        request = Request(read, out or RUNS, start, until, fresh, threads)
         if check:
             return _checked(request, settings_of(request))
         display = screen()
@@ -60,6 +74,40 @@ def _run_case(
         return _concluded(request.case, outcome)
 
     guarded(action)
+
+
+def _needed(case: str | None) -> str:
+    from matter.errors import InputError
+
+    if case is None:
+        raise InputError("a case is missing: run_case CASE, with the folder of a case or of a run (run_case --list names cases, --help explains)")
+    return case
+
+
+def _single(option: str, given: list[str] | None) -> str | None:
+    from matter.errors import InputError
+
+    if given and len(given) > 1:
+        raise InputError(f"{option} was given {len(given)} times ({', '.join(given)}): a case takes one")
+    return given[0] if given else None
+
+
+def _told(topic: str | None, describe: bool, names: bool, file: Path | None) -> int:
+    """What is known about case files: their keys, the names that they may take, their schema."""
+    if describe:
+        from pipeline import key_reference
+
+        print(key_reference.describe(topic))
+    if names:
+        from pipeline import listing
+
+        print(listing.listing(topic))
+    if file:
+        from pipeline import schema
+
+        schema.write(file)
+        print(f"schema of case files: {file} (first line of a case for taplo: #:schema {file})")
+    return 0
 
 
 def _draw_movie(run: Path, field: str) -> None:

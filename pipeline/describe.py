@@ -18,13 +18,14 @@ from pipeline.case import Case
 def describe(run_folder: Path, case: Case, wanted: tuple[str, ...], settings: dict[str, Model], threads: int) -> None:
     """Write ``case.used.toml``, ``provenance.json`` (one entry per session) and ``references.bib``."""
     used.write(run_folder / "case.used.toml", case, settings)
-    sessions = folder.record(run_folder / "provenance.json").get("sessions", [])
+    before = folder.record(run_folder / "provenance.json")
+    sessions = before.get("sessions", [])
     session = {"command": sys.argv, "started_at": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "threads": threads, **provenance.machine()}
     made = [stage for stage in wanted if stage not in case.outside]
     content = {
         "distribution": {"name": provenance.DISTRIBUTION, "version": provenance.version(), **provenance.commit()},
         "libraries": provenance.libraries(),
-        "case": _case(case),
+        "case": before.get("case", _case(case)) if case.run else _case(case),
         "sources_sha256": {stage: provenance.source_key(stages.MODULES[stage]) for stage in made},
         "sessions": [*sessions, session],
     }
@@ -42,6 +43,7 @@ def _case(case: Case) -> dict[str, Any]:
         "preset": case.preset,
         "overrides": list(case.overrides),
         "from_elsewhere": elsewhere,
+        "impact_as_given": None if case.pinned else case.document.get("impact"),
     }
 
 

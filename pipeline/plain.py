@@ -30,7 +30,7 @@ def plain(value: Any, annotation: Any = None) -> Any:
         return value.value
     if isinstance(value, Path):
         return str(value)
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and (unit := _unit(annotation)) is not None:
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and (unit := unit_in(annotation)) is not None:
         return f"{float(value)!r} {unit}"
     return value
 
@@ -44,11 +44,11 @@ def _is_table(value: Any) -> bool:
     return isinstance(value, dict) or (isinstance(value, list) and bool(value) and isinstance(value[0], dict))
 
 
-def _unit(annotation: Any) -> str | None:
+def unit_in(annotation: Any) -> str | None:
     """The SI unit in the metadata of an annotation, also inside ``Length | None`` or ``tuple[Length, ...]``."""
     for item in typing.get_args(annotation):
         if isinstance(item, Unit):
             return item.symbol
-        if (found := _unit(item)) is not None:
+        if (found := unit_in(item)) is not None:
             return found
     return None

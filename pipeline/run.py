@@ -37,7 +37,7 @@ class Request:
 
     @property
     def run_folder(self) -> Path:
-        return self.out / f"{self.case.name}-{self.case.hash8}"
+        return self.case.run or self.out / f"{self.case.name}-{self.case.hash8}"
 
     @property
     def wanted(self) -> tuple[str, ...]:

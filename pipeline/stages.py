@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import importlib
+from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
@@ -61,7 +62,24 @@ def load(stage: str) -> ModuleType:
         raise
 
 
-def nearest(word: str, words: tuple[str, ...] | list[str]) -> str:
-    """``"; did you mean 'x'?"`` for the most similar of ``words``, or an empty text."""
-    near = difflib.get_close_matches(word, words, n=1, cutoff=0.5)
+# what people write for a key, where spelling alone would lead elsewhere; the second text is a remark
+_MEANT = {
+    "diameter": (("radius", "half the diameter"),),
+    "size": (("radius", ""),),
+    "velocity": (("speed", ""),),
+    "angle": (("angle_from_vertical", "0 is head-on"), ("friction_angle", "")),
+    "angle_from_horizontal": (("angle_from_vertical", "90 deg minus it"),),
+    "resolution": (("spacing_at_impact", ""),),
+    "duration": (("end_time", ""),),
+    "composition": (("material", ""),),
+}
+
+
+def nearest(word: str, words: Sequence[str]) -> str:
+    """``"; did you mean 'x'?"`` for that of ``words`` which is most likely meant, or an empty text."""
+    for meant, remark in _MEANT.get(word, ()):
+        if meant in words:
+            return f"; did you mean {meant!r}{f' ({remark})' if remark else ''}?"
+    parts = [known for known in words if len(word) > 3 and (known.startswith(f"{word}_") or known.endswith(f"_{word}"))]
+    near = parts or difflib.get_close_matches(word, words, n=1, cutoff=0.5)
     return f"; did you mean {near[0]!r}?" if near else ""

@@ -5,6 +5,7 @@ The file is itself a case: running it gives the same settings to the last bit, w
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +37,16 @@ def write(path: Path, case: Case, settings: dict[str, Model]) -> None:
         content[stage] = table
     for stage, file in case.outside.items():
         content.setdefault(stage, {})[OUTSIDE[stage]] = str(file.resolve())
-    preset = f"preset {case.preset}" if case.preset else "no preset"
-    changes = "".join(f"\n# --set {assignment}" for assignment in case.overrides)
-    head = f"# Every parameter of a run of {case.file.name} ({case.name}, {preset}), in SI; itself a case.{changes}\n\n"
+    head = _head_of(path) if case.run else ""
+    if not head:
+        preset = f"preset {case.preset}" if case.preset else "no preset"
+        changes = "".join(f"\n# --set {assignment}" for assignment in case.overrides)
+        head = f"# Every parameter of a run of {case.file.name} ({case.name}, {preset}), in SI; itself a case.{changes}\n\n"
     archive.write_text(path, head + tomlkit.dumps(content))
+
+
+def _head_of(path: Path) -> str:
+    """The comment that a run's file begins with: it says which case and options the run was begun with."""
+    lines = path.read_text().splitlines() if path.is_file() else []
+    head = list(itertools.takewhile(lambda line: line.startswith("#"), lines))
+    return "\n".join(head) + "\n\n" if head else ""

@@ -79,3 +79,16 @@ def drive():
         return process.returncode, out, err
 
     return start
+
+
+@pytest.fixture
+def call():
+    """``call(name, *arguments)`` runs one of the commands, with the real stages, in a process of its own."""
+
+    def start(name: str, *arguments: object, cwd: Path | None = None, **more: str) -> subprocess.CompletedProcess:
+        code = f"import sys; from pipeline import cli; sys.argv[0] = {name!r}; cli.{name}()"
+        environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200", **more}
+        command = [sys.executable, "-P", "-c", code, *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120, cwd=cwd)
+
+    return start

@@ -21,14 +21,6 @@ from pipeline import command, folder, result
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def call(name: str, *arguments: object, timeout: float = 120) -> subprocess.CompletedProcess:
-    """One of the commands in a process of its own."""
-    code = f"import sys; from pipeline import cli; sys.argv[0] = {name!r}; cli.{name}()"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
-    start = [sys.executable, "-P", "-c", code, *map(str, arguments)]
-    return subprocess.run(start, capture_output=True, text=True, env=environment, timeout=timeout)
-
-
 def refused(done: subprocess.CompletedProcess, *words: str, code: int = 2) -> None:
     assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr and len(done.stderr.strip().splitlines()) == 1, done.stderr
@@ -53,7 +45,7 @@ def cloud(tmp_path: Path) -> Path:
     return path
 
 
-def test_an_output_that_is_a_file_is_refused_before_any_work(drive, case_folder, in_the_way, cloud):
+def test_an_output_that_is_a_file_is_refused_before_any_work(drive, case_folder, in_the_way, cloud, call):
     for place in (in_the_way, in_the_way / "below"):
         for check in ((), ("--check",)):
             code, out, err = drive(case_folder, "--out", place, *check)
@@ -88,7 +80,7 @@ def test_the_system_s_complaints_are_one_line_with_the_file(capsys):
 
 
 @pytest.mark.parametrize("text", ["{", "[]", "[{}]", '[{"name": "x"}]', "\x00\xff", "3"])
-def test_a_damaged_ledger_is_never_an_empty_one(tmp_path, text):
+def test_a_damaged_ledger_is_never_an_empty_one(tmp_path, text, call):
     place = tmp_path / "run" / "4_handoff"
     place.mkdir(parents=True)
     (place / "ledger.json").write_bytes(text.encode("latin-1"))
@@ -98,7 +90,7 @@ def test_a_damaged_ledger_is_never_an_empty_one(tmp_path, text):
         refused(call("inspect_handoff", place.parent), "ledger.json is damaged")
 
 
-def test_inspect_handoff_understands_the_stage_s_folder_and_refuses_idle_options(tmp_path):
+def test_inspect_handoff_understands_the_stage_s_folder_and_refuses_idle_options(tmp_path, call):
     place = tmp_path / "run" / "4_handoff"
     place.mkdir(parents=True)
     (place / "ledger.json").write_text("{")
@@ -107,7 +99,7 @@ def test_inspect_handoff_understands_the_stage_s_folder_and_refuses_idle_options
 
 
 @pytest.mark.parametrize("text", ["{", "[]", "null"])
-def test_damaged_measures_are_named(tmp_path, text):
+def test_damaged_measures_are_named(tmp_path, text, call):
     place = tmp_path / "run" / "6_crater"
     place.mkdir(parents=True)
     (place / "measures.json").write_text(text)

@@ -1,0 +1,79 @@
+"""``run_case RUN``: a run goes on in its own folder, whatever has become of its case; nothing that is done is made again."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from matter.errors import InputError
+from pipeline import going_on
+
+
+def only_run(place: Path) -> Path:
+    (found,) = place.glob("small-*")
+    return found
+
+
+@pytest.mark.parametrize("named", ["folder", "file"])
+def test_a_run_goes_on_without_its_case(drive, case_folder, tmp_path, named):
+    runs = tmp_path / "runs"
+    code, _, err = drive(case_folder, "--preset", "quick", "--set", "sph.steps=30", "--out", runs, "--until", "sph")
+    assert code == 0, err
+    run = only_run(runs)
+    marks = {path: path.read_bytes() for path in run.glob("*/done.json")}
+    before, head = json.loads((run / "provenance.json").read_text())["case"], (run / "case.used.toml").read_text()
+    shutil.rmtree(case_folder)
+    code, out, err = drive(run if named == "folder" else run / "case.used.toml")
+    assert code == 0, err
+    assert out.splitlines()[0] == f"run folder: {run}" and out.strip().splitlines()[-1] == f"result: {run}"
+    assert out.count("done before") == 2 and len(marks) == 2
+    assert all(path.read_bytes() == content for path, content in marks.items())
+    assert only_run(runs) == run and len(list(run.glob("*/done.json"))) == 6
+    after = json.loads((run / "provenance.json").read_text())
+    assert after["case"] == before and before["preset"] == "quick" and before["overrides"] == ["sph.steps=30"] and len(after["sessions"]) == 2
+    assert (run / "case.used.toml").read_text() == head  # the values, and the line that says how the run was begun
+
+
+def test_what_the_encounters_find_is_left_to_them_again(drive, case_folder, tmp_path):
+    file = case_folder / "case.toml"
+    file.write_text(file.read_text().replace('angle_from_vertical = "40 deg"\n', ""))
+    runs = tmp_path / "runs"
+    code, _, err = drive(case_folder, "--out", runs)
+    assert code == 0, err
+    run = only_run(runs)
+    marks = {path: path.read_bytes() for path in run.glob("*/done.json")}
+    values = (run / "case.used.toml").read_text()
+    assert "angle_from_vertical" in tomllib.loads(values)["impact"]
+    code, out, err = drive(run)
+    assert code == 0 and out.count("done before") == 6, out + err
+    assert len(marks) == 6 and all(path.read_bytes() == content for path, content in marks.items())
+    assert (run / "case.used.toml").read_text() == values
+
+
+def test_a_changed_run_is_another_run(drive, case_folder, tmp_path):
+    runs = tmp_path / "runs"
+    assert drive(case_folder, "--out", runs, "--until", "nbody")[0] == 0
+    run = only_run(runs)
+    code, _, err = drive(run, "--set", "sph.steps=7", "--out", tmp_path / "others", "--until", "sph")
+    assert code == 0, err
+    other = only_run(tmp_path / "others")
+    assert other.name != run.name and tomllib.loads((other / "case.used.toml").read_text())["sph"]["steps"] == 7
+    assert not (run / "2_sph").exists()
+
+
+def test_options_that_cannot_be_obeyed_are_refused(drive, case_folder, tmp_path):
+    runs = tmp_path / "runs"
+    assert drive(case_folder, "--out", runs, "--until", "nbody")[0] == 0
+    run = only_run(runs)
+    with pytest.raises(InputError, match="goes on where it is"):
+        going_on.read(run, out=tmp_path / "others")
+    with pytest.raises(InputError, match="no presets left"):
+        going_on.read(run, preset="quick")
+    assert going_on.read(run, out=runs).run == run
+    assert going_on.run_of(case_folder) is None and going_on.name_of(Path("small-0123abcd")) == "small" == going_on.name_of(Path("small"))
+    (run / "provenance.json").unlink()  # a copy of the values alone is a case like any other
+    assert going_on.run_of(run / "case.used.toml") is None
