@@ -22,9 +22,10 @@ from sph import target as bodies
 from sph import timestep
 from sph.cloud import Cloud
 from sph.damage import seeding
-from sph.integrator import Integrator
+from sph.integrator import Integrator, Surroundings
 from sph.material_settings import Choice
 from sph.materials import Materials, collect
+from sph.numerics import Numerics
 
 ALPHA0, FIRST_STEP = 1.1, 0.02
 POROUS_ICE = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": ALPHA0})}
@@ -83,7 +84,7 @@ class WithoutGravity(Integrator):
 
 def begin(cloud: Cloud, materials: Materials) -> WithoutGravity:
     """The first steps."""
-    integrator = WithoutGravity(cloud, materials, 1e7, alpha=2.0, beta=10.0, courant=0.3, theta=0.5, gravity_shift=0.05)
+    integrator = WithoutGravity(cloud, materials, 1e7, Numerics(), Surroundings())
     integrator.start()
     for _ in range(3):
         integrator.dt = 0.0

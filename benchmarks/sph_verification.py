@@ -36,8 +36,8 @@ from matter import archive  # noqa: E402
 from sph.materials import collect  # noqa: E402
 from sph.porosity import compaction_wave  # noqa: E402
 
-SHELLS = [(5_000, corrected, switch) for switch in (None, "balsara", "morris_monaghan") for corrected in (False, True)]
-SHELLS += [(10_000, False, None), (10_000, False, "morris_monaghan"), *((n, True, "morris_monaghan") for n in (10_000, 20_000, 60_000))]
+SHELLS = [(5_000, sums, switch) for switch in (None, "balsara", "morris_monaghan") for sums in ("plain", "corrected")]
+SHELLS += [(10_000, "plain", None), (10_000, "plain", "morris_monaghan"), *((n, "corrected", "morris_monaghan") for n in (10_000, 20_000, 60_000))]
 SOLIDS = [("basalt", "basalt"), ("ice", "ice"), ("water_thesis", "water"), ("aluminum", "aluminum"), ("iron", "iron")]
 
 
@@ -88,11 +88,11 @@ def solved(what: str, measure: Callable[[], float], wanted: float, limit: float,
     return {"what": what, "value": value, "wanted": wanted, "limit": limit, "relative": relative, "met": off <= limit}
 
 
-def spun(corrected: bool) -> list[dict]:
-    """Rows of the spinning ball, with corrected gradients in force, density and heat or with plain ones."""
-    momentum, removed, pressure, shear = solutions.spin(corrected=corrected)
+def spun(gradients: str) -> list[dict]:
+    """Rows of the spinning ball, with ``corrected`` gradients in force, density and heat or with ``plain`` ones."""
+    momentum, removed, pressure, shear = solutions.spin(gradients=gradients)
     rows = (
-        (f"spinning ball, one turn, gradients {'corrected' if corrected else 'plain'}: change of L", momentum, 1e-3),
+        (f"spinning ball, one turn, gradients {gradients}: change of L", momentum, 1e-3),
         ("... taken out by the correction of the torque, over L", removed, 1e-3),
         ("... change of the core's pressure", pressure, 0.01),
         ("... change of sqrt(J2)", shear, 0.01),
@@ -103,7 +103,7 @@ def spun(corrected: bool) -> list[dict]:
 def stopped(particles: int, **options) -> list[dict]:
     """Rows of Verney's shell."""
     stop, viscous, energy = solutions.shell(particles, **options)
-    how = f"gradients {'corrected' if options.get('corrected') else 'plain'}, viscosity {options.get('viscosity_switch', 'everywhere')}"
+    how = f"gradients {options.get('gradients', 'plain')}, viscosity {options.get('viscosity_switch', 'everywhere')}"
     return [
         solved(f"Verney's shell of {particles:,} particles, {how}: inner radius at its stop over exact", lambda: stop, 1.0, 0.03),
         {"what": "... share of the kinetic energy that viscosity took", "value": viscous},
@@ -150,12 +150,10 @@ def rest() -> dict[str, Callable[[], list[dict]]]:
         for transverse in (False, True):
             label = f"{'shear' if transverse else 'pressure'} wave in {name}, speed over exact"
             found[label] = lambda label=label, name=name, across=transverse: [solved(label, lambda: solutions.elastic_speed(name, across), 1.0, 0.015)]
-    for corrected in (False, True):
+    for sums in ("plain", "corrected"):
         for name in ("basalt", "ice", "aluminum"):
-            label = f"wave along a bar of {name}{', corrected gradients' if corrected else ''}, speed over exact"
-            found[label] = lambda label=label, name=name, corrected=corrected: [
-                solved(label, lambda: solutions.bar_speed(name, corrected=corrected), 1.0, 0.015)
-            ]
+            label = f"wave along a bar of {name}{', corrected gradients' if sums == 'corrected' else ''}, speed over exact"
+            found[label] = lambda label=label, name=name, sums=sums: [solved(label, lambda: solutions.bar_speed(name, gradients=sums), 1.0, 0.015)]
     angle, more = solutions.angle_of_slope(math.radians(30.0)), math.radians(2.0)
     free = math.sin(more) / (math.cos(angle) * math.sin(angle + more))
     found["slope"] = lambda: [
@@ -167,11 +165,11 @@ def rest() -> dict[str, Callable[[], list[dict]]]:
         solved("... 2 deg above it", lambda: solutions.slope(angle + more, rock=False), free, 0.3),
     ]
     found["rod"], found["rings"] = pulled, rung
-    for corrected in (False, True):
-        found[f"spin, {'corrected' if corrected else 'plain'}"] = partial(spun, corrected)
-    for particles, corrected, switch in SHELLS:
-        options = ({"corrected": True} if corrected else {}) | ({"viscosity_switch": switch} if switch else {})
-        found[f"shell {particles} {'corrected' if corrected else 'plain'} {switch or 'none'}"] = partial(stopped, particles, **options)
+    for sums in ("plain", "corrected"):
+        found[f"spin, {sums}"] = partial(spun, sums)
+    for particles, sums, switch in SHELLS:
+        options = {"gradients": sums} | ({"viscosity_switch": switch} if switch else {})
+        found[f"shell {particles} {sums} {switch or 'none'}"] = partial(stopped, particles, **options)
     for gamma in (1.4, 5.0 / 3.0):
         for across in (24, 36):
             for terms in (False, True):
@@ -248,7 +246,7 @@ def main() -> None:
     parser.add_argument("--layers", type=int, default=150, help="how far fronts may run; a column is higher where a precursor runs ahead of the front")
     parser.add_argument("--only", default="", help="measure only what has this text in its name")
     options = parser.parse_args()
-    numerics = {**columns.NUMERICS, "limits_of_h": list(columns.NUMERICS["limits_of_h"]), "support_over_spacing": columns.SUPPORT, "layers": options.layers}
+    numerics = {**columns.NUMERICS, "layers": options.layers}
     print(numerics)
     kept = options.out / "shocks.json" if options.out else None
     content = json.loads(kept.read_text()) if kept and kept.is_file() else {"numerics": numerics, "done": {}}

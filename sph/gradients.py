@@ -13,67 +13,70 @@ A lopsided neighbourhood (surface spray) has no useful inverse: B = 1 there, pla
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
 
 from matter.gather import LANES, columns
 from matter.jit import parallel_kernel, prange
-from sph import kernel, kernel_wendland
-from sph.state import WIDTH
+from sph.kernels import dispatch as kernels
+from sph.row import RHO_INVERSE, SUPPORT, TENSOR, VOLUME, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
+from sph.scheme import Pairs, Rows, Scheme
 
-TENSOR = 1  # first of the nine columns of sigma B in the rows that ``sph.rates`` reads beside its own; before it the share of the viscosity
 _BLOCK = 64
 
 
-@parallel_kernel(fastmath=True)
-def _correct(row, index, entry, listed, wendland, start_density, inverse, beside):
-    n = len(inverse)
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
-        most = 0
-        for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-            most = max(most, listed[i])
-        s = np.empty((WIDTH, most + 2 * LANES))
-        for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-            padded = (listed[i] + LANES - 1) // LANES * LANES  # filled up with the particle itself, which adds exact zeros
-            for k in range(0, padded, LANES):
-                columns(row, index, entry[i], k, s)
-            x, y, z, h = row[i, 0], row[i, 1], row[i, 2], row[i, 8]
-            cxx, cxy, cxz, cyy, cyz, czz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for k in range(padded):
-                dx, dy, dz = x - s[0, k], y - s[1, k], z - s[2, k]
-                hij = 0.5 * (h + s[8, k])
-                r = math.sqrt(dx * dx + dy * dy + dz * dz)
-                if wendland is None:  # compiled for one of the two
-                    F = kernel.gradient_factor(r, hij)
-                else:
-                    F = kernel_wendland.gradient_factor(r, hij)
-                F *= s[6, k]
-                cxx -= dx * dx * F
-                cxy -= dx * dy * F
-                cxz -= dx * dz * F
-                cyy -= dy * dy * F
-                cyz -= dy * dz * F
-                czz -= dz * dz * F
-            if start_density is not None:
-                thin = 1.0 / (row[i, 7] * start_density[i])  # 1 / eta: sums over first volumes as sums over present ones
-                cxx, cxy, cxz, cyy, cyz, czz = cxx * thin, cxy * thin, cxz * thin, cyy * thin, cyz * thin, czz * thin
-            det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
-            B = inverse[i]
-            B[0], B[1], B[2], B[3], B[4], B[5] = 1.0, 0.0, 0.0, 1.0, 0.0, 1.0
-            if det > 0.05 and det < 20.0:
-                inv = 1.0 / det
-                B[0], B[1], B[2] = (cyy * czz - cyz * cyz) * inv, (cxz * cyz - cxy * czz) * inv, (cxy * cyz - cxz * cyy) * inv
-                B[3], B[4], B[5] = (cxx * czz - cxz * cxz) * inv, (cxy * cxz - cxx * cyz) * inv, (cxx * cyy - cxy * cxy) * inv
-            txx, txy, txz, tyy, tyz, tzz = row[i, 10], row[i, 11], row[i, 12], row[i, 13], row[i, 14], row[i, 15]
-            T = beside[i]
-            T[1], T[2], T[3] = txx * B[0] + txy * B[1] + txz * B[2], txx * B[1] + txy * B[3] + txz * B[4], txx * B[2] + txy * B[4] + txz * B[5]
-            T[4], T[5], T[6] = txy * B[0] + tyy * B[1] + tyz * B[2], txy * B[1] + tyy * B[3] + tyz * B[4], txy * B[2] + tyy * B[4] + tyz * B[5]
-            T[7], T[8], T[9] = txz * B[0] + tyz * B[1] + tzz * B[2], txz * B[1] + tyz * B[3] + tzz * B[4], txz * B[2] + tyz * B[4] + tzz * B[5]
+@functools.cache
+def _loop(scheme: Scheme):
+    """The compiled loop (rows, pairs) of a scheme; fills ``rows.inverse`` and the tensor of ``rows.second``."""
+    kernel, start_volumes = scheme.kernel, scheme.start_volumes
+
+    @parallel_kernel(fastmath=True)
+    def _correct(rows, pairs):
+        row, second, start_density, inverse = rows.row, rows.second, rows.start_density, rows.inverse
+        n = len(inverse)
+        for block in prange((n + _BLOCK - 1) // _BLOCK):
+            most = 0
+            for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
+                most = max(most, pairs.number[i])
+            s = np.empty((WIDTH, most + 2 * LANES))
+            for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
+                padded = (pairs.number[i] + LANES - 1) // LANES * LANES  # filled up with the particle itself, which adds exact zeros
+                for k in range(0, padded, LANES):
+                    columns(row, pairs.partner, pairs.first[i], k, s)
+                x, y, z, h = row[i, X], row[i, Y], row[i, Z], row[i, SUPPORT]
+                cxx, cxy, cxz, cyy, cyz, czz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                for k in range(padded):
+                    dx, dy, dz = x - s[X, k], y - s[Y, k], z - s[Z, k]
+                    hij = 0.5 * (h + s[SUPPORT, k])
+                    r = math.sqrt(dx * dx + dy * dy + dz * dz)
+                    F = kernels.gradient_factor(kernel, r, hij) * s[VOLUME, k]
+                    cxx -= dx * dx * F
+                    cxy -= dx * dy * F
+                    cxz -= dx * dz * F
+                    cyy -= dy * dy * F
+                    cyz -= dy * dz * F
+                    czz -= dz * dz * F
+                if start_volumes:
+                    thin = 1.0 / (row[i, RHO_INVERSE] * start_density[i])  # 1 / eta: sums over first volumes as sums over present ones
+                    cxx, cxy, cxz, cyy, cyz, czz = cxx * thin, cxy * thin, cxz * thin, cyy * thin, cyz * thin, czz * thin
+                det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
+                B = inverse[i]
+                B[0], B[1], B[2], B[3], B[4], B[5] = 1.0, 0.0, 0.0, 1.0, 0.0, 1.0
+                if det > 0.05 and det < 20.0:
+                    inv = 1.0 / det
+                    B[0], B[1], B[2] = (cyy * czz - cyz * cyz) * inv, (cxz * cyz - cxy * czz) * inv, (cxy * cyz - cxz * cyy) * inv
+                    B[3], B[4], B[5] = (cxx * czz - cxz * cxz) * inv, (cxy * cxz - cxx * cyz) * inv, (cxx * cyy - cxy * cxy) * inv
+                txx, txy, txz, tyy, tyz, tzz = row[i, XX], row[i, XY], row[i, XZ], row[i, YY], row[i, YZ], row[i, ZZ]
+                T = second[i, TENSOR:]
+                T[0], T[1], T[2] = txx * B[0] + txy * B[1] + txz * B[2], txx * B[1] + txy * B[3] + txz * B[4], txx * B[2] + txy * B[4] + txz * B[5]
+                T[3], T[4], T[5] = txy * B[0] + tyy * B[1] + tyz * B[2], txy * B[1] + tyy * B[3] + tyz * B[4], txy * B[2] + tyy * B[4] + tyz * B[5]
+                T[6], T[7], T[8] = txz * B[0] + tyz * B[1] + tzz * B[2], txz * B[1] + tyz * B[3] + tzz * B[4], txz * B[2] + tyz * B[4] + tzz * B[5]
+
+    return _correct
 
 
-def correct(row, neighbours, wendland: bool | None, start_density: np.ndarray | None, inverse: np.ndarray, beside: np.ndarray) -> None:
-    """Fill ``inverse`` (n, 6) with B (xx xy xz yy yz zz) and columns ``TENSOR`` to ``TENSOR`` + 8 of ``beside`` (at least n, 16) with sigma B [Pa], row by row;
-    ``row`` as ``sph.rates`` takes it, with its ``wendland`` and ``start_density``.
-    """
-    _correct(row, neighbours.index, neighbours.entry, neighbours.count, wendland, start_density, inverse, beside)
+def correct(scheme: Scheme, rows: Rows, neighbours) -> None:
+    """Fill ``rows.inverse`` (n, 6) with B (xx xy xz yy yz zz), and the tensor in ``rows.second`` with sigma B [Pa], row by row."""
+    _loop(scheme)(rows, Pairs.of(neighbours))

@@ -35,8 +35,8 @@ def row(integrator: Integrator) -> dict[str, float | str]:
     momentum = m @ v
     spin = m @ np.cross(x, v)
     kinetic, internal = 0.5 * float(m @ v2), float(m @ cloud.specific_energy)
-    gravitational = integrator.down * float(m @ x[:, 2])
-    if integrator.self_gravity:
+    gravitational = integrator.around.down * float(m @ x[:, 2])
+    if integrator.around.self_gravity:
         gravitational += tree.potential_energy(x, m, integrator.softening, 0.0 if len(m) <= DIRECT else FINE)
         r = np.linalg.norm(x, axis=1)
         unbound = 0.5 * v2 > tree.G * m.sum() / r

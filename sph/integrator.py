@@ -10,6 +10,8 @@ for y = (v, rho, u, D^(1/3)): second order, and with the conjugate force and ene
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from matter import tree
@@ -22,6 +24,9 @@ from sph.boundary.edge import Edge
 from sph.boundary.images import Images
 from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
 from sph.materials import Materials
+from sph.numerics import Numerics
+from sph.row import SHARE, VOLUME, WIDTH
+from sph.scheme import Rows
 
 YOUNG = 0.002  # of sqrt(R^3 / G M)
 DENSITY_FLOOR = 0.005  # of the density at rest; only particles that have lost their neighbours come near it
@@ -94,6 +99,21 @@ def _unturn(x, centre, spin, a):
         a[i, 2] -= spin[0] * q - spin[1] * p
 
 
+class Surroundings(NamedTuple):
+    """What acts on a cloud from outside of its pairs.
+
+    self_gravity : whether the particles attract each other;  down : uniform gravity towards -z [m/s^2].
+    images, edge : periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own and stays.
+    sphere : radius of a spherical target without self-gravity [m], None for a flat one; only the history asks for it.
+    """
+
+    self_gravity: bool = True
+    down: float = 0.0
+    images: Images | None = None
+    edge: Edge | None = None
+    sphere: float | None = None
+
+
 class Integrator:
     """Steps a cloud.
 
@@ -103,54 +123,19 @@ class Integrator:
 
     Parameters
     ----------
-    alpha, beta : artificial viscosity;  courant : factor of the step;  theta : opening angle of gravity;  gravity_shift : gravity is evaluated anew when
-    a bound particle has moved this share of its h.  strength, damage : which physics is on;  hold : u and D stay (relaxation).
-    self_gravity : whether the particles attract each other;  down : uniform gravity towards -z [m/s^2].
-    images, edge : periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own and stays.
-    wendland, clumping : the kernel, and the strength of the artificial stress (``sph.rates``); None for the cubic spline and no such stress.
-    first_volumes : sums are weighted by the volumes of the start (``sph.start_volumes``).
-    length_terms : with ``first_volumes`` and ``limits_of_h``, what the change of h adds (``sph.length_terms``).
-    stressed_rim : the fixed rim of ``edge`` takes the stress of what leans on it (``sph.boundary.stressed_rim``).
-    gradient_scale : all gradients are taken times this (``sph.lattice_gradients``).
-    corrected : gradients are corrected in force, density and heat too (``sph.gradients``).
-    viscosity_switch : the law of each particle's share of the viscosity (``sph.viscosity_switch``); None for all of it.
-    limits_of_h : least and most share of its first h that a support which follows the density may reach (``sph.smoothing``); None keeps h.
-    sphere : radius of a spherical target without self-gravity [m], None for a flat one; only the history asks for it.
+    radius : the target's [m], which the first step and the search start from.
+    numerics : how the equations are solved (``sph.numerics``).
+    around : gravity, images and edges (``Surroundings``).
+
+    ``strength``, ``damage`` say which physics is on; ``hold`` keeps u and D (relaxation).
     """
 
-    def __init__(
-        self,
-        cloud: Cloud,
-        materials: Materials,
-        radius: float,
-        *,
-        alpha: float,
-        beta: float,
-        courant: float,
-        theta: float,
-        gravity_shift: float,
-        self_gravity: bool = True,
-        down: float = 0.0,
-        images: Images | None = None,
-        edge: Edge | None = None,
-        wendland: bool | None = None,
-        clumping: float | None = None,
-        first_volumes: bool = False,
-        limits_of_h: tuple[float, float] | None = None,
-        length_terms: bool = False,
-        stressed_rim: bool = False,
-        corrected: bool = False,
-        gradient_scale: float = 1.0,
-        viscosity_switch: str | None = None,
-        sphere: float | None = None,
-    ):
+    def __init__(self, cloud: Cloud, materials: Materials, radius: float, numerics: Numerics, around: Surroundings):
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
-        self.alpha, self.beta, self.courant, self.theta, self.gravity_shift = alpha, beta, courant, theta, gravity_shift
-        self.self_gravity, self.down, self.images, self.edge = self_gravity, down, images, edge
-        self.wendland, self.clumping, self.sphere, self.limits_of_h = wendland, clumping, sphere, limits_of_h
-        self.stressed_rim = stressed_rim
-        self.first_volumes, self.corrected, self.switch = first_volumes, corrected, viscosity_switch
-        self.gradient_scale = gradient_scale
+        self.numerics, self.scheme, self.around = numerics, numerics.scheme, around
+        self.images, self.edge = around.images, around.edge
+        self.damping = pair_rates.Damping(numerics.alpha, numerics.beta, numerics.artificial_stress)
+        self.limits_of_length, self.gradient_scale = numerics.limits_of_length, numerics.gradient_scale
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
         self.soft: late.Soft | None = None
@@ -161,13 +146,13 @@ class Integrator:
         self.youth = YOUNG * float(np.sqrt(radius**3 / (tree.G * cloud.mass.sum())))
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * materials.bulk_density
-        self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, images)
-        self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud), bool(viscosity_switch))
-        self._omega = np.ones(len(cloud)) if length_terms else None
-        self._inverse = np.zeros((len(cloud), 6)) if corrected else None
-        self._beside = np.zeros((0, state.WIDTH)) if corrected or viscosity_switch else None
-        if viscosity_switch:
-            cloud.viscosity = np.full(len(cloud), switches.LAWS[viscosity_switch].START)
+        self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, around.images)
+        self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud), self.scheme.switched)
+        self._omega = np.ones(len(cloud) if numerics.length_terms else 0)
+        self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
+        self._second = np.zeros((0, WIDTH))
+        if self.scheme.switched:
+            cloud.viscosity = np.full(len(cloud), switches.LAWS[numerics.viscosity_switch].START)
 
     @property
     def softening(self) -> np.ndarray:
@@ -182,9 +167,9 @@ class Integrator:
     def thrown_out(self) -> np.ndarray:
         """(n,) what is beyond the surface of a target without self-gravity by more than its h and moves on outwards: above z = 0, or off a sphere."""
         x, v, h = self.cloud.position, self.cloud.velocity, self.cloud.smoothing_length
-        if self.sphere is None:
+        if self.around.sphere is None:
             return (x[:, 2] > h) & (v[:, 2] > 0.0)
-        return (np.linalg.norm(x, axis=1) > self.sphere + h) & (np.einsum("ij,ij->i", x, v) > 0.0)
+        return (np.linalg.norm(x, axis=1) > self.around.sphere + h) & (np.einsum("ij,ij->i", x, v) > 0.0)
 
     def start(self) -> None:
         """Gravity and rates of the state as it stands."""
@@ -193,15 +178,15 @@ class Integrator:
 
     def _gravity(self) -> None:
         cloud = self.cloud
-        if not self.self_gravity:
-            cloud.gravity[:] = (0.0, 0.0, -self.down)
+        if not self.around.self_gravity:
+            cloud.gravity[:] = (0.0, 0.0, -self.around.down)
             cloud.gravity_position[:] = cloud.position
             return
-        raw = tree.gravity(cloud.position, cloud.mass, self.softening, self.theta)
+        raw = tree.gravity(cloud.position, cloud.mass, self.softening, self.numerics.theta)
         field, size = tree.remove_net_force(raw, cloud.position, cloud.mass)
         cloud.gravity[:] = field
-        if self.down > 0.0:
-            cloud.gravity[:, 2] -= self.down
+        if self.around.down > 0.0:
+            cloud.gravity[:, 2] -= self.around.down
         cloud.gravity_position[:] = cloud.position
         self.gravity_time = self.time
         self.gravity_evaluations += 1
@@ -214,11 +199,12 @@ class Integrator:
         by 5 %; without the exception it alone would call for a new field at almost every step of the impact.
         """
         cloud = self.cloud
-        if not self.self_gravity:
+        shift = self.numerics.gravity_shift
+        if not self.around.self_gravity:
             return False
-        if self.gravity_shift > 0.0 and self.time - self.gravity_time < self.youth:
+        if shift > 0.0 and self.time - self.gravity_time < self.youth:
             return False
-        moved_further(cloud.position, cloud.gravity_position, self.gravity_shift * cloud.smoothing_length, cloud.neighbours, state.BOUND, self._parts)
+        moved_further(cloud.position, cloud.gravity_position, shift * cloud.smoothing_length, cloud.neighbours, state.BOUND, self._parts)
         return bool(self._parts.any())
 
     def _evaluate(self) -> None:
@@ -227,29 +213,23 @@ class Integrator:
             self.evaluated.fit(len(cloud) + len(self.images.owner))
         state.evaluate(cloud, self.rows, self.strength, self.damage, self.evaluated, not self.hold, self.soft.c2 if self.soft is not None else None)
         state.check(cloud, self.materials, self.evaluated, self.time)
-        e = self.evaluated
-        if self.first_volumes:
+        e, pairs = self.evaluated, self.neighbourhood.found
+        if self.scheme.start_volumes:
             start_volumes.turn(e.row, cloud.start_density)
-        if self.images is not None:
-            self.images.rows(e.row, len(cloud), self.time)
-        if self.stressed_rim and self.edge is not None:
+        self._fill_images()
+        if self.numerics.rim == "stressed" and self.edge is not None:
             owner = None if self.images is None else self.images.owner
-            rims.carry(e.row, self.neighbourhood.found, self.edge.fixed[cloud.identity], owner, self.wendland)
-            if self.images is not None:
-                self.images.rows(e.row, len(cloud), self.time)
-        start_density = cloud.start_density if self.first_volumes else None
-        if self._omega is not None and self.limits_of_h is not None and start_density is not None:
-            length_terms.scale(e.row, self.neighbourhood.found, self.wendland, start_density, cloud.start_length, self.limits_of_h, self._omega)
-            if self.images is not None:
-                self.images.rows(e.row, len(cloud), self.time)
+            rims.carry(e.row, pairs, self.edge.fixed[cloud.identity], owner, self.scheme.kernel)
+            self._fill_images()
+        if self.numerics.length_terms and self.limits_of_length is not None:
+            length_terms.scale(self.scheme, self._rows(), pairs, cloud.start_length, self.limits_of_length, self._omega)
+            self._fill_images()
         if self.gradient_scale != 1.0:
-            e.row[:, 6] *= self.gradient_scale
-        self._fill_beside(start_density)
-        pair_rates.compute(
-            e.row, self.neighbourhood.found, cloud, self.rows.shear, e.stiffness, self.alpha, self.beta, self.strength, self.rates,
-            self.wendland, self.clumping, start_density, self._inverse, self._beside, True if self.switch else None,
-        )  # fmt: skip
-        if self._omega is not None:
+            e.row[:, VOLUME] *= self.gradient_scale
+        self._fill_second()
+        matter = pair_rates.Matter(cloud.material, self.rows.shear, e.stiffness, cloud.stress, self.strength)
+        pair_rates.compute(self.scheme, self._rows(), pairs, matter, self.damping, self.rates)
+        if self.numerics.length_terms:
             length_terms.divide(self.rates, self._omega)
         cloud.neighbours[:] = self.rates.count
         if self.edge is not None:
@@ -257,25 +237,39 @@ class Integrator:
         if self.images is None and self.edge is None:
             self._remove_net_torque()
 
-    def _fill_beside(self, start_density: np.ndarray | None) -> None:
+    def _fill_images(self) -> None:
+        if self.images is not None:
+            self.images.rows(self.evaluated.row, len(self.cloud), self.time)
+
+    def _rows(self) -> Rows:
+        """What the loops over pairs read, as it stands."""
+        return Rows(self.evaluated.row, self._second, self.cloud.start_density, self._inverse)
+
+    def _fill_second(self) -> None:
         """What switch and corrected gradients add to the rows, images included."""
-        if self._beside is None:
+        if not self.scheme.second_rows:
             return
         cloud, row = self.cloud, self.evaluated.row
-        if len(self._beside) < len(row):
-            self._beside = np.zeros((len(row), state.WIDTH))
-        if self.switch is not None:
-            self._beside[: len(cloud), 0] = cloud.viscosity
-        if self._inverse is not None:
-            gradients.correct(row, self.neighbourhood.found, self.wendland, start_density, self._inverse, self._beside)
+        if len(self._second) < len(row):
+            self._second = np.zeros((len(row), WIDTH))
+        if self.scheme.switched:
+            self._second[: len(cloud), SHARE] = cloud.viscosity
+        if self.scheme.corrected:
+            gradients.correct(self.scheme, self._rows(), self.neighbourhood.found)
         if self.images is not None:
-            self.images.beside(self._beside, len(cloud))
+            self.images.second(self._second, len(cloud))
 
     def _follow_switch(self, dt: float) -> None:
         """The share of the viscosity after a step."""
-        if self.switch is not None:
+        if self.scheme.switched:
             c, r = self.cloud, self.rates
-            switches.follow(self.switch, dt, r.divergence, r.curl, self.evaluated.sound, c.smoothing_length, c.viscosity)
+            switches.follow(self.numerics.viscosity_switch, dt, r.divergence, r.curl, self.evaluated.sound, c.smoothing_length, c.viscosity)
+
+    def _follow_length(self) -> None:
+        """Smoothing lengths after the density."""
+        c = self.cloud
+        if self.limits_of_length is not None and not self.hold:
+            smoothing.follow(c.density, c.start_density, c.start_length, *self.limits_of_length, self.longest, c.smoothing_length)
 
     def _remove_net_torque(self) -> None:
         """Of pair forces and (frozen, hence slightly misplaced) gravity together; about the centre of mass, so that no net force comes with it."""
@@ -299,9 +293,13 @@ class Integrator:
         self.soft = late.soft(self.materials.rows, sound_speed)
         self.rows = self.soft.rows
 
+    def thin(self, alpha: float, beta: float) -> None:
+        """Go on with these coefficients of the artificial viscosity."""
+        self.damping = self.damping._replace(alpha=alpha, beta=beta)
+
     def next_step(self, until: float) -> float:
         """The next step [s], no further than the time ``until``; counts what limits it."""
-        dt, why, _ = timestep.limit(self.cloud, self.rates, self.evaluated, self.alpha, self.beta, self.courant)
+        dt, why, _ = timestep.limit(self.cloud, self.rates, self.evaluated, self.damping.alpha, self.damping.beta, self.numerics.courant)
         if self.dt > 0.0 and dt > 1.1 * self.dt:
             dt, why = 1.1 * self.dt, timestep.REASONS.index("growth")
         if dt > self.allowed:
@@ -325,8 +323,7 @@ class Integrator:
             cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change, cloud.half_damage, self.hold,
         )  # fmt: skip
         self.time += dt
-        if self.limits_of_h is not None and not self.hold:
-            smoothing.follow(cloud.density, cloud.start_density, cloud.start_length, *self.limits_of_h, self.longest, cloud.smoothing_length)
+        self._follow_length()
         self.neighbourhood.update(cloud, dt, self.time)
         if self._gravity_is_stale():
             self._gravity()

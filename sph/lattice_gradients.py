@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sph import kernel, kernel_wendland
+from sph.kernels import dispatch as kernels
 
 
 def hexagonal_distances(reach: float) -> np.ndarray:
@@ -26,8 +26,8 @@ def hexagonal_distances(reach: float) -> np.ndarray:
     return np.sort(distance[(distance > 1e-9) & (distance <= reach)])
 
 
-def scale(support: float, wendland: bool = False) -> float:
-    """q for the support radius [spacings] of the cubic spline or of Wendland's kernel."""
-    factor = kernel_wendland.gradient_factor if wendland else kernel.gradient_factor
+def scale(support: float, kernel: str = "cubic_spline") -> float:
+    """q for the support radius [spacings] of a kernel."""
+    factor = kernels.FAMILY.laws[kernels.FAMILY.kind(kernel)].gradient_factor
     r = hexagonal_distances(support)
     return float(-3.0 / sum(x * x * factor(x, support) for x in r))

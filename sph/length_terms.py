@@ -14,61 +14,65 @@ h dW/dh = -3 W - r dW/dr for a kernel of three dimensions; the particle itself, 
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
 
 from matter.gather import LANES, columns
 from matter.jit import parallel_kernel, prange
-from sph import kernel, kernel_wendland
-from sph.state import WIDTH
+from sph.kernels import dispatch as kernels
+from sph.row import RHO_INVERSE, SUPPORT, VOLUME, WIDTH, XX, YY, ZZ, X, Y, Z
+from sph.scheme import Pairs, Rows, Scheme
 
 LEAST, MOST = 0.2, 5.0
 _BLOCK = 64
 
 
-@parallel_kernel(fastmath=True)
-def _scale(row, index, entry, listed, wendland, start_density, start_length, least, most, omega):
-    n = len(omega)
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
-        wide = 0
-        for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-            wide = max(wide, listed[i])
-        s = np.empty((WIDTH, wide + 2 * LANES))
-        for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-            padded = (listed[i] + LANES - 1) // LANES * LANES
-            for k in range(0, padded, LANES):
-                columns(row, index, entry[i], k, s)
-            x, y, z, h = row[i, 0], row[i, 1], row[i, 2], row[i, 8]
-            total = 0.0
-            for k in range(padded):
-                dx, dy, dz = x - s[0, k], y - s[1, k], z - s[2, k]
-                hij = 0.5 * (h + s[8, k])
-                r2 = dx * dx + dy * dy + dz * dz
-                r = math.sqrt(r2)
-                if wendland is None:  # compiled for one of the two
-                    W, F = kernel.kernel(r, hij), kernel.gradient_factor(r, hij)
-                else:
-                    W, F = kernel_wendland.kernel(r, hij), kernel_wendland.gradient_factor(r, hij)
-                total -= s[6, k] * (3.0 * W + r2 * F)
-            if wendland is None:
-                W = kernel.kernel(0.0, h)
-            else:
-                W = kernel_wendland.kernel(0.0, h)
-            total -= 3.0 * (1 - (padded - listed[i])) * row[i, 6] * W  # what fills the list up is the particle itself, which belongs to the sum once
-            eta = row[i, 7] * start_density[i]
-            free = h > 1.0001 * least * start_length[i] and h < 0.9999 * most * start_length[i]
-            value = min(max(1.0 + total / (3.0 * eta), LEAST), MOST)
-            omega[i] = value if free else 1.0
+@functools.cache
+def _loop(scheme: Scheme):
+    """The compiled loop (rows, pairs, start_length, least, most, omega) of a scheme; fills ``omega``."""
+    kernel = scheme.kernel
+
+    @parallel_kernel(fastmath=True)
+    def _scale(rows, pairs, start_length, least, most, omega):
+        row, start_density = rows.row, rows.start_density
+        n = len(omega)
+        for block in prange((n + _BLOCK - 1) // _BLOCK):
+            wide = 0
+            for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
+                wide = max(wide, pairs.number[i])
+            s = np.empty((WIDTH, wide + 2 * LANES))
+            for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
+                padded = (pairs.number[i] + LANES - 1) // LANES * LANES
+                for k in range(0, padded, LANES):
+                    columns(row, pairs.partner, pairs.first[i], k, s)
+                x, y, z, h = row[i, X], row[i, Y], row[i, Z], row[i, SUPPORT]
+                total = 0.0
+                for k in range(padded):
+                    dx, dy, dz = x - s[X, k], y - s[Y, k], z - s[Z, k]
+                    hij = 0.5 * (h + s[SUPPORT, k])
+                    r2 = dx * dx + dy * dy + dz * dz
+                    r = math.sqrt(r2)
+                    W, F = kernels.kernel(kernel, r, hij), kernels.gradient_factor(kernel, r, hij)
+                    total -= s[VOLUME, k] * (3.0 * W + r2 * F)
+                W = kernels.kernel(kernel, 0.0, h)
+                total -= 3.0 * (1 - (padded - pairs.number[i])) * row[i, VOLUME] * W
+                eta = row[i, RHO_INVERSE] * start_density[i]
+                free = h > 1.0001 * least * start_length[i] and h < 0.9999 * most * start_length[i]
+                value = min(max(1.0 + total / (3.0 * eta), LEAST), MOST)
+                omega[i] = value if free else 1.0
+
+    return _scale
 
 
 @parallel_kernel
 def _apply(row, omega):
     for i in prange(len(omega)):
-        change = (row[i, 10] + row[i, 13] + row[i, 15]) / 3.0 * (1.0 / omega[i] - 1.0)  # of -P
-        row[i, 10] += change
-        row[i, 13] += change
-        row[i, 15] += change
+        change = (row[i, XX] + row[i, YY] + row[i, ZZ]) / 3.0 * (1.0 / omega[i] - 1.0)  # of -P
+        row[i, XX] += change
+        row[i, YY] += change
+        row[i, ZZ] += change
 
 
 @parallel_kernel
@@ -78,10 +82,10 @@ def _divide(density_rate, divergence, omega):
         divergence[i] /= omega[i]
 
 
-def scale(row, neighbours, wendland: bool | None, start_density, start_length, limits: tuple[float, float], omega: np.ndarray) -> None:
+def scale(scheme: Scheme, rows: Rows, neighbours, start_length: np.ndarray, limits: tuple[float, float], omega: np.ndarray) -> None:
     """Fill ``omega`` (n,) from rows turned by ``sph.start_volumes`` (images included), and put P / Omega into the first n of them."""
-    _scale(row, neighbours.index, neighbours.entry, neighbours.count, wendland, start_density, start_length, limits[0], limits[1], omega)
-    _apply(row, omega)
+    _loop(scheme)(rows, Pairs.of(neighbours), start_length, limits[0], limits[1], omega)
+    _apply(rows.row, omega)
 
 
 def divide(rates, omega: np.ndarray) -> None:

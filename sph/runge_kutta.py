@@ -13,18 +13,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from sph import smoothing
 from sph.integrator import Integrator
 
 _STATE = ("position", "velocity", "density", "specific_energy", "stress", "root_damage", "distention")
 
 
 class RungeKutta(Integrator):
-    """Steps a cloud; as ``Integrator``, with ``tolerance`` eps."""
+    """Steps a cloud; as ``Integrator``, with ``numerics.tolerance`` for eps."""
 
-    def __init__(self, *args, tolerance: float = 1e-5, **options):
-        super().__init__(*args, **options)
-        self.tolerance, self.rejected = tolerance, 0
+    rejected = 0
 
     def _slopes(self) -> dict[str, np.ndarray]:
         cloud, r, e = self.cloud, self.rates, self.evaluated
@@ -50,8 +47,7 @@ class RungeKutta(Integrator):
         """Rates of the cloud as it stands; ``kept`` arrays follow its order where it is sorted anew."""
         cloud = self.cloud
         self.time = time
-        if self.limits_of_h is not None and not self.hold:
-            smoothing.follow(cloud.density, cloud.start_density, cloud.start_length, *self.limits_of_h, self.longest, cloud.smoothing_length)
+        self._follow_length()
         before = cloud.identity.copy()
         if self.neighbourhood.update(cloud, dt, time):
             place = np.empty(len(before), dtype=np.int64)
@@ -69,7 +65,7 @@ class RungeKutta(Integrator):
         moved = np.maximum(np.linalg.norm(cloud.position - start["position"], axis=1), 0.1 * cloud.smoothing_length)
         dense = np.abs(cloud.density - start["density"] - dt * middle["density"]) / start["density"]
         bound = cloud.neighbours > 0
-        return float(np.where(bound, np.maximum(far / moved, dense), 0.0).max()) / self.tolerance
+        return float(np.where(bound, np.maximum(far / moved, dense), 0.0).max()) / self.numerics.tolerance
 
     def step(self, dt: float, keep: float = 1.0) -> None:
         """One step of at most ``dt``, shortened until its error is small enough; ``keep`` < 1 damps velocities (relaxation)."""

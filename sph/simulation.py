@@ -19,7 +19,7 @@ from matter import archive, checkpoint, progress, readable, snapshot
 from matter.body import Impact
 from matter.errors import InputError
 from matter.particles import Particles
-from sph import flow_reynolds, lattice_gradients, stage_report, state
+from sph import flow_reynolds, stage_report, state
 from sph import ground as grounds
 from sph import late as late_stage
 from sph import materials as material_rows
@@ -29,7 +29,7 @@ from sph.boundary.edge import Edge
 from sph.cloud import ARRAYS, OPTIONAL, Cloud
 from sph.damage import seeding
 from sph.history import History
-from sph.integrator import Integrator
+from sph.integrator import Integrator, Surroundings
 from sph.runge_kutta import RungeKutta
 
 if TYPE_CHECKING:
@@ -37,6 +37,9 @@ if TYPE_CHECKING:
 
 CHECKPOINT_WALL = 20.0
 """Seconds of wall time between checkpoints."""
+
+
+INTEGRATORS: dict[str, type[Integrator]] = {"leapfrog": Integrator, "rk3": RungeKutta}
 
 
 def read_impact(settings: Settings, inputs: Path) -> Impact:
@@ -87,17 +90,9 @@ class Simulation:
 
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
-        kind = Integrator if s.integrator == "leapfrog" else partial(RungeKutta, tolerance=s.tolerance)
-        return kind(
-            cloud, self.materials, self.radius, alpha=s.alpha, beta=s.beta, courant=s.courant, theta=s.theta, gravity_shift=s.gravity_shift,
-            self_gravity=s.target.attracts, down=s.target.gravity, images=surroundings.images(s.target, s.sides, s.floor, self.bottom), edge=self.edge,
-            wendland=True if s.kernel == "wendland" else None, clumping=s.artificial_stress or None,
-            first_volumes=s.volumes == "start", limits_of_h=(s.shortest, s.longest) if s.smoothing == "density" else None,
-            length_terms=s.length_terms, stressed_rim=s.rim == "stressed",
-            gradient_scale=lattice_gradients.scale(s.support, s.kernel == "wendland") if s.gradients == "normalised" else 1.0,
-            corrected=s.gradients == "corrected", viscosity_switch=None if s.viscosity_switch == "none" else s.viscosity_switch,
-            sphere=None if s.target.flat else self.radius,
-        )  # fmt: skip
+        planes = surroundings.images(s.target, s.sides, s.floor, self.bottom)
+        around = Surroundings(s.target.attracts, s.target.gravity, planes, self.edge, None if s.target.flat else self.radius)
+        return INTEGRATORS[s.integrator](cloud, self.materials, self.radius, s, around)
 
     @property
     def bottom(self) -> float:
@@ -277,7 +272,8 @@ class Simulation:
         """Take up the artificial viscosity of the late stage."""
         chosen = self.settings.late
         if chosen is not None:
-            self.integrator.alpha, self.integrator.beta, self.thinned = chosen.alpha, chosen.beta, True
+            self.integrator.thin(chosen.alpha, chosen.beta)
+            self.thinned = True
 
     def _note_flow(self) -> None:
         """A row of the flow's Reynolds number."""
@@ -286,7 +282,7 @@ class Simulation:
         share = c.viscosity[mine] if len(c.viscosity) else 1.0
         found = flow_reynolds.measure(
             c.position[mine], c.velocity[mine], c.mass[mine], 0.5 * c.smoothing_length[mine], i.evaluated.sound[: len(c)][mine], share,
-            c.density[mine], self.materials.bulk_density[c.material[mine]], i.alpha, None if self.settings.target.flat else self.radius,
+            c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha, None if self.settings.target.flat else self.radius,
         )  # fmt: skip
         if found is not None:
             self.flow.append({"time_s": i.time, **found})

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from matter import archive, checkpoint, progress, regions
-from matter.body import Impact, Model, Target
+from matter.body import Impact, Target
 from matter.quantity import PositiveLength, PositiveTime, Time
 from sph import ground as grounds
 from sph import late as late_stage
@@ -23,14 +23,16 @@ from sph import target as bodies
 from sph import used_laws, viscosity_switch
 from sph.boundary import surroundings
 from sph.history import DIRECT
+from sph.kernels import dispatch as kernels
 from sph.material_settings import Choice
+from sph.numerics import Numerics
 from sph.simulation import Simulation
 
 # warm, 2 cores of a Zen 5 machine: seconds per particle and step of the hydrodynamics, per particle of one gravity evaluation, per pair of the direct sum
 _SECONDS_PER_STEP, _SECONDS_PER_GRAVITY, _SECONDS_PER_PAIR = 4.0e-7, 1.1e-6, 4.0e-10
 
 
-class Settings(Model):
+class Settings(Numerics):
     """Settings of the shock stage. Equal spacings and no refinement give a uniform hexagonal lattice."""
 
     target: Target
@@ -60,16 +62,6 @@ class Settings(Model):
     """Simulated time between rows of ``history.csv``."""
     first_step: PositiveTime = 0.05
     """Length of the first time step; later ones follow from ``courant``."""
-    alpha: Annotated[float, Field(ge=0, le=10)] = 2.0
-    """Linear coefficient of the artificial viscosity."""
-    beta: Annotated[float, Field(ge=0, le=50)] = 10.0
-    """Quadratic coefficient of the artificial viscosity."""
-    courant: Annotated[float, Field(gt=0, le=1)] = 0.3
-    """Courant factor of the time step."""
-    theta: Annotated[float, Field(gt=0, le=1)] = 0.5
-    """Opening angle of the gravity tree (smaller is more accurate)."""
-    gravity_shift: Annotated[float, Field(ge=0, le=1)] = 0.05
-    """Gravity is evaluated again once a bound particle has moved this share of its smoothing length (0: at every step)."""
     relaxation_time: Time = 1000.0
     """Length of the damped settling before the impact (0: none)."""
     damping: Annotated[float, Field(ge=0)] = 0.01
@@ -85,36 +77,6 @@ class Settings(Model):
     """What ends flat ground below, as ``sides``; a half-sphere has sides only."""
     edge_width: PositiveLength | None = None
     """Width of the quiet layer; by default six times ``spacing_far``."""
-    kernel: Literal["cubic_spline", "wendland"] = "cubic_spline"
-    """Kernel of the SPH sums."""
-    support: Annotated[float, Field(ge=1.6, le=4.0)] = 2.0
-    """Support radius of the kernel over the particle spacing."""
-    volumes: Literal["present", "start"] = "present"
-    """Weights of the sums: the ``present`` volumes, or those of the ``start`` (right behind strong shocks; ``sph.start_volumes``)."""
-    smoothing: Literal["fixed", "density"] = "fixed"
-    """Smoothing lengths: ``fixed`` at their first value, or following the ``density`` between ``shortest`` and ``longest`` times it (``sph.smoothing``)."""
-    shortest: Annotated[float, Field(gt=0.2, le=1)] = 0.5
-    """With ``smoothing = "density"``: least smoothing length over its first value."""
-    longest: Annotated[float, Field(ge=1, le=4)] = 2.0
-    """With ``smoothing = "density"``: largest smoothing length over its first value."""
-    length_terms: bool = False
-    """With ``volumes = "start"`` and ``smoothing = "density"``: include what the change of smoothing lengths adds to the density's rate
-    (``sph.length_terms``)."""
-    rim: Literal["own", "stressed"] = "own"
-    """Stress of the fixed rim: ``own``, that of the start, which passes on half of a shear stress; or ``stressed`` as what leans on it
-    (``sph.boundary.stressed_rim``)."""
-    gradients: Literal["plain", "normalised", "corrected"] = "plain"
-    """``plain``; ``normalised``, exact in an undisturbed lattice (for bodies in balance and waves; ``sph.lattice_gradients``); ``corrected`` in force, density
-    and heat too (for thin shells and spinning bodies, not for strong shocks; ``sph.gradients``)."""
-    viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
-    """``none``: full viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``); ``morris_monaghan``: a twentieth of it where nothing
-    has been compressed (``sph.viscosity_morris_monaghan``)."""
-    artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """Strength of the repulsion that keeps particles from clumping in tension (``sph.artificial_stress``; 0: none)."""
-    integrator: Literal["leapfrog", "rk3"] = "leapfrog"
-    """Time integration: ``leapfrog`` (``sph.integrator``), or ``rk3`` with errors of a step below ``tolerance`` (``sph.runge_kutta``)."""
-    tolerance: Annotated[float, Field(gt=0, le=0.1)] = 1e-5
-    """With ``integrator = "rk3"``: largest relative error of a step."""
     late: late_stage.Settings | None = None
     """``[sph.late]``: a softened late stage for long times at small scale (``sph.late``); none by default."""
     materials: dict[str, Choice] = Field(default_factory=dict)
@@ -168,7 +130,7 @@ def idle_sources(settings: Settings) -> set[Path]:
     """Law files that this run does not take: its bibliography leaves out what only they cite."""
     chosen = {
         "smoothing": settings.smoothing == "density", "start_volumes": settings.volumes == "start", "late": settings.late is not None,
-        "runge_kutta": settings.integrator == "rk3", "kernel": settings.kernel == "cubic_spline", "kernel_wendland": settings.kernel == "wendland",
+        "runge_kutta": settings.integrator == "rk3", **{f"kernels/{name}": settings.kernel == name for name in kernels.FAMILY.names},
         "artificial_stress": settings.artificial_stress > 0.0, "gradients": settings.gradients == "corrected",
         "lattice_gradients": settings.gradients == "normalised",
         "length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",

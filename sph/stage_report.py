@@ -32,7 +32,7 @@ def of(run: Simulation) -> dict[str, Any]:
         "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque_removed)) / scale["angular_momentum_kg_m2_s"],
         "projectile": {"mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"]},
         "late": run.late or None,
-        "late_viscosity": {"alpha": i.alpha, "beta": i.beta} if run.thinned else None,
+        "late_viscosity": {"alpha": i.damping.alpha, "beta": i.damping.beta} if run.thinned else None,
         "flow": {
             "definition": "Re = 20 v R / (alpha c hbar) of the flow below the crater (sph/flow_reynolds.py)",
             "least_allowed": flow_reynolds.REYNOLDS_LEAST,

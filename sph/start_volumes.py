@@ -14,6 +14,7 @@ too high (ice, 10 km/s). The viscosity's 1 / rhobar becomes 2 / (1/psi_i + 1/psi
 from __future__ import annotations
 
 from matter.jit import parallel_kernel, prange
+from sph.row import RHO_INVERSE, VOLUME, XX, ZZ
 
 
 @parallel_kernel
@@ -21,8 +22,8 @@ def turn(row, start_density):
     """Rows of ``sph.state`` (at least n, 16) for these sums, in place: volume V0, 1 / psi for 1 / rho, sigma / eta^2; ``start_density`` (n,) [kg/m^3]."""
     for i in prange(len(start_density)):
         r = row[i]
-        eta = 1.0 / (r[7] * start_density[i])
-        r[6] *= eta
-        r[7] = eta / start_density[i]
-        for k in range(10, 16):
+        eta = 1.0 / (r[RHO_INVERSE] * start_density[i])
+        r[VOLUME] *= eta
+        r[RHO_INVERSE] = eta / start_density[i]
+        for k in range(XX, ZZ + 1):
             r[k] /= eta * eta

@@ -25,12 +25,11 @@ from sph.eos import dispatch as eos
 from sph.materials import Materials, Rows
 from sph.porosity import compaction_damage
 from sph.porosity import dispatch as porosity
+from sph.row import RHO_INVERSE, SOUND, SUPPORT, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 from sph.strength import dispatch as strengths
 from sph.strength import von_mises
 
 FREE, BOUND = 4, 10  # a particle with at most FREE neighbours feels no pressure, from BOUND on all of it
-WIDTH = 16  # values of a particle's row in the pair loop
-# columns of a row: x y z vx vy vz volume(m/rho) 1/rho h c  sigma_xx xy xz yy yz zz (effective total stress)
 
 KEPT = ("pressure", "sound", "wave", "damage_rate", "damage_cap", "alpha", "stiffness", "status")
 """What of ``Evaluated`` a resumed run needs before it evaluates anew."""
@@ -117,11 +116,11 @@ def _evaluate(
         pressure[i] = P
         wave[i] = math.sqrt(c * c + 4.0 / 3.0 * s * G / rho[i]) if strength else c
         r = row[i]
-        r[0], r[1], r[2] = position[i, 0], position[i, 1], position[i, 2]
-        r[3], r[4], r[5] = velocity[i, 0], velocity[i, 1], velocity[i, 2]
-        r[6], r[7], r[8], r[9] = mass[i] / rho[i], 1.0 / rho[i], h[i], c
-        r[10], r[11], r[12] = s * sxx - P, s * sxy, s * sxz
-        r[13], r[14], r[15] = s * syy - P, s * syz, -s * (sxx + syy) - P
+        r[X], r[Y], r[Z] = position[i, 0], position[i, 1], position[i, 2]
+        r[VX], r[VY], r[VZ] = velocity[i, 0], velocity[i, 1], velocity[i, 2]
+        r[VOLUME], r[RHO_INVERSE], r[SUPPORT], r[SOUND] = mass[i] / rho[i], 1.0 / rho[i], h[i], c
+        r[XX], r[XY], r[XZ] = s * sxx - P, s * sxy, s * sxz
+        r[YY], r[YZ], r[ZZ] = s * syy - P, s * syz, -s * (sxx + syy) - P
 
 
 class Evaluated:
@@ -138,7 +137,7 @@ class Evaluated:
     @property
     def sound(self) -> np.ndarray:
         """Sound speed (n,) [m/s], as it stands in the rows."""
-        return self.row[: len(self.pressure), 9]
+        return self.row[: len(self.pressure), SOUND]
 
     def fit(self, rows: int) -> None:
         """Room for ``rows`` rows, those of images behind the particles' own."""

@@ -16,28 +16,28 @@ from matter.gather import LANES
 from matter.jit import kernel, parallel_kernel, prange
 from sph.boundary.periodic import Periodic
 from sph.boundary.wall import Wall
-from sph.gradients import TENSOR
+from sph.row import SHARE, SOUND, TENSOR, VOLUME, VX, XX, XY, XZ, YY, YZ, ZZ, X
 
 
 @parallel_kernel
 def _fill(row, count, owner, sign, shift, drift):
     for g in prange(len(owner)):
         source, image = row[owner[g]], row[count + g]
-        for k in range(6, 10):
+        for k in range(VOLUME, SOUND + 1):
             image[k] = source[k]
         for a in range(3):
-            image[a] = sign[g, a] * source[a] + shift[g, a]
-            image[3 + a] = sign[g, a] * source[3 + a] + drift[g, a]
+            image[X + a] = sign[g, a] * source[X + a] + shift[g, a]
+            image[VX + a] = sign[g, a] * source[VX + a] + drift[g, a]
         sx, sy, sz = sign[g, 0], sign[g, 1], sign[g, 2]
-        image[10], image[11], image[12] = source[10], sx * sy * source[11], sx * sz * source[12]
-        image[13], image[14], image[15] = source[13], sy * sz * source[14], source[15]
+        image[XX], image[XY], image[XZ] = source[XX], sx * sy * source[XY], sx * sz * source[XZ]
+        image[YY], image[YZ], image[ZZ] = source[YY], sy * sz * source[YZ], source[ZZ]
 
 
 @parallel_kernel
-def _fill_beside(beside, count, owner, sign):
+def _fill_second(second, count, owner, sign):
     for g in prange(len(owner)):
-        source, image = beside[owner[g]], beside[count + g]
-        image[0] = source[0]
+        source, image = second[owner[g]], second[count + g]
+        image[SHARE] = source[SHARE]
         for a in range(3):
             for b in range(3):
                 image[TENSOR + 3 * a + b] = sign[g, a] * sign[g, b] * source[TENSOR + 3 * a + b]
@@ -117,6 +117,6 @@ class Images:
         """Fill the rows behind the first ``count`` with the images at ``time`` [s]."""
         _fill(row, count, self.owner, self.sign, self.shift + self.drift * time, self.drift)
 
-    def beside(self, beside: np.ndarray, count: int) -> None:
-        """The same of the rows that go beside them (``sph.gradients``): a share, and a tensor by rows."""
-        _fill_beside(beside, count, self.owner, self.sign)
+    def second(self, second: np.ndarray, count: int) -> None:
+        """The same of second rows: a share, and a tensor by rows."""
+        _fill_second(second, count, self.owner, self.sign)

@@ -17,11 +17,12 @@ import math
 import numpy as np
 
 from matter.jit import parallel_kernel, prange
-from sph import kernel, kernel_wendland
+from sph.kernels import dispatch as kernels
+from sph.row import SUPPORT, VOLUME, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 
 
 @parallel_kernel
-def _carry(row, index, entry, listed, still, wendland):
+def _carry(kernel, row, index, entry, listed, still):
     for i in prange(len(listed)):
         if not still[i]:
             continue
@@ -30,21 +31,18 @@ def _carry(row, index, entry, listed, still, wendland):
             j = index[k]
             if still[j]:
                 continue
-            dx, dy, dz = row[i, 0] - row[j, 0], row[i, 1] - row[j, 1], row[i, 2] - row[j, 2]
-            r, h = math.sqrt(dx * dx + dy * dy + dz * dz), 0.5 * (row[i, 8] + row[j, 8])
-            if wendland is None:  # compiled for one of the two
-                W = row[j, 6] * kernel.kernel(r, h)
-            else:
-                W = row[j, 6] * kernel_wendland.kernel(r, h)
+            dx, dy, dz = row[i, X] - row[j, X], row[i, Y] - row[j, Y], row[i, Z] - row[j, Z]
+            r, h = math.sqrt(dx * dx + dy * dy + dz * dz), 0.5 * (row[i, SUPPORT] + row[j, SUPPORT])
+            W = row[j, VOLUME] * kernels.kernel(kernel, r, h)
             weight += W
-            xx, xy, xz = xx + W * row[j, 10], xy + W * row[j, 11], xz + W * row[j, 12]
-            yy, yz, zz = yy + W * row[j, 13], yz + W * row[j, 14], zz + W * row[j, 15]
+            xx, xy, xz = xx + W * row[j, XX], xy + W * row[j, XY], xz + W * row[j, XZ]
+            yy, yz, zz = yy + W * row[j, YY], yz + W * row[j, YZ], zz + W * row[j, ZZ]
         if weight > 1e-12:
-            row[i, 10], row[i, 11], row[i, 12] = xx / weight, xy / weight, xz / weight
-            row[i, 13], row[i, 14], row[i, 15] = yy / weight, yz / weight, zz / weight
+            row[i, XX], row[i, XY], row[i, XZ] = xx / weight, xy / weight, xz / weight
+            row[i, YY], row[i, YZ], row[i, ZZ] = yy / weight, yz / weight, zz / weight
 
 
-def carry(row, neighbours, fixed: np.ndarray, owner: np.ndarray | None, wendland: bool | None) -> None:
+def carry(row, neighbours, fixed: np.ndarray, owner: np.ndarray | None, kernel: int) -> None:
     """Put the stress into the rows of the rim, ``fixed`` (n,) bool in the order of the cloud; ``owner`` (g,) of the images behind them, None without."""
     still = fixed if owner is None else np.concatenate([fixed, fixed[owner]])
-    _carry(row, neighbours.index, neighbours.entry, neighbours.count, still, wendland)
+    _carry(kernel, row, neighbours.index, neighbours.entry, neighbours.count, still)

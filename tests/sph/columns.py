@@ -18,12 +18,22 @@ from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
 from sph.boundary.wall import Wall
 from sph.cloud import Cloud
-from sph.integrator import Integrator
+from sph.integrator import Integrator, Surroundings
 from sph.materials import Materials
+from sph.numerics import Numerics
 from sph.target import Body
 
-NUMERICS = {"alpha": 2.0, "beta": 10.0, "courant": 0.3, "wendland": True, "first_volumes": True, "limits_of_h": (0.5, 2.0)}
 SUPPORT = 2.6  # h over the spacing
+NUMERICS = {"alpha": 2.0, "beta": 10.0, "courant": 0.3, "kernel": "wendland", "support": SUPPORT, "volumes": "start", "smoothing": "density"}
+
+
+def integrator(cloud: Cloud, materials: Materials, radius: float, kind: type[Integrator] = Integrator, **options) -> Integrator:
+    """An integrator without self-gravity unless it is asked for; ``options`` are keys of ``sph.numerics`` and of ``Surroundings``."""
+    outside = {"self_gravity": False} | {key: options.pop(key) for key in Surroundings._fields if key in options}
+    unknown = set(options) - set(Numerics.model_fields)
+    assert not unknown, unknown
+    numerics = Numerics().model_copy(update={"theta": 0.5, "gravity_shift": 0.0} | options)  # tolerances beyond what a case may ask for, too
+    return kind(cloud, materials, radius, numerics, Surroundings(**outside))
 
 
 def lattice(layers: int, across: int) -> tuple[np.ndarray, float, float, float]:
@@ -57,9 +67,7 @@ class Column:
             planes.append(Wall(2, 0.0, piston))
         if ends:
             planes.append(Wall(2, self.height))
-        self.integrator = Integrator(
-            Cloud.of(body), materials, self.height, **(NUMERICS | options), theta=0.5, gravity_shift=0.0, self_gravity=False, images=Images(tuple(planes))
-        )
+        self.integrator = integrator(Cloud.of(body), materials, self.height, images=Images(tuple(planes)), **(NUMERICS | options))
         self.integrator.strength = self.integrator.damage = False
 
     @property

@@ -29,6 +29,7 @@ from sph.integrator import Integrator
 from sph.material_settings import Choice
 from sph.materials import Materials, collect
 from sph.rates import Rates
+from sph.row import ZZ
 from sph.target import Body
 
 TOUGH = {"strength": "von_mises", "damage": "none", "von_mises": {"Y0": "1e4 GPa"}, "tension": {"cut": "1e4 GPa"}}
@@ -59,8 +60,7 @@ def body(place: np.ndarray, materials: Materials, radius: float, strength: bool 
     """An integrator of one material at ``place`` (n, 3), a particle per unit of volume."""
     n, rho = len(place), float(materials.bulk_density[0])
     matter = Body(place, np.full(n, rho), np.full(n, rho), np.full(n, columns.SUPPORT), np.zeros(n, np.int32), np.zeros(n, np.int32))
-    chosen = {**columns.NUMERICS, "theta": 0.5, "gravity_shift": 0.0, "self_gravity": False} | options
-    i = Integrator(Cloud.of(matter), materials, radius, **chosen)
+    i = columns.integrator(Cloud.of(matter), materials, radius, **(columns.NUMERICS | options))
     i.strength, i.damage = strength, False
     return i
 
@@ -228,11 +228,10 @@ def slope(tilt: float, friction_angle: str = "30 deg", layers: int = 14, rock: b
     """
     sand = Choice(strength="drucker_prager", damage="none", drucker_prager={"friction_angle": friction_angle, "cohesion": "0 Pa"}, tension={"cut": "0 Pa"})
     materials = collect(("basalt", "ice"), {"basalt": sand, "ice": Choice(**TOUGH, **BASALTIC)})
-    column = columns.Column(materials, layers + 6)
+    column = columns.Column(materials, layers + 6, rim="own" if rock else "stressed")
     i, c, height = column.integrator, column.cloud, column.height
     if rock:
         c.material[c.position[:, 2] < 6.0 * column.gap] = 1
-    i.stressed_rim = not rock
     g = 1e-3 * 26.7e9 / (2700.0 * height)  # the weight strains it by 1e-3
     c.position += np.random.default_rng(1).uniform(-0.1, 0.1, c.position.shape)
     i.neighbourhood.rebuild(c, 0.0)
@@ -274,7 +273,7 @@ def collapse(across: int = 20, share: float = 0.9) -> float:
     """Half-mass radius of a cold, uniform, self-attracting ball at ``share`` of its free-fall time, over that of free fall."""
     half = 0.5 * across
     i = body(
-        closest_packing(lambda x: np.linalg.norm(x, axis=1) < half, half), gas(1.4), half, self_gravity=True, alpha=0.0, beta=0.0, limits_of_h=None
+        closest_packing(lambda x: np.linalg.norm(x, axis=1) < half, half), gas(1.4), half, self_gravity=True, alpha=0.0, beta=0.0, smoothing="fixed"
     )  # fmt: skip
     c = i.cloud
     begun = float(np.median(np.linalg.norm(c.position, axis=1)))
@@ -372,11 +371,8 @@ def shell(particles: int = 20_000, stop: float = 0.625, **options) -> tuple[floa
     while True:
         i.step(i.next_step(1e9))
         if i.steps % 10 == 0:
-            start_density = c.start_density if i.first_volumes else None
-            rates.compute(
-                i.evaluated.row, i.neighbourhood.found, c, i.rows.shear, i.evaluated.stiffness, 0.0, 0.0, True, quiet,
-                i.wendland, i.clumping, start_density, i._inverse, i._beside, True if i.switch else None,
-            )  # fmt: skip
+            matter = rates.Matter(c.material, i.rows.shear, i.evaluated.stiffness, c.stress, True)
+            rates.compute(i.scheme, i._rows(), i.neighbourhood.found, matter, i.damping._replace(alpha=0.0, beta=0.0), quiet)
             viscous += (i.time - at) * float(c.mass @ (i.rates.energy - quiet.energy))
             at = i.time
         r2 = np.einsum("ij,ij->i", c.position, c.position)
@@ -404,9 +400,8 @@ def rings(outer: float = 24.0, until: float = 50.0) -> tuple[float, float, int, 
         lambda x: (np.hypot(x[:, 0], x[:, 1]) < outer) & (np.hypot(x[:, 0], x[:, 1]) > 0.75 * outer) & (np.abs(x[:, 2]) < 0.5 * period), outer
     )
     offset = np.array([outer + 1.5, 0.0, 0.0])
-    i = body(
-        np.concatenate([flat - offset, flat + offset]), materials, 3.0 * outer, True, images=Images((Periodic(2, -0.5 * period, 0.5 * period),)), clumping=0.3
-    )
+    ends = Images((Periodic(2, -0.5 * period, 0.5 * period),))
+    i = body(np.concatenate([flat - offset, flat + offset]), materials, 3.0 * outer, True, images=ends, artificial_stress=0.3)
     c = i.cloud
     left = c.position[:, 0] < 0.0
     name = c.identity.copy()
@@ -445,7 +440,7 @@ def rod(rate: float, seed: int = 1, length: int = 48) -> float:
     )
     edge = Edge(np.minimum(place[:, 2], tall - place[:, 2]), matter.h, matter.density, np.zeros(n), 0.0)
     planes = Images((Periodic(0, 0.0, wide * spacing), Periodic(1, 0.0, deep * spacing)))
-    i = Integrator(Cloud.of(matter), materials, 0.02, **columns.NUMERICS, theta=0.5, gravity_shift=0.0, self_gravity=False, edge=edge, images=planes)
+    i = columns.integrator(Cloud.of(matter), materials, 0.02, edge=edge, images=planes, **columns.NUMERICS)
     c = i.cloud
     seeding.seed_flaws(c, materials, seed)
     c.velocity[:, 2] = rate * (c.position[:, 2] - 0.5 * tall)
@@ -454,7 +449,7 @@ def rod(rate: float, seed: int = 1, length: int = 48) -> float:
     while i.time < end:
         i.step(i.next_step(end))
         middle = np.abs(c.initial_position[:, 2] - 0.5 * tall) < 0.35 * tall
-        tension = float(i.evaluated.row[:n][middle, 15].mean())
+        tension = float(i.evaluated.row[:n][middle, ZZ].mean())
         most = max(most, tension)
         if tension < 0.3 * most and most > 1e7:
             break

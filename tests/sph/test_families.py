@@ -10,10 +10,12 @@ import pytest
 
 from matter.law_family import Family
 from pipeline import references
-from sph.families import FAMILIES
+from sph.families import FAMILIES as MATERIAL
+from sph.kernels.dispatch import FAMILY as KERNELS
 from sph.porosity.matrix import Matrix
 from sph.strength import dispatch as strength
 
+FAMILIES = (*MATERIAL, KERNELS)
 LAWS = [(family, number) for family in FAMILIES for number, name in enumerate(family.names) if name != "none"]
 MATRIX = Matrix(2700.0, 2.67e10, 1e7)
 
@@ -31,7 +33,7 @@ def padded(family, numbers):
 def test_no_law_file_is_left_out_of_its_list():
     """A law is a file of the family's folder that names its sources."""
     listed = {module.__name__ for family in FAMILIES for module in family.laws}
-    for folder in ("eos", "strength", "porosity", "damage"):
+    for folder in ("eos", "strength", "porosity", "damage", "kernels"):
         package = importlib.import_module(f"sph.{folder}")
         for info in pkgutil.iter_modules(package.__path__, f"sph.{folder}."):
             if not info.name.endswith("__main__"):

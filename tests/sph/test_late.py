@@ -3,6 +3,7 @@
 import json
 import math
 
+import columns
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -12,7 +13,6 @@ from matter.body import Impact, Layer, Projectile, Target
 from matter.errors import Stopped
 from sph import late, stage
 from sph.cloud import Cloud
-from sph.integrator import Integrator
 from sph.material_settings import Choice
 from sph.materials import collect
 from sph.target import Body
@@ -55,7 +55,7 @@ def ball(material="basalt", **changes):
         place, np.full(n, rho), rho * rng.uniform(0.999, 1.002, n), np.full(n, 2.3), np.zeros(n, np.int32), np.zeros(n, np.int32),
         np.full(n, materials.rows.alpha0[0]),
     )  # fmt: skip
-    i = Integrator(Cloud.of(body), materials, 5.0, alpha=2.0, beta=10.0, courant=0.3, theta=0.5, gravity_shift=0.0, self_gravity=False)
+    i = columns.integrator(Cloud.of(body), materials, 5.0)
     i.damage = False
     i.cloud.stress[:] = rng.normal(size=(n, 5)) * 1e6
     i.cloud.velocity[:] = rng.normal(size=(n, 3))
@@ -82,7 +82,7 @@ def test_the_switch_scales_stress_and_keeps_strain_weight_and_energy():
     assert i.evaluated.wave == pytest.approx(wave * math.sqrt(ratio), rel=5e-3)  # Poisson's ratio stays
     assert energy(i) == total and after < before
     i.dt = 0.0
-    assert i.next_step(1e9) > 5.0 * i.courant * 0.5 * 2.3 / wave.max() / 2.2
+    assert i.next_step(1e9) > 5.0 * i.numerics.courant * 0.5 * 2.3 / wave.max() / 2.2
 
 
 def test_total_energy_is_kept_after_the_switch():

@@ -3,32 +3,34 @@
 import numpy as np
 import pytest
 import shock_tube
-from test_rates import SHEAR, _Cloud
+from test_rates import _Cloud
 from test_smoothing import stopped_and_whole
 from test_stage import settings
 
-from sph import kernel, kernel_wendland, length_terms, rates, start_volumes
+from sph import length_terms, rates, scheme, start_volumes
+from sph.kernels.dispatch import FAMILY as KERNELS
 
 LIMITS = (0.5, 2.0)
 
 
-def evaluate(c, wendland=None, length=None):
+def evaluate(c, kernel="cubic_spline", length=None, alpha=1.0, beta=2.0):
     """Omega, and rates with its terms."""
     row, out, omega = c.rows(), rates.Rates(len(c.mass)), np.ones(len(c.mass))
     start_volumes.turn(row, c.start_density)
-    length_terms.scale(row, c.found, wendland, c.start_density, c.smoothing_length if length is None else length, LIMITS, omega)
-    rates.compute(row, c.found, c, SHEAR, np.ones((len(c.mass), 2)), 1.0, 2.0, True, out, wendland, None, c.start_density)
+    chosen, rows = scheme.Scheme(kernel=KERNELS.kind(kernel), start_volumes=True), scheme.rows(row, start_density=c.start_density)
+    length_terms.scale(chosen, rows, c.found, c.smoothing_length if length is None else length, LIMITS, omega)
+    c.summed(chosen, rows, out, rates.Damping(alpha, beta))
     length_terms.divide(out, omega)
     return omega, out
 
 
-@pytest.mark.parametrize("wendland", [None, True])
-def test_omega_is_the_change_of_the_sum_with_all_supports(wendland):
+@pytest.mark.parametrize("kernel", KERNELS.names)
+def test_omega_is_the_change_of_the_sum_with_all_supports(kernel):
     """By differences: all h scaled by one factor, as where the density changes alike; the particle itself counts."""
     c = _Cloud(1000)
-    law = kernel.kernel if wendland is None else kernel_wendland.kernel
+    law = KERNELS.laws[KERNELS.kind(kernel)].kernel
     V0 = c.mass / c.start_density
-    omega, _ = evaluate(c, wendland)
+    omega, _ = evaluate(c, kernel)
     h, step = c.smoothing_length, 1e-5
     for i in (0, 77, 431, 900):
         d = np.linalg.norm(c.position - c.position[i], axis=1)
@@ -55,11 +57,7 @@ def test_heat_is_pressure_times_the_rate_of_the_density():
     """du = P / rho^2 drho for a gas, as without the terms: the pressure that works is the one over Omega."""
     c = _Cloud(1000)
     c.stress[:] = 0.0
-    row, out, omega = c.rows(), rates.Rates(1000), np.ones(1000)
-    start_volumes.turn(row, c.start_density)
-    length_terms.scale(row, c.found, None, c.start_density, c.smoothing_length, LIMITS, omega)
-    rates.compute(row, c.found, c, SHEAR, np.ones((1000, 2)), 0.0, 0.0, True, out, None, None, c.start_density)
-    length_terms.divide(out, omega)
+    _, out = evaluate(c, alpha=0.0, beta=0.0)
     assert out.energy == pytest.approx(c.pressure / c.density**2 * out.density, rel=1e-9)
 
 

@@ -7,9 +7,10 @@ import pytest
 
 from sph.cloud import Cloud
 from sph.damage import seeding
-from sph.integrator import Integrator
+from sph.integrator import Integrator, Surroundings
 from sph.material_settings import Choice
 from sph.materials import collect
+from sph.numerics import Numerics
 from sph.target import Body
 
 POROUS = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": 1.1})}
@@ -26,7 +27,7 @@ def ice():
     def made() -> Integrator:
         cloud = Cloud.of(Body(place * 1e3, rho * 1e9, rho, np.full(8000, 2.06e3), zero, zero, np.full(8000, 1.1)))
         seeding.seed_flaws(cloud, materials, 1)
-        return Integrator(cloud, materials, 2e4, alpha=2.0, beta=10.0, courant=0.3, theta=0.5, gravity_shift=0.05, self_gravity=False, down=1.0)
+        return Integrator(cloud, materials, 2e4, Numerics(), Surroundings(self_gravity=False, down=1.0))
 
     return made
 

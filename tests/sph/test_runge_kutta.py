@@ -1,5 +1,6 @@
 """Kutta's method with control of its error: its order, its agreement with the default integrator, and resuming."""
 
+import columns
 import numpy as np
 import pytest
 from test_stage import settings
@@ -28,7 +29,7 @@ def ball(kind, viscous=False, box=None, **options):
     body = Body(place, np.full(n, 2700.0), np.full(n, 2700.0), np.full(n, 2.3), np.zeros(n, np.int32), np.zeros(n, np.int32))
     images = Images(tuple(Periodic(axis, -box, box) for axis in range(3))) if box else None
     alpha, beta = (2.0, 10.0) if viscous else (0.0, 0.0)
-    i = kind(Cloud.of(body), ELASTIC, 5.0, alpha=alpha, beta=beta, courant=0.3, theta=0.5, gravity_shift=0.0, self_gravity=False, images=images, **options)
+    i = columns.integrator(Cloud.of(body), ELASTIC, 5.0, kind, alpha=alpha, beta=beta, images=images, **options)
     i.damage = False
     i.cloud.velocity[:] = -20.0 * place + np.cross([3.0, -2.0, 5.0], place) + (2000.0 if box else 0.0)
     i.start()

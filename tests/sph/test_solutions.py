@@ -31,7 +31,7 @@ def test_a_blast_runs_as_sedov_says():
 @pytest.mark.validation
 def test_a_shell_stops_where_yielding_has_taken_its_energy():
     """Verney's shell, 10,000 particles: stop radius within 3 %; what viscosity took is 4.5 % of the energy."""
-    stop, viscous, energy = solutions.shell(10_000, corrected=True, viscosity_switch="morris_monaghan")
+    stop, viscous, energy = solutions.shell(10_000, gradients="corrected", viscosity_switch="morris_monaghan")
     assert stop == pytest.approx(1.0, abs=0.03) and viscous < 0.06 and abs(energy) < 1e-3
 
 
@@ -49,7 +49,7 @@ def test_elastic_waves_run_at_the_speed_of_their_moduli(name, transverse):
 @pytest.mark.validation
 def test_waves_run_along_a_bar_at_the_speed_of_youngs_modulus():
     """With corrected gradients; plain ones see too little strain beside the free sides and are 5 to 6 % slow at 12 spacings across."""
-    assert solutions.bar_speed("aluminum", corrected=True) == pytest.approx(1.0, abs=0.015)
+    assert solutions.bar_speed("aluminum", gradients="corrected") == pytest.approx(1.0, abs=0.015)
 
 
 @pytest.mark.validation
@@ -83,7 +83,7 @@ def test_a_spinning_ball_keeps_its_stress():
     With plain gradients P falls by 2.1 % and sqrt(J2) by 1.8 %: the heating sigma : L of lopsided neighbourhoods is not zero in rotation, nor is its conjugate,
     the torque, of which 0.4 % of L is taken out a turn. Half the step changes neither by 1e-6.
     """
-    momentum, removed, pressure, shear = solutions.spin(corrected=True)
+    momentum, removed, pressure, shear = solutions.spin(gradients="corrected")
     assert abs(momentum) < 1e-3 and removed < 1e-3
     assert abs(pressure) < 0.01 and abs(shear) < 0.01
 

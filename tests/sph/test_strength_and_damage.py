@@ -25,8 +25,8 @@ def test_return_ends_on_the_yield_surface_and_is_idempotent():
 
 def test_molten_material_has_no_strength():
     p = von_mises.Parameters(1e9, 7e5)
-    assert von_mises.yield_stress(7e5, p) == 0.0
-    assert von_mises.yield_stress(3.5e5, p) == pytest.approx(0.5e9)
+    assert von_mises.yield_stress(1e9, 7e5, 0.0, p) == 0.0
+    assert von_mises.yield_stress(0.0, 3.5e5, 1.0, p) == pytest.approx(0.5e9)
     assert von_mises.return_factor(1e18, 0.0) == 0.0
 
 

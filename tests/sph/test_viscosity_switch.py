@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import solutions
 import test_shocks
-from test_rates import SHEAR, _Cloud
+from test_rates import _Cloud
 from test_smoothing import stopped_and_whole
 
-from sph import rates, viscosity_balsara, viscosity_morris_monaghan, viscosity_switch
+from sph import rates, scheme, viscosity_balsara, viscosity_morris_monaghan, viscosity_switch
 from sph.materials import collect
+from sph.row import SHARE
 
 
 def test_balsara_tells_compression_from_shear():
@@ -42,9 +43,9 @@ def test_a_pair_takes_the_mean_share(share):
     """Force and heat of the viscosity alike; with all of it, what no switch gives."""
     c = _Cloud(1000)
     none, whole = c.evaluate(0.0, 0.0), c.evaluate()
-    out, beside = rates.Rates(1000, curl=True), np.zeros((1000, 16))
-    beside[:, 0] = share + np.where(np.arange(1000) == 431, 0.2, 0.0)
-    rates.compute(c.rows(), c.found, c, SHEAR, np.ones((1000, 2)), 1.0, 2.0, True, out, beside=beside, switched=True)
+    out, second = rates.Rates(1000, curl=True), np.zeros((1000, 16))
+    second[:, SHARE] = share + np.where(np.arange(1000) == 431, 0.2, 0.0)
+    c.summed(scheme.Scheme(switched=True), scheme.rows(c.rows(), second), out, rates.Damping(1.0, 2.0))
     far = np.linalg.norm(c.position - c.position[431], axis=1) > c.smoothing_length.max()
     for name in ("acceleration", "energy"):
         wanted = getattr(none, name) + share * (getattr(whole, name) - getattr(none, name))
@@ -61,7 +62,7 @@ def test_curl_is_that_of_the_flow():
     w = np.array([0.3, -0.2, 0.5]) * 1e-3
     c.velocity = np.cross(w, c.position)
     out = rates.Rates(1000, curl=True)
-    rates.compute(c.rows(), c.found, c, SHEAR, np.ones((1000, 2)), 0.0, 0.0, True, out, beside=np.ones((1000, 16)), switched=True)
+    c.summed(scheme.Scheme(switched=True), scheme.rows(c.rows(), np.ones((1000, 16))), out, rates.Damping(0.0, 0.0))
     inner = ((c.position > 2.5e3) & (c.position < 6.5e3)).all(axis=1)
     assert np.median(out.curl[inner]) == pytest.approx(2.0 * np.linalg.norm(w), rel=0.05)
     assert not c.evaluate().curl.any()  # nobody asked
@@ -87,5 +88,5 @@ def test_a_stage_with_switch_and_corrected_gradients_resumes_to_the_last_bit(law
 
 def test_a_shell_stops_where_yielding_has_taken_its_energy():
     """2,500 particles, two spacings thick: within 3 % (without switch and correction 20 % too soon, viscosity taking half of the energy)."""
-    stop, viscous, energy = solutions.shell(2500, corrected=True, viscosity_switch="morris_monaghan")
+    stop, viscous, energy = solutions.shell(2500, gradients="corrected", viscosity_switch="morris_monaghan")
     assert stop == pytest.approx(1.0, abs=0.03) and 0.0 < viscous < 0.08 and abs(energy) < 1e-3

@@ -10,6 +10,8 @@ import math
 
 from matter.jit import law
 
+SOURCES = ("MonaghanLattanzio1985", "Winter2017")
+
 
 @law
 def kernel(r, h):

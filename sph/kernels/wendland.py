@@ -9,6 +9,8 @@ import math
 
 from matter.jit import law
 
+SOURCES = ("Wendland1995", "DehnenAly2012")
+
 
 @law
 def kernel(r, h):

@@ -1,0 +1,1 @@
+"""Smoothing kernels, one a file."""

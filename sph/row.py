@@ -1,0 +1,16 @@
+"""Columns of the rows that loops over pairs read: one row a particle, and behind them those of its images.
+
+``row`` (n, 16) is filled by ``sph.state`` and turned by ``sph.start_volumes``; ``second`` (n, 16) holds what some schemes add to it.
+"""
+
+X, Y, Z, VX, VY, VZ = range(6)
+VOLUME, RHO_INVERSE, SUPPORT, SOUND = range(6, 10)
+"""m / rho [m^3], 1 / rho [m^3/kg], support radius h [m], sound speed [m/s]."""
+XX, XY, XZ, YY, YZ, ZZ = range(10, 16)
+"""Effective total stress sigma [Pa]."""
+WIDTH = 16
+
+SHARE = 0
+"""Second row: share of the artificial viscosity (``sph.viscosity_switch``)."""
+TENSOR = 1
+"""Second row: first of the nine columns of sigma B [Pa], by rows (``sph.gradients``)."""
