@@ -135,7 +135,7 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = ()) 
         known = f"it has {', '.join(sorted(presets))}" if presets else "it has none"
         raise InputError(f"{file} has no preset {preset!r}{stages.nearest(preset, list(presets))} ({known})")
     table = presets.get(preset, {}) if preset else {}
-    document, found = overlay.merged(content, table), []
+    document, found = _without_left_out(overlay.merged(content, table), table), []
     for assignment in overrides:
         try:
             document = overlay.assigned(document, *overlay.parsed(assignment))
@@ -144,6 +144,15 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = ()) 
     name = file.resolve().parent.name if file.name == "case.toml" else file.stem
     case = Case(file, name, preset, tuple(overrides), document, {}, toml_lines.key_lines(text), table, tuple(found))
     return _outside_taken(case)
+
+
+def _without_left_out(document: dict[str, Any], preset: dict[str, Any]) -> dict[str, Any]:
+    """The document without the case's own tables of stages that its preset leaves out (``[preset.shock.case] stages = ["sph"]``)."""
+    table = preset.get("case", {})
+    named = table.get("stages") if isinstance(table, dict) else None
+    if not isinstance(named, list):
+        return document
+    return {name: content for name, content in document.items() if name not in stages.ORDER or name in named or name in preset}
 
 
 def _outside_taken(case: Case) -> Case:
