@@ -21,7 +21,8 @@ ROBUST = dict(loss="soft_l1", max_nfev=200)
 class Datum:
     """A plane (``radius`` infinite, ``centre`` a point on it) or a sphere about ``centre``; rows of ``axes`` are x', y', z' (the axis).
 
-    ``sigma`` [m] is the uncertainty of its level, ``source`` how it was found.
+    ``sigma`` [m] is the uncertainty of its level on the axis, ``source`` how it was found. ``errors`` are the independent ways (c, k) [m] in which its
+    height may be off: by c + k cos(s / radius) at a distance s, one standard deviation each.
     """
 
     kind: str
@@ -30,6 +31,7 @@ class Datum:
     axes: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     sigma: float = 0.0
     source: str = "given"
+    errors: tuple[tuple[float, float], ...] = ()
 
     @property
     def is_sphere(self) -> bool:

@@ -5,19 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
 
 from crater import cloud as clouds
-from crater import surface
+from crater import smoothing, surface
 from crater.cloud import Cloud
-from crater.datum import Datum, fit_plane, fit_sphere, plane, sphere
-from crater.radial_profile import Relief, relief, ring_mean
+from crater.datum import Datum, fit_sphere, plane, sphere
+from crater.radial_profile import Relief, relief
 from matter.errors import InputError
 from matter.particles import Particles
 
-FAR = 3.0
-"""The far field begins at three crater radii."""
 HOLLOW = 0.35
 """Depth in spacings below which smoothed ground is no hollow."""
 
@@ -66,13 +63,20 @@ def _uppermost(position: np.ndarray, spacing: np.ndarray) -> np.ndarray:
     return order[last]
 
 
+EDGE_SECTORS = 48
+"""Sectors that each have to reach the edge: fewer would see the corners of a box and not the middle of its sides."""
+
+
 def edge_of(cloud: Cloud, datum: Datum) -> float:
-    """Distance to which the cloud covers every azimuth [m] (a quarter of the circumference at most on a sphere)."""
+    """Distance to which the ground is known at every azimuth [m] (a quarter of the circumference at most on a sphere).
+
+    The kernel's support inside the outermost particles: nearer to the edge the colour field lacks the matter beyond it and stands low.
+    """
     distance, azimuth, _ = datum.polar(cloud.position)
-    sector = (azimuth / (2.0 * np.pi) * 16).astype(int) % 16
-    far = np.zeros(16)
-    np.maximum.at(far, sector, distance)
-    edge = float(far.min()) - float(np.median(cloud.spacing))
+    sector = (azimuth / (2.0 * np.pi) * EDGE_SECTORS).astype(int) % EDGE_SECTORS
+    far = np.zeros(EDGE_SECTORS)
+    np.maximum.at(far, sector, distance - smoothing.SUPPORT * cloud.spacing)
+    edge = float(far.min())
     return min(edge, 0.5 * np.pi * datum.radius) if datum.is_sphere else edge
 
 
@@ -86,6 +90,8 @@ def depression(ground: Relief, within: float = np.inf) -> tuple[float, float, fl
     """Shift (along x', y') from the axis to the middle of the deepest hollow (in local spacings), and its radius, all [m]; radius 0 where there is none.
 
     The hollow is what lies below half of the deepest smoothed height, taken about its centroid; it is looked for ``within`` [m] of the axis.
+    It is deeper than the noise: that of the undisturbed ground where it is known (what a crater throws on the ground, whole layers of a lattice even,
+    is no noise), else that of the ground itself.
     """
     columns = ground.columns
     ring = columns.ring
@@ -94,13 +100,14 @@ def depression(ground: Relief, within: float = np.inf) -> tuple[float, float, fl
     area = (np.diff(columns.edges)[ring] * np.maximum(s, 1.0) / columns.count[ring])[good]
     x, y, h = (s * np.cos(azimuth))[good], (s * np.sin(azimuth))[good], h[good]
     smooth = _smooth(x, y, h)
-    noise = 1.4826 * float(np.median(np.abs(smooth - np.median(smooth))))
+    own = 1.4826 * float(np.median(np.abs(smooth - np.median(smooth))))
     seen = np.hypot(x, y) <= within
     if not seen.any():
         return 0.0, 0.0, 0.0
     spacing = columns.spacing[ring][good]
     seed = int(np.argmin(np.where(seen, smooth / spacing, np.inf)))
     deepest = float(smooth[seed])
+    noise = own if ground.scatter is None else ground.scatter * float(spacing[seed])
     if deepest > -max(4.0 * noise, HOLLOW * float(spacing[seed])):
         return 0.0, 0.0, 0.0
     hollow = smooth < 0.5 * deepest
@@ -118,104 +125,9 @@ def depression(ground: Relief, within: float = np.inf) -> tuple[float, float, fl
 
 def _smooth(x: np.ndarray, y: np.ndarray, h: np.ndarray) -> np.ndarray:
     tree = cKDTree(np.column_stack([x, y]))
-    count = min(9, len(x))
+    count = min(surface.MEDIAN_OF, len(x))
     _, near = tree.query(np.column_stack([x, y]), k=count)
     return np.median(h[near], axis=1)
-
-
-def far_field(ground: Relief, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Mask of the rings beyond three crater ``radius`` (or the outermost quarter where the cloud ends before), and whether it is far."""
-    s = ground.columns.distance
-    known = np.isfinite(ring_mean(ground.cell))
-    far = known & (s > FAR * radius)
-    enough = far.sum() >= 4
-    if not enough:
-        outer = np.flatnonzero(known)
-        far = np.zeros(len(s), dtype=bool)
-        far[outer[-max(4, len(outer) // 4) :]] = True
-        far &= s > 1.3 * radius
-    return far, np.array(enough)
-
-
-def refit(ground: Relief, datum: Datum, radius: float, centre=None, fixed_radius: float | None = None) -> Datum:
-    """The datum fitted to the far field of a relief, less what the ejecta blanket adds there; its axis keeps passing through the crater."""
-    far, _ = far_field(ground, radius)
-    if far.sum() < 2:
-        raise InputError(f"the cloud ends at {ground.columns.edges[-1] / max(radius, 1e-300):.1f} crater radii: no far field to fit a datum to (give it)")
-    columns = ground.columns
-    thrown = blanket_in_far_field(ground, datum, radius)
-    cells = ground.cell[far] - thrown * (radius / columns.distance[far][:, None]) ** BLANKET_EXPONENT
-    azimuth = (np.arange(columns.sectors) + 0.5) * 2.0 * np.pi / columns.sectors
-    group = np.broadcast_to(np.arange(columns.sectors), cells.shape)
-    s = np.broadcast_to(columns.distance[far][:, None], cells.shape)
-    a = np.broadcast_to(azimuth, cells.shape)
-    weight = np.broadcast_to((datum.area_between(columns.edges[:-1], columns.edges[1:])[far])[:, None], cells.shape)
-    good = np.isfinite(cells)
-    s, a, h, weight, group = s[good], a[good], cells[good], weight[good], group[good]
-    unknown = BLANKET_ERROR * thrown * (radius / float(np.mean(s))) ** BLANKET_EXPONENT
-    scale = 0.5 * float(np.median(columns.spacing[far]))
-    if datum.is_sphere:
-        psi, r = s / datum.radius, datum.radius + h
-        local = np.column_stack([r * np.sin(psi) * np.cos(a), r * np.sin(psi) * np.sin(a), r * np.cos(psi)])
-        pole = datum.outside(np.array([[0.0, 0.0, datum.radius]]))[0]
-        points = datum.outside(local)
-        towards = pole - np.asarray(datum.centre)
-        found = fit_sphere(points, scale, fixed_radius, centre, weight, (datum.radius, np.asarray(datum.centre)), group, towards)
-        return sphere(found.radius, found.centre, pole - np.asarray(found.centre), found.source).raised(0.0, float(np.hypot(found.sigma, unknown)))
-    local = np.column_stack([s * np.cos(a), s * np.sin(a), h])
-    tilted = fit_plane(local, scale, weight, group)
-    level = datum.outside(np.array([[0.0, 0.0, tilted.centre[2]]]))[0]
-    normal = np.asarray(tilted.axes)[2] @ np.asarray(datum.axes)
-    found = plane(float(level[2]), (float(level[0]), float(level[1])), tuple(normal), tilted.source)
-    return found.raised(0.0, float(np.hypot(tilted.sigma, unknown)))
-
-
-BLANKET_EXPONENT = 3.0
-"""Fall of an ejecta blanket with distance (McGetchin et al. 1973), taken where the datum is fitted to ground that still carries some of it."""
-BLANKET_ERROR = 0.5
-"""Share of the correction for the blanket that is taken for its error."""
-
-
-def blanket_in_far_field(ground: Relief, datum: Datum, radius: float) -> float:
-    """Height t0 [m] of the blanket t0 (r / R)^-3 with R the crater's ``radius``, from the rings between 2 and 3 R; 0 where they lie below the datum."""
-    s, mean = ground.columns.distance, ring_mean(ground.cell)
-    near = np.isfinite(mean) & (s > 2.0 * radius) & (s < FAR * radius)
-    if near.sum() < 3:
-        return 0.0
-    area = datum.area_between(ground.columns.edges[:-1], ground.columns.edges[1:])[near]
-    shape = (radius / s[near]) ** BLANKET_EXPONENT
-    return max(0.0, float(np.sum(area * shape * mean[near]) / np.sum(area * shape**2)))
-
-
-def level_of_far_field(ground: Relief, radius: float) -> tuple[float, float]:
-    """Mean height of the far field over the datum and its standard error [m], robust (soft_l1)."""
-    far, _ = far_field(ground, radius)
-    cells = ground.cell[far]
-    if cells.size == 0 or not np.isfinite(cells).any():
-        return 0.0, 0.0
-    area = ground.datum.area_between(ground.columns.edges[:-1], ground.columns.edges[1:])[far]
-    w = np.sqrt(np.broadcast_to(area[:, None], cells.shape)[np.isfinite(cells)] / area.mean())
-    h = cells[np.isfinite(cells)]
-    scale = max(1.4826 * float(np.median(np.abs(h - np.median(h)))), 1e-3 * float(ground.columns.spacing.min()))
-    found = least_squares(lambda p: w * (h - p[0]) / scale, [np.median(h)], loss="soft_l1", x_scale=scale)
-    return float(found.x[0]), scale / np.sqrt(len(h))
-
-
-def level_of_method(ground: Relief, radius: float) -> tuple[float, float]:
-    """How far the colour field stands above the column method outside the crater [m], and half of it as an error.
-
-    The column method counts volume and is right on average; the colour field stands low on very irregular clouds (by 0.03 spacings for a
-    shaken lattice, 0.2 for independent random points). Which shows only when the datum is given and not fitted by the same method.
-    """
-    columns = ground.columns
-    ring = columns.distance > 1.3 * radius
-    difference = (ground.methods["colour"] - ground.methods["column"])[ring]
-    if not np.isfinite(difference).any():
-        return 0.0, 0.1 * float(columns.spacing.min())
-    area = np.broadcast_to(ground.datum.area_between(columns.edges[:-1], columns.edges[1:])[ring][:, None], difference.shape)
-    good = np.isfinite(difference) & (np.abs(difference) < 2.0 * columns.spacing[ring][:, None])
-    level = float(np.average(difference[good], weights=area[good])) if good.any() else 0.0
-    return level, 0.5 * abs(level)
 
 
 def ground_before(particles: Particles, datum: Datum, reach: float | None = None, sectors: int = 24) -> surface.Undisturbed:

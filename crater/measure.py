@@ -14,63 +14,22 @@ from typing import Any
 import numpy as np
 
 from crater import cloud as clouds
-from crater import forms, locate, surface
+from crater import far_field, forms, locate, surface
 from crater.datum import Datum, of_frame
 from crater.ejecta import blanket
-from crater.radial_profile import Profile, Relief, profile_of, ring_mean
-from crater.shape import CrestFinder, Ruler, Shape, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
+from crater.radial_profile import Profile, Relief, closed, profile_of, ring_mean
+from crater.shape import Ruler, Shape, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
+from crater.uncertainty import UNITS, Quantity, by_every_method, deviation, draws_of_sectors, of_datum, quantities_of, quantity
 from matter import frame, readable
-from matter.errors import InputError
 from matter.particles import Particles
 
 BOOTSTRAPS = 200
 CLOSED_RIM = 0.75
 """Share of sectors that must stand above the datum outside the crater for a rim to be called closed."""
+NO_HOLLOW = 0.05
+"""Where no hollow was found yet, the datum is fitted to the ground as if one of this share of the reach were there."""
 SHALLOWEST = 0.5
 """A hollow shallower than this many spacings has no diameter."""
-UNITS = {
-    "diameter_rim_m": "m",
-    "diameter_apparent_m": "m",
-    "depth_m": "m",
-    "depth_rim_to_floor_m": "m",
-    "rim_height_m": "m",
-    "volume_m3": "m^3",
-    "depth_over_diameter": "1",
-    "wall_slope_deg": "deg",
-    "floor_diameter_m": "m",
-    "central_peak_m": "m",
-    "central_pit_m": "m",
-    "terraces": "1",
-    "ellipticity": "1",
-    "rim_asymmetry": "1",
-    "blanket_exponent": "1",
-    "blanket_height_at_rim_m": "m",
-}
-# Errors in local spacings that azimuthal averaging does not remove, found on synthetic clouds (tests/crater/test_coverage.py)
-RESOLUTION_HEIGHT = 0.075
-RESOLUTION_DIAMETER = 0.055
-RESOLUTION_CREST = 0.15
-RESOLUTION_RIM = 0.028
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A value with its standard error; ``value`` is None where it cannot be stated, and ``reason`` says why."""
-
-    value: float | None
-    sigma: float | None
-    unit: str
-    reason: str = ""
-    parts: dict[str, float] = field(default_factory=dict)
-
-    def as_dict(self) -> dict:
-        """``{"value", "sigma", "unit"}``, and ``reason`` or the ``sigma_parts`` where there are any."""
-        result: dict = {"value": self.value, "sigma": self.sigma, "unit": self.unit}
-        if self.reason:
-            result["reason"] = self.reason
-        if self.parts:
-            result["sigma_parts"] = self.parts
-        return result
 
 
 @dataclass(frozen=True)
@@ -91,7 +50,7 @@ class Measures:
         return {**{name: q.as_dict() for name, q in self.quantities.items()}, **self.notes}
 
 
-Refit = Callable[[Relief, Datum, float], Datum]
+Refit = Callable[[Relief, Datum, float, bool], Datum]
 
 
 def measure(
@@ -127,7 +86,7 @@ def measure(
         start = of_frame(datum)
     ground = locate.ground_before(before, start, reach, sectors) if isinstance(before, Particles) else before
     scene = locate.prepare(particles, start, ground, gravity, rise_limit, reach, what, within)
-    refit = (lambda relief, current, radius: locate.refit(relief, current, radius, centre, datum_radius)) if fitted else None
+    refit = (lambda relief, current, radius, rough: far_field.refit(relief, current, radius, centre, datum_radius, rough)) if fitted else None
     return measure_scene(scene, refit, seed, sectors)
 
 
@@ -138,14 +97,15 @@ def measure_scene(scene: locate.Scene, refit: Refit | None = None, seed: int = 1
     """
     ground, radius = _settle(scene, refit, sectors, turns, methods)
     notes: dict[str, Any] = {}
-    sigma = ground.datum.sigma
+    errors = ground.datum.errors
     if refit is None:
         # the datum is not this method's own far field: take out how the colour field stands to the volume, and how the whole body moved
         size = radius or 0.2 * scene.reach
-        level, sigma = locate.level_of_far_field(ground, size) if scene.before is not None else locate.level_of_method(ground, size)
+        level, sigma = far_field.level_of_far_field(ground, size) if scene.before is not None else far_field.level_of_method(ground, size)
+        errors = ((sigma, 0.0),)
         ground = replace(ground, methods={k: v - level for k, v in ground.methods.items()}, rays=ground.rays - level)
         notes["far_field_level_m" if scene.before is not None else "method_level_m"] = level
-    return read_off(ground, radius, sigma, seed, notes)
+    return read_off(ground, radius, errors, seed, notes)
 
 
 def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int, methods: str) -> tuple[Relief, float]:
@@ -162,7 +122,7 @@ def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int, 
             radius = found or radius
         if radius == 0.0 and (refit is None or turn >= rough):
             break
-        new = datum if refit is None else refit(ground, datum, max(radius, 0.05 * scene.reach))
+        new = datum if refit is None else refit(ground, datum, max(radius, NO_HOLLOW * scene.reach), turn < rough)
         new = new.moved(east, north)
         rise = abs(new.radius - datum.radius) if new.is_sphere else abs(np.dot(np.subtract(new.centre, datum.centre), new.axes[2]))
         still = max(float(np.hypot(east, north)), float(rise)) < 0.05 * float(ground.columns.spacing[0])
@@ -189,18 +149,8 @@ def _recentre(ground: Relief, radius: float) -> tuple[float, float, float]:
     return float(east * scale), float(north * scale), float(mean)
 
 
-def closed(cells: np.ndarray) -> np.ndarray:
-    """Cells with gaps closed: from the ring, then along the profile."""
-    mean = ring_mean(cells)
-    known = np.isfinite(mean)
-    if not known.any():
-        raise InputError("no ground under any ring: the cloud ends inside the crater or the datum lies elsewhere")
-    filled = np.interp(np.arange(len(mean)), np.flatnonzero(known), mean[known])
-    return np.where(np.isfinite(cells), cells, filled[:, None])
-
-
-def read_off(ground: Relief, radius: float, sigma_level: float, seed: int, notes: dict[str, object]) -> Measures:
-    """All measures of a settled relief with their errors."""
+def read_off(ground: Relief, radius: float, errors: tuple[tuple[float, float], ...], seed: int, notes: dict[str, object]) -> Measures:
+    """All measures of a settled relief with their errors; ``errors`` are the ways in which the datum may be off (``Datum.errors``)."""
     profile = profile_of(ground)
     if radius <= 0.0:
         return _none(ground, profile, notes, "no hollow: the ground departs from the datum by less than its own scatter")
@@ -214,11 +164,11 @@ def read_off(ground: Relief, radius: float, sigma_level: float, seed: int, notes
     mean = cells.mean(axis=1)
     finder = make_crest_finder(ruler, mean, first.apparent, first.depth)
     base = shape_of(mean, ruler, ground.datum, finder, outermost)
-    rng = np.random.default_rng(np.random.SeedSequence(seed))
-    draws = rng.integers(0, cells.shape[1], size=(BOOTSTRAPS, cells.shape[1]))
+    draws = draws_of_sectors(seed, BOOTSTRAPS, cells.shape[1])
     trials = np.array([shape_of(cells[:, pick].mean(axis=1), ruler, ground.datum, finder, outermost).as_array() for pick in draws])
-    by_method = _by_method(ground, radius, ruler, base, outermost)
-    quantities = _errors(base, trials, ruler, finder, cells, sigma_level, by_method)
+    by_method = by_every_method(ground, radius, ruler, base, outermost)
+    shifts = of_datum(errors, mean, ruler, ground.datum, finder, outermost) - base.as_array()
+    quantities = quantities_of(base, trials, ruler, cells, shifts, by_method)
     notes = {**notes, "by_method": by_method, **_relief_facts(ground, ruler, mean, base.apparent)}
     quantities["ellipticity"] = ellipticity
     quantities |= _forms(cells, mean, ruler, base, quantities["depth_m"])
@@ -242,12 +192,12 @@ def _forms(cells: np.ndarray, mean: np.ndarray, ruler: Ruler, base: Shape, depth
     floor = (ruler.broad @ sharp)[ruler.s < 0.6 * base.apparent]
     pit, prominence = forms.central_pit(floor[np.isfinite(floor)])
     found = prominence > max(3.0 * (depth.sigma or 0.0), 0.5 * d)
-    result = {"central_pit_m": _quantity(pit if found else np.nan, {"depth": depth.sigma or 0.0}, "m", "no pit above the noise of the floor")}
+    result = {"central_pit_m": quantity(pit if found else np.nan, {"depth": depth.sigma or 0.0}, "m", "no pit above the noise of the floor")}
     edge = base.rim if np.isfinite(base.rim) else base.apparent
     steps = forms.terraces(ruler.s, ruler.fine @ sharp, ruler.d, base.floor_radius, edge) if np.isfinite(base.floor_radius) else 0
     result["terraces"] = Quantity(float(steps), None, "1")
     share, error, towards = forms.rim_asymmetry(forms.crest_heights(cells, ruler, base.rim)) if np.isfinite(base.rim) else (np.nan, np.nan, np.nan)
-    result["rim_asymmetry"] = _quantity(share, {"azimuth": error}, "1", "no crest around the crater")
+    result["rim_asymmetry"] = quantity(share, {"azimuth": error}, "1", "no crest around the crater")
     if np.isfinite(towards):
         result["rim_asymmetry"] = replace(result["rim_asymmetry"], reason=f"highest towards azimuth {towards:.0f} deg")
     return result
@@ -261,9 +211,9 @@ def _blanket(cells: np.ndarray, draws: np.ndarray, ruler: Ruler, rim_radius: flo
     sharp = ruler.sharpened(cells.mean(axis=1))
     found = blanket(sharp, ruler, rim_radius)
     trials = np.array([blanket(ruler.sharpened(cells[:, pick].mean(axis=1)), ruler, rim_radius) for pick in draws])
-    spread = _deviation(trials)
+    spread = deviation(trials)
     reason = "fewer than five rings stand above the datum between 1.1 and 3 rim radii"
-    return {name: _quantity(value, {"azimuth": sigma}, UNITS[name], reason) for name, value, sigma in zip(names, found, spread)}
+    return {name: quantity(value, {"azimuth": sigma}, UNITS[name], reason) for name, value, sigma in zip(names, found, spread)}
 
 
 def _round(cells: np.ndarray, ruler: Ruler, apparent: float) -> tuple[np.ndarray, Quantity]:
@@ -282,124 +232,6 @@ def _round(cells: np.ndarray, ruler: Ruler, apparent: float) -> tuple[np.ndarray
     local = mean + c2 * np.cos(2.0 * azimuth) + s2 * np.sin(2.0 * azimuth)
     equal = np.sqrt(np.mean(local**2))
     return np.column_stack([np.interp(ruler.s * local[k] / equal, ruler.s, cells[:, k]) for k in range(cells.shape[1])]), ellipticity
-
-
-def _errors(
-    base: Shape,
-    trials: np.ndarray,
-    ruler: Ruler,
-    finder: CrestFinder | None,
-    cells: np.ndarray,
-    sigma_level: float,
-    table_of_methods: dict[str, dict[str, float]],
-) -> dict[str, Quantity]:
-    """Every measure with sigma from azimuth (bootstrap over sectors), resolution, datum and method in quadrature."""
-    d = float(np.interp(base.apparent, ruler.s, ruler.d))
-    spread = dict(zip(Shape.__dataclass_fields__, _deviation(trials)))
-    spread["depth"] = max(spread["depth"], _floor_noise(cells, ruler, base))
-    method = {name: _method_error(table_of_methods, name) for name in UNITS}
-    tangent = float(np.tan(np.radians(max(base.slope, 5.0)))) if np.isfinite(base.slope) else 0.1
-    area = np.pi * base.apparent**2
-    both = float(_deviation((trials[:, 0] + trials[:, 3])[:, None])[0])
-    height = RESOLUTION_HEIGHT * d
-    table = {
-        "depth_m": (base.depth, spread["depth"], height, sigma_level, method["depth_m"]),
-        "diameter_apparent_m": (
-            2.0 * base.apparent,
-            2.0 * spread["apparent"],
-            2.0 * RESOLUTION_DIAMETER * d,
-            2.0 * sigma_level / tangent,
-            method["diameter_apparent_m"],
-        ),
-        "diameter_rim_m": (2.0 * base.rim, 2.0 * spread["rim"], 2.0 * RESOLUTION_CREST * d, 0.0, method["diameter_rim_m"]),
-        "rim_height_m": (base.rim_height, spread["rim_height"], RESOLUTION_RIM * d, sigma_level, method["rim_height_m"]),
-        "depth_rim_to_floor_m": (
-            base.depth + base.rim_height,
-            max(both, spread["depth"]) if np.isfinite(both) else np.nan,
-            np.hypot(height, RESOLUTION_RIM * d),
-            0.0,
-            np.hypot(method["depth_m"], method["rim_height_m"]),
-        ),
-        "volume_m3": (base.volume, spread["volume"], 0.3 * height * area, sigma_level * area, method["volume_m3"]),
-        "wall_slope_deg": (base.slope, spread["slope"], 2.0, 0.0, 0.0),
-        "floor_diameter_m": (2.0 * base.floor_radius, 2.0 * spread["floor_radius"], 1.0 * d, 0.0, 0.0),
-    }
-    names = ("azimuth", "resolution", "datum", "method")
-    result = {name: _quantity(row[0], dict(zip(names, row[1:])), UNITS[name]) for name, row in table.items()}
-    if base.peak_height > 3.0 * result["depth_m"].sigma and base.peak_height > 0.5 * d:  # type: ignore[operator]
-        result["central_peak_m"] = _quantity(base.peak_height, {"azimuth": spread["peak_height"], "resolution": height}, "m")
-    else:
-        result["central_peak_m"] = Quantity(None, None, "m", "no peak above the noise of the floor")
-    relative = np.hypot((result["depth_m"].sigma or 0.0) / base.depth, (result["diameter_apparent_m"].sigma or 0.0) / (2.0 * base.apparent))
-    ratio = base.depth / (2.0 * base.apparent)
-    result["depth_over_diameter"] = Quantity(ratio, float(ratio * relative), "1")
-    return result
-
-
-def _deviation(trials: np.ndarray) -> np.ndarray:
-    """Standard deviation of each column over the trials in which it exists; NaN where it exists in fewer than half of them."""
-    number = np.isfinite(trials).sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.nansum(trials, axis=0) / number
-        deviation = np.sqrt(np.nansum((trials - mean) ** 2, axis=0) / number)
-    return np.where(2 * number >= len(trials), deviation, np.nan)
-
-
-def _floor_noise(cells: np.ndarray, ruler: Ruler, base: Shape) -> float:
-    """Error of the floor [m] where sectors are smaller than particles and say nothing: scatter of outer rings carried over by area.
-
-    var(mean of ring i) = v d^2 / A_i with v from the sectors of the rings between 0.3 and 1 apparent radii; neighbouring rings share particles,
-    hence the factor 4.
-    """
-    ring = (ruler.s > 0.3 * base.apparent) & (ruler.s < base.apparent)
-    if ring.sum() < 2:
-        return 0.0
-    detrended = cells - cells.mean(axis=1, keepdims=True)
-    scatter = (1.4826 * np.median(np.abs(detrended), axis=1)) ** 2 / cells.shape[1]
-    v = float(np.median((scatter * ruler.area / ruler.d**2)[ring]))
-    seen = ruler.broad @ cells.mean(axis=1)
-    floor = int(np.argmin(np.where((ruler.s < base.apparent) & np.isfinite(seen), seen, np.inf)))
-    return float(np.sqrt(4.0 * v * np.nansum(ruler.broad[floor] ** 2 * ruler.d**2 / ruler.area)))
-
-
-def _by_method(ground: Relief, radius: float, ruler: Ruler, base: Shape, outermost: float) -> dict[str, dict[str, float]]:
-    """Depth, diameters, rim height and volume by every method that was used, each over its own far field, in m and m^3."""
-    far, _ = locate.far_field(ground, radius)
-    table: dict[str, dict[str, float]] = {}
-    for name, cells in ground.methods.items():
-        filled = closed(cells)
-        if name != "colour" and far.any():
-            offset = np.average((filled - closed(ground.cell)).mean(axis=1)[far], weights=ruler.area[far])
-            filled = filled - offset
-        mean = filled.mean(axis=1)
-        finder = make_crest_finder(ruler, mean, base.apparent, base.depth)
-        shape = shape_of(mean, ruler, ground.datum, finder, outermost)
-        table[name] = {
-            "depth_m": shape.depth,
-            "diameter_apparent_m": 2.0 * shape.apparent,
-            "diameter_rim_m": 2.0 * shape.rim,
-            "rim_height_m": shape.rim_height,
-            "volume_m3": shape.volume,
-        }
-    return table
-
-
-def _method_error(table: dict[str, dict[str, float]], name: str) -> float:
-    """Half the distance between the colour field and the median of the other methods [SI]; 0 where there are none.
-
-    Half, because the others are noisier (the volume method) or coarser (the highest particle): their own errors make most of the distance.
-    """
-    ours = table["colour"].get(name, np.nan)
-    others = np.array([row.get(name, np.nan) for method, row in table.items() if method != "colour"])
-    others = others[np.isfinite(others)]
-    return 0.5 * abs(float(np.median(others)) - ours) if len(others) and np.isfinite(ours) else 0.0
-
-
-def _quantity(value: float, parts: dict[str, float], unit: str, reason: str = "") -> Quantity:
-    if not np.isfinite(value):
-        return Quantity(None, None, unit, reason or "not found in the profile")
-    parts = {name: float(part) for name, part in parts.items() if np.isfinite(part) and part > 0.0}
-    return Quantity(float(value), float(np.sqrt(sum(part**2 for part in parts.values()))), unit, "", parts)
 
 
 def _relief_facts(ground: Relief, ruler: Ruler, mean: np.ndarray, apparent: float) -> dict[str, object]:

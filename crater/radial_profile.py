@@ -21,13 +21,15 @@ COLUMN_NAMES = ("radius_m", "height_m", "height_p16_m", "height_p84_m", "count")
 class Relief:
     """Heights relative to the datum (and to a reference surface on the same columns, where there is one).
 
-    ``methods`` maps the method's name to its heights (rings, sectors) [m]; ``rays`` are the colour-field heights (columns,) [m].
+    ``methods`` maps the method's name to its heights (rings, sectors) [m]; ``rays`` are the colour-field heights (columns,) [m];
+    ``scatter`` is that of the undisturbed ground [local spacings], where it is known.
     """
 
     datum: Datum
     columns: Columns
     methods: dict[str, np.ndarray]
     rays: np.ndarray
+    scatter: float | None = None
 
     @property
     def cell(self) -> np.ndarray:
@@ -54,7 +56,7 @@ def relief(now: Heights, before: Undisturbed | None = None) -> Relief:
             s, a = np.broadcast_arrays(columns.distance[:, None], azimuth[None, :])
             cell = cell - before.at("column", column_points(datum, s.ravel(), a.ravel()), cell.ravel()).reshape(cell.shape)
         methods["column"] = cell
-    return Relief(datum, columns, methods, rays["colour"])
+    return Relief(datum, columns, methods, rays["colour"], None if before is None else before.scatter)
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,16 @@ def ring_mean(cells: np.ndarray) -> np.ndarray:
     number = np.isfinite(cells).sum(axis=1)
     total = np.nansum(cells, axis=1)
     return np.where(number * 3 >= cells.shape[1], total / np.maximum(number, 1), np.nan)
+
+
+def closed(cells: np.ndarray) -> np.ndarray:
+    """Cells with gaps closed: from the ring, then along the profile."""
+    mean = ring_mean(cells)
+    known = np.isfinite(mean)
+    if not known.any():
+        raise InputError("no ground under any ring: the cloud ends inside the crater or the datum lies elsewhere")
+    filled = np.interp(np.arange(len(mean)), np.flatnonzero(known), mean[known])
+    return np.where(np.isfinite(cells), cells, filled[:, None])
 
 
 def profile_of(ground: Relief, header: dict[str, str] | None = None) -> Profile:

@@ -77,6 +77,10 @@ def apparent_radius(s: np.ndarray, h: np.ndarray, floor: int) -> float:
     return float(s[i - 1] + (s[i] - s[i - 1]) * h[i - 1] / (h[i - 1] - h[i]))
 
 
+KNOTS = 51
+"""Trial places of the crest."""
+
+
 @dataclass(frozen=True)
 class CrestFinder:
     """Crest of a profile as the colour field shows it: two parabolas that meet at a knot, each passed through the same rounding.
@@ -145,7 +149,8 @@ def make_crest_finder(ruler: Ruler, mean: np.ndarray, apparent: float, depth: fl
     if len(use) < 8:
         return None
     s, w = ruler.s[use], np.sqrt(ruler.area[use])
-    knots = np.arange(first - 1.25 * d, first + 1.25 * d, 0.05 * d)
+    # the highest ring of a broad crest may be far from its top, and the bootstrap must be free to find it elsewhere
+    knots = np.linspace(first - max(1.25 * d, 0.2 * apparent), first + max(1.25 * d, 0.2 * apparent), KNOTS)
     knots = knots[(knots > s[1]) & (knots < s[-4])]
     solve, reject = [], []
     for knot in knots:
@@ -155,8 +160,8 @@ def make_crest_finder(ruler: Ruler, mean: np.ndarray, apparent: float, depth: fl
         reject.append(w[:, None] * (np.eye(len(s)) - basis @ inverse))
     if not solve:
         return None
-    low = max(apparent, first - 2.0 * d)
-    return CrestFinder(use, knots, np.array(solve), np.array(reject), low, first + 2.0 * d, d)
+    reach = max(2.0 * d, 0.3 * apparent)
+    return CrestFinder(use, knots, np.array(solve), np.array(reject), max(apparent, first - reach), first + reach, d)
 
 
 def volume_below(ruler: Ruler, datum: Datum, h: np.ndarray, radius: float) -> float:

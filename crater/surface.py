@@ -304,6 +304,8 @@ def alpha_heights(cloud: Cloud, datum: Datum, columns: Columns, above: float) ->
     return result
 
 
+MEDIAN_OF = 9
+"""Columns over whose median a hollow is looked for."""
 WIDE = 250
 """Columns over which the ground before the impact is averaged where it has been moved: some six spacings around."""
 
@@ -312,13 +314,14 @@ WIDE = 250
 class Undisturbed:
     """The ground before the impact, measured once: places in space, ``excess`` over the datum there per method [m], local ``spacing`` [m].
 
-    ``wide`` is the excess averaged over some six spacings.
+    ``wide`` is the excess averaged over some six spacings, ``scatter`` the robust deviation of medians over nine columns from it [local spacings].
     """
 
     tree: cKDTree
     excess: dict[str, np.ndarray]
     spacing: np.ndarray
     wide: dict[str, np.ndarray]
+    scatter: float
 
     def at(self, method: str, points: np.ndarray, height: np.ndarray) -> np.ndarray:
         """Excess to be taken from the ``height`` (n,) found at ``points`` (n, 3) in the frame of the snapshot.
@@ -364,4 +367,6 @@ def undisturbed(cloud: Cloud, datum: Datum, reach: float, sectors: int, methods:
         middle = float(np.nanmedian(values)) if np.isfinite(values).any() else 0.0
         excess[name] = np.where(np.isfinite(values), values, middle)
         wide[name] = excess[name][near].mean(axis=1)
-    return Undisturbed(tree, excess, columns.spacing[ring], wide)
+    spacing = columns.spacing[ring]
+    apart = (np.median(excess["colour"][near[:, :MEDIAN_OF]], axis=1) - wide["colour"]) / spacing
+    return Undisturbed(tree, excess, spacing, wide, 1.4826 * float(np.median(np.abs(apart))))

@@ -1,6 +1,6 @@
 """Do the error bars cover? 200 random craters of four families, off centre, on tilted planes, at 5 to 10 particles per radius.
 
-This is where the constants RESOLUTION_* of crater/measure.py were set (other seeds than those that are checked here).
+The resolution's part of the errors is what noiseless profiles miss (test_resolution.py); nothing was set on these craters.
 """
 
 from __future__ import annotations

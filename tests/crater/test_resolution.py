@@ -1,0 +1,44 @@
+"""What the steps from ring means to measures get wrong without any noise: the constants RESOLUTION_* of crater/uncertainty.py."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import drawn_craters
+import numpy as np
+import pytest
+import synthetic
+
+from crater import datum, smoothing, uncertainty
+from crater.shape import make_crest_finder, make_ruler, shape_of
+
+PROFILES = {
+    "bowl": synthetic.bowl(1.0),
+    "steep bowl": synthetic.bowl(1.0, 0.3, 0.06, 3.5, 2.5),
+    "exponential": synthetic.exponential(1.0),
+    "rounded": synthetic.rounded(1.0),
+    "complex": synthetic.complex_crater(1.0, 0.1, 0.04, 0.5, 0.2),
+    "smooth": drawn_craters.smooth(0.42, 0.74).h,
+}
+
+
+def misses(height, across: float) -> list[float]:
+    """Depth, apparent radius, crest radius, rim height in spacings, and volume in spacings times the apparent area: measured minus true."""
+    true = synthetic.Shape(height, 1.0, 3.5)
+    d, flat = 1.0 / across, datum.plane()
+    edges = np.arange(0.0, 3.5, 0.5 * d)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    ground = SimpleNamespace(columns=SimpleNamespace(distance=middle, spacing=np.full(len(middle), d), edges=edges), datum=flat)
+    mean = smoothing.smooth(height, middle, ground.columns.spacing)
+    ruler = make_ruler(ground, true.apparent, mean)
+    first = shape_of(mean, ruler, flat, None, 0.9 * true.apparent)
+    found = shape_of(mean, ruler, flat, make_crest_finder(ruler, mean, first.apparent, first.depth), 0.9 * true.apparent)
+    lengths = (found.depth - true.depth, found.apparent - true.apparent, found.rim - true.rim_found, found.rim_height - true.rim_height)
+    return [x / d for x in lengths] + [(found.volume - true.volume) / (np.pi * true.apparent**2 * d)]
+
+
+def test_the_stated_resolution_is_what_noiseless_profiles_miss():
+    table = np.array([misses(height, across) for height in PROFILES.values() for across in (7.0, 10.0, 14.0, 20.0, 30.0)])
+    names = ("RESOLUTION_HEIGHT", "RESOLUTION_DIAMETER", "RESOLUTION_CREST", "RESOLUTION_RIM", "RESOLUTION_VOLUME")
+    for name, rms in zip(names, np.sqrt(np.mean(table**2, axis=0))):
+        assert getattr(uncertainty, name) == pytest.approx(rms, rel=0.1), (name, rms)
