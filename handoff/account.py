@@ -92,6 +92,19 @@ def _sums(ledger: Ledger, made: Handoff) -> None:
     note = f"source {before.kinetic:.4e} J, grains {after.kinetic:.4e} J"
     ledger.measure("kinetic_energy_change_min", change, note)
     ledger.measure("kinetic_energy_change_max", change, note)
+    thrown = ejecta_energy(made)
+    begun, left = before.kinetic - thrown, after.kinetic - thrown
+    ledger.measure(
+        "kinetic_energy_compact_change",
+        abs(left / begun - 1.0) if begun > 1e-12 * before.kinetic else 0.0,
+        f"compact matter {begun:.4e} J, its grains {left:.4e} J ({'gained' if left > begun else 'lost'})",
+    )
+    ledger.state("kinetic_energy_ejecta", thrown, "J", f"{thrown / before.kinetic:.2%} of all" if before.kinetic > 0.0 else "nothing moves")
+
+
+def ejecta_energy(made: Handoff) -> float:
+    """Kinetic energy of the ejecta [J]: the same before and after, since each particle becomes one grain of its mass and velocity."""
+    return 0.5 * float(made.ejecta.mass @ np.einsum("ij,ij->i", made.ejecta.velocity, made.ejecta.velocity))
 
 
 def _relative(difference, scale: float) -> float:
@@ -262,7 +275,9 @@ def _shock(ledger: Ledger, made: Handoff, source: Particles, region: domain.Doma
         f"99 % below {np.percentile(pressure, 99):.3g}, median {np.median(pressure):.3g}",
     )
     elastic = float(np.sum(left.elastic[made.compact] * made.share))
-    ledger.measure("elastic_over_kinetic_energy", elastic / made.before.kinetic if made.before.kinetic > 0.0 else 0.0, f"{elastic:.4e} J")
+    moving = made.before.kinetic - ejecta_energy(made)
+    note = f"{elastic:.4e} J over {moving:.4e} J, both of the compact matter inside the domain"
+    ledger.measure("elastic_over_kinetic_energy", elastic / moving if moving > 1e-12 * made.before.kinetic else 0.0, note)
 
 
 def time_row(ledger: Ledger, made: Handoff, time: float, choice: Choice | None, column: Column) -> None:

@@ -123,7 +123,8 @@ def enter(ledger: Ledger, direct: Direct, made: Handoff) -> None:
     fastest = float(direct.excess.release_speed.max(initial=0.0))
     ledger.measure("overlap_release_speed_over_median_flow", _over(fastest, _flow(direct.start)), f"largest {fastest:.4g} m/s")
     for name in ("correction_max_dv_over_rms_v", "momentum_local_rel", "velocity_field_L2", "velocity_direction_deg_mean", "bulk_density_rel",
-                 "cavity_hausdorff_over_r", "cavity_volume_rel", "ejecta_mass_curve_rel"):  # fmt: skip
+                 "cavity_hausdorff_over_r", "cavity_volume_rel", "ejecta_mass_curve_rel",
+                 "kinetic_energy_compact_change"):  # fmt: skip
         ledger.skip(name, "not_applicable", _SAME)
 
 

@@ -1,5 +1,7 @@
 """The network of contact forces that a bed starts with: k times overlap for every touching pair, the elastic part of the contact law.
 
+Contacts may carry an offset to their overlap (column 8 of ``contacts/history``: springs that were stiffened or softened under load), which counts.
+
 A settled bed carries its weight in chains: forces spread exponentially about their mean (99th percentile near 4.6 means for exp(-f), Radjai et al. 1996,
 PRL 77, 274); a few contacts far beyond that are locked-in overlaps that a carve would let go.
 """
@@ -14,6 +16,8 @@ from handoff.overlaps import pairs
 from matter.particles import Particles
 
 _IN_CONTACT = 0
+_OFFSET = 7
+"""Column of the offset in ``contacts/history``; a history without one has 7 columns."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,23 @@ def measure(grains: Particles) -> Network:
     position, radius, k = grains.position[active], grains.radius[active], grains.stiffness[active]
     one, other = pairs(position, radius)
     depth = radius[one] + radius[other] - np.linalg.norm(position[one] - position[other], axis=1)
+    depth += _offsets(grains, active[one], active[other])
     hit = depth > 0.0
     one, other = one[hit], other[hit]
     return Network(active[one], active[other], np.minimum(k[one], k[other]) * depth[hit], len(active))
+
+
+def _offsets(grains: Particles, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """What the history of each pair of grains (places) adds to its overlap [m]; zero for pairs without one."""
+    pair, history = grains.tables.get("contacts/pair"), grains.tables.get("contacts/history")
+    if pair is None or history is None or len(pair) == 0 or history.shape[1] <= _OFFSET or "identity" not in grains:
+        return np.zeros(len(one))
+    span = int(max(grains.identity.max(), pair.max())) + 1
+
+    def key(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        return np.minimum(first, second).astype(np.int64) * span + np.maximum(first, second)
+
+    known, wanted = key(pair[:, 0], pair[:, 1]), key(grains.identity[one], grains.identity[other])
+    order = np.argsort(known)
+    place = order[np.minimum(np.searchsorted(known, wanted, sorter=order), len(order) - 1)]
+    return np.where(known[place] == wanted, history[place, _OFFSET], 0.0)

@@ -41,6 +41,9 @@ LIMITS: dict[str, Limit] = {
     "momentum_local_rel": Limit(0.05, meaning="largest |dp| / sum m|v| among octants and 8 radial shells, raw"),
     "kinetic_energy_change_min": Limit(-0.1, least=True, meaning="kinetic energy lost to averaging"),
     "kinetic_energy_change_max": Limit(0.01, meaning="kinetic energy must not be created"),
+    "kinetic_energy_compact_change": Limit(
+        0.1, meaning="gained or lost by the compact matter alone: ejecta, which grains take over as they are, may hold nearly all"
+    ),
     "velocity_field_L2": Limit(0.05, meaning="mass weighted, over cells, where |v| > 5 % of the largest"),
     "velocity_direction_deg_mean": Limit(5.0, "deg", meaning="mean angle between the two fields in the same cells"),
     "overlap_max_over_r": Limit(0.01, meaning="largest overlap over the smaller radius, excess"),
@@ -52,7 +55,7 @@ LIMITS: dict[str, Limit] = {
     "cavity_radius_over_r_DEM_min": Limit(RESOLVED_RADIUS, least=True, meaning="the cavity must be resolved"),
     "ejecta_mass_curve_rel": Limit(0.02, meaning="largest difference of M(>v) above the speed limit"),
     "residual_pressure_over_bulk_modulus": Limit(1e-3, meaning="no shock left in the domain, excess"),
-    "elastic_over_kinetic_energy": Limit(0.01, meaning="strain energy of the source that is discarded, excess"),
+    "elastic_over_kinetic_energy": Limit(0.01, meaning="strain energy of the source that is discarded, excess, over the kinetic energy of compact matter"),
     "t_handoff_over_T_crater_max": Limit(0.1, meaning="T = 0.8 sqrt(V^(1/3) / g)"),
     "bed_residual_speed_over_sqrt_g_r": Limit(1e-3, meaning="before the imprint"),
     "final_D_change_on_t_handoff_x2": Limit(0.05, meaning=_RUNS),

@@ -21,7 +21,10 @@ class Residual:
 
 
 def moduli(source: Particles) -> tuple[np.ndarray, np.ndarray]:
-    """Bulk modulus (local rho c^2 where the sound speed is known) and shear modulus [Pa]; NaN and 0 where a material is not known here."""
+    """Bulk modulus (local rho c^2 where the sound speed is known) and shear modulus [Pa]; NaN and 0 where a material is not known here.
+
+    The shear modulus is that with which the source was made where it says so (attribute ``shear_moduli_Pa``): softened matter stores as much more.
+    """
     bulk, shear = [], []
     for name in source.attributes.get("materials", []):
         elastic = material.load(name).get("elastic", {}) if name in material.names() else {}
@@ -31,6 +34,8 @@ def moduli(source: Particles) -> tuple[np.ndarray, np.ndarray]:
     table = np.array(bulk or [np.nan])[number]
     if "sound_speed" in source:
         table = np.where(source.sound_speed > 0.0, source.density * source.sound_speed**2, table)
+    said = source.attributes.get("shear_moduli_Pa")
+    shear = [float(value) for value in said] if said is not None and len(said) == len(shear) else shear
     return table, np.array(shear or [0.0])[number]
 
 

@@ -1,5 +1,7 @@
 """Ejecta as grains: bookkeeping, states, and no overlaps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -95,3 +97,21 @@ def test_materials_and_species_follow_the_source(thrown):
     assert [names[k] for k in start.material[:count]] == expected
     water = start.material == names.index("water")
     assert np.all(start.species[water] == 1) and np.all(start.species[start.material == names.index("ice")] == 0)
+
+
+def test_compact_matter_and_ejecta_count_apart(thrown):
+    """Ejecta hold all of the energy but a thousandth: a bed that loses its own passes the sum over both, and fails its own row."""
+    source, bed, column, made = thrown
+    start = made.start
+    ejecta = np.arange(len(start)) >= int(made.stays.sum())
+    energy = account.ejecta_energy(made)
+    assert energy == pytest.approx(0.5 * np.sum(start.mass[ejecta, None] * start.velocity[ejecta] ** 2))
+    own = 1e-3 * energy
+    for kept, verdict in ((0.0, "fail"), (0.89, "fail"), (0.95, "pass"), (1.05, "pass"), (1.11, "fail")):
+        changed = replace(made, before=replace(made.before, kinetic=energy + own), after=replace(made.after, kinetic=energy + kept * own))
+        book = account.ledger_of(changed, source, bed, column, {})
+        assert book["kinetic_energy_change_min"]["verdict"] == "pass"
+        assert book["kinetic_energy_compact_change"]["verdict"] == verdict
+        assert book["kinetic_energy_compact_change"]["value"] == pytest.approx(abs(kept - 1.0), abs=1e-6)
+    # the strain energy that is given up counts against what moves in the bed alone
+    assert float(book["elastic_over_kinetic_energy"]["note"].split(" J")[0]) == pytest.approx(book["elastic_over_kinetic_energy"]["value"] * own, rel=1e-3)

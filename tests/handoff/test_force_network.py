@@ -27,3 +27,19 @@ def test_only_grains_in_contact_search_count():
     assert alone.mean == alone.spread == 0.0
     with pytest.raises(InputError, match="stiffness"):
         force_network.measure(Particles({"position": np.eye(3), "radius": np.ones(3)}))
+
+
+def test_offsets_of_contacts_count():
+    """A bed that settled in springs of 10 N/m and was stiffened a hundredfold: the same forces, a hundredth of each overlap."""
+    soft = row_of_spheres(identity=[7, 3, 9, 1])
+    stiff = row_of_spheres(identity=[7, 3, 9, 1], stiffness=[1000.0, 2000.0, 3000.0, 3000.0])
+    pair = np.array([[3, 7], [3, 9]])
+    history = np.zeros((2, 8))
+    history[:, 7] = [0.1 / 100.0 - 0.1, 0.2 / 100.0 - 0.2]
+    stiff.tables.update({"contacts/pair": pair, "contacts/history": history})
+    np.testing.assert_allclose(np.sort(force_network.measure(stiff).force), np.sort(force_network.measure(soft).force))
+    # an offset beyond the overlap: no force; a history without the column: the bare overlaps
+    history[1, 7] = -0.3
+    assert len(force_network.measure(stiff).force) == 1
+    stiff.tables["contacts/history"] = history[:, :7]
+    assert force_network.measure(stiff).mean == pytest.approx(250.0)

@@ -1,14 +1,17 @@
 import json
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from handoff import domain, hydrostatic, shock
 from handoff import ledger as ledgers
 from handoff.ledger import LIMITS, WAIVABLE, Ledger
 from handoff.report import text
 from handoff.stage import Settings
-from matter import ledger_words
+from matter import ledger_words, material
 from matter.errors import InputError
+from matter.particles import Particles
 
 # the acceptance list of the project: name and limit
 ACCEPTANCE = {
@@ -23,12 +26,16 @@ ACCEPTANCE = {
 }  # fmt: skip
 
 
+# this project's own, beside it
+OWN = {"kinetic_energy_compact_change": 0.1}
+
+
 def test_every_row_of_the_acceptance_list_is_there():
-    assert {name: limit.limit for name, limit in LIMITS.items()} == ACCEPTANCE
+    assert {name: limit.limit for name, limit in LIMITS.items()} == ACCEPTANCE | OWN
     book = Ledger()
     book.measure("mass_raw_rel", 0.5)
     book.complete()
-    assert {row["name"] for row in book.rows} == set(ACCEPTANCE)
+    assert {row["name"] for row in book.rows} == set(ACCEPTANCE | OWN)
     assert all(set(row) == {"name", "value", "limit", "verdict", "unit", "note"} for row in book.rows)
 
 
@@ -90,3 +97,21 @@ def test_a_missing_ledger_is_a_clear_message(tmp_path):
 def test_every_limit_has_a_name_in_words():
     assert set(LIMITS) <= set(ledger_words.WORDS)
     assert not any("_" in words for words in ledger_words.WORDS.values())
+
+
+def test_softened_matter_stores_shear_by_its_own_modulus():
+    """A shear stress tau in a volume V stores V tau^2 / (2 mu): with the modulus that the snapshot says, of basalt where it says none."""
+    n = 5
+    source = Particles(
+        {
+            "position": np.tile([0.0, 0.0, -1.0], (n, 1)), "velocity": np.zeros((n, 3)), "mass": np.full(n, 2000.0), "density": np.full(n, 1000.0),
+            "material": np.zeros(n), "pressure": np.zeros(n), "sound_speed": np.full(n, 20.0),
+            "deviatoric_stress": np.tile([0.0, 30.0, 0.0, 0.0, 0.0, 0.0], (n, 1)),
+        },
+        {"materials": ["basalt"]},
+    )  # fmt: skip
+    region, column = domain.Cylinder(5.0, -5.0, 0.0, 1.0), hydrostatic.Column(np.array([-5.0, 0.0]), np.zeros(2), np.full(2, 1e-4), np.inf, 1e-4)
+    own = material.load("basalt")["elastic"]["shear_modulus"]
+    assert shock.residual(source, region, column).elastic == pytest.approx(2.0 * 30.0**2 / (2.0 * own))
+    source.attributes["shear_moduli_Pa"] = [own * 1.5e-5]
+    assert shock.residual(source, region, column).elastic == pytest.approx(2.0 * 30.0**2 / (2.0 * own * 1.5e-5))

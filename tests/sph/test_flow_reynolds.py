@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from matter import snapshot
 from sph import flow_reynolds, stage
 from sph.late import Settings as Late
 from tests.sph.test_late import settings
@@ -88,6 +89,8 @@ def test_viscosity_of_the_late_stage_begins_on_time_and_is_reported(tmp_path):
     assert all(c > 500.0 if t < 1e-3 else c == pytest.approx(100.0, rel=0.02) for t, _, c in alpha if t != pytest.approx(1e-3))
     assert len(alpha) >= 6 and alpha[-1][0] == pytest.approx(2e-3)
     assert sum(t == pytest.approx(5e-4) for t, _, _ in alpha) >= 2  # before and after
+    shear = [snapshot.read(path).attributes["shear_moduli_Pa"][0] for path in snapshot.series(tmp_path)]
+    assert shear[0] == pytest.approx(22.7e9) and shear[-1] == pytest.approx(22.7e9 * 2700.0 * 100.0**2 / 26.7e9)  # softened with the switch
     assert report["warnings"] and "Reynolds number" in report["warnings"][0]
 
 
