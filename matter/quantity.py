@@ -35,6 +35,10 @@ TEXT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(\s+[^\s,][^,]*|[^\s\d.,][^,]*
 """What the text of a quantity looks like, for schemas: a number and a unit."""
 
 
+# the unit that people write, where it is not the SI unit
+_WRITTEN = {"rad": "deg"}
+
+
 @dataclass(frozen=True)
 class Unit:
     """The SI unit of an annotated field: whoever writes a value back (``case.used.toml``) finds it in the annotation."""
@@ -70,10 +74,10 @@ def parse(text: str, unit: str = "") -> float:
 
     match = _NUMBER.match(text)
     if match is None or "," in text:
-        raise ValueError(f"cannot read {text!r} as a quantity: write a number and a unit, '1.5 {unit or 'km'}' for example")
+        raise ValueError(f"cannot read {text!r} as a quantity: write a number and a unit, '1.5 {_WRITTEN.get(unit, unit) or 'km'}' for example")
     number, symbol = float(match.group(1)), match.group(2).strip()
     if not symbol and unit:
-        raise ValueError(f"{text!r} has no unit: write it like '{match.group(1)} {unit}'")
+        raise ValueError(f"{text!r} has no unit: write it like '{match.group(1)} {_WRITTEN.get(unit, unit)}'")
     try:
         quantity = _units().Quantity(number, _units().parse_units(symbol))
     except Exception as reason:  # pint lets several kinds through, its own and those of Python's tokenizer
@@ -91,9 +95,9 @@ def _reader(kind: str):
         if isinstance(value, str):
             result = parse(value, unit)
         elif isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueError(f"expected a quantity string such as '1 {unit}'")
+            raise ValueError(f"must be a number with a unit, '1 {_WRITTEN.get(unit, unit)}' for example")
         elif info.context and info.context.get("units") == "required":
-            raise ValueError(f"the unit is missing: write it as a string, '{value} {unit}' for example")
+            raise ValueError(f"the unit is missing: write it as a string, '{value} {_WRITTEN.get(unit, unit)}' for example")
         else:
             result = float(value)
         if result != result or result in (float("inf"), float("-inf")):

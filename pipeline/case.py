@@ -21,7 +21,7 @@ from pydantic import BaseModel, Field, ValidationError
 from matter.body import Impact, Model, Target
 from matter.errors import InputError
 from pipeline import overlay, stages, toml_lines
-from pipeline.complaints import Complaint, complaints, dotted
+from pipeline.complaints import Complaint, complaints, dotted, unknown
 from pipeline.plain import plain
 from pipeline.toml_lines import KeyPath
 
@@ -191,7 +191,17 @@ def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model
 
     ``wanted`` are the stages that are to run: a missing module is an error for these only. Raises ``InputError`` with every complaint.
     """
-    found, settings = list(case.found), {}
+    wanted = tuple(wanted)
+    settings, found = _composed(case, wanted)
+    if found:
+        raise InputError(_listed(case, found, wanted))
+    return settings
+
+
+def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], list[Complaint]]:
+    """The settings that are right, and every complaint."""
+    settings: dict[str, Model] = {}
+    found = list(case.found)
     document = case.document
     if not case.pinned:
         document = {**document, "impact": {**FROM_ENCOUNTERS, **document["impact"]}}
@@ -201,7 +211,9 @@ def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model
     for name, model in (("target", Target), ("impact", Impact)):
         if name in shared:
             found += _checked(model, shared[name], (name,))[1]
-    found += [Complaint((stage,), f"[case] stages does not name {stage}") for stage in stages.ORDER if stage in document and stage not in case.stages]
+    if not any(complaint.path[:2] == ("case", "stages") for complaint in found):  # a stage's name that is misspelt is one mistake
+        idle = [stage for stage in stages.ORDER if stage in document and stage not in case.stages]
+        found += [Complaint((stage,), f"[case] stages does not name {stage}") for stage in idle]
     for stage in case.stages:
         try:
             model = stages.load(stage).Settings
@@ -225,9 +237,7 @@ def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model
         found += wrong
         if made is not None:
             settings[stage] = made
-    if found:
-        raise InputError(_listed(case, found))
-    return settings
+    return settings, found
 
 
 def _tables(document: dict[str, Any]) -> list[Complaint]:
@@ -235,7 +245,7 @@ def _tables(document: dict[str, Any]) -> list[Complaint]:
     found = []
     for name, value in document.items():
         if name not in valid:
-            found.append(Complaint((name,), f"there is no such table{stages.nearest(name, valid)} (known: {', '.join(valid)})"))
+            found.append(Complaint((name,), unknown(name, valid, "table")))
         elif not isinstance(value, dict):
             found.append(Complaint((name,), f"is a table: write [{name}]"))
     return found
@@ -271,12 +281,30 @@ def _checked(model: type[Model], payload: Any, place: KeyPath, moved: dict[str, 
         return None, found
 
 
-def _listed(case: Case, found: list[Complaint]) -> str:
+def _listed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> str:
     """All complaints in the order of the file, then those about options."""
     rows = []
-    for path, message in dict.fromkeys(found):
-        origin = case.origin(path) if path else ""
+    found = list(dict.fromkeys(found))
+    blamed = _blamed(case, found, wanted)
+    for complaint in found:
+        path, message = complaint
+        origin = blamed.get(complaint) or (case.origin(path) if path else "")
         line = origin.rpartition(":")[2]
         rows.append((int(line) if line.isdigit() else 10**9, f"  {origin}  {dotted(path)}: {message}" if path else f"  {message}"))
     rows.sort(key=lambda row: row[0])
     return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(text for _, text in rows)
+
+
+def _blamed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> dict[Complaint, str]:
+    """The options at fault for complaints about other places: those without which a complaint would not be there."""
+    blamed: dict[Complaint, str] = {}
+    for number, assignment in enumerate(case.overrides):
+        try:
+            key = overlay.parsed(assignment)[0]
+            without = _composed(read(case.file, case.preset, case.overrides[:number] + case.overrides[number + 1 :]), wanted)[1]
+        except InputError:
+            continue  # that option has a complaint of its own
+        for complaint in found:
+            if complaint.path and complaint not in without:
+                blamed[complaint] = f"{blamed[complaint]}, --set {dotted(key)}" if complaint in blamed else f"--set {dotted(key)}"
+    return blamed

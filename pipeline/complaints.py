@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import typing
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
+from pipeline import keys
 from pipeline.stages import SHARED_TABLES, nearest
 from pipeline.toml_lines import KeyPath
 
@@ -28,47 +30,116 @@ def dotted(path: KeyPath) -> str:
 
 
 def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint]:
-    """Every error of a validation as a complaint; paths are relative to the model."""
+    """Every error of a validation as a complaint; paths are relative to the model. What fits none of several kinds is one complaint, not one for each."""
     entries = error.errors(include_url=False)
-    places = [tuple(entry["loc"]) for entry in entries]
-    found = []
+    places = [path_of(model, entry) for entry in entries]
+    found: dict[KeyPath, list[str]] = {}
     for entry, place in zip(entries, places):
         # a list whose elements are all wrong is also reported as too short: that is no second mistake
         if entry["type"] == "too_short" and any(other[: len(place)] == place and other != place for other in places):
             continue
-        found.append(Complaint(*_worded(model, entry)))
-    return found
+        found.setdefault(place, []).append(_worded(model, place, entry))
+    return [Complaint(place, _joined(messages)) for place, messages in found.items()]
 
 
-def _worded(model: type[BaseModel], entry: Any) -> tuple[KeyPath, str]:
-    path, kind, context = tuple(entry["loc"]), entry["type"], entry.get("ctx", {})
-    given = "" if isinstance(entry.get("input"), (dict, list)) else f" (given: {_shown(entry.get('input'))})"
+def path_of(model: type[BaseModel], entry: Any) -> KeyPath:
+    """The place of an error as keys of the file: what pydantic inserts for the branch of a union (``float``, ``function-after[...]``) is left out."""
+    place: list[str | int] = []
+    here: list[Any] = [model]
+    loc = entry["loc"]
+    for position, part in enumerate(loc):
+        last = position == len(loc) - 1
+        fields = [_fields(one)[part] for one in _tables(here) if part in _fields(one)] if isinstance(part, str) else []
+        free = [argument for one in here for argument in _free_keys(one)]
+        if fields or free or isinstance(part, int):
+            place.append(part)
+            here = fields or free or here
+        elif last and entry["type"] in _UNKNOWN:
+            place.append(part)
+    return tuple(place)
+
+
+_UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
+
+
+def _tables(annotations: list[Any]) -> list[Any]:
+    return [table for annotation in annotations for table in _tables_in(annotation)]
+
+
+def _free_keys(annotation: Any) -> list[Any]:
+    """What a table with any keys holds, such as ``dict[str, Choice]``; empty for anything else."""
+    origin = typing.get_origin(annotation)
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return [typing.get_args(annotation)[1]]
+    return [free for argument in typing.get_args(annotation) if origin is not None for free in _free_keys(argument)]
+
+
+def _joined(messages: list[str]) -> str:
+    """Complaints about one value that may be of several kinds: the names that it may have come first."""
+    distinct = list(dict.fromkeys(messages))
+    if len(distinct) == 1:
+        return distinct[0]
+    bare = [message.partition(" (given: ")[0] for message in distinct]
+    given = next((message[len(start) :] for message, start in zip(distinct, bare) if message != start), "")
+    bare.sort(key=lambda message: not message.startswith('must be "'))
+    return ", or: ".join(bare) + given
+
+
+def _worded(model: type[BaseModel], path: KeyPath, entry: Any) -> str:
+    kind, context, value = entry["type"], entry.get("ctx", {}), entry.get("input")
+    given = "" if isinstance(value, (dict, list)) else f" (given: {_shown(value)})"
+    if kind != "value_error" and isinstance(value, float) and not math.isfinite(value):
+        return f"{value} is not a finite number"
     match kind:
         case "extra_forbidden" | "unexpected_keyword_argument":
-            names = [name for name in names_at(model, path[:-1]) if len(path) > 1 or name not in SHARED_TABLES]
-            known = f" (known: {', '.join(names)})" if names else ""
-            return path, f"there is no such key{nearest(str(path[-1]), names)}{known}"
+            return unknown(str(path[-1]), [name for name in names_at(model, path[:-1]) if len(path) > 1 or name not in SHARED_TABLES])
         case "missing" | "missing_argument":
-            return path, "is missing"
+            return "is missing"
         case "greater_than":
-            return path, f"must be greater than {context['gt']:g}{given}"
+            return f"must be greater than {context['gt']:g}{given}"
         case "greater_than_equal":
-            return path, f"must be at least {context['ge']:g}{given}"
+            return f"must be at least {context['ge']:g}{given}"
         case "less_than":
-            return path, f"must be less than {context['lt']:g}{given}"
+            return f"must be less than {context['lt']:g}{given}"
         case "less_than_equal":
-            return path, f"must be at most {context['le']:g}{given}"
+            return f"must be at most {context['le']:g}{given}"
         case "literal_error":
             options = [option.strip().strip("'") for option in context["expected"].replace(" or ", ", ").split(",")]
-            return path, f"must be {context['expected']}{nearest(str(entry.get('input')), options)}{given}"
+            words = " or ".join(part for part in (", ".join(f'"{option}"' for option in options[:-1]), f'"{options[-1]}"') if part)
+            return f"must be {words}{nearest(str(value), options)}{given}"
         case "value_error":
-            return path, str(context["error"])
+            return str(context["error"])
+        case "too_short":
+            return f"needs at least {context['min_length']} element{'s' if context['min_length'] > 1 else ''}"
+        case "tuple_type" | "list_type":
+            example = _shown(value) if isinstance(value, (str, int, float)) else "..."
+            return f"must be a list, [{example}] for example{given}"
+        case _ if kind in _KINDS:
+            return f"must be {_KINDS[kind]}{given}"
         case _:
-            return path, f"{entry['msg'][:1].lower()}{entry['msg'][1:]}{given}"
+            return f"{entry['msg'][:1].lower()}{entry['msg'][1:]}{given}"
+
+
+# pydantic's words for what a value should have been, in a user's
+_KINDS = {
+    "int_type": "a whole number", "int_parsing": "a whole number", "int_from_float": "a whole number", "float_type": "a number", "float_parsing": "a number",
+    "bool_type": "true or false", "bool_parsing": "true or false", "string_type": "a text in quotes", "dict_type": "a table", "mapping_type": "a table",
+    "model_type": "a table", "model_attributes_type": "a table", "finite_number": "a finite number",
+}  # fmt: skip
+
+
+def unknown(word: str, names: list[str], what: str = "key") -> str:
+    """What to say of a key that there is not: a near name, the same key in another table, or all names where nothing is near."""
+    near = nearest(word, names, 0.75)
+    if not near and (elsewhere := keys.places(word)):
+        return f"there is no such {what} here; did you mean {' or '.join(repr(name) for name in elsewhere[:3])}?"
+    near = near or nearest(word, names)
+    known = f" (known: {', '.join(names)})" if names and not near else ""
+    return f"there is no such {what}{near}{known}"
 
 
 def _shown(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else str(value)
+    return f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def names_at(model: type[BaseModel], path: KeyPath) -> list[str]:

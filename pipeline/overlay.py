@@ -23,14 +23,14 @@ def parsed(assignment: str) -> tuple[KeyPath, Any]:
     """Key path and value of one ``--set`` text.
 
     The value is read as TOML where it is valid TOML (``12``, ``true``, ``[1, 2]``, ``"x"``) and as plain text where it is not, so that
-    ``--set sph.duration="30 min"`` needs no second pair of quotes.
+    ``--set sph.end_time="30 min"`` needs no second pair of quotes.
 
     Raises ``InputError`` when there is no ``=`` or a part of the key is empty.
     """
     key, equals, text = assignment.partition("=")
     parts = [part.strip() for part in key.split(".")]
     if not equals or not all(parts):
-        raise InputError(f"--set {assignment!r}: write it as key.path=value, sph.duration='30 min' for example")
+        raise InputError(f"--set {assignment!r}: write it as key.path=value, --set 'sph.end_time=30 min' for example")
     text = text.strip()
     try:
         found = tomllib.loads(f"value = {text}")

@@ -75,11 +75,11 @@ _MEANT = {
 }
 
 
-def nearest(word: str, words: Sequence[str]) -> str:
-    """``"; did you mean 'x'?"`` for that of ``words`` which is most likely meant, or an empty text."""
+def nearest(word: str, words: Sequence[str], cutoff: float = 0.5) -> str:
+    """``"; did you mean 'x'?"`` for that of ``words`` which is most likely meant, or an empty text; ``cutoff``: how alike the spelling has to be."""
     for meant, remark in _MEANT.get(word, ()):
         if meant in words:
             return f"; did you mean {meant!r}{f' ({remark})' if remark else ''}?"
     parts = [known for known in words if len(word) > 3 and (known.startswith(f"{word}_") or known.endswith(f"_{word}"))]
-    near = parts or difflib.get_close_matches(word, words, n=1, cutoff=0.5)
+    near = parts or difflib.get_close_matches(word, words, n=1, cutoff=cutoff)
     return f"; did you mean {near[0]!r}?" if near else ""

@@ -9,8 +9,10 @@ import pytest
 
 from matter.errors import InputError
 from pipeline import case as cases
-from pipeline import folder, toml_lines, used
+from pipeline import folder, stages, toml_lines, used
 from pipeline.complaints import dotted
+
+REAL = dict(stages.MODULES)
 
 
 def composed(place: Path, *overrides: str, preset: str | None = None):
@@ -97,7 +99,7 @@ def test_the_preset_thesis_is_taken_unless_another_is_asked_for(case_folder):
 def test_an_error_inside_a_preset_names_the_preset_line(case_folder):
     file = case_folder / "case.toml"
     file.write_text(file.read_text().replace("steps = 20", 'steps = "many"'))
-    with pytest.raises(InputError, match=r"case.toml:31  sph.steps: input should be a valid integer"):
+    with pytest.raises(InputError, match=r"case.toml:31  sph.steps: must be a whole number \(given: \"many\"\)"):
         composed(case_folder, preset="quick")
     assert file.read_text().splitlines()[30] == 'steps = "many"'
 
@@ -107,7 +109,7 @@ def test_an_error_inside_a_preset_names_the_preset_line(case_folder):
     [
         ((), "quik", "no preset 'quik'; did you mean 'quick'?"),
         (("sph.steps",), None, "write it as key.path=value"),
-        (("sph.steps.x=1",), None, "input should be a valid integer"),
+        (("sph.steps.x=1",), None, "sph.steps: must be a whole number"),
         (("target.layers.5.thickness=1 km",), None, "there are 2 elements"),
         (("impact.speed=18",), None, "the unit is missing"),
         (("impact.speed=18 km",), None, "is not a quantity in m/s"),
@@ -228,3 +230,59 @@ def test_a_case_may_have_some_of_the_stages(case_folder, tmp_path):
         composed(case_folder, preset="shock")
     file.write_text(text.replace('"crater"]', '"krater"]'))
     assert "case.stages" in complaint(case_folder)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        # the right name, where spelling alone would lead elsewhere
+        (("impact.projectile.diameter=3 km",), "impact.projectile.diameter: there is no such key; did you mean 'radius' (half the diameter)?"),
+        (("impact.angle=40 deg",), "did you mean 'angle_from_vertical' (0 is head-on)?"),
+        (("impact.velocity=4 km/s",), "did you mean 'speed'?"),
+        (("speed=4 km/s",), "--set speed  speed: there is no such table here; did you mean 'impact.speed'?"),
+        (("sph.friction=0.4",), "sph.friction: there is no such key here; did you mean 'dem.contact.friction'"),
+        # degrees where degrees are meant
+        (("impact.angle_from_vertical=40",), "impact.angle_from_vertical: the unit is missing: write it as a string, '40 deg' for example"),
+        (('impact.angle_from_vertical="40"',), "write it like '40 deg'"),
+        # the option, where an option was wrong
+        (("dem.contact.shel.friction=0.4",), "--set dem.contact.shel.friction  dem.contact.shel: there is no such key"),
+        (("impact.angle_from_vertical=95 deg",), "--set impact.angle_from_vertical  impact: angle_from_vertical must lie in [0, 90) deg"),
+        # what a value is, in a user's words
+        (("dem.contact.friction=nan",), "dem.contact.friction: nan is not a finite number"),
+        (("sph.steps=2.5",), "sph.steps: must be a whole number (given: 2.5)"),
+        (("case.stages=sph",), 'case.stages: must be a list, ["sph"] for example (given: "sph")'),
+        (("impact.speed",), "--set 'impact.speed': write it as key.path=value, --set 'sph.end_time=30 min' for example"),
+    ],
+)  # fmt: skip
+def test_a_message_says_what_to_write(case_folder, overrides, words):
+    message = complaint(case_folder, *overrides)
+    assert words in message and "1 error:" in message, message
+
+
+def test_an_innocent_option_is_not_blamed(case_folder):
+    file = case_folder / "case.toml"
+    file.write_text(file.read_text().replace('"40 deg"', '"95 deg"'))
+    message = complaint(case_folder, "impact.speed=3 km/s", "sph.steps=3")
+    assert "--set" not in message and "case.toml:15  impact: angle_from_vertical" in message
+
+
+def test_a_mistake_in_the_stages_is_one_error(case_folder):
+    message = complaint(case_folder, 'case.stages=["sph", "krater"]')
+    assert "1 error:" in message and "--set case.stages  case.stages[1]" in message and "did you mean 'crater'" in message
+
+
+def test_a_value_of_several_kinds_is_one_complaint():
+    place = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stages, "MODULES", REAL)
+        message = complaint(place, "handoff.time=later", "handoff.offset=x", "sph.materials.ice.strenth=x", "dem.accept=no_twist", "handoff.waive.x=3")
+    for words in (
+        '--set handoff.time  handoff.time: must be "auto" or "last"',
+        "or: cannot read 'later' as a quantity: write a number and a unit, '1.5 s' for example (given: \"later\")",
+        '--set handoff.offset  handoff.offset: must be "auto", or: must be a number (given: "x")',
+        "sph.materials.ice.strenth: there is no such key; did you mean 'strength'?",
+        'dem.accept: must be a list, ["no_twist"] for example',
+        "handoff.waive.x: must be a text in quotes (given: 3)",
+    ):
+        assert words in message, message
+    assert "5 errors" in message and "functools" not in message and "function" not in message

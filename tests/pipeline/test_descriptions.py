@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
+from matter import quantity
 from matter.errors import InputError
-from pipeline import key_reference, keys, stages
+from pipeline import key_reference, keys, overlay, stages
 from pipeline.case import CaseTable
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -98,3 +99,10 @@ def test_the_version_and_the_shell_s_completion(call):
     for line, offered in (("run_case --descr", "--describe"), ("run_case --from ha", "handoff"), ("run_case cases/valhalla_980km --preset qu", "quick")):
         done = call("run_case", cwd=ROOT, _RUN_CASE_COMPLETE="complete_bash", COMP_WORDS=line, COMP_CWORD=str(len(line.split()) - 1))
         assert done.stdout.split() == [offered], (line, done.stdout, done.stderr)
+
+
+def test_the_example_of_a_message_is_a_key():
+    with pytest.raises(InputError) as caught:
+        overlay.parsed("impact.speed")
+    path, value = overlay.parsed(str(caught.value).rpartition("--set ")[2].split("'")[1])
+    assert [key.name for key in keys.find(".".join(map(str, path)))[1]] == ["sph.end_time"] and quantity.parse(value, "s") == 1800.0
