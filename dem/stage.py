@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from dem import flight, friction_angle, sleeping
+from dem import flight, friction_angle, sleeping, stiffening
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
 from dem.beds import settling
 from dem.beds.container import Container
@@ -28,7 +28,7 @@ from matter.body import Model
 from matter.errors import InputError, Unsound
 from matter.particles import Particles
 from matter.progress import Progress, stop_here, stop_requested
-from matter.quantity import PositiveTime
+from matter.quantity import PositiveSpeed, PositiveTime
 
 GRAIN_STEPS_PER_S = 2.0e6
 """Grain steps per second of one core in a collapse, with lists, looks and output (measured on an AVX-512 core at 20,000 grains)."""
@@ -82,6 +82,9 @@ class Settings(Model):
     accept: tuple[Deviation, ...] = ()
     """Deviations that another engine may make, by name (``dem.engines.deviations``); each is refused otherwise."""
 
+    springs_for: PositiveSpeed | Literal["auto", "bed"] = "auto"
+    """Closing speed that the springs of the start are for, at x_max overlap: the bed settles in soft springs for its weight, and its contacts keep their forces
+    when k_n is raised (``dem.stiffening``). ``auto``: on flat ground the fastest approach handed over, on a body as ``bed``: the bed's own springs."""
     stiffness: Literal["fixed", "following"] = "fixed"
     """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.following_stiffness``."""
     sleeping: bool = False
@@ -91,6 +94,11 @@ class Settings(Model):
     def _order(self) -> Settings:
         if self.latest_time < self.end_time:
             raise ValueError(f"latest_time ({self.latest_time:g} s) must not be before end_time ({self.end_time:g} s)")
+        if self.engine != "native" and self.springs_for not in ("auto", "bed"):
+            raise ValueError(
+                f"springs_for = {self.springs_for:g} m/s needs contacts with offsets, which {self.engine} has not: leave it out and settle the bed "
+                "in springs for that speed ([bed] largest_speed), or take the native engine"
+            )
         return self
 
 
@@ -148,14 +156,20 @@ class Collapse:
         self.domain: Domain | Container = (Container if flat else Domain).of_attribute(start.attributes["domain"])
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
+        self.springs = stiffening.springs_for(settings.springs_for if settings.engine == "native" else "bed", start, settings.contact, flat)
+        stiffer = self.springs.factor != 1.0
         self.bed = Assembly(
             start, settings.contact, self.domain.walls(), body.gravity(), dt=dt, threads=settling.threads_for(len(start)), skin=0.3,
-            offset=settings.stiffness == "following", sleep=settings.sleeping,
+            offset=stiffer or settings.stiffness == "following", sleep=settings.sleeping,
         )  # fmt: skip
+        self.springs_energy = (self.bed.elastic, self.bed.elastic)
+        if stiffer:
+            self.springs_energy = stiffening.stiffen(self.bed, self.springs)
+            self.domain = stiffening.damped_for(self.domain, self.springs)
         self.handed = handed_energy(self.bed, body.surface_gravity)
         floor = self.domain.floor if isinstance(self.domain, Container) else self.domain.core_radius
         self.following = Following(self.bed, float(body.pressure(np.array(floor))), self.handed) if settings.stiffness == "following" else None
-        self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")}
+        self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")} | {"domain": self.domain.as_attribute()}
         self.still = Stillness(settings.still_interval)
         self.change, self.snapshots = np.inf, 0
         self.rows: list[list[float]] = []
@@ -306,6 +320,12 @@ class Collapse:
             "overlap_max": self.worst_overlap,
             "energy_error": last["energy_error"],
             "kinetic_handed_J": self.handed,
+            "springs": {
+                "for_speed_m_s": self.springs.speed or None,
+                "stiffness_over_bed": self.springs.factor,
+                "elastic_before_J": self.springs_energy[0],
+                "elastic_after_J": self.springs_energy[1],
+            },
             "stiffness_excess": bed.stiffness_excess / max(self.handed, 1e-300),
             **worst,
             "ballistic_at_end": int((bed.state == BALLISTIC).sum()),

@@ -1,0 +1,97 @@
+"""Springs of the start for the speeds that were handed over: the bed settles in soft springs for its weight, the collapse begins in stiffer ones.
+
+Under weak gravity springs that carry a bed's weight at small overlaps are a thousand times too soft for the flow of an impact, and a bed that settled in
+springs for that flow would take a thousand times as long, since its overlaps at rest are as much smaller. So k_n is raised between bed and collapse
+
+    k_n = m (v / (x_max r))^2   in the mean of the compact grains,   x_max = ``static_overlap``,   times ``stiffness_factor``,
+
+by one factor q for all grains. Every contact keeps its forces: the overlap x in which it settled becomes x / q by an offset (``dem.spring_change``), so that
+the bed stays in balance; its springs hold 1 / q of the energy that they held. v is the fastest approach of two neighbouring compact grains at the handoff, or
+given. The contact wave speed stays below ``wave_speed_limit`` times the sound speed of the grains' material, and no bed is made softer.
+
+Source of k_n: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, section 2.4; the offsets are this project's own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from dem import spring_change
+from dem.contact_settings import Contact, elastic
+from matter.particles import Particles
+
+if TYPE_CHECKING:
+    from dem.assembly import Assembly
+    from dem.beds.container import Container
+    from dem.beds.domain import Domain
+
+NEAR = 0.3
+"""Largest gap of neighbours, in mean radii: they meet before the flow has changed."""
+
+
+class Springs(NamedTuple):
+    """``speed`` [m/s] that the springs of the start are for (0: the bed's own springs), and k_n over that of the bed."""
+
+    speed: float = 0.0
+    factor: float = 1.0
+
+
+def springs_for(asked: float | Literal["auto", "bed"], start: Particles, contact: Contact, flat: bool) -> Springs:
+    """The springs that a start asks for. ``auto``: on flat ground for the fastest approach in it, on a body those of the bed, which its material gives.
+
+    Laws whose springs cannot change (``hertz``, cohesion by ``sjkr``) leave ``auto`` at the bed's.
+    """
+    changeable = contact.normal == "hooke" and contact.cohesion != "sjkr"
+    if asked == "bed" or (asked == "auto" and not (flat and changeable)):
+        return Springs()
+    compact = start.select(_compact(start))
+    if len(compact) == 0:
+        return Springs()
+    speed = fastest_approach(compact) if asked == "auto" else float(asked)
+    wanted = compact.mass * (speed / (contact.static_overlap * compact.radius)) ** 2 * contact.stiffness_factor
+    factor = float(np.mean(wanted / compact.stiffness))
+    names = start.attributes.get("materials", [])
+    for number in np.unique(compact.material).astype(int) if names else ():
+        here = compact.material == number
+        limit = contact.stiffness_limit(compact.radius[here], compact.mass[here], elastic(names[number])[1])
+        factor = min(factor, float(np.min(limit / compact.stiffness[here])))
+    return Springs(speed, factor) if factor > 1.0 else Springs()
+
+
+def fastest_approach(grains: Particles) -> float:
+    """Largest closing speed [m/s] of two of these grains that touch or nearly do."""
+    reach = 2.0 * float(grains.radius.max()) + NEAR * float(grains.radius.mean())
+    pairs = cKDTree(grains.position).query_pairs(reach, output_type="ndarray")
+    if len(pairs) == 0:
+        return 0.0
+    first, second = pairs.T
+    way = grains.position[second] - grains.position[first]
+    distance = np.linalg.norm(way, axis=1)
+    near = distance < grains.radius[first] + grains.radius[second] + NEAR * float(grains.radius.mean())
+    closing = np.einsum("ij,ij->i", way, grains.velocity[first] - grains.velocity[second])[near] / distance[near]
+    return float(max(0.0, closing.max(initial=0.0)))
+
+
+def stiffen(bed: Assembly, springs: Springs) -> tuple[float, float]:
+    """Give the bed these springs, at the start; energy of all springs before and after [J]. What weight takes counts from here on."""
+    before = bed.elastic
+    spring_change.at_rest(bed)
+    spring_change.change(bed, springs.factor)
+    spring_change.at_rest(bed)
+    bed.stiffness_energy = bed.weight_energy = bed.stiffness_excess = 0.0
+    return before, bed.elastic
+
+
+def damped_for(domain: Domain | Container, springs: Springs) -> Domain | Container:
+    """The domain with its damped layer for the faster waves."""
+    return replace(domain, damping_rate=domain.damping_rate * springs.factor**0.5)
+
+
+def _compact(start: Particles) -> np.ndarray:
+    """Grains of the bed in the contact search: neither ejecta nor in flight."""
+    of_bed = start.identity < start.attributes.get("bed_grains", np.iinfo(np.int64).max)
+    return of_bed & (start.state == 0) if "state" in start else of_bed
