@@ -62,12 +62,11 @@ def load(name: str) -> Observation:
 
     Raises ``InputError`` for an unknown name, with the nearest known one, or a value that cannot be read.
     """
-    path = FOLDER / f"{name}.toml"
-    if not path.is_file():
+    if name not in names():
         near = difflib.get_close_matches(name, names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"no observed crater {name!r}{hint} (known: {', '.join(names())})")
-    return read(path)
+    return read(FOLDER / f"{name}.toml")
 
 
 def read(path: Path) -> Observation:

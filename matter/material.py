@@ -52,12 +52,11 @@ def reference_density(name: str) -> float:
 
 
 def _content(name: str) -> dict[str, Any]:
-    path = FOLDER / f"{name}.toml"
-    if not path.is_file():
+    if name not in names():  # not by looking for the file: a name is no path
         near = difflib.get_close_matches(name, names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"unknown material {name!r}{hint} (known: {', '.join(names())})")
-    return tomllib.loads(path.read_text())
+    return tomllib.loads((FOLDER / f"{name}.toml").read_text())
 
 
 def _numbers(value: str | list[str]) -> float | list[float]:

@@ -44,12 +44,11 @@ def names() -> list[str]:
 @functools.cache
 def load(name: str) -> Body:
     """The body ``name``; raises ``InputError`` with the nearest known name for an unknown one."""
-    path = FOLDER / f"{name}.toml"
-    if not path.is_file():
+    if name not in names():
         near = difflib.get_close_matches(name.lower(), names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"unknown body {name!r}{hint} (known: {', '.join(names())})")
-    content = tomllib.loads(path.read_text())
+    content = tomllib.loads((FOLDER / f"{name}.toml").read_text())
     physical, orbit = content["physical"], content.get("orbit", {})
     return Body(
         name=name,

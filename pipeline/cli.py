@@ -257,7 +257,9 @@ def _import_snapshot(
         formats.save(particles, out)
         print(f"{out}: {len(particles)} particles, {', '.join(particles)}")
         for stage, missing in formats.lacking(particles).items():
-            print(f"  for the stage {stage} it lacks {', '.join(missing)}")
+            print(f"  cannot be used by {stage}: missing {', '.join(missing)}")
+        for sentence in formats.plausible.strangers(particles):
+            print(f"  {sentence}")
         return 0
 
     guarded(action)

@@ -89,6 +89,8 @@ def guarded(action: Callable[[], int | None]) -> NoReturn:
     except BrokenPipeError:  # whoever read the output has seen enough of it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise SystemExit(0) from None
+    except UnicodeDecodeError as reason:
+        fail(f"a file is not the text that it should be: {reason}", errors.InputError.exit_code)
     except OSError as reason:
         from matter import archive
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from matter import snapshot
 from matter.errors import InputError
-from matter.formats import delimited, hdf5_columns, lammps_data, lammps_dump, miluphcuda, opensph, ply_points, vtk_legacy
+from matter.formats import delimited, hdf5_columns, lammps_data, lammps_dump, miluphcuda, opensph, plausible, ply_points, vtk_legacy
 from matter.particles import Particles
 
 NAMES = ("snapshot", "csv", "hdf5", "miluphcuda", "opensph", "lammps")
@@ -76,7 +76,7 @@ def read(path: Path, form: str | None = None, columns: str | None = None, materi
     else:
         raise InputError(f"unknown format {form!r} (formats: {', '.join(NAMES)})")
     if materials is not None:
-        particles.attributes["materials"] = [name.strip() for name in materials.split(",")]
+        plausible.named(particles, [name.strip() for name in materials.split(",")])
     return particles
 
 
@@ -113,15 +113,11 @@ def lacking(particles: Particles) -> dict[str, list[str]]:
 
 
 def save(particles: Particles, path: Path) -> None:
-    """Write imported particles as a snapshot; refuses a name that ParaView would not recognise, and values that are not finite."""
-    import numpy as np
-
+    """Write imported particles as a snapshot; refuses a name that ParaView would not recognise, and values that no particle can have (``plausible``)."""
     if Path(path).suffix != snapshot.SUFFIX:
         raise InputError(f"--out {path}: the name has to end in {snapshot.SUFFIX}")
     particles.need("position")
-    for name in particles:
-        if bad := int(np.count_nonzero(~np.isfinite(particles[name]))):
-            raise InputError(f"field {name!r} has {bad} values that are not finite")
+    plausible.check(particles)
     particles.attributes.setdefault("time", 0.0)
     snapshot.write(particles, path)
 

@@ -7,14 +7,12 @@ Only what particles carry fits into such a table: time and names of materials st
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
-
-import numpy as np
 
 from matter import archive
 from matter.errors import InputError
 from matter.formats import columns as named
+from matter.formats import numbers
 from matter.particles import FIELDS, Particles
 
 _AT_ONCE = 50_000
@@ -22,25 +20,22 @@ _AT_ONCE = 50_000
 
 def read(path: Path, columns: str | None = None) -> Particles:
     """Particles of a text file, one per line; lines that start with ``#`` are comments (the last one before the data may be the header)."""
-    lines = path.read_text().splitlines()
-    rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    lines = list(enumerate(numbers.text(path).splitlines(), 1))
+    rows = [(number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if not rows:
         raise InputError(f"{path} holds no data")
     header = columns
-    if not _numeric(rows[0]):  # a header line; --columns replaces it
-        first = rows.pop(0)
+    if not _numeric(rows[0][1]):  # a header line; --columns replaces it
+        first = rows.pop(0)[1]
         header = first if header is None else header
     elif header is None:
-        comments = [line.lstrip()[1:] for line in lines[: lines.index(rows[0])] if line.lstrip().startswith("#")]
+        comments = [line.lstrip()[1:] for _, line in lines[: rows[0][0] - 1] if line.lstrip().startswith("#")]
         if not comments:
             raise InputError(f"{path} has no header: name its columns with --columns 'x,y,z,vx,vy,vz,m,rho' ('-' leaves one out)")
         header = comments[-1]
     if not rows:
         raise InputError(f"{path} holds a header and no data")
-    try:
-        table = np.loadtxt(io.StringIO("\n".join(_blanks(row) for row in rows)), ndmin=2)
-    except ValueError as reason:
-        raise InputError(f"{path}: {reason}") from None
+    table = numbers.table([(number, _blanks(line)) for number, line in rows], path)
     names = _names(header)
     if len(names) != table.shape[1]:
         raise InputError(f"{path}: {len(names)} column names for {table.shape[1]} columns ({', '.join(names)})")
@@ -63,11 +58,7 @@ def _blanks(row: str) -> str:
 
 
 def _numeric(row: str) -> bool:
-    try:
-        [float(word) for word in _blanks(row).split()]
-    except ValueError:
-        return False
-    return True
+    return all(numbers.is_number(word) for word in _blanks(row).split())
 
 
 def _names(header: str) -> list[str]:

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from matter.errors import InputError
 from matter.formats import columns as named
+from matter.formats import numbers
 from matter.particles import Particles
 
 _HEAD = "ITEM: ATOMS"
@@ -20,18 +19,15 @@ _STEP = "ITEM: TIMESTEP"
 
 def read(path: Path, columns: str | None = None) -> Particles:
     """Particles of the last step in a dump; columns that have no field here are left out. ``columns`` replaces the dump's own names."""
-    lines = path.read_text().splitlines()
+    lines = numbers.text(path).splitlines()
     heads = [k for k, line in enumerate(lines) if line.startswith(_HEAD)]
     if not heads:
         raise InputError(f"{path} is not a text dump: there is no line '{_HEAD} ...'")
     names = columns.split(",") if columns else lines[heads[-1]][len(_HEAD) :].split()
     known = named.slots()
     names = [name if name.split("[")[0].strip().lower() in known else "-" for name in names]
-    rows = [line for line in lines[heads[-1] + 1 :] if line.strip()]
-    try:
-        table = np.array([line.split() for line in rows], dtype=float).reshape(len(rows), -1)
-    except ValueError as reason:
-        raise InputError(f"{path}: {reason}") from None
+    rows = [(number, line) for number, line in enumerate(lines[heads[-1] + 1 :], heads[-1] + 2) if line.strip()]
+    table = numbers.table(rows, path)
     if len(rows) == 0 or table.shape[1] != len(names):
         raise InputError(f"{path}: {len(names)} column names for {table.shape[1] if len(rows) else 0} columns")
     if "type" in names:

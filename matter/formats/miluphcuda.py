@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from matter.errors import InputError
+from matter.formats import numbers
 from matter.particles import Particles
 
 SWITCHES = ("INTEGRATE_ENERGY", "JC_PLASTICITY", "FRAGMENTATION", "SOLID", "NAVIER_STOKES", "SIRONO_POROSITY", "PALPHA_POROSITY", "EPSALPHA_POROSITY")
@@ -88,7 +89,7 @@ def _read_text(path: Path, columns: str | None) -> Particles:
         raise InputError(f"--columns: {', '.join(unknown)} decides no column of miluphcuda's text files (known: {', '.join(SWITCHES)})")
     names = column_names(on)
     flawed, rows = "FRAGMENTATION" in on, []
-    for number, line in enumerate(path.read_text().splitlines(), 1):
+    for number, line in enumerate(numbers.text(path).splitlines(), 1):
         words = line.split()
         if not words:
             continue

@@ -36,7 +36,7 @@ ITEM: ATOMS id type x y z vx vy vz radius mass c_pe
 
 def test_a_header_names_columns_and_units(tmp_path):
     path = tmp_path / "a.csv"
-    path.write_text("# made by hand\nx [km], y [km], z [km], m, p [GPa], sxx, sxy, sxz, syy, syz, szz\n1,2,3,4,5,1,2,3,4,5,6\n0,0,0,1,0,0,0,0,0,0,0\n")
+    path.write_text("# made by hand\nx [km], y [km], z [km], m, p [GPa], sxx, sxy, sxz, syy, syz, szz, mat\n1,2,3,4,5,1,2,3,4,5,6,1\n0,0,0,1,0,0,0,0,0,0,0,0\n")
     found = formats.read(path, materials="ice, water")
     np.testing.assert_allclose(found.position[0], [1e3, 2e3, 3e3])
     np.testing.assert_allclose(found.pressure, [5e9, 0.0])
@@ -118,3 +118,60 @@ def test_csv_holds_every_number_and_reads_back(tmp_path):
         np.testing.assert_array_equal(back[name], some[name])
     table = np.genfromtxt(tmp_path / "b.txt", delimiter=",", names=True)  # no comment lines: numpy reads it at once
     np.testing.assert_array_equal(table["mass_kg"], some.mass)
+
+
+@pytest.mark.parametrize(
+    ("header", "rows", "words"),
+    [
+        ("x,y,z,m", ["1,2,3,4", "1,2,3,-4"], "field 'mass' must be above 0 kg: 1 of 2 particles are not (the first is particle 2: -4)"),
+        ("x,y,z,m", ["1,2,3,0"], "field 'mass' must be above 0 kg"),
+        ("x,y,z,rho", ["1,2,3,-1", "0,0,0,1"], "field 'density' must be above 0 kg/m^3"),
+        ("x,y,z,r", ["1,2,3,0"], "field 'radius' must be above 0 m"),
+        ("x,y,z,h", ["1,2,3,-1"], "field 'smoothing_length' must be above 0 m"),
+        ("x,y,z,damage", ["1,2,3,1.5"], "field 'damage' must be at least 0 and at most 1: 1 of 1 particles are not (the first is particle 1: 1.5)"),
+        ("x,y,z,distention", ["1,2,3,0.5"], "field 'distention' must be at least 1"),
+        ("x,y,z,mat", ["1,2,3,-1"], "field 'material' must be at least 0"),
+        ("x,y,z,m", ["1,2,nan,1", "1,2,3,1"], "field 'position' has 1 values that are not finite (the first is particle 1: 1, 2, nan)"),
+    ],
+)
+def test_values_that_no_particle_can_have_are_refused(tmp_path, header, rows, words):
+    (tmp_path / "a.csv").write_text("\n".join([header, *rows]) + "\n")
+    with pytest.raises(InputError) as caught:
+        formats.save(formats.read(tmp_path / "a.csv"), tmp_path / "a.vtkhdf")
+    assert words in str(caught.value)
+    assert not (tmp_path / "a.vtkhdf").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.csv", "# a remark\nx,y,z\n\n1,2,3\n1,abc,3\n", "a.csv, line 5: 'abc' in column 2 is not a number"),
+        ("a.csv", "x,y,z\n1,2,3\n1,2\n", "a.csv, line 3: 2 values, and 3 in line 2"),
+        ("a.dump", "ITEM: ATOMS x y z\n1 2 3\n1 x 3\n", "a.dump, line 3: 'x' in column 2 is not a number"),
+    ],
+)
+def test_a_complaint_names_the_line_of_the_file(tmp_path, name, text, words):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError) as caught:
+        formats.read(tmp_path / name)
+    assert words in str(caught.value)
+
+
+def test_what_is_no_text_is_said_to_be_none(tmp_path):
+    (tmp_path / "a.csv").write_bytes(b"\x89PNG\xff\xfe\x00")
+    with pytest.raises(InputError, match=r"a\.csv is not a text file"):
+        formats.read(tmp_path / "a.csv")
+
+
+def test_names_of_materials_are_used_or_refused(tmp_path):
+    (tmp_path / "plain.csv").write_text("x,y,z\n1,2,3\n4,5,6\n")
+    (tmp_path / "kinds.csv").write_text("x,y,z,mat\n1,2,3,0\n4,5,6,2\n")
+    one = formats.read(tmp_path / "plain.csv", materials="basalt")
+    assert one.material.tolist() == [0, 0] and one.attributes["materials"] == ["basalt"]
+    with pytest.raises(InputError, match=r"--materials names 2 materials .*no column of material numbers"):
+        formats.read(tmp_path / "plain.csv", materials="basalt,ice")
+    with pytest.raises(InputError, match="material number 2 has no name: there are 2"):
+        formats.save(formats.read(tmp_path / "kinds.csv", materials="basalt,ice"), tmp_path / "a.vtkhdf")
+    assert formats.plausible.strangers(formats.read(tmp_path / "kinds.csv", materials="bassalt,ice,iron")) == [
+        "material 'bassalt' is not one of this project's; did you mean 'basalt'?"
+    ]

@@ -67,3 +67,9 @@ def test_what_is_unknown_is_a_message_with_the_nearest_name():
         material.load("basat")
     with pytest.raises(InputError, match=r"'water' has no \[weibull\]"):
         material.section("water", "weibull")
+
+
+@pytest.mark.parametrize("name", ["../materials/basalt", "./basalt", "../../x", "/etc/passwd", "", "basalt.toml"])
+def test_a_name_is_no_path(name):
+    with pytest.raises(InputError, match="unknown material"):
+        material.load(name)

@@ -123,12 +123,13 @@ def test_import_snapshot_reads_columns_with_units(tmp_path):
         start = [sys.executable, "-P", "-c", textwrap.dedent(code), *map(str, arguments)]
         return subprocess.run(start, capture_output=True, text=True, env=environment, timeout=60)
 
-    done = command(tmp_path / "cloud.csv", "--out", tmp_path / "cloud.vtkhdf", "--materials", "ice,water")
+    done = command(tmp_path / "cloud.csv", "--out", tmp_path / "cloud.vtkhdf", "--materials", "ice")
     assert done.returncode == 0, done.stderr
     assert "2 particles" in done.stdout
     with h5py.File(tmp_path / "cloud.vtkhdf") as file:
         np.testing.assert_allclose(file["particles/position"][0], [1000.0, 2.0, 3.0])
         np.testing.assert_allclose(file["particles/density"][:], [917.0, 1000.0])
+        assert file["particles/material"][:].tolist() == [0, 0]
     for arguments, words in {
         (tmp_path / "cloud.csv", "--out", tmp_path / "cloud.h5"): "has to end in .vtkhdf",
         (tmp_path / "none.csv", "--out", tmp_path / "o.vtkhdf"): "no file at",
@@ -158,7 +159,7 @@ def test_import_places_and_export_hands_on(tmp_path):
     """
     done = python(code.format(tmp_path))
     assert done.returncode == 2 and "Traceback" not in done.stderr and "name the format with --format" in done.stderr
-    assert "for the stage handoff it lacks density, material" in done.stdout and "2 particles as lammps" in done.stdout
+    assert "cannot be used by handoff: missing density, material" in done.stdout and "2 particles as lammps" in done.stdout
     with h5py.File(tmp_path / "cloud.vtkhdf") as file:
         np.testing.assert_allclose(file["particles/position"][:], [[0, 0, 0], [0, 0, 2]], atol=1e-12)
         np.testing.assert_allclose(file["particles/velocity"][1], [0, 0, 1], atol=1e-12)
