@@ -44,12 +44,8 @@ def _transposed(builder, rows: list) -> list:
     return exchanged(exchanged(exchanged(rows, 1, _PAIRS), 2, _QUADS), 4, _HALVES)
 
 
-@intrinsic
-def columns(typingctx, rows, index, first, k, scratch):
-    """scratch[c, k + m] = rows[index[first + k + m], c] for m = 0 ... 7 and all c.
-
-    ``rows`` (n, 16) float64, C-ordered; ``index`` (entries,) int32, of which k to k + 7 past ``first`` are read; ``scratch`` (16, columns) float64.
-    """
+def _columns(wide: int):
+    """The code of ``columns`` for rows of ``wide`` values."""
 
     def codegen(context, builder, signature, args):
         arrays = [make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 1, 4)]
@@ -66,14 +62,29 @@ def columns(typingctx, rows, index, first, k, scratch):
         for m in range(LANES):
             j = builder.load(builder.gep(listed.data, [builder.add(entry, ir.Constant(integer, m))]))
             starts.append(builder.mul(builder.sext(j, integer), width))
-        for block in range(0, 16, LANES):
+        for block in range(0, wide, LANES):
             read = [builder.load(at(table.data, builder.add(start, ir.Constant(integer, block))), align=8) for start in starts]
             for c, column in enumerate(_transposed(builder, read)):
                 place = builder.add(builder.mul(ir.Constant(integer, block + c), out_stride), args[3])
                 builder.store(column, at(out.data, place), align=8)
         return context.get_dummy_value()
 
-    return types.none(rows, index, types.intp, types.intp, scratch), codegen
+    return codegen
+
+
+@intrinsic
+def columns(typingctx, rows, index, first, k, scratch):
+    """scratch[c, k + m] = rows[index[first + k + m], c] for m = 0 ... 7 and all c.
+
+    ``rows`` (n, 16) float64, C-ordered; ``index`` (entries,) int32, of which k to k + 7 past ``first`` are read; ``scratch`` (16, columns) float64.
+    """
+    return types.none(rows, index, types.intp, types.intp, scratch), _columns(16)
+
+
+@intrinsic
+def narrow_columns(typingctx, rows, index, first, k, scratch):
+    """``columns`` of rows (n, 8)."""
+    return types.none(rows, index, types.intp, types.intp, scratch), _columns(8)
 
 
 def _wide(builder, array, offset, lanes: int = LANES):

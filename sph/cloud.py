@@ -41,9 +41,9 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
 }
 
 
-OPTIONAL = ("late_density", "viscosity")
-"""Arrays (n,) that are empty until a law needs them: the density without pressure of the late stage (``sph.late``), the share of the artificial viscosity
-where a switch governs it (``sph.viscosity_switch``)."""
+OPTIONAL = ("late_density", "viscosity", "strain_rate")
+"""Arrays (n, ...) that are empty until a law needs them: the density without pressure of the late stage (``sph.late``), the share of the artificial viscosity
+where a switch governs it (``sph.viscosity_switch``), the symmetric velocity gradient of the last evaluation (n, 6) [1/s] (``sph.viscosity_reconstructed``)."""
 
 PARTS = 64  # loops that gather something over all particles run in this many pieces, so that it does not depend on the number of threads
 
@@ -85,6 +85,7 @@ class Cloud:
     late_density: np.ndarray
     peak_pressure: np.ndarray
     viscosity: np.ndarray
+    strain_rate: np.ndarray
     gravity: np.ndarray
     gravity_position: np.ndarray
     initial_position: np.ndarray
@@ -97,7 +98,7 @@ class Cloud:
     def __init__(self, count: int):
         for name, (shape, kind) in ARRAYS.items():
             setattr(self, name, np.zeros((count, *shape), dtype=kind))
-        self.late_density, self.viscosity = np.zeros(0), np.zeros(0)
+        self.late_density, self.viscosity, self.strain_rate = np.zeros(0), np.zeros(0), np.zeros((0, 6))
         self.flaw_strain = np.zeros(0, dtype=np.float32)
 
     def __len__(self) -> int:

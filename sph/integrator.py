@@ -25,7 +25,7 @@ from sph.boundary.images import Images
 from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
 from sph.materials import Materials
 from sph.numerics import Numerics
-from sph.row import SHARE, VOLUME, WIDTH
+from sph.row import SHARE, SLOPE, VOLUME
 from sph.scheme import Rows
 
 YOUNG = 0.002  # of sqrt(R^3 / G M)
@@ -134,7 +134,7 @@ class Integrator:
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
         self.numerics, self.scheme, self.around = numerics, numerics.scheme, around
         self.images, self.edge = around.images, around.edge
-        self.damping = pair_rates.Damping(numerics.alpha, numerics.beta, numerics.artificial_stress)
+        self.damping = pair_rates.Damping(numerics.alpha, numerics.beta, numerics.artificial_stress, 1.0 / numerics.support)
         self.limits_of_length, self.gradient_scale = numerics.limits_of_length, numerics.gradient_scale
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
@@ -147,10 +147,12 @@ class Integrator:
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, around.images)
-        self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud), self.scheme.switched)
+        self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud), self.scheme.switched, self.scheme.reconstructed)
         self._omega = np.ones(len(cloud) if numerics.length_terms else 0)
         self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
-        self._second = np.zeros((0, WIDTH))
+        self._second = np.zeros((0, self.scheme.second_width))
+        if self.scheme.reconstructed and len(cloud.strain_rate) == 0:
+            cloud.strain_rate = np.zeros((len(cloud), 6))
         if self.scheme.switched:
             cloud.viscosity = np.full(len(cloud), switches.LAWS[numerics.viscosity_switch].START)
 
@@ -232,6 +234,8 @@ class Integrator:
         if self.numerics.length_terms:
             length_terms.divide(self.rates, self._omega)
         cloud.neighbours[:] = self.rates.count
+        if self.scheme.reconstructed:
+            cloud.strain_rate[:] = self.rates.strain_rate
         if self.edge is not None:
             self.edge.hold(cloud, self.rates)
         if self.images is None and self.edge is None:
@@ -251,13 +255,15 @@ class Integrator:
             return
         cloud, row = self.cloud, self.evaluated.row
         if len(self._second) < len(row):
-            self._second = np.zeros((len(row), WIDTH))
+            self._second = np.zeros((len(row), self.scheme.second_width))
         if self.scheme.switched:
             self._second[: len(cloud), SHARE] = cloud.viscosity
+        if self.scheme.reconstructed:
+            self._second[: len(cloud), SLOPE : SLOPE + 6] = cloud.strain_rate
         if self.scheme.corrected:
             gradients.correct(self.scheme, self._rows(), self.neighbourhood.found)
         if self.images is not None:
-            self.images.second(self._second, len(cloud))
+            self.images.second(self._second, len(cloud), self.scheme.corrected)
 
     def _follow_switch(self, dt: float) -> None:
         """The share of the viscosity after a step."""

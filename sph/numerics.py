@@ -20,6 +20,9 @@ else:
 class Numerics(Model):
     """Numerical choices of the shock stage."""
 
+    viscosity: Literal["monaghan", "reconstructed"] = "monaghan"
+    """Artificial viscosity of ``monaghan`` (``sph.viscosity``), or of ``reconstructed`` velocity jumps, which smooth flow hardly feels
+    (``sph.viscosity_reconstructed``; with alpha = 3, beta = 10)."""
     alpha: Annotated[float, Field(ge=0, le=10)] = 2.0
     """Linear coefficient of the artificial viscosity."""
     beta: Annotated[float, Field(ge=0, le=50)] = 10.0
@@ -70,6 +73,7 @@ class Numerics(Model):
             corrected=self.gradients == "corrected",
             switched=self.viscosity_switch != "none",
             artificial_stress=self.artificial_stress > 0.0,
+            reconstructed=self.viscosity == "reconstructed",
         )
 
     @property

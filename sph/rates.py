@@ -27,11 +27,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from matter.gather import LANES, columns
+from matter.gather import LANES, columns, narrow_columns
 from matter.jit import fast_min, parallel_kernel, prange
-from sph import artificial_stress, viscosity
+from sph import artificial_stress, viscosity, viscosity_reconstructed
 from sph.kernels import dispatch as kernels
-from sph.row import RHO_INVERSE, SHARE, SOUND, SUPPORT, TENSOR, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
+from sph.row import RHO_INVERSE, SHARE, SLOPE, SOUND, SUPPORT, TENSOR, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 from sph.scheme import Pairs, Rows, Scheme
 
 _BLOCK = 64
@@ -49,11 +49,13 @@ class Matter(NamedTuple):
 
 
 class Damping(NamedTuple):
-    """Coefficients of the artificial viscosity (``sph.viscosity``) and of the artificial stress (``sph.artificial_stress``)."""
+    """Coefficients of the artificial viscosity (``sph.viscosity``) and of the artificial stress (``sph.artificial_stress``); ``near``: spacing over support
+    (``sph.viscosity_reconstructed``)."""
 
     alpha: float
     beta: float
     artificial_stress: float = 0.0
+    near: float = 0.5
 
 
 class Sums(NamedTuple):
@@ -67,20 +69,21 @@ class Sums(NamedTuple):
     curl: np.ndarray
     approach: np.ndarray
     number: np.ndarray
+    strain_rate: np.ndarray
 
 
 @functools.cache
 def pair_loop(scheme: Scheme):
     """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``sph.scheme.Rows`` and ``Pairs``, ``Matter``, ``Damping``; out: ``Sums``."""
-    kernel, start_volumes, corrected, switched, artificial_stress_taken = scheme
-    second_rows = scheme.second_rows
+    kernel, start_volumes, corrected, switched, artificial_stress_taken, reconstructed = scheme
+    second_rows, second_width = scheme.second_rows, scheme.second_width
 
     @parallel_kernel(fastmath=True)
     def _pairs(rows, pairs, matter, damping, out):
         row, second, start_density, inverse = rows.row, rows.second, rows.start_density, rows.inverse
         # numba's parallel loops write arrays that have names of their own, not those inside a tuple
         acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
-        divergence, curl, approach, number = out.divergence, out.curl, out.approach, out.number
+        divergence, curl, approach, number, strain_rate = out.divergence, out.curl, out.approach, out.number, out.strain_rate
         n = len(number)  # rows behind these are images: read, never written
         for block in prange((n + _BLOCK - 1) // _BLOCK):
             most = 0
@@ -88,14 +91,16 @@ def pair_loop(scheme: Scheme):
                 most = max(most, pairs.number[i])
             s = np.empty((WIDTH, most + 2 * LANES))
             if second_rows:
-                t = np.empty((WIDTH, most + 2 * LANES))
+                t = np.empty((second_width, most + 2 * LANES))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 many = pairs.number[i]
                 padded = (many + LANES - 1) // LANES * LANES  # rows of the list are filled up with the particle itself, which adds exact zeros
                 for k in range(0, padded, LANES):
                     columns(row, pairs.partner, pairs.first[i], k, s)
-                    if second_rows:
+                    if corrected:
                         columns(second, pairs.partner, pairs.first[i], k, t)
+                    elif second_rows:
+                        narrow_columns(second, pairs.partner, pairs.first[i], k, t)
                 x, y, z, vx, vy, vz = row[i, X], row[i, Y], row[i, Z], row[i, VX], row[i, VY], row[i, VZ]
                 volume, rho_inv, h, c_i = row[i, VOLUME], row[i, RHO_INVERSE], row[i, SUPPORT], row[i, SOUND]
                 before = 1.0 / start_density[i] if start_volumes else rho_inv
@@ -106,6 +111,9 @@ def pair_loop(scheme: Scheme):
                     bzx, bzy, bzz = second[i, TENSOR + 6], second[i, TENSOR + 7], second[i, TENSOR + 8]
                 if switched:
                     share = second[i, SHARE]
+                if reconstructed:
+                    exx, exy, exz = second[i, SLOPE], second[i, SLOPE + 1], second[i, SLOPE + 2]
+                    eyy, eyz, ezz = second[i, SLOPE + 3], second[i, SLOPE + 4], second[i, SLOPE + 5]
                 ax, ay, az, heat, slowest, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 cxx, cxy, cxz, cyy, cyz, czz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -120,7 +128,13 @@ def pair_loop(scheme: Scheme):
                     V = s[VOLUME, k]
                     # viscosity: m_j Pi = (V_j / rho_j^-1) Pi with 1/rhobar = 2 / (rho_i + rho_j)
                     vr = ux * dx + uy * dy + uz * dz
-                    mu = viscosity.approach(vr, r2, hij)
+                    closing = vr
+                    if reconstructed:
+                        e_i = exx * dx * dx + eyy * dy * dy + ezz * dz * dz + 2.0 * (exy * dx * dy + exz * dx * dz + eyz * dy * dz)
+                        e_j = t[SLOPE, k] * dx * dx + t[SLOPE + 3, k] * dy * dy + t[SLOPE + 5, k] * dz * dz
+                        e_j += 2.0 * (t[SLOPE + 1, k] * dx * dy + t[SLOPE + 2, k] * dx * dz + t[SLOPE + 4, k] * dy * dz)
+                        closing = viscosity_reconstructed.jump(vr, e_i, e_j, r, r2, hij, 0.5 * (c_i + s[SOUND, k]), damping.near)
+                    mu = viscosity.approach(closing, r2, hij)
                     rho_j_inv = s[RHO_INVERSE, k]
                     rho_sum, volume_sum = rho_inv + rho_j_inv, volume + V
                     both = 1.0 / (rho_sum * volume_sum)  # one division for two
@@ -187,18 +201,22 @@ def pair_loop(scheme: Scheme):
                 approach[i] = -slowest
                 number[i] = int(near) - (padded - many)
                 G = matter.shear[matter.material[i]]
-                if matter.strength and G > 0.0:
+                sheared = matter.strength and G > 0.0
+                if (sheared or reconstructed) and not corrected:
+                    det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
+                    # a lopsided neighbourhood (surface spray) has no useful inverse: plain gradients there
+                    if det > 0.05 and det < 20.0:
+                        inv = 1.0 / det
+                        ixx, ixy, ixz = (cyy * czz - cyz * cyz) * inv, (cxz * cyz - cxy * czz) * inv, (cxy * cyz - cxz * cyy) * inv
+                        iyy, iyz, izz = (cxx * czz - cxz * cxz) * inv, (cxy * cxz - cxx * cyz) * inv, (cxx * cyy - cxy * cxy) * inv
+                        lxx, lxy, lxz = lxx * ixx + lxy * ixy + lxz * ixz, lxx * ixy + lxy * iyy + lxz * iyz, lxx * ixz + lxy * iyz + lxz * izz
+                        lyx, lyy, lyz = lyx * ixx + lyy * ixy + lyz * ixz, lyx * ixy + lyy * iyy + lyz * iyz, lyx * ixz + lyy * iyz + lyz * izz
+                        lzx, lzy, lzz = lzx * ixx + lzy * ixy + lzz * ixz, lzx * ixy + lzy * iyy + lzz * iyz, lzx * ixz + lzy * iyz + lzz * izz
+                if reconstructed:
+                    strain_rate[i, 0], strain_rate[i, 1], strain_rate[i, 2] = lxx, 0.5 * (lxy + lyx), 0.5 * (lxz + lzx)
+                    strain_rate[i, 3], strain_rate[i, 4], strain_rate[i, 5] = lyy, 0.5 * (lyz + lzy), lzz
+                if sheared:
                     G *= matter.stiffness[i, 0] if trace < 0.0 else matter.stiffness[i, 1]
-                    if not corrected:
-                        det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
-                        # a lopsided neighbourhood (surface spray) has no useful inverse: plain gradients there
-                        if det > 0.05 and det < 20.0:
-                            inv = 1.0 / det
-                            ixx, ixy, ixz = (cyy * czz - cyz * cyz) * inv, (cxz * cyz - cxy * czz) * inv, (cxy * cyz - cxz * cyy) * inv
-                            iyy, iyz, izz = (cxx * czz - cxz * cxz) * inv, (cxy * cxz - cxx * cyz) * inv, (cxx * cyy - cxy * cxy) * inv
-                            lxx, lxy, lxz = lxx * ixx + lxy * ixy + lxz * ixz, lxx * ixy + lxy * iyy + lxz * iyz, lxx * ixz + lxy * iyz + lxz * izz
-                            lyx, lyy, lyz = lyx * ixx + lyy * ixy + lyz * ixz, lyx * ixy + lyy * iyy + lyz * iyz, lyx * ixz + lyy * iyz + lyz * izz
-                            lzx, lzy, lzz = lzx * ixx + lzy * ixy + lzz * ixz, lzx * ixy + lzy * iyy + lzz * iyz, lzx * ixz + lzy * iyz + lzz * izz
                     third = (lxx + lyy + lzz) / 3.0
                     exx, eyy = lxx - third, lyy - third
                     exy, exz, eyz = 0.5 * (lxy + lyx), 0.5 * (lxz + lzx), 0.5 * (lyz + lzy)
@@ -226,16 +244,17 @@ class Rates:
     neighbours inside the support.
     """
 
-    def __init__(self, n: int, curl: bool = False):
+    def __init__(self, n: int, curl: bool = False, strain_rate: bool = False):
         self.acceleration, self.stress = np.zeros((n, 3)), np.zeros((n, 5))
         self.density, self.energy, self.divergence, self.approach = (np.zeros(n) for _ in range(4))
         self.curl = np.zeros(n if curl else 0)
+        self.strain_rate = np.zeros((n if strain_rate else 0, 6))
         self.count = np.zeros(n, dtype=np.int32)
 
     @property
     def sums(self) -> Sums:
         """The arrays as the compiled loop takes them."""
-        return Sums(self.acceleration, self.density, self.energy, self.stress, self.divergence, self.curl, self.approach, self.count)
+        return Sums(self.acceleration, self.density, self.energy, self.stress, self.divergence, self.curl, self.approach, self.count, self.strain_rate)
 
 
 def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Damping, out: Rates) -> None:

@@ -1,6 +1,6 @@
 """Columns of the rows that loops over pairs read: one row a particle, and behind them those of its images.
 
-``row`` (n, 16) is filled by ``sph.state`` and turned by ``sph.start_volumes``; ``second`` (n, 16) holds what some schemes add to it.
+``row`` (n, 16) is filled by ``sph.state`` and turned by ``sph.start_volumes``; ``second`` (n, 16, or 8 without the tensor) holds what some schemes add to it.
 """
 
 X, Y, Z, VX, VY, VZ = range(6)
@@ -10,7 +10,11 @@ XX, XY, XZ, YY, YZ, ZZ = range(10, 16)
 """Effective total stress sigma [Pa]."""
 WIDTH = 16
 
-SHARE = 0
+SLOPE = 0
+"""Second row: first of the six columns of E [1/s], xx xy xz yy yz zz (``sph.viscosity_reconstructed``)."""
+SHARE = 6
 """Second row: share of the artificial viscosity (``sph.viscosity_switch``)."""
-TENSOR = 1
+TENSOR = 7
 """Second row: first of the nine columns of sigma B [Pa], by rows (``sph.gradients``)."""
+NARROW = 8
+"""Width of second rows without that tensor."""

@@ -6,12 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sph.row import NARROW, WIDTH
+
 
 class Scheme(NamedTuple):
     """The choices, named as in a case file.
 
     kernel : number of the kernel in ``sph.kernels.dispatch``;  start_volumes : ``volumes = "start"``;  corrected : ``gradients = "corrected"``;
-    switched : a ``viscosity_switch``;  artificial_stress : whether there is any.
+    switched : a ``viscosity_switch``;  artificial_stress : whether there is any;  reconstructed : ``viscosity = "reconstructed"``.
     """
 
     kernel: int = 0
@@ -19,11 +21,17 @@ class Scheme(NamedTuple):
     corrected: bool = False
     switched: bool = False
     artificial_stress: bool = False
+    reconstructed: bool = False
 
     @property
     def second_rows(self) -> bool:
         """Whether the pair loop reads second rows."""
-        return self.corrected or self.switched
+        return self.corrected or self.switched or self.reconstructed
+
+    @property
+    def second_width(self) -> int:
+        """Columns of a second row: narrow rows halve what the loop gathers."""
+        return WIDTH if self.corrected else NARROW
 
 
 class Pairs(NamedTuple):

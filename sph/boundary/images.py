@@ -16,7 +16,7 @@ from matter.gather import LANES
 from matter.jit import kernel, parallel_kernel, prange
 from sph.boundary.periodic import Periodic
 from sph.boundary.wall import Wall
-from sph.row import SHARE, SOUND, TENSOR, VOLUME, VX, XX, XY, XZ, YY, YZ, ZZ, X
+from sph.row import SHARE, SLOPE, SOUND, TENSOR, VOLUME, VX, XX, XY, XZ, YY, YZ, ZZ, X
 
 
 @parallel_kernel
@@ -34,11 +34,14 @@ def _fill(row, count, owner, sign, shift, drift):
 
 
 @parallel_kernel
-def _fill_second(second, count, owner, sign):
+def _fill_second(second, count, owner, sign, tensor):
     for g in prange(len(owner)):
         source, image = second[owner[g]], second[count + g]
         image[SHARE] = source[SHARE]
-        for a in range(3):
+        sx, sy, sz = sign[g, 0], sign[g, 1], sign[g, 2]
+        image[SLOPE], image[SLOPE + 1], image[SLOPE + 2] = source[SLOPE], sx * sy * source[SLOPE + 1], sx * sz * source[SLOPE + 2]
+        image[SLOPE + 3], image[SLOPE + 4], image[SLOPE + 5] = source[SLOPE + 3], sy * sz * source[SLOPE + 4], source[SLOPE + 5]
+        for a in range(3 if tensor else 0):
             for b in range(3):
                 image[TENSOR + 3 * a + b] = sign[g, a] * sign[g, b] * source[TENSOR + 3 * a + b]
 
@@ -117,6 +120,6 @@ class Images:
         """Fill the rows behind the first ``count`` with the images at ``time`` [s]."""
         _fill(row, count, self.owner, self.sign, self.shift + self.drift * time, self.drift)
 
-    def second(self, second: np.ndarray, count: int) -> None:
-        """The same of second rows: a share, and a tensor by rows."""
-        _fill_second(second, count, self.owner, self.sign)
+    def second(self, second: np.ndarray, count: int, tensor: bool) -> None:
+        """The same of second rows: slopes, a share, and where there is one a ``tensor`` by rows."""
+        _fill_second(second, count, self.owner, self.sign, tensor)
