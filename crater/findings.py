@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crater import scaling, series
+from crater.ballistic import Ballistic
 from crater.choices import Choices
 from crater.measure import Measures, Quantity
 from crater.rest import UNKNOWN, Rest
@@ -45,6 +46,8 @@ class Findings:
     scaling: dict[str, Any] = field(default_factory=dict)
     reference: list[dict[str, Any]] = field(default_factory=list)
     late_difference: dict[str, Any] | None = None
+    ballistic: Ballistic | None = None
+    """Free flight of what was handed over, on flat ground under gravity."""
 
 
 def densities(found: Findings, first: Path | None) -> tuple[float, float]:

@@ -132,6 +132,10 @@ def draw_profiles(found: Findings, path: Path) -> None:
     scale, unit = readable.length_unit(reach)
     for measures, colour, label in lines:
         _profile_line(axis, measures.profile, scale, colour, label)
+    if found.ballistic is not None:
+        flown, when = found.ballistic.profile, readable.clock(found.ballistic.time)
+        label = f"ballistic: free flight of the snapshot of {when}, no grains"
+        axis.plot(flown.radius * scale, flown.height * scale, color="0.35", linewidth=1.2, linestyle=":", label=label)
     if lines and moment is not None and moment.measures is not None:
         _mark(axis, moment.measures, scale, INK[1])
     _published_box(axis, found, scale)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crater import block_view, chain, report_evidence, scaling
+from crater import ballistic, block_view, chain, report_evidence, scaling
 from crater.measure import Measures, Quantity
 from matter import archive, page, readable
 
@@ -126,6 +126,8 @@ def _summary(found: Findings) -> str:
             f"Final crater ({html.escape(found.final_from)}): depth {shown(found.final['depth_m'])}, "
             f"apparent diameter {shown(found.final['diameter_apparent_m'])}."
         )
+    if found.ballistic is not None:
+        lines.append(_ballistic_words(found))
     if found.leaving:
         lost = found.leaving
         lines.append(
@@ -141,6 +143,19 @@ def _summary(found: Findings) -> str:
         )
     lines += [f"{html.escape(key)}: {html.escape(reason)}." for key, reason in found.reasons.items()]
     return "<p>" + "<br>".join(lines) + "</p>"
+
+
+def _ballistic_words(found: Findings) -> str:
+    flown = found.ballistic
+    assert flown is not None
+    m = flown.measures
+    final = found.final["diameter_apparent_m"].value if found.final is not None else None
+    return (
+        f"Ballistic crater (every particle of the snapshot of {readable.clock(flown.time)} in free flight, mass balanced in rings; "
+        "neither collapse nor compaction): "
+        f"apparent diameter {shown(m.get('diameter_apparent_m'))}, depth {shown(m.get('depth_m'))}, volume {shown(m.get('volume_m3'))}. "
+        + html.escape(ballistic.words(flown, final, f"the final crater ({found.final_from})"))
+    )
 
 
 def _measures_table(found: Findings) -> str:

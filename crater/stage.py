@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator
 
-from crater import against_published, chain, choices, ejecta, launch, plot, report, rest, scaling, series, tables
+from crater import against_published, ballistic, chain, choices, ejecta, launch, plot, report, rest, scaling, series, tables
 from crater import datum as datums
 from crater.chain import ChainError
 from crater.choices import Choices
@@ -115,6 +115,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     if found.final is None:
         found.final, found.final_time, found.final_from = found.late_sph, found.late_sph_time, "all-SPH late stage"
         found.rest = rest.of_series([moment for moment in found.moments if moment.stage == "sph"])
+    _let_fly(found)
     chain.enter(found)
     against_published.compare(found)
     tables.write_tables(found, out)
@@ -122,6 +123,17 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     plot.draw_all(found, out)
     report.write(found, out)
     progress.update(progress.total, "done", force=True)
+
+
+def _let_fly(found: Findings) -> None:
+    """Free flight of what was handed over: an independent check of the crater's size on flat ground under gravity."""
+    chosen = found.settings
+    if not chosen.target.flat or not found.gravity > 0.0:
+        return
+    try:
+        found.ballistic = ballistic.of_run(found.inputs, found.gravity, found.densities[1], chosen.impact.expected_transient_diameter, chosen.escape_speed)
+    except InputError as reason:
+        found.reasons["ballistic"] = str(reason)
 
 
 def _target_facts(found: Findings) -> tuple[Datum, float]:

@@ -46,6 +46,8 @@ def measures_json(found: Findings) -> dict[str, Any]:
         content["ejecta"] = found.ejecta
     if found.launch:
         content["launch"] = found.launch
+    if found.ballistic is not None:
+        content["ballistic"] = found.ballistic.as_dict()
     if found.late_sph is not None:
         content["late_sph"] = {**found.late_sph.as_dict(), "time_s": Quantity(found.late_sph_time, 0.0, "s").as_dict()}
     return content
@@ -74,6 +76,8 @@ def write_tables(found: Findings, out: Path) -> None:
         moment = found.transient.get(key)
         if moment is not None and moment.measures is not None:
             radial_profile.write_csv(headed(moment.measures, moment.time, f"transient, maximum {key}"), out / name)
+    if found.ballistic is not None:
+        radial_profile.write_csv(found.ballistic.profile, out / "profile_ballistic.csv")
     if found.final is not None:
         radial_profile.write_csv(headed(found.final, found.final_time, found.final_from), out / "profile.csv")
         write_heightmap(found.final, out / "heightmap.h5")
