@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crater import scaling
+from crater import heads, scaling
 from crater.compare import profile_difference
-from crater.findings import Findings, strike, time_of
-from crater.measure import Quantity
+from crater.findings import Findings, final_entry, strike, time_of
+from crater.measure import Measures, Quantity
 from matter import quantity
 
 if TYPE_CHECKING:
@@ -35,12 +35,26 @@ def compare(found: Findings) -> None:
     for published in found.settings.reference:
         found.reference.append(_verdict(found, published))
     if found.late_sph is not None and found.final is not None and found.final is not found.late_sph:
-        found.late_difference = profile_difference(found.late_sph.profile, found.final.profile, _depth_scale(found))
+        found.late_difference = _late_difference(found.late_sph, found.final)
 
 
-def _depth_scale(found: Findings) -> float | None:
-    moment = found.transient.get("depth")
-    return moment.value("depth_m") if moment else None
+def _late_difference(shock: Measures, grains: Measures) -> dict[str, Any]:
+    """The two late stages: profiles inside 1.5 rim radii of the larger crater, the largest difference with its place, depth and diameter with their ratio."""
+    found = profile_difference(shock.profile, grains.profile, rim=_larger_rim(shock, grains))
+    for name in ("depth_m", "diameter_apparent_m"):
+        pair = [measures[name].value for measures in (shock, grains)]
+        known = pair[0] is not None and pair[1] is not None and pair[1] != 0.0
+        found[name] = {"sph": pair[0], "dem": pair[1], "sph_over_dem": pair[0] / pair[1] if known else None}  # type: ignore[operator]
+    return found
+
+
+def _larger_rim(*craters: Measures) -> float | None:
+    """The larger rim radius [m]; where no rim could be stated, the larger apparent radius; None where there is neither."""
+    for name in ("diameter_rim_m", "diameter_apparent_m"):
+        sizes = [0.5 * measures[name].value for measures in craters if measures[name].value is not None]  # type: ignore[operator]
+        if sizes:
+            return max(sizes)
+    return None
 
 
 def _verdict(found: Findings, published: Published) -> dict[str, Any]:
@@ -49,7 +63,7 @@ def _verdict(found: Findings, published: Published) -> dict[str, Any]:
     ours = _ours(found, published)
     row: dict[str, Any] = {
         "name": f"{published.of} {published.quantity}",
-        "at": f"first maximum of {published.at}" if published.of == "transient" else "end",
+        "at": _moment(found, published),
         "value": value,
         "plus": plus,
         "minus": minus,
@@ -63,6 +77,19 @@ def _verdict(found: Findings, published: Published) -> dict[str, Any]:
     apart = ours.value - value
     allowed = float(np.hypot(plus if apart > 0 else minus, ours.sigma or 0.0))
     return {**row, "met": bool(abs(apart) <= allowed), "difference_over_error": apart / allowed if allowed > 0 else None}
+
+
+def _moment(found: Findings, published: Published) -> str:
+    """At which moment ours is taken: ``first maximum of depth, 6.0 min, SPH``."""
+    if published.of == "final":
+        head = heads.final(final_entry(found))
+        return head.line.replace("final", "end", 1)
+    moment = found.transient.get(published.at)
+    if moment is None:
+        return f"first maximum of {published.at}"
+    if published.at in found.growing:
+        return heads.transient([published.at], moment.time, moment.stage, [published.at]).line
+    return f"first maximum of {published.at}, {heads.when(moment.time, heads.METHODS.get(moment.stage, moment.stage))}"
 
 
 def _ours(found: Findings, published: Published) -> Quantity:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crater import scaling, series
+from crater import heads, scaling, series
 from crater.ballistic import Ballistic
 from crater.choices import Choices
 from crater.measure import Measures, Quantity
@@ -43,6 +43,8 @@ class Findings:
     densities: tuple[float, float] = (float("nan"), float("nan"))
     """Of the projectile and of the ground at its surface [kg/m^3]."""
     reasons: dict[str, str] = field(default_factory=dict)
+    soundness: dict[str, Any] = field(default_factory=dict)
+    """Resolution, pressures and cautions (``crater.soundness.facts``)."""
     scaling: dict[str, Any] = field(default_factory=dict)
     reference: list[dict[str, Any]] = field(default_factory=list)
     late_difference: dict[str, Any] | None = None
@@ -76,3 +78,20 @@ def time_of(found: Findings, moment: series.Moment) -> Quantity:
     times = np.array([m.time for m in found.moments if m.stage == moment.stage])
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
     return Quantity(moment.time, 0.5 * step, "s", parts={"interval between snapshots": 0.5 * step})
+
+
+def final_entry(found: Findings) -> dict[str, Any]:
+    """When and from what the last column is, and whether its crater is at rest, as ``measures.json`` says it."""
+    return {"time_s": Quantity(found.final_time, 0.0, "s").as_dict(), "from": found.final_from, **found.rest.as_dict()}
+
+
+def columns(found: Findings, moments: tuple[str, ...] = heads.MOMENTS) -> list[tuple[heads.Head, Measures]]:
+    """Every crater that was measured under its head: transient, the shock stage's own end, final."""
+    seen = [(key, found.transient[key]) for key in moments if key in found.transient]
+    shots = [heads.Moment(key, m.time, m.stage, key in found.growing, m.measures) for key, m in seen if m.measures is not None]
+    result = heads.arranged(shots, found.final_time if found.final is not None else None)
+    if found.late_sph is not None and found.late_sph is not found.final:
+        result.append((heads.Head("late_sph", "final", "all-SPH late stage", heads.when(found.late_sph_time, "SPH")), found.late_sph))
+    if found.final is not None:
+        result.append((heads.final(final_entry(found)), found.final))
+    return result

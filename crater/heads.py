@@ -6,7 +6,7 @@ snapshot, and its head says so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from matter import readable
@@ -30,48 +30,63 @@ class Head(NamedTuple):
         return f"{self.title}, {self.when}" if self.when else self.title
 
 
-def transient(moments: list[str], time: float | None, method: str, growing: list[str]) -> Head:
+class Moment(NamedTuple):
+    """One maximum of the transient crater: ``of`` volume, depth or diameter, ``time`` [s], stage (sph, dem), whether it still grows, and what was measured."""
+
+    of: str
+    time: float | None
+    stage: str
+    growing: bool
+    measured: Any
+
+
+def transient(moments: Sequence[str], time: float | None, stage: str, growing: Sequence[str] = ()) -> Head:
     """Head of the transient crater at the maxima of ``moments`` (they may fall on one snapshot); ``growing``: those of them that still grow at the end."""
-    words = " and ".join(moments)
-    if growing:
-        title = f"last snapshot, {' and '.join(growing)} still growing"
-    else:
-        title = f"transient, maximum {words}"
-    return Head(f"transient/{moments[0]}", "transient", title, _when(time, METHODS.get(method, method)))
+    title = f"last snapshot, {' and '.join(growing)} still growing" if growing else f"transient, maximum {' and '.join(moments)}"
+    return Head(f"transient/{moments[0]}", "transient", title, when(time, METHODS.get(stage, stage)))
 
 
 def final(entry: Mapping[str, Any]) -> Head:
     """Head of the ``final`` entry of ``measures.json``: *final* where it is settled (or the file is too old to say), else the last snapshot and its state."""
     title = "final" if entry.get("settled", True) else f"last snapshot, {entry.get('state', 'not known to be at rest')}"
-    return Head("final", "final", title, _when(_time(entry), str(entry.get("from", ""))))
+    return Head("final", "final", title, when(_time(entry), str(entry.get("from", ""))))
+
+
+def when(time: float | None, what: str) -> str:
+    """Time and what it is of: ``7.0 min, SPH``."""
+    return ", ".join(part for part in (readable.clock(time) if time is not None else "", what) if part)
+
+
+def arranged(moments: Sequence[Moment], end: float | None = None) -> list[tuple[Head, Any]]:
+    """Columns of the transient crater: maxima that fall on one snapshot share one; what still grows at the time ``end`` [s] of the last column has none."""
+    groups: dict[float | None, list[Moment]] = {}
+    for moment in moments:
+        groups.setdefault(moment.time, []).append(moment)
+    found = []
+    for time, group in groups.items():
+        growing = [moment.of for moment in group if moment.growing]
+        if len(growing) == len(group) and time is not None and time == end:
+            continue
+        found.append((transient([moment.of for moment in group], time, group[0].stage, growing), group[0].measured))
+    return found
 
 
 def columns(measures: Mapping[str, Any], moments: tuple[str, ...] = ("volume", "depth")) -> list[tuple[Head, Mapping[str, Any]]]:
-    """Heads and entries of ``measures.json`` for these ``moments`` and the final crater; moments that fall on one snapshot share a column."""
-    found: list[tuple[Head, Mapping[str, Any]]] = []
-    held = measures.get("transient", {})
-    groups: dict[float | None, list[str]] = {}
-    for moment in moments:
-        entry = held.get(f"at_maximum_{moment}")
+    """Heads and entries of ``measures.json`` for these ``moments`` and the final crater."""
+    held, last = measures.get("transient", {}), measures.get("final", {})
+    seen = []
+    for name in moments:
+        entry = held.get(f"at_maximum_{name}")
         if isinstance(entry, Mapping):
-            groups.setdefault(_time(entry), []).append(moment)
-    for time, names in groups.items():
-        entry = held[f"at_maximum_{names[0]}"]
-        growing = [name for name in names if held[f"at_maximum_{name}"].get("growing")]
-        found.append((transient(names, time, str(entry.get("stage", "")), growing), entry))
-    if not groups and any(isinstance(cell, Mapping) and isinstance(cell.get("value"), (int, float)) for cell in held.values()):
-        found.append((Head("transient/volume", "transient", "transient", _when(_time(held), "")), held))
-    last = measures.get("final", {})
-    if any(isinstance(cell, Mapping) and "value" in cell for cell in last.values()):
-        found.append((final(last), last))
-    return found
+            seen.append(Moment(name, _time(entry), str(entry.get("stage", "")), bool(entry.get("growing")), entry))
+    has_last = any(isinstance(cell, Mapping) and "value" in cell for cell in last.values())
+    found = arranged(seen, _time(last) if has_last else None)
+    if not seen and any(isinstance(cell, Mapping) and isinstance(cell.get("value"), (int, float)) for cell in held.values()):
+        found.append((Head("transient/volume", "transient", "transient", when(_time(held), "")), held))
+    return [*found, (final(last), last)] if has_last else found
 
 
 def _time(entry: Mapping[str, Any]) -> float | None:
     cell = entry.get("time_s")
     value = cell.get("value") if isinstance(cell, Mapping) else None
     return None if value is None else float(value)
-
-
-def _when(time: float | None, what: str) -> str:
-    return ", ".join(part for part in (readable.clock(time) if time is not None else "", what) if part)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from crater import ballistic, block_view, chain, report_evidence, scaling
+from crater.findings import columns, strike
 from crater.measure import Measures, Quantity
 from matter import archive, page, readable
 
@@ -84,9 +85,20 @@ def write(found: Findings, out: Path) -> None:
             narrow=True,
         ),
         _ejecta(found, out),
-        *report_evidence.all_parts(found.inputs),
+        *report_evidence.all_parts(found.inputs, strike(found).mass * found.settings.impact.speed, _lever(found)),
     ]
     archive.write_text(out / "report.html", page.document(f"Crater: {_title(found)}", parts))
+
+
+def _lever(found: Findings) -> tuple[float, str]:
+    """What momentum is multiplied with to give a scale of angular momentum [m], and its name: one that is never zero, at any angle."""
+    if not found.settings.target.flat:
+        return found.settings.target.radius, "the target's radius"
+    moment = found.transient.get("volume")
+    radius = 0.5 * moment.value("diameter_apparent_m") if moment is not None else float("nan")
+    if np.isfinite(radius):
+        return radius, "the transient crater's apparent radius"
+    return found.settings.impact.projectile.radius, "its radius"
 
 
 def _ejecta(found: Findings, out: Path) -> str:
@@ -111,38 +123,51 @@ def _title(found: Findings) -> str:
 
 
 def _summary(found: Findings) -> str:
-    lines = []
-    for key in ("depth", "volume"):
-        moment = found.transient.get(key)
-        if moment is not None and moment.measures is not None:
-            m = moment.measures
-            lines.append(
-                f"First maximum of {key} at {readable.clock(moment.time)}: apparent diameter {shown(m['diameter_apparent_m'])}, depth {shown(m['depth_m'])}."
-            )
-    if found.growing:
-        lines.append(f"Still growing in the last snapshot: {', '.join(found.growing)}.")
-    if found.final is not None:
-        lines.append(
-            f"Final crater ({html.escape(found.final_from)}): depth {shown(found.final['depth_m'])}, "
-            f"apparent diameter {shown(found.final['diameter_apparent_m'])}."
-        )
+    lines = [
+        f"{_capital(head.title)} ({page.escape(head.when)}): apparent diameter {page.escape(shown(m['diameter_apparent_m']))}, "
+        f"depth {page.escape(shown(m['depth_m']))}."
+        for head, m in columns(found, ("depth", "volume"))
+    ]
+    if found.final is not None and not found.rest.settled:
+        lines.append(f"The last snapshot is no final crater: {page.escape(found.rest.reason)}.")
     if found.ballistic is not None:
         lines.append(_ballistic_words(found))
+    if found.late_difference:
+        lines.append(_late_sentence(found))
     if found.leaving:
         lost = found.leaving
         lines.append(
             f"Mass that escapes, at the end of the shock stage: {readable.amount(lost['target_mass_kg'], 'kg', 3)} of the target and "
-            f"{readable.amount(lost['projectile_mass_kg'], 'kg', 3)} of the projectile; momentum kept by the body over that of the projectile: "
-            f"beta = {lost['beta']:.3f}."
+            f"{readable.amount(lost['projectile_mass_kg'], 'kg', 3)} of the projectile. Momentum enhancement &beta; = {lost['beta']:.3f}: the momentum that "
+            "the body keeps over that of the projectile, along its flight."
         )
-    if found.late_difference:
-        d = found.late_difference
-        lines.append(
-            f"The two late stages differ by {readable.length(d['rms_m'])} RMS ({d['rms_over_depth']:.3f} of the transient depth); "
-            "they differ in method and in rheology."
-        )
-    lines += [f"{html.escape(key)}: {html.escape(reason)}." for key, reason in found.reasons.items()]
-    return "<p>" + "<br>".join(lines) + "</p>"
+    lines += [f"{page.escape(key)}: {page.escape(reason)}." for key, reason in found.reasons.items()]
+    cautions = [f"<b class=waived>Caution:</b> {page.escape(words)}." for words in found.soundness.get("cautions", ())]
+    return "<p>" + "<br>".join(lines) + "</p>" + ("<p class=note>" + "<br>".join(cautions) + "</p>" if cautions else "")
+
+
+def _capital(text: str) -> str:
+    return page.escape(text[:1].upper() + text[1:])
+
+
+def _late_sentence(found: Findings) -> str:
+    """The two late stages beside each other, in depth and in profile."""
+    d, shock, grains = found.late_difference or {}, found.late_sph, found.final
+    if shock is None or grains is None:
+        return ""
+    share = d["depth_m"]["sph_over_dem"]
+    over = f", a ratio of {share:.2f}" if share is not None else ""
+    return (
+        f"The two late stages, which differ in method and in rheology: depth {page.escape(shown(shock['depth_m']))} in SPH "
+        f"({readable.clock(found.late_sph_time)}) against {page.escape(shown(grains['depth_m']))} in grains ({readable.clock(found.final_time)}){over}. "
+        f"Inside {readable.length(d['inside_m'])} (1.5 rim radii of the larger crater) their profiles differ by {readable.length(d['rms_inside_m'])} RMS, "
+        f"{d['rms_over_depth']:.2f} of the deeper one's depth; most at {readable.length(d['largest_at_m'])} from the axis, where the grains' ground lies "
+        f"{readable.length(abs(d['largest_m']))} {'lower' if d['largest_m'] < 0.0 else 'higher'}."
+    )
+
+
+def _named(found: Findings) -> str:
+    return "the final crater" if found.rest.settled else "the last snapshot, which is no final crater"
 
 
 def _ballistic_words(found: Findings) -> str:
@@ -154,26 +179,19 @@ def _ballistic_words(found: Findings) -> str:
         f"Ballistic crater (every particle of the snapshot of {readable.clock(flown.time)} in free flight, mass balanced in rings; "
         "neither collapse nor compaction): "
         f"apparent diameter {shown(m.get('diameter_apparent_m'))}, depth {shown(m.get('depth_m'))}, volume {shown(m.get('volume_m3'))}. "
-        + html.escape(ballistic.words(flown, final, f"the final crater ({found.final_from})"))
+        + html.escape(ballistic.words(flown, final, f"{_named(found)} ({found.final_from})"))
     )
 
 
 def _measures_table(found: Findings) -> str:
-    columns: list[tuple[str, Measures | None]] = []
-    for key in ("depth", "volume", "diameter"):
-        moment = found.transient.get(key)
-        if moment is not None:
-            columns.append((f"transient, maximum {key}<br>({readable.clock(moment.time)}, {moment.stage.upper()})", moment.measures))
-    if found.late_sph is not None and found.late_sph is not found.final:
-        columns.append((f"all-SPH late stage<br>({readable.clock(found.late_sph_time)})", found.late_sph))
-    if found.final is not None:
-        columns.append((f"final, {html.escape(found.final_from)}<br>({readable.clock(found.final_time)})", found.final))
-    if not columns:
+    held = columns(found)
+    if not held:
         return "<p>Nothing could be measured.</p>"
     reasons: list[str] = []
-    rows = [[word, *(_measure_cell(measures, name, reasons) for _, measures in columns)] for name, word in WORDS.items()]
+    rows = [[word, *(_measure_cell(measures, name, reasons) for _, measures in held)] for name, word in WORDS.items()]
     notes = "".join(f"<br>({k + 1}) {page.escape(reason)}" for k, reason in enumerate(reasons))
-    return page.table(["", *(title for title, _ in columns)], rows) + f"<p class=note>Errors are one standard deviation; {_chain_words(found)}.{notes}</p>"
+    titles = [f"{page.escape(head.title)}<br>({page.escape(head.when)})" for head, _ in held]
+    return page.table(["", *titles], rows) + f"<p class=note>Errors are one standard deviation; {_chain_words(found)}.{notes}</p>"
 
 
 def _chain_words(found: Findings) -> str:

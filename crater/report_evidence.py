@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import csv
 import html
 import re
 from pathlib import Path
 
-import numpy as np
-
+from crater import soundness
 from matter import archive, page, readable
 
 VERDICTS = ("fail", "waived", "not_measured", "pass", "not_applicable")
 """Order of the ledger's rows on the page: what asks for attention first."""
 
 
-def all_parts(run: Path) -> list[str]:
-    """Every section that the files of a run folder give material for."""
+def all_parts(run: Path, projectile_momentum: float, lever: tuple[float, str]) -> list[str]:
+    """Every section that the files of a run folder give material for; momentum [kg m/s] and lever [m, name] are the scales of what was conserved."""
     return [
+        rows_of("Resolution and peak pressure", soundness.resolution_rows(run)),
         ledger(run / "4_handoff" / "ledger.json"),
-        conservation(run / "2_sph" / "history.csv"),
+        rows_of("Conservation in the shock stage", soundness.conservation_rows(run, projectile_momentum, lever)),
+        rows_of("The collapse: balances and overlaps", soundness.collapse_rows(run)),
         steps(run),
         provenance(run / "provenance.json"),
         references(run / "references.bib"),
@@ -38,38 +38,9 @@ def ledger(path: Path) -> str:
     return f"<h2>Handoff ledger</h2><p>{len(entries)} rows: {summary}.</p>{page.ledger(entries)}"
 
 
-def _columns(path: Path) -> dict[str, list[str]]:
-    with path.open() as file:
-        rows = list(csv.DictReader(file))
-    return {name: [row[name] for row in rows] for name in rows[0]} if len(rows) >= 2 else {}
-
-
-def conservation(path: Path) -> str:
-    """Drift of energy, mass, momentum and angular momentum in the shock stage."""
-    columns = _columns(path) if path.is_file() else {}
-    if not columns:
-        return ""
-
-    def column(name: str) -> np.ndarray:
-        return np.array([float(value) for value in columns[name]])
-
-    kinetic = column("kinetic_J")[0]
-    drift = (column("total_J") - column("total_J")[0]) / kinetic
-    momentum = np.stack([column(f"momentum_{axis}") for axis in "xyz"], axis=1)
-    spin = np.stack([column(f"angular_momentum_{axis}") for axis in "xyz"], axis=1)
-    lines = [
-        ("total energy, largest departure over the initial kinetic energy", f"{np.abs(drift).max():.3%}"),
-        ("total energy, at the end", f"{drift[-1]:+.3%}"),
-        ("mass, relative change", f"{column('mass_kg')[-1] / column('mass_kg')[0] - 1.0:.2e}"),
-        ("linear momentum, change over the initial", f"{_change(momentum):.3%}"),
-        ("angular momentum, change over the initial", f"{_change(spin):.3%}"),
-    ]
-    return f"<h2>Conservation in the shock stage</h2>{page.table([], [[page.escape(word), page.escape(value)] for word, value in lines])}"
-
-
-def _change(vectors: np.ndarray) -> float:
-    """Size of last minus first over size of the first."""
-    return float(np.linalg.norm(vectors[-1] - vectors[0])) / max(float(np.linalg.norm(vectors[0])), 1e-300)
+def rows_of(title: str, rows: list[tuple[str, str]]) -> str:
+    """A section of words and values; empty where there are none."""
+    return f"<h2>{page.escape(title)}</h2>{page.table([], [[page.escape(word), page.escape(value)] for word, value in rows])}" if rows else ""
 
 
 def steps(run: Path) -> str:

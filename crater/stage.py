@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator
 
-from crater import against_published, ballistic, chain, choices, ejecta, launch, plot, report, rest, scaling, series, tables
+from crater import against_published, ballistic, chain, choices, ejecta, launch, plot, report, rest, scaling, series, soundness, tables
 from crater import datum as datums
 from crater.chain import ChainError
 from crater.choices import Choices
@@ -117,6 +117,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         found.rest = rest.of_series([moment for moment in found.moments if moment.stage == "sph"])
     _let_fly(found)
     chain.enter(found)
+    found.soundness = soundness.facts(found.inputs)
     against_published.compare(found)
     tables.write_tables(found, out)
     progress.update(progress.total - 2, "pictures", force=True)

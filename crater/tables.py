@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from crater import choices, radial_profile, series
-from crater.findings import Findings, time_of
+from crater.findings import Findings, final_entry, time_of
 from crater.measure import Measures, Quantity
 from matter import archive
 
@@ -34,12 +34,13 @@ def measures_json(found: Findings) -> dict[str, Any]:
     default = transient.get("at_maximum_volume", {"reason": found.reasons.get("transient", "not measured")})
     final: dict[str, Any] = {"reason": found.reasons.get("final", "not measured")}
     if found.final is not None:
-        when = {"time_s": Quantity(found.final_time, 0.0, "s").as_dict(), "from": found.final_from}
-        final = {**found.final.as_dict(), **when, **found.rest.as_dict(), "datum": choices.datum_facts(found.final.datum)}
+        final = {**found.final.as_dict(), **final_entry(found), "datum": choices.datum_facts(found.final.datum)}
     content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": found.reference}
     content["measured_with"] = {stage: chosen.as_dict(found.inputs) for stage, chosen in found.chosen.items()}
     if engine := _engine_of(found.inputs / "5_dem" / "stage_report.json"):
         content["engine"] = engine
+    if found.soundness:
+        content["soundness"] = found.soundness
     if found.leaving:
         content["leaving"] = found.leaving
     if found.ejecta:

@@ -318,6 +318,8 @@ class Collapse:
             "still": bool(still),
             "profile_change_radii": self.change if np.isfinite(self.change) else None,
             "overlap_max": self.worst_overlap,
+            "overlap_warning": self.settings.contact.overlap_warn,
+            "dissipated_returning_J": last["dissipated_returning_J"],
             "energy_error": last["energy_error"],
             "kinetic_handed_J": self.handed,
             "springs": {

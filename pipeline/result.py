@@ -1,21 +1,23 @@
-"""The result of a run as a table: what was measured, and the published numbers beside it."""
+"""The last word of a run: what was measured, each number with its stage, time and definition, and the published numbers beside it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from matter import archive
+from crater import heads
+from matter import archive, readable
 from pipeline import stages
 
 ROWS = (
-    ("diameter_rim_m", "rim diameter"),
-    ("diameter_apparent_m", "apparent diameter"),
-    ("depth_m", "depth below datum"),
-    ("depth_rim_to_floor_m", "depth rim to floor"),
-    ("rim_height_m", "rim height"),
-    ("volume_m3", "volume"),
-    ("time_s", "time"),
+    ("diameter_apparent_m", "apparent diameter, at the datum"),
+    ("diameter_rim_m", "rim diameter, crest to crest"),
+    ("depth_m", "depth below the datum"),
+    ("depth_over_diameter", "depth / apparent diameter"),
+    ("depth_rim_to_floor_m", "depth, crest to floor"),
+    ("rim_height_m", "rim height above the datum"),
+    ("volume_m3", "volume below the datum"),
 )
 
 
@@ -25,48 +27,66 @@ def table(run: Path) -> str:
     if not path.is_file():
         return ""
     measures = archive.read_json(path)
-    kinds = [kind for kind in ("transient", "final") if measures.get(kind)]
-    lines = [f"{'':<20}" + "".join(f"{kind:>30}" for kind in kinds)]
+    columns = heads.columns(measures)
+    rows = [("", [head.title for head, _ in columns]), ("", [head.when for head, _ in columns])]
     for key, words in ROWS:
-        cells = [shown(measures[kind].get(key)) for kind in kinds]
+        cells = [shown(entry.get(key)) for _, entry in columns]
         if any(cells):
-            lines.append(f"{words:<20}" + "".join(f"{cell or '--':>30}" for cell in cells))
-    return "\n".join([*lines, _chain(measures), *(_published(entry) for entry in measures.get("reference", []))])
+            rows.append((words, [cell or "--" for cell in cells]))
+    width = max(len(words) for words, _ in rows)
+    widths = [max(len(cells[k]) for _, cells in rows) + 3 for k in range(len(columns))]
+    lines = [f"{words:<{width}}" + "".join(f"{cell:>{wide}}" for cell, wide in zip(cells, widths)) for words, cells in rows]
+    lines += [_errors(columns), *_unsettled(measures)]
+    lines += [_published(entry) for entry in measures.get("reference", [])]
+    return "\n".join(line for line in [*lines, *_soundness(measures.get("soundness", {}))] if line)
 
 
-def _chain(measures: dict[str, Any]) -> str:
-    """What the errors hold of the scatter of the whole chain."""
+def _errors(columns: list[tuple[heads.Head, Mapping[str, Any]]]) -> str:
+    """What the errors are, and whether they hold the scatter of the whole chain."""
     from crater import chain
 
-    parts = [entry.get("sigma_parts") or {} for kind in ("transient", "final") for entry in (measures.get(kind) or {}).values() if isinstance(entry, dict)]
-    return chain.KNOWN if any(chain.PART in one for one in parts) else chain.UNKNOWN
+    cells = [cell for _, entry in columns for cell in entry.values() if isinstance(cell, Mapping)]
+    parts = {part for cell in cells for part in cell.get("sigma_parts") or {}}
+    return f"errors: one standard deviation; {chain.KNOWN if chain.PART in parts else chain.UNKNOWN}" if cells else ""
+
+
+def _unsettled(measures: Mapping[str, Any]) -> list[str]:
+    final = measures.get("final", {})
+    return [f"no final crater yet: {final.get('settled_reason', '')}"] if final.get("settled") is False else []
+
+
+def _soundness(facts: Mapping[str, Any]) -> list[str]:
+    """One line on the projectile's resolution and the peak pressure, and the cautions."""
+    words = []
+    if "particles_per_radius" in facts:
+        words.append(f"projectile: {facts['projectile_particles']} particles, {facts['particles_per_radius']:.2g} per radius")
+    if "peak_pressure_Pa" in facts:
+        text = f"largest pressure of a particle {readable.amount(facts['peak_pressure_Pa'] * 1e-9, 'GPa', 3)}"
+        if "peak_over_planar_limit" in facts:
+            limit, speed = readable.amount(facts["planar_limit_Pa"] * 1e-9, "GPa", 3), facts["planar_speed_m_s"] * 1e-3
+            text += f", {facts['peak_over_planar_limit']:.2g} times the planar limit ({limit} at the vertical {speed:.4g} km/s)"
+        words.append(text)
+    return ["; ".join(words), *(readable.terminal(f"caution: {caution}") for caution in facts.get("cautions", []))]
 
 
 def _published(entry: dict[str, Any]) -> str:
-    """A published number, ours beside it, and whether it is met; that it is not met is a finding, not a failure."""
+    """A published number, ours beside it with its moment, and whether it is met; that it is not met is a finding, not a failure."""
     scale, unit = _scale(entry["unit"], abs(entry["value"]))
     error = f" +{entry['plus'] * scale:.3g} -{entry['minus'] * scale:.3g}" if "plus" in entry and "minus" in entry else ""
     verdict = "not measured" if entry.get("met") is None else "met" if entry["met"] else "not met"
-    ours = shown(entry.get("ours"))
+    ours, at = shown(entry.get("ours")), f" ({entry['at']})" if entry.get("at") else ""
     words = f"published {entry['name']}: {entry['value'] * scale:.4g}{error} {unit} ({entry.get('source', 'no source')})"
-    return f"{words}; here {ours or '--'}: {verdict}"
+    return f"{words}; here{at} {ours or '--'}: {verdict}"
 
 
 def shown(entry: Any) -> str:
     """``{"value", "sigma", "unit"}`` as ``980 +- 52 km``; empty when there is no value."""
-    if not isinstance(entry, dict) or not isinstance(entry.get("value"), (int, float)):
+    if not isinstance(entry, Mapping) or not isinstance(entry.get("value"), (int, float)):
         return ""
-    unit, sigma = entry.get("unit", ""), entry.get("sigma")
-    scale, word = _scale(unit, abs(entry["value"]))
-    error = f" +- {sigma * scale:.3g}" if isinstance(sigma, (int, float)) else ""
-    return f"{entry['value'] * scale:.4g}{error} {word}"
+    sigma = entry.get("sigma")
+    return readable.terminal(readable.measured(entry["value"], sigma if isinstance(sigma, (int, float)) else None, entry.get("unit", "")))
 
 
 def _scale(unit: str, value: float) -> tuple[float, str]:
-    if unit == "m" and value >= 1e3:
-        return 1e-3, "km"
-    if unit in ("m^3", "m3") and value >= 1e9:
-        return 1e-9, "km^3"
-    if unit == "s" and value >= 120:
-        return 1 / 60, "min"
-    return 1.0, unit
+    factor, name = readable.scale(value, unit)
+    return factor, readable.terminal(name)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sph import flow_reynolds, timestep
+from sph.boundary import surroundings
+from sph.eos import impedance
 
 if TYPE_CHECKING:
     from sph.simulation import Simulation
@@ -30,7 +32,9 @@ def of(run: Simulation) -> dict[str, Any]:
         "gravity_evaluations": i.gravity_evaluations,
         "gravity_correction_max_rel": i.gravity_correction,
         "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque_removed)) / scale["angular_momentum_kg_m2_s"],
-        "projectile": {"mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"]},
+        "projectile": {
+            "mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"], **_resolution(run),
+        },
         "late": run.late or None,
         "late_viscosity": {"alpha": i.damping.alpha, "beta": i.damping.beta} if run.thinned else None,
         "flow": {
@@ -41,6 +45,56 @@ def of(run: Simulation) -> dict[str, Any]:
         "warnings": flow_reynolds.warnings(run.flow),
         "drift": drift,
         "drift_over_projectile": {name: drift[name] / scale[name] for name in drift},
+        "edges": _edges(run),
+        "peak_pressure": _pressures(run),
         "peak_pressure_Pa": float(i.cloud.peak_pressure.max()),
         "mean_neighbours": float(i.cloud.neighbours[i.cloud.layer >= 0].mean()),
-    }
+    }  # fmt: skip
+
+
+def _resolution(job: Simulation) -> dict[str, Any]:
+    """Number of projectile particles, and its radius over their spacing (V / n)^(1/3): what grid codes quote as cells per projectile radius."""
+    ball = job.impact.projectile
+    count = int((job.integrator.cloud.layer < 0).sum())
+    return {"particles": count, "particles_per_radius": ball.radius / (ball.volume / count) ** (1.0 / 3.0) if count else None}
+
+
+def _edges(job: Simulation) -> dict[str, Any] | None:
+    """What ends flat ground, and the momentum that it took [kg m/s], net of the weight that it carries; None where nothing does.
+
+    By difference, p(0) - p(end): pairs of particles conserve momentum to rounding, so what is missing went into the edges.
+    """
+    s = job.settings
+    side, floor = surroundings.chosen(s.target, s.sides, s.floor)
+    if {side, floor} <= {"free", "periodic"}:
+        return None
+    first, last = (np.array([float(row[f"momentum_{axis}"]) for axis in "xyz"]) for row in (job.history.rows[0], job.history.rows[-1]))
+    return {"sides": side, "floor": floor, "momentum_taken_kg_m_s": (first - last).tolist()}
+
+
+def _pressures(job: Simulation) -> dict[str, Any]:
+    """Largest pressures so far [Pa]: of single particles, by shares of the projectile's mass, and the planar limit at the vertical speed beside them."""
+    cloud, ball = job.integrator.cloud, job.impact
+    mine = cloud.layer < 0
+    found: dict[str, Any] = {"target_largest_Pa": float(cloud.peak_pressure[~mine].max())}
+    if mine.any():
+        peak, mass = cloud.peak_pressure[mine], cloud.mass[mine]
+        found |= {
+            "projectile_largest_Pa": float(peak.max()),
+            "projectile_half_Pa": _reached(peak, mass, 0.5),
+            "projectile_nine_tenths_Pa": _reached(peak, mass, 0.9),
+        }
+    speed = ball.speed * float(np.cos(ball.angle_from_vertical))
+    try:
+        match = impedance.planar(job.materials, ball.projectile.material, job.settings.target.layers[-1].material, speed)
+        limit: dict[str, Any] = {"planar_limit_Pa": match.pressure}
+    except ValueError as reason:
+        limit = {"planar_limit_Pa": None, "planar_limit_note": str(reason)}
+    return found | limit | {"planar_speed_m_s": speed}
+
+
+def _reached(peak: np.ndarray, mass: np.ndarray, share: float) -> float:
+    """The pressure that this ``share`` of the ``mass`` reached or passed."""
+    order = np.argsort(-peak)
+    at = int(np.searchsorted(np.cumsum(mass[order]), share * mass.sum() * (1.0 - 1e-12)))
+    return float(peak[order][min(at, len(order) - 1)])

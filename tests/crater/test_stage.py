@@ -146,6 +146,37 @@ def test_the_page_is_self_contained(both):
     assert "differ by" in page
 
 
+def test_the_page_says_stage_time_and_place(both):
+    """Transient at both maxima with their times; the late stages by depth, inside 1.5 rim radii, and where they differ most."""
+    _, out, _ = both
+    page = (out / "report.html").read_text()
+    assert "transient, maximum volume and depth<br>(6.0 min, SPH)" in page and "final<br>(60.0 min, settled grains)" in page
+    compared = json.loads((out / "compare.json").read_text())["late_stage_sph_against_dem"]
+    measures = json.loads((out / "measures.json").read_text())
+    assert compared["inside_m"] == pytest.approx(0.75 * measures["final"]["diameter_rim_m"]["value"], rel=1e-9)
+    assert compared["largest_at_m"] < 0.5 * RIM and compared["largest_m"] == pytest.approx(-(0.15 - 0.02) * 2 * RIM, abs=0.5 * GRAIN)
+    assert compared["rms_inside_m"] > 1.5 * compared["rms_m"]  # flat ground far out makes it look small
+    assert "1.5 rim radii of the larger crater" in page and "from the axis, where the grains' ground lies" in page.replace("&#x27;", "'")
+    at = [row["at"] for row in measures["reference"]]
+    assert at == ["first maximum of volume, 6.0 min, SPH"] * 2
+
+
+def test_a_run_that_ends_while_its_crater_grows_has_no_final_crater(tmp_path):
+    write_sph(tmp_path / "2_sph")
+    for number in (4, 5):
+        (tmp_path / "2_sph" / f"snap_{number:04d}.vtkhdf").unlink()
+    shutil.copy(tmp_path / "2_sph" / "snap_0003.vtkhdf", tmp_path / "2_sph" / "last.vtkhdf")
+    out = tmp_path / "6_crater"
+    out.mkdir()
+    stage.run(settings(), tmp_path, out)
+    measures = json.loads((out / "measures.json").read_text())
+    assert measures["final"]["settled"] is False and measures["final"]["state"] == "still growing"
+    assert measures["transient"]["growing"] is True and measures["transient"]["at_maximum_depth"]["growing"] is True
+    page = (out / "report.html").read_text()
+    assert "last snapshot, still growing" in page and "is no final crater" in page and "final<br>" not in page and "transient, maximum" not in page
+    assert measures["reference"][0]["at"].startswith("last snapshot, volume still growing")
+
+
 def test_only_the_shock_stage(tmp_path):
     write_sph(tmp_path / "2_sph")
     out = tmp_path / "6_crater"

@@ -117,6 +117,12 @@ def test_the_stage_on_flat_ground(finished):
     assert last.peak_pressure[last.layer == 1].max() > 3e9
     report = json.loads((out / "stage_report.json").read_text())
     assert report["drift_over_projectile"]["energy_J"] < 0.05
+    # what the particles lost went into the edges
+    moved = [(shot.mass[:, None] * shot.velocity).sum(axis=0) for shot in (first, last)]
+    edges = report["edges"]
+    assert (edges["sides"], edges["floor"]) == ("quiet", "quiet")
+    assert np.array(edges["momentum_taken_kg_m_s"]) == pytest.approx(moved[0] - moved[1], abs=1e-9 * report["projectile"]["momentum_kg_m_s"])
+    assert last.attributes["measuring"]["datum"]["kind"] == "plane"
 
 
 def test_the_crater_stage_measures_a_flat_run(finished):

@@ -61,6 +61,23 @@ def test_conservation_and_outputs(finished):
     assert last.damage.max() == pytest.approx(1.0, abs=0.01)
 
 
+def test_the_report_says_how_finely_the_projectile_was_resolved_and_what_it_reached(finished):
+    report = json.loads((finished / "stage_report.json").read_text())
+    last = snapshot.read(finished / "last.vtkhdf")
+    ball = last.layer < 0
+    assert report["projectile"]["particles"] == ball.sum()
+    volume = 4.0 / 3.0 * np.pi * IMPACT.projectile.radius**3
+    assert report["projectile"]["particles_per_radius"] == pytest.approx(IMPACT.projectile.radius / (volume / ball.sum()) ** (1 / 3), rel=1e-12)
+    found = report["peak_pressure"]
+    assert max(found["projectile_largest_Pa"], found["target_largest_Pa"]) == report["peak_pressure_Pa"] == last.peak_pressure.max()
+    assert found["projectile_largest_Pa"] >= found["projectile_half_Pa"] >= found["projectile_nine_tenths_Pa"] > 0.0
+    assert found["planar_speed_m_s"] == pytest.approx(IMPACT.speed * np.cos(IMPACT.angle_from_vertical), rel=1e-12)
+    assert 1e9 < found["planar_limit_Pa"] < 2e11 and report["edges"] is None
+    said = last.attributes["measuring"]
+    target = json.loads((finished / "target.json").read_text())
+    assert said["datum"]["radius_m"] == target["radius_m"] and said["gravity_m_s2"] == target["surface_gravity_m_s2"]
+
+
 @pytest.mark.parametrize("stop_at", [60, 130])  # in the relaxation, in the impact
 def test_stopped_and_resumed_run_is_the_same_to_the_last_bit(finished, tmp_path, stop_at, monkeypatch):
     # every step is heard, not one in half a second: a quick machine would be through before the stop

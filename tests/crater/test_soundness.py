@@ -1,0 +1,101 @@
+"""Cautions and balances of a run: resolution, peak pressures, conservation against stated scales, the collapse."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from crater import soundness
+
+SHOCK = {
+    "projectile": {"particles": 37, "particles_per_radius": 2.07, "momentum_kg_m_s": 1e6},
+    "peak_pressure_Pa": 558e9,
+    "peak_pressure": {
+        "projectile_largest_Pa": 558e9, "target_largest_Pa": 300e9, "projectile_half_Pa": 180e9, "projectile_nine_tenths_Pa": 90e9,
+        "planar_limit_Pa": 215e9, "planar_speed_m_s": 12e3,
+    },
+    "removed_angular_momentum_over_projectile": 0.1036,
+    "edges": None,
+}  # fmt: skip
+COLLAPSE = {"overlap_max": 0.2354, "overlap_warning": 0.15, "dissipated_returning_J": 1.77e23, "energy_error": -4e-4, "momentum_error": 2e-15}
+AXES = "xyz"
+
+
+def run_with(path, shock=None, collapse=None, rows=()):
+    for folder, report in (("2_sph", shock), ("5_dem", collapse)):
+        (path / folder).mkdir(parents=True, exist_ok=True)
+        if report is not None:
+            (path / folder / "stage_report.json").write_text(json.dumps(report))
+    if rows:
+        names = ["kinetic_J", "total_J", "mass_kg"]
+        names += [f"{kind}_{axis}" for kind in ("momentum", "angular_momentum", "removed_angular_momentum") for axis in AXES]
+        lines = [",".join(names), *(",".join(str(row.get(name, 0.0)) for name in names) for row in rows)]
+        (path / "2_sph" / "history.csv").write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_too_few_particles_and_too_much_pressure_are_cautions(tmp_path):
+    found = soundness.facts(run_with(tmp_path, SHOCK))
+    assert found["peak_over_planar_limit"] == pytest.approx(558 / 215)
+    few, much, removed = found["cautions"]
+    assert "2.1 particles per radius (37 in all)" in few and "not resolved" in few
+    assert "558 GPa, is 2.6 times the planar limit of 215 GPa" in much and "more than any shock" in much
+    assert "10.4% of the projectile's angular momentum" in removed
+
+
+@pytest.mark.parametrize(("ratio", "said"), [(0.5, "smears the first shock out"), (0.79, "smears"), (0.81, ""), (1.19, ""), (1.21, "more than any shock")])
+def test_where_a_peak_pressure_is_out_of_range(tmp_path, ratio, said):
+    shock = {**SHOCK, "peak_pressure_Pa": ratio * 215e9, "removed_angular_momentum_over_projectile": 0.0, "projectile": {"particles_per_radius": 5.0}}
+    cautions = soundness.facts(run_with(tmp_path, shock))["cautions"]
+    assert len(cautions) == bool(said) and all(said in words for words in cautions)
+
+
+def test_overlaps_and_returning_ejecta_are_cautions_by_number_or_by_note(tmp_path):
+    overlap, lost = soundness.facts(run_with(tmp_path / "a", collapse=COLLAPSE))["cautions"]
+    assert "0.235 radii, more than the 0.15" in overlap and "1.77 × 10²³ J" in lost
+    notes = {"notes": ["Ocean grains have no friction.", "Overlaps reached 0.235 radii (warning above 0.15).", "Returning ejecta lost 1.8e+23 J."]}
+    assert soundness.facts(run_with(tmp_path / "b", collapse=notes))["cautions"] == [note.rstrip(".") for note in notes["notes"][1:]]
+    fine = {**COLLAPSE, "overlap_max": 0.1, "dissipated_returning_J": 0.0}
+    assert soundness.facts(run_with(tmp_path / "c", collapse=fine))["cautions"] == []
+
+
+FIRST = {"kinetic_J": 1e10, "total_J": 1e10, "mass_kg": 5e9, "momentum_z": -1e6}
+
+
+def test_a_vertical_impact_on_flat_ground_divides_by_no_zero(tmp_path):
+    """No angular momentum at the start; the edges take 42 % of the momentum, and that is its own row."""
+    last = {**FIRST, "total_J": 0.99e10, "momentum_z": -0.58e6, "angular_momentum_x": 5.54e4}
+    run = run_with(tmp_path, {**SHOCK, "edges": {"sides": "quiet", "floor": "fixed"}}, rows=[FIRST, last])
+    rows = dict(soundness.conservation_rows(run, 1e6, (600.0, "the transient crater's apparent radius")))
+    edge, spin = (next(name for name in rows if name.startswith(kind)) for kind in ("linear", "angular"))
+    assert "that the edges took (sides quiet, floor fixed), net of the weight" in edge and rows[edge] == "42.000%"
+    assert "the transient crater's apparent radius (600 m)" in spin and rows[spin] == "0.009%"
+    assert rows["total energy, at the end, over the initial kinetic energy"] == "-1.000%"
+
+
+def test_on_a_body_momentum_is_conserved_and_what_was_removed_has_its_row(tmp_path):
+    last = {**FIRST, "momentum_z": -1e6 * (1 + 7e-13), "removed_angular_momentum_y": 6.6e10}
+    run = run_with(tmp_path, SHOCK, rows=[FIRST, last])
+    rows = dict(soundness.conservation_rows(run, 1e6, (1e6, "the target's radius")))
+    assert rows["linear momentum, change over the projectile's"] == "7 × 10⁻¹³"
+    assert next(value for name, value in rows.items() if "correction of the tree's forces removed" in name) == "6.600%"
+    assert rows["the same over the projectile's angular momentum about the target's centre"] == "10.360%"
+    assert not any("edges" in name for name in rows)
+
+
+def test_rows_of_resolution_and_collapse(tmp_path):
+    run = run_with(tmp_path, SHOCK, COLLAPSE)
+    (tmp_path / "5_dem" / "history.csv").write_text("kinetic_J,dissipated_returning_J\n1e24,0\n1e20,1.77e23\n")
+    rows = dict(soundness.resolution_rows(run))
+    assert rows["projectile: particles per radius"] == "2.07" and rows["projectile: particles"] == "37"
+    assert rows["largest pressure of a single particle of the projectile"] == "558 GPa (2.60 of the planar limit)"
+    assert rows["pressure that half of the projectile's mass reached"] == "180 GPa (0.84 of the planar limit)"
+    rows = dict(soundness.collapse_rows(run))
+    assert rows["largest overlap of two grains, in radii (warning above 0.15)"] == "0.235"
+    assert rows["energy taken from returning ejecta by scaled contacts, over the kinetic energy handed over"] == "17.700%"
+
+
+def test_a_run_without_reports_says_nothing(tmp_path):
+    assert soundness.facts(tmp_path) == {} and soundness.resolution_rows(tmp_path) == [] and soundness.collapse_rows(tmp_path) == []
+    assert soundness.conservation_rows(tmp_path, 1.0, (1.0, "its radius")) == []
