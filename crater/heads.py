@@ -42,8 +42,12 @@ class Moment(NamedTuple):
 
 def transient(moments: Sequence[str], time: float | None, stage: str, growing: Sequence[str] = ()) -> Head:
     """Head of the transient crater at the maxima of ``moments`` (they may fall on one snapshot); ``growing``: those of them that still grow at the end."""
-    title = f"last snapshot, {' and '.join(growing)} still growing" if growing else f"transient, maximum {' and '.join(moments)}"
+    title = f"last snapshot, {_listed(growing)} still growing" if growing else f"transient, maximum {_listed(moments)}"
     return Head(f"transient/{moments[0]}", "transient", title, when(time, METHODS.get(stage, stage)))
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
 
 
 def final(entry: Mapping[str, Any]) -> Head:

@@ -150,7 +150,8 @@ def test_the_page_says_stage_time_and_place(both):
     """Transient at both maxima with their times; the late stages by depth, inside 1.5 rim radii, and where they differ most."""
     _, out, _ = both
     page = (out / "report.html").read_text()
-    assert "transient, maximum volume and depth<br>(6.0 min, SPH)" in page and "final<br>(60.0 min, settled grains)" in page
+    assert "transient, maximum volume and diameter<br>(6.0 min, SPH)" in page and "transient, maximum depth<br>(4.0 min, SPH)" in page
+    assert "final<br>(60.0 min, settled grains)" in page
     compared = json.loads((out / "compare.json").read_text())["late_stage_sph_against_dem"]
     measures = json.loads((out / "measures.json").read_text())
     assert compared["inside_m"] == pytest.approx(0.75 * measures["final"]["diameter_rim_m"]["value"], rel=1e-9)
@@ -171,9 +172,9 @@ def test_a_run_that_ends_while_its_crater_grows_has_no_final_crater(tmp_path):
     stage.run(settings(), tmp_path, out)
     measures = json.loads((out / "measures.json").read_text())
     assert measures["final"]["settled"] is False and measures["final"]["state"] == "still growing"
-    assert measures["transient"]["growing"] is True and measures["transient"]["at_maximum_depth"]["growing"] is True
+    assert measures["transient"]["growing"] is True
     page = (out / "report.html").read_text()
-    assert "last snapshot, still growing" in page and "is no final crater" in page and "final<br>" not in page and "transient, maximum" not in page
+    assert "last snapshot, still growing" in page and "is no final crater" in page and "final<br>" not in page and "maximum volume<br>" not in page
     assert measures["reference"][0]["at"].startswith("last snapshot, volume still growing")
 
 
