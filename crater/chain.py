@@ -7,6 +7,7 @@ elsewhere with other draws of the random particles and grains, a coarser size, a
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,10 +63,15 @@ CRATERS = tuple(ChainError.model_fields)
 
 def with_chain(measures: Measures, errors: Errors) -> Measures:
     """The measures with the chain error in quadrature, as a part of its own; a measure without a value stays as it is."""
+    return with_errors(measures, {name: error for name in MEASURES if (error := getattr(errors, name)) is not None})
+
+
+def with_errors(measures: Measures, errors: Mapping[str, float]) -> Measures:
+    """``with_chain`` for errors by measure [SI]."""
     quantities = dict(measures.quantities)
-    for name in MEASURES:
-        error, found = getattr(errors, name), quantities.get(name)
-        if error is not None and found is not None and found.value is not None:
+    for name, error in errors.items():
+        found = quantities.get(name)
+        if found is not None and found.value is not None:
             quantities[name] = _joined(found, error)
     return replace(measures, quantities=quantities)
 

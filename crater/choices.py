@@ -39,6 +39,8 @@ class Choices:
     sectors: int = 24
     seed: int = 1
     unknown: tuple[str, ...] = field(default=())
+    chain: Mapping[str, float] = field(default_factory=dict)
+    """Chain errors (``crater.chain``) that the run gives the crater in this very snapshot, by measure [SI]."""
 
     def ground_before(self) -> Undisturbed | None:
         """The ground before the impact, measured; None where it is not at hand."""
@@ -98,13 +100,15 @@ def of_snapshot(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
     """The choices behind a snapshot: those of the run that it lies in, else those that it carries; None for a snapshot that says nothing of the kind."""
     path = Path(path)
     stage = str(attributes.get("stage", ""))
-    return _of_run(path.parent.parent, stage) or _of_attributes(path, attributes)
+    return _of_run(path, stage) or _of_attributes(path, attributes)
 
 
-def _of_run(run: Path, stage: str) -> Choices | None:
+def _of_run(path: Path, stage: str) -> Choices | None:
     """What the run's own crater stage chose for its snapshots of a stage, where it has run."""
+    run = path.parent.parent
     file = run / "6_crater" / "measures.json"
-    facts = archive.read_json(file).get("measured_with", {}).get(stage) if file.is_file() else None
+    measures = archive.read_json(file) if file.is_file() else {}
+    facts = measures.get("measured_with", {}).get(stage)
     if not facts:
         return None
     before = run / facts["before"] if facts["before"] else None
@@ -112,7 +116,18 @@ def _of_run(run: Path, stage: str) -> Choices | None:
     return Choices(
         datum_of(facts["datum"]), before if not missing else None, float(facts["gravity_m_s2"]), float(facts["rise_limit_m"]), facts["reach_m"],
         float(facts["within_m"]), int(facts["sectors"]), int(facts["seed"]), missing,
+        _chain_of(measures, f"{path.parent.name}/{path.name}"),
     )  # fmt: skip
+
+
+def _chain_of(measures: Mapping[str, Any], name: str) -> dict[str, float]:
+    """Chain errors of the crater that the run measured in its snapshot ``name``: at the largest volume or final before any other moment."""
+    transient = measures.get("transient", {})
+    for entry in (measures.get("final", {}), transient, *(transient.get(f"at_maximum_{key}", {}) for key in ("depth", "diameter"))):
+        if entry.get("snapshot") == name:
+            parts = {key: (cell.get("sigma_parts") or {}).get("chain") for key, cell in entry.items() if isinstance(cell, Mapping) and "sigma" in cell}
+            return {key: float(error) for key, error in parts.items() if error}
+    return {}
 
 
 def _of_attributes(path: Path, attributes: Mapping[str, Any]) -> Choices | None:

@@ -32,6 +32,8 @@ class Findings:
     final: Measures | None = None
     final_time: float = float("nan")
     final_from: str = ""
+    final_path: Path = Path()
+    late_path: Path = Path()
     rest: Rest = UNKNOWN
     chosen: dict[str, Choices] = field(default_factory=dict)
     """What the measuring of each stage (sph, dem) stands on."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from crater import choices, plot, radial_profile, report, tables
+from crater import chain, choices, plot, radial_profile, report, tables
 from crater.choices import Choices
 from crater.measure import Measures, Quantity, measure
 from matter import archive, snapshot
@@ -29,6 +29,7 @@ def measure_snapshot(path: Path, datum: str | None = None, datum_radius: float |
     given = [f"--{name}" for name, value in (("datum", datum), ("datum-radius", datum_radius), ("centre", centre)) if value is not None]
     if known is not None and not given:
         measures, said = known.measured(particles, known.ground_before(), str(path)), _said(known)
+        measures = chain.with_errors(measures, known.chain)
     else:
         measures = _on_own_datum(particles, known, datum, datum_radius, centre, str(path))
         said = _overridden(known, given)
@@ -71,6 +72,7 @@ def _on_own_datum(particles: Particles, known: Choices | None, datum: str | None
 
 def _said(known: Choices) -> list[str]:
     lines = [f"measured as its run does: {known.words()}"]
+    lines.append(f"{chain.KNOWN if known.chain else chain.UNKNOWN}")
     return lines + [f"not at hand: {what}; the numbers are not quite those of the run" for what in known.unknown]
 
 

@@ -199,7 +199,7 @@ def _chain_words(found: Findings) -> str:
     if found.settings.chain is None:
         return chain.UNKNOWN
     volume = found.transient.get("volume")
-    measures, of = (found.final, "final") if found.final is not None else (volume.measures if volume else None, "transient")
+    measures, of = (found.final, "final" if found.rest.settled else "last") if found.final is not None else (volume.measures if volume else None, "transient")
     sizes = [
         f"{WORDS[name].lower()} {readable.length(measures[name].parts[chain.PART])}"
         for name in ("diameter_apparent_m", "depth_m")

@@ -44,7 +44,8 @@ def facts(run: Path) -> dict[str, Any]:
     found = {name: value for name, value in found.items() if value is not None}
     if "peak_pressure_Pa" in found and found.get("planar_limit_Pa"):
         found["peak_over_planar_limit"] = found["peak_pressure_Pa"] / found["planar_limit_Pa"]
-    cautions = [*_of_shock(found), *_of_collapse(reports["dem"])]
+    warnings = [str(words).rstrip(".") for words in reports["sph"].get("warnings", [])]
+    cautions = [*_of_shock(found), *warnings, *_of_collapse(reports["dem"])]
     return {**found, "cautions": cautions} if found or cautions else {}
 
 

@@ -114,6 +114,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         _measure_grains(found, settled, grains, lambda path: progress.update(next(heard), path.name))
     if found.final is None:
         found.final, found.final_time, found.final_from = found.late_sph, found.late_sph_time, "all-SPH late stage"
+        found.final_path = found.late_path
         found.rest = rest.of_series([moment for moment in found.moments if moment.stage == "sph"])
     _let_fly(found)
     chain.enter(found)
@@ -196,6 +197,7 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
             found.leaving = ejecta.leaving(particles, float(particles.mass[bodies].sum()), momentum)
         else:
             found.leaving = ejecta.leaving_ground(particles, datum, found.settings.escape_speed, momentum)
+    found.late_path = path
     found.late_sph_time = float(particles.attributes.get("time", np.nan))
     try:
         found.late_sph = chosen.measured(particles, start, f"2_sph/{path.name}")
@@ -253,6 +255,7 @@ def _measure_grains(found: Findings, settled: list[Path], last: Path, heard) -> 
     before = chosen.ground_before()
     grains = series.follow(settled, "dem", chosen, before, heard)
     found.moments += grains
+    found.final_path = last
     found.final_time = float(particles.attributes.get("time", np.nan))
     found.final_from = "settled grains"
     try:

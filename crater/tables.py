@@ -34,7 +34,8 @@ def measures_json(found: Findings) -> dict[str, Any]:
     default = transient.get("at_maximum_volume", {"reason": found.reasons.get("transient", "not measured")})
     final: dict[str, Any] = {"reason": found.reasons.get("final", "not measured")}
     if found.final is not None:
-        final = {**found.final.as_dict(), **final_entry(found), "datum": choices.datum_facts(found.final.datum)}
+        place = {"datum": choices.datum_facts(found.final.datum), "snapshot": found.final_path.relative_to(found.inputs).as_posix()}
+        final = {**found.final.as_dict(), **final_entry(found), **place}
     content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": found.reference}
     content["measured_with"] = {stage: chosen.as_dict(found.inputs) for stage, chosen in found.chosen.items()}
     if engine := _engine_of(found.inputs / "5_dem" / "stage_report.json"):

@@ -51,6 +51,10 @@ def test_where_a_peak_pressure_is_out_of_range(tmp_path, ratio, said):
     assert len(cautions) == bool(said) and all(said in words for words in cautions)
 
 
+def test_warnings_of_the_shock_stage_are_cautions(tmp_path):
+    assert soundness.facts(run_with(tmp_path, {"warnings": ["The flow is viscous."]}))["cautions"] == ["The flow is viscous"]
+
+
 def test_overlaps_and_returning_ejecta_are_cautions_by_number_or_by_note(tmp_path):
     overlap, lost = soundness.facts(run_with(tmp_path / "a", collapse=COLLAPSE))["cautions"]
     assert "0.235 radii, more than the 0.15" in overlap and "1.77 × 10²³ J" in lost

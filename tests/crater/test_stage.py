@@ -259,11 +259,15 @@ def test_choices_of_the_case_reach_every_measuring(both, tmp_path):
     shutil.copytree(run, tmp_path / "run", ignore=shutil.ignore_patterns("6_crater"))
     out = tmp_path / "run" / "6_crater"
     out.mkdir()
-    stage.run(settings(sectors=36, seed=5, every=3), tmp_path / "run", out)
+    errors = {"final": {"depth_m": "3 km"}, "transient": {"depth_m": "4 km"}}
+    stage.run(settings(sectors=36, seed=5, every=3, chain=errors), tmp_path / "run", out)
     content = json.loads((out / "measures.json").read_text())
     assert content["measured_with"]["dem"]["sectors"] == 36 and content["measured_with"]["sph"]["seed"] == 5
     assert len(content["final"]["by_azimuth"]["azimuth_deg"]) == 36
-    assert numbers(measured_alone(tmp_path / "run" / "5_dem" / "last.vtkhdf", tmp_path / "alone")) == numbers(content["final"])
+    alone = measured_alone(tmp_path / "run" / "5_dem" / "last.vtkhdf", tmp_path / "alone")
+    assert numbers(alone) == numbers(content["final"]) and alone["depth_m"]["sigma_parts"]["chain"] == 3e3
+    alone = measured_alone(tmp_path / "run" / content["transient"]["snapshot"], tmp_path / "alone")
+    assert numbers(alone) == numbers(content["transient"]) and alone["depth_m"]["sigma_parts"]["chain"] == 4e3
 
 
 def test_prediction_has_the_three_numbers():
