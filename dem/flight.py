@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from dem import flight_collisions
 from dem.assembly import ACTIVE, BALLISTIC, LEFT, Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
@@ -18,15 +19,18 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     """Move grains between the contact search, free flight and the books (at a full step).
 
     The *shell* is the highest touching grain or the top of the domain, whichever is higher, and two radii more: above it a grain without contact flies
-    ballistically (gravity only), and comes back into the search before it can reach the shell again; two that fly through each other come back
-    when they are apart. Booked are grains on an escape orbit, grains that come down beside the domain, and grains that have gone through its side.
+    ballistically (gravity, and collisions with others that fly: ``flight_collisions``), and comes back into the search before it can reach the shell again.
+    Booked are grains on an escape orbit, grains that come down beside the domain or across its side, and grains that have gone through its side. Beyond the
+    side the ground goes on: a sphere that comes down on the wall's upper edge lies on both, and would be in the wall by up to its radius at once.
     """
+    flight_collisions.collide(bed, EVERY * bed.dt)
     flat = isinstance(domain, Container)
     distance = bed.X[:, 2] if flat else np.linalg.norm(bed.X[:, :3], axis=1)
     top_level, floor_level = (domain.top, domain.floor) if isinstance(domain, Container) else (domain.top_radius, domain.core_radius)
     touching = np.zeros(len(bed.X), dtype=bool)
     first, second, _ = bed.touching()
     touching[first] = touching[second] = True
+    touching |= np.any(bed.wall_history[:, : len(bed.walls), 7] != 0.0, axis=1)
     largest = float(bed.X[:, 3].max())
     top = float(np.max((distance + bed.X[:, 3])[touching], initial=top_level))
     shell = top + 2.0 * largest
@@ -38,11 +42,13 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     reach = 2.0 * EVERY * bed.dt * np.sqrt(speed2) + 2.0 * largest
 
     aside = active & outside & (distance < top_level)
+    across = ~outside & (domain.side_depth(bed.X[:, :3]) < bed.X[:, 3]) & ~outward & (distance >= top_level) & (distance < top_level + reach)
     launched = active & ~touching & ~aside & (((distance - bed.X[:, 3] > shell) & outward) | outside)
     # under uniform gravity nothing escapes
     gone = flying & ~bound & (distance > ESCAPE_RADII * domain.datum_radius) if isinstance(domain, Domain) else np.zeros(len(flying), dtype=bool)
     beside = flying & outside & ~outward & (distance < top_level)
     beside |= flying & (distance < floor_level)
+    beside |= across & (flying | (active & ~touching))
     back = flying & ~outside & ~outward & (distance < shell + reach)
     if back.any():
         back &= _free(bed, np.flatnonzero(back), distance > shell)
@@ -59,7 +65,7 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
 def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarray:
     """Mask of the candidates that can be put among the grains of the search: in none of these, nor in a candidate that was taken before.
 
-    What flies meets nothing, so that two may share a place; springs between them would throw them apart with an energy that nothing had given them. One that
+    Two that flew in one place from the start may share it still; springs would throw them apart with an energy that nothing had given them. One that
     has sunk below the shell (``above`` false) has no time left: its contacts begin unloaded where contacts have offsets
     (``Assembly.change_states``); elsewhere it may overlap by a tenth of the smaller radius.
     """

@@ -128,6 +128,10 @@ def kick_loop(scheme: Scheme) -> Any:
             if sleep != 0:
                 g2 = (ex * ex + ey * ey + ez * ez) / (m * m)
             if i < active and (sleep == 0 or live[i] != 0):
+                held_by_wall = False
+                if offset != 0:
+                    for w in range(walls.shape[0]):
+                        held_by_wall |= wall_history[i, w, 7] != 0.0
                 for w in range(walls.shape[0] if walled[i] != 0 else 0):
                     d, nx, ny, nz = distance_of(walls, w, x, y, z)
                     touch = radius
@@ -151,6 +155,12 @@ def kick_loop(scheme: Scheme) -> Any:
                     uz = -vz - d * (wx * ny - wy * nx)
                     un = ux * nx + uy * ny + uz * nz
                     wn = wx * nx + wy * ny + wz * nz
+                    if offset != 0:
+                        # deeper at once than it can have come within the step: it sank past the upper edge of the wall, and begins unloaded
+                        fresh = wall_history[i, w, 7] == 0.0 and wall_history[i, w, 8] == 0.0 and not held_by_wall and half > 0.0
+                        if fresh and touch - d > 2.0 * abs(un) * dt + 1e-3 * radius:
+                            wall_history[i, w, 8] = d - touch
+                            continue
                     k_wall = stiffness
                     if normal == HERTZ:
                         k_wall = 2.0 * wall_tables[w, kind[i], 7] * np.sqrt(radius * (touch - d))

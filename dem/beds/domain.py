@@ -60,6 +60,10 @@ class Domain:
         inside = (self.half_angle - self.polar_angle(position)) * self.datum_radius
         return self.damping_rate * np.clip(1.0 - inside / self.damped_width, 0.0, 1.0) ** 2
 
+    def side_depth(self, position: np.ndarray) -> np.ndarray:
+        """Distance from the side of the cone or its extension [m], positive inside."""
+        return np.linalg.norm(position, axis=1) * np.sin(self.half_angle - self.polar_angle(position))
+
     def outside(self, position: np.ndarray) -> np.ndarray:
         """Whether a grain's centre is beyond the side of the cone or its extension."""
         return self.polar_angle(position) > self.half_angle
