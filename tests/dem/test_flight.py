@@ -80,7 +80,7 @@ def test_a_crossing_cloud_keeps_its_sums_and_shares_no_places():
 
 @pytest.mark.parametrize("shape", ["cylinder", "bowl", "box"])
 def test_a_grain_that_comes_down_on_the_upper_edge_of_a_wall_is_booked(shape):
-    """Its centre half a radius inside: in the wall it would be by half a radius at once, with 1250 J. Another, two radii inside, comes into the contact search."""
+    """Its centre half a radius inside: in the wall it would be by half a radius at once, with 1250 J. Another comes back into the search."""
     box = Container(shape, 9.0, -9.0, 1.0)
     bed = flying([[8.5, 0, 6.0], [-7.0, 0, 6.0]], [[0, 0, -1.0], [0, 0, -1.0]], g=1.0, walls=box.walls())
     before = total(bed)
