@@ -33,9 +33,10 @@ def ledger(path: Path) -> str:
     entries = archive.read_json(path, list)
     place = {verdict: k for k, verdict in enumerate(VERDICTS)}
     entries.sort(key=lambda row: place.get(str(row.get("verdict")), len(VERDICTS)))
-    counts = {verdict: sum(row.get("verdict") == verdict for row in entries) for verdict in VERDICTS}
+    judged = [row for row in entries if row.get("limit") is not None]
+    counts = {verdict: sum(row.get("verdict") == verdict for row in judged) for verdict in VERDICTS}
     summary = ", ".join(f"{count} {verdict.replace('_', ' ')}" for verdict, count in counts.items() if count)
-    return f"<h2>Handoff ledger</h2><p>{len(entries)} rows: {summary}.</p>{page.ledger(entries)}"
+    return f"<h2>Handoff ledger</h2><p>{len(judged)} criteria: {summary}.</p>{page.ledger(entries)}"
 
 
 def rows_of(title: str, rows: list[tuple[str, str]]) -> str:

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from handoff import compare, domain, force_network, shock
 from handoff.hydrostatic import Column
-from handoff.ledger import Ledger
+from handoff.ledger import Ledger, volume_limit
 from handoff.offset import by_one_factor
 from handoff.surface import Rules
 from matter.alpha_shape import alpha_shape
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from handoff.handoff_time import Choice
     from handoff.transfer import Handoff
 
-_GRAINS_PER_RADIUS = 10.0
 _CALIBRATION = 60_000
 
 
@@ -245,9 +244,6 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
     else:
         both = np.r_[there, back] / radius
         ledger.measure("cavity_hausdorff_over_r", both.max(), f"rms {np.sqrt(np.mean(both**2)):.3f}, 99 % below {np.percentile(both, 99):.3f}")
-    if ratio < _GRAINS_PER_RADIUS:
-        ledger.skip("cavity_volume_rel", "not_applicable", f"{ratio:.1f} grains per cavity radius: fewer than {_GRAINS_PER_RADIUS:.0f}")
-        return
     samples = made.samples
     here = size.distance(samples.position, region) < size.radius
     # net of what stands above the datum: a rough but level surface has no volume
@@ -257,7 +253,8 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
     ledger.measure(
         "cavity_volume_rel",
         abs(carved / empty - 1.0) if empty > 0.0 else np.inf,
-        f"below the datum: source {empty:.4e} m^3, bed {carved:.4e} m^3",
+        f"below the datum: source {empty:.4e} m^3, bed {carved:.4e} m^3, {ratio:.1f} grains per cavity radius",
+        bound=volume_limit(ratio),
     )
 
 

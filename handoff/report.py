@@ -9,9 +9,11 @@ import numpy as np
 
 from handoff import direct
 from handoff import ledger as ledgers
-from matter import archive, ledger_words, page, readable, snapshot
+from handoff.headline import headline
+from matter import archive, page, readable, snapshot
 from matter.errors import InputError
 
+SERIES = Path("6_crater") / "time_series.csv"
 _PICTURES = (
     ("cut.png", "The impact plane (y = 0): the source before, the grains after, and the surface that carved them."),
     ("velocity.png", "Velocity on the impact plane before and after the handoff, and the difference."),
@@ -28,7 +30,9 @@ def print_ledger(run: Path, pictures: bool = True) -> int:
     """
     out = Path(run) / "4_handoff"
     book = ledgers.read(out / "ledger.json")
-    print(text(book))
+    sentences = [readable.terminal(sentence.replace("RUN", str(run))) for sentence in headline(book, Path(run) / SERIES)]
+    print("\n".join(sentences) + "\n")
+    print(text(book).replace("inspect_handoff RUN", f"inspect_handoff {run}"))
     if (record := archive.read_json(out / "handoff.json")).get("methods"):
         print("\n" + direct.as_text(record["methods"]))
     write(Path(run), out, pictures)
@@ -39,10 +43,15 @@ def print_ledger(run: Path, pictures: bool = True) -> int:
 
 
 def text(book: ledgers.Ledger) -> str:
-    """The ledger as a table for a terminal."""
-    lines = [f"{'row':<42}{'value':>13}{'limit':>10}  verdict         note"]
-    for row in book.rows:
+    """The ledger as two tables for a terminal: what has a limit, and what was handed over."""
+    lines = [f"{'criterion':<42}{'value':>13}{'limit':>10}  verdict         note"]
+    for row in book.criteria:
         lines.append(f"{row['name']:<42}{_shown(row['value']):>13}{_shown(row['limit']):>10}  {row['verdict']:<15} {row['note']}".rstrip())
+    if book.quantities:
+        lines += ["", f"{'quantity':<42}{'value':>13}  {'unit':<9} note"]
+    for row in book.quantities:
+        words = row["note"] if not isinstance(row["value"], str) else f"{row['value']}; {row['note']}"
+        lines.append(f"{row['name']:<42}{_shown(row['value']) if not isinstance(row['value'], str) else '':>13}  {row['unit']:<9} {words}".rstrip())
     return "\n".join(lines)
 
 
@@ -61,7 +70,7 @@ def write(run: Path, out: Path, pictures: bool = True) -> None:
 
         drawn.draw(gather(run, out, record), out)
     further = archive.read_json(out / "sensitivity.json") if (out / "sensitivity.json").is_file() else None
-    archive.write_text(out / "report.html", whole_page(book, record, out, further))
+    archive.write_text(out / "report.html", whole_page(headline(book, run / SERIES), book, record, out, further))
 
 
 def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
@@ -86,10 +95,10 @@ def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
     }
 
 
-def whole_page(book: ledgers.Ledger, record: dict, folder: Path, further: dict | None = None) -> str:
-    """The report as HTML, with the pictures of ``folder`` inside; ``further`` is what the sensitivity runs came to."""
+def whole_page(first: list[str], book: ledgers.Ledger, record: dict, folder: Path, further: dict | None = None) -> str:
+    """The report as HTML, with the sentences that come ``first`` and the pictures of ``folder`` inside; ``further`` is what the sensitivity runs came to."""
     parts = [
-        _first_lines(book, record),
+        _first_lines(first, record),
         *(page.picture(folder / name, caption) for name, caption in _PICTURES),
         "<h2>Ledger</h2>",
         "<p>Raw rows count before the one global correction; momenta are those of the bed's domain and all ejecta. Pressure, overlaps and elastic "
@@ -101,12 +110,13 @@ def whole_page(book: ledgers.Ledger, record: dict, folder: Path, further: dict |
     return page.document("Handoff: from shock physics to grains", parts)
 
 
-def _first_lines(book: ledgers.Ledger, record: dict) -> str:
-    """The verdict, the time and why it was taken, and what was handed over."""
-    verdict = f"Beyond the limit: {', '.join(ledger_words.words(name) for name in book.failures)}." if book.failures else "Every unwaived limit holds."
+def _first_lines(sentences: list[str], record: dict) -> str:
+    """The worst row and the sensitivity, the time and why it was taken, and what was handed over."""
+    first, *others = sentences
     cavity, grains = record["cavity"], record["grains"]
     return (
-        f"<p><b>{page.escape(verdict)}</b> Handed over {readable.clock(record['time_s'])} after the impact: {page.escape(record['choice']['reason'])}.</p>"
+        f"<p><b>{page.escape(first)}</b> {page.escape(' '.join(others))}</p>"
+        f"<p>Handed over {readable.clock(record['time_s'])} after the impact: {page.escape(record['choice']['reason'])}.</p>"
         f"<p>Cavity at that time: radius {readable.amount(cavity['radius_m'], 'm', 3)}, depth {readable.amount(cavity['depth_m'], 'm', 3)}, volume "
         f"{readable.amount(cavity['volume_m3'], 'm^3', 3)}, rim {readable.amount(cavity['rim_height_m'], 'm', 3)} above the datum. "
         f"{readable.number(grains['kept'])} of {readable.number(grains['bed'])} grains stay, {readable.number(grains['ejecta'])} are added as ejecta. "

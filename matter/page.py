@@ -94,18 +94,29 @@ def picture(path: Path, caption: str, narrow: bool = False, inline: bool = True)
 
 
 def ledger(entries: Sequence[Mapping[str, Any]]) -> str:
-    """The rows of a handoff's ledger as a table: what in words, value, limit, verdict, note.
+    """The rows of a handoff's ledger as two tables: criteria (what in words, value, limit, verdict, note), and quantities, which have no limit.
 
     Two stages show it, each reading ``ledger.json``: the rows are the interface between them.
     """
-    rows = []
-    for row in entries:
-        name, unit, verdict = str(row.get("name", "")), str(row.get("unit", "1")), str(row.get("verdict", ""))
-        value, limit = _ledger_value(row.get("value"), unit), _ledger_value(row.get("limit"), unit)
-        words = key(ledger_words.words(name), name)
-        note = breakable(row.get("note", "") if isinstance(row.get("value"), (int, float, type(None))) else f"{row['value']}; {row.get('note', '')}")
-        rows.append([words, value, limit, cell(escape(verdict.replace("_", " ")), f"word {html.escape(verdict)}"), note])
-    return table(["row", "value", "limit", "verdict", "note"], rows, words=(3,), notes=(4,))
+    judged = [row for row in entries if row.get("limit") is not None]
+    stated = [row for row in entries if row.get("limit") is None]
+    criteria = [[*_ledger_cells(row)[:2], _ledger_value(row["limit"], str(row.get("unit", "1"))), _verdict(row), _ledger_cells(row)[2]] for row in judged]
+    quantities = [list(_ledger_cells(row)) for row in stated]
+    parts = [table(["criterion", "value", "limit", "verdict", "note"], criteria, words=(3,), notes=(4,))] if criteria else []
+    parts += ["<h3>Quantities</h3>" + table(["quantity", "value", "note"], quantities, notes=(2,))] if quantities else []
+    return "".join(parts)
+
+
+def _ledger_cells(row: Mapping[str, Any]) -> tuple[str, str, str]:
+    """What a row is called, its value, its note."""
+    name, unit = str(row.get("name", "")), str(row.get("unit", "1"))
+    note = breakable(row.get("note", "") if isinstance(row.get("value"), (int, float, type(None))) else f"{row['value']}; {row.get('note', '')}")
+    return key(ledger_words.words(name), name), _ledger_value(row.get("value"), unit), note
+
+
+def _verdict(row: Mapping[str, Any]) -> str:
+    verdict = str(row.get("verdict", ""))
+    return cell(escape(verdict.replace("_", " ")), f"word {html.escape(verdict)}")
 
 
 def _ledger_value(value: Any, unit: str) -> str:

@@ -6,6 +6,7 @@ from pydantic import ValidationError
 
 from handoff import domain, hydrostatic, shock
 from handoff import ledger as ledgers
+from handoff.headline import headline
 from handoff.ledger import LIMITS, WAIVABLE, Ledger
 from handoff.report import text
 from handoff.stage import Settings
@@ -115,3 +116,80 @@ def test_softened_matter_stores_shear_by_its_own_modulus():
     assert shock.residual(source, region, column).elastic == pytest.approx(2.0 * 30.0**2 / (2.0 * own))
     source.attributes["shear_moduli_Pa"] = [own * 1.5e-5]
     assert shock.residual(source, region, column).elastic == pytest.approx(2.0 * 30.0**2 / (2.0 * own * 1.5e-5))
+
+
+def test_the_limit_on_the_cavitys_volume_follows_the_resolution():
+    assert ledgers.volume_limit(40.0) == ledgers.volume_limit(10.0) == LIMITS["cavity_volume_rel"].limit
+    assert ledgers.volume_limit(5.0) == pytest.approx(0.08)
+    book = Ledger()
+    book.measure("cavity_volume_rel", 0.03, "coarse", bound=ledgers.volume_limit(7.7))
+    assert book["cavity_volume_rel"]["verdict"] == "pass" and book["cavity_volume_rel"]["limit"] == pytest.approx(0.02 * (10.0 / 7.7) ** 2)
+    book = Ledger()
+    book.measure("cavity_volume_rel", 0.17, "coarse", bound=ledgers.volume_limit(7.7))
+    assert book.failures == ["cavity_volume_rel"]
+
+
+def test_criteria_and_quantities_apart():
+    book = Ledger()
+    book.measure("mass_raw_rel", 0.002)
+    book.state("cavity_radius", 2e5, "m", "of the source")
+    book.state("ejecta_by_rule", "compact 3, fast 1", "1", "particles")
+    book.complete()
+    assert {row["name"] for row in book.criteria} == set(LIMITS) and [row["name"] for row in book.quantities] == ["cavity_radius", "ejecta_by_rule"]
+    above, below = text(book).split("\n\n")
+    assert "cavity_radius " not in above and "mass_raw_rel" in above and "not_applicable" not in below
+    assert "compact 3, fast 1; particles" in below
+
+
+def test_a_row_that_needs_more_runs_names_a_command_that_exists():
+    from pipeline import sensitivity
+
+    book = Ledger()
+    book.complete()
+    needing = [row for row in book.rows if "further runs" in row["note"]]
+    assert {row["name"] for row in needing} == {name for name in LIMITS if name.startswith(("final_", "control_"))}
+    for row in needing:
+        named = {word.strip() for word in row["note"].split("--only ")[1:]}
+        made = set(sensitivity._ROWS[row["name"]][1]) if row["name"] in sensitivity._ROWS else {"control_uncarved"}
+        assert row["note"].startswith("needs further runs: inspect_handoff RUN --sensitivity") and named == {"base", *made}
+
+
+def full(**values):
+    """A ledger in which every row holds, but for those given."""
+    book = Ledger({name: "because" for name in WAIVABLE})
+    for name, limit in LIMITS.items():
+        book.measure(name, values.get(name, 2.0 * limit.limit if limit.least and limit.limit > 0 else 0.1 * limit.limit))
+    return book
+
+
+def test_the_worst_row_that_counts():
+    assert full(velocity_field_L2=0.049).worst()["name"] == "velocity_field_L2"
+    assert full(velocity_field_L2=0.049, cavity_radius_over_r_DEM_min=5.01).worst()["name"] == "cavity_radius_over_r_DEM_min"
+    assert full(velocity_field_L2=0.06, bulk_density_rel=0.3).worst()["name"] == "bulk_density_rel"
+    assert full(bulk_density_rel=float("nan"), velocity_field_L2=9.0).worst()["name"] == "bulk_density_rel"
+    assert full(kinetic_energy_change_min=-0.2).worst()["name"] == "kinetic_energy_change_min"
+    assert full(residual_pressure_over_bulk_modulus=40.0, mass_raw_rel=0.009).worst()["name"] == "mass_raw_rel"  # the other one is waived
+    assert full(mass_total_rel=9e-13, mass_raw_rel=0.008).worst()["name"] == "mass_raw_rel"  # rounding is no finding until it fails
+    assert Ledger().worst() is None
+
+
+def test_the_first_words_on_a_handoff(tmp_path):
+    book = Ledger()
+    book.measure("velocity_field_L2", 0.04)
+    book.complete()
+    worst, unknown, counts = headline(book)
+    assert worst == "Nearest to its limit is velocity field: rms difference / rms velocity: 0.04 (limit 0.05)."
+    assert "has not been measured: run inspect_handoff RUN --sensitivity" in unknown
+    assert counts.startswith(f"{len(LIMITS)} criteria: 1 hold, ") and "not measured" in counts
+    book.amend("final_D_change_on_t_handoff_x2", 0.17, "diameter_apparent_m: time_x0.5 +17.0 %, time_x2 -3.0 %")
+    book.amend("final_d_change_on_t_handoff_x2", 0.08, "")
+    worst, known, _ = headline(book)
+    assert worst.startswith("Beyond the limit: final diameter: change when the handoff is half or twice as late: 0.17 (limit 0.05)")
+    assert known.startswith("The final diameter moves by up to 17 %, the final depth by up to 8 % when the handoff is half or twice as late")
+    head = "stage,time_s,depth_m,depth_m_sigma,diameter_apparent_m,diameter_apparent_m_sigma,volume_m3,volume_m3_sigma\n"
+    rows = "sph,180,200e3,3e3,,,2e16,1e15\nsph,240,1,1,1,1,1,1\ndem,180,190e3,4e3,4e5,1e4,1.8e16,0\ndem,240,1,1,1,1,1,1\n"
+    (tmp_path / "time_series.csv").write_text(head + rows)
+    _, measured, *_ = headline(book, tmp_path / "time_series.csv")
+    assert "(-10.0 %, 2.0 sigma)" in measured and "(-5.0 %, 2.0 sigma)" in measured and "diameter" not in measured
+    (tmp_path / "time_series.csv").write_text(head + "dem,180,190e3,4e3,4e5,1e4,1.8e16,0\n")
+    assert len(headline(book, tmp_path / "time_series.csv")) == 3

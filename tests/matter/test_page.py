@@ -30,6 +30,8 @@ def test_a_ledger_in_words():
     assert "mass: grains against source, before any rescaling<span class=key>mass_raw_rel</span>" in shown
     assert "1.707662 × 10²¹ kg &lt;" in shown and "214.3 km" in shown and "10⁻¹²" in shown
     assert "compact 3,\u200b fast 1" in shown or "compact 3, fast 1; particles" in shown
+    criteria, quantities = shown.split("<h3>Quantities</h3>")
+    assert "cavity_radius" not in criteria and "mass_raw_rel" not in quantities and "verdict" not in quantities
     assert "<td class='word not_measured'>not measured</td>" in shown and "new row<span class=key>new_row" in shown
 
 
