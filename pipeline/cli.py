@@ -148,6 +148,7 @@ def _inspect_handoff(
         bool, typer.Option("--sensitivity", help="Run the variants of the handoff (time, speed limit, alpha, bed) and the controls; resumable.")
     ] = False,
     only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="With --sensitivity: this variant alone (repeatable).")] = None,
+    draws: Annotated[int | None, typer.Option(min=1, help="With --sensitivity: beds on which each variant is made (default: 2).")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="With --sensitivity: threads of each run.")] = None,
 ) -> None:
     """Print the ledger of a handoff: what went in, what came out, each limit and its verdict."""
@@ -156,14 +157,14 @@ def _inspect_handoff(
         from handoff import report
         from matter.errors import InputError
 
-        for option, given in (("--only", only), ("--threads", threads)):
+        for option, given in (("--only", only), ("--draws", draws), ("--threads", threads)):
             if given and not sensitivity:
                 raise InputError(f"{option} goes with --sensitivity")
         place = run.parent if run.name == "4_handoff" else run  # either is understood
         if sensitivity:
             from pipeline import sensitivity as runs
 
-            runs.run(place, only, threads)
+            runs.run(place, only, threads, draws or runs.DRAWS)
         return report.print_ledger(place, pictures)
 
     guarded(action)

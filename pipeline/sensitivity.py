@@ -5,7 +5,8 @@ another bed, the bed too), the collapse and the measuring are made. What is done
 Results: ``RUN/4_handoff/sensitivity.json``, the rows of the ledger that need further runs, and a table in the report.
 
 Times are those of the run x0.5 and x2, speed limits x0.5 and x2, alpha x0.67 and x1.5; every variant changes one of them and keeps the run's own
-values of the others, the time included. Controls: the carved bed without motion, the bed carved at the datum (``handoff.control``).
+values of the others, the time included. Each is made with ``draws`` beds and compared with the run handed over onto the same bed: the mean of the changes and
+its error tell an effect from the luck of one bed. Controls: the carved bed without motion, the bed carved at the datum (``handoff.control``).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import csv
 import json
 import math
 import os
+import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +24,7 @@ from typing import Any
 from matter import archive
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
-from pipeline import folder, provenance, stages, sweep
+from pipeline import folder, going_on, provenance, stages, sweep
 from pipeline.run import Request, settings_of
 
 FOLDER, FILE = "sensitivity", "sensitivity.json"
@@ -38,6 +40,9 @@ _ROWS = {  # ledger row -> measure, variants
 }
 _COLUMNS = {"diameter_rim_m": "D rim [m]", "diameter_apparent_m": "D app. [m]", "depth_m": "depth [m]", "dem_depth_most_m": "deepest [m]"}
 CONTROLS = ("control_at_rest", "control_uncarved")
+DRAWS = 2
+"""Beds on which each variant is made."""
+_BED = "@bed"
 
 
 @dataclass(frozen=True)
@@ -48,13 +53,19 @@ class Variant:
     overrides: tuple[str, ...]
     shares: tuple[str, ...] = ("nbody", "sph", "bed")
 
+    @property
+    def of(self) -> str:
+        """The variant that this is a draw of: itself on the run's own bed."""
+        return "base" if self.name.startswith("another_bed") else self.name.partition(_BED)[0]
+
     def request(self, run: Path) -> Request:
         """The request that makes it. Raises ``InputError``."""
-        return Request(cases.read(run / "case.used.toml", None, self.overrides), run / FOLDER, start=None)
+        return Request(going_on.read(run / "case.used.toml", None, self.overrides), run / FOLDER, start=None)
 
 
-def variants(run: Path) -> list[Variant]:
-    """The variants and controls of a finished run. Raises ``InputError`` when the run has no handoff or no ``case.used.toml``."""
+def variants(run: Path, draws: int = 1) -> list[Variant]:
+    """The variants and controls of a finished run, each on ``draws`` beds, the run's own first. Raises ``InputError`` when the run has no handoff or no
+    ``case.used.toml``."""
     record = folder.record(stages.folder(run, "handoff") / "handoff.json")
     if not record or not (run / "case.used.toml").is_file():
         raise InputError(f"{run} is no finished run: no handoff.json or no case.used.toml")
@@ -73,23 +84,28 @@ def variants(run: Path) -> list[Variant]:
     found += [Variant(f"time_x{factor:g}", fixed(time=factor * time)) for factor in (0.5, 2.0)]
     found += [Variant(f"speed_limit_x{factor:g}", fixed(speed_limit=factor * limit)) for factor in (0.5, 2.0)]
     found += [Variant(f"alpha_x{factor:g}", fixed(alpha=factor * alpha)) for factor in (0.67, 1.5)]
-    found.append(Variant("another_bed", (*fixed(), f"bed.seed={seed + 1}"), shares=("nbody", "sph")))
+    others = []
+    for k in range(2, max(draws, 2) + 1):
+        for one in found if k <= draws else found[:1]:
+            name = ("another_bed" if k == 2 else f"another_bed_{k}") if one.name == "base" else f"{one.name}{_BED}{k}"
+            others.append(Variant(name, (*one.overrides, f"bed.seed={seed + k - 1}"), shares=("nbody", "sph")))
+    found += others
     return found + [Variant(f"control_{kind}", (*fixed(), f'handoff.control="{kind}"')) for kind in ("at_rest", "uncarved")]
 
 
-def make(run: Path, only: Iterable[str] | None = None, threads: int | None = None, say=print) -> list[str]:
-    """Run the variants (those named in ``only``), one after another; the names of those that could not be made.
+def make(run: Path, only: Iterable[str] | None = None, threads: int | None = None, say=print, draws: int = 1) -> list[str]:
+    """Run the variants (those named in ``only``, with their draws), one after another; the names of those that could not be made.
 
     A variant that ends unsound is kept and compared; one that cannot be handed over (a time before there is a crater ...) is named, and the others
     go on. Raises ``InputError`` for an unknown name, ``Stopped`` when one was stopped on request.
     """
     run, failed = Path(run).resolve(), []
-    every = variants(run)
+    every = variants(run, draws)
     unknown = set(only or ()) - {variant.name for variant in every}
     if unknown:
         raise InputError(f"no variant {', '.join(sorted(unknown))} (known: {', '.join(variant.name for variant in every)})")
     for variant in every:
-        if only and variant.name not in only:
+        if only and not {variant.name, variant.name.partition(_BED)[0]} & set(only):
             continue
         if is_done(variant, run):
             say(f"{variant.name}: done before")
@@ -143,25 +159,41 @@ def is_done(variant: Variant, run: Path) -> bool:
     return (stages.folder(place_of(variant, run), last) / folder.DONE).is_file()
 
 
-def compare(run: Path) -> dict[str, Any]:
-    """What the variants that are done came to: final diameter and depth with their change against the base, difference of the profiles, the deepest crater of
-    the grains, the control runs. Without the base there is nothing to compare the variants with, and no row of theirs."""
+def compare(run: Path, draws: int = 1) -> dict[str, Any]:
+    """What the variants that are done came to: final diameter and depth with their change against the base (mean over the beds on which both are done, and its
+    standard error where there are two or more), difference of the profiles, the deepest crater of the grains, the control runs. Without the base there is
+    nothing to compare the variants with, and no row of theirs."""
     run = Path(run).resolve()
-    every = {variant.name: variant for variant in variants(run)}
+    every = {variant.name: variant for variant in variants(run, draws)}
     done = {name for name, variant in every.items() if is_done(variant, run)}
+    found = {name: _measured(place_of(every[name], run)) for name in every if name in done and name not in CONTROLS} if "base" in done else {}
     rows: dict[str, dict[str, Any]] = {}
-    if "base" in done:
-        origin = place_of(every["base"], run)
-        base = _measured(origin)
-        for name in (name for name in every if name in done and name not in CONTROLS):
-            place = place_of(every[name], run)
-            row = _measured(place)
-            for key in (*MEASURES, "dem_depth_most_m"):
-                row[f"{key}_change"] = _change(row.get(key), base.get(key))
-            row["profile_rms_m"] = 0.0 if name == "base" else _profile_rms(origin, place)
-            rows[name] = row
+    for name, row in found.items():
+        if _BED in name:
+            continue
+        pairs = [(row, found["base"])] + [(found[other], found[_base_of(other)]) for other in _draws_of(name, found) if _base_of(other) in found]
+        for key in (*MEASURES, "dem_depth_most_m"):
+            changes = [change for one, base in pairs if (change := _change(one.get(key), base.get(key))) is not None]
+            row[f"{key}_change"] = sum(changes) / len(changes) if changes and _change(row.get(key), found["base"].get(key)) is not None else None
+            row[f"{key}_change_error"] = statistics.stdev(changes) / math.sqrt(len(changes)) if len(changes) > 1 else None
+        row["beds"] = len(pairs)
+        row["profile_rms_m"] = 0.0 if name == "base" else _profile_rms(place_of(every["base"], run), place_of(every[name], run))
+        rows[name] = row
+    on_other_beds = {name: row for name, row in found.items() if _BED in name}
     controls = {name: _control(every[name].request(run).run_folder) for name in CONTROLS if name in done}
-    return {"rows": rows, "controls": controls, "missing": [name for name in every if name not in done], "allowed_rms_m": _allowed(run)}
+    missing = [name for name in every if name not in done]
+    return {"rows": rows, "other_beds": on_other_beds, "controls": controls, "missing": missing, "allowed_rms_m": _allowed(run)}
+
+
+def _draws_of(name: str, found: dict[str, Any]) -> list[str]:
+    """The same variant on other beds."""
+    return [other for other in found if other.startswith(f"{name}{_BED}")]
+
+
+def _base_of(name: str) -> str:
+    """The base on the bed of a draw."""
+    number = name.partition(_BED)[2]
+    return "another_bed" if number == "2" else f"another_bed_{number}"
 
 
 def _measured(place: Path) -> dict[str, Any]:
@@ -250,7 +282,7 @@ def enter(found: dict[str, Any], book) -> None:
         missing = [variant for variant in wanted if variant not in rows]
         key = "depth_m" if measure == "d" else next((k for k in MEASURES[:2] if all(row[f"{k}_change"] is not None for row in there)), None)
         changes = [row[f"{key}_change"] for row in there] if key else []
-        said = ", ".join(f"{variant} {_percent(rows[variant].get(f'{key}_change'))}" for variant in wanted if variant in rows)
+        said = ", ".join(f"{variant} {_with_error(rows[variant], key)}" for variant in wanted if variant in rows)
         cut = f"; not made: {', '.join(missing)}" if missing else ""
         if key and all(change is not None for change in changes):
             book.amend(name, max(abs(change) for change in changes), f"{key}: {said}{cut}")
@@ -268,12 +300,22 @@ def _percent(change: float | None) -> str:
     return "--" if change is None or not math.isfinite(change) else f"{100.0 * change:+.1f} %"
 
 
+def _with_error(row: dict[str, Any], key: str | None) -> str:
+    """A change with its error over the beds, where there are several."""
+    error = row.get(f"{key}_change_error")
+    return _percent(row.get(f"{key}_change")) + (f" (+- {100.0 * error:.1f} % over {row['beds']} beds)" if error is not None else "")
+
+
 def text(found: dict[str, Any]) -> str:
     """The comparison as a table for a terminal."""
-    head = f"{'variant':<18}{'t [s]':>9}{'v limit':>9}{'alpha':>7}" + "".join(f"{title:>12}{'':>9}" for title in _COLUMNS.values()) + f"{'RMS [m]':>10}"
+    head = (
+        f"{'variant':<18}{'t [s]':>9}{'v limit':>9}{'alpha':>7}"
+        + "".join(f"{title:>12}{'change':>9}{'+-':>7}" for title in _COLUMNS.values())
+        + f"{'RMS [m]':>10}"
+    )
     lines = [head]
     for name, row in found["rows"].items():
-        cells = "".join(f"{_shown(row[key]):>12}{_percent(row[f'{key}_change']):>9}" for key in _COLUMNS)
+        cells = "".join(f"{_shown(row[key]):>12}{_percent(row[f'{key}_change']):>9}{_error(row, key):>7}" for key in _COLUMNS)
         given = f"{row['time_s']:>9.4g}{row['speed_limit_m_s']:>9.4g}{row['alpha_spacings']:>7.3g}"
         lines.append(f"{name:<18}{given}{cells}{_shown(row['profile_rms_m']):>10}")
     for name, row in found["controls"].items():
@@ -287,16 +329,21 @@ def text(found: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _error(row: dict[str, Any], key: str) -> str:
+    error = row.get(f"{key}_change_error")
+    return "" if error is None else f"{100.0 * error:.1f}"
+
+
 def _shown(value: float | None) -> str:
     return "--" if value is None else f"{value:.4g}"
 
 
-def run(folder_of_run: Path, only: Iterable[str] | None = None, threads: int | None = None) -> None:
+def run(folder_of_run: Path, only: Iterable[str] | None = None, threads: int | None = None, draws: int = DRAWS) -> None:
     """Make the variants, compare, write ``sensitivity.json`` and the ledger's rows, print the table. Raises as ``make``."""
     from handoff import ledger as ledgers
 
-    make(folder_of_run, only, threads, say=lambda words: print(words, flush=True))
-    found = compare(folder_of_run)
+    make(folder_of_run, only, threads, say=lambda words: print(words, flush=True), draws=draws)
+    found = compare(folder_of_run, draws)
     out = stages.folder(Path(folder_of_run), "handoff")
     archive.write_text(out / FILE, json.dumps(found, indent=1))
     book = ledgers.read(out / "ledger.json")

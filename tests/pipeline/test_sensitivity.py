@@ -114,3 +114,38 @@ def test_variants_share_what_the_run_has_done_and_are_made_once(case_folder, tmp
     done = run / "5_dem" / "done.json"
     done.write_text(done.read_text().replace('"sources_sha256": "', '"sources_sha256": "0'))
     assert sensitivity.place_of(sensitivity.variants(run)[0], run) == places["base"]
+
+
+def test_every_variant_is_drawn_on_other_beds(run):
+    table = {variant.name: variant for variant in sensitivity.variants(run, 3)}
+    assert len(table) == 7 * 3 + 2 and len({variant.request(run).run_folder for variant in table.values()}) == len(table)
+    assert {"another_bed", "another_bed_3", "time_x2@bed2", "alpha_x1.5@bed3"} <= set(table)
+    settings = {name: sensitivity.settings_of(table[name].request(run)) for name in ("time_x2", "time_x2@bed3", "another_bed_3")}
+    assert settings["time_x2@bed3"]["handoff"] == settings["time_x2"]["handoff"] and settings["time_x2@bed3"]["bed"] == settings["another_bed_3"]["bed"]
+    assert (settings["time_x2"]["bed"].seed, settings["time_x2@bed3"]["bed"].seed) == (1, 3)
+    assert table["time_x2@bed2"].shares == ("nbody", "sph")
+
+
+def test_a_change_is_the_mean_over_beds_each_against_its_own_base(run, monkeypatch):
+    """Bed 2 alone makes every crater a tenth wider: a later handoff changes it by +5 and +7 %, not by +5 and +17.7 %."""
+    wide = {"base": 100.0, "another_bed": 110.0, "time_x2": 105.0, "time_x2@bed2": 110.0 * 1.07, "alpha_x1.5": 98.0, "alpha_x0.67@bed2": 1.0}
+    monkeypatch.setattr(sensitivity, "is_done", lambda variant, _: variant.name in wide)
+    monkeypatch.setattr(sensitivity, "place_of", lambda variant, _: variant.name)
+    keys = (*sensitivity.MEASURES, "dem_depth_most_m")
+    monkeypatch.setattr(
+        sensitivity, "_measured", lambda name: {**dict.fromkeys(keys, wide[name]), "time_s": 1.0, "speed_limit_m_s": 1.0, "alpha_spacings": 1.0}
+    )
+    monkeypatch.setattr(sensitivity, "_profile_rms", lambda *_: 0.0)
+    monkeypatch.setattr(sensitivity, "_allowed", lambda _: 1.0)
+    found = sensitivity.compare(run, 2)
+    assert set(found["rows"]) == {"base", "another_bed", "time_x2", "alpha_x1.5"} and set(found["other_beds"]) == {"time_x2@bed2", "alpha_x0.67@bed2"}
+    later = found["rows"]["time_x2"]
+    assert later["beds"] == 2 and later["diameter_rim_m_change"] == pytest.approx(0.06) and later["diameter_rim_m_change_error"] == pytest.approx(0.01)
+    assert found["rows"]["alpha_x1.5"]["diameter_rim_m_change"] == pytest.approx(-0.02)
+    assert found["rows"]["alpha_x1.5"]["diameter_rim_m_change_error"] is None
+    assert found["rows"]["another_bed"]["diameter_rim_m_change"] == pytest.approx(0.1)
+    book = Ledger()
+    book.complete()
+    sensitivity.enter(found, book)
+    assert "time_x2 +6.0 % (+- 1.0 % over 2 beds)" in book["final_D_change_on_t_handoff_x2"]["note"]
+    assert "time_x2" in sensitivity.text(found)
