@@ -115,7 +115,7 @@ def _first_lines(sentences: list[str], record: dict) -> str:
     first, *others = sentences
     cavity, grains = record["cavity"], record["grains"]
     return (
-        f"<p><b>{page.escape(first)}</b> {page.escape(' '.join(others))}</p>"
+        f"<p><b>{page.escape(first)}</b> <br>{'<br>'.join(page.escape(other) for other in others)}</p>"
         f"<p>Handed over {readable.clock(record['time_s'])} after the impact: {page.escape(record['choice']['reason'])}.</p>"
         f"<p>Cavity at that time: radius {readable.amount(cavity['radius_m'], 'm', 3)}, depth {readable.amount(cavity['depth_m'], 'm', 3)}, volume "
         f"{readable.amount(cavity['volume_m3'], 'm^3', 3)}, rim {readable.amount(cavity['rim_height_m'], 'm', 3)} above the datum. "
