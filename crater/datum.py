@@ -203,7 +203,7 @@ def fit_sphere(
 
 def _weights(points: np.ndarray, weights: np.ndarray | None) -> np.ndarray:
     if len(points) < 8:
-        raise InputError(f"only {len(points)} points of far field: too few to fit a datum (give it)")
+        raise InputError(f"too few points to fit a datum: {len(points)} in the far field; give its level or its radius (measure_crater --datum-radius)")
     return np.ones(len(points)) if weights is None else np.sqrt(np.asarray(weights) / np.mean(weights))
 
 

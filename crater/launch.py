@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crater import scaling
+from matter import readable
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -39,7 +40,7 @@ def launched(frames: Iterable[Particles], gravity: float, above: float) -> Launc
     for frame in frames:
         frame.need("position", "velocity", "mass", "layer")
         if frame.attributes.get("frame") != "plane":
-            raise InputError("launch speeds are read on flat ground only")
+            raise InputError("launch speeds can be measured on flat ground only")
         seen = np.zeros(len(frame), dtype=bool) if seen is None else seen
         z, up = frame.position[:, 2], frame.velocity[:, 2]
         new = ~seen & (frame.layer >= 0) & (z > above) & (up > 0.0)
@@ -53,7 +54,7 @@ def launched(frames: Iterable[Particles], gravity: float, above: float) -> Launc
             (np.hypot(origin[:, 0], origin[:, 1]), np.arctan2(origin[:, 1], origin[:, 0]), np.hypot(across, rise), np.arctan2(rise, across), frame.mass[new])
         )
     if not parts or not sum(len(part[0]) for part in parts):
-        raise InputError(f"nothing of the target flies higher than {above:g} m")
+        raise InputError(f"no matter of the target rises above {readable.length(above)}")
     return Launched(*(np.concatenate(column) for column in zip(*parts)))
 
 
@@ -85,7 +86,7 @@ def fit(ejecta: Launched, strike: scaling.Strike, radius: float, inner: float = 
                 rows.append([np.median(part[here]) for part in (ejecta.distance, ejecta.speed, ejecta.angle)] + [float(here.sum())])
         table = np.array(rows)
         if len(table) < 3:
-            raise InputError(f"ejecta fill {len(table)} of {rings} rings between {inner:g} a and {outer:g} R: three are needed")
+            raise InputError(f"a fit of launch speeds needs ejecta in at least 3 of the {rings} rings between {inner:g} a and {outer:g} R; found {len(table)}")
         x, v = table[:, 0], table[:, 1]
         bent = np.maximum(1.0 - x / (scaling.SAND_EDGE * radius), 1e-9) ** scaling.SAND_BEND
         place = x / strike.radius * (strike.target_density / strike.projectile_density) ** scaling.NU

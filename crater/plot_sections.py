@@ -59,7 +59,7 @@ def draw_cross_sections(found: Findings, path: Path) -> None:
     half = 1.1 * found.settings.impact.expected_transient_diameter
     across = 1 if len(panels) < 3 else 2
     down = -(-len(panels) // across)
-    fig = figure(9.0 if across == 1 else 14.0, 0.7 + (8.6 if across == 1 else 6.6) * 0.425 * down)
+    fig = figure(9.0 if across == 1 else 11.0, 0.7 + (8.6 if across == 1 else 5.2) * 0.425 * down)
     grid = fig.subplots(down, across, sharex=True, sharey=True, squeeze=False)
     # grains stand beside, not below, the shock stage
     axes = grid.T.ravel()[: len(panels)]
@@ -123,8 +123,8 @@ def draw_grains_in_time(found: Findings, path: Path) -> None:
 
 
 def _grid_of(found: Findings, panels: Sequence[tuple[str, Particles]], rows: Sequence[sections.Colouring | None], half: float, path: Path) -> None:
-    width = 3.5 * len(panels) + 1.2
-    fig = figure(width, 0.8 + 1.75 * len(rows))
+    width = 2.6 * len(panels) + 1.2  # narrow: words stay readable when the picture shrinks to a page
+    fig = figure(width, 0.8 + 1.45 * len(rows))
     grid = fig.subplots(len(rows), len(panels), sharex=True, sharey=True, squeeze=False)
     for row, colouring in enumerate(rows):
         drawn = None
@@ -132,6 +132,7 @@ def _grid_of(found: Findings, panels: Sequence[tuple[str, Particles]], rows: Seq
             axis = grid[row, column]
             seen = sections.view(_datum_of(found, particles), half, 0.55, 0.3)
             drawn = sections.draw(axis, particles, seen, colouring, edge="none")
+            axis.tick_params(labelsize=8)
             if row == 0:
                 axis.set_title(title, fontsize=10)
         if colouring is not None:

@@ -24,15 +24,15 @@ WORDS = {
     "rim_height_m": "rim height above the datum",
     "volume_m3": "volume below the datum",
     "depth_over_diameter": "depth / apparent diameter",
-    "wall_slope_deg": "steepest wall",
+    "wall_slope_deg": "steepest slope of the wall",
     "ellipticity": "ellipticity (1 - b/a)",
     "floor_diameter_m": "floor diameter",
-    "central_peak_m": "central peak over the floor",
+    "central_peak_m": "central peak above the floor",
     "central_pit_m": "central pit below the ridge around it",
     "terraces": "terraces on the wall",
-    "rim_asymmetry": "rim height, first harmonic over its mean",
-    "blanket_exponent": "ejecta blanket: exponent of its fall",
-    "blanket_height_at_rim_m": "ejecta blanket and uplift at the rim",
+    "rim_asymmetry": "rim height: first harmonic / mean",
+    "blanket_exponent": "ejecta blanket: exponent of the power law",
+    "blanket_height_at_rim_m": "ejecta blanket and uplift: height at the rim",
 }
 
 

@@ -182,7 +182,7 @@ def _follow_shock(found: Findings, shots: list[Path], heard) -> None:
             measured[moment.path] = series.again(moment, chosen, start)
         found.transient[key] = measured[moment.path]
     if "volume" not in found.transient:
-        found.reasons["transient"] = "no snapshot of the shock stage shows a hollow"
+        found.reasons["transient"] = "no snapshot of the shock stage shows a crater"
     _follow_ejecta(found, datum, shots)
     if not datum.is_sphere and found.gravity > 0.0:
         _follow_launches(found, shots)

@@ -13,6 +13,7 @@ from handoff.hydrostatic import Column
 from handoff.ledger import Ledger, volume_limit
 from handoff.offset import by_one_factor
 from handoff.surface import Rules
+from matter import readable
 from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
 from matter.particles import Particles
@@ -52,7 +53,9 @@ def ledger_of_direct(direct: Direct, made: Handoff, source: Particles, bed: Part
     straight.enter(ledger, direct, made)
     if made.size.radius > 0.0:
         radius = float(direct.start.radius[: direct.compact].mean())
-        ledger.measure("cavity_radius_over_r_DEM_min", made.size.radius / radius, f"radius {made.size.radius:.4g} m, grains {radius:.4g} m")
+        ledger.measure(
+            "cavity_radius_over_r_DEM_min", made.size.radius / radius, f"radius {readable.length(made.size.radius)}, grains {readable.length(radius)}"
+        )
     else:
         ledger.skip("cavity_radius_over_r_DEM_min", "not_applicable", "there is no cavity")
     _shock(ledger, made, source, domain.read(bed.attributes), column)
@@ -135,7 +138,7 @@ def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, re
     number, size = comparison_cells(made, source, radius)
     fields = corrected_fields(made, source, bed)
     difference = compare.field_difference(fields, number, size)
-    note = f"{len(difference.mass)} cells of {size.min():.4g} ... {size.max():.4g} m"
+    note = f"{len(difference.mass)} cells of {readable.length(size.min())} to {readable.length(size.max())}"
     ledger.measure("velocity_field_L2", difference.l2, note)
     ledger.measure("velocity_direction_deg_mean", difference.direction_deg, note)
     local = compare.local_momentum(made.fields_raw, region)
@@ -230,7 +233,9 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
             ledger.skip(name, "not_applicable", "there is no cavity")
         return
     ratio = size.radius / radius
-    ledger.measure("cavity_radius_over_r_DEM_min", ratio, f"radius {size.radius:.4g} m, depth {size.depth:.4g} m, grains {radius:.4g} m")
+    ledger.measure(
+        "cavity_radius_over_r_DEM_min", ratio, f"radius {readable.length(size.radius)}, depth {readable.length(size.depth)}, grains {readable.length(radius)}"
+    )
     margin = 3.0 * radius
 
     def chosen(points: np.ndarray) -> np.ndarray:
@@ -253,7 +258,7 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
     ledger.measure(
         "cavity_volume_rel",
         abs(carved / empty - 1.0) if empty > 0.0 else np.inf,
-        f"below the datum: source {empty:.4e} m^3, bed {carved:.4e} m^3, {ratio:.1f} grains per cavity radius",
+        f"below the datum: source {readable.volume(empty)}, bed {readable.volume(carved)}, {ratio:.1f} grains per cavity radius",
         bound=volume_limit(ratio),
     )
 
@@ -284,7 +289,7 @@ def time_row(ledger: Ledger, made: Handoff, time: float, choice: Choice | None, 
         ledger.skip("t_handoff_over_T_crater_max", "not_applicable", "there is no cavity")
         return
     crater = 0.8 * float(np.sqrt(np.cbrt(volume) / column.surface_gravity))
-    note = f"handed over at {time:.4g} s, T = {crater:.4g} s" + (f"; {choice.reason}" if choice else "; time given")
+    note = f"handed over at {readable.clock(time)}, T = {readable.clock(crater)}" + (f"; {choice.reason}" if choice else "; time given")
     ledger.measure("t_handoff_over_T_crater_max", time / crater, note)
 
 
@@ -297,7 +302,12 @@ def _layers(ledger: Ledger, made: Handoff, source: Particles) -> None:
         name = named[number] if number < len(named) else f"material {number}"
         place = made.start.attributes["materials"].index(name) if name in made.start.attributes["materials"] else int(number)
         before, now = float(volume[source.material[made.compact] == number].sum()), float(after[place]) if place < len(after) else 0.0
-        ledger.state(f"layer_volume_rel_{name}".replace(" ", "_"), now / before - 1.0 if before else 0.0, "1", f"source {before:.4e} m^3, grains {now:.4e} m^3")
+        ledger.state(
+            f"layer_volume_rel_{name}".replace(" ", "_"),
+            now / before - 1.0 if before else 0.0,
+            "1",
+            f"source {readable.volume(before)}, grains {readable.volume(now)}",
+        )
 
 
 def _statements(ledger: Ledger, made: Handoff) -> None:
@@ -311,7 +321,7 @@ def _statements(ledger: Ledger, made: Handoff) -> None:
         "ejecta_count",
         float(len(flying.mass)),
         "1",
-        f"{flying.shrunk} shrunk, {np.count_nonzero(flying.moved)} moved to fit (by at most {flying.moved.max(initial=0.0):.4g} m)",
+        f"{flying.shrunk} shrunk, {np.count_nonzero(flying.moved)} moved to fit (by at most {readable.length(flying.moved.max(initial=0.0))})",
     )
     ledger.state("ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source")
     ledger.state("surface_offset_spacings", made.offset, "1", "found from the volume of the compact particles unless given")

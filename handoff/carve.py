@@ -50,12 +50,12 @@ def check(bed: Particles, domain: Domain) -> None:
         if not np.all(np.isfinite(bed[name])):
             raise InputError(f"the bed's field {name!r} is not finite for some grains")
     if np.any(bed.mass <= 0.0) or np.any(bed.radius <= 0.0):
-        raise InputError("the bed has grains of no mass or no radius")
+        raise InputError("the bed has grains without a mass or a radius")
     if len(bed) < 16:
         raise InputError(f"the bed has {len(bed)} grains: too few to carry a crater")
     filled = float(np.sum(4.0 / 3.0 * np.pi * bed.radius**3)) / domain.volume
     if not _FILLED[0] < filled < _FILLED[1]:
-        raise InputError(f"the bed's spheres take {filled:.3g} of the volume of its domain: radii and domain are in mixed units, or it is no settled bed")
+        raise InputError(f"the bed's spheres take {filled:.3g} of the volume of its domain: radii and domain are in mixed units, or the bed is not settled")
 
 
 def points(domain: Domain, compact: cKDTree, grains: cKDTree) -> Samples:

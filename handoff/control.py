@@ -31,7 +31,7 @@ def start(kind: Kind, made: Handoff, bed: Particles) -> Particles:
         region = domain.read(bed.attributes)
         below = region.frame.height(bed.position) <= 0.0
         if not below.any():
-            raise InputError("no grain of the bed lies below the datum: there is nothing to watch in a control run")
+            raise InputError("no grain of the bed lies below the datum: a control run has nothing to follow")
         grains = bed.select(below)
         grains.tables = carve.surviving_tables(bed, below)
         grains.attributes["time"] = made.start.attributes["time"]

@@ -30,7 +30,7 @@ import numpy as np
 from handoff import cavity, shock, surface
 from handoff.domain import Domain
 from handoff.hydrostatic import Column
-from matter import snapshot
+from matter import readable, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -164,13 +164,14 @@ def choose(series: Sequence[Diagnosis], grain_radius: float, gravity: float) -> 
         radius, depth = max(row.radius for row in series), max(row.depth for row in series)
         raise InputError(
             f"no snapshot up to the greatest depth has a cavity of {cavity.RESOLVED_RADIUS:.0f} grain radii that is deeper than "
-            f"{cavity.RESOLVED_DEPTH:.0f} (widest {radius:.4g} m, deepest {depth:.4g} m, grains {grain_radius:.4g} m): no crater, or grains too coarse"
+            f"{cavity.RESOLVED_DEPTH:.0f} (widest {readable.length(radius)}, deepest {readable.length(depth)}, grains {readable.length(grain_radius)}): "
+            "no crater, or grains too coarse"
         )
-    shock = f"the shock {'has left after' if start <= deepest else 'has not left by'} {series[min(start, deepest)].time:.4g} s"
+    shock = f"the shock {'has left after' if start <= deepest else 'has not left by'} {readable.clock(series[min(start, deepest)].time)}"
     for k in resolved:
         if window[0] <= series[k].time <= window[1]:
-            return Choice(k, f"window: {shock}, and 0.1 T = {window[1]:.4g} s", window, tuple(series), deepest)
-    empty = f"the window is empty ({shock}, 0.1 T = {window[1]:.4g} s)"
+            return Choice(k, f"window: {shock}, and 0.1 T = {readable.clock(window[1])}", window, tuple(series), deepest)
+    empty = f"the window of valid times is empty ({shock}, 0.1 T = {readable.clock(window[1])})"
     for k in resolved:
         if all(row.drive <= DRIVE for row in series[k : deepest + 1]):
             return Choice(k, f"{empty}; from here on the flow is under gravity: drive {series[k].drive:.3g} g", window, tuple(series), deepest)

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from handoff import domain as domains
+from matter import readable
 
-_MATERIAL_COLOURS = {"ice": "#9ecae1", "water": "#3182bd", "water_thesis": "#3182bd", "basalt": "#8c6d31", "iron": "#636363"}
-_PROJECTILE, _EJECTA = "#e6550d", "#de2d26"
+_MATERIAL_COLOURS = {"ice": "#9ecae1", "water": "#3182bd", "basalt": "#8c6d31", "iron": "#636363", "sand": "#d9c38c"}
+_OTHER, _PROJECTILE, _EJECTA = "#bbbbbb", "#e6550d", "#de2d26"
 
 
 def draw(data: dict[str, Any], out: Path) -> None:
@@ -88,11 +89,30 @@ def _outline(axes, data, region, unit) -> None:
             axes.plot([-region.radius / unit, region.radius / unit], [level / unit] * 2, style, color="#999", lw=0.7, zorder=4)
 
 
+def _colour_of(name: str) -> str:
+    return _MATERIAL_COLOURS.get(name.split("_")[0], _OTHER)
+
+
 def _colours(names: list[str], material: np.ndarray) -> np.ndarray:
     from matplotlib.colors import to_rgba
 
-    table = np.array([to_rgba(_MATERIAL_COLOURS.get(name, "#bbbbbb")) for name in names] or [to_rgba("#bbbbbb")])
+    table = np.array([to_rgba(_colour_of(name)) for name in names] or [to_rgba(_OTHER)])
     return table[np.clip(material, 0, len(table) - 1)]
+
+
+def _marks(names: list[str], projectile: bool) -> list[Any]:
+    """Legend entries: materials, projectile, ejecta and the lines of ``_outline``."""
+    from matplotlib.lines import Line2D
+
+    def disc(label: str, face: str, edge: str) -> Line2D:
+        return Line2D([], [], marker="o", linestyle="", markersize=8, label=label, markerfacecolor=face, markeredgecolor=edge)
+
+    marks = [disc(name.replace("_", " "), _colour_of(name), "#666") for name in dict.fromkeys(names)]
+    marks += [disc("projectile", _PROJECTILE, "#666")] if projectile else []
+    marks.append(disc("ejecta", "white", _EJECTA))
+    marks.append(Line2D([], [], color="black", linewidth=0.9, label="carving surface"))
+    marks.append(Line2D([], [], color="#999", linewidth=0.9, linestyle=":", label="datum"))
+    return marks
 
 
 def _cut(data):
@@ -119,17 +139,19 @@ def _cut(data):
         edgecolors=edge[thin],
         linewidths=0.5,
     )
-    above.set_title(f"source at {data['record']['time_s']:.0f} s: ejecta outlined in red, projectile orange")
+    above.set_title(f"Before: particles of the shock stage at {readable.clock(data['record']['time_s'])}")
     below = axes[1, 0]
     grain = np.abs(start.position[:, 1]) < start.radius
     cut = np.sqrt(np.maximum(start.radius**2 - start.position[:, 1] ** 2, 0.0))
     edge = np.where(np.arange(len(start))[:, None] < int(data["record"]["grains"]["kept"]), to_rgba("#666"), to_rgba(_EJECTA))
     colours = _colours(start.attributes.get("materials", []), start.material)
     _discs(below, start.position[grain][:, [0, 2]], cut[grain], colours[grain], unit, edgecolors=edge[grain], linewidths=0.4)
-    below.set_title("grains handed over: bed and ejecta (cut by the plane y = 0)")
+    below.set_title("After: grains of the bed and of the ejecta, cut by the plane y = 0")
     for panel in axes.flat:
         _outline(panel, data, region, unit)
         panel.set(xlim=xlim, ylim=zlim, aspect="equal", xlabel=f"x [{name}]", ylabel=f"z [{name}]")
+    names = [*source.attributes.get("materials", []), *start.attributes.get("materials", [])]
+    figure.legend(handles=_marks(names, "layer" in source and bool((source.layer < 0).any())), loc="outside upper center", ncols=8, frameon=False)
     return figure
 
 
@@ -148,18 +170,18 @@ def _velocity(data):
     speed = np.linalg.norm(source.velocity[thin], axis=1)
     top = float(np.percentile(speed, 99)) if len(speed) else 1.0
     parts = (
-        ("source, compact particles", source.position[thin], source.velocity[thin]),
-        ("grains", start.position[grain], start.velocity[grain]),
-        ("difference, cell by cell (arrows five times longer)", cells["centre"][close], (cells["after"] - cells["before"])[close]),
+        ("Before: particles that are not ejecta", source.position[thin], source.velocity[thin]),
+        ("After: grains", start.position[grain], start.velocity[grain]),
+        ("Difference, cell by cell (arrows five times as long)", cells["centre"][close], (cells["after"] - cells["before"])[close]),
     )
     for panel, (title, place, velocity) in zip(axes[:, 0], parts):
-        last = title.startswith("difference")
+        last = title.startswith("Difference")
         size = np.linalg.norm(velocity, axis=1)
         arrows = panel.quiver(
             place[:, 0] / unit, place[:, 2] / unit, velocity[:, 0], velocity[:, 2], size, cmap="viridis",
             scale=top * (6.0 if last else 30.0), width=0.0012, clim=(0, 0.2 * top if last else top), zorder=3,
         )  # fmt: skip
-        figure.colorbar(arrows, ax=panel, label="m/s", shrink=0.8)
+        figure.colorbar(arrows, ax=panel, label="speed [m/s]", shrink=0.8)
         _outline(panel, data, region, unit)
         panel.set(xlim=xlim, ylim=zlim, aspect="equal", title=title, xlabel=f"x [{name}]", ylabel=f"z [{name}]")
     return figure
@@ -171,7 +193,7 @@ def _residuals(data):
     local = record["local_momentum"]
     axes[0, 0].barh([row["region"] for row in local], [row["relative"] for row in local], color="#3182bd")
     axes[0, 0].axvline(0.05, color="#c0262d", lw=1)
-    axes[0, 0].set(xlabel="|dp| / sum m|v|, raw", title="momentum by octant (about the centre of mass) and shell (about the impact)")
+    axes[0, 0].set(xlabel="|Δp| / Σ m|v|, before the correction", title="Momentum by octant (about the centre of mass) and shell")
     axes[0, 0].tick_params(axis="y", labelsize=7)
     before, after = residuals["cells/before"], residuals["cells/after"]
     speed = np.linalg.norm(before, axis=1)
@@ -179,27 +201,27 @@ def _residuals(data):
     cosine = np.sum(before * after, axis=1) / np.maximum(speed * np.linalg.norm(after, axis=1), 1e-300)
     angle = np.degrees(np.arccos(np.clip(cosine[flowing], -1, 1)))
     axes[0, 1].hist(np.clip(angle, 0, 30), bins=60, weights=residuals["cells/mass"][flowing], color="#3182bd")
-    axes[0, 1].set(xlabel="angle between the fields [deg] (30 and more in the last bar)", ylabel="kg", title="direction errors by mass")
+    axes[0, 1].set(xlabel="angle between the fields [deg] (30 and more in the last bar)", ylabel="mass [kg]", title="Errors of direction")
     compact = residuals["source/reason"] == 0
     region = domains.read(data["bed"].attributes)
     here = ~compact | (region.depth_inside(source.position) > 0.0)
     for panel in (axes[1, 0],):
         for label, mass, velocity, style in (
-            ("source (domain and ejecta)", source.mass[here], source.velocity[here], "k-"),
-            ("grains", start.mass, start.velocity, "r--"),
+            ("before (domain and ejecta)", source.mass[here], source.velocity[here], "k-"),
+            ("after: grains", start.mass, start.velocity, "r--"),
         ):
             size = np.sort(np.linalg.norm(velocity, axis=1))[::-1]
             order = np.argsort(-np.linalg.norm(velocity, axis=1))
             panel.loglog(np.maximum(size, 1e-3), np.cumsum(mass[order]), style, label=label)
         panel.axvline(record["speed_limit_m_s"], color="#999", lw=0.8)
-        panel.set(xlabel="v [m/s]", ylabel="M(>v) [kg]", title="mass faster than v; the line is the speed limit")
+        panel.set(xlabel="speed v [m/s]", ylabel="mass faster than v [kg]", title="Mass by speed; vertical line: the speed limit")
         panel.set_xlim(left=max(1e-3, 1e-3 * record["speed_limit_m_s"]))
         panel.legend()
     distance, unit = residuals["columns/distance"], 1e3 if residuals["columns/distance"].max() > 2e3 else 1.0
     difference = residuals["columns/height_bed"] - residuals["columns/height_source"]
     radius = float(data["bed"].radius.mean())
     axes[1, 1].plot(distance / unit, difference / radius, ".", ms=2)
-    axes[1, 1].set(xlabel=f"distance from the axis [{'km' if unit > 1 else 'm'}]", ylabel="height, bed - source [grain radii]", title="carved surface")
+    axes[1, 1].set(xlabel=f"distance from the axis [{'km' if unit > 1 else 'm'}]", ylabel="height, bed minus source [grain radii]", title="Carved surface")
     axes[1, 1].set_ylim(-4, 4)
     return figure
 
@@ -224,14 +246,15 @@ def _forces(data):
     cut.add_collection(lines)
     figure.colorbar(lines, ax=cut, label="force / mean", shrink=0.8)
     _outline(cut, data, region, unit)
-    title = f"contact forces at the start: mean {found.mean:.3g} N, 99 % below {found.spread:.2g} means, {found.contacts_per_grain:.2f} contacts per grain"
+    mean = readable.amount(found.mean, "N", 3)
+    title = f"Contact forces at the start: mean {mean}, 99 % below {found.spread:.2g} means, {found.contacts_per_grain:.2f} contacts per grain"
     cut.set(xlim=xlim, ylim=zlim, aspect="equal", title=title, xlabel=f"x [{name}]", ylabel=f"z [{name}]")
     if len(found.force):
         every = found.force / found.mean
         spread.hist(every, bins=np.linspace(0.0, max(10.0, float(np.percentile(every, 99.9))), 80), density=True, histtype="step", color="#3182bd")
         spread.plot(ticks := np.linspace(0.0, 10.0, 50), np.exp(-ticks), ":", color="#999", label="exp(-f / mean)")
         spread.legend()
-    spread.set(yscale="log", xlabel="force / mean", ylabel="share of contacts", title="how the forces are spread")
+    spread.set(yscale="log", xlabel="force / mean", ylabel="share of contacts", title="Distribution of the forces")
     return figure
 
 
@@ -240,22 +263,23 @@ def _time(data):
     series = {name: np.array(values, dtype=float) for name, values in choice["series"].items() if name != "file"}
     unit, name = (1e3, "km") if np.nanmax(series["radius"]) > 2e3 else (1.0, "m")
     figure, axes = _figure(2, 2, (12.0, 7.0))
-    t = series["time"]
+    tick, clock = readable.time_unit(float(np.nanmax(series["time"])))
+    t = series["time"] * tick
     for key in ("radius", "depth", "rim_height"):
         axes[0, 0].plot(t, series[key] / unit, ".-", label=key.replace("_", " "))
-    axes[0, 0].set(ylabel=name, title="cavity")
-    axes[0, 1].semilogy(t, series["excess_pressure"], ".-", label="99 % of the domain below")
+    axes[0, 0].set(ylabel=f"length [{name}]", title="Cavity")
+    axes[0, 1].semilogy(t, series["excess_pressure"], ".-", label="exceeded in 1 % of the domain")
     axes[0, 1].semilogy(t, series["excess_pressure_most"], ".-", label="largest")
-    axes[0, 1].axhline(1e-3, color="#c0262d", lw=1)
-    axes[0, 1].set(title="excess pressure over bulk modulus")
-    axes[1, 0].semilogy(t, np.maximum(series["drive"], 1e-3), ".-", label="drive [g]")
-    axes[1, 0].axhline(1.0, color="#c0262d", lw=1)
-    axes[1, 0].set(title="mean acceleration beyond hydrostatic balance, weighted by m|v|")
+    axes[0, 1].axhline(1e-3, color="#c0262d", lw=1, label="limit")
+    axes[0, 1].set(title="Excess pressure / bulk modulus")
+    axes[1, 0].plot(t, np.maximum(series["drive"], 1e-3), ".-", label="drive")
+    axes[1, 0].axhline(1.0, color="#c0262d", lw=1, label="limit")
+    axes[1, 0].set(ylabel="acceleration [g]", title="Mean acceleration beyond hydrostatic balance, weighted by m|v|", ylim=(0.0, None))
     for key in ("kinetic", "elastic"):
         axes[1, 1].semilogy(t, series[key], ".-", label=f"{key} energy")
-    axes[1, 1].set(ylabel="J", title="energy in the domain")
+    axes[1, 1].set(ylabel="energy [J]", title="Energy in the domain")
     for panel in axes.flat:
-        panel.axvline(choice["time_s"], color="black", lw=0.8)
-        panel.set(xlabel="time [s]")
-        panel.legend()
+        panel.axvline(choice["time_s"] * tick, color="black", lw=0.8, label="handoff")
+        panel.set(xlabel=f"time after contact [{clock}]")
+        panel.legend(fontsize=8)
     return figure

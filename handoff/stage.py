@@ -19,7 +19,7 @@ from handoff import account, compare, direct, handoff_time, hydrostatic, report,
 from handoff import control as controls
 from handoff import domain as domains
 from handoff.ledger import check_waivers
-from matter import archive, snapshot
+from matter import archive, readable, snapshot
 from matter.errors import InputError, Unsound
 from matter.particles import Particles
 from matter.progress import Progress
@@ -152,7 +152,9 @@ def chosen_source(
         nearest = int(np.argmin(np.abs(times - settings.time)))
         gap = float(np.max(np.diff(times))) if len(times) > 1 else np.inf
         if abs(times[nearest] - settings.time) > gap:
-            raise InputError(f"no snapshot near {settings.time:.4g} s: the series runs from {times[0]:.4g} to {times[-1]:.4g} s")
+            raise InputError(
+                f"no snapshot near {readable.clock(settings.time)}: the series runs from {readable.clock(times[0])} to {readable.clock(times[-1])}"
+            )
         return None, snapshot.read(paths[nearest])
     series, earlier = [], None
     for number, (path, source) in enumerate(zip(paths, _read_ahead(paths))):

@@ -26,7 +26,7 @@ from handoff import speed_limit
 from handoff.domain import Domain
 from handoff.heights import span
 from handoff.hydrostatic import Column
-from matter import material
+from matter import material, readable
 from matter.alpha_shape import AlphaShape, alpha_shape
 from matter.body import Model
 from matter.errors import InputError
@@ -108,7 +108,7 @@ def _check_units(source: Particles) -> None:
     room, volume = float(np.prod(extent)), float(np.sum(source.mass / source.density))
     if room > 0.0 and not 1.0 / _UNITS < volume / room < _UNITS:
         raise InputError(
-            f"mass over density gives the source's particles {volume:.3g} m^3, and they fill about {room:.3g} m^3 of space: "
+            f"mass over density gives the source's particles {readable.volume(volume)}, and they fill about {readable.volume(room)} of space: "
             f"positions, masses and densities are in mixed units (SI is needed)"
         )
 

@@ -20,6 +20,7 @@ from handoff import carve, cavity, compare, domain, heights, hydrostatic, interp
 from handoff import correction as closing
 from handoff import ejecta as ejected
 from handoff.ledger import Ledger
+from matter import readable
 from matter.alpha_shape import OffsetShape
 from matter.errors import InputError
 from matter.particles import Particles
@@ -210,10 +211,13 @@ def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: doma
 def _refuse_misfit(size: cavity.Cavity, source: Particles, split: surface.Split, region: domain.Domain, rules: surface.Rules, bed: Particles) -> None:
     radius = float(bed.radius.mean())
     if size.radius == 0.0 and rules.crater == "required":
-        raise InputError(f"no crater: the compact surface lies nowhere deeper than two grain radii ({2.0 * radius:.4g} m) below the datum near the axis")
+        raise InputError(
+            f"no crater: the compact surface lies nowhere deeper than two grain radii ({readable.length(2.0 * radius)}) below the datum near the axis"
+        )
     if size.radius > _WIDEST * region.arc:
         raise InputError(
-            f"the crater (radius {size.radius:.4g} m) is wider than {_WIDEST:.0%} of the bed ({region.arc:.4g} m): take a wider bed or an earlier snapshot"
+            f"the crater (radius {readable.length(size.radius)}) is wider than {_WIDEST:.0%} of the bed ({readable.length(region.arc)}): "
+            "take a wider bed or an earlier snapshot"
         )
     frame, headroom = region.frame, heights.span(region)[1]
     height = frame.height(source.position)
@@ -221,7 +225,9 @@ def _refuse_misfit(size: cavity.Cavity, source: Particles, split: surface.Split,
     resting = np.linalg.norm(source.velocity, axis=1) < _RESTING * split.speed_limit
     standing = (height > headroom) & over & resting & (split.reason != surface.SPARSE)
     if source.mass[standing].sum() > _STANDING * source.mass[split.compact & over].sum():
-        raise InputError(f"{np.count_nonzero(standing)} particles rest higher than the bed's headroom ({headroom:.4g} m): give the bed more headroom")
+        raise InputError(
+            f"{np.count_nonzero(standing)} particles rest higher than the bed's headroom ({readable.length(headroom)}): give the bed more headroom"
+        )
 
 
 def material_numbers(source: Particles, bed: Particles) -> tuple[list[str], np.ndarray]:

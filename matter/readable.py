@@ -26,6 +26,11 @@ def length(metres: float) -> str:
     return f"{value:.3g} {unit}" if abs(value) < 999.5 else f"{value:.0f} {unit}"
 
 
+def volume(cubic_metres: float) -> str:
+    """A volume [m^3] as text for terminals and ledgers: "17.84 million km3", "5.2 km3", "30 cm3"."""
+    return terminal(amount(cubic_metres, "m^3"))
+
+
 def clock(seconds: float) -> str:
     """A simulated time [s] as text: ``'7.5 min'``, ``'30 ms'``."""
     factor, unit = time_unit(seconds) if seconds else (1.0, "s")
@@ -109,7 +114,8 @@ def prose(text: str) -> str:
     """Text of a log or a ledger as it is printed: "1.7e+21 kg" as "1.7 × 10²¹ kg", "m^3" as "m³"."""
     power = r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?)0*(\d+)\b"
     text = re.sub(power, lambda found: f"{found[1]} × 10{((found[2] if found[2] == '-' else '') + found[3]).translate(_SUPERSCRIPT)}", text)
-    return superscripts(text)
+    text = text.replace(" million km3", " × 10⁶ km³")
+    return superscripts(re.sub(r"(?<=\d )(km|m|cm)3\b", "\\1³", text))
 
 
 def terminal(text: str) -> str:

@@ -25,7 +25,7 @@ def write(particles: Particles, path: Path) -> None:
     if len(particles) == 0:
         raise InputError("there are no particles to write")
     if np.any(particles.mass <= 0.0) or np.any(particles.radius <= 0.0):
-        raise InputError("grains of no mass or no radius cannot be written: a diameter of zero would make them points of another kind")
+        raise InputError("grains without a mass or a radius cannot be written: a diameter of zero would make them points of another kind")
     kind, names = types(particles)
     who = identities(particles)
     density = particles.mass / (4.0 / 3.0 * np.pi * particles.radius**3)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
 
 import pytest
 
@@ -51,3 +53,31 @@ def test_layers_carry_their_name():
 )
 def test_a_page_names_no_folders_of_the_machine(path, shown):
     assert page.local(path) == shown
+
+
+@pytest.mark.parametrize("width", [1200, 400])
+def test_nothing_makes_the_page_itself_scroll_sideways(tmp_path, width):
+    """In a browser: wide tables and pictures scroll inside their boxes, long words break, the page stays as wide as the window."""
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    if program is None:
+        pytest.skip("no Chromium on this machine")
+    from PIL import Image
+
+    Image.new("RGB", (1400, 300)).save(tmp_path / "wide.png")
+    wide = page.table(["quantity", *[f"column {k}" for k in range(12)]], [["apparent diameter", *["(24.16 ± 0.72) × 10⁶ km³"] * 12]])
+    notes = page.table(["file", "note"], [["x", page.breakable("a" * 60 + ",b=" + "c/" * 200)]], notes=(1,))
+    words = f"<p>{'volume_below_the_datum_' * 12}</p>"
+    measured = (
+        "<script>addEventListener('load',function(){var d=document.documentElement,out=[d.scrollWidth,innerWidth];"
+        "document.querySelectorAll('.scroll').forEach(function(x){out.push(x.scrollWidth>x.clientWidth?1:0)});parent.postMessage(out.join(' '),'*')})</script>"
+    )
+    (tmp_path / "p.html").write_text(page.document("A page", [words, wide, notes, page.picture(tmp_path / "wide.png", "wide"), measured]))
+    # in a frame: a headless window has a least width of 500
+    frame = "<script>addEventListener('message',function(e){document.documentElement.dataset.found=e.data})</script>"
+    (tmp_path / "frame.html").write_text(f"<!doctype html>{frame}<iframe src=p.html style='width:{width}px;height:900px;border:0'></iframe>")
+    quiet = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
+    place = [f"--user-data-dir={tmp_path / 'profile'}", "--window-size=1300,950", "--virtual-time-budget=1000", "--dump-dom"]
+    seen = subprocess.run([program, *quiet, *place, f"file://{tmp_path / 'frame.html'}"], capture_output=True, text=True, timeout=60).stdout
+    page_width, window, *boxes = map(int, re.search(r'data-found="([^"]*)"', seen).group(1).split())
+    assert window == width and page_width <= width
+    assert boxes == [1, 0, 1 if width < 700 else 0]  # the wide table always, the picture on a phone
