@@ -23,12 +23,14 @@ def pictures(runs: Runs, out: Path) -> None:
         if not rows:
             continue
         fines = runs.spacings(case)
-        figure, axes = plt.subplots(1, 2 if case == "deep_impact" else 3, figsize=(11 if case == "deep_impact" else 15, 5.2), layout="constrained")
+        figure, axes = plt.subplots(1, 2 if case == "deep_impact" else 3, figsize=(11 if case == "deep_impact" else 14, 5.2), layout="constrained")
         for row in rows:
-            words = f"{label(row)}, {100 * row['spacing_m'] * 2 ** (1 / 6):.0f} cm"
+            words = f"{label(row)}, {100 * row['spacing_m'] * 2 ** (1 / 6):.0f} cm".replace("alpha0", "α₀ =")
             pen = {"color": "0.4" if row["light"] else colour[row["alpha0"]], "ls": ("-", "--", ":", "-.")[fines.index(row["spacing_m"]) % 4]}
             if row["curve"].split(" ")[0] in ("soft", "hard", "weak") or row["intact"] or row["following"] or viscosity(row) != VISCOSITY:
-                pen |= {"lw": 0.7, "alpha": 0.7}
+                # a band of thin lines under one name: which is which stands in tables.md
+                pen |= {"lw": 0.6, "alpha": 0.55, "ls": "-"}
+                words = "_nolegend_"
             t = 1e3 * np.array(row["series"]["time_s"])
             if case == "deep_impact":
                 axes[0].loglog(row["speed_m_s"], row["mass_above_kg"], label=words, **pen)
@@ -41,13 +43,15 @@ def pictures(runs: Runs, out: Path) -> None:
         if case == "deep_impact":
             for x, y, c in ((2.0, 3.20e6, "C0"), (2.0, 0.52e6, "C1"), (2.0, 0.49e6, "C2")):
                 axes[0].plot(x, y, "o", mfc="none", color=c, ms=8)
-            axes[0].set(xlabel="v [m/s]", ylabel="M(v_z > v) at 50 ms [kg]; circles: published", ylim=(10, None))
+            axes[0].set(xlabel="vertical speed v [m/s]", ylabel="mass faster than v at 50 ms [kg]; circles: published", ylim=(10, None))
             axes[1].set(xlabel="distance from the impact point [m]", ylabel="distention at 50 ms, below the ground")
         else:
-            axes[0].set(xlabel="t [ms]", ylabel="1 + P_ejecta / P_projectile, v_z > 1 m/s")
-            axes[1].set(xlabel="t [ms]", ylabel="M(v_z > 1 m/s) [kg]")
+            axes[0].set(xlabel="time [ms]", ylabel="momentum transferred / the projectile’s")
+            axes[1].set(xlabel="time [ms]", ylabel="mass faster than 1 m/s [kg]")
             axes[2].set(xlabel="depth below the impact [m]", ylabel="peak pressure [GPa]")
-        figure.legend(handles=axes[0].get_lines()[: len(rows)], fontsize=7, loc="outside lower center", ncols=4)
+        named = [line for line in axes[0].get_lines() if not line.get_label().startswith("_")]
+        thin = plt.Line2D([], [], color="0.5", lw=0.6, label="other crush curves, strengths, supports and viscosities")
+        figure.legend(handles=[*named, thin], fontsize=9, loc="outside lower center", ncols=4, frameon=False)
         figure.savefig(out / name, dpi=110)
         plt.close(figure)
 
@@ -63,21 +67,28 @@ def slices(folder: Path, runs: Runs, out: Path) -> None:
     rows += [row for alpha0 in (1.0, 1.5, 3.0) if (fine := runs.spacings("momentum_transfer")) and (row := runs.get("momentum_transfer", alpha0, fine[0]))]
     if not rows:
         return
-    figure, axes = plt.subplots(2, len(rows), figsize=(4.2 * len(rows), 7), squeeze=False, layout="constrained")
-    for column, row in enumerate(rows):
-        run = next(path for path in folder.rglob(row["run"]) if (path / "2_sph").is_dir())
-        particles = snapshot.read(run / "2_sph" / "last.vtkhdf")
-        cut = np.abs(particles.position[:, 1]) < 0.5 * particles.smoothing_length
-        x, limit, top = particles.position[cut], 2.0 if row["case"] == "deep_impact" else 1.0, row["counted_kg"] and axes[0, column]
-        reach = float(particles.attributes["target_depth_m"])
-        dots = 1.5 * particles.smoothing_length[cut] / reach * 20.0
-        shown = top.scatter(x[:, 0], x[:, 2], c=particles.velocity[cut, 2], s=dots, cmap="coolwarm", vmin=-3 * limit, vmax=3 * limit, lw=0)
-        figure.colorbar(shown, ax=top, label="v_z [m/s]", shrink=0.7)
-        what = particles.distention[cut] if row["alpha0"] > 1.0 else particles.density[cut]
-        shown = axes[1, column].scatter(x[:, 0], x[:, 2], c=what, s=dots, cmap="viridis", lw=0)
-        figure.colorbar(shown, ax=axes[1, column], label="distention" if row["alpha0"] > 1.0 else "density [kg/m^3]", shrink=0.7)
-        top.set_title(f"{row['case'].replace('_', ' ')}, {label(row)}, {1e3 * row['end_s']:.0f} ms", fontsize=9)
-        for panel in axes[:, column]:
-            panel.set(xlim=(-reach, reach), ylim=(-reach, 0.6 * reach), aspect="equal")
-    figure.savefig(out / "slices.png", dpi=90)
-    plt.close(figure)
+    for case in dict.fromkeys(row["case"] for row in rows):
+        mine = [row for row in rows if row["case"] == case]
+        figure, axes = plt.subplots(len(mine), 2, figsize=(11, 3.6 * len(mine)), squeeze=False, layout="constrained")
+        for pair, row in zip(axes, mine):
+            run = next(path for path in folder.rglob(row["run"]) if (path / "2_sph").is_dir())
+            _slice(figure, pair, row, snapshot.read(run / "2_sph" / "last.vtkhdf"))
+        figure.savefig(out / f"slices_{case}.png", dpi=110)
+        plt.close(figure)
+
+
+def _slice(figure, pair, row: dict, particles) -> None:
+    """Vertical velocity and distention (density of solid targets) in the plane of flight."""
+    cut = np.abs(particles.position[:, 1]) < 0.5 * particles.smoothing_length
+    x, limit = particles.position[cut], 6.0 if row["case"] == "deep_impact" else 3.0
+    reach = float(particles.attributes["target_depth_m"])
+    porous = row["alpha0"] > 1.0
+    parts = (
+        (particles.velocity[cut, 2], "vertical velocity [m/s]", dict(cmap="coolwarm", vmin=-limit, vmax=limit)),
+        (particles.distention[cut] if porous else particles.density[cut], "distention" if porous else "density [kg/m³]", dict(cmap="viridis")),
+    )
+    for panel, (values, words, colours) in zip(pair, parts):
+        shown = panel.scatter(x[:, 0], x[:, 2], c=values, s=30.0 * particles.smoothing_length[cut] / reach, lw=0, **colours)
+        figure.colorbar(shown, ax=panel, label=words)
+        panel.set(xlim=(-reach, reach), ylim=(-reach, 0.4 * reach), aspect="equal", xlabel="x, downrange [m]", ylabel="z [m]")
+    pair[0].set_title(f"{label(row).replace('alpha0', 'α₀ =')}, {1e3 * row['end_s']:.0f} ms", fontsize=10, loc="left")

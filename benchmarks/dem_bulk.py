@@ -135,8 +135,8 @@ def draw_bowls(rows: dict[str, dict], path: Path, grains: int) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("distance from the axis [m]")
     axes.set_ylabel("height of the surface [m]")
-    axes.set_title(f"carved bowl of {grains} grains, before (dotted) and after", fontsize=10)
-    axes.legend(frameon=False)
+    axes.set_title(f"Carved bowl of {grains:,} grains, before (dotted) and after", fontsize=10)
+    axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.02, 1.0))  # beside the curves, which fill the box
     figure.savefig(path, dpi=110)
 
 

@@ -54,7 +54,7 @@ def launched(frames: Iterable[Particles], gravity: float, above: float) -> Launc
             (np.hypot(origin[:, 0], origin[:, 1]), np.arctan2(origin[:, 1], origin[:, 0]), np.hypot(across, rise), np.arctan2(rise, across), frame.mass[new])
         )
     if not parts or not sum(len(part[0]) for part in parts):
-        raise InputError(f"no matter of the target rises above {readable.length(above)}")
+        raise InputError(f"nothing of the target flies higher than {readable.length(above)}")
     return Launched(*(np.concatenate(column) for column in zip(*parts)))
 
 

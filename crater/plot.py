@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from matter import archive, readable
 if TYPE_CHECKING:
     from crater.craters import Crater
     from crater.findings import Findings
+    from crater.observations import Zone
 
 INK = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
 
@@ -58,14 +60,14 @@ def draw_all(found: Findings, out: Path) -> None:
         draw_profiles(found, out / "profile.png")
     if any(moment.measures for moment in found.moments):
         draw_series(found, out / "time_series.png")
-    if found.final is not None:
-        draw_heightmap(found.final, out / "heightmap.png")
     if found.ejecta:
         draw_ejecta(found, out / "ejecta.png")
     if found.launch:
         draw_launches(found, out / "launch.png")
-    from crater import plot_sections
+    from crater import plot_heights, plot_sections
 
+    if found.final is not None:
+        plot_heights.draw_heightmap(found.final, out / "heightmap.png")
     plot_sections.draw_cross_sections(found, out / "cross_section.png")
     plot_sections.draw_in_time(found, out / "sections_in_time.png")
     plot_sections.draw_grains_in_time(found, out / "sections_grains.png")
@@ -83,7 +85,9 @@ def draw_one(measures: Measures, name: str, folder: Path) -> None:
     axis.legend(frameon=False)
     _grid(axis)
     save(fig, folder / "profile.png")
-    draw_heightmap(measures, folder / "heightmap.png")
+    from crater import plot_heights
+
+    plot_heights.draw_heightmap(measures, folder / "heightmap.png")
 
 
 def _mark(axis, measures: Measures, scale: float, colour: str) -> None:
@@ -214,60 +218,6 @@ def draw_series(found: Findings, path: Path) -> None:
     save(fig, path)
 
 
-def draw_heightmap(measures: Measures, path: Path) -> None:
-    """Height of every column, looking down on the crater: the colours are finest near the datum, where a crater ends."""
-    from matplotlib.colors import AsinhNorm
-    from matplotlib.ticker import FixedLocator
-
-    ground = measures.ground
-    columns = ground.columns
-    ring = columns.ring
-    reach = float(columns.edges[-1])
-    apparent = measures["diameter_apparent_m"].value
-    if apparent:
-        reach = min(reach, 1.5 * apparent)
-    scale, unit = readable.length_unit(reach)
-    s, a = columns.distance[ring], columns.azimuth
-    good = np.isfinite(ground.rays) & (s < reach)
-    x, y, h = s[good] * np.cos(a[good]) * scale, s[good] * np.sin(a[good]) * scale, ground.rays[good] * scale
-    limit = max(float(np.quantile(np.abs(h), 0.995)), 1e-9) if len(h) else 1.0
-    fig = figure(6.6, 5.4)
-    axis = fig.add_subplot(aspect="equal")
-    drawn = axis.tripcolor(x, y, h, shading="gouraud", cmap="RdBu_r", norm=AsinhNorm(0.1 * limit, -limit, limit))
-    fig.colorbar(drawn, ax=axis, shrink=0.8, label=f"height above the datum [{unit}]", ticks=FixedLocator(_even_ticks(limit)), format="%g")
-    if apparent:
-        angle = np.linspace(0.0, 2.0 * np.pi, 200)
-        ring_at = 0.5 * apparent * scale
-        axis.plot(ring_at * np.cos(angle), ring_at * np.sin(angle), "k--", linewidth=1.0, label=f"apparent diameter, {readable.length(apparent)}")
-        cx, cy, level = _smoothed(measures, 1.3 * 0.5 * apparent)
-        axis.contour(cx * scale, cy * scale, level, levels=[0.0], colors="#1b7f3b", linewidths=1.0)
-        axis.plot([], [], color="#1b7f3b", linewidth=1.0, label="level of the datum, smoothed over a spacing")
-        axis.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.1), ncols=2, frameon=False)
-    axis.set(xlabel=f"x, downrange [{unit}]", ylabel=f"y [{unit}]")
-    save(fig, path)
-
-
-def _even_ticks(limit: float) -> list[float]:
-    """Ticks of a colour scale that is finest about zero: 0 and a few round heights to both sides."""
-    top = 10.0 ** np.floor(np.log10(limit))
-    sizes = [size for size in (0.05 * top, 0.1 * top, 0.2 * top, 0.5 * top, top, 2.0 * top, 5.0 * top) if 0.04 * limit < size <= limit]
-    return [-size for size in reversed(sizes)] + [0.0] + sizes
-
-
-def _smoothed(measures: Measures, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Heights [m] on a square grid within ``reach`` [m], averaged over one spacing; NaN further out."""
-    from scipy.interpolate import LinearNDInterpolator
-    from scipy.ndimage import gaussian_filter
-
-    ground, columns = measures.ground, measures.ground.columns
-    good, s = np.isfinite(ground.rays), columns.distance[columns.ring]
-    axis = np.linspace(-1.2 * reach, 1.2 * reach, 161)
-    x, y = np.meshgrid(axis, axis)
-    level = LinearNDInterpolator(np.column_stack([s * np.cos(columns.azimuth), s * np.sin(columns.azimuth)])[good], ground.rays[good])(x, y)
-    level = gaussian_filter(np.nan_to_num(level), 0.5 * float(np.median(columns.spacing[columns.distance < reach])) / (axis[1] - axis[0]))
-    return x, y, np.where(np.hypot(x, y) < reach, level, np.nan)
-
-
 def draw_ejecta(found: Findings, path: Path) -> None:
     """M(>v) of what flies, with the power laws for sand and water."""
     curve = found.ejecta
@@ -321,6 +271,7 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
     diameters = [c.values["diameter_apparent_m"][0] for c in craters if "diameter_apparent_m" in c.values]
     reach = min(longest, 1.6 * max(diameters)) if diameters else longest
     scale, unit = readable.length_unit(reach)
+    span = max([zone.outer for crater in craters for zone in crater.zones] + [1.1 * size for size in diameters] + [1e-300])
     for k, crater in enumerate(craters):
         colour = INK[k % len(INK)]
         if crater.profile is not None:
@@ -329,18 +280,30 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
             if name in crater.values:
                 value, minus, plus = (float(x) * scale for x in np.nan_to_num(crater.values[name]))
                 sizes.errorbar([value], [-k], xerr=[[minus], [plus]], fmt=marker, color=colour, markersize=5, capsize=3)
-        for n, zone in enumerate(crater.zones):
-            sizes.barh([-k], [(zone.outer - zone.inner) * scale], left=[zone.inner * scale], height=0.5, color=colour, alpha=0.15 + 0.15 * (n % 3))
-            words = zone.name.split(",")[0].split(" (")[0].replace(" ", "\n", 1)
-            sizes.text(0.5 * (zone.inner + zone.outer) * scale, -k, words, ha="center", va="center", fontsize=6)
+        _zones(sizes, crater.zones, -k, scale, span, colour)
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
     axis.set_xlim(0.0, reach * scale)
     axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
     axis.legend(frameon=False, fontsize=8)
-    sizes.set_yticks([-k for k in range(len(craters))], [c.label for c in craters], fontsize=8)
+    sizes.set_yticks([-k for k in range(len(craters))], [textwrap.fill(c.label, 46) for c in craters], fontsize=8)
     sizes.set_ylim(-len(craters) + 0.5, 0.5)
-    sizes.set_xlabel(f"circle: apparent diameter, triangle up: rim diameter, triangle down: depth, bars: zones by diameter [{unit}]")
+    sizes.set_xlabel(f"circle: apparent diameter; triangles: rim diameter (up), depth (down); bars: zones by diameter [{unit}]", fontsize=8)
     sizes.set_xlim(left=0.0)
     _grid(axis)
     _grid(sizes)
     save(fig, path)
+
+
+def _zones(axis, zones: Sequence[Zone], level: float, scale: float, span: float, colour: str) -> None:
+    """Mapped zones as bars with their names in them; where one is too narrow on an axis ``span`` [m] long, all names stand behind the last."""
+    names = [zone.name.split(",")[0].split(" (")[0].replace(" ", "\n", 1) for zone in zones]
+    lengths = [max(map(len, name.split("\n"))) for name in names]
+    for n, zone in enumerate(zones):
+        axis.barh([level], [(zone.outer - zone.inner) * scale], left=[zone.inner * scale], height=0.7, color=colour, alpha=0.2 + 0.2 * (n % 3))
+    options: dict[str, Any] = dict(va="center", fontsize=6, clip_on=True, in_layout=False)
+    if all(zone.outer - zone.inner > 0.006 * length * span for length, zone in zip(lengths, zones)):
+        for name, zone in zip(names, zones):
+            axis.text(0.5 * (zone.inner + zone.outer) * scale, level, name, ha="center", **options)
+    elif zones:
+        ends = [f"{zone.name.split(' (')[0]}: up to {readable.length(zone.outer)}" for zone in zones]
+        axis.text(zones[-1].outer * scale + 0.01 * span * scale, level, "; ".join(ends), ha="left", **options)

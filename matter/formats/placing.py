@@ -36,7 +36,7 @@ def rotation_onto_z(up: np.ndarray) -> np.ndarray:
     """Rotation matrix (3, 3) by the shortest way from ``up`` (3,) to +z (Rodrigues; half a turn about x for -z)."""
     length = float(np.linalg.norm(up))
     if not np.isfinite(length) or length == 0.0:
-        raise InputError(f"up = {tuple(up.tolist())} is not a direction")
+        raise InputError(f"up = {tuple(up.tolist())} has no direction")
     x, y, z = up / length
     if z < -1.0 + 1e-12:
         return np.diag([1.0, -1.0, -1.0])
