@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
@@ -61,3 +62,9 @@ def test_thesis_equations_with_their_limits():
 def test_nonsense_is_refused():
     with pytest.raises(InputError, match="positive"):
         scaling.diameters(scaling.Strike(0.0, 1.0, 0.0, 1.0, 1.0, 1.0))
+
+
+def test_every_law_has_its_authors_and_year_for_pages():
+    assert set(scaling.NAMES) == set(scaling.LAWS)
+    for name in scaling.NAMES.values():
+        assert re.fullmatch(r"[A-Z][a-z]+( et al\.| & [A-Z][a-z]+)? (19|20)\d\d(, [a-z ]+)?", name), name
