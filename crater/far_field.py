@@ -66,7 +66,7 @@ def _cells(ground: Relief, rings: np.ndarray) -> _Ground:
     group = np.broadcast_to(np.arange(columns.sectors), cells.shape)
     good = np.isfinite(cells)
     if good.sum() < 8:
-        raise InputError(f"only {int(good.sum())} cells of far field: too few to fit a datum (give it)")
+        raise InputError(f"too few points to fit a datum: {int(good.sum())} cells of far field; give its radius (--datum-radius)")
     scale = 0.5 * float(np.median(columns.spacing[rings]))
     return _Ground(s[good], a[good], cells[good], w[good], group[good], scale)
 
@@ -149,7 +149,10 @@ def refit(ground: Relief, datum: Datum, radius: float, centre=None, fixed_radius
     """
     outside, inner = _outside(ground, radius, rough)
     if outside.sum() < 2:
-        raise InputError(f"the cloud ends at {ground.columns.edges[-1] / max(radius, 1e-300):.1f} crater radii: no far field to fit a datum to (give it)")
+        raise InputError(
+            f"the cloud ends at {ground.columns.edges[-1] / max(radius, 1e-300):.1f} crater radii: "
+            "no far field to fit a datum to; give its radius (--datum-radius)"
+        )
     cells = _cells(ground, outside)
     centre_free, radius_free = centre is None, fixed_radius is None
     if datum.is_sphere and not (centre_free or radius_free):
