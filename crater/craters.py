@@ -50,8 +50,9 @@ class Crater:
 
     @property
     def label(self) -> str:
-        """Name and stage, for legends and headers."""
-        return self.name if not self.title or self.title in self.name else f"{self.name}: {self.title}"
+        """Name and stage, for legends and headers; a name that says the stage is only told the moment."""
+        title = self.title.removeprefix(self.stage).strip(", ") if self.stage and self.stage in self.name.lower() else self.title
+        return self.name if not title or title in self.name else f"{self.name}: {title}"
 
 
 @dataclass

@@ -89,7 +89,8 @@ def final_entry(found: Findings) -> dict[str, Any]:
 
 def columns(found: Findings, moments: tuple[str, ...] = heads.MOMENTS) -> list[tuple[heads.Head, Measures]]:
     """Every crater that was measured under its head: transient, the shock stage's own end, final."""
-    seen = [(key, found.transient[key]) for key in moments if key in found.transient]
+    # after the collapse a wide trough may look widest: measured closely it has no diameter, and no maximum of it
+    seen = [(key, found.transient[key]) for key in moments if key in found.transient and found.transient[key].value(series.MAXIMA[key]) > 0.0]
     shots = [heads.Moment(key, m.time, m.stage, key in found.growing, m.measures) for key, m in seen if m.measures is not None]
     result = heads.arranged(shots, found.final_time if found.final is not None else None)
     if found.late_sph is not None and found.late_sph is not found.final:

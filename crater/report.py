@@ -124,8 +124,7 @@ def _title(found: Findings) -> str:
 
 def _summary(found: Findings) -> str:
     lines = [
-        f"{_capital(head.title)} ({page.escape(head.when)}): apparent diameter {page.escape(shown(m['diameter_apparent_m']))}, "
-        f"depth {page.escape(shown(m['depth_m']))}."
+        f"{_capital(head.title)} ({page.escape(head.when)}): {_in_words('apparent diameter', m['diameter_apparent_m'])}, {_in_words('depth', m['depth_m'])}."
         for head, m in columns(found, ("depth", "volume"))
     ]
     if found.final is not None and not found.rest.settled:
@@ -144,6 +143,10 @@ def _summary(found: Findings) -> str:
     lines += [f"{page.escape(key)}: {page.escape(reason)}." for key, reason in found.reasons.items()]
     cautions = [f"<b class=waived>Caution:</b> {page.escape(words)}." for words in found.soundness.get("cautions", ())]
     return "<p>" + "<br>".join(lines) + "</p>" + ("<p class=note>" + "<br>".join(cautions) + "</p>" if cautions else "")
+
+
+def _in_words(name: str, quantity: Quantity) -> str:
+    return f"{name} {page.escape(shown(quantity))}" if quantity.value is not None else f"no {name} {page.escape(shown(quantity))}"
 
 
 def _capital(text: str) -> str:

@@ -241,6 +241,13 @@ def test_a_profile_without_errors_states_none_and_columns_do_not_touch(tmp_path,
             assert len(re.split(r"\s{2,}", line.strip())) == 4, line
 
 
+def test_labels_say_the_stage_once():
+    crater = craters.Crater("Winter 2017 (transient)", {}, None, stage="transient", title="transient, maximum depth")
+    assert crater.label == "Winter 2017 (transient): maximum depth"
+    assert craters.Crater("quick", {}, None, stage="transient", title="transient, maximum depth").label == "quick: transient, maximum depth"
+    assert craters.Crater("Valhalla, mapped zones", {}, None, stage="final", title="zones").label == "Valhalla, mapped zones"
+
+
 def test_the_widest_cell_makes_the_column():
     wide = [craters.Crater(name, {"volume_m3": (8.273e15, 7.8e14, 7.8e14)}, None) for name in "ab"]
     line = next(line for line in compare._printed(wide, "").splitlines() if line.startswith("volume"))
