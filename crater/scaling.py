@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from matter.errors import InputError
+from matter.formation_time import formation_time as formation_time
 
 
 class Strike(NamedTuple):
@@ -190,11 +191,6 @@ def final_from_transient(transient: float, simple_to_complex: float = 2500.0) ->
     if 1.25 * transient < simple_to_complex:
         return 1.25 * transient
     return 1.17 * transient**1.13 / simple_to_complex**0.13
-
-
-def formation_time(volume: float, gravity: float) -> float:
-    """T = 0.8 sqrt(V^(1/3) / g) [s]: growth of a gravity crater (Schmidt & Housen 1987)."""
-    return 0.8 * math.sqrt(volume ** (1.0 / 3.0) / gravity)
 
 
 def collapse_time(diameter: float, gravity: float) -> float:

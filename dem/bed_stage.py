@@ -25,11 +25,11 @@ from pydantic import Field
 
 from dem import friction_angle
 from dem.assembly import Assembly
-from dem.beds import bed_measures, flat_bed, flat_ground, packing, settling
+from dem.beds import bed_measures, extent, flat_bed, flat_ground, packing, settling
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.contact_settings import SPECIES, Contact
-from matter import archive, checkpoint, jit, snapshot
+from matter import archive, checkpoint, jit, readable, snapshot
 from matter.body import Impact, Model, Target
 from matter.errors import InputError, Unsound
 from matter.quantity import PositiveLength, PositiveSpeed
@@ -41,6 +41,9 @@ STEPS = 3600
 """Steps to settle a bed of 20,000 grains, from random points to rest (8640 for 100,000: as the number's root, see docs/results)."""
 GRAIN_STEPS_PER_S = 2.4e6
 """Grain steps per second of one core while settling, lists and measures included (measured on an AVX-512 core: 3.0e6 at 20,000 grains, 1.9e6 at 100,000)."""
+FLAT_STEPS, FLAT_GROWTH, HEXAGONAL_SHARE = 32_000, 0.5, 0.54
+"""Steps to settle 20,000 grains in flat ground, how they grow with the number, and the share of a hexagonal packing. Measured: 24,900 at 20,000 grains in a
+cylinder; 21,500 at 5,000 and 51,700 at 14,000 in bowls, 27,700 of these in a hexagonal packing."""
 
 
 class Settings(Model):
@@ -54,10 +57,12 @@ class Settings(Model):
     """How grains touch; by default that of the collapse, ``[dem.contact]``."""
     count: Annotated[int, Field(ge=200, le=20_000_000)] = 20_000
     """Grains in the bed and its headroom together."""
-    arc_radius: PositiveLength = 1.5e6
-    """Radius of the bed along the datum; the cone's half angle is this over the body's radius."""
+    arc_radius: PositiveLength = Field(default_factory=lambda given: extent.radius(given["target"], given["impact"]))
+    """Radius of the bed along the datum (of a cone: half its angle times the body's radius); by default 1.25 expected transient diameters in flat ground, 1.5
+    on a body."""
     depth: PositiveLength | None = None
-    """Depth of the bed below the datum; None: down to the outer surface of the innermost layer (the core)."""
+    """Depth of the bed below the datum; None: 0.75 expected transient diameters, and no deeper than flat ground or the innermost layer's surface (the core)
+    goes (``dem.beds.extent``)."""
     headroom_fraction: Annotated[float, Field(ge=0.0, le=1.0)] = 0.15
     """Height of the headroom above the datum, over ``impact.expected_transient_diameter``."""
     radius_spread: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.15
@@ -85,10 +90,9 @@ def domain_of(settings: Settings, body: LayeredBody) -> Domain:
         core = body.radius - settings.depth
         if core <= 0.0:
             raise InputError(f"[bed] depth = {settings.depth:.6g} m reaches the body's centre (radius {body.radius:.6g} m)")
-    elif len(body.outer) < 2:
-        raise InputError("[bed] depth is needed: the target has one layer only, so there is no core whose surface could be the floor")
     else:
-        core = float(body.outer[0])
+        inner = float(body.outer[0]) if len(body.outer) > 1 else 0.1 * body.radius
+        core = max(inner, body.radius - extent.DEPTH * settings.impact.expected_transient_diameter)
     angle = settings.arc_radius / body.radius
     if angle >= 0.5 * math.pi:
         limit = 0.5 * math.pi * body.radius
@@ -106,11 +110,32 @@ def _damped(domain: Domain, settings: Settings, mean_radius: float, wave_speed: 
     return replace(domain, damped_width=width, damping_rate=rate)
 
 
+def steps(settings: Settings) -> float:
+    """Expected number of steps from random points to rest."""
+    n = settings.count
+    if not settings.target.flat:
+        return STEPS * math.sqrt(n / 20_000)
+    kind = FLAT_STEPS * (HEXAGONAL_SHARE if settings.packing == "hcp" else 1.0)
+    return kind * (n / 20_000) ** FLAT_GROWTH
+
+
 def predict(settings: Settings) -> dict[str, float]:
-    """Wall time with warm kernels [s], memory and disk [bytes]; a kept bed costs nothing."""
+    """Wall time with warm kernels [s], memory and disk [bytes], the grains' number below the datum and their time step; a kept bed costs nothing."""
     n = settings.count
     threads = settling.threads_for(n)
-    return {"wall_s": 3.0 + n * STEPS * math.sqrt(n / 20_000) / (GRAIN_STEPS_PER_S * threads), "memory_bytes": 2.5e8 + 2500.0 * n, "disk_bytes": 230.0 * n}
+    grains = extent.expected(settings)
+    wall = 3.0 + n * steps(settings) / (GRAIN_STEPS_PER_S * threads)
+    return {"wall_s": wall, "memory_bytes": 2.5e8 + 2500.0 * n, "disk_bytes": 230.0 * n, "bed_grains": grains.below, "bed_step": grains.step}
+
+
+def explain(settings: Settings) -> list[str]:
+    """What the grains are, and what the cost follows from, in words."""
+    grains, crater = extent.expected(settings), 0.5 * settings.impact.expected_transient_diameter
+    return [
+        f"{settings.count:,} grains (count) of {readable.length(grains.radius)} in a bed of {readable.length(settings.arc_radius)} radius: "
+        f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
+        f"{steps(settings):,.0f} steps to rest",
+    ]
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
@@ -120,7 +145,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     """
     target = Path(inputs) / "2_sph" / "target.json"
     settings = settings.model_copy(update={"contact": friction_angle.resolved(settings.contact)})
-    make = _maker(settings, target)
+    make = maker(settings, target)
     if not settings.share:
         make(out)
         return
@@ -136,7 +161,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         _link(kept / name, out / name)
 
 
-def _maker(settings: Settings, target: Path) -> Callable[[Path], None]:
+def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
     """What makes the bed; ``InputError`` when settings and ground do not fit each other."""
     if flat_ground.is_flat(target):
         return flat_bed.maker(settings, flat_ground.FlatGround.read(target))

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from dem import flight, friction_angle, sleeping, stiffening
+from dem import durations, flight, friction_angle, sleeping, stiffening
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
 from dem.beds import settling
 from dem.beds.container import Container
@@ -24,18 +24,20 @@ from dem.following_stiffness import LIMIT as STIFFNESS_LIMIT
 from dem.following_stiffness import Following
 from dem.stillness import Stillness, surface_profile
 from matter import archive, checkpoint, readable, snapshot
-from matter.body import Model
+from matter.body import Impact, Model, Target
 from matter.errors import InputError, Unsound
 from matter.particles import Particles
 from matter.progress import Progress, stop_here, stop_requested
 from matter.quantity import PositiveSpeed, PositiveTime
 
-GRAIN_STEPS_PER_S = 2.0e6
-"""Grain steps per second of one core in a collapse, with lists, looks and output (measured on an AVX-512 core at 20,000 grains)."""
+GRAIN_STEPS_PER_S = 2.2e6
+"""Grain steps per second of one thread in a collapse, with lists, looks and output (busy AVX-512 machine; 3.4e6 on a quiet one)."""
 ENGINE_GRAIN_STEPS_PER_S = 0.6e6
 """The same of LAMMPS or LIGGGHTS, per rank (65,000 grains; gravity by formula and walls cost as much as the contacts)."""
 TIME_STEP_S = 0.9
 """Time step of the quick Valhalla bed, for the prediction only."""
+EJECTA_SHORTEN = 0.77
+"""Time step of a collapse over that of its bed: light ejecta ask for a shorter one (0.78 at Valhalla)."""
 MOMENTUM_LIMIT = 1e-9
 """Largest error of the momentum balance (momentum + what left - impulses), over the sum of m |v| at the start (of m sqrt(g r) where nothing moves)."""
 ENERGY_LIMIT = 0.05
@@ -57,22 +59,30 @@ COLUMNS = (
 class Settings(Model):
     """Settings of the collapse."""
 
+    target: Target | None = None
+    """The body or ground, ``[target]``; with ``impact`` it sets the times that are not given."""
+    impact: Impact | None = None
+    """The impact, ``[impact]``."""
     contact: Contact = Contact()
     """How grains touch, ``[dem.contact]``; the bed settles under the same laws."""
-    end_time: PositiveTime = 3600.0
-    """Earliest end, counted from the impact: the shock stage's own end, so that both late stages can be compared."""
-    latest_time: PositiveTime = 7200.0
-    """Latest end, counted from the impact."""
-    still_interval: PositiveTime = 600.0
-    """The run ends when the profile has changed by less than ``still_change`` over this time."""
+    end_time: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.END))
+    """Earliest end, counted from the impact; by default five formation times of the crater (``dem.durations``)."""
+    latest_time: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.LATEST))
+    """Latest end, counted from the impact; by default ten formation times."""
+    still_interval: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.STILL))
+    """The run ends when the profile has changed by less than ``still_change`` over this time; by default 5/6 of the formation time."""
     still_change: Annotated[float, Field(gt=0.0, le=5.0)] = 0.1
     """RMS change of the profile, in mean grain radii, below which it counts as still."""
-    snapshot_interval: PositiveTime = 120.0
-    """Simulated time between snapshots."""
-    history_interval: PositiveTime = 10.0
-    """Simulated time between rows of ``history.csv``."""
+    snapshot_interval: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.SNAPSHOT))
+    """Simulated time between snapshots; by default a sixth of the formation time."""
+    history_interval: PositiveTime = Field(default_factory=lambda given: durations.HISTORY * given["snapshot_interval"])
+    """Simulated time between rows of ``history.csv``; by default a twelfth of that between snapshots."""
     grains: Annotated[int, Field(ge=1)] = 20_000
     """Expected number of grains, for the prediction of the cost only."""
+    bed_grains: Annotated[int, Field(ge=1)] | None = None
+    """Expected number of grains below the datum, for the prediction of the cost only."""
+    bed_step: PositiveTime | None = None
+    """Expected time step of the bed, for the prediction of the cost only."""
     step_factor: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     """Multiplies the time step (a sensitivity test halves it)."""
     engine: Literal["native", "lammps", "liggghts"] = "native"
@@ -102,22 +112,37 @@ class Settings(Model):
         return self
 
 
+def steps(settings: Settings) -> float:
+    """Expected number of steps: ejecta at their softest still shorten the bed's step by a quarter (measured on Valhalla's beds)."""
+    dt = settings.bed_step or TIME_STEP_S * (20_000 / settings.grains) ** (1.0 / 3.0) / np.sqrt(settings.contact.stiffness_factor)
+    dt *= EJECTA_SHORTEN * settings.step_factor
+    if not settings.bed_step:
+        dt *= 30 / settings.contact.steps_per_contact
+    return float((0.85 * settings.end_time + 0.15 * settings.latest_time) / dt)
+
+
 def predict(settings: Settings) -> dict[str, float]:
-    """Wall time with warm kernels [s], memory and disk [bytes], for the step of the Valhalla bed scaled to ``grains``.
+    """Wall time with warm kernels [s], memory and disk [bytes]; the step is that of the bed where it is known, else of Valhalla's scaled to ``grains``.
 
     Raises ``InputError`` when the engine's program is not installed.
     """
-    n = 0.65 * settings.grains  # without the headroom
-    dt = TIME_STEP_S * (20_000 / settings.grains) ** (1.0 / 3.0) / np.sqrt(settings.contact.stiffness_factor)
-    dt *= settings.step_factor * 30 / settings.contact.steps_per_contact
-    simulated = 0.85 * settings.end_time + 0.15 * settings.latest_time
-    shots = simulated / settings.snapshot_interval
+    n = settings.bed_grains or 0.65 * settings.grains  # without the headroom
+    shots = (0.85 * settings.end_time + 0.15 * settings.latest_time) / settings.snapshot_interval
     native = settings.engine == "native"
     if not native:
         program.find(settings.engine)
     rate = GRAIN_STEPS_PER_S * settling.threads_for(settings.grains) if native else ENGINE_GRAIN_STEPS_PER_S * settings.ranks
-    wall = 2.0 + n * simulated / dt / rate + 1e-5 * n * shots
+    wall = 2.0 + n * steps(settings) / rate + 1e-5 * n * shots
     return {"wall_s": wall, "memory_bytes": 2.5e8 + 3000.0 * n, "disk_bytes": 70.0 * n * (shots + 4)}
+
+
+def explain(settings: Settings) -> list[str]:
+    """What the cost follows from, in words."""
+    n = settings.bed_grains or 0.65 * settings.grains
+    return [
+        f"{n:,.0f} grains, {steps(settings):,.0f} steps to end_time = {readable.clock(settings.end_time)} (at most to latest_time = "
+        f"{readable.clock(settings.latest_time)}): the step follows from the contacts' stiffness and steps_per_contact = {settings.contact.steps_per_contact}"
+    ]
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:

@@ -15,6 +15,9 @@ from matter import material
 from matter.errors import InputError
 from matter.quantity import Acceleration, Angle, PositiveLength, PositiveSpeed
 
+LIGHT = 299_792_458.0
+"""Speed of light [m/s]."""
+
 
 def known_material(name: str) -> str:
     """Validator of a material name; raises ``ValueError`` with the nearest known name."""
@@ -35,11 +38,12 @@ class Layer(Model):
     """One layer of a target, counted from the centre outwards, or from the bottom up."""
 
     name: str
-    """Name of the layer, free to choose."""
+    """Name of the layer, free to choose; a case may leave it out."""
     material: str
     """Material of the layer (``run_case --list`` names them all)."""
     thickness: PositiveLength
-    """Thickness of the layer before any compression."""
+    """Thickness of the layer before any compression; a case may leave out that of the lowest layer of flat ground, which then goes down 2.2 expected crater
+    diameters."""
 
     _known = field_validator("material")(known_material)
 
@@ -147,7 +151,15 @@ class Impact(Model):
     projectile: Projectile
     """What hits, ``[impact.projectile]``."""
     expected_transient_diameter: PositiveLength
-    """Sizes the granular bed and its headroom; enters no physics of the shock stage."""
+    """Sizes flat ground, the fine zone of the particles, the bed and the lengths of runs where a case does not; no physics. A case may leave it out: scaling
+    laws then give it."""
+
+    @field_validator("speed")
+    @classmethod
+    def _slower_than_light(cls, speed: float) -> float:
+        if speed >= LIGHT:
+            raise ValueError(f"{speed:.4g} m/s is faster than light")
+        return speed
 
     @model_validator(mode="after")
     def _angle(self) -> Impact:

@@ -118,6 +118,17 @@ def read(path: Path, only: Collection[str] | None = None) -> Particles:
     return Particles(fields, attributes, tables)
 
 
+def names(path: Path) -> set[str]:
+    """The names of a snapshot's fields, without its particles. Raises ``InputError`` like ``read``."""
+    import h5py
+
+    attributes(path)
+    with h5py.File(path, "r") as file:
+        if "particles" not in file:
+            raise InputError(f"{path} holds no group '/particles': not a snapshot of this project (see import_snapshot)")
+        return set(file["particles"])
+
+
 def attributes(path: Path) -> dict[str, Any]:
     """The attributes of a snapshot (``time``, ``materials`` ...) without its particles. Raises ``InputError`` like ``read``."""
     import h5py

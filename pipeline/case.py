@@ -20,15 +20,16 @@ from pydantic import BaseModel, Field, ValidationError
 
 from matter.body import Impact, Model, Target
 from matter.errors import InputError
-from pipeline import overlay, stages, toml_lines
+from pipeline import outside, overlay, sizes, stages, toml_lines
 from pipeline.complaints import Complaint, complaints, dotted, unknown
+from pipeline.left_open import FROM_ENCOUNTERS, completed
 from pipeline.plain import plain
 from pipeline.toml_lines import KeyPath
 
 DEFAULT_PRESET = "thesis"
 UNITS = {"units": "required"}
-# [impact] may leave these to the encounter statistics; until those exist, checks and predictions use the placeholders
-FROM_ENCOUNTERS = {"speed": "15 km/s", "angle_from_vertical": "45 deg"}
+# filled in where the rest is in order (``pipeline.left_open``)
+FOLLOWS = (("impact", "expected_transient_diameter"), ("target", "layers", 0, "thickness"), ("target", "layers", 0, "name"))
 # a file from elsewhere in place of what a stage would have made
 OUTSIDE = {"nbody": "impact", "sph": "snapshot", "bed": "snapshot", "dem": "snapshot"}
 
@@ -43,12 +44,14 @@ class CaseTable(Model):
     stages: Annotated[tuple[Literal["nbody", "sph", "bed", "handoff", "dem", "crater"], ...], Field(min_length=1)] = (
         "nbody", "sph", "bed", "handoff", "dem", "crater",
     )  # fmt: skip
-    """The stages that this case has; all six by default."""
+    """The stages that this case has. By default ``nbody`` where the case has its table or leaves speed or angle to it, ``sph``, then ``bed``, ``handoff`` and
+    ``dem`` where there is weight and strength does not hold the crater, ``crater``."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A case after its overlays; ``document`` is the composed TOML without the presets. ``run``: the run folder that goes on with it, where there is one."""
+    """A case after its overlays; ``document`` is the composed TOML without the presets, with what it leaves open (``pipeline.left_open``), of which ``filled``
+    depends on the impact. ``run``: the run folder that goes on with it, where there is one."""
 
     file: Path
     name: str
@@ -62,6 +65,8 @@ class Case:
     chain: bool = True
     """Whether the crater stage gets the chain errors of the case's ``expected.toml``."""
     run: Path | None = None
+    filled: tuple[KeyPath, ...] = ()
+    size: str | None = None
 
     @property
     def title(self) -> str:
@@ -111,8 +116,8 @@ def _contains(table: Any, path: KeyPath) -> bool:
     return bool(path)
 
 
-def read(where: Path, preset: str | None = None, overrides: Iterable[str] = ()) -> Case:
-    """Read a case: a folder with ``case.toml``, or the file itself.
+def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), size: str | None = None) -> Case:
+    """Read a case: a folder with ``case.toml``, or the file itself; ``size`` takes the place of its resolution (``pipeline.sizes``).
 
     Complaints about overlays and files from elsewhere are kept in the case, for ``compose`` to report with the others. Raises
     ``InputError`` when there is no such file, it is not TOML, or it has no preset of that name.
@@ -129,21 +134,44 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = ()) 
     presets = content.pop("preset", {})
     if not isinstance(presets, dict) or not all(isinstance(table, dict) for table in presets.values()):
         raise InputError(f"{file}: presets are tables, [preset.quick.sph] for example")
-    if preset is None:
+    if size is not None and preset is not None:
+        raise InputError(f"--size {size} and --preset {preset} both say how fine the run is: give one of them")
+    if preset is None and size is None:
         preset = DEFAULT_PRESET if DEFAULT_PRESET in presets else None
-    elif preset not in presets:
+    elif preset is not None and preset not in presets:
         known = f"it has {', '.join(sorted(presets))}" if presets else "it has none"
         raise InputError(f"{file} has no preset {preset!r}{stages.nearest(preset, list(presets))} ({known})")
     table = presets.get(preset, {}) if preset else {}
     document, found = _without_left_out(overlay.merged(content, table), table), []
+    if size is not None:
+        document = sizes.laid(document, size)
     for assignment in overrides:
         try:
             document = overlay.assigned(document, *overlay.parsed(assignment))
         except InputError as reason:
             found.append(Complaint((), str(reason)))
     name = file.resolve().parent.name if file.name == "case.toml" else file.stem
-    case = Case(file, name, preset, tuple(overrides), document, {}, toml_lines.key_lines(text), table, tuple(found))
-    return _outside_taken(case)
+    case = Case(file, name, preset, tuple(overrides), document, {}, toml_lines.key_lines(text), table, tuple(found), size=size)
+    return _completed(_outside_taken(case))
+
+
+def _completed(case: Case) -> Case:
+    """The case with what it leaves open."""
+    document, filled, found = completed(case.document, case.name)
+    if case.size and "bed" in document["case"].get("stages", ()):
+        document["bed"] = {sizes.NUMBER["bed"]: sizes.SIZES[case.size], **document.get("bed", {})}
+    return replace(case, document=document, filled=(*case.filled, *filled), found=(*case.found, *found))
+
+
+def _opened(document: dict[str, Any], paths: Iterable[KeyPath]) -> dict[str, Any]:
+    """The document without what was filled in."""
+    document = json.loads(json.dumps(document, default=str))
+    for path in paths:
+        table: Any = document
+        for part in path[:-1]:
+            table = table[part]
+        table.pop(path[-1], None)
+    return document
 
 
 def _without_left_out(document: dict[str, Any], preset: dict[str, Any]) -> dict[str, Any]:
@@ -182,8 +210,10 @@ def with_impact(case: Case, file: Path) -> Case:
     except tomllib.TOMLDecodeError as reason:
         raise InputError(f"{file} is not valid TOML: {reason}") from None
     given = {key: content[key] for key in (*FROM_ENCOUNTERS, "projectile") if key in content}
-    own = case.document.get("impact", {})
-    return replace(case, document={**case.document, "impact": overlay.merged(own if isinstance(own, dict) else {}, given)})
+    document = _opened(case.document, case.filled) if case.filled else case.document
+    own = document.get("impact", {})
+    changed = replace(case, document={**document, "impact": overlay.merged(own if isinstance(own, dict) else {}, given)}, filled=())
+    return _completed(changed) if case.filled else changed
 
 
 def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model]:
@@ -194,7 +224,7 @@ def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model
     wanted = tuple(wanted)
     settings, found = _composed(case, wanted)
     if found:
-        raise InputError(_listed(case, found, wanted))
+        raise InputError(listed(case, found, wanted))
     return settings
 
 
@@ -214,6 +244,7 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
     if not any(complaint.path[:2] == ("case", "stages") for complaint in found):  # a stage's name that is misspelt is one mistake
         idle = [stage for stage in stages.ORDER if stage in document and stage not in case.stages]
         found += [Complaint((stage,), f"[case] stages does not name {stage}") for stage in idle]
+    found += outside.faults(case.outside, OUTSIDE)
     for stage in case.stages:
         try:
             model = stages.load(stage).Settings
@@ -237,7 +268,13 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
         found += wrong
         if made is not None:
             settings[stage] = made
-    return settings, found
+    return settings, _causes(found)
+
+
+def _causes(found: list[Complaint]) -> list[Complaint]:
+    """The complaints without those that follow from others: what could not be filled in is no second mistake."""
+    first = [complaint for complaint in found if not (complaint.message == "is missing" and complaint.path in FOLLOWS)]
+    return first or found
 
 
 def _tables(document: dict[str, Any]) -> list[Complaint]:
@@ -281,11 +318,11 @@ def _checked(model: type[Model], payload: Any, place: KeyPath, moved: dict[str, 
         return None, found
 
 
-def _listed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> str:
-    """All complaints in the order of the file, then those about options."""
+def listed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> str:
+    """All complaints in the order of the file, then those about options; those of composing for the ``wanted`` stages blame an option that causes them."""
     rows = []
     found = list(dict.fromkeys(found))
-    blamed = _blamed(case, found, wanted)
+    blamed = _blamed(case, found, wanted) if wanted else {}
     for complaint in found:
         path, message = complaint
         origin = blamed.get(complaint) or (case.origin(path) if path else "")
@@ -301,7 +338,7 @@ def _blamed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> dict
     for number, assignment in enumerate(case.overrides):
         try:
             key = overlay.parsed(assignment)[0]
-            without = _composed(read(case.file, case.preset, case.overrides[:number] + case.overrides[number + 1 :]), wanted)[1]
+            without = _composed(read(case.file, case.preset, case.overrides[:number] + case.overrides[number + 1 :], case.size), wanted)[1]
         except InputError:
             continue  # that option has a complaint of its own
         for complaint in found:

@@ -25,6 +25,10 @@ def _run_case(
         typer.Argument(metavar="CASE", help="A folder with case.toml, or the file; or the folder of a run, which then goes on.", autocompletion=paths),
     ] = None,
     preset: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Lay [preset.NAME.*] of the case over its values.", autocompletion=presets)] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(metavar="quick|standard|fine", help="Aim at 20,000, 300,000 or 1,400,000 particles and grains, in place of the case's own resolution."),
+    ] = None,
     overrides: Annotated[list[str] | None, typer.Option("--set", metavar="KEY.PATH=VALUE", help="Change one value (repeatable).")] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where run folders are made (default: runs).")] = None,
     start: Annotated[
@@ -60,7 +64,7 @@ def _run_case(
         archive.check_folder(out or RUNS)
         if threads is not None and "numba" not in sys.modules:
             os.environ["NUMBA_NUM_THREADS"] = str(threads)
-        read = going_on.read(Path(_needed(case)), _single("--preset", preset), overrides or (), out)
+        read = going_on.read(Path(_needed(case)), _single("--preset", preset), overrides or (), out, size)
         request = Request(read, out or RUNS, start, until, fresh, threads)
         if check:
             return _checked(request, settings_of(request))
@@ -122,12 +126,18 @@ def _draw_movie(run: Path, field: str) -> None:
 
 def _checked(request: Any, settings: Any) -> int:
     from pipeline import prediction
+    from pipeline.run import sensible
 
-    named = f", preset {request.case.preset}" if request.case.preset else ""
+    warnings = sensible(request, settings)
+    named = f", preset {request.case.preset}" if request.case.preset else f", size {request.case.size}" if request.case.size else ""
     print(f"{request.case.file}: {request.case.title}{named}\nrun folder: {request.run_folder}")
     if not request.case.pinned:
         print("the encounters decide speed and angle; predicted with placeholders")
+    if words := prediction.words(request, settings):
+        print(words)
     print(prediction.table(request, prediction.predictions(request, settings)))
+    for text in warnings:
+        print(f"WARNING: {text}")
     return 0
 
 

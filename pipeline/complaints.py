@@ -31,7 +31,8 @@ def dotted(path: KeyPath) -> str:
 
 def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint]:
     """Every error of a validation as a complaint; paths are relative to the model. What fits none of several kinds is one complaint, not one for each."""
-    entries = error.errors(include_url=False)
+    # a default that could not be worked out is no mistake of its own: what it goes by has one
+    entries = [entry for entry in error.errors(include_url=False) if entry["type"] != "default_factory_not_called"]
     places = [path_of(model, entry) for entry in entries]
     found: dict[KeyPath, list[str]] = {}
     for entry, place in zip(entries, places):

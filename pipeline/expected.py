@@ -44,7 +44,17 @@ AGREES = 2.0
 """A run agrees with what is expected within this many standard errors."""
 _UNITS = {"units": "required"}
 # keys of the stages that are only looked at: predictions and pictures
-_IDLE = {("handoff", "pictures"), ("handoff", "particles"), ("handoff", "grains"), ("handoff", "snapshots"), ("dem", "grains"), ("crater", "particles")}
+_IDLE = {
+    ("handoff", "pictures"),
+    ("handoff", "particles"),
+    ("handoff", "grains"),
+    ("handoff", "snapshots"),
+    ("dem", "grains"),
+    ("dem", "bed_grains"),
+    ("dem", "bed_step"),
+    ("sph", "particles"),
+    ("crater", "particles"),
+}
 
 Q = TypeVar("Q")
 

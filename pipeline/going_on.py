@@ -29,14 +29,16 @@ def run_of(where: Path) -> Path | None:
     return None
 
 
-def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), out: Path | None = None) -> Case:
+def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), out: Path | None = None, size: str | None = None) -> Case:
     """A case, or that of a run folder, which then goes on in its own place. Raises ``InputError``."""
     overrides = tuple(overrides)
     run = run_of(where)
     if run is None:
-        return cases.read(where, preset, overrides)
+        return cases.read(where, preset, overrides, size)
     if preset is not None:
         raise InputError(f"--preset {preset}: {run} is a run, and its case has no presets left; run the case itself")
+    if size is not None:
+        raise InputError(f"--size {size}: {run} is a run, which goes on at the size that it has; run the case itself")
     case = cases.read(run / USED, None, overrides)
     case = replace(case, name=name_of(run), document=_left_open(case.document, run))
     if overrides:

@@ -193,9 +193,12 @@ def _kind(annotation: Any) -> str:
 
 
 def default(entry: FieldInfo) -> str:
-    """The default as one writes it in a case; "required" where there is none, "none" where the key may be absent."""
+    """The default as one writes it in a case; "required" where there is none, "none" where the key may be absent, "follows the
+    case" where other keys decide it."""
     if entry.is_required():
         return "required"
+    if entry.default_factory_takes_validated_data:
+        return "follows the case"
     value = entry.get_default(call_default_factory=True)
     if value is None or value == () or value == {} or value == "":
         return "none"

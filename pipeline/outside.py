@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import shutil
+import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 
 from matter import snapshot
 from matter.errors import InputError
-from matter.particles import FIELDS, Particles
+from matter.particles import FIELDS
+from pipeline.complaints import Complaint
 
 # where the stage would have left its result, and which fields the stages after it use
 PLACES = {"nbody": "impact.toml", "sph": "last.vtkhdf", "bed": "bed.vtkhdf", "dem": "last.vtkhdf"}
@@ -31,20 +34,53 @@ def install(stage: str, file: Path, out: Path) -> None:
     shutil.copyfile(file, out / PLACES[stage])
     if stage == "sph":
         shutil.copyfile(file, out / f"snap_0000{snapshot.SUFFIX}")
-        beside = file.with_name("target.json")
-        if not beside.is_file():
-            raise InputError(f"[sph] snapshot: {beside} is missing (the body without projectile: interfaces, density, pressure, gravity)")
-        shutil.copyfile(beside, out / "target.json")
+        shutil.copyfile(_beside(file), out / "target.json")
 
 
-def check(stage: str, file: Path) -> Particles:
-    """The particles of a snapshot that stands in for the result of ``stage``; raises ``InputError`` naming every missing field."""
+def _beside(file: Path) -> Path:
+    beside = file.with_name("target.json")
+    if not beside.is_file():
+        raise InputError(f"[sph] snapshot: {beside} is missing (the body without projectile: interfaces, density, pressure, gravity)")
+    return beside
+
+
+def faults(files: Mapping[str, Path], keys: Mapping[str, str]) -> list[Complaint]:
+    """What is wrong with the files that take the place of stages, read as far as that needs: kind, whole, fields, companions."""
+    found = []
+    for stage, path in files.items():
+        try:
+            if not path.is_file():
+                continue  # complained about where it was looked for
+            if stage == "nbody":
+                _check_impact(path)
+            else:
+                check(stage, path)
+            if stage == "sph":
+                _beside(path)
+        except InputError as reason:
+            found.append(Complaint((stage, keys[stage]), str(reason).removeprefix(f"[{stage}] {keys[stage]}: ")))
+    return found
+
+
+def _check_impact(path: Path) -> None:
     try:
-        particles = snapshot.read(file)
+        content = tomllib.loads(path.read_text())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
+        raise InputError(f"{path} is not valid TOML: {reason}") from None
+    missing = [key for key in ("speed", "angle_from_vertical") if key not in content]
+    if missing:
+        raise InputError(f"{path} lacks {', '.join(missing)}: it does not say how the projectile hits")
+
+
+def check(stage: str, file: Path) -> None:
+    """Whether a snapshot can stand in for the result of ``stage``; raises ``InputError`` naming every missing field."""
+    try:
+        held = snapshot.names(file)
+        made_by = str(snapshot.attributes(file).get("stage", ""))
     except InputError as reason:
         raise InputError(f"[{stage}] snapshot: {reason}") from None
-    missing = [name for name in NEEDED[stage] if name not in particles]
+    missing = [name for name in NEEDED[stage] if name not in held]
     if missing:
         words = "; ".join(f"{name}: {FIELDS[name].meaning} [{FIELDS[name].unit}]" for name in missing)
-        raise InputError(f"[{stage}] snapshot: {file} lacks {', '.join(missing)} ({words})")
-    return particles
+        kind = f", which the stage {made_by} has made," if made_by in NEEDED and made_by != stage else ""
+        raise InputError(f"[{stage}] snapshot: {file}{kind} lacks {', '.join(missing)} ({words})")

@@ -18,8 +18,8 @@ from typing import Any
 from matter import progress
 from matter.body import Model
 from matter.errors import InputError, Stopped, Unsound
-from pipeline import folder, lock, outside, provenance, stages, used
-from pipeline.case import Case, compose, with_impact
+from pipeline import folder, lock, outside, provenance, sense, stages, used
+from pipeline.case import Case, compose, listed, with_impact
 from pipeline.describe import describe
 from pipeline.journal import Journal, Screen, signals
 
@@ -72,6 +72,14 @@ def settings_of(request: Request) -> dict[str, Model]:
     return _after_the_encounters(request)
 
 
+def sensible(request: Request, settings: dict[str, Model]) -> list[str]:
+    """Warnings about what the settings say together (``pipeline.sense``). Raises ``InputError`` with everything that cannot be."""
+    errors, warnings = sense.judged(settings, request.case.outside, request.wanted)
+    if errors:
+        raise InputError(listed(request.case, errors, ()))
+    return warnings
+
+
 def _impact_file(request: Request) -> Path:
     return stages.folder(request.run_folder, "nbody") / outside.PLACES["nbody"]
 
@@ -88,8 +96,11 @@ def run(request: Request, screen: Screen) -> Outcome:
     stages after it run, and the outcome says so.
     """
     settings = settings_of(request)
+    warnings = sensible(request, settings)
     run_folder = request.run_folder
     screen.say(f"run folder: {run_folder}")
+    for text in warnings:
+        screen.say(f"WARNING: {text}")
     with lock.held(run_folder / "run.lock", str(run_folder)), signals(screen):
         progress.clear_stop()
         threads = _threads(request.threads)

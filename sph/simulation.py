@@ -240,11 +240,10 @@ class Simulation:
     def strike(self, report: progress.Progress, offset: float) -> None:
         """The impact up to the end time, with outputs on the way."""
         i, s = self.integrator, self.settings
-        interval = s.history_interval
         if i.steps == 0:
-            self._output(0)
+            self._output()
         while i.time < s.end_time:
-            mark = min((np.floor(i.time / interval + 1e-9) + 1.0) * interval, s.end_time)
+            mark = min(self._next_output(), s.end_time)
             coming = self._coming()
             if due := [change for at, change in coming if i.time >= at]:
                 self._note_flow()
@@ -256,8 +255,8 @@ class Simulation:
             i.step(i.next_step(mark))
             if i.time >= mark:
                 i.time = mark
-                if mark == s.end_time or abs(mark / interval - round(mark / interval)) < 1e-9:
-                    self._output(round(mark / interval))
+                if mark == s.end_time or any(self._due(interval) for interval in (s.history_interval, s.snapshot_interval)):
+                    self._output()
             self._pause(report, offset + i.time)
 
     def _coming(self) -> list[tuple[float, Callable[[], None]]]:
@@ -287,6 +286,17 @@ class Simulation:
         if found is not None:
             self.flow.append({"time_s": i.time, **found})
 
+    def _next_output(self) -> float:
+        """The next multiple of either interval [s]; where both meet to rounding, that of the history."""
+        time, s = self.integrator.time, self.settings
+        row, shot = ((np.floor(time / every + 1e-9) + 1.0) * every for every in (s.history_interval, s.snapshot_interval))
+        return float(row if abs(row - shot) < 1e-9 * row else min(row, shot))
+
+    def _due(self, interval: float) -> bool:
+        """Whether the time is a multiple of ``interval`` [s]."""
+        times = self.integrator.time / interval
+        return abs(times - round(times)) < 1e-9 * max(times, 1.0)
+
     def _soften(self, chosen: late_stage.Settings) -> None:
         """Enter the late stage, and note what it does to the elastic energy."""
         i, position = self.integrator, self.integrator.cloud.position
@@ -302,11 +312,11 @@ class Simulation:
             "elastic_energy_after_J": after, "kinetic_energy_J": 0.5 * float(i.cloud.mass @ v2),
         }  # fmt: skip
 
-    def _output(self, number: int) -> None:
-        i, s = self.integrator, self.settings
+    def _output(self) -> None:
+        """A row of the history, and a snapshot where one is due."""
+        i = self.integrator
         self.history.add(i)
-        every = max(1, round(s.snapshot_interval / s.history_interval))
-        if number % every == 0 or i.time >= s.end_time:
+        if self._due(self.settings.snapshot_interval) or i.time >= self.settings.end_time:
             name = f"snap_{len([t for t in self.times.values() if t < i.time]):04d}{snapshot.SUFFIX}"
             snapshot.write(self.particles(), self.out / name)
             self.times[name] = i.time

@@ -8,28 +8,45 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import Field, model_validator
 
-from matter import archive, checkpoint, progress, regions
+from matter import archive, checkpoint, progress
 from matter.body import Impact, Target
+from matter.errors import InputError
 from matter.quantity import PositiveLength, PositiveTime, Time
+from sph import durations, prediction, resolution, used_laws, viscosity_switch
 from sph import ground as grounds
 from sph import late as late_stage
 from sph import materials as material_rows
 from sph import target as bodies
-from sph import used_laws, viscosity_switch
 from sph.boundary import surroundings
-from sph.history import DIRECT
 from sph.kernels import dispatch as kernels
 from sph.material_settings import Choice
 from sph.numerics import Numerics
 from sph.simulation import Simulation
 
-# warm, 2 cores of a Zen 5 machine: seconds per particle and step of the hydrodynamics, per particle of one gravity evaluation, per pair of the direct sum
-_SECONDS_PER_STEP, _SECONDS_PER_GRAVITY, _SECONDS_PER_PAIR = 4.0e-7, 1.1e-6, 4.0e-10
+
+def _solved_spacing(given: dict[str, Any]) -> float:
+    try:
+        zone = given["fine_radius"], given["growth"], given["contact_radius"]
+        return resolution.solved(given["target"], given["impact"], given["particles"], *zone)
+    except InputError as reason:
+        raise ValueError(str(reason)) from None
+
+
+def _chosen_materials(given: dict[str, Any]) -> material_rows.Materials:
+    return durations.chosen(given["target"], given["impact"], given["materials"])
+
+
+def _crater_times(given: dict[str, Any], share: float) -> float:
+    time = durations.crater_time(given["target"], given["impact"], _chosen_materials(given), given["strength"], given["damage"])
+    return durations.rounded(share * time)
+
+
+def _relaxation(given: dict[str, Any]) -> float:
+    return durations.relaxation_time(given["target"], _chosen_materials(given))
 
 
 class Settings(Numerics):
@@ -39,48 +56,54 @@ class Settings(Numerics):
     """The body or ground that is hit, ``[target]``."""
     impact: Impact
     """How the projectile hits, ``[impact]``."""
-    spacing_at_impact: PositiveLength = 52e3
-    """Particle spacing within ``fine_radius`` of the impact point."""
-    spacing_far: PositiveLength = 200e3
-    """Particle spacing far away from the impact point; at least ``spacing_at_impact``."""
-    fine_radius: PositiveLength = 650e3
-    """Radius about the impact point inside which the spacing is ``spacing_at_impact``."""
-    growth: Annotated[float, Field(gt=0, le=0.3)] = 0.1
-    """How fast the spacing grows outside ``fine_radius``: change of spacing over distance."""
-    contact_refinement: Annotated[float, Field(ge=1, le=10)] = 2.0
-    """Within ``contact_radius`` the spacing is finer by this factor (1: no refinement)."""
-    contact_radius: PositiveLength = 120e3
-    """Radius about the impact point of the refined contact zone."""
-    projectile_particles: Annotated[int, Field(ge=1, le=100_000)] | None = None
-    """About how many particles the projectile has (1 is a single heavy particle). By default its particles weigh what the target's at the contact weigh:
-    light particles thrown at heavy ones bounce off one by one, with peak pressures three times the planar limit."""
-    end_time: PositiveTime = 3600.0
-    """Simulated time after the impact."""
-    snapshot_interval: PositiveTime = 60.0
-    """Simulated time between snapshots."""
-    history_interval: PositiveTime = 30.0
-    """Simulated time between rows of ``history.csv``."""
-    first_step: PositiveTime = 0.05
-    """Length of the first time step; later ones follow from ``courant``."""
-    relaxation_time: Time = 1000.0
-    """Length of the damped settling before the impact (0: none)."""
-    damping: Annotated[float, Field(ge=0)] = 0.01
-    """Damping rate of the settling [1/s]."""
+    materials: dict[str, Choice] = Field(default_factory=dict)
+    """Changes to single materials, ``[sph.materials.ice]`` for example (``sph.material_settings``)."""
     strength: bool = True
     """Whether solids have shear strength."""
     damage: bool = True
     """Whether solids break."""
+    particles: Annotated[int, Field(ge=500, le=100_000_000)] = resolution.PARTICLES
+    """About how many particles the target has, where ``spacing_at_impact`` is not given: it is solved for this number (``sph.resolution``)."""
+    fine_radius: PositiveLength = Field(default_factory=lambda given: resolution.fine_radius(given["impact"]))
+    """Radius about the impact point inside which the spacing is ``spacing_at_impact``; by default 0.6 expected diameters, at least 3 projectile radii."""
+    growth: Annotated[float, Field(gt=0, le=0.3)] = 0.1
+    """How fast the spacing grows outside ``fine_radius``: change of spacing over distance."""
+    contact_radius: PositiveLength = Field(default_factory=lambda given: resolution.CONTACT * given["impact"].projectile.radius)
+    """Radius about the impact point of the refined contact zone; by default 2 projectile radii."""
+    spacing_at_impact: PositiveLength = Field(default_factory=_solved_spacing)
+    """Particle spacing within ``fine_radius`` of the impact point; by default the one that gives ``particles``."""
+    spacing_far: PositiveLength = Field(default_factory=lambda given: resolution.spacing_far(given["target"], given["spacing_at_impact"]))
+    """Particle spacing far away from the impact point, at least ``spacing_at_impact``; by default four times that, in a body at least a tenth of its radius."""
+    contact_refinement: Annotated[float, Field(ge=1, le=10)] = Field(
+        default_factory=lambda given: resolution.refinement(given["spacing_at_impact"], given["impact"].projectile.radius)
+    )
+    """Within ``contact_radius`` the spacing is finer by this factor (1: not at all); by default halfway to ten particles per projectile radius, at most 2."""
+    projectile_particles: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    """About how many particles the projectile has (1 is a single heavy particle). By default its particles weigh what the target's at the contact weigh:
+    light particles thrown at heavy ones bounce off one by one, with peak pressures three times the planar limit."""
+    end_time: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.END))
+    """Simulated time after the impact; by default two formation times of the crater (``sph.durations``)."""
+    snapshot_interval: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.SNAPSHOT))
+    """Simulated time between snapshots; by default a fifteenth of the formation time."""
+    history_interval: PositiveTime = Field(default_factory=lambda given: durations.HISTORY * given["snapshot_interval"])
+    """Simulated time between rows of ``history.csv``; by default a quarter of that between snapshots."""
+    first_step: PositiveTime = Field(default_factory=lambda given: durations.first_step(given["impact"]))
+    """Length of the first time step, later ones follow from ``courant``; by default a hundredth of the time in which the projectile flies its own radius."""
+    relaxation_time: Time = Field(default_factory=_relaxation)
+    """Length of the damped settling before the impact (0: none); by default 1.5 times the way of sound through a body's radius, none for flat ground."""
+    damping: Annotated[float, Field(ge=0)] = Field(
+        default_factory=lambda given: durations.rounded(durations.FOLDS / given["relaxation_time"]) if given["relaxation_time"] else 0.0
+    )
+    """Damping rate of the settling [1/s]; by default ten over ``relaxation_time``."""
     sides: Literal["free", "fixed", "quiet", "wall", "periodic"] | None = None
     """What ends flat ground sideways: ``free``; ``fixed``, a rim that never moves; ``quiet``, a layer that absorbs waves in front of such a rim; ``wall``, a
     smooth mirror (block only); ``periodic`` (block only). By default ``quiet`` for a half-space and under gravity, ``free`` otherwise."""
     floor: Literal["free", "fixed", "quiet", "wall"] | None = None
     """What ends flat ground below, as ``sides``; a half-sphere has sides only."""
     edge_width: PositiveLength | None = None
-    """Width of the quiet layer; by default six times ``spacing_far``."""
+    """Width of the quiet layer; by default four times ``spacing_far``."""
     late: late_stage.Settings | None = None
     """``[sph.late]``: a softened late stage for long times at small scale (``sph.late``); none by default."""
-    materials: dict[str, Choice] = Field(default_factory=dict)
-    """Changes to single materials, ``[sph.materials.ice]`` for example (``sph.material_settings``)."""
     control: bool = False
     """A control run without projectile."""
     seed: Annotated[int, Field(ge=0)] = 1
@@ -107,7 +130,7 @@ class Settings(Numerics):
 
     def chosen_materials(self) -> material_rows.Materials:
         """The materials of target and projectile with the laws that the case chooses; raises ``InputError``."""
-        return material_rows.collect(tuple(dict.fromkeys([*self.target.materials, self.impact.projectile.material])), self.materials)
+        return durations.chosen(self.target, self.impact, self.materials)
 
     @property
     def zones(self) -> bodies.Zones:
@@ -118,7 +141,7 @@ class Settings(Numerics):
     @property
     def width_of_edge(self) -> float:
         """Width of the quiet layer [m]."""
-        return self.edge_width if self.edge_width is not None else 6.0 * self.spacing_far
+        return self.edge_width if self.edge_width is not None else 4.0 * self.spacing_far
 
     @property
     def relaxes(self) -> bool:
@@ -145,31 +168,24 @@ def idle_sections(settings: Settings) -> set[tuple[str, str]]:
     return used_laws.idle_sections(settings.chosen_materials())
 
 
-def _count(settings: Settings) -> int:
-    """Expected number of target particles."""
-    rng = np.random.default_rng(1)
-    spacing = bodies.spacing_law(settings.target, settings.zones)
-    pieces = grounds.slabs_of(settings.target) if settings.target.flat else [regions.Shell(0.0, settings.target.radius)]
-    return int(sum(piece.volume * (spacing(piece.draw(rng, 20_000)) ** -3.0).mean() for piece in pieces))
-
-
 def predict(settings: Settings) -> dict[str, float]:
-    """Wall time [s] (warm, 2 cores), memory and disk [bytes] of this stage, and the sizes that the stages after it go by."""
-    n = _count(settings)
-    quiet = settings.courant * settings.zones.contact / (1.6 * 3800.0)  # the shell's longitudinal wave
-    stiff = min(settings.late.at, settings.end_time) if settings.late else settings.end_time
-    steps = 1.6 * stiff / quiet + 200.0  # measured: fast ejecta and the impact itself ask for 1.6 times the quiet number
-    if settings.late:  # longitudinal waves are 1.5 times as fast as the bulk's
-        steps += (settings.end_time - stiff) / quiet * min(1.5 * settings.late.sound_speed / 3800.0, 1.0)
-    steps *= 3.0 if settings.integrator == "rk3" else 1.0
-    relax = settings.relaxation_time / quiet if settings.relaxes else 0.0
-    evaluations = steps * (1.0 if settings.gravity_shift == 0 else 0.3) * settings.target.attracts
-    rows = settings.end_time / settings.history_interval
-    energies = (_SECONDS_PER_PAIR * n**2 if n <= DIRECT else 5e-6 * n) * settings.target.attracts
-    wall = n * (_SECONDS_PER_STEP * (steps + relax) + _SECONDS_PER_GRAVITY * evaluations) + rows * energies + 3.0
-    snapshots = settings.end_time / settings.snapshot_interval + 2.0
-    sizes = {"particles": n, "snapshots": snapshots}
-    return {"wall_s": wall, "memory_bytes": 3e8 + 2800.0 * n, "disk_bytes": snapshots * 190.0 * n, **sizes}
+    """Wall time [s] (warm kernels, the threads in use), memory and disk [bytes] of this stage, and the sizes that the stages after it go by."""
+    return prediction.predict(settings)
+
+
+def explain(settings: Settings) -> list[str]:
+    """What the particles are and what the cost follows from, in words."""
+    return prediction.explain(settings)
+
+
+def target_facts(settings: Settings) -> dict[str, Any]:
+    """What ``target.json`` will hold. Raises ``InputError`` where the target finds no balance."""
+    balance = grounds.hydrostatic if settings.target.flat else bodies.hydrostatic
+    return _facts(settings.target, balance(settings.target, materials=settings.chosen_materials()))
+
+
+def _facts(target: Target, column: bodies.Profile | grounds.Ground) -> dict[str, Any]:
+    return grounds.target_json(target, column) if isinstance(column, grounds.Ground) else bodies.target_json(target, column)
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
@@ -180,9 +196,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     job = Simulation(settings, Path(inputs), Path(out))
     relaxation = settings.relaxation_time if job.phase == "relax" else 0.0
     report = progress.Progress("sph", relaxation + settings.end_time)
-    column = job.column
-    facts = grounds.target_json(settings.target, column) if isinstance(column, grounds.Ground) else bodies.target_json(settings.target, column)
-    archive.write_text(job.out / "target.json", json.dumps(facts, indent=1))
+    archive.write_text(job.out / "target.json", json.dumps(_facts(settings.target, job.column), indent=1))
     saved = checkpoint.newest(job.out)
     if saved is None:
         job.begin()

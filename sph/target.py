@@ -129,12 +129,7 @@ def spacing_law(target: Target, zones: Zones):
     """Spacing [m] against place, as ``Zones`` says: a function of points (n, 3)."""
     pole = np.array(target.impact_point)
 
-    def spacing(points: np.ndarray) -> np.ndarray:
-        distance = np.linalg.norm(points - pole, axis=1)
-        inner = np.clip(zones.contact + zones.growth * (distance - zones.contact_radius), zones.contact, zones.fine)
-        return np.clip(inner + zones.growth * np.maximum(distance - zones.fine_radius, 0.0), zones.contact, zones.coarse)
-
-    return spacing
+    return lambda points: zones.spacing(np.linalg.norm(points - pole, axis=1))
 
 
 class Zones(NamedTuple):
@@ -154,6 +149,11 @@ class Zones(NamedTuple):
     @property
     def uniform(self) -> bool:
         return self.contact >= self.coarse
+
+    def spacing(self, distance: np.ndarray) -> np.ndarray:
+        """Spacing [m] at distances from the impact point (n,) [m]."""
+        inner = np.clip(self.contact + self.growth * (distance - self.contact_radius), self.contact, self.fine)
+        return np.clip(inner + self.growth * np.maximum(distance - self.fine_radius, 0.0), self.contact, self.coarse)
 
 
 class Body(NamedTuple):

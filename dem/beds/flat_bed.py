@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dem.assembly import Assembly
-from dem.beds import bed_measures, packing
+from dem.beds import bed_measures, extent, packing
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.flat_settling import FlatSettling
@@ -39,7 +39,7 @@ def container_of(settings: Settings, ground: FlatGround) -> Container:
             raise InputError(f"[bed] a bowl is as deep as its radius: leave depth out, or make it arc_radius = {radius:.6g} m")
         depth = radius
     else:
-        depth = ground.depth if settings.depth is None else settings.depth
+        depth = extent.depth(settings.impact.expected_transient_diameter, ground.depth) if settings.depth is None else settings.depth
     if depth > ground.depth * (1.0 + 1e-9):
         raise InputError(f"[bed] the {shape} reaches {depth:.6g} m down, the ground of the target only {ground.depth:.6g} m")
     top = settings.headroom_fraction * settings.impact.expected_transient_diameter

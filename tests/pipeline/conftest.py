@@ -44,6 +44,8 @@ friction = 0.7
 
 [preset.quick.sph]
 steps = 20
+
+[nbody]
 """
 
 

@@ -211,6 +211,7 @@ def test_an_impact_from_elsewhere_wins_over_the_case(case_folder, tmp_path):
 def test_a_case_may_have_some_of_the_stages(case_folder, tmp_path):
     file = case_folder / "case.toml"
     text = file.read_text().replace('source = "Winter 2017"\n', 'source = "Winter 2017"\nstages = ["sph", "crater"]\n')
+    text = text.replace("[nbody]\n", "")
     file.write_text(text.replace("[dem.contact]\nfriction = 0.7\n", ""))
     case = cases.read(case_folder)
     settings = cases.compose(case)

@@ -1,0 +1,45 @@
+"""How long a collapse is followed and how often it is looked at when a case does not say it, in units of the crater's formation time T
+(``matter.formation_time``; under gravity alone, since what strength holds is not followed with loose grains).
+
+    earliest end    5 T       walls have slumped and waves in the bed have died: at Valhalla's size an hour
+    latest end      10 T
+    still           5/6 T     a profile that stays that long stays
+    snapshots       T / 6
+    history         a twelfth of that
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from matter import formation_time, material
+from matter.body import Target
+from matter.tree import G
+
+END, LATEST, STILL, SNAPSHOT, HISTORY = 5.0, 10.0, 5.0 / 6.0, 1.0 / 6.0, 1.0 / 12.0
+UNKNOWN = 720.0
+"""T [s] where no impact is known: a stage that is used alone, from Python."""
+
+
+def surface_gravity(target: Target) -> float:
+    """Gravity at the surface [m/s^2], of a body at uniform densities."""
+    if target.flat:
+        return target.gravity
+    mass, inner = 0.0, 0.0
+    for layer, outer in zip(target.layers, target.outer_radii):
+        mass += 4.0 / 3.0 * math.pi * (outer**3 - inner**3) * material.reference_density(layer.material)
+        inner = outer
+    return G * mass / target.radius**2
+
+
+def crater_times(given: Mapping[str, Any], share: float) -> float:
+    """``share`` times T [s], from the validated ``target`` and ``impact`` of the settings."""
+    target, impact = given.get("target"), given.get("impact")
+    if target is None or impact is None:
+        return share * UNKNOWN
+    time = formation_time.of_crater(impact.expected_transient_diameter, surface_gravity(target))
+    if not math.isfinite(time):
+        raise ValueError("without gravity no crater collapses: set [target] gravity, or leave out the stages bed, handoff and dem")
+    return float(f"{share * time:.2g}")

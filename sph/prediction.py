@@ -1,0 +1,99 @@
+"""What the shock stage will cost, before it runs, and what that follows from.
+
+Steps: the Courant limit of the finest particles at rest, C (support / 2) d / ((1 + 0.6 alpha) c_l), layer by layer; fast ejecta and the impact itself ask for a
+fifth more. Measured: 4,557 steps where this gives 4,550 (Valhalla, quick), 0.74 to 0.83 us per particle and step of one thread on a busy machine.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numba
+import numpy as np
+
+from matter import readable
+from sph import ground_strength, resolution
+from sph.history import DIRECT
+
+if TYPE_CHECKING:
+    from sph.stage import Settings
+
+# of one thread, warm: seconds per particle and step, per particle of one gravity evaluation, per pair of the direct sum, per particle written
+_PER_STEP, _PER_GRAVITY, _PER_PAIR, _PER_OUTPUT = 8.0e-7, 1.8e-6, 7.0e-10, 8.0e-6
+_MORE_STEPS = 1.18
+_EFFICIENCY = 0.85
+"""Threads count as their number to this power."""
+
+
+def step(settings: Settings) -> float:
+    """The step of the target at rest [s]."""
+    materials, zones, shortest = settings.chosen_materials(), settings.zones, np.inf
+    inner = (0.0, *settings.target.outer_radii)
+    for layer, top in zip(settings.target.layers, inner[1:]):
+        depth = settings.target.radius - top  # the layer's nearest point to the impact lies this deep
+        wave = ground_strength.ground(materials, layer.material, 1.0, settings.strength).wave
+        spacing = float(zones.spacing(np.array([depth]))[0])
+        shortest = min(shortest, settings.courant * 0.5 * settings.support * spacing / ((1.0 + 0.6 * settings.alpha) * wave))
+    return shortest
+
+
+def steps(settings: Settings) -> tuple[float, float]:
+    """Steps of the relaxation and of the impact."""
+    quiet = step(settings)
+    stiff = min(settings.late.at, settings.end_time) if settings.late else settings.end_time
+    number = _MORE_STEPS * stiff / quiet + 200.0
+    if settings.late:  # longitudinal waves are 1.5 times as fast as the bulk's
+        wave = ground_strength.ground(settings.chosen_materials(), settings.target.layers[-1].material, 1.0, settings.strength).wave
+        number += (settings.end_time - stiff) / quiet * min(1.5 * settings.late.sound_speed / wave, 1.0)
+    return settings.relaxation_time / quiet if settings.relaxes else 0.0, number * (3.0 if settings.integrator == "rk3" else 1.0)
+
+
+def projectile_particles(settings: Settings) -> float:
+    """About how many particles the projectile has."""
+    if settings.control:
+        return 0.0
+    return settings.projectile_particles or max(settings.impact.projectile.volume / settings.zones.contact**3, 1.0)
+
+
+def per_radius(settings: Settings) -> float:
+    """Particles per projectile radius: radius over the edge of a particle's cube."""
+    ball = settings.impact.projectile
+    return float(ball.radius / (ball.volume / max(projectile_particles(settings), 1.0)) ** (1.0 / 3.0))
+
+
+def predict(settings: Settings) -> dict[str, float]:
+    """Wall time [s] with warm kernels, memory and disk [bytes], ``particles``, ``snapshots``."""
+    n = resolution.count(settings.target, settings.zones) + projectile_particles(settings)
+    relax, number = steps(settings)
+    attracts = float(settings.target.attracts and not settings.target.flat)
+    evaluations = (number + relax) * (1.0 if settings.gravity_shift == 0 else 0.15) * attracts
+    rows = settings.end_time / settings.history_interval
+    energies = (_PER_PAIR * n**2 if n <= DIRECT else 1e-5 * n) * attracts
+    snapshots = settings.end_time / settings.snapshot_interval + 2.0
+    work = n * (_PER_STEP * (number + relax) + _PER_GRAVITY * evaluations) + rows * energies
+    wall = work / numba.get_num_threads() ** _EFFICIENCY + _PER_OUTPUT * n * snapshots + 3.0
+    return {"wall_s": wall, "memory_bytes": 3e8 + 2800.0 * n, "disk_bytes": snapshots * 190.0 * n, "particles": n, "snapshots": snapshots}
+
+
+def explain(settings: Settings) -> list[str]:
+    """Particles, resolution, and which keys the cost follows from."""
+    target, zones, ball = settings.target, settings.zones, settings.impact.projectile
+    distance, number = resolution.shares(target, zones)
+    total, crater = number[-1], 0.5 * settings.impact.expected_transient_diameter
+    inside = [float(np.interp(at, distance, number)) / total for at in (zones.contact_radius, max(zones.fine_radius, zones.contact_radius))]
+    parts = {
+        f"contact_radius = {readable.length(zones.contact_radius)} at {readable.length(zones.contact)}": inside[0],
+        f"fine_radius = {readable.length(zones.fine_radius)} at spacing_at_impact = {readable.length(zones.fine)}": inside[1] - inside[0],
+        f"spacing_far = {readable.length(zones.coarse)} and growth = {zones.growth:g}": 1.0 - inside[1],
+    }
+    relax, impact = steps(settings)
+    most = max(parts, key=lambda key: parts[key])
+    lines = [
+        f"{total:,.0f} particles in the target, {projectile_particles(settings):,.0f} in the projectile: {per_radius(settings):.2g} per projectile radius "
+        f"({readable.length(ball.radius)}), {crater / zones.fine:.2g} per crater radius ({readable.length(crater)})",
+        f"{parts[most]:.0%} of them from {most}",
+        f"{impact:,.0f} steps of {readable.clock(step(settings))} to end_time = {readable.clock(settings.end_time)}"
+        + (f", and {relax:,.0f} for relaxation_time = {readable.clock(settings.relaxation_time)}" if relax else "")
+        + f": the step follows from the finest spacing, {readable.length(zones.contact)}",
+    ]
+    return lines
