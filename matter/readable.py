@@ -39,7 +39,7 @@ def clock(seconds: float) -> str:
 
 _SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _PLAIN_DIGITS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-_TERMINAL = (("±", "+-"), ("−", "-"), ("× 10⁶ km³", "million km3"), ("°", " deg"))
+_TERMINAL = (("±", "+-"), ("−", "-"), ("× 10⁶ km³", "million km3"), ("10⁶ km³", "million km3"), ("°", " deg"))
 
 
 def scale(size: float, unit: str) -> tuple[float, str]:
@@ -122,4 +122,6 @@ def terminal(text: str) -> str:
     """The same text in ASCII, for terminals and logs: "(24.16 +- 0.72) million km3", "1.7e21 kg"."""
     for sign, plain in _TERMINAL:
         text = text.replace(sign, plain)
-    return text.replace(" × 10", "e").translate(_PLAIN_DIGITS)
+    text = re.sub(r" × 10(?=[⁰¹²³⁴⁵⁶⁷⁸⁹⁻])", "e", text)
+    text = re.sub(r"(?<![\d.])10(?=[⁰¹²³⁴⁵⁶⁷⁸⁹⁻])", "1e", text)
+    return text.translate(_PLAIN_DIGITS)

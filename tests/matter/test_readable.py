@@ -72,3 +72,17 @@ def test_unequal_errors():
 
 def test_text_of_a_ledger():
     assert readable.prose("0.3e-5 m^3, 2e+05 kg m^2/s, abc1e5, 8.391e+04") == "0.3 × 10⁻⁵ m³, 2 × 10⁵ kg m²/s, abc1e5, 8.391 × 10⁴"
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("10⁶ km³", "million km3"),
+        ("10⁻¹²", "1e-12"),
+        ("limit 10⁻¹² s", "limit 1e-12 s"),
+        ("3.9 × 10⁻¹⁶ kg m²/s", "3.9e-16 kg m2/s"),
+        ("1.5 × 10 m", "1.5 × 10 m"),
+    ],
+)
+def test_powers_of_ten_in_ascii(text, plain):
+    assert readable.terminal(text) == plain
