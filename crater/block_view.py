@@ -41,7 +41,8 @@ def of_findings(found: Findings) -> str:
     if not path.is_file():
         return ""
     particles = snapshot.read(path)
-    return html(data(found.final, particles, sections.places_before(particles, found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}")))
+    what = "The final crater" if found.rest.settled else "The crater of the last snapshot"
+    return html(data(found.final, particles, sections.places_before(particles, found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}")), what)
 
 
 def data(measures: Measures, particles: Particles, places: np.ndarray | None) -> dict[str, Any]:
@@ -81,12 +82,12 @@ def heights(content: Mapping[str, Any]) -> np.ndarray:
     return np.where(counts == NO_HEIGHT, np.nan, content["height"]["low"] + counts * content["height"]["step"])
 
 
-def html(content: Mapping[str, Any]) -> str:
+def html(content: Mapping[str, Any], what: str = "The final crater") -> str:
     """The viewer with its data: hidden until its own script finds WebGL."""
     scale, unit = readable.length_unit(content["half"])
     apparent = f"; black circle: apparent diameter {readable.length(2.0 * content['circle'])}" if content["circle"] else ""
     words = (
-        f"The final crater in three dimensions, {readable.length(2.0 * content['half'])} across{apparent}. "
+        f"{what} in three dimensions, {readable.length(2.0 * content['half'])} across{apparent}. "
         "The face is the plane of the impact, downrange to the right; each point of it has the depth of origin of the nearest particle "
         "(grey: unknown, as for ejecta). Drag to turn, scroll or pinch to zoom, double-click to reset."
     )

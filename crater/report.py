@@ -77,11 +77,12 @@ def write(found: Findings, out: Path) -> None:
             "The shock stage in time: material, damage, pressure (tension in the lowest colour) and the depth that the matter came from.",
         ),
         page.picture(out / "sections_grains.png", "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed."),
-        "<h2>The final crater</h2>",
+        f"<h2>{'The final crater' if found.rest.settled else 'The last snapshot'}</h2>",
         block_view.of_findings(found),
         page.picture(
             out / "heightmap.png",
-            "Final surface seen from above, heights and distances measured from the crater's centre. Dashed: apparent diameter.",
+            f"{'Final surface' if found.rest.settled else 'Surface of the last snapshot'}, seen from above, "
+            "heights and distances measured from the crater's centre. Dashed: apparent diameter.",
             narrow=True,
         ),
         _ejecta(found, out),

@@ -252,6 +252,12 @@ _WORDS = {
 }  # fmt: skip
 
 
+def _settled(run: Path) -> bool:
+    """Whether the crater of the run's last snapshot had come to rest (``crater.rest``)."""
+    measures = json.loads((stages.folder(run, "crater") / "measures.json").read_text())
+    return bool((measures.get("final") or {}).get("settled", True))
+
+
 def text(case: cases.Case, run: Path) -> str:
     """How a finished run stands against what is expected of its case and preset, a line per measure; empty where nothing is expected."""
     expected, measures = of(case), values(run)
@@ -261,9 +267,10 @@ def text(case: cases.Case, run: Path) -> str:
     if not as_shipped(case):
         return f"not compared with {FILE}: the settings of this run are not those of {named}"
     lines = [f"against {FILE}, {named} ({expected.members} draws, commit {expected.commit[:8]}, {expected.measured}):"]
+    words = {**_WORDS, "final": _WORDS["final"] if _settled(run) else "last snapshot (no final crater)"}
     for one in verdicts(expected, measures):
         factor, unit = (1e-9, "km^3") if one.measure == "volume_m3" else (1e-3, "km") if one.expected >= 2e3 else (1.0, "m")
-        name = f"{_WORDS[one.crater]} {_WORDS[one.measure]}"
+        name = f"{words[one.crater]} {words[one.measure]}"
         said = "agrees" if one.agrees else f"differs by {abs(one.apart):.1f} sigma"
         lines.append(f"  {name:<44} {one.value * factor:.4g} {unit}, expected {one.expected * factor:.4g} +- {one.sigma * factor:.2g} {unit}: {said}")
     return "\n".join(lines)

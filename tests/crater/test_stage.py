@@ -175,6 +175,7 @@ def test_a_run_that_ends_while_its_crater_grows_has_no_final_crater(tmp_path):
     assert measures["transient"]["growing"] is True
     page = (out / "report.html").read_text()
     assert "last snapshot, still growing" in page and "is no final crater" in page and "final<br>" not in page and "maximum volume<br>" not in page
+    assert "The final crater" not in page and "Final surface" not in page and "The last snapshot</h2>" in page
     assert measures["reference"][0]["at"].startswith("last snapshot, volume still growing")
 
 

@@ -137,6 +137,8 @@ def test_the_last_lines_of_a_run(folder, tmp_path):
     assert "preset tiny of valhalla (8 draws, commit 01234567, 2026-11-22)" in lines[0]
     assert lines[1].split() == "transient depth below datum 236 km, expected 235 +- 8 km: agrees".split()
     assert lines[2].split() == "final apparent diameter 655 km, expected 550 +- 37 km: differs by 2.8 sigma".split()
+    archive.write_text(run / "6_crater" / "measures.json", json.dumps(content | {"final": content["final"] | {"settled": False}}))
+    assert "last snapshot (no final crater) apparent diameter" in expected.text(cases.read(folder, "tiny"), run)
     assert "not compared" in expected.text(cases.read(folder, "tiny", ["sph.seed=3"]), run)
     assert expected.text(cases.read(folder, "quick"), run) == ""
     assert expected.text(cases.read(folder, "tiny"), tmp_path / "nowhere") == ""
