@@ -54,7 +54,7 @@ def compare(paths: list[str], observed: str | list[str] | None = None, out: Path
     if placed:
         plot_sections.draw_side_by_side(placed, folder / "cross_sections.png")
         written.append("cross_sections.png")
-    print(f"written to {folder}: {', '.join(written)} (heights on each one's own datum; nothing is shifted or scaled unless the row says so)")
+    print(f"written to {folder}: {', '.join(written)} (each profile uses its own datum; nothing is shifted or scaled unless a row says so)")
     return 0
 
 

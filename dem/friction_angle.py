@@ -266,7 +266,7 @@ def friction_for(angle_deg: float, contact: Contact, seeds: Sequence[int] = (1, 
         k += step
         if not 0 <= k < len(TRIAL):
             have, edge = found[k - step], "most" if step > 0 else "least"
-            raise InputError(f"no friction gives an angle of {angle_deg:.3g} deg with shape {contact.shell.shape:g} ({edge}: {have:.3g} deg)")
+            raise InputError(f"a friction angle of {angle_deg:.3g} deg cannot be reached with shape = {contact.shell.shape:g} ({edge}: {have:.3g} deg)")
         found[k] = look(TRIAL[k], seeds[0])["mohr_coulomb_deg"]
     ends = sorted((TRIAL[k], TRIAL[k - step]))
     known = [[look(end, seed) for seed in seeds] for end in ends]

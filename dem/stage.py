@@ -158,7 +158,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         from dem.engines import external  # which stands on this module
 
         if not isinstance(ground, LayeredBody):
-            raise InputError(f'[dem] engine = "{settings.engine}" takes beds on a spherical body; flat ground is for "native"')
+            raise InputError(f'[dem] engine = "{settings.engine}" supports spherical targets only; flat ground needs engine = "native"')
         external.run(settings, start, ground, out)
         return
     collapse = Collapse(settings, start, ground, out)

@@ -90,7 +90,7 @@ def table(chosen: list[sweep.Variant], out: Path, uniform: Path | None, command:
     beside = None
     if uniform is not None:
         if not (uniform / "6_crater" / "measures.json").is_file():
-            raise InputError(f"{uniform} is no finished run: 6_crater/measures.json is missing")
+            raise InputError(f"{uniform} is not a finished run: 6_crater/measures.json is missing")
         beside = row_of("uniform", uniform, json.loads((uniform / "6_crater" / "measures.json").read_text()))
     text = as_markdown([*rows, *([beside] if beside else [])], fits, command)
     archive.write_text(out / "convergence.md", text)

@@ -68,7 +68,7 @@ class Target(Model):
     @model_validator(mode="after")
     def _fits(self) -> Target:
         if not self.flat and self.gravity > 0.0:
-            raise ValueError("gravity: a sphere has its own (self_gravity); a uniform one belongs to half_space, half_sphere or block")
+            raise ValueError("gravity: uniform gravity is for half_space, half_sphere and block; a sphere has its own (self_gravity)")
         if self.width is not None and self.shape in ("sphere", "half_sphere"):
             raise ValueError(f"width: a {self.shape} is as wide as its layers make it")
         return self

@@ -23,8 +23,8 @@ class _Saved(dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         raise InputError(
-            f"{self.path}: has no '{name}': another version of the program wrote it; finish the run with that one, "
-            f"or delete the folder {self.path.parent.name} to begin this stage again"
+            f"{self.path} was written by another version of the program (it has no '{name}'): finish the run with that version, "
+            f"or delete the folder {self.path.parent.name} to restart this stage"
         )
 
 

@@ -94,7 +94,7 @@ class Particles(Mapping[str, np.ndarray]):
         try:
             return self._fields[name]
         except KeyError:
-            raise AttributeError(f"these particles carry no field {name!r}; they carry {', '.join(self._fields)}") from None
+            raise AttributeError(f"these particles have no field {name!r}; they have {', '.join(self._fields)}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._fields)

@@ -101,7 +101,7 @@ def _reader(kind: str):
         else:
             result = float(value)
         if result != result or result in (float("inf"), float("-inf")):
-            raise ValueError("a finite value is needed")
+            raise ValueError("must be a finite number")
         return result
 
     return BeforeValidator(read)

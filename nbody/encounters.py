@@ -121,5 +121,5 @@ def read(path: Path) -> tuple[dict[str, np.ndarray], dict]:
         raise InputError(f"{path} is not a readable HDF5 file ({reason})") from None
     missing = [name for name in TABLE if name not in table]
     if missing:
-        raise InputError(f"{path} is no table of encounters: it lacks {', '.join(missing)}")
+        raise InputError(f"{path} is not a table of encounters: it lacks {', '.join(missing)}")
     return table, attributes

@@ -96,13 +96,13 @@ class System:
         for index, moon in enumerate(self.moons):
             if moon.name == name:
                 return index
-        raise InputError(f"{load(name).title} is no moon of this system (its moons: {', '.join(m.name for m in self.moons)})")
+        raise InputError(f"{load(name).title} is not a moon of this system (its moons: {', '.join(m.name for m in self.moons)})")
 
 
 def jovian(target: str, others: tuple[str, ...] = ("ganymede", "callisto")) -> System:
     """Sun, Jupiter and the moons ``others`` and ``target``; raises ``InputError`` when the target is not a moon of Jupiter."""
     if load(target).around != "jupiter":
-        raise InputError(f"{target!r} is no moon of Jupiter: take one of {', '.join(GALILEAN)}")
+        raise InputError(f"{target!r} is not a moon of Jupiter: take one of {', '.join(GALILEAN)}")
     moons = sorted({*others, target}, key=lambda name: load(name).semi_major_axis)
     return System(load("sun"), load("jupiter"), tuple(load(name) for name in moons))
 

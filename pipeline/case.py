@@ -243,7 +243,7 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
             found += _checked(model, shared[name], (name,))[1]
     if not any(complaint.path[:2] == ("case", "stages") for complaint in found):  # a stage's name that is misspelt is one mistake
         idle = [stage for stage in stages.ORDER if stage in document and stage not in case.stages]
-        found += [Complaint((stage,), f"[case] stages does not name {stage}") for stage in idle]
+        found += [Complaint((stage,), f"[case] stages does not include {stage}") for stage in idle]
     found += outside.faults(case.outside, OUTSIDE)
     for stage in case.stages:
         try:

@@ -22,9 +22,9 @@ RUNS = Path("runs")
 def _run_case(
     case: Annotated[
         str | None,
-        typer.Argument(metavar="CASE", help="A folder with case.toml, or the file; or the folder of a run, which then goes on.", autocompletion=paths),
+        typer.Argument(metavar="CASE", help="A folder with case.toml, or the file; or the folder of a run, to continue it.", autocompletion=paths),
     ] = None,
-    preset: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Lay [preset.NAME.*] of the case over its values.", autocompletion=presets)] = None,
+    preset: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Apply [preset.NAME] of the case.", autocompletion=presets)] = None,
     size: Annotated[
         str | None,
         typer.Option(metavar="quick|standard|fine", help="Aim at 20,000, 300,000 or 1,400,000 particles and grains, in place of the case's own resolution."),
@@ -37,7 +37,7 @@ def _run_case(
     until: Annotated[str | None, typer.Option("--until", metavar="STAGE", help="Stop after this stage.", autocompletion=stage_names)] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads (default: all cores).")] = None,
     check: Annotated[bool, typer.Option("--check", help="Validate the case and predict time, memory and disk; run nothing.")] = False,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Remove earlier results and checkpoints first.")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Delete earlier results and checkpoints first.")] = False,
     movie: Annotated[bool, typer.Option("--movie", help="Then make 6_crater/movie.gif and .mp4 (if the run is finished, only the movie is made).")] = False,
     movie_field: Annotated[
         str | None, typer.Option("--movie-field", metavar="NAME", help="Colour the movie by material (default), damage, pressure, origin or speed.")
@@ -132,7 +132,7 @@ def _checked(request: Any, settings: Any) -> int:
     named = f", preset {request.case.preset}" if request.case.preset else f", size {request.case.size}" if request.case.size else ""
     print(f"{request.case.file}: {request.case.title}{named}\nrun folder: {request.run_folder}")
     if not request.case.pinned:
-        print("the encounters decide speed and angle; predicted with placeholders")
+        print("speed and angle will come from the encounters; the predictions use placeholders")
     if words := prediction.words(request, settings):
         print(words)
     print(prediction.table(request, prediction.predictions(request, settings)))
@@ -155,9 +155,9 @@ def _inspect_handoff(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
     pictures: Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw the pictures of the report.")] = True,
     sensitivity: Annotated[
-        bool, typer.Option("--sensitivity", help="Run the variants of the handoff (time, speed limit, alpha, bed) and the controls; resumable.")
+        bool, typer.Option("--sensitivity", help="Run variants of the handoff (time, speed limit, alpha, bed) and control runs; resumable.")
     ] = False,
-    only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="With --sensitivity: this variant alone (repeatable).")] = None,
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="With --sensitivity: only this variant (repeatable).")] = None,
     draws: Annotated[int | None, typer.Option(min=1, help="With --sensitivity: beds on which each variant is made (default: 2).")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="With --sensitivity: threads of each run.")] = None,
 ) -> None:
@@ -242,12 +242,12 @@ def _impact_census(
 def _import_snapshot(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Another code's output.")],
     out: Annotated[Path, typer.Option(help="The snapshot to write (.vtkhdf).")],
-    form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="Default: by the file's name.")] = None,
+    form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="Default: from the file's name.")] = None,
     columns: Annotated[
         str | None,
         typer.Option(help="Text: 'x,y,z,vx,vy,vz,m,rho'. HDF5: 'position=A/B [km],m=A/C'. miluphcuda's text: 'INTEGRATE_ENERGY,SOLID'."),
     ] = None,
-    materials: Annotated[str | None, typer.Option(help="Names behind the material numbers, 'ice,water,basalt'.")] = None,
+    materials: Annotated[str | None, typer.Option(help="Names of the materials by number, 'ice,water,basalt'; one name where the file has no numbers.")] = None,
     origin: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Where the target's centre (or a point of flat ground) is [m].")] = None,
     up: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Direction from there to the impact point.")] = None,
     time: Annotated[str | None, typer.Option(help="Time after the impact, '120 s', where the file does not say it.")] = None,
@@ -279,7 +279,7 @@ def _import_snapshot(
 def _export_snapshot(
     snapshot: Annotated[Path, typer.Argument(metavar="SNAPSHOT", help="A snapshot, or any file that import_snapshot reads.")],
     out: Annotated[Path, typer.Option(help="The file to write: .data or .lmp (LAMMPS), .liggghts, .vtk, .ply, .csv.")],
-    form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="lammps, liggghts, vtk, ply or csv; default: by the file's name.")] = None,
+    form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="lammps, liggghts, vtk, ply or csv; default: from the file's name.")] = None,
 ) -> None:
     """Write a snapshot for another program."""
 

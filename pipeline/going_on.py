@@ -36,15 +36,15 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
     if run is None:
         return cases.read(where, preset, overrides, size)
     if preset is not None:
-        raise InputError(f"--preset {preset}: {run} is a run, and its case has no presets left; run the case itself")
+        raise InputError(f"--preset {preset}: {run} is a run, with values that are fixed; apply a preset to the case itself")
     if size is not None:
-        raise InputError(f"--size {size}: {run} is a run, which goes on at the size that it has; run the case itself")
+        raise InputError(f"--size {size}: {run} is a run, which keeps its size; run the case itself")
     case = cases.read(run / USED, None, overrides)
     case = replace(case, name=name_of(run), document=_left_open(case.document, run))
     if overrides:
         return case
     if out is not None and out.resolve() != run.resolve().parent:
-        raise InputError(f"--out {out}: {run} goes on where it is; to run it elsewhere, copy its {USED} and run that")
+        raise InputError(f"--out {out}: {run} continues in its own folder; to run it elsewhere, copy its {USED} and run that")
     return replace(case, run=run)
 
 

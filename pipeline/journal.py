@@ -88,7 +88,7 @@ def signals(screen: Screen) -> Iterator[None]:
         if progress.stop_requested():
             os._exit(Stopped.exit_code)
         progress.request_stop()
-        screen.say(f"{signal.Signals(number).name}: saving, then stopping (once more: at once)")
+        screen.say(f"{signal.Signals(number).name}: saving before exit (press again to quit immediately)")
 
     if threading.current_thread() is not threading.main_thread():
         yield

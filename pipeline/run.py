@@ -68,7 +68,9 @@ def settings_of(request: Request) -> dict[str, Model]:
     if "nbody" in request.wanted:
         return compose(request.case, request.wanted)
     if not request.case.pinned and not _impact_file(request).is_file():
-        raise InputError(f"{request.case.file} leaves speed and angle to the encounters, and there is no {_impact_file(request)}: run nbody first")
+        raise InputError(
+            f"{request.case.file} takes speed and angle from the encounters, and {_impact_file(request)} does not exist: run the stage nbody first"
+        )
     return _after_the_encounters(request)
 
 
@@ -143,7 +145,7 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
     label = stages.folder(run_folder, stage).name
     if folder.is_done(run_folder, stage, inputs):
         done = folder.record(stages.folder(run_folder, stage) / folder.DONE)
-        journal.screen.ends(stage, f"{label}: done before ({done.get('wall_s', 0):.1f} s{_by_other_sources(stage, done)})")
+        journal.screen.ends(stage, f"{label}: up to date ({done.get('wall_s', 0):.1f} s){_by_other_sources(stage, done)}")
         if done.get("unsound"):
             outcome.unsound[stage] = done["unsound"]
         return
@@ -171,7 +173,7 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
     wall_s = spent + time.monotonic() - began
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     folder.finish(place, stage, inputs, wall_s, **more, process_peak_memory_bytes=peak, disk_bytes=folder.size_bytes(place))
-    note = f"; UNSOUND: {more['unsound']}" if "unsound" in more else "; taken from elsewhere" if source else ""
+    note = f"; UNSOUND: {more['unsound']}" if "unsound" in more else "; taken from a file" if source else ""
     journal.screen.ends(stage, f"{label}: done in {wall_s:.1f} s{note}")
     journal.log(f"{label} done, {wall_s:.1f} s{note}")
 
@@ -181,7 +183,7 @@ def _by_other_sources(stage: str, done: dict[str, Any]) -> str:
     made_by = done.get("sources_sha256")
     if made_by in (None, provenance.source_key(stages.MODULES[stage])):
         return ""
-    return f", by other sources than today's: --from {stage} makes it anew"
+    return f", but computed by another version of the code; --from {stage} recomputes it"
 
 
 def _clear_the_way(request: Request, interrupted: bool) -> None:

@@ -68,7 +68,7 @@ def variants(run: Path, draws: int = 1) -> list[Variant]:
     ``case.used.toml``."""
     record = folder.record(stages.folder(run, "handoff") / "handoff.json")
     if not record or not (run / "case.used.toml").is_file():
-        raise InputError(f"{run} is no finished run: no handoff.json or no case.used.toml")
+        raise InputError(f"{run} is not a finished run: no handoff.json or no case.used.toml")
     seed = cases.read(run / "case.used.toml").document.get("bed", {}).get("seed", 1)
     time, limit, alpha = record["time_s"], record["speed_limit_m_s"], record["alpha_spacings"]
 
@@ -320,7 +320,7 @@ def text(found: dict[str, Any]) -> str:
         lines.append(f"{name:<18}{given}{cells}{_shown(row['profile_rms_m']):>10}")
     for name, row in found["controls"].items():
         lines.append(
-            f"{name}: {row['grains']} grains, {row['from_s']:.4g} to {row['to_s']:.4g} s: largest way {row['drift_most_over_r']:.3g} r (mean "
+            f"{name}: {row['grains']} grains, {row['from_s']:.4g} to {row['to_s']:.4g} s: largest displacement {row['drift_most_over_r']:.3g} r (mean "
             f"{row['drift_mean_over_r']:.2g} r); {row['deep_grains']} deeper than {DEEP:g} r: {_shown(row['deep_drift_most_over_r'])} r, {row['deep_beyond']} "
             f"beyond {STILL:g} r; energy rose by {row['energy_rise_rel']:.1e} of its size (history.csv resolves 1e-10)"
         )

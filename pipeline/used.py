@@ -41,7 +41,7 @@ def write(path: Path, case: Case, settings: dict[str, Model]) -> None:
     if not head:
         preset = f"preset {case.preset}" if case.preset else "no preset"
         changes = "".join(f"\n# --set {assignment}" for assignment in case.overrides)
-        head = f"# Every parameter of a run of {case.file.name} ({case.name}, {preset}), in SI; itself a case.{changes}\n\n"
+        head = f"# All parameters of a run of {case.file.name} ({case.name}, {preset}), in SI units; this file is itself a case.{changes}\n\n"
     archive.write_text(path, head + tomlkit.dumps(content))
 
 

@@ -70,7 +70,7 @@ def hydrostatic(target: Target, materials: Materials, slabs: int = 2000) -> Grou
         P = target.gravity * (mass - 0.5 * dm)
         loaded(P, material, materials.rows, rho, distention)
         if not (rho > 0.0).all():
-            raise InputError("the ground finds no hydrostatic balance: it is too heavy for its materials")
+            raise InputError("no hydrostatic equilibrium exists for this ground: it is too heavy for its materials")
     lower = np.cumsum(dm / rho)
     return Ground(uniform, lower, lower - 0.5 * dm / rho, rho, P, mass, layer, distention, target.gravity)
 

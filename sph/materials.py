@@ -105,7 +105,7 @@ def collect(names: tuple[str, ...], choices: Mapping[str, Kept] | None = None) -
     for name in choices:
         if name not in names:
             near = difflib.get_close_matches(name, names, n=1)
-            raise InputError(f"no part of this run is of {name!r}{f'; did you mean {near[0]!r}?' if near else ''} (it has {', '.join(names)})")
+            raise InputError(f"material {name!r} is not used in this run{f'; did you mean {near[0]!r}?' if near else ''} (it has {', '.join(names)})")
     count = len(names)
     whole = {"eos", "strength", "mixes_damage", "growth", "porosity", "crush"}
     wide = {"eos_row": eos.FAMILY, "strength_row": strength.FAMILY, "pores": porosity.FAMILY, "crush_row": crush.FAMILY}

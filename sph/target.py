@@ -85,7 +85,7 @@ def hydrostatic(target: Target, shells: int = 4000, materials: Materials | None 
             converged = True
             break
     if not converged:
-        raise InputError("the target finds no hydrostatic balance: it is too massive for its materials")
+        raise InputError("no hydrostatic equilibrium exists for this target: it is too massive for its materials")
     middle = 0.5 * (np.concatenate([[0.0], r[:-1]]) + r)
     return Profile(edges[1:], r, middle, rho, P, (G if target.attracts else 0.0) * mass / r**2, mass, layer, distention)
 

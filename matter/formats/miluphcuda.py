@@ -81,7 +81,7 @@ def _read_hdf5(path: Path) -> Particles:
 def _read_text(path: Path, columns: str | None) -> Particles:
     if columns is None:
         raise InputError(
-            f"{path}: a text file of miluphcuda does not say what it holds; give the switches that were 1 in its parameter.h, "
+            f"{path}: a text file of miluphcuda does not describe its columns; name the switches that were 1 in its parameter.h, "
             f"--columns 'INTEGRATE_ENERGY,SOLID' for example (known: {', '.join(SWITCHES)})"
         )
     on = {word.strip().upper() for word in columns.split(",") if word.strip()}
@@ -96,7 +96,7 @@ def _read_text(path: Path, columns: str | None) -> Particles:
         told = words[names.index("flaws")] if flawed and len(words) > names.index("flaws") else "0"
         flaws = int(told) if told.isdigit() else 0
         if len(words) != len(names) + flaws or not told.isdigit():
-            raise InputError(f"{path}, line {number}: {len(words)} numbers, {len(names) + flaws} expected with {columns}: other switches?")
+            raise InputError(f"{path}, line {number}: {len(words)} numbers, {len(names) + flaws} expected with {columns}: were other switches on?")
         rows.append(words[: len(names)])
     if not rows:
         raise InputError(f"{path} holds no data")

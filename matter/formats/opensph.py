@@ -83,7 +83,7 @@ def read(path: Path, support: float = _SUPPORT) -> Particles:
     particles, quantities, materials = (int(number) for number in file.integers(3))
     step, version = float(file.floats()[0]), int(file.integers()[0])
     if version > _LATEST:
-        raise InputError(f"{path} is of OpenSPH's format {version}; up to {_LATEST} is known here")
+        raise InputError(f"{path} has version {version} of OpenSPH's format; versions up to {_LATEST} can be read")
     kind = file.take(16).split(b"\0")[0].decode("ascii", "replace") or "sph"
     file.take(24)
     attractors = int(file.integers()[0]) if version >= _LATEST else 0

@@ -26,7 +26,7 @@ class Edge:
             self.kappa[mine] = quiet.fading(depth[mine] - rim[mine], float(w))
         self.density, self.energy = density.copy(), energy.copy()
         if self.fixed.all():
-            raise InputError("the fixed rim takes the whole target: it is too small for its spacing")
+            raise InputError("every particle lies in the fixed rim: enlarge the target or refine its spacing")
 
     @classmethod
     def restored(cls, arrays: dict[str, np.ndarray]) -> Edge:

@@ -31,7 +31,8 @@ def seed_flaws(cloud: Cloud, materials: Materials, seed: int) -> None:
         number = grady_kipp.expected(solid[mine])
         if number > MOST:
             raise InputError(
-                f"{name}: {number:.1e} flaws (at most {MOST:.0e}) until each particle has one: its particles are of {solid[mine].min():.2g} to "
+                f"{name}: about {number:.1e} flaws would be needed to give every particle one (at most {MOST:.0e} are allowed): "
+                f"its particles are of {solid[mine].min():.2g} to "
                 f"{solid[mine].max():.2g} m^3; smaller ones far away (spacing_far) need fewer, broken material (predamaged = true) none"
             )
         start, strain = grady_kipp.flaws(solid[mine], materials.weibull(name), np.random.default_rng(streams[index]))

@@ -37,7 +37,7 @@ def test_none_and_cleared(tmp_path):
 def test_a_checkpoint_of_another_version_is_named(tmp_path):
     checkpoint.save(tmp_path, 3, {"x": np.zeros(2)}, {"dt": 0.1})
     arrays, scalars = checkpoint.newest(tmp_path)
-    with pytest.raises(InputError, match=r"checkpoint_0000000003\.h5: has no 'wake': another version"):
+    with pytest.raises(InputError, match=r"checkpoint_0000000003\.h5 was written by another version of the program \(it has no 'wake'"):
         scalars["wake"]
     with pytest.raises(InputError, match="has no 'hist'"):
         arrays["hist"]

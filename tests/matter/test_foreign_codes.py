@@ -60,7 +60,7 @@ def test_broken_opensph_files_are_told(two_bodies, tmp_path):
         data + b"\0" * 8: "8 bytes after its last value",
         b"CSPH" + data[4:]: "does not begin with 'SPH'",
         data[:300]: "in the middle of",
-        data[:44] + b"\xff\xff\xff\x7f" + data[48:]: "up to 20210808 is known",
+        data[:44] + b"\xff\xff\xff\x7f" + data[48:]: "versions up to 20210808 can be read",
         data.replace(b"MAT\0", b"MUT\0", 1): "material 0 was expected",
     }.items():
         (tmp_path / "c.ssf").write_bytes(content)

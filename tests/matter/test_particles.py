@@ -38,7 +38,7 @@ def test_wrong_fields_are_named(three):
         three["velocity"] = np.zeros((3, 2))
     with pytest.raises(InputError, match=r"lacks density, damage \(density: bulk density \[kg/m\^3\]"):
         three.need("mass", "density", "damage")
-    with pytest.raises(AttributeError, match="carry no field 'density'"):
+    with pytest.raises(AttributeError, match="have no field 'density'"):
         _ = three.density
 
 

@@ -19,7 +19,7 @@ def test_hill_radii_are_the_published_ones():
 def test_unknown_body_names_the_nearest():
     with pytest.raises(InputError, match="did you mean 'callisto'"):
         system.load("calisto")
-    with pytest.raises(InputError, match="no moon of Jupiter"):
+    with pytest.raises(InputError, match="not a moon of Jupiter"):
         system.jovian("sun")
 
 

@@ -150,7 +150,7 @@ def test_bad_requests_have_one_clear_message(tmp_path):
         (("callisto", "literal", "fast", -5, 1), "count = -5"),
         (("callisto", "comets.csv", "fast", 5, 1), "unknown population"),
         (("callisto", "literal", "fst", 5, 1), "unknown integrator"),
-        (("jupiter", "literal", "fast", 5, 1), "no moon of Jupiter"),
+        (("jupiter", "literal", "fast", 5, 1), "not a moon of Jupiter"),
     ):
         with pytest.raises(InputError, match=message):
             census.census(*arguments, tmp_path)

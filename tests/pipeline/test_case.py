@@ -219,15 +219,15 @@ def test_a_case_may_have_some_of_the_stages(case_folder, tmp_path):
     used.write(tmp_path / "case.used.toml", case, settings)
     assert cases.read(tmp_path / "case.used.toml").stages == ("sph", "crater")
     file.write_text(text)
-    assert "dem: [case] stages does not name dem" in complaint(case_folder)
+    assert "dem: [case] stages does not include dem" in complaint(case_folder)
     file.write_text(text + '\n[preset.shock.case]\nstages = ["sph", "crater"]\n')
-    assert "dem: [case] stages does not name dem" in complaint(case_folder)
+    assert "dem: [case] stages does not include dem" in complaint(case_folder)
     # a preset may leave stages out that the case has tables for
     whole = (case_folder / "case.toml").read_text().replace('stages = ["sph", "crater"]\n', "", 1)
     file.write_text(whole)
     assert tuple(composed(case_folder, preset="shock")) == ("sph", "crater")
     file.write_text(whole + '\n[preset.shock.dem]\nend_time = "1 s"\n')
-    with pytest.raises(InputError, match=r"dem: \[case\] stages does not name dem"):
+    with pytest.raises(InputError, match=r"dem: \[case\] stages does not include dem"):
         composed(case_folder, preset="shock")
     file.write_text(text.replace('"crater"]', '"krater"]'))
     assert "case.stages" in complaint(case_folder)

@@ -99,7 +99,7 @@ def test_killed_twice_it_ends_in_the_same_bits(whole, tmp_path):
     killed_in(tmp_path, "sph")
     killed_in(tmp_path, "dem")
     run_folder, text = finished(tmp_path)
-    assert "2_sph: done before" in text and "5_dem: continued" in text
+    assert "2_sph: up to date" in text and "5_dem: continued" in text
     for stage, name in (("sph", "last"), ("handoff", "start"), ("dem", "last")):
         expected = snapshot.read(stages.folder(reference, stage) / f"{name}.vtkhdf")
         found = snapshot.read(stages.folder(run_folder, stage) / f"{name}.vtkhdf")

@@ -30,7 +30,7 @@ def test_a_run_goes_on_without_its_case(drive, case_folder, tmp_path, named):
     code, out, err = drive(run if named == "folder" else run / "case.used.toml")
     assert code == 0, err
     assert out.splitlines()[0] == f"run folder: {run}" and out.strip().splitlines()[-1] == f"result: {run}"
-    assert out.count("done before") == 2 and len(marks) == 2
+    assert out.count("up to date") == 2 and len(marks) == 2
     assert all(path.read_bytes() == content for path, content in marks.items())
     assert only_run(runs) == run and len(list(run.glob("*/done.json"))) == 6
     after = json.loads((run / "provenance.json").read_text())
@@ -49,7 +49,7 @@ def test_what_the_encounters_find_is_left_to_them_again(drive, case_folder, tmp_
     values = (run / "case.used.toml").read_text()
     assert "angle_from_vertical" in tomllib.loads(values)["impact"]
     code, out, err = drive(run)
-    assert code == 0 and out.count("done before") == 6, out + err
+    assert code == 0 and out.count("up to date") == 6, out + err
     assert len(marks) == 6 and all(path.read_bytes() == content for path, content in marks.items())
     assert (run / "case.used.toml").read_text() == values
 
@@ -69,9 +69,9 @@ def test_options_that_cannot_be_obeyed_are_refused(drive, case_folder, tmp_path)
     runs = tmp_path / "runs"
     assert drive(case_folder, "--out", runs, "--until", "nbody")[0] == 0
     run = only_run(runs)
-    with pytest.raises(InputError, match="goes on where it is"):
+    with pytest.raises(InputError, match="continues in its own folder"):
         going_on.read(run, out=tmp_path / "others")
-    with pytest.raises(InputError, match="no presets left"):
+    with pytest.raises(InputError, match="apply a preset to the case itself"):
         going_on.read(run, preset="quick")
     assert going_on.read(run, out=runs).run == run
     assert going_on.run_of(case_folder) is None and going_on.name_of(Path("small-0123abcd")) == "small" == going_on.name_of(Path("small"))

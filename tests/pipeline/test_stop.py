@@ -46,7 +46,7 @@ def test_an_interrupted_run_ends_bitwise_equal(drive, case_folder, tmp_path, exp
         assert process.returncode == -signal.SIGKILL and status["state"] == "running"
     else:
         assert process.returncode == 75
-        assert "saving, then stopping" in out and "the same command resumes" in err and "Traceback" not in err
+        assert "saving before exit" in out and "the same command resumes" in err and "Traceback" not in err
         assert status["state"] == "stopped"
     code, out, err = drive(*slow)
     assert code == 0, err

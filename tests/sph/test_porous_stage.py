@@ -115,7 +115,7 @@ def test_predamaged_target_is_broken_from_the_start(tmp_path):
 @pytest.mark.parametrize(
     "materials,message",
     [
-        ({"iron": Choice()}, "no part of this run is of 'iron'"),
+        ({"iron": Choice()}, "material 'iron' is not used in this run"),
         ({"ice": Choice(porosity="p_alpha", crush="table")}, r"has no \[crush_table\]"),
         ({"ice": Choice(porosity="p_alpha", crush_quadratic={"Ps": "1 kPa"})}, "Ps must be above Pe"),
     ],

@@ -160,5 +160,5 @@ def test_bad_values_are_named(changes, message):
 
 
 def test_a_change_of_a_material_that_is_not_there_is_refused():
-    with pytest.raises(InputError, match="no part of this run is of 'basat'; did you mean 'basalt'"):
+    with pytest.raises(InputError, match="material 'basat' is not used in this run; did you mean 'basalt'"):
         collect(("basalt", "ice"), {"basat": Choice()})
