@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from dem import flight_collisions
 from dem.assembly import ACTIVE, BALLISTIC, LEFT, Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
@@ -19,11 +18,10 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     """Move grains between the contact search, free flight and the books (at a full step).
 
     The *shell* is the highest touching grain or the top of the domain, whichever is higher, and two radii more: above it a grain without contact flies
-    ballistically (gravity, and collisions with others that fly: ``flight_collisions``), and comes back into the search before it can reach the shell again.
+    ballistically (gravity, and collisions by ``flight_collisions``), and comes back into the search before it can reach the shell again.
     Booked are grains on an escape orbit, grains that come down beside the domain or across its side, and grains that have gone through its side. Beyond the
     side the ground goes on: a sphere that comes down on the wall's upper edge lies on both, and would be in the wall by up to its radius at once.
     """
-    flight_collisions.collide(bed, EVERY * bed.dt)
     flat = isinstance(domain, Container)
     distance = bed.X[:, 2] if flat else np.linalg.norm(bed.X[:, :3], axis=1)
     top_level, floor_level = (domain.top, domain.floor) if isinstance(domain, Container) else (domain.top_radius, domain.core_radius)

@@ -222,6 +222,7 @@ class Collapse:
             if now >= settings.latest_time or (now >= settings.end_time and self.change < settings.still_change):
                 return
             if bed.steps % flight.EVERY == 0:
+                flight_collisions.collide(bed, flight.EVERY * bed.dt)
                 flight.look(bed, self.domain)
                 flight.damp(bed, self.domain)
             if settings.sleeping and bed.steps % sleeping.EVERY == 0:
