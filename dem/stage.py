@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from dem import durations, flight, friction_angle, sleeping, stiffening
+from dem import durations, flight, flight_collisions, friction_angle, sleeping, stiffening
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
 from dem.beds import settling
 from dem.beds.container import Container
