@@ -117,3 +117,21 @@ def test_what_sinks_past_the_edge_of_a_wall_begins_unloaded():
     for _ in range(1000):
         bed.step()
     assert bed.X[0, 0] < 8.5 and total(bed) == pytest.approx(before, rel=1e-3)  # turned back by the wall
+
+
+def test_the_stage_lets_what_flies_collide(tmp_path):
+    """Two grains on their way to one place above a bed part as their restitution says, and stay apart by their radii."""
+    from tests.dem.test_stiffening import collapse, settled
+
+    bed = settled(tmp_path, radius_spread=0.0, arc_radius=9.0, count=220)[0]
+    pair = np.argsort(np.where(bed.headroom == 0, bed.position[:, 2], -np.inf))[-2:]
+    bed["position"][pair] = [[-3.0, 0.0, 30.0], [3.0, 0.0, 30.0]]
+    bed["velocity"][pair] = [[2.0, 0.0, 2.0], [-2.0, 0.0, 2.0]]
+    bed["state"] = np.zeros(len(bed), dtype=np.int8)
+    bed["state"][pair] = BALLISTIC
+    who = bed.identity[pair]
+    made = collapse(bed, tmp_path, springs_for="bed", end_time=2.5, latest_time=2.5)
+    made.advance()
+    here = np.isin(made.bed.identity, who)
+    closing = np.ptp(made.bed.W[here, 0])
+    assert np.ptp(made.bed.X[here, 0]) > 2.0 * bed.radius[pair].min() and closing == pytest.approx(0.55 * 4.0, rel=1e-6)
