@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from crater.datum import Datum, plane, sphere
-from crater.radial_profile import Relief, ring_mean
+from crater.radial_profile import RINGS_SHARE, Relief, ring_mean
 from matter.errors import InputError
 
 FAR = 3.0
@@ -121,7 +121,7 @@ def _joint(basis: np.ndarray, cells: _Ground, inner: float | None) -> tuple[np.n
     squares = np.array([fit[2] for fit in fits])
     best = fits[int(np.argmin(squares))]
     variance = best[2] / np.sum(cells.w > 0.0)
-    weight = _prior() * np.exp(-0.5 * (squares - squares.min()) / (variance * best[3]))
+    weight = _prior() * np.exp(-0.5 * (squares - squares.min()) / (variance * max(best[3], RINGS_SHARE)))
     weight /= weight.sum()
     points = np.array([fit[0][:n] for fit in fits])
     mean = weight @ points

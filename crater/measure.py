@@ -19,7 +19,7 @@ from crater.datum import Datum, of_frame
 from crater.ejecta import blanket
 from crater.radial_profile import Profile, Relief, closed, profile_of, ring_mean
 from crater.shape import Ruler, Shape, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
-from crater.uncertainty import UNITS, Quantity, by_every_method, deviation, draws_of_sectors, of_datum, quantities_of, quantity
+from crater.uncertainty import UNITS, Quantity, by_every_method, deviation, of_datum, quantities_of, quantity
 from matter import frame, readable
 from matter.particles import Particles
 
@@ -164,7 +164,8 @@ def read_off(ground: Relief, radius: float, errors: tuple[tuple[float, float], .
     mean = cells.mean(axis=1)
     finder = make_crest_finder(ruler, mean, first.apparent, first.depth)
     base = shape_of(mean, ruler, ground.datum, finder, outermost)
-    draws = draws_of_sectors(seed, BOOTSTRAPS, cells.shape[1])
+    rng = np.random.default_rng(np.random.SeedSequence(seed))
+    draws = rng.integers(0, cells.shape[1], size=(BOOTSTRAPS, cells.shape[1]))
     trials = np.array([shape_of(cells[:, pick].mean(axis=1), ruler, ground.datum, finder, outermost).as_array() for pick in draws])
     by_method = by_every_method(ground, radius, ruler, base, outermost)
     shifts = of_datum(errors, mean, ruler, ground.datum, finder, outermost) - base.as_array()

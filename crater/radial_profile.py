@@ -14,6 +14,9 @@ from crater.surface import Columns, Heights, Undisturbed, column_points
 from matter import archive
 from matter.errors import InputError
 
+RINGS_SHARE = 3.1
+"""Neighbouring rings share particles, so that the variance of a mean over rings is this many times that of independent ones: 1 + 2 (0.70 + 0.29 + 0.06),
+the correlations with the next three rings, measured on 79 clouds of three packings."""
 COLUMN_NAMES = ("radius_m", "height_m", "height_p16_m", "height_p84_m", "count")
 
 
