@@ -49,15 +49,15 @@ def relief(now: Heights, before: Undisturbed | None = None) -> Relief:
         rays["alpha"] = now.alpha
     azimuth = (np.arange(columns.sectors) + 0.5) * 2.0 * np.pi / columns.sectors
     if before is not None:
-        points = column_points(datum, columns.distance[columns.ring], columns.azimuth)
-        rays = {name: values - before.at(name, points, values) for name, values in rays.items()}
+        near = before.nearest(column_points(datum, columns.distance[columns.ring], columns.azimuth))
+        rays = {name: values - before.at(name, near, values) for name, values in rays.items()}
     for name, values in rays.items():
         methods[name] = now.cells_of(values)
     if now.cell is not None:
         cell = now.cell
         if before is not None:
             s, a = np.broadcast_arrays(columns.distance[:, None], azimuth[None, :])
-            cell = cell - before.at("column", column_points(datum, s.ravel(), a.ravel()), cell.ravel()).reshape(cell.shape)
+            cell = cell - before.at("column", before.nearest(column_points(datum, s.ravel(), a.ravel())), cell.ravel()).reshape(cell.shape)
         methods["column"] = cell
     return Relief(datum, columns, methods, rays["colour"], None if before is None else before.scatter)
 

@@ -152,9 +152,9 @@ def make_crest_finder(ruler: Ruler, mean: np.ndarray, apparent: float, depth: fl
     # the highest ring of a broad crest may be far from its top, and the bootstrap must be free to find it elsewhere
     knots = np.linspace(first - max(1.25 * d, 0.2 * apparent), first + max(1.25 * d, 0.2 * apparent), KNOTS)
     knots = knots[(knots > s[1]) & (knots < s[-4])]
-    solve, reject = [], []
+    solve, reject, where = [], [], smoothing.places(s, ruler.d[use])
     for knot in knots:
-        basis = np.column_stack([smoothing.smooth(part, s, ruler.d[use]) for part in _two_parabolas(knot, d)])
+        basis = np.column_stack([smoothing.averaged(part, where) for part in _two_parabolas(knot, d)])
         inverse = np.linalg.pinv(basis * w[:, None], rcond=1e-9) * w[None, :]
         solve.append(inverse)
         reject.append(w[:, None] * (np.eye(len(s)) - basis @ inverse))

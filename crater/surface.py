@@ -20,9 +20,9 @@ from scipy.spatial import cKDTree
 
 from crater.cloud import Cloud
 from crater.datum import Datum
+from crater.half_level import half_level
 from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
-from matter.jit import kernel
 
 RING_PER_SPACING = 0.5
 MOST_RINGS = 400
@@ -125,78 +125,6 @@ def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24, co
     return Columns(edges, middle, spacing, count, sectors)
 
 
-@kernel(fastmath=True)
-def _splat(x, volume, spacing, sphere, radius, ring_s, start, count, place, t_lo, dt, colour, highest):
-    """Add every particle's kernel to the columns within its support; keep the highest particle of each column."""
-    rings, levels = len(ring_s), colour.shape[1]
-    for j in range(len(x)):
-        rho = np.sqrt(x[j, 0] ** 2 + x[j, 1] ** 2)
-        r = np.sqrt(rho * rho + x[j, 2] ** 2)
-        azimuth = np.arctan2(x[j, 1], x[j, 0])
-        s = radius * np.arctan2(rho, x[j, 2]) if sphere else rho
-        h = 2.0 * spacing[j]
-        stretch = max(r / radius, 0.1) if sphere else 1.0
-        weight = volume[j] * 8.0 / (np.pi * h**3)
-        half = np.pi if h >= rho else np.arcsin(h / rho) * 1.001
-        for i in range(np.searchsorted(ring_s, s - h / stretch), rings):
-            if ring_s[i] > s + h / stretch:
-                break
-            step = 2.0 * np.pi / count[i]
-            k0 = int(np.floor((azimuth - half) / step - 0.5))
-            k1 = int(np.ceil((azimuth + half) / step - 0.5))
-            if k1 - k0 >= count[i]:
-                k0, k1 = 0, count[i] - 1
-            for k in range(k0, k1 + 1):
-                column = start[i] + k % count[i]
-                if sphere:
-                    along = place[column, 0] * x[j, 0] + place[column, 1] * x[j, 1] + place[column, 2] * x[j, 2]
-                    lateral2 = r * r - along * along
-                    t = along - radius
-                else:
-                    lateral2 = (x[j, 0] - place[column, 0]) ** 2 + (x[j, 1] - place[column, 1]) ** 2
-                    t = x[j, 2]
-                if lateral2 >= h * h:
-                    continue
-                if lateral2 < 0.3183 * spacing[j] ** 2 and t + 0.5 * spacing[j] > highest[column]:  # column of area spacing^2
-                    highest[column] = t + 0.5 * spacing[j]
-                reach = np.sqrt(h * h - lateral2)
-                first = max(0, int(np.ceil((t - reach - t_lo) / dt)))
-                last = min(levels - 1, int(np.floor((t + reach - t_lo) / dt)))
-                for n in range(first, last + 1):
-                    q = np.sqrt(lateral2 + (t_lo + n * dt - t) ** 2) / h
-                    if q < 0.5:
-                        colour[column, n] += weight * (1.0 - 6.0 * q * q * (1.0 - q))
-                    elif q < 1.0:
-                        colour[column, n] += weight * 2.0 * (1.0 - q) ** 3
-
-
-@kernel
-def _crossing(colour, t_lo, dt, thickness, out):
-    """From above: the first crossing of 1/2 with ``thickness`` of matter above 1/2 under it.
-
-    Gaps thinner than that (voids between disordered particles) do not count as an end of the matter; thin sheets over a wider gap are skipped.
-    """
-    levels = colour.shape[1]
-    for column in range(len(colour)):
-        out[column] = np.nan
-        top, solid, gap = -1, 0, 0
-        for n in range(levels - 1, -1, -1):
-            if colour[column, n] >= 0.5:
-                if top < 0:
-                    top = n
-                solid += 1
-                gap = 0
-            elif top >= 0:
-                gap += 1
-                if gap * dt >= thickness[column]:
-                    top, solid = -1, 0
-            if top > 0 and (solid * dt >= thickness[column] or n == 0):
-                if top + 1 < levels:
-                    upper, lower = colour[column, top + 1], colour[column, top]
-                    out[column] = t_lo + dt * (top + (lower - 0.5) / (lower - upper))
-                break
-
-
 def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str = "two") -> Heights:
     """Heights of the supported ``cloud`` above ``datum``.
 
@@ -207,16 +135,8 @@ def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str =
     t_lo, t_hi = _window(distance[inside], height[inside], columns)
     inside &= (height > t_lo - 2.0 * cloud.spacing) & (height < t_hi + 2.0 * cloud.spacing)
     near = cloud.select(inside)
-    dt = 0.25 * float(columns.spacing.min())
-    levels = int(np.ceil((t_hi - t_lo) / dt)) + 1
-    colour = np.zeros((int(columns.count.sum()), levels), dtype=np.float32)
-    highest = np.full(len(colour), -np.inf)
-    radius = datum.radius if datum.is_sphere else 1.0
     rings = columns.distance, columns.start[:-1], columns.count, _places(datum, columns)
-    _splat(datum.local(near.position), near.volume, near.spacing, datum.is_sphere, radius, *rings, t_lo, dt, colour, highest)
-    crossing = np.empty(len(colour))
-    _crossing(colour, t_lo, dt, columns.spacing[columns.ring], crossing)
-    highest[~np.isfinite(highest)] = np.nan
+    crossing, highest = half_level(near, datum, columns.spacing, rings, t_lo, t_hi)
     result = Heights(datum, columns, None, crossing, highest)
     if methods == "two":
         return result
@@ -323,16 +243,21 @@ class Undisturbed:
     wide: dict[str, np.ndarray]
     scatter: float
 
-    def at(self, method: str, points: np.ndarray, height: np.ndarray) -> np.ndarray:
-        """Excess to be taken from the ``height`` (n,) found at ``points`` (n, 3) in the frame of the snapshot.
+    def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The four nearest columns of every one of ``points`` (n, 3), in the frame of the snapshot, and their weights; both (n, 4)."""
+        distance, near = self.tree.query(points, k=4)
+        weight = 1.0 / np.maximum(distance, 1e-3 * np.maximum(distance[:, -1:], 1e-300)) ** 2
+        return near, weight / weight.sum(axis=1)[:, None]
+
+    def at(self, method: str, nearest: tuple[np.ndarray, np.ndarray], height: np.ndarray) -> np.ndarray:
+        """Excess to be taken from the ``height`` (n,) found where ``nearest`` was asked for.
 
         Ground that has hardly moved still shows the imprint of its own particles: there the excess is that of the nearest columns. Ground that
         has moved by a spacing is made of other particles, and the old imprint would only add its scatter: there it is the mean of the
         wider surroundings.
         """
-        distance, near = self.tree.query(points, k=4)
-        weight = 1.0 / np.maximum(distance, 1e-3 * np.maximum(distance[:, -1:], 1e-300)) ** 2
-        local = (weight * self.excess[method][near]).sum(axis=1) / weight.sum(axis=1)
+        near, weight = nearest
+        local = (weight * self.excess[method][near]).sum(axis=1)
         moved = (height - local) / self.spacing[near[:, 0]]
         wide = self.wide[method][near[:, 0]]
         keep = np.exp(-4.0 * np.where(np.isfinite(moved), moved, np.inf) ** 2)
