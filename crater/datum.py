@@ -14,8 +14,6 @@ from scipy.optimize import least_squares
 from matter import frame
 from matter.errors import InputError
 
-ROBUST = dict(loss="soft_l1", max_nfev=200)
-
 
 @dataclass(frozen=True)
 class Datum:
@@ -129,94 +127,39 @@ def of_frame(given: Datum | frame.Sphere | frame.Plane) -> Datum:
     raise InputError(f"a datum is a matter.frame.Sphere, a matter.frame.Plane or a crater.datum.Datum, not {type(given).__name__}")
 
 
-def fit_plane(points: np.ndarray, scale: float, weights: np.ndarray | None = None, groups: np.ndarray | None = None) -> Datum:
-    """Plane z = a + b x + c y through ``points`` (n, 3) by least squares with soft_l1 loss beyond ``scale`` [m].
-
-    ``weights`` (areas) count each point; the result's axis passes through the origin of x, y, and ``sigma`` is the error of the level there.
-    Points of one of ``groups`` (numbers, one per point; default: each its own) may err together.
-    """
-    w = _weights(points, weights)
-    start = np.array([np.median(points[:, 2]), 0.0, 0.0])
-    extent = max(float(np.ptp(points[:, :2])), scale)
-    basis = np.column_stack([np.ones(len(points)), points[:, :2] / extent])
-
-    def residual(p):
-        return w * (points[:, 2] - basis @ p) / scale
-
-    found = least_squares(residual, start, x_scale=scale, **ROBUST)
-    a, b, c = found.x[0], found.x[1] / extent, found.x[2] / extent
-    sigma = _sigma_of_level(basis, np.array([1.0, 0.0, 0.0]), found.fun, w, scale, groups)
-    return replace(plane(a, (0.0, 0.0), (-b, -c, 1.0), "fitted to the far field"), sigma=sigma)
-
-
-def fit_sphere(
-    points: np.ndarray,
-    scale: float,
-    radius: float | None = None,
-    centre: tuple[float, float, float] | None = None,
-    weights: np.ndarray | None = None,
-    start: tuple[float, np.ndarray] | None = None,
-    groups: np.ndarray | None = None,
-    towards: np.ndarray | None = None,
-) -> Datum:
-    """Sphere through ``points`` (n, 3), robust as ``fit_plane``; a ``radius`` or ``centre`` that is given is kept.
-
-    ``sigma`` is the error of its level in the direction ``towards`` (the crater; default: the middle of the points): a narrow ring of ground around a crater
-    hardly tells a lower centre from a smaller radius, and the level inside the ring suffers.
+def fit_sphere(points: np.ndarray, scale: float, radius: float | None = None, centre: tuple[float, float, float] | None = None) -> Datum:
+    """Sphere through ``points`` (n, 3) by least squares with soft_l1 loss beyond ``scale`` [m]; a ``radius`` or ``centre`` that is given is kept.
 
     Raises ``InputError`` when the points do not determine a sphere (too flat a patch): give radius or centre.
     """
-    w = _weights(points, weights)
-    if start is None:
-        # |x|^2 = 2 c.x + (R^2 - |c|^2) is linear in c and R^2 - |c|^2
-        middle = points.mean(axis=0)
-        q = points - middle
-        solution, *_ = np.linalg.lstsq(np.column_stack([2.0 * q, np.ones(len(q))]), (q**2).sum(axis=1), rcond=None)
-        start = (float(np.sqrt(max(solution[3] + solution[:3] @ solution[:3], scale**2))), middle + solution[:3])
-    c0 = np.asarray(centre if centre is not None else start[1], float)
-    r0 = radius or (float(np.median(np.linalg.norm(points - c0, axis=1))) if centre is not None else start[0])
+    if len(points) < 8:
+        raise InputError(f"too few points to fit a datum: {len(points)} in the far field; give its level or its radius (measure_crater --datum-radius)")
+    c0, r0 = _first_sphere(points, scale)
+    c0 = np.asarray(centre, float) if centre is not None else c0
+    r0 = radius or (float(np.median(np.linalg.norm(points - c0, axis=1))) if centre is not None else r0)
     free_c, free_r = centre is None, radius is None
 
     def unpack(p):
         c = c0 + p[:3] if free_c else c0
         return c, (r0 + p[-1] if free_r else r0)
 
+    def residual(p):
+        c, r = unpack(p)
+        return (np.linalg.norm(points - c, axis=1) - r) / scale
+
     count = 3 * free_c + free_r
     if count == 0:
         return sphere(r0, c0, source="given")
-
-    def residual(p):
-        c, r = unpack(p)
-        return w * (np.linalg.norm(points - c, axis=1) - r) / scale
-
-    found = least_squares(residual, np.zeros(count), x_scale=scale, **ROBUST)
+    found = least_squares(residual, np.zeros(count), x_scale=scale, loss="soft_l1", max_nfev=200)
     c, r = unpack(found.x)
     if not r > 0.0 or r > 1e3 * np.ptp(points):
         raise InputError("the far field is too flat to fit a sphere to it: give the datum's radius or centre, or take a plane")
-    up = (points - c) / np.linalg.norm(points - c, axis=1)[:, None]
-    there = np.asarray(towards if towards is not None else points.mean(axis=0) - c, float)
-    free = np.r_[np.full(3, free_c), free_r]
-    basis = np.column_stack([up, np.ones(len(points))])[:, free]
-    level = np.r_[there / np.linalg.norm(there), 1.0][free]
-    return replace(sphere(r, c, source="fitted to the far field"), sigma=_sigma_of_level(basis, level, found.fun, w, scale, groups))
+    return sphere(r, c, source="fitted to the far field")
 
 
-def _weights(points: np.ndarray, weights: np.ndarray | None) -> np.ndarray:
-    if len(points) < 8:
-        raise InputError(f"too few points to fit a datum: {len(points)} in the far field; give its level or its radius (measure_crater --datum-radius)")
-    return np.ones(len(points)) if weights is None else np.sqrt(np.asarray(weights) / np.mean(weights))
-
-
-def _sigma_of_level(basis: np.ndarray, level: np.ndarray, misfit: np.ndarray, w: np.ndarray, scale: float, groups: np.ndarray | None) -> float:
-    """Standard error [m] of ``level`` . p for the parameters p of a robust linear fit: the sandwich A^-1 (sum_g s_g s_g^T) A^-1.
-
-    A = sum_i k_i b_i b_i^T, s_g = sum over the points of group g of k_i b_i r_i, with k = w^2 / sqrt(1 + misfit^2) the weight that soft_l1
-    leaves; grouped because neighbouring rings share particles.
-    """
-    k = w**2 / np.sqrt(1.0 + misfit**2)
-    scores = basis * (k * misfit * scale / w)[:, None]
-    if groups is not None:
-        scores = np.stack([scores[groups == g].sum(axis=0) for g in np.unique(groups)])
-    direction = np.linalg.lstsq((basis * k[:, None]).T @ basis, level, rcond=None)[0]
-    count = len(scores)
-    return float(np.sqrt(((scores @ direction) ** 2).sum() * count / max(count - len(level), 1)))
+def _first_sphere(points: np.ndarray, scale: float) -> tuple[np.ndarray, float]:
+    """Centre and radius by linear least squares: |x|^2 = 2 c.x + (R^2 - |c|^2) is linear in c and R^2 - |c|^2."""
+    middle = points.mean(axis=0)
+    q = points - middle
+    solution, *_ = np.linalg.lstsq(np.column_stack([2.0 * q, np.ones(len(q))]), (q**2).sum(axis=1), rcond=None)
+    return middle + solution[:3], float(np.sqrt(max(solution[3] + solution[:3] @ solution[:3], scale**2)))

@@ -200,7 +200,7 @@ def level_of_far_field(ground: Relief, radius: float) -> tuple[float, float]:
     h = cells[np.isfinite(cells)]
     scale = max(1.4826 * float(np.median(np.abs(h - np.median(h)))), 1e-3 * float(ground.columns.spacing.min()))
     found = least_squares(lambda p: w * (h - p[0]) / scale, [np.median(h)], loss="soft_l1", x_scale=scale)
-    return float(found.x[0]), scale / np.sqrt(len(h))
+    return float(found.x[0]), scale * float(np.sqrt(RINGS_SHARE / len(h)))
 
 
 def level_of_method(ground: Relief, radius: float) -> tuple[float, float]:

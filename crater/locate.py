@@ -148,7 +148,11 @@ def prepare(
     within: float = np.inf,
 ) -> Scene:
     """The supported part of a snapshot, the ground before the impact, and how far the columns go."""
-    body = supported_part(clouds.of(particles, what), datum, gravity, rise_limit, what)
+    return scene_of(supported_part(clouds.of(particles, what), datum, gravity, rise_limit, what), datum, before, reach, within)
+
+
+def scene_of(body: Cloud, datum: Datum, before: surface.Undisturbed | None, reach: float | None, within: float) -> Scene:
+    """A supported ``body`` and how far the columns go: to its edge, or to ``reach`` [m] before."""
     edge = edge_of(body, datum)
     return Scene(body, before, datum, min(edge, reach) if reach else edge, within)
 

@@ -78,6 +78,7 @@ def measure(
     Raises ``InputError`` for clouds that cannot be measured (fewer than 100 particles, not finite, all ejecta).
     """
     fitted = isinstance(datum, str)
+    body = None
     if isinstance(datum, str):
         cloud = clouds.of(particles, what)
         body = cloud.select(clouds.supported(cloud, what=what))
@@ -85,7 +86,10 @@ def measure(
     else:
         start = of_frame(datum)
     ground = locate.ground_before(before, start, reach, sectors) if isinstance(before, Particles) else before
-    scene = locate.prepare(particles, start, ground, gravity, rise_limit, reach, what, within)
+    if body is not None and not (gravity and rise_limit):  # the height over a datum decides on nothing that carries the ground
+        scene = locate.scene_of(body, start, ground, reach, within)
+    else:
+        scene = locate.prepare(particles, start, ground, gravity, rise_limit, reach, what, within)
     refit = (lambda relief, current, radius, rough: far_field.refit(relief, current, radius, centre, datum_radius, rough)) if fitted else None
     return measure_scene(scene, refit, seed, sectors)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import synthetic
 
-from crater import cloud, compare, datum, observations, radial_profile, series, smoothing, surface
-from crater.radial_profile import Profile
+from crater import cloud, compare, datum, far_field, observations, radial_profile, series, smoothing, surface
+from crater.radial_profile import Profile, Relief
 from matter import frame
 from matter.errors import InputError
 from matter.particles import Particles
@@ -57,15 +57,47 @@ def test_every_method_finds_flat_ground():
     assert np.nanmean(found.cell) == pytest.approx(0.0, abs=0.08)
 
 
-def test_plane_fit_shrugs_off_boulders():
-    rng = np.random.default_rng(1)
-    p = rng.uniform(-10, 10, (400, 3))
-    p[:, 2] = 2.0 + 0.05 * p[:, 0] - 0.02 * p[:, 1] + rng.normal(scale=0.01, size=400)
-    p[:20, 2] += 5.0
-    found = datum.fit_plane(p, 0.05)
-    assert found.centre[2] == pytest.approx(2.0, abs=0.01)
+def ground_of(given: datum.Datum, height) -> Relief:
+    """A relief with the ``height`` (distance, azimuth) and no particles under it: rings of a half to forty, spacing one."""
+    edges = np.arange(0.0, 40.5, 0.5)
+    s = 0.5 * (edges[1:] + edges[:-1])
+    columns = surface.Columns(edges, s, np.ones(len(s)), np.full(len(s), 24), 24)
+    a = (np.arange(24) + 0.5) * 2.0 * np.pi / 24
+    cells = height(s[:, None], a[None, :]) + 0.02 * np.random.default_rng(1).normal(size=(len(s), 24))
+    return Relief(given, columns, {"colour": cells}, cells.ravel())
+
+
+def crater_with_blanket(s):
+    """A crater of radius 8 with a blanket that falls as s^-3."""
+    return np.where(s < 8.0, -3.0 + 4.0 * (s / 8.0) ** 2, (np.maximum(s, 8.0) / 8.0) ** -3.0)
+
+
+def test_a_fitted_plane_shrugs_off_boulders_and_the_blanket():
+    def height(s, a):
+        h = crater_with_blanket(s) + 2.0 + 0.05 * s * np.cos(a) - 0.02 * s * np.sin(a)
+        return np.where((s > 20.0) & (s < 22.0) & (a < 0.6), h + 5.0, h)
+
+    found = far_field.refit(ground_of(datum.plane(), height), datum.plane(), 7.0)
     normal = np.asarray(found.axes)[2]
-    assert -normal[:2] / normal[2] == pytest.approx([0.05, -0.02], abs=2e-3)
+    assert -normal[:2] / normal[2] == pytest.approx([0.05, -0.02], abs=3e-3)
+    assert abs(found.centre[2] - 2.0) < max(3.0 * found.sigma, 0.01)
+    assert 0.0 < found.sigma < 0.05
+
+
+@pytest.mark.parametrize("known", ["nothing", "centre", "radius"])
+def test_a_fitted_sphere_tells_a_blanket_from_its_own_curvature(known):
+    """The start is 0.6 too large and its centre 0.5 too low; the ground is a sphere of 100 with a crater and its blanket."""
+    start = datum.sphere(100.6 if known != "radius" else 100.0, (0.0, 0.0, -0.5 if known != "centre" else 0.0))
+
+    def height(s, a):
+        along, up = 100.0 * np.sin(s / 100.0), 100.0 * np.cos(s / 100.0) - start.centre[2]
+        return np.hypot(along, up) - start.radius + crater_with_blanket(s) + 0.0 * a
+
+    kept = {"centre": (0.0, 0.0, 0.0) if known == "centre" else None, "fixed_radius": 100.0 if known == "radius" else None}
+    found = far_field.refit(ground_of(start, height), start, 7.0, **kept)
+    top = np.asarray(found.centre) + found.radius * np.asarray(found.axes)[2]
+    assert abs(top[2] - 100.0) < max(3.0 * found.sigma, 0.02)
+    assert 0.0 < found.sigma < 0.2
 
 
 def test_sphere_fit_free_and_fixed():
