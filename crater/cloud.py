@@ -17,6 +17,8 @@ from scipy.spatial import cKDTree
 from matter.errors import InputError
 from matter.particles import Particles
 
+FIELDS = ("position", "velocity", "mass", "density", "radius", "smoothing_length", "layer", "state", "material")
+"""All that a cloud takes from a snapshot."""
 FEWEST = 100
 RANDOM_PACKING = 0.62
 """Solid fraction assumed for grains that state neither a bulk density nor a packing fraction."""

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import savgol_filter
 
+from crater import cloud as clouds
 from crater import locate
 from crater.choices import Choices
 from crater.measure import Measures, measure_scene
@@ -46,7 +47,7 @@ def follow(paths: Iterable[Path], stage: str, chosen: Choices, before: Undisturb
     """Measure every snapshot of a stage on the same choices and against the same undisturbed target, by two methods."""
     moments = []
     for path in paths:
-        particles = snapshot.read(path)
+        particles = snapshot.read(path, clouds.FIELDS)
         time = float(particles.attributes.get("time", np.nan))
         try:
             scene = locate.prepare(particles, chosen.datum, before, chosen.gravity, chosen.rise_limit, chosen.reach, path.name, chosen.within)
