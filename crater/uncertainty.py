@@ -42,7 +42,8 @@ RESOLUTION_HEIGHT = 0.047
 RESOLUTION_DIAMETER = 0.027
 STEEP_WALL = 0.05
 RESOLUTION_CREST = float(np.hypot(0.08, STEEP_WALL))
-RESOLUTION_RIM = 0.029
+RESOLUTION_RIM = 0.1
+"""Of what the colour field rounds off the crest and the fit restores: nothing of a crest without a corner."""
 RESOLUTION_VOLUME = 0.0024
 """Of the apparent area, times the spacing."""
 
@@ -86,15 +87,17 @@ def quantities_of(
     spread["depth"] = max(spread["depth"], _floor_noise(cells, ruler, base))
     area = np.pi * base.apparent**2
     height = RESOLUTION_HEIGHT * d
+    rounded_off = max(0.0, base.rim_height - float(np.interp(base.rim, ruler.s, cells.mean(axis=1)))) if np.isfinite(base.rim) else 0.0
+    crest = RESOLUTION_RIM * rounded_off
     table = {
         "depth_m": (base.depth, spread["depth"], height, level["depth"]),
         "diameter_apparent_m": (2.0 * base.apparent, 2.0 * spread["apparent"], 2.0 * RESOLUTION_DIAMETER * d, 2.0 * level["apparent"]),
         "diameter_rim_m": (2.0 * base.rim, 2.0 * spread["rim"], 2.0 * RESOLUTION_CREST * d, 2.0 * level["rim"]),
-        "rim_height_m": (base.rim_height, spread["rim_height"], RESOLUTION_RIM * d, level["rim_height"]),
+        "rim_height_m": (base.rim_height, spread["rim_height"], crest, level["rim_height"]),
         "depth_rim_to_floor_m": (
             base.depth + base.rim_height,
             np.hypot(spread["depth"], spread["rim_height"]),
-            np.hypot(height, RESOLUTION_RIM * d),
+            np.hypot(height, crest),
             float(np.sqrt(np.sum((shifts[:, depth] + shifts[:, rim_height]) ** 2))),
         ),
         "volume_m3": (base.volume, spread["volume"], RESOLUTION_VOLUME * d * area, level["volume"]),
@@ -103,7 +106,6 @@ def quantities_of(
     }
     names = ("azimuth", "resolution", "datum", "method")
     method = {name: _method_error(table_of_methods, name, np.hypot(row[1], row[2])) for name, row in table.items()}
-    method["depth_rim_to_floor_m"] = float(np.hypot(method["depth_m"], method["rim_height_m"]))
     result = {name: quantity(row[0], dict(zip(names, (*row[1:], method[name]))), UNITS[name]) for name, row in table.items()}
     if base.peak_height > 3.0 * result["depth_m"].sigma and base.peak_height > 0.5 * d:  # type: ignore[operator]
         result["central_peak_m"] = quantity(base.peak_height, {"azimuth": spread["peak_height"], "resolution": height}, "m")
@@ -157,6 +159,7 @@ def by_every_method(ground: Relief, radius: float, ruler: Ruler, base: Shape, ou
             "diameter_apparent_m": 2.0 * shape.apparent,
             "diameter_rim_m": 2.0 * shape.rim,
             "rim_height_m": shape.rim_height,
+            "depth_rim_to_floor_m": shape.depth + shape.rim_height,
             "volume_m3": shape.volume,
         }
     return table

@@ -37,8 +37,26 @@ def misses(height, across: float) -> list[float]:
     return [x / d for x in lengths] + [(found.volume - true.volume) / (np.pi * true.apparent**2 * d)]
 
 
+ACROSS = (7.0, 10.0, 14.0, 20.0, 30.0)
+
+
 def test_the_stated_resolution_is_what_noiseless_profiles_miss():
-    table = np.array([misses(height, across) for height in PROFILES.values() for across in (7.0, 10.0, 14.0, 20.0, 30.0)])
+    table = np.array([misses(height, across) for height in PROFILES.values() for across in ACROSS])
     crest = np.sqrt(uncertainty.RESOLUTION_CREST**2 - uncertainty.STEEP_WALL**2)  # which these profiles, passed through the linear map, cannot show
-    stated = (uncertainty.RESOLUTION_HEIGHT, uncertainty.RESOLUTION_DIAMETER, crest, uncertainty.RESOLUTION_RIM, uncertainty.RESOLUTION_VOLUME)
-    assert stated == pytest.approx(np.sqrt(np.mean(table**2, axis=0)), rel=0.1)
+    stated = (uncertainty.RESOLUTION_HEIGHT, uncertainty.RESOLUTION_DIAMETER, crest, uncertainty.RESOLUTION_VOLUME)
+    assert stated == pytest.approx(np.sqrt(np.mean(table[:, [0, 1, 2, 4]] ** 2, axis=0)), rel=0.1)
+
+
+def test_a_crest_is_restored_but_for_a_share_of_what_was_rounded_off():
+    """A corner loses 0.2 to 0.5 spacings to the colour field, a smooth crest next to nothing."""
+    share = []
+    for name, height in PROFILES.items():
+        crest = np.array([synthetic.Shape(height, 1.0, 3.5).rim_found])
+        for across in ACROSS:
+            missed = misses(height, across)[3]
+            if name in ("rounded", "smooth"):
+                assert abs(missed) < 0.015, (name, across)
+            else:
+                lost = float(height(crest)[0] - smoothing.smooth(height, crest, np.array([1.0 / across]))[0]) * across
+                share.append(missed / lost)
+    assert uncertainty.RESOLUTION_RIM == pytest.approx(np.sqrt(np.mean(np.square(share))), rel=0.1)
