@@ -64,7 +64,7 @@ def test_a_finished_run_prints_its_folder_first_and_its_result_last(drive, case_
     lines = out.strip().splitlines()
     run_folder = next((tmp_path / "runs").glob("small-*"))
     assert lines[0] == f"run folder: {run_folder}" and lines[-1] == f"result: {run_folder}"
-    assert re.search(r"depth below datum +290 \+- 26 km +12 \+- 26 km", out)
+    assert re.search(r"depth below the datum +290 \+- 26 km +12 \+- 26 km", out)
     assert "published transient depth_m: 300 +51 -41 km (Winter 2017); here 290 +- 26 km: met" in out
 
 
