@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from handoff import compare, domain, force_network, shock
 from handoff.hydrostatic import Column
-from handoff.ledger import Ledger, volume_limit
+from handoff.ledger import Ledger, volume_limit, volume_scatter
 from handoff.offset import by_one_factor
 from handoff.surface import Rules
 from matter import readable
@@ -255,11 +255,14 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
     sign = np.where(region.frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
     empty = float(sign @ (samples.inside[here] == (sign < 0.0))) * samples.volume
     carved = float(sign @ (made.stays[samples.grain[here]] == (sign < 0.0))) * samples.volume
+    cut = (float(np.cbrt(made.volume[made.stays].mean())), size.radius, size.depth, size.volume)
+    scatter = volume_scatter(*cut)
     ledger.measure(
         "cavity_volume_rel",
         abs(carved / empty - 1.0) if empty > 0.0 else np.inf,
-        f"below the datum: source {readable.volume(empty)}, bed {readable.volume(carved)}, {ratio:.1f} grains per cavity radius",
-        bound=volume_limit(ratio),
+        f"below the datum: source {readable.volume(empty)}, bed {readable.volume(carved)}; at {ratio:.1f} grains per cavity radius another draw of the bed "
+        f"moves it by {scatter:.1%}",
+        bound=volume_limit(*cut),
     )
 
 
