@@ -125,7 +125,7 @@ def _draw_movie(run: Path, field: str) -> None:
 
 
 def _checked(request: Any, settings: Any) -> int:
-    from pipeline import prediction
+    from pipeline import other_presets, prediction
     from pipeline.run import sensible
 
     warnings = sensible(request, settings)
@@ -136,7 +136,7 @@ def _checked(request: Any, settings: Any) -> int:
     if words := prediction.words(request, settings):
         print(words)
     print(prediction.table(request, prediction.predictions(request, settings)))
-    for text in warnings:
+    for text in [*warnings, *other_presets.faults(request.case)]:
         print(f"WARNING: {text}")
     return 0
 

@@ -86,6 +86,19 @@ def test_check_predicts_and_runs_nothing(drive, case_folder, tmp_path):
     assert code == 2 and "sph.steps" in err
 
 
+def test_check_looks_at_the_presets_that_were_not_chosen(drive, case_folder):
+    file = case_folder / "case.toml"
+    good = file.read_text()
+    assert "WARNING: preset" not in drive(case_folder, "--check")[1]
+    file.write_text(good.replace("steps = 20", "stepz = 20\nspacing = 3"))
+    code, out, err = drive(case_folder, "--check")
+    assert code == 0, err
+    assert (
+        "WARNING: preset quick cannot be used: case.toml:31 sph.stepz: there is no such key; did you mean 'steps'?; case.toml:32 sph.spacing: the unit" in out
+    )
+    assert drive(case_folder, "--check", "--preset", "quick")[0] == 2
+
+
 def test_threads_are_those_asked_for(drive, case_folder, tmp_path):
     code, _, err = drive(case_folder, "--threads", 1, "--until", "nbody", "--out", tmp_path / "runs")
     assert code == 0, err
