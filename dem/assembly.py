@@ -103,6 +103,7 @@ class Assembly:
         self.wake, self.memory = np.inf, np.inf
         # factor of k_n against its start; energy of the springs at rest at that start; what changes of k_n have put into springs, of that what the weight has
         # taken, and the sum of the amounts of the rest [J]
+        self.lost_in_flight = 0.0  # what collisions of flying grains have lost, part of report[0] [J]
         self.softness, self.rest_energy, self.stiffness_energy, self.weight_energy, self.stiffness_excess = 1.0, 0.0, 0.0, 0.0, 0.0
         self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
         self.first = np.zeros(0, dtype=np.int32)
@@ -490,7 +491,7 @@ class Assembly:
 
 _SCALARS = (
     "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed", "active", "moving",
-    "mean_radius", "softness", "rest_energy", "stiffness_energy", "weight_energy", "stiffness_excess", "wake", "memory", "full_pass",
+    "mean_radius", "softness", "rest_energy", "stiffness_energy", "weight_energy", "stiffness_excess", "lost_in_flight", "wake", "memory", "full_pass",
 )  # fmt: skip
 
 

@@ -7,8 +7,8 @@ spring back sideways). With n from i to j, u the velocity of j's surface at the 
     J_n = (1 + e_n) m |u_n|,   J_t = min(mu J_n, 2/7 m |u_t|).
 
 The new velocities count from the contact at t on, so the places now become x + (v_old - v_new) t: momentum, angular momentum and potential energy are
-kept exactly, and what is lost is booked with the contacts. Pairs that overlap already collide at once when they approach. A grain collides once per
-look; looks come every few steps.
+kept exactly, and what is lost is booked with the contacts (and by itself in ``lost_in_flight``). Pairs that overlap already collide at once when they
+approach. A grain collides once per look; looks come every few steps.
 
 Source: Walton 1993, in: Particulate Two-Phase Flow, ed. Roco (three-parameter hard spheres; here without tangential restitution).
 """
@@ -47,6 +47,7 @@ def collide(bed: Assembly, dt: float) -> int:
     friction = np.array([[min(a.friction, b.friction) for b in laws] for a in laws])
     done, lost = bounce(i, j, found[:, 2].copy(), bed.X, bed.W, bed.V, bed.kind, restitution, friction)
     bed.report[0] += lost
+    bed.lost_in_flight += lost
     return int(done)
 
 
