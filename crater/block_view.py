@@ -32,8 +32,8 @@ NO_HEIGHT, UNKNOWN, EMPTY = 65535, 254, 255
 _COLOURS = 254
 
 
-def of_findings(found: Findings) -> str:
-    """The block of the final crater as HTML; empty where there is none, or where its snapshot is gone."""
+def of_findings(found: Findings, title: str) -> str:
+    """The block of the last crater, called ``title``, as HTML; empty where there is none, or where its snapshot is gone."""
     if found.final is None:
         return ""
     grains, shock = (found.inputs / folder / f"last{snapshot.SUFFIX}" for folder in ("5_dem", "2_sph"))
@@ -41,8 +41,7 @@ def of_findings(found: Findings) -> str:
     if not path.is_file():
         return ""
     particles = snapshot.read(path)
-    what = "The final crater" if found.rest.settled else "The crater of the last snapshot"
-    return html(data(found.final, particles, sections.places_before(particles, found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}")), what)
+    return html(data(found.final, particles, sections.places_before(particles, found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}")), title)
 
 
 def data(measures: Measures, particles: Particles, places: np.ndarray | None) -> dict[str, Any]:
@@ -82,12 +81,12 @@ def heights(content: Mapping[str, Any]) -> np.ndarray:
     return np.where(counts == NO_HEIGHT, np.nan, content["height"]["low"] + counts * content["height"]["step"])
 
 
-def html(content: Mapping[str, Any], what: str = "The final crater") -> str:
+def html(content: Mapping[str, Any], title: str = "The crater") -> str:
     """The viewer with its data: hidden until its own script finds WebGL."""
     scale, unit = readable.length_unit(content["half"])
     apparent = f"; black circle: apparent diameter {readable.length(2.0 * content['circle'])}" if content["circle"] else ""
     words = (
-        f"{what} in three dimensions, {readable.length(2.0 * content['half'])} across{apparent}. "
+        f"{title}, in three dimensions, {readable.length(2.0 * content['half'])} across{apparent}. "
         "The face is the plane of the impact, downrange to the right; each point of it has the depth of origin of the nearest particle "
         "(grey: unknown, as for ejecta). Drag to turn, scroll or pinch to zoom, double-click to reset."
     )

@@ -130,7 +130,9 @@ def draw_profiles(found: Findings, path: Path) -> None:
     if found.late_sph is not None:
         lines.append((found.late_sph, INK[0], f"all-SPH late stage ({readable.clock(found.late_sph_time)})"))
     if found.final is not None and found.final is not found.late_sph:
-        lines.append((found.final, INK[2], f"settled grains, DEM ({readable.clock(found.final_time)})"))
+        lines.append(
+            (found.final, INK[2], f"{'settled grains' if found.rest.settled else f'grains, {found.rest.state}'}, DEM ({readable.clock(found.final_time)})")
+        )
     reach = max(float(measures.profile.radius[np.isfinite(measures.profile.height)][-1]) for measures, _, _ in lines)
     reach = min(reach, _interesting(found, reach))
     scale, unit = readable.length_unit(reach)

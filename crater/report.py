@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crater import ballistic, block_view, chain, report_evidence, scaling
-from crater.findings import columns, strike
+from crater import ballistic, block_view, chain, heads, report_evidence, scaling
+from crater.findings import columns, final_entry, strike
 from crater.measure import Measures, Quantity
 from matter import archive, page, readable
 
@@ -57,6 +57,7 @@ def as_text(measures: Measures) -> str:
 
 def write(found: Findings, out: Path) -> None:
     """Write ``report.html``: everything inlined, readable on screen and on paper."""
+    last = _last(found)
     parts = [
         _summary(found),
         page.picture(out / "profile.png", "Profiles: the mean of each ring; shaded: the 16th to 84th percentile of single columns over azimuth."),
@@ -77,18 +78,26 @@ def write(found: Findings, out: Path) -> None:
             "The shock stage in time: material, damage, pressure (tension in the lowest colour) and the depth that the matter came from.",
         ),
         page.picture(out / "sections_grains.png", "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed."),
-        f"<h2>{'The final crater' if found.rest.settled else 'The last snapshot'}</h2>",
-        block_view.of_findings(found),
+        f"<h2>{page.escape(last)}</h2>",
+        block_view.of_findings(found, f"{last} ({readable.clock(found.final_time)})"),
         page.picture(
             out / "heightmap.png",
-            f"{'Final surface' if found.rest.settled else 'Surface of the last snapshot'}, seen from above, "
-            "heights and distances measured from the crater's centre. Dashed: apparent diameter.",
+            f"{last}, seen from above at {readable.clock(found.final_time)}: heights above the datum, distances from the crater's centre along it. "
+            "The dashed circle has the apparent diameter; the line is where the surface crosses the datum.",
             narrow=True,
         ),
         _ejecta(found, out),
         *report_evidence.all_parts(found.inputs, strike(found).mass * found.settings.impact.speed, _lever(found)),
     ]
     archive.write_text(out / "report.html", page.document(f"Crater: {_title(found)}", parts))
+
+
+def _last(found: Findings) -> str:
+    """What the last crater is called: *final* only where it has come to rest."""
+    if found.final is None:
+        return "The last snapshot"
+    head = heads.final(final_entry(found))
+    return "The final crater" if head.title == "final" else f"The crater in the {head.title}"
 
 
 def _lever(found: Findings) -> tuple[float, str]:

@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 import synthetic
 
-from crater import block_view
+from crater import block_view, report
+from crater.findings import Findings
 from crater.measure import measure
+from crater.rest import Rest
 from matter import frame, page
 from matter.particles import Particles
 
@@ -110,3 +112,17 @@ def test_it_needs_no_network_and_stays_small(bowl):
     assert "://" not in text and len(text) < 120_000
     facts = json.loads(re.search(r"id=block-data>(.*?)</script>", text, re.S).group(1))
     np.testing.assert_array_equal(block_view.heights(facts), block_view.heights(bowl[3]))
+
+
+@pytest.mark.parametrize(
+    ("rest", "words"),
+    [
+        (Rest(True), "The final crater"),
+        (Rest(False, "still growing", "depth grows"), "The crater in the last snapshot, still growing"),
+        (Rest(False, "still moving", "depth falls"), "The crater in the last snapshot, still moving"),
+    ],
+)
+def test_a_crater_that_moves_is_not_called_final(bowl, rest, words):
+    found = Findings(settings=None, inputs=None, final=bowl[2], final_time=60.0, rest=rest)
+    assert report._last(found) == words
+    assert words in block_view.html(bowl[3], report._last(found))
