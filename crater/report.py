@@ -78,7 +78,7 @@ def write(found: Findings, out: Path) -> None:
             "The shock stage in time: material, damage, pressure (tension in the lowest colour) and the depth that the matter came from.",
         ),
         page.picture(out / "sections_grains.png", "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed."),
-        f"<h2>{page.escape(last)}</h2>",
+        f"<h2>{'The final crater' if found.rest.settled else 'The last snapshot'}</h2>",
         block_view.of_findings(found, f"{last} ({readable.clock(found.final_time)})"),
         page.picture(
             out / "heightmap.png",
