@@ -80,9 +80,10 @@ def _within(path: tuple[str, ...], kind: Any, listed: bool = False) -> Iterator[
 
 
 def fields(kind: Any) -> dict[str, FieldInfo]:
-    """The fields of a model; of a law's parameters (a NamedTuple) what its annotations say."""
+    """The fields of a model, its own before those of its parents; of a law's parameters (a NamedTuple) what its annotations say."""
     if issubclass(kind, BaseModel):
-        return dict(kind.model_fields)
+        order = [name for one in kind.__mro__ for name in inspect.get_annotations(one) if name in kind.model_fields]
+        return {name: kind.model_fields[name] for name in dict.fromkeys([*order, *kind.model_fields])}
     hints = typing.get_type_hints(kind, include_extras=True)
     defaults = getattr(kind, "_field_defaults", {})
     return {name: FieldInfo.from_annotated_attribute(hints[name], defaults.get(name, PydanticUndefined)) for name in kind._fields}

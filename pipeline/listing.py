@@ -70,7 +70,7 @@ def laws() -> Rows:
 
 LAWS = {
     "sph.materials.ice": ("eos", "strength", "porosity", "crush", "damage"),
-    "sph": ("kernel", "volumes", "smoothing", "gradients", "viscosity_switch", "integrator", "sides", "floor"),
+    "sph": ("kernel", "viscosity", "volumes", "smoothing", "gradients", "viscosity_switch", "integrator", "sides", "floor"),
     "dem.contact": ("normal", "tangential", "cohesion", "sliding", "stiffness_rule"),
 }
 KINDS: dict[str, Callable[[], Rows]] = {"cases": cases, "materials": materials, "observed": observed, "laws": laws}
