@@ -1,0 +1,190 @@
+"""The runs behind the claims on the Ryugu shot, one command for each row, and what they found beside its limits.
+
+    python studies/sci.py                                # the rows and their runs
+    python studies/sci.py S1 --out runs/sci              # makes the runs of a row, resumed where they were stopped; what rows share is made once
+    python studies/sci.py S1 --out runs/sci --check      # validates them and predicts their cost
+    python studies/sci.py S1 --out runs/sci --evaluate   # the table of what is done so far
+
+Rows S are of the shock stage: apparent diameter and depth of snapshots, and the ballistic crater. Rows D are of the grains: ``measures.json`` of every run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from crater import ballistic, choices
+from crater.measure import Measures
+from matter import snapshot
+from matter.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[1]
+CASE = ROOT / "cases" / "sci_ryugu"
+GRAVITY, DENSITY, REACH = 1.2e-4, 1227.0, 14.5
+
+
+class Row(NamedTuple):
+    """What must be shown, the runs by name (arguments of ``run_case``), and the times [s] at which shock stages are measured."""
+
+    shows: str
+    runs: dict[str, tuple[str, ...]]
+    times: tuple[float, ...] = ()
+
+
+def sets(*values: str) -> tuple[str, ...]:
+    """``--set`` for each value."""
+    return tuple(part for value in values for part in ("--set", value))
+
+
+SPH, COARSE, SMALL = ("--until", "sph"), ("--preset", "coarse29"), ("--preset", "small")
+FINE = sets("sph.spacing_at_impact=6.5 cm", "sph.growth=0.04", "sph.spacing_far=1 m", "sph.projectile_particles=8", "sph.end_time=1.2 s", "handoff.time=1.2 s")
+LATER = sets("sph.late.at=30 ms", "sph.late.viscosity_at=15 ms")
+ROWS = {
+    "S1": Row(
+        "switch at 15 and 30 ms, alpha halved and doubled: D 5 %, depth 10 % at 1 and 4 s",
+        {
+            "15 ms": SPH, "30 ms": (*SPH, *LATER), "coarse": (*SPH, *COARSE), "coarse 30 ms": (*SPH, *COARSE, *LATER),
+            "coarse alpha / 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.05")), "coarse alpha x 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.2")),
+        },
+        (1.0, 4.0),
+    ),
+    "S2": Row(
+        "Morris & Monaghan's switch from the start: ballistic D and V stated",
+        {"none": (*SPH, *COARSE), "morris_monaghan": (*SPH, *COARSE, *sets("sph.viscosity_switch=morris_monaghan"))},
+        (1.0, 4.0),
+    ),
+    "S3": Row(
+        "29,529, 101,000 and 270,000 particles: ballistic D 5 %, V 10 % between the last two",
+        {"29,529": (*SPH, *COARSE), "101,000": SPH, "270,000": (*SPH, *FINE)},
+        (1.0,),
+    ),
+    "D1": Row(
+        "random packing, one handoff: 50,000 to 100,000 grains D 5 %, depth 10 % and r / 2",
+        {f"{count:,}": sets(f"bed.count={count}", "handoff.time=6 s") for count in (20_000, 50_000, 100_000)},
+    ),
+    "D2": Row(
+        "hexagonal packing: D below 0.95, depth below 0.9 of the random one, its change with the number larger",
+        {f"hcp {count:,}": ("--preset", "hcp", *sets(f"bed.count={count}", "handoff.time=6 s")) for count in (50_000, 100_000)},
+    ),
+    "D3": Row("against the observation: D 14.5-16.7, depth 2.07-2.99, rim 16.2-19.8 m", {"case": ()}),
+    "D5": Row(
+        "springs four times as stiff D 3 %, depth 5 %; three beds: the scatter is the error (inspect_handoff RUN --sensitivity does the rest)",
+        {
+            "small": SMALL, "springs x 4": (*SMALL, *sets("dem.springs_for=0.05 m/s")),
+            "bed 2": (*SMALL, *sets("bed.seed=2")), "bed 3": (*SMALL, *sets("bed.seed=3")),
+        },
+    ),
+    "D6": Row(
+        "bowls of 12, 18 and 22 m, one size of grains: 18 to 22 m D 3 %, depth 5 %",
+        {f"{radius} m": (*SMALL, *sets(f"bed.arc_radius={radius} m", f"bed.count={count}")) for radius, count in ((12, 6700), (18, 20_000), (22, 34_800))},
+    ),
+    "D7": Row("1 Pa of cohesion: smaller", {"none": SMALL, "1 Pa": (*SMALL, *sets("dem.contact.cohesion=zhang", "dem.contact.shell.cohesion=1 Pa"))}),
+    "D9": Row(
+        "the same all in SPH, to 100 s",
+        {"sph": (*SPH, *COARSE, *sets("sph.end_time=100 s", "sph.snapshot_interval=2 s", "sph.history_interval=0.2 s"))},
+        (4.0, 20.0, 100.0),
+    ),
+}  # fmt: skip
+
+
+def run(arguments: Sequence[str], out: Path, check: bool) -> tuple[int, Path | None]:
+    """``run_case`` with these arguments: its exit code, and the run folder that it names."""
+    code = "from pipeline.cli import run_case; run_case()"
+    command = [sys.executable, "-c", code, str(CASE), *arguments, "--out", str(out), *(["--check"] if check else [])]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    folder: Path | None = None
+    assert process.stdout is not None
+    for line in process.stdout:
+        print("   ", line, end="", flush=True)
+        if line.startswith("run folder: "):
+            folder = Path(line.removeprefix("run folder: ").strip())
+    return process.wait(), folder
+
+
+def measured(path: Path) -> Measures:
+    """The crater in a snapshot, on the choices of the run that it comes from. Raises ``InputError`` where none is found."""
+    particles = snapshot.read(path)
+    known = choices.of_snapshot(path, particles.attributes)
+    if known is None:
+        raise InputError(f"{path} does not say what it is measured against")
+    return known.measured(particles, known.ground_before(), str(path))
+
+
+def of_shock(folder: Path, times: Sequence[float]) -> list[str]:
+    """A line for each time: diameter and depth as measured, and the ballistic crater."""
+    lines, paths = [], snapshot.series(folder / "2_sph")
+    stamps = np.array([float(snapshot.attributes(path).get("time", 0.0)) for path in paths])
+    for time in times:
+        if len(paths) == 0 or np.min(np.abs(stamps - time)) > 0.1 * time:
+            lines.append(f"{time:8.3g} s  no snapshot")
+            continue
+        path = paths[int(np.argmin(np.abs(stamps - time)))]
+        try:
+            found = measured(path)
+            size = "  ".join(
+                f"{name} {found[key].value:.3g} m" for name, key in (("D", "diameter_apparent_m"), ("d", "depth_m")) if found[key].value is not None
+            )
+        except InputError as reason:
+            size = str(reason)
+        flown = ballistic.measure_profile(ballistic.profile_of(snapshot.read(path), GRAVITY, DENSITY, REACH)[0])
+        free = "  ".join(f"{name} {flown[key].value:.4g}" for name, key in (("D", "diameter_apparent_m"), ("V", "volume_m3")) if key in flown)
+        lines.append(f"{time:8.3g} s  {size}   ballistic: {free}")
+    return lines
+
+
+def of_grains(folder: Path) -> list[str]:
+    """Final and ballistic measures, and the rows of the ledger that fail."""
+    path = folder / "6_crater" / "measures.json"
+    if not path.is_file():
+        return ["not done"]
+    measures = json.loads(path.read_text())
+    lines = []
+    for part in ("final", "ballistic"):
+        rows = {key: value for key, value in measures.get(part, {}).items() if key.endswith(("_m", "_m3")) and isinstance(value, dict) and value.get("value")}
+        lines.append(f"  {part}: " + ", ".join(f"{key} {value['value']:.4g} +- {value.get('sigma') or float('nan'):.2g}" for key, value in rows.items()))
+    ledger = folder / "4_handoff" / "ledger.json"
+    failing = [row["name"] for row in json.loads(ledger.read_text()) if row["verdict"] == "fail"] if ledger.is_file() else []
+    return [*lines, f"  ledger: {', '.join(failing) if failing else 'no row fails'}"]
+
+
+def main() -> int:
+    """Run, check or evaluate a row; the largest exit code of its runs."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("row", nargs="?", choices=list(ROWS))
+    parser.add_argument("--out", type=Path, default=Path("runs/sci"), help="folder of the runs and of the book of what was run")
+    parser.add_argument("--check", action="store_true", help="validate and predict only")
+    parser.add_argument("--evaluate", action="store_true", help="run nothing")
+    given = parser.parse_args()
+    if given.row is None:
+        for name, row in ROWS.items():
+            print(f"{name}  {row.shows}")
+            for label, arguments in row.runs.items():
+                print(f"      {label:18} run_case cases/sci_ryugu " + " ".join(f'"{part}"' if " " in part else part for part in arguments))
+        return 0
+    row, worst = ROWS[given.row], 0
+    print(f"{given.row}: {row.shows}")
+    book = given.out / "book.json"
+    folders = json.loads(book.read_text()) if book.is_file() else {}
+    for label, arguments in row.runs.items():
+        print(label)
+        key = " ".join(arguments)
+        if not given.evaluate:
+            code, folder = run(arguments, given.out.resolve(), given.check)
+            worst = max(worst, code)
+            if folder is not None and not given.check:
+                given.out.mkdir(parents=True, exist_ok=True)
+                book.write_text(json.dumps(folders := folders | {key: str(folder)}, indent=1))
+        if not given.check and key in folders:
+            print("\n".join(of_shock(Path(folders[key]), row.times) if row.times else of_grains(Path(folders[key]))))
+    return worst
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
