@@ -125,7 +125,14 @@ def predict(settings: Settings) -> dict[str, float]:
     threads = settling.threads_for(n)
     grains = extent.expected(settings)
     wall = 3.0 + n * steps(settings) / (GRAIN_STEPS_PER_S * threads)
-    return {"wall_s": wall, "memory_bytes": 2.5e8 + 2500.0 * n, "disk_bytes": 230.0 * n, "bed_grains": grains.below, "bed_step": grains.step}
+    return {
+        "wall_s": wall,
+        "memory_bytes": 2.5e8 + 2500.0 * n,
+        "disk_bytes": 230.0 * n,
+        "bed_grains": grains.below,
+        "bed_step": grains.step,
+        "bed_radius": grains.radius,
+    }
 
 
 def explain(settings: Settings) -> list[str]:

@@ -52,6 +52,7 @@ _IDLE = {
     ("dem", "grains"),
     ("dem", "bed_grains"),
     ("dem", "bed_step"),
+    ("dem", "bed_radius"),
     ("sph", "particles"),
     ("crater", "particles"),
 }

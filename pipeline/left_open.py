@@ -41,7 +41,9 @@ def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], tupl
     filled: list[KeyPath] = []
     try:
         crater = _expected(document)
-    except (ValidationError, InputError, TypeError, AttributeError, KeyError):
+    except InputError as reason:
+        return document, (), [Complaint(("sph", "materials"), str(reason))]
+    except (ValidationError, TypeError, AttributeError, KeyError):
         crater = None
     except ValueError as reason:
         return document, (), [Complaint(DIAMETER, str(reason))]

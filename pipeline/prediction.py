@@ -13,7 +13,7 @@ from pipeline.screen import duration
 
 # how large the work of a later stage is depends on an earlier one: sizes by name, for the settings that have a field of that name
 SIZES = ("particles", "grains", "snapshots", "bed_grains")
-TIMES = ("bed_step",)
+MEASURES = ("bed_step", "bed_radius")
 
 
 def predictions(request: Request, settings: dict[str, Model]) -> dict[str, dict[str, float]]:
@@ -42,7 +42,7 @@ def _in_order(request: Request, settings: dict[str, Model]) -> Iterator[tuple[st
         elif stage in settings:
             sized = _sized(settings[stage], sizes)
             row = stages.load(stage).predict(sized)
-            sizes |= {name: int(row[name]) for name in SIZES if name in row} | {name: row[name] for name in TIMES if name in row}
+            sizes |= {name: int(row[name]) for name in SIZES if name in row} | {name: row[name] for name in MEASURES if name in row}
             yield stage, sized, row
 
 

@@ -18,7 +18,6 @@ import numpy as np
 from scipy.optimize import brentq
 
 from matter.body import Impact, Target
-from matter.errors import InputError
 from sph.target import Zones
 
 PARTICLES = 20_000
@@ -31,19 +30,26 @@ PER_RADIUS, LEAST_PER_RADIUS, REFINED = 10.0, 2.0, 2.0
 """Particles per projectile radius that the contact aims at, those that it has at least, and how much finer than the crater it is at most for more."""
 FAR = 4.0
 """Spacing far away over that of the crater."""
-PER_BODY = 10.0
-"""Particles per radius of a body that are enough far away from the impact."""
+PER_BODY, PER_GROUND = 10.0, 11.0
+"""Particles per radius of a body that are enough far away from the impact, and those that flat ground has at least along its depth: four of them are its
+quiet layer."""
+
+
+EDGE = 0.37
+"""Largest default width of a quiet layer over the depth or half width of flat ground."""
 
 
 def refinement(spacing: float, radius: float) -> float:
     """How much finer the contact is than the crater, for a ``spacing`` [m] and a projectile's ``radius`` [m]."""
-    wanted = min(math.sqrt(PER_RADIUS * spacing / radius), max(REFINED, LEAST_PER_RADIUS * spacing / radius))
-    return min(max(round(wanted, 1), 1.0), 10.0)
+    wanted = max(min(math.sqrt(PER_RADIUS * spacing / radius), REFINED), LEAST_PER_RADIUS * spacing / radius)
+    return min(max(math.ceil(10.0 * wanted) / 10.0, 1.0), 10.0)
 
 
 def spacing_far(target: Target, spacing: float) -> float:
     """Spacing far from the impact [m]."""
-    return max(FAR * spacing, 0.0 if target.flat else target.radius / PER_BODY)
+    if not target.flat:
+        return max(FAR * spacing, target.radius / PER_BODY)
+    return max(spacing, min(FAR * spacing, min(target.radius, target.half_width) / PER_GROUND))
 
 
 def fine_radius(impact: Impact) -> float:
@@ -80,10 +86,7 @@ def count(target: Target, zones: Zones) -> float:
 
 
 def solved(target: Target, impact: Impact, particles: int, fine: float, growth: float, contact_radius: float) -> float:
-    """The spacing at the impact [m] that gives about this many particles.
-
-    Raises ``InputError`` when no spacing does: the far side alone takes more.
-    """
+    """The spacing at the impact [m] that gives about this many particles; the coarsest that makes sense where that still has more."""
     radius = impact.projectile.radius
 
     def zones(spacing: float) -> Zones:
@@ -92,10 +95,10 @@ def solved(target: Target, impact: Impact, particles: int, fine: float, growth: 
     def excess(log: float) -> float:
         return math.log(count(target, zones(math.exp(log))) / particles)
 
-    most = 0.4 * min(target.radius, target.half_width if target.flat else target.radius)
+    most = 0.12 * min(target.radius, target.half_width if target.flat else target.radius)
     low, high = math.log(1e-4 * min(most, radius)), math.log(most)
     if excess(high) > 0.0:
-        raise InputError(f"{particles} particles are too few for this target: at the coarsest spacing it has {count(target, zones(most)):.0f}")
+        return most
     spacing = math.exp(float(brentq(excess, low, high, xtol=1e-3)))
     digits = 2 - math.floor(math.log10(spacing))
     return round(spacing, digits)  # three digits: a spacing is no finer than that

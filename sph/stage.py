@@ -27,26 +27,27 @@ from sph.material_settings import Choice
 from sph.numerics import Numerics
 from sph.simulation import Simulation
 
+# what a default is worked out with raises nothing: a mistake in the materials is told by the settings' own check
+
 
 def _solved_spacing(given: dict[str, Any]) -> float:
-    try:
-        zone = given["fine_radius"], given["growth"], given["contact_radius"]
-        return resolution.solved(given["target"], given["impact"], given["particles"], *zone)
-    except InputError as reason:
-        raise ValueError(str(reason)) from None
-
-
-def _chosen_materials(given: dict[str, Any]) -> material_rows.Materials:
-    return durations.chosen(given["target"], given["impact"], given["materials"])
+    zone = given["fine_radius"], given["growth"], given["contact_radius"]
+    return resolution.solved(given["target"], given["impact"], given["particles"], *zone)
 
 
 def _crater_times(given: dict[str, Any], share: float) -> float:
-    time = durations.crater_time(given["target"], given["impact"], _chosen_materials(given), given["strength"], given["damage"])
-    return durations.rounded(share * time)
+    try:
+        materials = durations.chosen(given["target"], given["impact"], given["materials"])
+    except InputError:
+        return share
+    return durations.rounded(share * durations.crater_time(given["target"], given["impact"], materials, given["strength"], given["damage"]))
 
 
 def _relaxation(given: dict[str, Any]) -> float:
-    return durations.relaxation_time(given["target"], _chosen_materials(given))
+    try:
+        return durations.relaxation_time(given["target"], durations.chosen(given["target"], given["impact"], given["materials"]))
+    except InputError:
+        return 0.0
 
 
 class Settings(Numerics):
@@ -101,7 +102,7 @@ class Settings(Numerics):
     floor: Literal["free", "fixed", "quiet", "wall"] | None = None
     """What ends flat ground below, as ``sides``; a half-sphere has sides only."""
     edge_width: PositiveLength | None = None
-    """Width of the quiet layer; by default four times ``spacing_far``."""
+    """Width of the quiet layer; by default four times ``spacing_far``, at most 0.37 of the ground."""
     late: late_stage.Settings | None = None
     """``[sph.late]``: a softened late stage for long times at small scale (``sph.late``); none by default."""
     control: bool = False
@@ -141,7 +142,8 @@ class Settings(Numerics):
     @property
     def width_of_edge(self) -> float:
         """Width of the quiet layer [m]."""
-        return self.edge_width if self.edge_width is not None else 4.0 * self.spacing_far
+        widest = resolution.EDGE * min(self.target.radius, self.target.half_width)
+        return self.edge_width if self.edge_width is not None else min(4.0 * self.spacing_far, widest)
 
     @property
     def relaxes(self) -> bool:

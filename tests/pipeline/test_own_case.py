@@ -1,0 +1,141 @@
+"""A case of ten lines: what it leaves open is filled in sensibly for every size of projectile and target, and it runs from an empty folder to the report."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from matter.errors import InputError
+from pipeline import case as cases
+from pipeline import prediction, sense
+from pipeline.run import Request, sensible, settings_of
+from sph import resolution
+
+ROOT = Path(__file__).resolve().parents[2]
+OWN = ROOT / "examples" / "own_case.toml"
+HALF_SPACE = 'shape = "half_space"\ngravity = "9.81 m/s^2"\nlayers = [{ material = "granite" }]'
+BODY = """layers = [
+  { material = "iron", thickness = "1500 km" },
+  { material = "basalt", thickness = "1400 km" },
+  { material = "granite", thickness = "100 km" },
+]"""
+IMPACT = '\n\n[impact]\nspeed = "12 km/s"\nangle_from_vertical = "45 deg"\nprojectile = { material = "granite", radius = "%s" }\n'
+RADII = {"1 m": "0.5 m", "200 m": "100 m", "50 km": "25 km"}
+
+
+def written(place: Path, target: str, size: str) -> Path:
+    file = place / "mine.toml"
+    file.write_text("[target]\n" + target + IMPACT % RADII[size])
+    return file
+
+
+def test_the_case_has_ten_lines_and_no_numerical_key():
+    lines = [line for line in OWN.read_text().splitlines() if line and not line.startswith("#")]
+    assert len(lines) <= 10 and not any(line.startswith(("[sph", "[bed", "[handoff", "[dem", "[crater", "[case")) for line in lines)
+
+
+@pytest.mark.parametrize(("size", "held"), [("1 m", True), ("200 m", False), ("50 km", False)])
+def test_a_half_space_is_filled_in_for_every_projectile(tmp_path, size, held):
+    case = cases.read(written(tmp_path, HALF_SPACE, size), size="quick")
+    request = Request(case, tmp_path)
+    settings = settings_of(request)
+    sph, diameter = settings["sph"], settings["sph"].impact.expected_transient_diameter
+    assert sensible(request, settings) == []
+    assert case.stages == (("sph", "crater") if held else ("sph", "bed", "handoff", "dem", "crater"))
+    assert ("strength holds it" in sense.in_words(settings)) == held
+    rows = prediction.predictions(request, settings)
+    assert resolution.count(sph.target, sph.zones) == pytest.approx(20_000, rel=0.03)
+    assert sum(row["wall_s"] for row in rows.values()) < 3600.0
+    # the crater and the quiet layer fit into the ground, the projectile has two particles per radius
+    assert sph.target.half_width - sph.width_of_edge > 1.2 * 0.5 * diameter and sph.target.radius > 2.0 * diameter
+    assert sph.impact.projectile.radius / sph.zones.contact >= 2.0 and 0.5 * diameter / sph.zones.fine > 8.0
+    assert sph.relaxation_time == 0.0 and settings["crater"].ground == "rock"
+
+
+def test_a_body_is_filled_in_and_one_that_is_too_large_is_told_to_be_flat(tmp_path):
+    request = Request(cases.read(written(tmp_path, BODY, "50 km"), size="quick"), tmp_path)
+    settings = settings_of(request)
+    assert sensible(request, settings) == [] and request.case.stages == ("sph", "bed", "handoff", "dem", "crater")
+    # sound takes 1500 km / 4070 m/s + 1400 km / 3145 m/s + 100 km / 4319 m/s through the radius
+    assert settings["sph"].relaxation_time == pytest.approx(1.5 * 836.0, rel=0.05)
+    assert settings["bed"].arc_radius == pytest.approx(1.5 * settings["bed"].impact.expected_transient_diameter)
+    request = Request(cases.read(written(tmp_path, BODY, "200 m"), size="quick"), tmp_path)
+    assert any('shape = "half_space", gravity = "2.8 m/s^2"' in text for text in sensible(request, settings_of(request)))
+    request = Request(cases.read(written(tmp_path, BODY, "1 m"), size="quick"), tmp_path)
+    with pytest.raises(InputError, match=r"is lost among particles .* take it as a half space"):
+        sensible(request, settings_of(request))
+
+
+@pytest.mark.parametrize(("size", "particles"), [("quick", 20_000), ("standard", 300_000), ("fine", 1_400_000)])
+def test_a_size_aims_at_a_number_of_particles_and_grains(tmp_path, size, particles):
+    request = Request(cases.read(OWN, size=size), tmp_path)
+    settings = settings_of(request)
+    assert prediction.predictions(request, settings)["sph"]["particles"] == pytest.approx(particles, rel=0.03)
+    assert settings["bed"].count == particles
+    shipped = settings_of(Request(cases.read(ROOT / "cases" / "valhalla_980km", size=size), tmp_path))
+    assert shipped["bed"].count == particles and shipped["sph"].end_time == 3600.0
+    request = Request(cases.read(ROOT / "cases" / "valhalla_980km", size=size), tmp_path)
+    assert prediction.predictions(request, shipped)["sph"]["particles"] == pytest.approx(particles, rel=0.03)
+
+
+def test_a_size_is_refused_with_a_preset_and_when_unknown():
+    with pytest.raises(InputError, match="both say how fine"):
+        cases.read(ROOT / "cases" / "valhalla_980km", "tiny", size="quick")
+    with pytest.raises(InputError, match="did you mean 'quick'"):
+        cases.read(OWN, size="quik")
+
+
+def test_a_check_takes_less_than_two_seconds_of_its_own(tmp_path):
+    settings_of(Request(cases.read(OWN), tmp_path))  # imports
+    began = time.process_time()
+    request = Request(cases.read(OWN, size="fine"), tmp_path)
+    settings = settings_of(request)
+    sensible(request, settings), prediction.words(request, settings), prediction.predictions(request, settings)
+    assert time.process_time() - began < 2.0
+
+
+def test_a_liquid_without_weight_has_no_expected_crater(tmp_path):
+    message = "neither weight nor strength ends the growth"
+    with pytest.raises(InputError, match=message):
+        cases.compose(cases.read(OWN, None, ("target.layers.0.material=water", 'target.gravity="0 m/s^2"')))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (['sph.materials.granite.strength="drucker_prager"'], "sph"),
+        (['target.gravity="0 m/s^2"', "bed.count=500"], "without gravity no crater collapses"),
+        (["sph.materials.basalt.predamaged=true"], "no part of this run is of 'basalt'"),
+        (['sph.particles="many"'], "sph.particles"),
+    ],
+)
+def test_a_default_that_cannot_be_worked_out_is_a_message(changes, words):
+    with pytest.raises(InputError, match=words):
+        cases.compose(cases.read(OWN, None, changes))
+
+
+def test_too_few_particles_are_as_few_as_make_sense():
+    sph = cases.compose(cases.read(OWN, None, ["sph.particles=500"]))["sph"]
+    assert 500 < resolution.count(sph.target, sph.zones) < 2500 and sph.width_of_edge < 0.4 * sph.target.radius
+
+
+def test_what_follows_from_a_mistake_is_no_second_one(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(OWN.read_text().replace('speed = "12 km/s"', 'speed = "12 km"'))
+    with pytest.raises(InputError) as caught:
+        cases.compose(cases.read(file))
+    assert "1 error" in str(caught.value) and "is not a quantity in m/s" in str(caught.value)
+
+
+def test_the_impact_of_the_encounters_sizes_the_crater_anew(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(OWN.read_text().replace('speed = "12 km/s"\n', ""))
+    case = cases.read(file)
+    assert case.stages[0] == "nbody"
+    found = tmp_path / "impact.toml"
+    found.write_text('speed = "30 km/s"\nangle_from_vertical = "45 deg"\n')
+    faster = cases.with_impact(case, found)
+    before, after = (cases.compose(one)["sph"].impact.expected_transient_diameter for one in (case, faster))
+    assert after / before == pytest.approx((30.0 / 15.0) ** 0.44, rel=0.05)
