@@ -14,8 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from crater import chain
 from matter import snapshot
-from pipeline import stages
+from pipeline import case as cases
+from pipeline import expected, stages
 
 ROOT = Path(__file__).resolve().parents[2]
 DRIVER = Path(__file__).resolve().parent / "frequent_checkpoints.py"
@@ -84,6 +86,23 @@ def test_one_snapshot_of_the_run_gives_the_numbers_of_the_run(whole, tmp_path):
             alone = json.loads((tmp_path / "out" / "measures.json").read_text())["final"]
             for key in ("depth_m", "diameter_apparent_m", "diameter_rim_m", "volume_m3"):
                 assert (alone[key]["value"], alone[key]["sigma"]) == (entry[key]["value"], entry[key]["sigma"]), (name, place.name, key)
+
+
+def test_the_run_comes_to_what_the_case_expects(whole):
+    """``expected.toml`` of the case at this size: every measure within two standard errors, and the chain error in every error bar."""
+    run_folder, text = whole
+    assert "against expected.toml, preset tiny of valhalla_980km" in text
+    lines = [line for line in text.splitlines() if ", expected " in line]
+    assert len(lines) > 10 and all(line.endswith(": agrees") for line in lines), lines
+    table = expected.of(cases.read(CASE, "tiny"))
+    found = expected.values(run_folder)
+    for crater in expected.CRATERS:
+        for name, entry in found[crater].items():
+            if (wanted := getattr(getattr(table, crater), name)) is None or entry["value"] is None:
+                continue
+            error = wanted.chain
+            assert entry["sigma_parts"]["chain"] == pytest.approx(error) and entry["sigma"] >= error
+    assert chain.KNOWN in text and "errors include the chain error" in (run_folder / "6_crater" / "report.html").read_text()
 
 
 def test_the_ledger_closes_mass_and_momenta(whole):
