@@ -93,7 +93,7 @@ def test_a_stage_that_other_sources_made_is_kept_and_said_so(go):
     file.write_text(json.dumps({**json.loads(file.read_text()), "sources_sha256": "of yesterday"}))
     _, screen = go()
     assert screen.worked() == []
-    assert [line for line in screen.lines if "other sources" in line] == [line for line in screen.lines if line.startswith("5_dem")]
+    assert [line for line in screen.lines if "another version of the code" in line] == [line for line in screen.lines if line.startswith("5_dem")]
 
 
 def test_a_stage_without_its_done_file_runs_again_and_so_do_those_after_it(go):
@@ -214,7 +214,7 @@ def test_an_open_impact_is_taken_from_the_encounters(go, case_folder):
     file = case_folder / "case.toml"
     text = file.read_text().replace('speed = "18.234 km/s"\n', "").replace('angle_from_vertical = "40 deg"\n', "")
     file.write_text(text)
-    with pytest.raises(InputError, match="run nbody first"):
+    with pytest.raises(InputError, match="run the stage nbody first"):
         go(start="sph")
     outcome, _ = go("nbody.count=234")
     assert tomllib.loads((outcome.run / "case.used.toml").read_text())["impact"]["speed"] == "10234.0 m/s"

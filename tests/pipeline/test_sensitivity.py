@@ -46,7 +46,7 @@ def test_every_variant_changes_one_thing(run):
 
 
 def test_what_cannot_be_varied_is_a_message(tmp_path, run):
-    with pytest.raises(InputError, match="no finished run"):
+    with pytest.raises(InputError, match="not a finished run"):
         sensitivity.variants(tmp_path / "nowhere")
     with pytest.raises(InputError, match="no variant time_x3"):
         sensitivity.make(run, ["time_x3"])
