@@ -118,7 +118,8 @@ def test_a_default_that_cannot_be_worked_out_is_a_message(changes, words):
 
 def test_too_few_particles_are_as_few_as_make_sense():
     sph = cases.compose(cases.read(OWN, None, ["sph.particles=500"]))["sph"]
-    assert 500 < resolution.count(sph.target, sph.zones) < 2500 and sph.width_of_edge < 0.4 * sph.target.radius
+    # the contact's two particles per projectile radius and the grading from there take some 6,000
+    assert 500 < resolution.count(sph.target, sph.zones) < 7000 and sph.width_of_edge < 0.4 * sph.target.radius
 
 
 def test_what_follows_from_a_mistake_is_no_second_one(tmp_path):
