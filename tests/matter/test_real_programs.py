@@ -155,7 +155,7 @@ def test_what_cannot_be_exported_is_a_message(tmp_path):
     with pytest.raises(InputError, match="name the format with --format"):
         formats.export(points, tmp_path / "a.xyz")
     points["radius"] = np.array([1.0, 0.0, 1.0])
-    with pytest.raises(InputError, match="no radius"):
+    with pytest.raises(InputError, match="without a mass or a radius"):
         formats.export(points, tmp_path / "a.data", "liggghts")
     points["radius"] = np.ones(3)
     points["material"] = [-1, 0, 0]
