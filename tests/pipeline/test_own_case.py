@@ -107,7 +107,7 @@ def test_a_liquid_without_weight_has_no_expected_crater(tmp_path):
     [
         (['sph.materials.granite.strength="drucker_prager"'], "sph"),
         (['target.gravity="0 m/s^2"', "bed.count=500"], "without gravity no crater collapses"),
-        (["sph.materials.basalt.predamaged=true"], "no part of this run is of 'basalt'"),
+        (["sph.materials.basalt.predamaged=true"], "material 'basalt' is not used in this run"),
         (['sph.particles="many"'], "sph.particles"),
     ],
 )

@@ -53,14 +53,14 @@ def test_the_share_of_a_sphere_inside_the_target(body):
 
 @pytest.mark.parametrize("body", [flat(), BODY], ids=lambda body: body.shape)
 def test_the_expected_number_is_that_of_the_packing(body):
-    settings = stage.Settings(target=body, impact=IMPACT, particles=3000)
+    settings = stage.Settings(target=body, impact=IMPACT, particles=8000)
     materials, zones = settings.chosen_materials(), settings.zones
     if body.flat:
         made = grounds.build(body, grounds.hydrostatic(body, materials), materials, zones, 1)
     else:
         made = target.build(body, target.hydrostatic(body, materials=materials), materials, zones, 1)
-    assert resolution.count(body, zones) == pytest.approx(3000, rel=0.03)
-    assert len(made.mass) == pytest.approx(3000, rel=0.05)
+    assert resolution.count(body, zones) == pytest.approx(8000, rel=0.03)
+    assert len(made.mass) == pytest.approx(8000, rel=0.05)
 
 
 def test_the_contact_has_two_particles_per_radius_at_least_and_converges():
