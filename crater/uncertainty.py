@@ -180,6 +180,7 @@ def _method_error(table: dict[str, dict[str, float]], name: str, counted: float)
 
 
 def quantity(value: float, parts: dict[str, float], unit: str, reason: str = "") -> Quantity:
+    """A measure with the parts of its error in quadrature, in ``unit``; without a value, and with the ``reason``, where ``value`` is not finite."""
     if not np.isfinite(value):
         return Quantity(None, None, unit, reason or "not found in the profile")
     parts = {name: float(part) for name, part in parts.items() if np.isfinite(part) and part > 0.0}
