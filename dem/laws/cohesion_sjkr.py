@@ -22,6 +22,8 @@ from pydantic import Field
 
 from matter.jit import law
 
+SOURCES = ("Johnson1971",)
+
 
 class Parameters(NamedTuple):
     """``density``: k [J/m^3]."""

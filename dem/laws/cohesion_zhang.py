@@ -20,6 +20,8 @@ from pydantic import Field
 
 from matter.jit import law
 
+SOURCES = ("Zhang2018",)
+
 
 class Parameters(NamedTuple):
     """``strength``: c [Pa]."""

@@ -28,6 +28,8 @@ from pydantic import Field
 from dem.laws import normal_hooke
 from matter.jit import law
 
+SOURCES = ("Hertz1882", "AntypovElliott2011")
+
 
 class Parameters(NamedTuple):
     """``restitution``: e_n in (0, 1]; ``elastic_modulus``: E [Pa]; ``poisson_ratio``: nu."""

@@ -11,8 +11,8 @@ t_c = pi / sqrt(k_n/m_red - (C_n / 2 m_red)^2). With the tail clipped at zero th
 
 Valid for overlaps that are small against the radii; the linear law has no material stiffness of its own.
 
-Source: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs 4-7 and 15; LIGGGHTS: ``model hooke/stiffness`` with
-``limitForce off``; LAMMPS: ``hooke`` with ``damping coeff_restitution``.
+Source: Cundall & Strack 1979, Géotechnique 29, 47; Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs 4-7 and 15. LIGGGHTS:
+``model hooke/stiffness`` with ``limitForce off``; LAMMPS: ``hooke`` with ``damping coeff_restitution``.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from typing import Annotated, NamedTuple
 from pydantic import Field
 
 from matter.jit import law
+
+SOURCES = ("CundallStrack1979", "Schwartz2012")
 
 
 class Parameters(NamedTuple):

@@ -24,6 +24,8 @@ from pydantic import Field
 from dem.laws.tangential_spring import CAP
 from matter.jit import law
 
+SOURCES = ("Zhang2017", "Jiang2015", "BagiKuhn2004")
+
 
 class Parameters(NamedTuple):
     """``friction``: mu_r; ``shape``: beta."""

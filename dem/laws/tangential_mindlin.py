@@ -26,6 +26,8 @@ from pydantic import Field
 from dem.laws import tangential_spring
 from matter.jit import law
 
+SOURCES = ("Mindlin1949", "WaltonBraun1986", "Thornton2013")
+
 FORCE, DISPLACEMENT = 1, 2
 RULES = {"force": FORCE, "displacement": DISPLACEMENT}
 

@@ -17,8 +17,8 @@ When the limit is reached the spring follows one of three rules, chosen by name:
            steps.
 ``reset``  the spring is set to zero and the force is min(mu_s |F_n|, C_t |u_t|) along the slip: stick-slip, a weaker bed (pkdgrav).
 
-Source: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs 8-14; rule ``clamp``: Luding 2008, Granular Matter 10, 235.
-LIGGGHTS: ``tangential history``; LAMMPS: ``tangential linear_history``.
+Source: Cundall & Strack 1979, Géotechnique 29, 47; Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs 8-14; rule ``clamp``:
+Luding 2008, Granular Matter 10, 235. LIGGGHTS: ``tangential history``; LAMMPS: ``tangential linear_history``.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ import numpy as np
 from pydantic import Field
 
 from matter.jit import law
+
+SOURCES = ("CundallStrack1979", "Schwartz2012", "Luding2008")
 
 CLAMP, RESET, CAP = 0, 1, 2
 RULES = {"clamp": CLAMP, "reset": RESET, "cap": CAP}

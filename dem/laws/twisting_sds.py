@@ -19,6 +19,8 @@ from pydantic import Field
 from dem.laws.tangential_spring import CAP
 from matter.jit import law
 
+SOURCES = ("Zhang2017", "Jiang2015")
+
 
 class Parameters(NamedTuple):
     """``friction``: mu_t."""
