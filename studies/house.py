@@ -1,0 +1,217 @@
+"""The house counted: arguments, lengths, circles, raw columns, places to touch; of one checkout, or of several side by side.
+
+    python studies/house.py [CHECKOUT ...] [--lines]
+
+A checkout is a folder that holds the rooms (``git worktree add /tmp/before 1590728`` makes one of an older commit). ``--lines`` lists what was counted.
+Everything is read from the syntax trees of the files in the rooms; nothing is imported, so that any commit can be counted. What is counted:
+
+arguments    functions with more than 10 parameters (``self`` among them). Functions whose parameters are the options of a command (``typer``) are
+             counted apart: the command line declares them.
+lines        functions of more than 60 and 100 lines, with their docstrings; a function inside another counts for both.
+modules      files of more than 350 lines.
+circles      sets of modules that reach each other by imports (Tarjan's strong components), those inside functions and under ``TYPE_CHECKING`` included.
+raw columns  lines with a number above 2 as last index, ``V[:, 7]``, ``report[4]``, ``row[4:7]``: 0, 1, 2 are the coordinates of a vector. Components of
+             symmetric tensors (3, 4, 5) are among them, and so are shown beside those above 5.
+places       lines in the rooms that name a given law, outside of its own file and of the tests: what has to be touched for one more like it. The law is one
+             that nothing but its family knows (``PLACES``). A line counts if a name in it holds the law's as a word between underscores
+             (``normal_hertz``, ``SJKR``, ``as_murnaghan``), or a text without spaces does (a key, ``"murnaghan"``); comments and docstrings do not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import io
+import re
+import sys
+import tokenize
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+ROOMS = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline")
+MOST_ARGUMENTS, LONG, VERY_LONG, LONGEST_MODULE, LAST_COORDINATE, LAST_OF_TENSOR = 10, 60, 100, 350, 2, 5
+
+PLACES = {
+    "equation of state": ("murnaghan", "sph/eos/murnaghan.py"),
+    "contact law": ("sjkr", "dem/laws/cohesion_sjkr.py"),
+    "kernel": ("wendland", "sph/kernels/wendland.py"),
+    "measure": ("wall_slope_deg", ""),
+    "measure in all tables": ("depth_rim_to_floor_m", ""),
+    "boundary": ("periodic", "sph/boundary/periodic.py"),
+}
+"""Per kind: the law that stands for it, and its own file. A measure has none of its own; where it is formed counts as a place."""
+
+
+class House(NamedTuple):
+    """The files of a checkout: path from its root, source, tree."""
+
+    files: dict[str, tuple[str, ast.Module]]
+
+    @classmethod
+    def read(cls, root: Path) -> House:
+        """Every Python file in the rooms of the checkout ``root``."""
+        paths = sorted(path for room in ROOMS for path in (root / room).rglob("*.py"))
+        if not paths:
+            raise SystemExit(f"{root} holds none of the rooms {', '.join(ROOMS)}")
+        texts = {path.relative_to(root).as_posix(): path.read_text() for path in paths}
+        return cls({name: (text, ast.parse(text)) for name, text in texts.items()})
+
+    def functions(self) -> Iterator[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
+        """Every function with its file."""
+        for name, (_, tree) in self.files.items():
+            for node in ast.walk(tree):
+                if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                    yield name, node
+
+
+def arguments(house: House) -> tuple[list[str], list[str]]:
+    """Functions with too many parameters, most first: all but those of the command line, and those."""
+    found: tuple[list[tuple[int, str]], list[tuple[int, str]]] = ([], [])
+    for name, node in house.functions():
+        taken = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+        if len(taken) > MOST_ARGUMENTS:
+            options = sum("typer" in ast.dump(part) for part in [*node.args.defaults, *[a.annotation for a in taken if a.annotation]])
+            declared = 2 * options > len(taken) or any("command" in ast.dump(part) for part in node.decorator_list)
+            found[declared].append((len(taken), f"{len(taken)} {name}:{node.lineno} {node.name}"))
+    free, declared_by_typer = ([text for _, text in sorted(part, key=lambda row: -row[0])] for part in found)
+    return free, declared_by_typer
+
+
+def long_functions(house: House, most: int) -> list[str]:
+    """Functions of more than ``most`` lines, longest first."""
+    found = [((node.end_lineno or 0) - node.lineno + 1, f"{name}:{node.lineno} {node.name}") for name, node in house.functions()]
+    return [f"{lines} {where}" for lines, where in sorted(found, reverse=True) if lines > most]
+
+
+def long_modules(house: House) -> list[str]:
+    """Files of more than ``LONGEST_MODULE`` lines."""
+    lengths = {name: text.count("\n") for name, (text, _) in house.files.items()}
+    return [f"{lines} {name}" for name, lines in sorted(lengths.items(), key=lambda row: -row[1]) if lines > LONGEST_MODULE]
+
+
+def imports(house: House) -> dict[str, set[str]]:
+    """The modules that each module names in an import, wherever in the file it stands."""
+    modules = {name.removesuffix(".py").removesuffix("/__init__").replace("/", "."): name for name in house.files}
+    edges: dict[str, set[str]] = defaultdict(set)
+    for module, name in modules.items():
+        for node in ast.walk(house.files[name][1]):
+            if isinstance(node, ast.ImportFrom):
+                wanted = [next((t for t in (f"{node.module}.{alias.name}", node.module) if t in modules), "") for alias in node.names]
+            elif isinstance(node, ast.Import):
+                wanted = [alias.name for alias in node.names]
+            else:
+                continue
+            edges[module] |= {other for other in wanted if other in modules and other != module}
+    return edges
+
+
+def circles(edges: dict[str, set[str]]) -> list[str]:
+    """Strong components of more than one module (Tarjan 1972)."""
+    number: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    found: list[str] = []
+
+    def visit(module: str) -> None:
+        number[module] = low[module] = len(number)
+        stack.append(module)
+        for other in sorted(edges.get(module, ())):
+            if other not in number:
+                visit(other)
+                low[module] = min(low[module], low[other])
+            elif other in stack:
+                low[module] = min(low[module], number[other])
+        if low[module] == number[module]:
+            ring = stack[stack.index(module) :]
+            del stack[stack.index(module) :]
+            if len(ring) > 1:
+                found.append(", ".join(sorted(ring)))
+
+    for module in sorted(edges):
+        if module not in number:
+            visit(module)
+    return sorted(found)
+
+
+def _literal(node: ast.expr | None) -> int:
+    """A number written out, -1 for anything else."""
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, int) else -1
+
+
+def raw_columns(house: House, room: str, above: int = LAST_COORDINATE) -> list[str]:
+    """Lines of a room that take a column by a number greater than ``above``."""
+    found = set()
+    for name, (_, tree) in house.files.items():
+        if not name.startswith(f"{room}/"):
+            continue
+        for node in ast.walk(tree):
+            if not isinstance(node, ast.Subscript):
+                continue
+            last = node.slice.elts[-1] if isinstance(node.slice, ast.Tuple) and node.slice.elts else node.slice
+            # the bounds of a slice lie one behind the last column that it takes
+            number = max(_literal(last.lower), _literal(last.upper) - 1) if isinstance(last, ast.Slice) else _literal(last)
+            if number > above:
+                found.add((name, node.lineno))
+    return [f"{name}:{line}" for name, line in sorted(found)]
+
+
+def places(house: House, law: str, own: str) -> list[str]:
+    """Lines that name a law outside of its own file."""
+    word = re.compile(rf"(?<![a-z0-9]){law}(?![a-z0-9])", re.IGNORECASE)
+    found = []
+    for name, (text, _) in house.files.items():
+        if name == own:
+            continue
+        lines = set()
+        for token in tokenize.generate_tokens(io.StringIO(text).readline):
+            key = token.type == tokenize.STRING and not re.search(r"\s", token.string)
+            if (key or token.type == tokenize.NAME) and word.search(token.string):
+                lines.add(token.start[0])
+        found += [f"{name}:{line}" for line in sorted(lines)]
+    return found
+
+
+def count(house: House) -> dict[str, list[str]]:
+    """Rows of the table: what was counted, each with the places where it is."""
+    free, declared = arguments(house)
+    rows = {
+        f"functions of more than {MOST_ARGUMENTS} parameters": free,
+        "  more, declared by the command line": declared,
+        f"functions of more than {LONG} lines": long_functions(house, LONG),
+        f"functions of more than {VERY_LONG} lines": long_functions(house, VERY_LONG),
+        f"modules of more than {LONGEST_MODULE} lines": long_modules(house),
+        "circles of imports": circles(imports(house)),
+        "  modules in them": [module for ring in circles(imports(house)) for module in ring.split(", ")],
+    }
+    for room in ROOMS:
+        rows[f"raw columns in {room}"] = raw_columns(house, room)
+        rows[f"  above {LAST_OF_TENSOR} in {room}"] = raw_columns(house, room, LAST_OF_TENSOR)
+    for kind, (law, own) in PLACES.items():
+        touched = places(house, law, own)
+        rows[f"places for one more {kind} (as {law})"] = touched
+        rows[f"  files with places for one more {kind}"] = sorted({place.partition(":")[0] for place in touched})
+    return rows
+
+
+def main() -> int:
+    """Count, print; the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("checkouts", type=Path, nargs="*", default=[Path(".")], help="folders that hold the rooms")
+    parser.add_argument("--lines", action="store_true", help="list what was counted")
+    given = parser.parse_args()
+    counted = [count(House.read(root)) for root in given.checkouts]
+    width = max(len(row) for row in counted[0])
+    columns = [max(8, len(str(root))) for root in given.checkouts]
+    print(" " * width, *(f"{root!s:>{wide}}" for root, wide in zip(given.checkouts, columns)))
+    for row in counted[0]:
+        print(f"{row:<{width}}", *(f"{len(table[row]):>{wide}}" for table, wide in zip(counted, columns)))
+        if given.lines:
+            for root, table in zip(given.checkouts, counted):
+                print("".join(f"    {root}: {place}\n" for place in table[row]), end="")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

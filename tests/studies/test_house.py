@@ -1,0 +1,50 @@
+"""The house's own count, on a house of three files whose numbers are known."""
+
+from pathlib import Path
+
+import pytest
+
+from studies import house
+
+ONE = '''"""murnaghan in a docstring."""
+import sph.two  # murnaghan in a comment
+from sph.eos import MURNAGHAN
+
+def full(a, b, c, d, e, f, g, h, i, j, k):
+    return a[0, 7] + b[4] + c[0, 2] + d[:3] + e[3:6] + as_murnaghan + f["murnaghan"] + "one murnaghan" + murnaghans
+'''
+TWO = """
+def late():
+    from sph import one
+"""
+TALL = "def tall():\n" + "    pass\n" * 100
+
+
+@pytest.fixture
+def counted(tmp_path: Path) -> dict[str, list[str]]:
+    (tmp_path / "sph").mkdir()
+    for name, text in (("one", ONE), ("two", TWO), ("three", TALL)):
+        (tmp_path / "sph" / f"{name}.py").write_text(text)
+    return house.count(house.House.read(tmp_path))
+
+
+def test_what_is_counted(counted):
+    assert counted["functions of more than 10 parameters"] == ["11 sph/one.py:5 full"]
+    assert counted["functions of more than 60 lines"] == counted["functions of more than 100 lines"] == ["101 sph/three.py:1 tall"]
+    assert counted["modules of more than 350 lines"] == []
+
+
+def test_circle_through_a_function(counted):
+    assert counted["circles of imports"] == ["sph.one, sph.two"]
+
+
+def test_columns_above_the_coordinates(counted):
+    assert len(counted["raw columns in sph"]) == len(counted["  above 5 in sph"]) == 1  # one line, whatever stands in it
+    assert house.raw_columns(house.House({"sph/a.py": ("", house.ast.parse("a[0, 2]\nb[:3]\nc['x']\nd[-1]\ne[3:6]\nf[i, 5]"))}), "sph") == [
+        "sph/a.py:5",
+        "sph/a.py:6",
+    ]
+
+
+def test_places_are_code_not_words(counted):
+    assert counted["places for one more equation of state (as murnaghan)"] == ["sph/one.py:3", "sph/one.py:6"]
