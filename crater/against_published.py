@@ -2,40 +2,45 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from crater import heads, scaling
-from crater.compare import profile_difference
-from crater.findings import Findings, final_entry, strike, time_of
+from crater.difference import profile_difference
+from crater.findings import Compared, Findings, final_entry, time_of
 from crater.measure import Measures, Quantity
+from crater.settings import Published
 from matter import quantity
 
-if TYPE_CHECKING:
-    from crater.stage import Published
 
-
-def compare(found: Findings) -> None:
+def compared(found: Findings) -> Compared:
     """Scaling laws, published numbers, and the late stage in SPH against that in grains."""
-    if found.gravity > 0.0:
-        shot, laws = strike(found), scaling.GROUNDS[found.settings.ground]
-        sizes = scaling.diameters(shot)
-        usual = [sizes[name] for name in laws]
-        complex_above = quantity.parse(found.settings.simple_to_complex, "m")
-        found.scaling = {
-            "diameter_m": sizes,
-            "range_m": [min(usual), max(usual)],
-            "range_of": list(laws),
-            "final_rim_diameter_m": {name: scaling.final_from_transient(sizes[name], complex_above) for name in laws},
-            "formation_time_s": scaling.formation_time(scaling.holsapple_volume(shot, *scaling.VOLUMES[found.settings.ground]), found.gravity),
-        }
+    laws, reasons = {}, {}
+    if found.setting.gravity > 0.0:
+        laws = _by_scaling(found)
     else:
-        found.reasons["scaling"] = "the scaling laws here are those of the gravity regime, and this run has no gravity"
-    for published in found.settings.reference:
-        found.reference.append(_verdict(found, published))
-    if found.late_sph is not None and found.final is not None and found.final is not found.late_sph:
-        found.late_difference = _late_difference(found.late_sph, found.final)
+        reasons["scaling"] = "the scaling laws here are those of the gravity regime, and this run has no gravity"
+    reference = tuple(_verdict(found, published) for published in found.settings.reference)
+    shock, grains = found.late_sph, found.settled_grains
+    difference = _late_difference(shock.measures, grains.measures) if shock is not None and grains is not None else None
+    return Compared(laws, reference, difference, reasons)
+
+
+def _by_scaling(found: Findings) -> dict[str, Any]:
+    """Diameters by every law, the range of those that are usual for the ground, final diameters and the time of formation."""
+    shot, laws = found.setting.strike, scaling.GROUNDS[found.settings.ground]
+    sizes = scaling.diameters(shot)
+    usual = [sizes[name] for name in laws]
+    complex_above = quantity.parse(found.settings.simple_to_complex, "m")
+    volume = scaling.holsapple_volume(shot, *scaling.VOLUMES[found.settings.ground])
+    return {
+        "diameter_m": sizes,
+        "range_m": [min(usual), max(usual)],
+        "range_of": list(laws),
+        "final_rim_diameter_m": {name: scaling.final_from_transient(sizes[name], complex_above) for name in laws},
+        "formation_time_s": scaling.formation_time(volume, shot.gravity),
+    }
 
 
 def _late_difference(shock: Measures, grains: Measures) -> dict[str, Any]:
@@ -82,8 +87,9 @@ def _verdict(found: Findings, published: Published) -> dict[str, Any]:
 def _moment(found: Findings, published: Published) -> str:
     """At which moment ours is taken: ``first maximum of depth, 6.0 min, SPH``."""
     if published.of == "final":
-        head = heads.final(final_entry(found))
-        return head.line.replace("final", "end", 1)
+        if found.final is None:
+            return "end"
+        return heads.final(final_entry(found.final)).line.replace("final", "end", 1)
     moment = found.transient.get(published.at)
     if moment is None:
         return f"first maximum of {published.at}"
@@ -95,10 +101,10 @@ def _moment(found: Findings, published: Published) -> str:
 def _ours(found: Findings, published: Published) -> Quantity:
     missing = {"time_s": "s", "volume_m3": "m^3"}.get(published.quantity, "m")
     if published.of == "final":
-        if published.quantity == "time_s":
-            return Quantity(found.final_time, 0.0, "s")
-        measures = found.final
-        return measures[published.quantity] if measures else Quantity(None, None, missing, found.reasons.get("final", "not measured"))
+        last = found.final
+        if last is None:
+            return Quantity(None, None, missing, found.reasons.get("final", "not measured"))
+        return Quantity(last.time, 0.0, "s") if published.quantity == "time_s" else last.measures[published.quantity]
     moment = found.transient.get(published.at)
     if moment is None or moment.measures is None:
         return Quantity(None, None, missing, found.reasons.get("transient", f"no maximum of {published.at} in the series"))

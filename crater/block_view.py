@@ -10,18 +10,16 @@ import base64
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from crater import sections
 from crater.datum import Datum
+from crater.findings import Findings
 from crater.measure import Measures
 from matter import page, readable, snapshot
 from matter.particles import Particles
-
-if TYPE_CHECKING:
-    from crater.findings import Findings
 
 GRID = 97
 """Points along an edge of the height map."""
@@ -34,14 +32,11 @@ _COLOURS = 254
 
 def of_findings(found: Findings, title: str) -> str:
     """The block of the last crater, called ``title``, as HTML; empty where there is none, or where its snapshot is gone."""
-    if found.final is None:
+    last = found.final
+    if last is None or not last.path.is_file():
         return ""
-    grains, shock = (found.inputs / folder / f"last{snapshot.SUFFIX}" for folder in ("5_dem", "2_sph"))
-    path = grains if found.final is not found.late_sph and grains.is_file() else shock
-    if not path.is_file():
-        return ""
-    particles = snapshot.read(path)
-    return html(data(found.final, particles, sections.places_before(particles, found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}")), title)
+    particles = snapshot.read(last.path)
+    return html(data(last.measures, particles, sections.places_before(particles, found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}")), title)
 
 
 def data(measures: Measures, particles: Particles, places: np.ndarray | None) -> dict[str, Any]:

@@ -9,61 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from pydantic import Field
 
 from crater.measure import Measures, Quantity
-from matter.body import Model
-from matter.quantity import Length, Volume
-
-if TYPE_CHECKING:
-    from crater.findings import Findings
+from crater.settings import Errors
 
 PART = "chain"
 UNKNOWN = "chain error not known: the errors hold what this one run shows, not other draws of particles and grains, another size or another time of the handoff"
 KNOWN = "errors include the chain error (sigma_parts.chain in measures.json: other draws of particles and grains, another size, another time of the handoff)"
-_Error = Annotated[Length, Field(ge=0)]
-
-
-class Errors(Model):
-    """The chain error of each measure of one crater; a measure that is left out has none that is known."""
-
-    diameter_apparent_m: _Error | None = None
-    """Of the apparent diameter."""
-    diameter_rim_m: _Error | None = None
-    """Of the rim-to-rim diameter."""
-    depth_m: _Error | None = None
-    """Of the depth below the datum."""
-    depth_rim_to_floor_m: _Error | None = None
-    """Of the depth from rim to floor."""
-    rim_height_m: _Error | None = None
-    """Of the rim's height."""
-    volume_m3: Annotated[Volume, Field(ge=0)] | None = None
-    """Of the volume below the datum."""
-
-
-MEASURES = tuple(Errors.model_fields)
-
-
-class ChainError(Model):
-    """Chain errors of the transient crater, at its largest volume and where it is deepest, and of the final one."""
-
-    transient: Errors = Errors()
-    """Of the transient crater at its largest volume."""
-    transient_at_maximum_depth: Errors = Errors()
-    """Of the transient crater where it is deepest."""
-    final: Errors = Errors()
-    """Of the final crater."""
-
-
-CRATERS = tuple(ChainError.model_fields)
 
 
 def with_chain(measures: Measures, errors: Errors) -> Measures:
     """The measures with the chain error in quadrature, as a part of its own; a measure without a value stays as it is."""
-    return with_errors(measures, {name: error for name in MEASURES if (error := getattr(errors, name)) is not None})
+    return with_errors(measures, {name: error for name in Errors.model_fields if (error := getattr(errors, name)) is not None})
 
 
 def with_errors(measures: Measures, errors: Mapping[str, float]) -> Measures:
@@ -78,16 +37,3 @@ def with_errors(measures: Measures, errors: Mapping[str, float]) -> Measures:
 
 def _joined(found: Quantity, error: float) -> Quantity:
     return replace(found, sigma=float(np.hypot(found.sigma or 0.0, error)), parts={**found.parts, PART: error})
-
-
-def enter(found: Findings) -> None:
-    """Give the measured craters of a run their chain errors, where its settings carry them; the all-SPH late stage has none."""
-    known = found.settings.chain
-    if known is None:
-        return
-    for key, moment in found.transient.items():
-        errors = known.transient_at_maximum_depth if key == "depth" else known.transient
-        if moment.measures is not None:
-            found.transient[key] = replace(moment, measures=with_chain(moment.measures, errors))
-    if found.final is not None and found.final is not found.late_sph:
-        found.final = with_chain(found.final, known.final)

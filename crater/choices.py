@@ -12,13 +12,14 @@ from crater import datum as datums
 from crater import locate
 from crater.datum import Datum
 from crater.measure import Measures, measure
+from crater.settings import RISE_LIMIT
 from crater.surface import Undisturbed
 from matter import archive, readable, snapshot
 from matter.particles import Particles
 
-REACH, WITHIN, RISE_LIMIT = 2.5, 0.5, 0.15
-"""In expected transient diameters: how far the columns of a whole body go, how far from the axis the crater is looked for, and what rises higher is in
-flight. The far field of the crater is wanted, not the far side of the body."""
+REACH, WITHIN = 2.5, 0.5
+"""In expected transient diameters: how far the columns of a whole body go, and how far from the axis the crater is looked for. The far field of the crater is
+wanted, not the far side of the body."""
 ATTRIBUTE = "measuring"
 """Attribute of a snapshot that holds its datum, gravity, expected crater and ground before the impact."""
 

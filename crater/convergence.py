@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from crater import plot
+from crater.figure import INK, figure, save
 from matter.errors import InputError
 
 ORDERS = (0.5, 3.0)
@@ -73,10 +73,10 @@ def _line(s: np.ndarray, q: np.ndarray, e: np.ndarray, order: float) -> tuple[np
 
 def draw(rows: list[Mapping[str, float]], fits: Mapping[str, Extrapolation], path: Path, uniform: Mapping[str, float] | None = None) -> None:
     """Transient diameter and depth against spacing [km] with the extrapolation; ``uniform``: a run of one spacing, which takes no part in the fit."""
-    fig = plot.figure(9.0, 4.4)
+    fig = figure(9.0, 4.4)
     axes = fig.subplots(1, 2)
     for axis, name, label in zip(axes, ("diameter_apparent_m", "depth_m"), ("apparent diameter [km]", "depth below datum [km]")):
-        for choice, colour in (("depth", plot.INK[0]), ("volume", plot.INK[1])):
+        for choice, colour in (("depth", INK[0]), ("volume", INK[1])):
             key = f"{name}_at_{choice}"
             s = np.array([row["spacing_m"] for row in rows]) * 1e-3
             y, e = (np.array([row[column] for row in rows]) * 1e-3 for column in (key, f"{key}_sigma"))
@@ -92,4 +92,4 @@ def draw(rows: list[Mapping[str, float]], fits: Mapping[str, Extrapolation], pat
         axis.set(xlabel="particle spacing at the impact [km]", ylabel=label, xlim=(-3.0, None))
         axis.grid(alpha=0.25, linewidth=0.6)
     axes[0].legend(frameon=False, fontsize=7)
-    plot.save(fig, path)
+    save(fig, path)

@@ -1,64 +1,182 @@
-"""What the stage has found so far, and the impact behind it as the scaling laws take it."""
+"""What the stage found, in parts that do not change once they are there: impact and ground, shock stage, grains, and what both are compared with."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from crater import heads, scaling, series
+from crater import chain, heads, scaling, series
 from crater.ballistic import Ballistic
 from crater.choices import Choices
+from crater.datum import Datum
 from crater.measure import Measures, Quantity
 from crater.rest import UNKNOWN, Rest
+from crater.settings import ChainError, Settings
 from matter import archive, material, snapshot
 
-if TYPE_CHECKING:
-    from crater.stage import Settings
+LATE_SHOCK = "all-SPH late stage"
 
 
-@dataclass
-class Findings:
-    """What the stage found, for the files, pictures and the page."""
+@dataclass(frozen=True)
+class Setting:
+    """What was hit by what: the stage's ``settings``, the run folder ``inputs``, the ``datum`` of the undisturbed ground and its ``gravity`` [m/s^2].
+
+    ``densities`` [kg/m^3]: of the projectile, and of the ground at its surface.
+    """
 
     settings: Settings
     inputs: Path
-    moments: list[series.Moment] = field(default_factory=list)
-    transient: dict[str, series.Moment] = field(default_factory=dict)
-    late_sph: Measures | None = None
-    late_sph_time: float = float("nan")
-    final: Measures | None = None
-    final_time: float = float("nan")
-    final_from: str = ""
-    final_path: Path = Path()
-    late_path: Path = Path()
+    datum: Datum
+    gravity: float
+    densities: tuple[float, float]
+
+    @property
+    def strike(self) -> scaling.Strike:
+        """The impact as the scaling laws take it."""
+        impact = self.settings.impact
+        return scaling.Strike(impact.projectile.radius, impact.speed, impact.angle_from_vertical, self.gravity, *self.densities)
+
+
+@dataclass(frozen=True)
+class LastCrater:
+    """The crater in the last snapshot of a stage, ``origin`` in words."""
+
+    measures: Measures
+    time: float
+    origin: str
+    path: Path
     rest: Rest = UNKNOWN
-    chosen: dict[str, Choices] = field(default_factory=dict)
-    """What the measuring of each stage (sph, dem) stands on."""
-    leaving: dict[str, float] = field(default_factory=dict)
-    ejecta: dict[str, Any] = field(default_factory=dict)
-    launch: dict[str, Any] = field(default_factory=dict)
-    growing: list[str] = field(default_factory=list)
-    gravity: float = float("nan")
-    densities: tuple[float, float] = (float("nan"), float("nan"))
-    """Of the projectile and of the ground at its surface [kg/m^3]."""
-    reasons: dict[str, str] = field(default_factory=dict)
-    soundness: dict[str, Any] = field(default_factory=dict)
-    """Resolution, pressures and cautions (``crater.soundness.facts``)."""
-    scaling: dict[str, Any] = field(default_factory=dict)
-    reference: list[dict[str, Any]] = field(default_factory=list)
-    late_difference: dict[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class Ejected:
+    """What the crater threw out: what leaves the body, mass against speed, and speed and angle against the place of launch; each empty where unknown."""
+
+    leaving: Mapping[str, float] = field(default_factory=dict)
+    faster_than: Mapping[str, Any] = field(default_factory=dict)
+    launch: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ShockFindings:
+    """The shock stage in time: every snapshot measured, the ``transient`` crater by the maximum at which it is taken, those that are still ``growing`` at the
+    end, the ``last`` snapshot (of ``end_time`` [s]; None where it could not be measured), ejecta, what the measuring stands on, and ``reasons`` for what is
+    missing."""
+
+    moments: tuple[series.Moment, ...]
+    transient: Mapping[str, series.Moment]
+    growing: tuple[str, ...]
+    end_time: float
+    end_path: Path
+    last: LastCrater | None
+    ejected: Ejected
+    choices: Choices
+    reasons: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class GrainFindings:
+    """The settled grains: every snapshot measured, the ``last`` one (None where it could not be), the ``choices`` behind it, ``reasons`` for what is not."""
+
+    moments: tuple[series.Moment, ...]
+    last: LastCrater | None
+    choices: Choices
+    reasons: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """The crater beside others: the ``scaling`` laws, the published numbers (``reference``), the late stage in grains against that in SPH."""
+
+    scaling: Mapping[str, Any] = field(default_factory=dict)
+    reference: tuple[Mapping[str, Any], ...] = ()
+    late_difference: Mapping[str, Any] | None = None
+    reasons: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Everything that the stage found, for its files, pictures and page. A stage that the run does not have is None.
+
+    ``ballistic``: free flight of what was handed over, on flat ground under gravity. ``soundness``: resolution, pressures and cautions
+    (``crater.soundness.facts``). ``flight_reasons``: why nothing was flown.
+    """
+
+    setting: Setting
+    shock: ShockFindings | None
+    grains: GrainFindings | None
     ballistic: Ballistic | None = None
-    """Free flight of what was handed over, on flat ground under gravity."""
+    soundness: Mapping[str, Any] = field(default_factory=dict)
+    compared: Compared = Compared()
+    flight_reasons: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> Settings:
+        """The stage's settings."""
+        return self.setting.settings
+
+    @property
+    def inputs(self) -> Path:
+        """The run folder."""
+        return self.setting.inputs
+
+    @property
+    def moments(self) -> tuple[series.Moment, ...]:
+        """Every snapshot measured, those of the shock stage first."""
+        return tuple(moment for stage in (self.shock, self.grains) if stage is not None for moment in stage.moments)
+
+    @property
+    def transient(self) -> Mapping[str, series.Moment]:
+        """The transient crater by the maximum (volume, depth, diameter) at which it is taken."""
+        return self.shock.transient if self.shock is not None else {}
+
+    @property
+    def growing(self) -> tuple[str, ...]:
+        """Maxima that had not been passed when the shock stage ended."""
+        return self.shock.growing if self.shock is not None else ()
+
+    @property
+    def ejected(self) -> Ejected:
+        """What was thrown out in the shock stage."""
+        return self.shock.ejected if self.shock is not None else Ejected()
+
+    @property
+    def late_sph(self) -> LastCrater | None:
+        """The measured crater at the end of the shock stage."""
+        return self.shock.last if self.shock is not None else None
+
+    @property
+    def settled_grains(self) -> LastCrater | None:
+        """The measured crater in the last grains."""
+        return self.grains.last if self.grains is not None else None
+
+    @property
+    def final(self) -> LastCrater | None:
+        """The measured crater that the run ends with: that of the grains, else that at the end of the shock stage."""
+        return self.settled_grains or self.late_sph
+
+    @property
+    def choices(self) -> dict[str, Choices]:
+        """What the measuring of each stage (sph, dem) stands on."""
+        return {name: stage.choices for name, stage in (("sph", self.shock), ("dem", self.grains)) if stage is not None}
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """Why something is missing, by what it is."""
+        none = {} if self.shock is not None else {"transient": "no shock-stage snapshots in this run"}
+        held = [stage.reasons for stage in (self.shock, self.grains) if stage is not None]
+        return {name: reason for part in (none, *held, self.flight_reasons, self.compared.reasons) for name, reason in part.items()}
 
 
-def densities(found: Findings, first: Path | None) -> tuple[float, float]:
+def densities(settings: Settings, inputs: Path, first: Path | None) -> tuple[float, float]:
     """Densities of projectile and ground [kg/m^3] as the shock stage began with them (pores, changed materials); of their materials where it left none."""
-    ball = material.reference_density(found.settings.impact.projectile.material)
-    ground = material.reference_density(found.settings.target.layers[-1].material)
-    path = found.inputs / "2_sph" / "target.json"
+    ball = material.reference_density(settings.impact.projectile.material)
+    ground = material.reference_density(settings.target.layers[-1].material)
+    path = inputs / "2_sph" / "target.json"
     if path.is_file():
         ground = archive.read_json(path).get("profile", {}).get("density_kg_m3", [ground])[-1]
     if first is not None:
@@ -69,10 +187,22 @@ def densities(found: Findings, first: Path | None) -> tuple[float, float]:
     return ball, float(ground)
 
 
-def strike(found: Findings) -> scaling.Strike:
-    """The impact as the scaling laws take it; ``found`` has its densities and its gravity."""
-    impact = found.settings.impact
-    return scaling.Strike(impact.projectile.radius, impact.speed, impact.angle_from_vertical, found.gravity, *found.densities)
+def with_chain_errors(found: Findings, known: ChainError | None) -> Findings:
+    """The measured craters of a run with their chain errors, where its settings carry them; the all-SPH late stage has none."""
+    if known is None:
+        return found
+    shock, grains = found.shock, found.grains
+    if shock is not None:
+        transient = {
+            key: replace(moment, measures=chain.with_chain(moment.measures, known.transient_at_maximum_depth if key == "depth" else known.transient))
+            if moment.measures is not None
+            else moment
+            for key, moment in shock.transient.items()
+        }
+        shock = replace(shock, transient=transient)
+    if grains is not None and grains.last is not None:
+        grains = replace(grains, last=replace(grains.last, measures=chain.with_chain(grains.last.measures, known.final)))
+    return replace(found, shock=shock, grains=grains)
 
 
 def time_of(found: Findings, moment: series.Moment) -> Quantity:
@@ -82,9 +212,9 @@ def time_of(found: Findings, moment: series.Moment) -> Quantity:
     return Quantity(moment.time, 0.5 * step, "s", parts={"interval between snapshots": 0.5 * step})
 
 
-def final_entry(found: Findings) -> dict[str, Any]:
+def final_entry(last: LastCrater) -> dict[str, Any]:
     """When and from what the last column is, and whether its crater is at rest, as ``measures.json`` says it."""
-    return {"time_s": Quantity(found.final_time, 0.0, "s").as_dict(), "from": found.final_from, **found.rest.as_dict()}
+    return {"time_s": Quantity(last.time, 0.0, "s").as_dict(), "from": last.origin, **last.rest.as_dict()}
 
 
 def columns(found: Findings, moments: tuple[str, ...] = heads.MOMENTS) -> list[tuple[heads.Head, Measures]]:
@@ -92,9 +222,10 @@ def columns(found: Findings, moments: tuple[str, ...] = heads.MOMENTS) -> list[t
     # after the collapse a wide trough may look widest: measured closely it has no diameter, and no maximum of it
     seen = [(key, found.transient[key]) for key in moments if key in found.transient and found.transient[key].value(series.MAXIMA[key]) > 0.0]
     shots = [heads.Moment(key, m.time, m.stage, key in found.growing, m.measures) for key, m in seen if m.measures is not None]
-    result = heads.arranged(shots, found.final_time if found.final is not None else None)
-    if found.late_sph is not None and found.late_sph is not found.final:
-        result.append((heads.Head("late_sph", "final", "all-SPH late stage", heads.when(found.late_sph_time, "SPH")), found.late_sph))
-    if found.final is not None:
-        result.append((heads.final(final_entry(found)), found.final))
+    final, late = found.final, found.late_sph
+    result = heads.arranged(shots, final.time if final is not None else None)
+    if late is not None and late is not final:
+        result.append((heads.Head("late_sph", "final", LATE_SHOCK, heads.when(late.time, "SPH")), late.measures))
+    if final is not None:
+        result.append((heads.final(final_entry(final)), final.measures))
     return result

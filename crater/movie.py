@@ -16,7 +16,7 @@ import numpy as np
 
 from crater import datum as datums
 from crater import sections
-from crater.plot import figure
+from crater.figure import figure
 from matter import archive, readable, snapshot
 from matter.errors import InputError
 from matter.particles import Particles

@@ -5,45 +5,18 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from crater import scaling
+from crater import plot_heights, plot_sections, scaling
+from crater.craters import Crater
+from crater.figure import INK, figure, grid, save
+from crater.findings import LATE_SHOCK, Findings
 from crater.measure import Measures
+from crater.observations import Zone
 from crater.radial_profile import Profile
-from matter import archive, readable
-
-if TYPE_CHECKING:
-    from crater.craters import Crater
-    from crater.findings import Findings
-    from crater.observations import Zone
-
-INK = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
-
-
-def figure(width: float, height: float):
-    """A matplotlib figure on the Agg canvas (no window, no global state)."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    fig = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(fig)
-    return fig
-
-
-def save(fig, path: Path) -> None:
-    """Write a figure; the file is whole or absent."""
-    path = Path(path)
-    kind = path.suffix[1:] or "png"
-    with archive.replacing(path) as temporary:
-        fig.savefig(temporary, format=kind, dpi=150)
-
-
-def _grid(axis) -> None:
-    axis.grid(alpha=0.25, linewidth=0.6)
-    for side in ("top", "right"):
-        axis.spines[side].set_visible(False)
+from matter import readable
 
 
 def _profile_line(axis, profile: Profile, scale: float, colour: str, label: str) -> None:
@@ -56,18 +29,16 @@ def _profile_line(axis, profile: Profile, scale: float, colour: str, label: str)
 
 def draw_all(found: Findings, out: Path) -> None:
     """Every picture of a run that there is material for: profile, time series, height map, cross-sections."""
-    if found.final is not None or found.late_sph is not None:
+    if found.final is not None:
         draw_profiles(found, out / "profile.png")
     if any(moment.measures for moment in found.moments):
         draw_series(found, out / "time_series.png")
-    if found.ejecta:
+    if found.ejected.faster_than:
         draw_ejecta(found, out / "ejecta.png")
-    if found.launch:
+    if found.ejected.launch:
         draw_launches(found, out / "launch.png")
-    from crater import plot_heights, plot_sections
-
     if found.final is not None:
-        plot_heights.draw_heightmap(found.final, out / "heightmap.png")
+        plot_heights.draw_heightmap(found.final.measures, out / "heightmap.png")
     plot_sections.draw_cross_sections(found, out / "cross_section.png")
     plot_sections.draw_in_time(found, out / "sections_in_time.png")
     plot_sections.draw_grains_in_time(found, out / "sections_grains.png")
@@ -83,10 +54,8 @@ def draw_one(measures: Measures, name: str, folder: Path) -> None:
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
     axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
     axis.legend(frameon=False)
-    _grid(axis)
+    grid(axis)
     save(fig, folder / "profile.png")
-    from crater import plot_heights
-
     plot_heights.draw_heightmap(measures, folder / "heightmap.png")
 
 
@@ -127,12 +96,12 @@ def draw_profiles(found: Findings, path: Path) -> None:
     moment = found.transient.get("volume")
     if moment is not None and moment.measures is not None:
         lines.append((moment.measures, INK[1], f"transient, maximum volume (SPH, {readable.clock(moment.time)})"))
-    if found.late_sph is not None:
-        lines.append((found.late_sph, INK[0], f"all-SPH late stage ({readable.clock(found.late_sph_time)})"))
-    if found.final is not None and found.final is not found.late_sph:
-        lines.append(
-            (found.final, INK[2], f"{'settled grains' if found.rest.settled else f'grains, {found.rest.state}'}, DEM ({readable.clock(found.final_time)})")
-        )
+    late, grains = found.late_sph, found.settled_grains
+    if late is not None:
+        lines.append((late.measures, INK[0], f"{LATE_SHOCK} ({readable.clock(late.time)})"))
+    if grains is not None:
+        state = "settled grains" if grains.rest.settled else f"grains, {grains.rest.state}"
+        lines.append((grains.measures, INK[2], f"{state}, DEM ({readable.clock(grains.time)})"))
     reach = max(float(measures.profile.radius[np.isfinite(measures.profile.height)][-1]) for measures, _, _ in lines)
     reach = min(reach, _interesting(found, reach))
     scale, unit = readable.length_unit(reach)
@@ -149,9 +118,9 @@ def draw_profiles(found: Findings, path: Path) -> None:
     axis.set_xlim(-0.015 * reach * scale, reach * scale)
     axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
     axis.legend(frameon=False, fontsize=8, loc="lower right")
-    if found.late_sph is not None and found.final is not None and found.final is not found.late_sph:
+    if late is not None and grains is not None:
         axis.set_title("The two late stages differ in method and in rheology: continuum with yield strength / grains with friction", fontsize=9)
-    _grid(axis)
+    grid(axis)
     save(fig, path)
 
 
@@ -163,7 +132,7 @@ def _interesting(found: Findings, reach: float) -> float:
 
 def _published_box(axis, found: Findings, scale: float) -> None:
     """Published transient diameter and depth as error bars on the axes that they belong to."""
-    for row in found.reference:
+    for row in found.compared.reference:
         if not row["name"].startswith("transient"):
             continue
         low, high = row["minus"] * scale, row["plus"] * scale
@@ -196,16 +165,17 @@ def draw_series(found: Findings, path: Path) -> None:
                 e = np.array([m.sigma(name) * scale for m in chosen])
                 axis.errorbar(t, y, yerr=e, fmt="o-", color=colour, markersize=3, linewidth=1.2, elinewidth=0.7, capsize=2, label=word)
         axis.set_ylabel(label)
-        _grid(axis)
-    for row in found.reference:
+        grid(axis)
+    for row in found.compared.reference:
         if row["name"] == "transient depth_m" or row["name"].startswith("transient diameter"):
             axis = axes[1] if "depth" in row["name"] else axes[0]
             low, high = (row["value"] - row["minus"]) * length, (row["value"] + row["plus"]) * length
             axis.axhspan(low, high, color="black", alpha=0.08, label="published transient")
             axis.axhline(row["value"] * length, color="black", linewidth=0.8, linestyle=":")
-    if found.scaling:
-        low, high = (x * length for x in found.scaling["range_m"])
-        axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label=f"pi-scaling ({', '.join(scaling.NAMES[name] for name in found.scaling['range_of'])})")
+    if found.compared.scaling:
+        low, high = (x * length for x in found.compared.scaling["range_m"])
+        laws = ", ".join(scaling.NAMES[name] for name in found.compared.scaling["range_of"])
+        axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label=f"pi-scaling ({laws})")
     for key, colour in (("volume", INK[1]), ("depth", INK[3])):
         if key in found.transient:
             for axis in axes:
@@ -222,7 +192,7 @@ def draw_series(found: Findings, path: Path) -> None:
 
 def draw_ejecta(found: Findings, path: Path) -> None:
     """M(>v) of what flies, with the power laws for sand and water."""
-    curve = found.ejecta
+    curve = found.ejected.faster_than
     fig = figure(6.6, 4.6)
     axis = fig.add_subplot()
     speed, mass = np.array(curve["speed_m_s"]), np.array(curve["mass_kg"])
@@ -234,13 +204,13 @@ def draw_ejecta(found: Findings, path: Path) -> None:
         axis.set_ylim(0.3 * mass[some].min(), 5.0 * mass.max())
     axis.set(xlabel="speed v [m/s]", ylabel="mass faster than v [kg]")
     axis.legend(frameon=False, fontsize=8)
-    _grid(axis)
+    grid(axis)
     save(fig, path)
 
 
 def draw_launches(found: Findings, path: Path) -> None:
     """Speed and angle of ejecta against where they left the ground, with the law of dry sand and the fit."""
-    row = found.launch
+    row = found.ejected.launch
     fig = figure(6.6, 6.0)
     speed, angle = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     x, rim = np.array(row["x_over_a"]), row["apparent_radius_m"] / found.settings.impact.projectile.radius
@@ -253,7 +223,7 @@ def draw_launches(found: Findings, path: Path) -> None:
     angle.set(xlabel="distance from the axis / projectile's radius", ylabel="launch angle [deg]", ylim=(0.0, 90.0))
     for axis in (speed, angle):
         axis.axvline(rim, color="black", linewidth=0.8, linestyle=":")
-        _grid(axis)
+        grid(axis)
     ticks = [t for t in (1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24) if x.min() * 0.95 <= t <= max(x.max(), rim) * 1.05]
     angle.set_xticks(ticks, [f"{t:g}" for t in ticks])
     angle.minorticks_off()
@@ -291,8 +261,8 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
     sizes.set_ylim(-len(craters) + 0.5, 0.5)
     sizes.set_xlabel(f"circle: apparent diameter; triangles: rim diameter (up), depth (down); bars: zones by diameter [{unit}]", fontsize=8)
     sizes.set_xlim(left=0.0)
-    _grid(axis)
-    _grid(sizes)
+    grid(axis)
+    grid(sizes)
     save(fig, path)
 
 

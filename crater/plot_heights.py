@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from crater.figure import figure, save
 from crater.measure import Measures
-from crater.plot import figure, save
 from matter import readable
 
 

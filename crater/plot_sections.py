@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from crater import datum as datums
 from crater import sections
+from crater.craters import Crater
 from crater.datum import Datum
-from crater.plot import figure, save
+from crater.figure import figure, save
+from crater.findings import Findings
 from matter import readable, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
-
-if TYPE_CHECKING:
-    from crater.craters import Crater
-    from crater.findings import Findings
 
 MEASURE_COLOUR = "#e0a100"
 GRAINS = ("4_handoff/start", "5_dem/last")
@@ -30,10 +28,8 @@ def _shots_of_shock(found: Findings) -> list[tuple[str, Path]]:
     moment = found.transient.get("volume")
     if moment is not None and moment.stage == "sph":
         chosen.append((f"SPH, transient (maximum volume), {readable.clock(moment.time)}", moment.path))
-    late = found.inputs / "2_sph" / f"last{snapshot.SUFFIX}"
-    shots = snapshot.series(found.inputs / "2_sph")
-    if late.is_file() or shots:
-        chosen.append((f"SPH, end, {readable.clock(found.late_sph_time)}", late if late.is_file() else shots[-1]))
+    if found.shock is not None:
+        chosen.append((f"SPH, end, {readable.clock(found.shock.end_time)}", found.shock.end_path))
     return chosen
 
 

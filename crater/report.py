@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import html
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from crater import ballistic, block_view, chain, heads, report_evidence, scaling
-from crater.findings import columns, final_entry, strike
+from crater.findings import Findings, columns, final_entry
 from crater.measure import Measures, Quantity
 from matter import archive, page, readable
-
-if TYPE_CHECKING:
-    from crater.findings import Findings
 
 WORDS = {
     "diameter_rim_m": "rim diameter",
@@ -58,6 +54,7 @@ def as_text(measures: Measures) -> str:
 def write(found: Findings, out: Path) -> None:
     """Write ``report.html``: everything inlined, readable on screen and on paper."""
     last = _last(found)
+    when = readable.clock(found.final.time) if found.final is not None else ""
     parts = [
         _summary(found),
         page.picture(out / "profile.png", "Profiles: the mean of each ring; shaded: the 16th to 84th percentile of single columns over azimuth."),
@@ -78,16 +75,16 @@ def write(found: Findings, out: Path) -> None:
             "The shock stage in time: material, damage, pressure (tension in the lowest colour) and the depth that the matter came from.",
         ),
         page.picture(out / "sections_grains.png", "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed."),
-        f"<h2>{'The final crater' if found.rest.settled else 'The last snapshot'}</h2>",
-        block_view.of_findings(found, f"{last} ({readable.clock(found.final_time)})"),
+        f"<h2>{'The final crater' if _at_rest(found) else 'The last snapshot'}</h2>",
+        block_view.of_findings(found, f"{last} ({when})"),
         page.picture(
             out / "heightmap.png",
-            f"{last}, seen from above at {readable.clock(found.final_time)}: heights above the datum, distances from the crater's centre along it. "
+            f"{last}, seen from above at {when}: heights above the datum, distances from the crater's centre along it. "
             "The dashed circle has the apparent diameter; the line is where the surface crosses the datum.",
             narrow=True,
         ),
         _ejecta(found, out),
-        *report_evidence.all_parts(found.inputs, strike(found).mass * found.settings.impact.speed, _lever(found)),
+        *report_evidence.all_parts(found.inputs, found.setting.strike.mass * found.settings.impact.speed, _lever(found)),
     ]
     archive.write_text(out / "report.html", page.document(f"Crater: {_title(found)}", parts))
 
@@ -96,8 +93,12 @@ def _last(found: Findings) -> str:
     """What the last crater is called: *final* only where it has come to rest."""
     if found.final is None:
         return "The last snapshot"
-    head = heads.final(final_entry(found))
+    head = heads.final(final_entry(found.final))
     return "The final crater" if head.title == "final" else f"The crater in the {head.title}"
+
+
+def _at_rest(found: Findings) -> bool:
+    return found.final is not None and found.final.rest.settled
 
 
 def _lever(found: Findings) -> tuple[float, str]:
@@ -114,13 +115,13 @@ def _lever(found: Findings) -> tuple[float, str]:
 def _ejecta(found: Findings, out: Path) -> str:
     if not (out / "ejecta.png").is_file():
         return ""
-    when = f"{readable.clock(found.ejecta['time_s'])}"
+    when = f"{readable.clock(found.ejected.faster_than['time_s'])}"
     words = f"Target mass above the datum, not part of the ground and rising, faster than v, at {when}; the laws are for vertical impacts into half-spaces."
     where = "Speed and angle at the level of the ground against the place of launch (medians); dotted: the apparent radius."
     return (
         "<h2>Ejecta</h2>"
         + page.picture(out / "ejecta.png", words, narrow=True)
-        + (page.picture(out / "launch.png", where, narrow=True) if found.launch else "")
+        + (page.picture(out / "launch.png", where, narrow=True) if found.ejected.launch else "")
     )
 
 
@@ -137,14 +138,13 @@ def _summary(found: Findings) -> str:
         f"{_capital(head.title)} ({page.escape(head.when)}): {_in_words('apparent diameter', m['diameter_apparent_m'])}, {_in_words('depth', m['depth_m'])}."
         for head, m in columns(found, ("depth", "volume"))
     ]
-    if found.final is not None and not found.rest.settled:
-        lines.append(f"The last snapshot is no final crater: {page.escape(found.rest.reason)}.")
+    if found.final is not None and not found.final.rest.settled:
+        lines.append(f"The last snapshot is no final crater: {page.escape(found.final.rest.reason)}.")
     if found.ballistic is not None:
         lines.append(_ballistic_words(found))
-    if found.late_difference:
+    if found.compared.late_difference:
         lines.append(_late_sentence(found))
-    if found.leaving:
-        lost = found.leaving
+    if lost := found.ejected.leaving:
         lines.append(
             f"Mass that escapes, at the end of the shock stage: {readable.amount(lost['target_mass_kg'], 'kg', 3)} of the target and "
             f"{readable.amount(lost['projectile_mass_kg'], 'kg', 3)} of the projectile. Momentum enhancement &beta; = {lost['beta']:.3f}: the momentum that "
@@ -165,14 +165,15 @@ def _capital(text: str) -> str:
 
 def _late_sentence(found: Findings) -> str:
     """The two late stages beside each other, in depth and in profile."""
-    d, shock, grains = found.late_difference or {}, found.late_sph, found.final
-    if shock is None or grains is None:
+    d, late, last = found.compared.late_difference or {}, found.late_sph, found.settled_grains
+    if late is None or last is None:
         return ""
+    shock, grains = late.measures, last.measures
     share = d["depth_m"]["sph_over_dem"]
     over = f", a ratio of {share:.2f}" if share is not None else ""
     return (
         f"The two late stages, which differ in method and in rheology: depth {page.escape(shown(shock['depth_m']))} in SPH "
-        f"({readable.clock(found.late_sph_time)}) against {page.escape(shown(grains['depth_m']))} in grains ({readable.clock(found.final_time)}){over}. "
+        f"({readable.clock(late.time)}) against {page.escape(shown(grains['depth_m']))} in grains ({readable.clock(last.time)}){over}. "
         f"Inside {readable.length(d['inside_m'])} (1.5 rim radii of the larger crater) their profiles differ by {readable.length(d['rms_inside_m'])} RMS, "
         f"{d['rms_over_depth']:.2f} of the deeper one's depth; most at {readable.length(d['largest_at_m'])} from the axis, where the grains' ground lies "
         f"{readable.length(abs(d['largest_m']))} {'lower' if d['largest_m'] < 0.0 else 'higher'}."
@@ -180,19 +181,20 @@ def _late_sentence(found: Findings) -> str:
 
 
 def _named(found: Findings) -> str:
-    return "the final crater" if found.rest.settled else "the last snapshot, which is no final crater"
+    return "the final crater" if _at_rest(found) else "the last snapshot, which is no final crater"
 
 
 def _ballistic_words(found: Findings) -> str:
     flown = found.ballistic
     assert flown is not None
     m = flown.measures
-    final = found.final["diameter_apparent_m"].value if found.final is not None else None
+    last = found.final
+    final = last.measures["diameter_apparent_m"].value if last is not None else None
     return (
         f"Ballistic crater (every particle of the snapshot of {readable.clock(flown.time)} in free flight, mass balanced in rings; "
         "neither collapse nor compaction): "
         f"apparent diameter {shown(m.get('diameter_apparent_m'))}, depth {shown(m.get('depth_m'))}, volume {shown(m.get('volume_m3'))}. "
-        + html.escape(ballistic.words(flown, final, f"{_named(found)} ({found.final_from})"))
+        + html.escape(ballistic.words(flown, final, f"{_named(found)} ({last.origin if last is not None else ''})"))
     )
 
 
@@ -212,7 +214,9 @@ def _chain_words(found: Findings) -> str:
     if found.settings.chain is None:
         return chain.UNKNOWN
     volume = found.transient.get("volume")
-    measures, of = (found.final, "final" if found.rest.settled else "last") if found.final is not None else (volume.measures if volume else None, "transient")
+    measures, of = volume.measures if volume else None, "transient"
+    if found.final is not None:
+        measures, of = found.final.measures, "final" if found.final.rest.settled else "last"
     sizes = [
         f"{WORDS[name].lower()} {readable.length(measures[name].parts[chain.PART])}"
         for name in ("diameter_apparent_m", "depth_m")
@@ -232,10 +236,10 @@ def _measure_cell(measures: Measures | None, name: str, reasons: list[str]) -> s
 
 
 def _published_table(found: Findings) -> str:
-    if not found.reference:
+    if not found.compared.reference:
         return "<p>The case names no published numbers.</p>"
     rows = []
-    for row in found.reference:
+    for row in found.compared.reference:
         ours = Quantity(row["ours"]["value"], row["ours"]["sigma"], row["unit"], row["ours"].get("reason", ""))
         word, style = {True: ("yes", "met"), False: ("no", "unmet"), None: ("not measured", "not_measured")}[row["met"]]
         name = f"{row['name'].replace('_m3', '').replace('_m', '').replace('_', ' ')}, {row['at']}"
@@ -247,25 +251,25 @@ def _published_table(found: Findings) -> str:
 
 def _scaling_table(found: Findings) -> str:
     """Every law beside what was measured, the ratio of measured to predicted, and the spread of the laws."""
-    if not found.scaling:
+    if not found.compared.scaling:
         return ""
     ours = found.transient.get("volume")
     diameter = ours.value("diameter_apparent_m") if ours is not None else float("nan")
-    final, laws = found.scaling["final_rim_diameter_m"], found.scaling["diameter_m"]
+    final, laws = found.compared.scaling["final_rim_diameter_m"], found.compared.scaling["diameter_m"]
     rows = []
     for name, value in laws.items():
         share = f"{diameter / value:.2f}" if np.isfinite(diameter) else ""
         last = readable.amount(final[name], "m", 3) if name in final else ""
         rows.append([page.escape(scaling.NAMES[name]), readable.amount(value, "m", 3), share, last])
-    low, high = (readable.amount(size, "m", 3) for size in found.scaling["range_m"])
+    low, high = (readable.amount(size, "m", 3) for size in found.compared.scaling["range_m"])
     least, most = min(laws.values()), max(laws.values())
-    named = [scaling.NAMES[name] for name in found.scaling["range_of"]]
+    named = [scaling.NAMES[name] for name in found.compared.scaling["range_of"]]
     here = f" This run: {shown(ours.measures['diameter_apparent_m'])}." if ours is not None and ours.measures is not None else ""
     return (
         "<h2>Scaling laws</h2>"
         + page.table(["law", "transient apparent diameter", "measured / predicted", "final rim diameter"], rows)
         + f"<p>{page.escape(', '.join(named[:-1]))} and {page.escape(named[-1])} span {low} to {high}; all laws together {readable.amount(least, 'm', 3)} to "
         f"{readable.amount(most, 'm', 3)}, a factor of {most / least:.1f}, which is the spread between target materials.{here} "
-        f"Predicted time of growth: {readable.clock(found.scaling['formation_time_s'])}. "
+        f"Predicted time of growth: {readable.clock(found.compared.scaling['formation_time_s'])}. "
         "None of these laws accounts for layers, strength or the curvature of the body.</p>"
     )

@@ -6,6 +6,7 @@ looked at, and what changed there by more than 2 % (heights: and by more than a 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -34,7 +35,7 @@ class Rest(NamedTuple):
 UNKNOWN = Rest(False, "not known to be at rest", "not measured")
 
 
-def of_grains(report: Path, moments: list[Moment]) -> Rest:
+def of_grains(report: Path, moments: Sequence[Moment]) -> Rest:
     """Rest of the granular crater by the collapse's ``report``; by the series of ``moments`` where there is none."""
     facts = archive.read_json(report) if report.is_file() else {}
     if "still" not in facts:
@@ -46,7 +47,7 @@ def of_grains(report: Path, moments: list[Moment]) -> Rest:
     return Rest(False, "still moving", f"the collapse ended at its latest_time while the profile still changed{how}")
 
 
-def of_series(moments: list[Moment]) -> Rest:
+def of_series(moments: Sequence[Moment]) -> Rest:
     """Rest of a crater whose series ends with its last state."""
     moved = changes(moments)
     if moved is None:
@@ -59,7 +60,7 @@ def of_series(moments: list[Moment]) -> Rest:
     return Rest(False, "still growing" if growing else "still moving", reason)
 
 
-def changes(moments: list[Moment]) -> dict[str, float] | None:
+def changes(moments: Sequence[Moment]) -> dict[str, float] | None:
     """Measure -> its relative change over the last fifth of the time, of those that still move; None where fewer than three snapshots can tell."""
     seen = [moment for moment in moments if moment.measures is not None]
     if len(seen) < FEWEST:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +22,7 @@ MAXIMA = {"volume": "volume_m3", "depth": "depth_m", "diameter": "diameter_appar
 NAMES = ("depth_m", "diameter_apparent_m", "diameter_rim_m", "rim_height_m", "volume_m3")
 
 
-@dataclass
+@dataclass(frozen=True)
 class Moment:
     """One snapshot measured; ``measures`` is None where it could not be, and ``reason`` says why."""
 
@@ -60,7 +60,7 @@ def follow(paths: Iterable[Path], stage: str, chosen: Choices, before: Undisturb
     return moments
 
 
-def write_csv(moments: list[Moment], path: Path) -> None:
+def write_csv(moments: Sequence[Moment], path: Path) -> None:
     """One row per snapshot: stage, time and every measure with its sigma."""
     head = ["stage", "time_s"] + [column for name in NAMES for column in (name, f"{name}_sigma")] + ["far_field_level_m", "note"]
     lines = [",".join(head)]
@@ -103,7 +103,7 @@ def first_maximum(time: np.ndarray, values: np.ndarray, lasting: float = 0.2) ->
     return int(best)
 
 
-def transient(moments: list[Moment]) -> tuple[dict[str, Moment], list[str]]:
+def transient(moments: Sequence[Moment]) -> tuple[dict[str, Moment], list[str]]:
     """The moments of the first maximum of ``volume``, ``depth`` and ``diameter`` (apparent), and the keys that still grow at the end."""
     time = np.array([moment.time for moment in moments])
     found, growing = {}, []

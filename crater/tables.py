@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from crater import choices, radial_profile, series
-from crater.findings import Findings, final_entry, time_of
+from crater.findings import LATE_SHOCK, Findings, final_entry, time_of
 from crater.measure import Measures, Quantity
 from matter import archive
 
@@ -33,25 +33,22 @@ def measures_json(found: Findings) -> dict[str, Any]:
             }
     default = transient.get("at_maximum_volume", {"reason": found.reasons.get("transient", "not measured")})
     final: dict[str, Any] = {"reason": found.reasons.get("final", "not measured")}
-    if found.final is not None:
-        place = {"datum": choices.datum_facts(found.final.datum), "snapshot": found.final_path.relative_to(found.inputs).as_posix()}
-        final = {**found.final.as_dict(), **final_entry(found), **place}
-    content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": found.reference}
-    content["measured_with"] = {stage: chosen.as_dict(found.inputs) for stage, chosen in found.chosen.items()}
+    last, late = found.final, found.late_sph
+    if last is not None:
+        place = {"datum": choices.datum_facts(last.measures.datum), "snapshot": last.path.relative_to(found.inputs).as_posix()}
+        final = {**last.measures.as_dict(), **final_entry(last), **place}
+    content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": found.compared.reference}
+    content["measured_with"] = {stage: chosen.as_dict(found.inputs) for stage, chosen in found.choices.items()}
     if engine := _engine_of(found.inputs / "5_dem" / "stage_report.json"):
         content["engine"] = engine
     if found.soundness:
         content["soundness"] = found.soundness
-    if found.leaving:
-        content["leaving"] = found.leaving
-    if found.ejecta:
-        content["ejecta"] = found.ejecta
-    if found.launch:
-        content["launch"] = found.launch
+    ejected = found.ejected
+    content |= {name: part for name, part in (("leaving", ejected.leaving), ("ejecta", ejected.faster_than), ("launch", ejected.launch)) if part}
     if found.ballistic is not None:
         content["ballistic"] = found.ballistic.as_dict()
-    if found.late_sph is not None:
-        content["late_sph"] = {**found.late_sph.as_dict(), "time_s": Quantity(found.late_sph_time, 0.0, "s").as_dict()}
+    if late is not None:
+        content["late_sph"] = {**late.measures.as_dict(), "time_s": Quantity(late.time, 0.0, "s").as_dict()}
     return content
 
 
@@ -68,21 +65,22 @@ def write_tables(found: Findings, out: Path) -> None:
     write_json(out / "measures.json", measures_json(found))
     write_json(
         out / "compare.json",
-        {"scaling": found.scaling, "published": found.reference, "late_stage_sph_against_dem": found.late_difference},
+        {"scaling": found.compared.scaling, "published": found.compared.reference, "late_stage_sph_against_dem": found.compared.late_difference},
     )
     if found.moments:
         series.write_csv(found.moments, out / "time_series.csv")
-    if found.late_sph is not None:
-        radial_profile.write_csv(headed(found.late_sph, found.late_sph_time, "all-SPH late stage"), out / "profile_sph.csv")
+    last, late = found.final, found.late_sph
+    if late is not None:
+        radial_profile.write_csv(headed(late.measures, late.time, LATE_SHOCK), out / "profile_sph.csv")
     for key, name in PROFILES.items():
         moment = found.transient.get(key)
         if moment is not None and moment.measures is not None:
             radial_profile.write_csv(headed(moment.measures, moment.time, f"transient, maximum {key}"), out / name)
     if found.ballistic is not None:
         radial_profile.write_csv(found.ballistic.profile, out / "profile_ballistic.csv")
-    if found.final is not None:
-        radial_profile.write_csv(headed(found.final, found.final_time, found.final_from), out / "profile.csv")
-        write_heightmap(found.final, out / "heightmap.h5")
+    if last is not None:
+        radial_profile.write_csv(headed(last.measures, last.time, last.origin), out / "profile.csv")
+        write_heightmap(last.measures, out / "heightmap.h5")
 
 
 def headed(measures: Measures, time: float, what: str) -> radial_profile.Profile:

@@ -6,17 +6,17 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from crater import plot
+from crater import figure as figures
 from crater.published.evidence import KM, Run, Value
 from crater.published.valhalla import DEPTH, DIAMETER, MASSES, MPD, RADII, SPEEDS, masses
 
-PUBLISHED, OURS, LITERAL = plot.INK[5], plot.INK[0], plot.INK[1]
+PUBLISHED, OURS, LITERAL = figures.INK[5], figures.INK[0], figures.INK[1]
 ANGLES = (("angle15", 15.0), ("base", 40.0), ("angle65", 65.0))
 
 
 def draw(runs: Mapping[str, Run], out: Path) -> None:
     """One picture of four panels, written to ``out``; runs that are missing leave their points out."""
-    figure = plot.figure(11.0, 8.2)
+    figure = figures.figure(11.0, 8.2)
     panels = figure.subplots(2, 2)
     _depth_over_diameter(panels[0, 0], runs)
     _angles(panels[0, 1], runs)
@@ -25,7 +25,7 @@ def draw(runs: Mapping[str, Run], out: Path) -> None:
     for panel in panels.flat:
         panel.grid(alpha=0.25, linewidth=0.6)
         panel.legend(fontsize=8, frameon=False)
-    plot.save(figure, out)
+    figures.save(figure, out)
 
 
 def _of(runs: Mapping[str, Run], names: list[str], quantity: str, at: str = "depth") -> list[Value]:
@@ -57,7 +57,7 @@ def _depth_over_diameter(panel, runs: Mapping[str, Run]) -> None:
 
 
 def _angles(panel, runs: Mapping[str, Run]) -> None:
-    for case, colour in (("350", plot.INK[2]), ("980", OURS)):
+    for case, colour in (("350", figures.INK[2]), ("980", OURS)):
         names = [f"{case}_{name}" for name, _ in ANGLES]
         for quantity, marker, letter in (("depth_m", "v", "H"), ("diameter_apparent_m", "o", "D")):
             found = _of(runs, names, quantity)
@@ -86,7 +86,7 @@ def _projectile(panel, runs: Mapping[str, Run]) -> None:
 
 def _energy(panel, runs: Mapping[str, Run]) -> None:
     for number, speed in enumerate(SPEEDS):
-        colour = plot.INK[number]
+        colour = figures.INK[number]
         label = f"Table 9, {speed / 1e3:.5g} km/s"
         panel.plot([DIAMETER[c][0] * KM for c in DIAMETER], [MASSES[c][number] for c in DIAMETER], "s", color=colour, markersize=5, label=label)
         right = [masses(RADII[c][1] * 1e3)[number][1] / 1e16 for c in DIAMETER]

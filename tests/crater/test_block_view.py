@@ -13,7 +13,7 @@ import pytest
 import synthetic
 
 from crater import block_view, report
-from crater.findings import Findings
+from crater.findings import Findings, GrainFindings, LastCrater
 from crater.measure import measure
 from crater.rest import Rest
 from matter import frame, page
@@ -123,6 +123,7 @@ def test_it_needs_no_network_and_stays_small(bowl):
     ],
 )
 def test_a_crater_that_moves_is_not_called_final(bowl, rest, words):
-    found = Findings(settings=None, inputs=None, final=bowl[2], final_time=60.0, rest=rest)
+    last = LastCrater(bowl[2], 60.0, "grains", None, rest)
+    found = Findings(setting=None, shock=None, grains=GrainFindings((), last, None, {}))
     assert report._last(found) == words
     assert words in block_view.html(bowl[3], report._last(found))
