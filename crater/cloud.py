@@ -80,6 +80,8 @@ def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
     low = np.zeros(len(particles), dtype=bool)
     if "radius" in particles:  # a grain fills the space that its sphere takes in a packing, whatever the density of the matter it stands for
         packing = float(particles.attributes.get("packing_fraction", RANDOM_PACKING))
+        if not packing > 0.0:  # a bed too small to hold any of it away from walls
+            packing = RANDOM_PACKING
         volume = 4.0 / 3.0 * np.pi * particles.radius**3 / packing
     elif "mass" in particles and "density" in particles:
         for name in ("mass", "density"):

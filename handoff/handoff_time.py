@@ -75,6 +75,11 @@ class Choice:
     series: tuple[Diagnosis, ...]
     deepest: int
 
+    @property
+    def window_is_empty(self) -> bool:
+        """Whether no snapshot with a resolved cavity lies in the window of rule 1."""
+        return not self.window[0] <= self.series[self.index].time <= self.window[1]
+
     def as_table(self) -> dict:
         """Plain numbers for ``handoff.json``."""
         names = list(Diagnosis.__dataclass_fields__)

@@ -62,8 +62,11 @@ LIMITS: dict[str, Limit] = {
     "cavity_volume_rel": Limit(0.02, meaning="or three standard errors of a cut through whole grains, where that is more"),
     "cavity_radius_over_r_DEM_min": Limit(RESOLVED_RADIUS, least=True, meaning="the cavity must be resolved"),
     "ejecta_mass_curve_rel": Limit(0.02, meaning="largest difference of M(>v) above the speed limit"),
-    "residual_pressure_over_bulk_modulus": Limit(1e-3, meaning="no shock left in the domain, excess"),
-    "elastic_over_kinetic_energy": Limit(0.01, meaning="strain energy of the source that is discarded, excess, over the kinetic energy of compact matter"),
+    "residual_pressure_over_bulk_modulus": Limit(1e-3, meaning="no shock left in 99 % of the domain, excess; or rho g R / K of the cavity, where that is more"),
+    "elastic_over_kinetic_energy": Limit(
+        0.01,
+        meaning="strain energy of the source that is discarded, excess, over the kinetic energy of compact matter; or what rho g R stores, where that is more",
+    ),
     "t_handoff_over_T_crater_max": Limit(0.1, meaning="T = 0.8 sqrt(V^(1/3) / g)"),
     "bed_residual_speed_over_sqrt_g_r": Limit(1e-3, meaning="before the imprint"),
     "final_D_change_on_t_handoff_x2": Limit(0.05, meaning=_needs("time_x0.5", "time_x2")),

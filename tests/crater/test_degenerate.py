@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import synthetic
 
+from crater import cloud
 from crater.measure import measure
 from matter import frame
 from matter.errors import InputError
@@ -78,3 +79,11 @@ def test_datum_that_misses_the_cloud():
     p = box(np.random.default_rng(1)) + np.array([0.0, 0.0, 1e4])
     with pytest.raises(InputError, match="datum"):
         measure(Particles(synthetic.as_fields(p, 0.2)), frame.Sphere(1.0, (1e6, 0.0, 0.0)))
+
+
+def test_a_bed_too_small_for_a_packing_fraction_is_taken_as_randomly_packed():
+    """A bed without grains away from its walls says NaN for its packing fraction."""
+    p = box(np.random.default_rng(1))
+    fields = {"position": p, "radius": np.full(len(p), 0.1)}
+    found, usual = (cloud.of(Particles(fields, {"packing_fraction": value}), "bed") for value in (np.nan, cloud.RANDOM_PACKING))
+    assert np.array_equal(found.volume, usual.volume)

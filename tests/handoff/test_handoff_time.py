@@ -1,9 +1,11 @@
 """The rule that picks the time, on made-up series; and the diagnosis of made-up clouds."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from handoff import cavity, domain, handoff_time, hydrostatic, ledger, surface, transfer
+from handoff import account, cavity, domain, handoff_time, hydrostatic, ledger, surface, transfer
 from handoff.handoff_time import Diagnosis, choose, first_maximum
 from matter.errors import InputError
 from matter.particles import Particles
@@ -116,3 +118,18 @@ def test_files_of_a_stage(tmp_path):
     for number in (2, 0, 1):
         (tmp_path / f"snap_{number:04d}.vtkhdf").touch()
     assert [path.name for path in handoff_time.files(tmp_path)] == ["snap_0000.vtkhdf", "snap_0001.vtkhdf", "snap_0002.vtkhdf"]
+
+
+def test_a_window_that_is_empty_waives_the_row_on_the_time_and_no_other_choice_does():
+    """A flow that the rule hands over late is not blamed for it; a time that somebody gave, or a window that held one, is judged."""
+    late = choose(series(DEPTH, [np.nan] + [5.0] * 8, [1e-1] * 9), 30e3, G)
+    depth = [0, 0.5, 0.8, 1.0, 1.3, 1.6, 1.8, 2.0, 1.9]
+    early = choose(series(depth, [np.nan] + [50.0] * 8, [1e-1, 1e-2] + [1e-5] * 7, radius=5.0, step=1.0, volume=300.0), 0.3, 1.2e-4)
+    assert late.window_is_empty and not early.window_is_empty
+    column = hydrostatic.uniform(G, 3000.0, 1e6)
+    cavity_now = SimpleNamespace(size=SimpleNamespace(volume=1e17))
+    for choice, verdict in ((late, "waived"), (None, "fail")):
+        book = ledger.Ledger()
+        account.time_row(book, cavity_now, 300.0, choice, column)
+        (row,) = book.rows
+        assert row["verdict"] == verdict and row["value"] == pytest.approx(300.0 / (0.8 * np.sqrt(np.cbrt(1e17) / G)))

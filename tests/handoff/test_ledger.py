@@ -209,3 +209,19 @@ def test_the_first_words_on_a_handoff(tmp_path):
     assert "(-10.0 %, 2.0 sigma)" in measured and "(-5.0 %, 2.0 sigma)" in measured and "diameter" not in measured
     (tmp_path / "time_series.csv").write_text(head + "dem,180,190e3,4e3,4e5,1e4,1.8e16,0\n")
     assert len(headline(book, tmp_path / "time_series.csv")) == 3
+
+
+def test_what_weight_alone_does_around_a_cavity():
+    """rho g R / K, and its strain energy V p^2 / (2 K), of the particles that count; nothing without weight."""
+    n = 4
+    source = Particles(
+        {"position": np.zeros((n, 3)), "mass": np.full(n, 5400.0), "density": np.full(n, 2700.0), "material": np.zeros(n), "sound_speed": np.full(n, 4000.0)},
+        {"materials": ["basalt"]},
+    )
+    bulk, share = 2700.0 * 4000.0**2, np.array([1.0, 1.0, 0.6, 0.1])
+    column = hydrostatic.uniform(9.81, 2700.0, 1e5)
+    weight = shock.by_weight(source, share, 1e4, column)
+    pressure = 2700.0 * 9.81 * 1e4
+    assert weight.pressure == pytest.approx(pressure / bulk)
+    assert weight.energy == pytest.approx(2.6 * 2.0 * pressure**2 / (2.0 * bulk))
+    assert shock.by_weight(source, share, 0.0, column) == shock.Weight(0.0, 0.0)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -140,3 +143,17 @@ def test_the_impact_of_the_encounters_sizes_the_crater_anew(tmp_path):
     faster = cases.with_impact(case, found)
     before, after = (cases.compose(one)["sph"].impact.expected_transient_diameter for one in (case, faster))
     assert after / before == pytest.approx((30.0 / 15.0) ** 0.44, rel=0.05)
+
+
+def test_ten_lines_run_from_an_empty_folder_to_the_report(tmp_path):
+    """The 50 km sphere: with fewer particles and grains than any ``--size`` has, all five stages run and the page of the crater is written."""
+    file = written(tmp_path, HALF_SPACE, "50 km")
+    command = [sys.executable, "-c", "from pipeline.cli import run_case; run_case()", str(file), "--threads", "1", "--out", str(tmp_path / "runs")]
+    ended = subprocess.run([*command, "--set", "sph.particles=3000", "--set", "bed.count=1000"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert ended.returncode in (0, 1), ended.stderr  # 1: so few grains fail rows of the handoff's ledger
+    (run,) = (tmp_path / "runs").glob("mine-*")
+    assert "Traceback" not in ended.stderr and (run / "6_crater" / "report.html").exists()
+    measures = json.loads((run / "6_crater" / "measures.json").read_text())
+    transient = measures["transient"]["diameter_apparent_m"]["value"]
+    # scaling laws of rock give 150 km; two particles per crater radius find it within a third
+    assert 100e3 < transient < 200e3
