@@ -12,6 +12,7 @@ from crater.findings import Compared, Findings, final_entry, time_of
 from crater.measure import Measures, Quantity
 from crater.settings import Published
 from matter import quantity
+from matter.crater_measures import TIME, unit_of
 
 
 def compared(found: Findings) -> Compared:
@@ -99,13 +100,13 @@ def _moment(found: Findings, published: Published) -> str:
 
 
 def _ours(found: Findings, published: Published) -> Quantity:
-    missing = {"time_s": "s", "volume_m3": "m^3"}.get(published.quantity, "m")
+    missing = unit_of(published.quantity)
     if published.of == "final":
         last = found.final
         if last is None:
             return Quantity(None, None, missing, found.reasons.get("final", "not measured"))
-        return Quantity(last.time, 0.0, "s") if published.quantity == "time_s" else last.measures[published.quantity]
+        return Quantity(last.time, 0.0, "s") if published.quantity == TIME else last.measures[published.quantity]
     moment = found.transient.get(published.at)
     if moment is None or moment.measures is None:
         return Quantity(None, None, missing, found.reasons.get("transient", f"no maximum of {published.at} in the series"))
-    return time_of(found, moment) if published.quantity == "time_s" else moment.measures[published.quantity]
+    return time_of(found, moment) if published.quantity == TIME else moment.measures[published.quantity]

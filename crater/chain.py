@@ -13,16 +13,17 @@ from dataclasses import replace
 import numpy as np
 
 from crater.measure import Measures, Quantity
-from crater.settings import Errors
+from matter.body import Model
+from matter.crater_measures import COMPARED
 
 PART = "chain"
 UNKNOWN = "chain error not known: the errors hold what this one run shows, not other draws of particles and grains, another size or another time of the handoff"
 KNOWN = "errors include the chain error (sigma_parts.chain in measures.json: other draws of particles and grains, another size, another time of the handoff)"
 
 
-def with_chain(measures: Measures, errors: Errors) -> Measures:
+def with_chain(measures: Measures, errors: Model) -> Measures:
     """The measures with the chain error in quadrature, as a part of its own; a measure without a value stays as it is."""
-    return with_errors(measures, {name: error for name in Errors.model_fields if (error := getattr(errors, name)) is not None})
+    return with_errors(measures, {name: error for name in COMPARED if (error := getattr(errors, name)) is not None})
 
 
 def with_errors(measures: Measures, errors: Mapping[str, float]) -> Measures:

@@ -8,21 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from crater import craters as held
-from crater.craters import SHOWN, Crater, load, reference_of
-from crater.difference import MATCH, RATIOS, profile_difference, resampled, verdict
+from crater.craters import Crater, load, reference_of
+from crater.difference import MATCH, profile_difference, resampled, verdict
 from matter import archive, readable
+from matter.crater_measures import BY_NAME, COMPARED, RATIOS
 from matter.errors import InputError
 
 __all__ = ["Crater", "compare", "differences", "load", "profile_difference"]
 
-WORDS = {
-    "diameter_rim_m": "D rim",
-    "diameter_apparent_m": "D apparent",
-    "depth_m": "depth",
-    "depth_rim_to_floor_m": "rim to floor",
-    "rim_height_m": "rim height",
-    "volume_m3": "volume",
-}
 HEIGHTS = ("rms_inside_m", "inside_m", "rms_over_depth", "largest_m", "largest_at_m", "rms_m", "offset_m", "rms_aligned_m", "rms_shape")
 
 
@@ -105,12 +98,12 @@ def verdicts(craters: Sequence[Crater]) -> list[dict[str, Any]]:
 
 
 def _table(craters: Sequence[Crater]) -> str:
-    head = ["name"] + [c for n in SHOWN for c in (n, f"{n}_minus", f"{n}_plus")] + ["depth_over_diameter", "rim_depth_over_rim_diameter"]
+    head = ["name"] + [c for n in COMPARED for c in (n, f"{n}_minus", f"{n}_plus")] + ["depth_over_diameter", "rim_depth_over_rim_diameter"]
     head += [c for n in RATIOS for c in (f"{n}_ratio", f"{n}_ratio_sigma", f"{n}_within_errors", f"{n}_match")] + [*HEIGHTS, "stage", "moment", "source"]
     lines = [",".join(head)]
     for crater, difference, judged in zip(craters, differences(craters), verdicts(craters)):
         row = [_quoted(crater.name)]
-        for name in SHOWN:
+        for name in COMPARED:
             row += [_number(x, 6) for x in crater.values[name]] if name in crater.values else ["", "", ""]
         row += [_number(over[0], 4) if over else "" for over in (_apparent_ratio(crater), _rim_ratio(crater))]
         for name in RATIOS:
@@ -149,19 +142,20 @@ def _over(crater: Crater, depth: str, diameter: str) -> tuple[float, float] | No
 
 def _printed(craters: Sequence[Crater], said: str) -> str:
     """The table: a column for each crater, as wide as its widest cell."""
+    words = {name: BY_NAME[name].symbol for name in COMPARED}
     rows = [("", [c.name for c in craters]), ("stage", [c.title or "-" for c in craters]), ("", [c.when for c in craters])]
-    rows += [(word, [_shown(c.values.get(key), key) for c in craters]) for key, word in WORDS.items()]
+    rows += [(word, [_shown(c.values.get(key), key) for c in craters]) for key, word in words.items()]
     rows.append(("d/D apparent", [_ratio_text(_apparent_ratio(c)) for c in craters]))
     rims = [_ratio_text(_rim_ratio(c)) for c in craters]
     rows += [("d/D rim to rim", rims)] if any(cell != "-" for cell in rims) else []
     judged = verdicts(craters)
-    rows += [(f"{WORDS[key]} / 1st", [_ratio_shown(j.get(key)) for j in judged]) for key in RATIOS]
+    rows += [(f"{words[key]} / 1st", [_ratio_shown(j.get(key)) for j in judged]) for key in RATIOS]
     found = differences(craters)
     rows += [("RMS to first", [_rms_shown(d) for d in found]), ("  largest", [_largest_shown(d) for d in found])]
     aligned = [f"{readable.length(d['rms_aligned_m'])} ({readable.length(d['offset_m'])} out)" if d and d["offset_m"] is not None else "-" for d in found]
     shapes = [f"{d['rms_shape']:.3f}" if d and d["rms_shape"] is not None else "-" for d in found]
     rows += [("  outside level", aligned), ("  RMS of shape", shapes)]
-    kept = [row for row in rows if not row[0] or row[0] in ("stage", *WORDS.values(), "d/D apparent") or any(cell != "-" for cell in row[1])]
+    kept = [row for row in rows if not row[0] or row[0] in ("stage", *words.values(), "d/D apparent") or any(cell != "-" for cell in row[1])]
     widths = [max(len(cells[k]) for _, cells in kept) + 2 for k in range(len(craters))]
     lines = [f"{word:<16}" + "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths)) for word, cells in kept]
     limits = ", ".join(f"{key.split('_m')[0].replace('_', ' ')} {limit:.0%}" for key, limit in MATCH.items())

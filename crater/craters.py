@@ -16,9 +16,9 @@ from crater import choices, heads, observations, radial_profile
 from crater.datum import Datum
 from crater.radial_profile import Profile
 from matter import archive
+from matter.crater_measures import COMPARED, MOMENTS
 from matter.errors import InputError
 
-SHOWN = ("diameter_rim_m", "diameter_apparent_m", "depth_m", "depth_rim_to_floor_m", "rim_height_m", "volume_m3")
 STAGES = ("transient", "final")
 STAGE_OF_KIND = {"transient": "transient", "final": "final", "laboratory": "final", "zones": "final", "trend": "final"}
 """The stage of a crater that an observation of a kind is of."""
@@ -196,7 +196,7 @@ def _of_run(item: str, run: Path, folder: Path) -> Item:
 def _separate(content: Mapping[str, Any]) -> list[tuple[heads.Head, Mapping[str, Any]]]:
     """Heads and entries of every crater of a run, each transient moment by itself, at the maximum of volume first."""
     found: dict[str, tuple[heads.Head, Mapping[str, Any]]] = {}
-    for moment in heads.MOMENTS:
+    for moment in MOMENTS:
         for head, entry in heads.columns(content, (moment,)):
             found.setdefault(head.key, (head, entry))
     return sorted(found.values(), key=lambda pair: pair[0].stage == "final")
@@ -223,7 +223,7 @@ def _reason(entry: Mapping[str, Any]) -> str:
 def values_of(entry: Mapping[str, Any]) -> Values:
     """The measures of one crater as (value, minus, plus) [SI]; NaN for an error that is not stated."""
     values: Values = {}
-    for name in SHOWN:
+    for name in COMPARED:
         cell = entry.get(name)
         if isinstance(cell, Mapping) and isinstance(cell.get("value"), (int, float)):
             sigma = float(cell["sigma"]) if isinstance(cell.get("sigma"), (int, float)) else math.nan

@@ -14,10 +14,10 @@ import numpy as np
 from crater.profile_measures import measure_profile
 from crater.radial_profile import Profile
 from crater.shape import apparent_radius
+from matter.crater_measures import RATIOS, TABLE
 from matter.errors import InputError
 
-RATIOS = ("diameter_rim_m", "diameter_apparent_m", "depth_m", "volume_m3")
-MATCH = {"rms_over_depth": 0.10, "diameter_rim_m": 0.10, "diameter_apparent_m": 0.10, "depth_m": 0.20, "volume_m3": 0.25}
+MATCH = {"rms_over_depth": 0.10, **{measure.name: measure.match for measure in TABLE if measure.match is not None}}
 """Largest relative difference that still counts as a match between independent craters."""
 OUTSIDE = 1.5
 """The ground outside begins at this many apparent radii of the larger crater."""

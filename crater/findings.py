@@ -17,6 +17,7 @@ from crater.measure import Measures, Quantity
 from crater.rest import UNKNOWN, Rest
 from crater.settings import ChainError, Settings
 from matter import archive, material, snapshot
+from matter.crater_measures import MAXIMA, MOMENTS
 
 LATE_SHOCK = "all-SPH late stage"
 
@@ -217,10 +218,10 @@ def final_entry(last: LastCrater) -> dict[str, Any]:
     return {"time_s": Quantity(last.time, 0.0, "s").as_dict(), "from": last.origin, **last.rest.as_dict()}
 
 
-def columns(found: Findings, moments: tuple[str, ...] = heads.MOMENTS) -> list[tuple[heads.Head, Measures]]:
+def columns(found: Findings, moments: tuple[str, ...] = MOMENTS) -> list[tuple[heads.Head, Measures]]:
     """Every crater that was measured under its head: transient, the shock stage's own end, final."""
     # after the collapse a wide trough may look widest: measured closely it has no diameter, and no maximum of it
-    seen = [(key, found.transient[key]) for key in moments if key in found.transient and found.transient[key].value(series.MAXIMA[key]) > 0.0]
+    seen = [(key, found.transient[key]) for key in moments if key in found.transient and found.transient[key].value(MAXIMA[key]) > 0.0]
     shots = [heads.Moment(key, m.time, m.stage, key in found.growing, m.measures) for key, m in seen if m.measures is not None]
     final, late = found.final, found.late_sph
     result = heads.arranged(shots, final.time if final is not None else None)

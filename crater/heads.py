@@ -11,8 +11,6 @@ from typing import Any, NamedTuple
 
 from matter import readable
 
-MOMENTS = ("volume", "depth", "diameter")
-"""Moments of the transient crater, as ``measures.json`` names them: ``at_maximum_volume`` ..."""
 METHODS = {"sph": "SPH", "dem": "grains"}
 
 

@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 
 from crater import cloud as clouds
-from crater import far_field, forms, locate, surface
+from crater import far_field, forms, locate, quantities, surface
 from crater.datum import Datum, of_frame
-from crater.ejecta import blanket
+from crater.quantities import Hollow
 from crater.radial_profile import Profile, Relief, closed, profile_of, ring_mean
-from crater.shape import Ruler, Shape, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
-from crater.uncertainty import UNITS, Quantity, by_every_method, deviation, of_datum, quantities_of, quantity
+from crater.shape import Ruler, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
+from crater.uncertainty import Quantity
 from matter import frame, readable
+from matter.crater_measures import TABLE, UNITS
 from matter.particles import Particles
 
 BOOTSTRAPS = 200
@@ -170,55 +171,13 @@ def read_off(ground: Relief, radius: float, errors: tuple[tuple[float, float], .
     base = shape_of(mean, ruler, ground.datum, finder, outermost)
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     draws = rng.integers(0, cells.shape[1], size=(BOOTSTRAPS, cells.shape[1]))
-    trials = np.array([shape_of(cells[:, pick].mean(axis=1), ruler, ground.datum, finder, outermost).as_array() for pick in draws])
-    by_method = by_every_method(ground, radius, ruler, base, outermost)
-    shifts = of_datum(errors, mean, ruler, ground.datum, finder, outermost) - base.as_array()
-    quantities = quantities_of(base, trials, ruler, cells, shifts, by_method)
-    notes = {**notes, "by_method": by_method, **_relief_facts(ground, ruler, mean, base.apparent)}
-    quantities["ellipticity"] = ellipticity
-    quantities |= _forms(cells, mean, ruler, base, quantities["depth_m"])
+    hollow = Hollow(ground, radius, cells, ruler, finder, base, outermost, draws, errors, ellipticity)
+    notes = {**notes, "by_method": hollow.by_method, **_relief_facts(ground, ruler, mean, base.apparent)}
     notes["by_azimuth"] = forms.by_azimuth(cells, ruler, outermost, base.rim)
-    shallow = _shallow_reason(quantities, base, ruler)
-    if shallow:
-        for name in ("diameter_apparent_m", "volume_m3", "depth_over_diameter", "floor_diameter_m", "wall_slope_deg", "terraces", "ellipticity"):
-            quantities[name] = Quantity(None, None, UNITS[name], shallow)
-    rim = shallow or _rim_reason(cells, ruler, base, quantities)
-    if rim:
-        for name in ("diameter_rim_m", "rim_height_m", "depth_rim_to_floor_m", "rim_asymmetry"):
-            quantities[name] = Quantity(None, None, UNITS[name], rim)
-    quantities |= _blanket(cells, draws, ruler, base.rim, rim)
-    return Measures({name: quantities[name] for name in UNITS}, profile, ground.datum, ground, notes)
-
-
-def _forms(cells: np.ndarray, mean: np.ndarray, ruler: Ruler, base: Shape, depth: Quantity) -> dict[str, Quantity]:
-    """Central pit, terraces and the one-sidedness of the rim (the azimuth of its highest side stands in the reason)."""
-    sharp = ruler.sharpened(mean)
-    d = float(np.interp(base.apparent, ruler.s, ruler.d))
-    floor = (ruler.broad @ sharp)[ruler.s < 0.6 * base.apparent]
-    pit, prominence = forms.central_pit(floor[np.isfinite(floor)])
-    found = prominence > max(3.0 * (depth.sigma or 0.0), 0.5 * d)
-    result = {"central_pit_m": quantity(pit if found else np.nan, {"depth": depth.sigma or 0.0}, "m", "no pit above the noise of the floor")}
-    edge = base.rim if np.isfinite(base.rim) else base.apparent
-    steps = forms.terraces(ruler.s, ruler.fine @ sharp, ruler.d, base.floor_radius, edge) if np.isfinite(base.floor_radius) else 0
-    result["terraces"] = Quantity(float(steps), None, "1")
-    share, error, towards = forms.rim_asymmetry(forms.crest_heights(cells, ruler, base.rim)) if np.isfinite(base.rim) else (np.nan, np.nan, np.nan)
-    result["rim_asymmetry"] = quantity(share, {"azimuth": error}, "1", "no crest around the crater")
-    if np.isfinite(towards):
-        result["rim_asymmetry"] = replace(result["rim_asymmetry"], reason=f"highest towards azimuth {towards:.0f} deg")
-    return result
-
-
-def _blanket(cells: np.ndarray, draws: np.ndarray, ruler: Ruler, rim_radius: float, no_rim: str) -> dict[str, Quantity]:
-    """Exponent and height of the ejecta blanket, errors by the same bootstrap over sectors."""
-    names = ("blanket_exponent", "blanket_height_at_rim_m")
-    if no_rim:
-        return {name: Quantity(None, None, UNITS[name], no_rim) for name in names}
-    sharp = ruler.sharpened(cells.mean(axis=1))
-    found = blanket(sharp, ruler, rim_radius)
-    trials = np.array([blanket(ruler.sharpened(cells[:, pick].mean(axis=1)), ruler, rim_radius) for pick in draws])
-    spread = deviation(trials)
-    reason = "fewer than five rings stand above the datum between 1.1 and 3 rim radii"
-    return {name: quantity(value, {"azimuth": sigma}, UNITS[name], reason) for name, value, sigma in zip(names, found, spread)}
+    shallow = _shallow_reason(quantities.depth_m(hollow), hollow)
+    missing = {"": "", "diameter": shallow, "rim": shallow or _rim_reason(quantities.rim_height_m(hollow), hollow)}
+    measured = {row.name: Quantity(None, None, row.unit, missing[row.needs]) if missing[row.needs] else getattr(quantities, row.name)(hollow) for row in TABLE}
+    return Measures(measured, profile, ground.datum, ground, notes)
 
 
 def _round(cells: np.ndarray, ruler: Ruler, apparent: float) -> tuple[np.ndarray, Quantity]:
@@ -249,25 +208,23 @@ def _relief_facts(ground: Relief, ruler: Ruler, mean: np.ndarray, apparent: floa
     return {"rms_relief_m": rms, "spacings_per_radius": apparent / float(np.interp(apparent, ruler.s, ruler.d))}
 
 
-def _shallow_reason(quantities: dict[str, Quantity], base: Shape, ruler: Ruler) -> str:
+def _shallow_reason(depth: Quantity, hollow: Hollow) -> str:
     """Why a hollow has no diameter: shallower than the particles resolve; empty where it has one."""
-    depth = quantities["depth_m"]
-    d = float(np.interp(base.apparent, ruler.s, ruler.d))
-    limit = max(SHALLOWEST * d, 2.0 * (depth.sigma or 0.0))
+    limit = max(SHALLOWEST * hollow.spacing, 2.0 * (depth.sigma or 0.0))
     if depth.value is not None and depth.value >= limit:
         return ""
-    return f"a trough {readable.length(base.depth)} deep, less than the {readable.length(limit)} that this spacing resolves, has no diameter"
+    return f"a trough {readable.length(hollow.base.depth)} deep, less than the {readable.length(limit)} that this spacing resolves, has no diameter"
 
 
-def _rim_reason(cells: np.ndarray, ruler: Ruler, base: Shape, quantities: dict[str, Quantity]) -> str:
-    """Why no rim can be stated; empty where one can."""
-    height = quantities["rim_height_m"]
+def _rim_reason(height: Quantity, hollow: Hollow) -> str:
+    """Why no rim can be stated, whose crest has this ``height``; empty where one can."""
+    ruler, base = hollow.ruler, hollow.base
     if height.value is None:
         return "no crest outside the apparent rim"
     if height.value < (height.sigma or 0.0):
         return f"no rim: the crest stands {readable.length(height.value)} above the datum, within its error"
     near = (ruler.s > base.apparent) & (ruler.s < max(1.8 * base.apparent, base.rim))
-    share = float(np.mean((ruler.fine @ cells)[near].max(axis=0) > 0.0)) if near.any() else 0.0
+    share = float(np.mean((ruler.fine @ hollow.cells)[near].max(axis=0) > 0.0)) if near.any() else 0.0
     return "" if share >= CLOSED_RIM else f"no closed rim: only {share:.0%} of the sectors rise above the datum outside the crater"
 
 

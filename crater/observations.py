@@ -13,6 +13,7 @@ import numpy as np
 from crater import radial_profile
 from crater.radial_profile import Profile
 from matter import quantity
+from matter.crater_measures import MOMENTS
 from matter.errors import InputError
 
 FOLDER = Path(__file__).parent / "observed"
@@ -49,7 +50,6 @@ class Observation:
 
 
 KINDS = ("transient", "final", "zones", "trend", "laboratory")
-MOMENTS = ("volume", "depth", "diameter")
 
 
 def names() -> list[str]:

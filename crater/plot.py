@@ -17,6 +17,7 @@ from crater.measure import Measures
 from crater.observations import Zone
 from crater.radial_profile import Profile
 from matter import readable
+from matter.crater_measures import MAXIMA, TABLE
 
 
 def _profile_line(axis, profile: Profile, scale: float, colour: str, label: str) -> None:
@@ -152,11 +153,12 @@ def draw_series(found: Findings, path: Path) -> None:
     minute, clock = readable.time_unit(max((m.time for m in found.moments), default=120.0))
     cubes = (1e-6 * length**3, "$10^6$ ") if unit == "km" and widest >= 1e5 else (length**3, "")
     rows = (
-        ("diameter_apparent_m", f"apparent diameter [{unit}]", length),
-        ("depth_m", f"depth below datum [{unit}]", length),
-        ("volume_m3", f"volume below datum [{cubes[1]}{unit}$^3$]", cubes[0]),
+        ("diameter", f"apparent diameter [{unit}]", length),
+        ("depth", f"depth below datum [{unit}]", length),
+        ("volume", f"volume below datum [{cubes[1]}{unit}$^3$]", cubes[0]),
     )
-    for axis, (name, label, scale) in zip(axes, rows):
+    for axis, (moment, label, scale) in zip(axes, rows):
+        name = MAXIMA[moment]
         for stage, colour, word in (("sph", INK[0], "SPH"), ("dem", INK[2], "grains (DEM)")):
             chosen = [m for m in found.moments if m.stage == stage]
             y = np.array([m.value(name) * scale for m in chosen])  # NaN breaks the line where a measure does not exist
@@ -248,10 +250,10 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
         colour = INK[k % len(INK)]
         if crater.profile is not None:
             _profile_line(axis, crater.profile, scale, colour, crater.label)
-        for name, marker in (("diameter_apparent_m", "o"), ("diameter_rim_m", "^"), ("depth_m", "v")):
-            if name in crater.values:
-                value, minus, plus = (float(x) * scale for x in np.nan_to_num(crater.values[name]))
-                sizes.errorbar([value], [-k], xerr=[[minus], [plus]], fmt=marker, color=colour, markersize=5, capsize=3)
+        for measure in TABLE:
+            if measure.marker and measure.name in crater.values:
+                value, minus, plus = (float(x) * scale for x in np.nan_to_num(crater.values[measure.name]))
+                sizes.errorbar([value], [-k], xerr=[[minus], [plus]], fmt=measure.marker, color=colour, markersize=5, capsize=3)
         _zones(sizes, crater.zones, -k, scale, span, colour)
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
     axis.set_xlim(0.0, reach * scale)

@@ -191,8 +191,8 @@ def _draw_measures(axis, seen: sections.View, values: dict[str, float]) -> None:
     arrow = dict(arrowstyle="<->", color=MEASURE_COLOUR, linewidth=1.6, shrinkA=0, shrinkB=0)
     box = dict(facecolor="white", edgecolor="none", alpha=0.75, pad=1.0)
     top = 0.78 * seen.high
-    rim, apparent, depth = (values.get(name) for name in ("diameter_rim_m", "diameter_apparent_m", "depth_m"))
-    crest = values.get("rim_height_m", 0.0)
+    rim, crest = values.get("diameter_rim_m"), values.get("rim_height_m", 0.0)
+    apparent, depth = values.get("diameter_apparent_m"), values.get("depth_m")
     if rim is not None:
         (left, right), (foot, _) = sections.on_section(seen, np.array([-0.5 * rim, 0.5 * rim]), np.array([crest, crest]))
         for x in (left, right):

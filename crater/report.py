@@ -11,25 +11,7 @@ from crater import ballistic, block_view, chain, heads, report_evidence, scaling
 from crater.findings import Findings, columns, final_entry
 from crater.measure import Measures, Quantity
 from matter import archive, page, readable
-
-WORDS = {
-    "diameter_rim_m": "rim diameter",
-    "diameter_apparent_m": "apparent diameter (at the datum)",
-    "depth_m": "depth below the datum",
-    "depth_rim_to_floor_m": "depth, crest to floor",
-    "rim_height_m": "rim height above the datum",
-    "volume_m3": "volume below the datum",
-    "depth_over_diameter": "depth / apparent diameter",
-    "wall_slope_deg": "steepest slope of the wall",
-    "ellipticity": "ellipticity (1 - b/a)",
-    "floor_diameter_m": "floor diameter",
-    "central_peak_m": "central peak above the floor",
-    "central_pit_m": "central pit below the ridge around it",
-    "terraces": "terraces on the wall",
-    "rim_asymmetry": "rim height: first harmonic / mean",
-    "blanket_exponent": "ejecta blanket: exponent of the power law",
-    "blanket_height_at_rim_m": "ejecta blanket and uplift: height at the rim",
-}
+from matter.crater_measures import BY_NAME, TABLE
 
 
 def shown(quantity: Quantity | None) -> str:
@@ -45,9 +27,7 @@ def as_text(measures: Measures) -> str:
     """The measures as lines of text."""
     datum = measures.datum
     lines = [f"datum: {datum.kind}" + (f" of radius {datum.radius / 1e3:.6g} km" if datum.is_sphere else "") + f" ({datum.source})"]
-    for name, word in WORDS.items():
-        if name in measures.quantities:
-            lines.append(f"  {word:<34} {readable.terminal(shown(measures[name]))}")
+    lines += [f"  {row.words:<44} {readable.terminal(shown(measures[row.name]))}" for row in TABLE if row.name in measures.quantities]
     return "\n".join(lines)
 
 
@@ -203,7 +183,7 @@ def _measures_table(found: Findings) -> str:
     if not held:
         return "<p>Nothing could be measured.</p>"
     reasons: list[str] = []
-    rows = [[word, *(_measure_cell(measures, name, reasons) for _, measures in held)] for name, word in WORDS.items()]
+    rows = [[row.words, *(_measure_cell(measures, row.name, reasons) for _, measures in held)] for row in TABLE]
     notes = "".join(f"<br>({k + 1}) {page.escape(reason)}" for k, reason in enumerate(reasons))
     titles = [f"{page.escape(head.title)}<br>({page.escape(head.when)})" for head, _ in held]
     return page.table(["", *titles], rows) + f"<p class=note>Errors are one standard deviation; {_chain_words(found)}.{notes}</p>"
@@ -218,7 +198,7 @@ def _chain_words(found: Findings) -> str:
     if found.final is not None:
         measures, of = found.final.measures, "final" if found.final.rest.settled else "last"
     sizes = [
-        f"{WORDS[name].lower()} {readable.length(measures[name].parts[chain.PART])}"
+        f"{BY_NAME[name].noun} {readable.length(measures[name].parts[chain.PART])}"
         for name in ("diameter_apparent_m", "depth_m")
         if measures is not None and chain.PART in measures[name].parts
     ]

@@ -14,10 +14,11 @@ import numpy as np
 
 from crater.series import Moment
 from matter import archive
+from matter.crater_measures import MAXIMA
 
 WINDOW, CHANGE, OF_SPACING = 0.2, 0.02, 0.1
 FEWEST = 3
-NAMES = {"volume_m3": "volume", "depth_m": "depth", "diameter_apparent_m": "diameter"}
+NAMES = {name: moment for moment, name in MAXIMA.items()}
 
 
 class Rest(NamedTuple):

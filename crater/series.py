@@ -15,11 +15,8 @@ from crater.choices import Choices
 from crater.measure import Measures, measure_scene
 from crater.surface import Undisturbed
 from matter import archive, snapshot
+from matter.crater_measures import COLUMNS, MAXIMA
 from matter.errors import InputError
-
-MAXIMA = {"volume": "volume_m3", "depth": "depth_m", "diameter": "diameter_apparent_m"}
-"""Moments of the transient crater, and the measure whose first maximum each is."""
-NAMES = ("depth_m", "diameter_apparent_m", "diameter_rim_m", "rim_height_m", "volume_m3")
 
 
 @dataclass(frozen=True)
@@ -62,11 +59,11 @@ def follow(paths: Iterable[Path], stage: str, chosen: Choices, before: Undisturb
 
 def write_csv(moments: Sequence[Moment], path: Path) -> None:
     """One row per snapshot: stage, time and every measure with its sigma."""
-    head = ["stage", "time_s"] + [column for name in NAMES for column in (name, f"{name}_sigma")] + ["far_field_level_m", "note"]
+    head = ["stage", "time_s"] + [column for name in COLUMNS for column in (name, f"{name}_sigma")] + ["far_field_level_m", "note"]
     lines = [",".join(head)]
     for moment in moments:
         row = [moment.stage, f"{moment.time:.9g}"]
-        for name in NAMES:
+        for name in COLUMNS:
             row += [f"{x:.6g}" if np.isfinite(x) else "" for x in (moment.value(name), moment.sigma(name))]
         level = moment.measures.notes.get("far_field_level_m", "") if moment.measures else ""
         row += [f"{level:.6g}" if level != "" else "", moment.reason.replace(",", ";").replace("\n", " ")]

@@ -2,55 +2,54 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, create_model, field_validator
 
 from matter import quantity
 from matter.body import Impact, Model, Target
+from matter.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
 from matter.quantity import Length, Speed, Volume
 
 RISE_LIMIT = 0.15
 """In expected transient diameters: what rises higher is in flight."""
-_Error = Annotated[Length, Field(ge=0)]
+_KINDS = {"m": Length, "m^3": Volume}
 
 
-class Errors(Model):
-    """The chain error of each measure of one crater; a measure that is left out has none that is known."""
+def of_each_measure(name: str, words: str, kind: Callable[[Any, Measure], Any]) -> Any:
+    """A settings model called ``name`` that holds, or leaves out, one entry for each measure that is compared; ``kind(quantity, row)`` gives its type."""
+    rows = [BY_NAME[measure] for measure in COMPARED]
+    fields: dict[str, Any] = {row.name: (kind(_KINDS[row.unit], row) | None, Field(None, description=f"Of the {row.words}.")) for row in rows}
+    return create_model(name, __base__=Model, __module__=__name__, __doc__=words, **fields)
 
-    diameter_apparent_m: _Error | None = None
-    """Of the apparent diameter."""
-    diameter_rim_m: _Error | None = None
-    """Of the rim-to-rim diameter."""
-    depth_m: _Error | None = None
-    """Of the depth below the datum."""
-    depth_rim_to_floor_m: _Error | None = None
-    """Of the depth from rim to floor."""
-    rim_height_m: _Error | None = None
-    """Of the rim's height."""
-    volume_m3: Annotated[Volume, Field(ge=0)] | None = None
-    """Of the volume below the datum."""
+
+Errors = of_each_measure(
+    "Errors",
+    "The chain error of each measure of one crater; a measure that is left out has none that is known.",
+    lambda quantity, row: Annotated[quantity, Field(ge=0)],
+)
 
 
 class ChainError(Model):
     """Chain errors of the transient crater, at its largest volume and where it is deepest, and of the final one."""
 
-    transient: Errors = Errors()
+    transient: Errors = Errors()  # type: ignore[valid-type]
     """Of the transient crater at its largest volume."""
-    transient_at_maximum_depth: Errors = Errors()
+    transient_at_maximum_depth: Errors = Errors()  # type: ignore[valid-type]
     """Of the transient crater where it is deepest."""
-    final: Errors = Errors()
+    final: Errors = Errors()  # type: ignore[valid-type]
     """Of the final crater."""
 
 
 class Published(Model):
     """A published number of the case, ``[[crater.reference]]``."""
 
-    quantity: Literal["diameter_apparent_m", "diameter_rim_m", "depth_m", "depth_rim_to_floor_m", "rim_height_m", "volume_m3", "time_s"]
+    quantity: Literal[(*COMPARED, TIME)]  # type: ignore[valid-type]
     """Which measure, named as in ``measures.json``."""
     of: Literal["transient", "final"] = "transient"
     """Of which crater."""
-    at: Literal["volume", "depth", "diameter"] = "depth"
+    at: Literal[MOMENTS] = "depth"  # type: ignore[valid-type]
     """The transient crater is that at the first maximum of this."""
     value: str
     """With unit, ``"980 km"``."""

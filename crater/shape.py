@@ -194,6 +194,17 @@ class Shape:
         """All numbers, in the order of the fields."""
         return np.array([getattr(self, name) for name in self.__dataclass_fields__])
 
+    def sizes(self) -> dict[str, float]:
+        """Those that every method gives, by the names of the measures (``matter.crater_measures``)."""
+        return {
+            "depth_m": self.depth,
+            "diameter_apparent_m": 2.0 * self.apparent,
+            "diameter_rim_m": 2.0 * self.rim,
+            "rim_height_m": self.rim_height,
+            "depth_rim_to_floor_m": self.depth + self.rim_height,
+            "volume_m3": self.volume,
+        }
+
 
 def shape_of(mean: np.ndarray, ruler: Ruler, datum: Datum, finder: CrestFinder | None, outermost: float) -> Shape:
     """Numbers of the profile ``mean`` of ring means as the colour field shows them (gaps closed); the floor lies inside ``outermost`` [m].

@@ -21,6 +21,7 @@ from crater.findings import LATE_SHOCK, Ejected, Findings, GrainFindings, LastCr
 from crater.one_snapshot import measure_snapshot
 from crater.settings import Published, Settings
 from matter import archive, material, snapshot
+from matter.crater_measures import MAXIMA
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.progress import Progress
@@ -115,7 +116,7 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
     moments = series.follow(shots[1:], "sph", chosen, start, heard)
     largest, grows = series.transient(moments)
     moving = rest.changes(moments)
-    growing = tuple(key for key in grows if moving is None or series.MAXIMA[key] in moving)
+    growing = tuple(key for key in grows if moving is None or MAXIMA[key] in moving)
     closely = {moment.path: series.again(moment, chosen, start) for moment in {m.path: m for m in largest.values()}.values()}
     transient = {key: closely[moment.path] for key, moment in largest.items()}
     if "volume" not in transient:

@@ -12,6 +12,7 @@ from crater import choices, radial_profile, series
 from crater.findings import LATE_SHOCK, Findings, final_entry, time_of
 from crater.measure import Measures, Quantity
 from matter import archive
+from matter.crater_measures import MOMENTS
 
 PROFILES = {"volume": "profile_transient.csv", "depth": "profile_transient_depth.csv"}
 """Files that hold the profile of the transient crater, by the maximum at which it is taken."""
@@ -20,7 +21,7 @@ PROFILES = {"volume": "profile_transient.csv", "depth": "profile_transient_depth
 def measures_json(found: Findings) -> dict[str, Any]:
     """The content of ``measures.json``."""
     transient: dict[str, Any] = {}
-    for key in ("volume", "depth", "diameter"):
+    for key in MOMENTS:
         moment = found.transient.get(key)
         if moment is not None and moment.measures is not None:
             transient[f"at_maximum_{key}"] = {

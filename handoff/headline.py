@@ -9,6 +9,7 @@ from typing import Any
 
 from handoff.ledger import SENSITIVITY, Ledger
 from matter import ledger_words, readable
+from matter.crater_measures import BY_NAME, MAXIMA, UNITS
 
 _DEPTH = "final_d_change_on_t_handoff_x2"
 COMMAND = "inspect_handoff RUN --sensitivity"
@@ -28,11 +29,8 @@ def _both_measured(series: Path) -> str:
     if grains is None:
         return ""
     same = [row for row in rows if row["stage"] == "sph" and abs(float(row["time_s"]) - float(grains["time_s"])) < 1e-6 * max(1.0, float(grains["time_s"]))]
-    parts = [_pair(same[0], grains, name, word, unit) for name, word, unit in _BOTH] if same else []
+    parts = [_pair(same[0], grains, name, BY_NAME[name].noun, UNITS[name]) for name in MAXIMA.values()] if same else []
     return f"Measured in one way at the handoff, shock stage and grains: {'; '.join(part for part in parts if part)}." if any(parts) else ""
-
-
-_BOTH = (("volume_m3", "volume", "m^3"), ("depth_m", "depth", "m"), ("diameter_apparent_m", "apparent diameter", "m"))
 
 
 def _pair(one: dict[str, str], other: dict[str, str], name: str, word: str, unit: str) -> str:

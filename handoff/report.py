@@ -11,6 +11,7 @@ from handoff import direct
 from handoff import ledger as ledgers
 from handoff.headline import headline
 from matter import archive, page, readable, snapshot
+from matter.crater_measures import BY_NAME, RATIOS, UNITS
 from matter.errors import InputError
 
 SERIES = Path("6_crater") / "time_series.csv"
@@ -129,7 +130,7 @@ def _further(found: dict | None) -> str:
     """The sensitivity runs as a table; empty where there are none."""
     if not found:
         return ""
-    names = {"diameter_rim_m": "rim diameter", "diameter_apparent_m": "apparent diameter", "depth_m": "depth", "dem_depth_most_m": "largest depth"}
+    names = {**{name: BY_NAME[name].noun for name in RATIOS if UNITS[name] == "m"}, "dem_depth_most_m": "largest depth"}
     head = ["variant", "handed over at", "speed limit", "alpha [spacings]", *(word for name in names.values() for word in (name, "change")), "rms of profiles"]
     rows = []
     for variant, row in found["rows"].items():

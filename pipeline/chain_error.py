@@ -34,6 +34,7 @@ import numpy as np
 import tomlkit
 
 from matter import archive
+from matter.crater_measures import COMPARED, UNITS
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
 from pipeline import expected, folder, provenance, sensitivity, stages, sweep
@@ -192,7 +193,7 @@ def evaluate(study: Study) -> list[Row]:
     members = [reference(), *others(study)]
     found = {member.name: expected.values(study.run_folder(member)) for member in members if study.done(member)}
     draws = [member for member in members if member.shock is not None and member.name in found]
-    rows = [_row(crater, name, found, draws) for crater in expected.CRATERS for name in expected.MEASURES]
+    rows = [_row(crater, name, found, draws) for crater in expected.CRATERS for name in COMPARED]
     return [row for row in rows if row is not None]
 
 
@@ -227,7 +228,7 @@ def text(rows: list[Row]) -> str:
     """The rows as a table in km and km^3."""
     lines = [f"{'':<30}{'':<22}{'mean':>12}{'measuring':>12}{'draws':>12}{'handoff':>12}{'size':>12}{'chain':>12}"]
     for row in rows:
-        factor = 1e-9 if row.measure == "volume_m3" else 1e-3
+        factor = 1e-9 if UNITS[row.measure] == "m^3" else 1e-3
         cells = (row.mean, row.measuring, row.draws, row.handoff, row.size, row.chain)
         shown = "".join(f"{'--' if cell is None else f'{cell * factor:.4g}':>12}" for cell in cells)
         lines.append(f"{row.crater:<30}{row.measure:<22}{shown}")
@@ -261,7 +262,7 @@ def write(study: Study, rows: list[Row], command: str, file: Path) -> None:
 
 
 def _entry(row: Row) -> dict[str, str]:
-    factor, unit = (1e-9, "km^3") if row.measure == "volume_m3" else (1e-3, "km") if row.mean >= 2e3 else (1.0, "m")
+    factor, unit = (1e-9, "km^3") if UNITS[row.measure] == "m^3" else (1e-3, "km") if row.mean >= 2e3 else (1.0, "m")
     cells = {"value": row.mean, "measuring": row.measuring, "draws": row.draws, "handoff": row.handoff, "size": row.size}
     return {name: f"{cell * factor:.4g} {unit}" for name, cell in cells.items() if cell is not None}
 

@@ -29,9 +29,10 @@ from typing import Annotated, Any, Generic, TypeVar
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
+from crater.settings import of_each_measure
 from matter.body import Model
+from matter.crater_measures import BY_NAME, COMPARED, UNITS
 from matter.errors import InputError
-from matter.quantity import Length, Volume
 from pipeline import case as cases
 from pipeline import stages, toml_lines
 from pipeline.complaints import complaints, dotted
@@ -88,21 +89,7 @@ class Expectation(Model, Generic[Q]):
         return math.hypot(*parts) if parts else None
 
 
-class Crater(Model):
-    """The expected measures of one crater."""
-
-    diameter_apparent_m: Expectation[Length] | None = None
-    """Apparent diameter."""
-    diameter_rim_m: Expectation[Length] | None = None
-    """Rim-to-rim diameter."""
-    depth_m: Expectation[Length] | None = None
-    """Depth below the datum."""
-    depth_rim_to_floor_m: Expectation[Length] | None = None
-    """Depth from rim to floor."""
-    rim_height_m: Expectation[Length] | None = None
-    """Height of the rim."""
-    volume_m3: Expectation[Volume] | None = None
-    """Volume below the datum."""
+Crater = of_each_measure("Crater", "The expected measures of one crater.", lambda quantity, row: Expectation[quantity])  # type: ignore[valid-type]
 
 
 class Preset(Model):
@@ -118,11 +105,11 @@ class Preset(Model):
     """Number of draws of the grains."""
     shocks: Annotated[int, Field(ge=1)]
     """Number of draws of the shock stage among them."""
-    transient: Crater = Crater()
+    transient: Crater = Crater()  # type: ignore[valid-type]
     """The transient crater at its largest volume."""
-    transient_at_maximum_depth: Crater = Crater()
+    transient_at_maximum_depth: Crater = Crater()  # type: ignore[valid-type]
     """The transient crater where it is deepest."""
-    final: Crater = Crater()
+    final: Crater = Crater()  # type: ignore[valid-type]
     """The final crater."""
 
     @field_validator("command", "commit", "measured")
@@ -134,7 +121,6 @@ class Preset(Model):
 
 
 CRATERS = ("transient", "transient_at_maximum_depth", "final")
-MEASURES = tuple(Crater.model_fields)
 
 
 @lru_cache(maxsize=8)
@@ -193,10 +179,10 @@ def chain_of(case: cases.Case) -> dict[str, Any]:
         return {}
     table: dict[str, dict[str, str]] = {}
     for crater in CRATERS:
-        for name in MEASURES:
+        for name in COMPARED:
             entry = getattr(getattr(expected, crater), name)
             if entry is not None and entry.chain is not None:
-                table.setdefault(crater, {})[name] = f"{entry.chain!r} {'m^3' if name == 'volume_m3' else 'm'}"
+                table.setdefault(crater, {})[name] = f"{entry.chain!r} {UNITS[name]}"
     return table
 
 
@@ -222,7 +208,7 @@ def verdicts(expected: Preset, measures: dict[str, Any]) -> list[Verdict]:
     found = []
     for crater in CRATERS:
         mine = measures.get(crater, {})
-        for name in MEASURES:
+        for name in COMPARED:
             entry, value = getattr(getattr(expected, crater), name), (mine.get(name) or {}).get("value")
             if entry is None or value is None:
                 continue
@@ -244,13 +230,10 @@ def values(run: Path) -> dict[str, dict[str, dict[str, Any]]]:
     if not path.is_file():
         return {}
     measures = json.loads(path.read_text())
-    return {crater: {name: _crater(measures, crater)[name] for name in MEASURES if name in _crater(measures, crater)} for crater in CRATERS}
+    return {crater: {name: _crater(measures, crater)[name] for name in COMPARED if name in _crater(measures, crater)} for crater in CRATERS}
 
 
-_WORDS = {
-    "diameter_apparent_m": "apparent diameter", "diameter_rim_m": "rim diameter", "depth_m": "depth below datum", "depth_rim_to_floor_m": "depth rim to floor",
-    "rim_height_m": "rim height", "volume_m3": "volume", "transient": "transient", "transient_at_maximum_depth": "transient, where deepest", "final": "final",
-}  # fmt: skip
+_WORDS = {"transient": "transient", "transient_at_maximum_depth": "transient, where deepest", "final": "final"}
 
 
 def _settled(run: Path) -> bool:
@@ -270,8 +253,8 @@ def text(case: cases.Case, run: Path) -> str:
     lines = [f"against {FILE}, {named} ({expected.members} draws, commit {expected.commit[:8]}, {expected.measured}):"]
     words = {**_WORDS, "final": _WORDS["final"] if _settled(run) else "last snapshot (no final crater)"}
     for one in verdicts(expected, measures):
-        factor, unit = (1e-9, "km^3") if one.measure == "volume_m3" else (1e-3, "km") if one.expected >= 2e3 else (1.0, "m")
-        name = f"{words[one.crater]} {words[one.measure]}"
+        factor, unit = (1e-9, "km^3") if UNITS[one.measure] == "m^3" else (1e-3, "km") if one.expected >= 2e3 else (1.0, "m")
+        name = f"{words[one.crater]} {BY_NAME[one.measure].noun}"
         said = "agrees" if one.agrees else f"differs by {abs(one.apart):.1f} sigma"
         lines.append(f"  {name:<44} {one.value * factor:.4g} {unit}, expected {one.expected * factor:.4g} +- {one.sigma * factor:.2g} {unit}: {said}")
     return "\n".join(lines)

@@ -8,17 +8,8 @@ from typing import Any
 
 from crater import heads
 from matter import archive, readable
+from matter.crater_measures import TABLE
 from pipeline import stages
-
-ROWS = (
-    ("diameter_apparent_m", "apparent diameter, at the datum"),
-    ("diameter_rim_m", "rim diameter, crest to crest"),
-    ("depth_m", "depth below the datum"),
-    ("depth_over_diameter", "depth / apparent diameter"),
-    ("depth_rim_to_floor_m", "depth, crest to floor"),
-    ("rim_height_m", "rim height above the datum"),
-    ("volume_m3", "volume below the datum"),
-)
 
 
 def table(run: Path) -> str:
@@ -29,10 +20,10 @@ def table(run: Path) -> str:
     measures = archive.read_json(path)
     columns = heads.columns(measures)
     rows = [("", [head.title for head, _ in columns]), ("", [head.when for head, _ in columns])]
-    for key, words in ROWS:
-        cells = [shown(entry.get(key)) for _, entry in columns]
+    for row in (row for row in TABLE if row.terminal):
+        cells = [shown(entry.get(row.name)) for _, entry in columns]
         if any(cells):
-            rows.append((words, [cell or "--" for cell in cells]))
+            rows.append((row.words, [cell or "--" for cell in cells]))
     width = max(len(words) for words, _ in rows)
     widths = [max(len(cells[k]) for _, cells in rows) + 3 for k in range(len(columns))]
     lines = [f"{words:<{width}}" + "".join(f"{cell:>{wide}}" for cell, wide in zip(cells, widths)) for words, cells in rows]

@@ -22,13 +22,13 @@ from pathlib import Path
 from typing import Any
 
 from matter import archive
+from matter.crater_measures import BY_NAME, RATIOS, UNITS
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
 from pipeline import folder, going_on, provenance, stages, sweep
 from pipeline.run import Request, settings_of
 
 FOLDER, FILE = "sensitivity", "sensitivity.json"
-MEASURES = ("diameter_rim_m", "diameter_apparent_m", "depth_m", "volume_m3")
 DEEP, STILL = 5.0, 0.1
 """The carved bed at rest: grains deeper than ``DEEP`` radii below the carved surface shall move less than ``STILL`` radii."""
 _MINE = ("handoff", "dem", "crater")
@@ -38,7 +38,8 @@ _ROWS = {  # ledger row -> measure, variants
     "final_D_change_on_vcut_x2": ("D", ("speed_limit_x0.5", "speed_limit_x2")),
     "final_D_change_on_alpha_x1.5": ("D", ("alpha_x0.67", "alpha_x1.5")),
 }
-_COLUMNS = {"diameter_rim_m": "D rim [m]", "diameter_apparent_m": "D app. [m]", "depth_m": "depth [m]", "dem_depth_most_m": "deepest [m]"}
+_DEEPEST = "dem_depth_most_m"
+_COLUMNS = {**{name: f"{BY_NAME[name].symbol} [m]" for name in RATIOS if UNITS[name] == "m"}, _DEEPEST: "deepest [m]"}
 CONTROLS = ("control_at_rest", "control_uncarved")
 DRAWS = 2
 """Beds on which each variant is made."""
@@ -172,7 +173,7 @@ def compare(run: Path, draws: int = 1) -> dict[str, Any]:
         if _BED in name:
             continue
         pairs = [(row, found["base"])] + [(found[other], found[_base_of(other)]) for other in _draws_of(name, found) if _base_of(other) in found]
-        for key in (*MEASURES, "dem_depth_most_m"):
+        for key in (*RATIOS, _DEEPEST):
             changes = [change for one, base in pairs if (change := _change(one.get(key), base.get(key))) is not None]
             row[f"{key}_change"] = sum(changes) / len(changes) if changes and _change(row.get(key), found["base"].get(key)) is not None else None
             row[f"{key}_change_error"] = statistics.stdev(changes) / math.sqrt(len(changes)) if len(changes) > 1 else None
@@ -200,10 +201,10 @@ def _measured(place: Path) -> dict[str, Any]:
     measures = archive.read_json(stages.folder(place, "crater") / "measures.json")
     record = folder.record(stages.folder(place, "handoff") / "handoff.json")
     final = measures.get("final") or {}
-    row: dict[str, Any] = {key: (final.get(key) or {}).get("value") for key in MEASURES}
-    row |= {f"{key}_sigma": (final.get(key) or {}).get("sigma") for key in MEASURES}
+    row: dict[str, Any] = {key: (final.get(key) or {}).get("value") for key in RATIOS}
+    row |= {f"{key}_sigma": (final.get(key) or {}).get("sigma") for key in RATIOS}
     row |= {"time_s": record.get("time_s"), "speed_limit_m_s": record.get("speed_limit_m_s"), "alpha_spacings": record.get("alpha_spacings")}
-    row["dem_depth_most_m"] = _deepest(stages.folder(place, "crater") / "time_series.csv")
+    row[_DEEPEST] = _deepest(stages.folder(place, "crater") / "time_series.csv")
     return row
 
 
@@ -280,7 +281,7 @@ def enter(found: dict[str, Any], book) -> None:
         if not there:
             continue
         missing = [variant for variant in wanted if variant not in rows]
-        key = "depth_m" if measure == "d" else next((k for k in MEASURES[:2] if all(row[f"{k}_change"] is not None for row in there)), None)
+        key = "depth_m" if measure == "d" else next((k for k in RATIOS[:2] if all(row[f"{k}_change"] is not None for row in there)), None)
         changes = [row[f"{key}_change"] for row in there] if key else []
         said = ", ".join(f"{variant} {_with_error(rows[variant], key)}" for variant in wanted if variant in rows)
         cut = f"; not made: {', '.join(missing)}" if missing else ""
@@ -310,12 +311,12 @@ def text(found: dict[str, Any]) -> str:
     """The comparison as a table for a terminal."""
     head = (
         f"{'variant':<18}{'t [s]':>9}{'v limit':>9}{'alpha':>7}"
-        + "".join(f"{title:>12}{'change':>9}{'+-':>7}" for title in _COLUMNS.values())
+        + "".join(f"{title:>16}{'change':>9}{'+-':>7}" for title in _COLUMNS.values())
         + f"{'RMS [m]':>10}"
     )
     lines = [head]
     for name, row in found["rows"].items():
-        cells = "".join(f"{_shown(row[key]):>12}{_percent(row[f'{key}_change']):>9}{_error(row, key):>7}" for key in _COLUMNS)
+        cells = "".join(f"{_shown(row[key]):>16}{_percent(row[f'{key}_change']):>9}{_error(row, key):>7}" for key in _COLUMNS)
         given = f"{row['time_s']:>9.4g}{row['speed_limit_m_s']:>9.4g}{row['alpha_spacings']:>7.3g}"
         lines.append(f"{name:<18}{given}{cells}{_shown(row['profile_rms_m']):>10}")
     for name, row in found["controls"].items():

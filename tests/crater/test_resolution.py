@@ -1,4 +1,4 @@
-"""What the steps from ring means to measures get wrong without any noise: the constants RESOLUTION_* of crater/uncertainty.py."""
+"""What the steps from ring means to measures get wrong without any noise: the constants RESOLUTION_* of crater/quantities.py."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import synthetic
 
-from crater import datum, smoothing, uncertainty
+from crater import datum, quantities, smoothing
 from crater.shape import make_crest_finder, make_ruler, shape_of
 
 PROFILES = {
@@ -42,8 +42,8 @@ ACROSS = (7.0, 10.0, 14.0, 20.0, 30.0)
 
 def test_the_stated_resolution_is_what_noiseless_profiles_miss():
     table = np.array([misses(height, across) for height in PROFILES.values() for across in ACROSS])
-    crest = np.sqrt(uncertainty.RESOLUTION_CREST**2 - uncertainty.STEEP_WALL**2)  # which these profiles, passed through the linear map, cannot show
-    stated = (uncertainty.RESOLUTION_HEIGHT, uncertainty.RESOLUTION_DIAMETER, crest, uncertainty.RESOLUTION_VOLUME)
+    crest = np.sqrt(quantities.RESOLUTION_CREST**2 - quantities.STEEP_WALL**2)  # which these profiles, passed through the linear map, cannot show
+    stated = (quantities.RESOLUTION_HEIGHT, quantities.RESOLUTION_DIAMETER, crest, quantities.RESOLUTION_VOLUME)
     assert stated == pytest.approx(np.sqrt(np.mean(table[:, [0, 1, 2, 4]] ** 2, axis=0)), rel=0.1)
 
 
@@ -59,4 +59,4 @@ def test_a_crest_is_restored_but_for_a_share_of_what_was_rounded_off():
             else:
                 lost = float(height(crest)[0] - smoothing.smooth(height, crest, np.array([1.0 / across]))[0]) * across
                 share.append(missed / lost)
-    assert uncertainty.RESOLUTION_RIM == pytest.approx(np.sqrt(np.mean(np.square(share))), rel=0.1)
+    assert quantities.RESOLUTION_RIM == pytest.approx(np.sqrt(np.mean(np.square(share))), rel=0.1)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from crater import chain, measure
+from crater import settings as crater_settings
 from crater import stage as crater_stage
 from matter.errors import InputError
 from pipeline import case as cases
@@ -135,7 +136,7 @@ def test_the_last_lines_of_a_run(folder, tmp_path):
     archive.write_text(run / "6_crater" / "measures.json", json.dumps(content))
     lines = expected.text(cases.read(folder, "tiny"), run).splitlines()
     assert "preset tiny of valhalla (8 draws, commit 01234567, 2026-11-22)" in lines[0]
-    assert lines[1].split() == "transient depth below datum 236 km, expected 235 +- 8 km: agrees".split()
+    assert lines[1].split() == "transient depth 236 km, expected 235 +- 8 km: agrees".split()
     assert lines[2].split() == "final apparent diameter 655 km, expected 550 +- 37 km: differs by 2.8 sigma".split()
     archive.write_text(run / "6_crater" / "measures.json", json.dumps(content | {"final": content["final"] | {"settled": False}}))
     assert "last snapshot (no final crater) apparent diameter" in expected.text(cases.read(folder, "tiny"), run)
@@ -151,7 +152,7 @@ def test_the_chain_error_joins_in_quadrature_and_is_named():
         "rim_height_m": measure.Quantity(9e3, 2e3, "m"),
     }
     known = measure.Measures(found, None, None, None)
-    joined = chain.with_chain(known, chain.Errors(depth_m=8e3, diameter_rim_m=9e3, volume_m3=1.0))
+    joined = chain.with_chain(known, crater_settings.Errors(depth_m=8e3, diameter_rim_m=9e3, volume_m3=1.0))
     assert joined["depth_m"].sigma == pytest.approx(10e3) and joined["depth_m"].parts == {"azimuth": 6e3, "chain": 8e3}
     assert joined["diameter_rim_m"] == found["diameter_rim_m"] and joined["rim_height_m"] == found["rim_height_m"]
     assert joined["depth_m"].as_dict()["sigma_parts"]["chain"] == 8e3
