@@ -54,10 +54,12 @@ class Choices:
 
     def measured(self, particles: Particles, before: Undisturbed | None, what: str) -> Measures:
         """Measure ``particles`` on these choices, with the ground ``before`` as ``ground_before`` gave it. Raises ``InputError`` as ``measure``."""
-        return measure(
-            particles, self.datum, before, gravity=self.gravity, rise_limit=self.rise_limit, reach=self.reach,
-            sectors=self.sectors, seed=self.seed, what=what, within=self.within,
-        )  # fmt: skip
+        return measure(particles, self.datum, before, self.search, what=what)
+
+    @property
+    def search(self) -> locate.Search:
+        """How the ground is looked at."""
+        return locate.Search(self.gravity, self.rise_limit, self.reach, self.within, self.sectors, self.seed)
 
     def as_dict(self, run: Path) -> dict[str, Any]:
         """JSON-ready; ``before`` relative to the ``run`` folder."""

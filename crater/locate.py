@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -28,6 +29,25 @@ class Scene:
     datum: Datum
     reach: float
     within: float = np.inf
+
+
+class Search(NamedTuple):
+    """How the ground is looked at.
+
+    ``gravity`` [m/s^2] with ``rise_limit`` [m] tells ejecta in flight from ground, the columns go out to ``reach`` [m] (None: as far as the cloud does), the
+    crater is looked for ``within`` [m] of the datum's axis; number of ``sectors``, ``seed`` of the bootstrap over them.
+    """
+
+    gravity: float | None = None
+    rise_limit: float | None = None
+    reach: float | None = None
+    within: float = np.inf
+    sectors: int = 24
+    seed: int = 1
+
+
+WIDE_SEARCH = Search()
+"""Nothing flies, the columns go as far as the cloud, the crater may be anywhere."""
 
 
 def first_datum(cloud: Cloud, kind: str, centre: tuple[float, float, float] | None, radius: float | None) -> Datum:
@@ -137,24 +157,16 @@ def ground_before(particles: Particles, datum: Datum, reach: float | None = None
     return surface.undisturbed(body, datum, min(edge, reach) if reach else edge, sectors)
 
 
-def prepare(
-    particles: Particles,
-    datum: Datum,
-    before: surface.Undisturbed | None = None,
-    gravity: float | None = None,
-    rise_limit: float | None = None,
-    reach: float | None = None,
-    what: str = "the snapshot",
-    within: float = np.inf,
-) -> Scene:
+def prepare(particles: Particles, datum: Datum, before: surface.Undisturbed | None, search: Search, what: str = "the snapshot") -> Scene:
     """The supported part of a snapshot, the ground before the impact, and how far the columns go."""
-    return scene_of(supported_part(clouds.of(particles, what), datum, gravity, rise_limit, what), datum, before, reach, within)
+    body = supported_part(clouds.of(particles, what), datum, search.gravity, search.rise_limit, what)
+    return scene_of(body, datum, before, search)
 
 
-def scene_of(body: Cloud, datum: Datum, before: surface.Undisturbed | None, reach: float | None, within: float) -> Scene:
-    """A supported ``body`` and how far the columns go: to its edge, or to ``reach`` [m] before."""
+def scene_of(body: Cloud, datum: Datum, before: surface.Undisturbed | None, search: Search) -> Scene:
+    """A supported ``body`` and how far the columns go: to its edge, or to the search's ``reach`` before."""
     edge = edge_of(body, datum)
-    return Scene(body, before, datum, min(edge, reach) if reach else edge, within)
+    return Scene(body, before, datum, min(edge, search.reach) if search.reach else edge, search.within)
 
 
 def supported_part(cloud: Cloud, datum: Datum, gravity: float | None, rise_limit: float | None, what: str) -> Cloud:

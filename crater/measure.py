@@ -58,23 +58,18 @@ def measure(
     particles: Particles,
     datum: Datum | frame.Sphere | frame.Plane | str = "sphere",
     before: Particles | surface.Undisturbed | None = None,
+    search: locate.Search = locate.WIDE_SEARCH,
     *,
     centre: tuple[float, float, float] | None = None,
     datum_radius: float | None = None,
-    gravity: float | None = None,
-    rise_limit: float | None = None,
-    reach: float | None = None,
-    sectors: int = 24,
-    seed: int = 1,
     what: str = "the snapshot",
-    within: float = np.inf,
 ) -> Measures:
     """Measure the crater in a cloud of particles.
 
     ``datum`` is a ``matter.frame.Sphere`` or ``Plane``, a ``crater.datum.Datum``, or ``"sphere"`` / ``"plane"`` to be fitted to the far field
     (``centre`` and ``datum_radius`` [m] are kept where given). ``before`` is the same target before the impact: heights are then taken
-    relative to it, place by place, and relative to the far field now (a ringing body moves as a whole). ``gravity`` [m/s^2] with
-    ``rise_limit`` [m] tells ejecta in flight from ground. The centre is found, not assumed; it is looked for ``within`` [m] of the datum's axis.
+    relative to it, place by place, and relative to the far field now (a ringing body moves as a whole). The centre is found, not assumed;
+    how far and where is the ``search``.
 
     Raises ``InputError`` for clouds that cannot be measured (fewer than 100 particles, not finite, all ejecta).
     """
@@ -86,13 +81,13 @@ def measure(
         start = locate.first_datum(body, datum, centre, datum_radius)
     else:
         start = of_frame(datum)
-    ground = locate.ground_before(before, start, reach, sectors) if isinstance(before, Particles) else before
-    if body is not None and not (gravity and rise_limit):  # the height over a datum decides on nothing that carries the ground
-        scene = locate.scene_of(body, start, ground, reach, within)
+    ground = locate.ground_before(before, start, search.reach, search.sectors) if isinstance(before, Particles) else before
+    if body is not None and not (search.gravity and search.rise_limit):  # the height over a datum decides on nothing that carries the ground
+        scene = locate.scene_of(body, start, ground, search)
     else:
-        scene = locate.prepare(particles, start, ground, gravity, rise_limit, reach, what, within)
+        scene = locate.prepare(particles, start, ground, search, what)
     refit = (lambda relief, current, radius, rough: far_field.refit(relief, current, radius, centre, datum_radius, rough)) if fitted else None
-    return measure_scene(scene, refit, seed, sectors)
+    return measure_scene(scene, refit, search.seed, search.sectors)
 
 
 def measure_scene(scene: locate.Scene, refit: Refit | None = None, seed: int = 1, sectors: int = 24, turns: int = 8, methods: str = "four") -> Measures:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from crater import chain, choices, plot, radial_profile, report, tables
+from crater import chain, choices, locate, plot, radial_profile, report, tables
 from crater.choices import Choices
 from crater.measure import Measures, Quantity, measure
 from matter import archive, snapshot
@@ -62,12 +62,8 @@ def _on_own_datum(particles: Particles, known: Choices | None, datum: str | None
         raise InputError(f"--datum {kind!r} is not known: take plane or sphere")
     if kind == "sphere" and centre is None and frame == "sphere":
         centre = (0.0, 0.0, 0.0)
-    if known is None:
-        return measure(particles, kind, centre=centre, datum_radius=radius, what=what)
-    return measure(
-        particles, kind, centre=centre, datum_radius=radius, gravity=known.gravity, rise_limit=known.rise_limit, reach=known.reach,
-        sectors=known.sectors, seed=known.seed, within=known.within, what=what,
-    )  # fmt: skip
+    search = known.search if known is not None else locate.WIDE_SEARCH
+    return measure(particles, kind, None, search, centre=centre, datum_radius=radius, what=what)
 
 
 def _said(known: Choices) -> list[str]:

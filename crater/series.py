@@ -47,7 +47,7 @@ def follow(paths: Iterable[Path], stage: str, chosen: Choices, before: Undisturb
         particles = snapshot.read(path, clouds.FIELDS)
         time = float(particles.attributes.get("time", np.nan))
         try:
-            scene = locate.prepare(particles, chosen.datum, before, chosen.gravity, chosen.rise_limit, chosen.reach, path.name, chosen.within)
+            scene = locate.prepare(particles, chosen.datum, before, chosen.search, path.name)
             measures = measure_scene(scene, seed=chosen.seed, sectors=chosen.sectors, turns=4, methods="two")
             moments.append(Moment(stage, time, path, measures))
         except InputError as reason:

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from crater.cloud import Cloud
 from crater.datum import Datum
-from crater.half_level import half_level
+from crater.half_level import Rings, half_level
 from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
 
@@ -135,8 +135,9 @@ def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str =
     t_lo, t_hi = _window(distance[inside], height[inside], columns)
     inside &= (height > t_lo - 2.0 * cloud.spacing) & (height < t_hi + 2.0 * cloud.spacing)
     near = cloud.select(inside)
-    rings = columns.distance, columns.start[:-1], columns.count, _places(datum, columns)
-    crossing, highest = half_level(near, datum, columns.spacing, rings, t_lo, t_hi)
+    radius = datum.radius if datum.is_sphere else 1.0
+    rings = Rings(datum.is_sphere, radius, columns.distance, columns.start[:-1], columns.count, _places(datum, columns))
+    crossing, highest = half_level(near, datum, rings, columns.spacing, t_lo, t_hi)
     result = Heights(datum, columns, None, crossing, highest)
     if methods == "two":
         return result
