@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from handoff.ledger import LIMITS, Ledger
+from matter.crater_measures import RATIOS
 from matter.errors import InputError
 from pipeline import sensitivity
 
@@ -131,7 +132,7 @@ def test_a_change_is_the_mean_over_beds_each_against_its_own_base(run, monkeypat
     wide = {"base": 100.0, "another_bed": 110.0, "time_x2": 105.0, "time_x2@bed2": 110.0 * 1.07, "alpha_x1.5": 98.0, "alpha_x0.67@bed2": 1.0}
     monkeypatch.setattr(sensitivity, "is_done", lambda variant, _: variant.name in wide)
     monkeypatch.setattr(sensitivity, "place_of", lambda variant, _: variant.name)
-    keys = (*sensitivity.MEASURES, "dem_depth_most_m")
+    keys = (*RATIOS, "dem_depth_most_m")
     monkeypatch.setattr(
         sensitivity, "_measured", lambda name: {**dict.fromkeys(keys, wide[name]), "time_s": 1.0, "speed_limit_m_s": 1.0, "alpha_spacings": 1.0}
     )
