@@ -16,6 +16,8 @@ from matter import readable
 from matter.errors import InputError
 from matter.particles import Particles
 
+SOURCES = ("HousenHolsapple2011",)
+
 ABOVE = 1.5
 """Spacings above the datum at which a particle counts as flying."""
 

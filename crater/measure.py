@@ -24,6 +24,8 @@ from matter import frame, readable
 from matter.crater_measures import TABLE, UNITS
 from matter.particles import Particles
 
+SOURCES = ("Melosh1989", "Turtle2005", "Robbins2018")
+
 BOOTSTRAPS = 200
 CLOSED_RIM = 0.75
 """Share of sectors that must stand above the datum outside the crater for a rim to be called closed."""

@@ -15,6 +15,8 @@ import numpy as np
 from matter.errors import InputError
 from matter.formation_time import formation_time as formation_time
 
+SOURCES = ("Zahnle2003", "Collins2005", "SchmidtHousen1987", "Melosh1989", "Holsapple1993", "HousenHolsapple2011", "McKinnonSchenk1985", "Schenk2002")
+
 
 class Strike(NamedTuple):
     """An impact: projectile ``radius`` [m], ``speed`` [m/s], ``angle`` from the vertical [rad], ``gravity`` [m/s^2], densities [kg/m^3]."""

@@ -32,6 +32,12 @@ SECONDS_PER_SNAPSHOT = 0.42
 """Wall time per snapshot of 15,000 particles on one of 2 cores of a 2.1 GHz server; 2.4 s at 300,000 (168 s for 70 snapshots, pictures included)."""
 
 
+def idle_sources(settings: Settings) -> set[Path]:
+    """Files that this run does not take: its bibliography leaves out what only they cite."""
+    idle = {Path(str(launch.__file__))} if not settings.target.flat else set()
+    return idle | ({Path(str(scaling.__file__))} if not settings.target.weighs else set())
+
+
 def predict(settings: Settings) -> dict[str, float]:
     """Wall time, memory and disk: some 65 snapshots measured, a few pictures."""
     count, growth = 65 / settings.every, (settings.particles / 15_000) ** 0.58

@@ -23,7 +23,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from dem import friction_angle
+from dem import friction_angle, used_laws
 from dem.assembly import Assembly
 from dem.beds import bed_measures, extent, flat_bed, flat_ground, packing, settling
 from dem.beds.domain import Domain
@@ -82,6 +82,9 @@ class Settings(Model):
     """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only (``dem.beds.flat_settling.stiffness``)."""
     share: bool = True
     """Keep the settled bed in ``<run folder>/../beds`` and take it from there."""
+
+
+idle_sources = used_laws.of_bed
 
 
 def domain_of(settings: Settings, body: LayeredBody) -> Domain:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from dem import durations, flight, flight_collisions, friction_angle, sleeping, stiffening
+from dem import durations, flight, flight_collisions, friction_angle, sleeping, stiffening, used_laws
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
 from dem.beds import settling
 from dem.beds.container import Container
@@ -117,6 +117,9 @@ class Settings(Model):
                 "in springs for that speed ([bed] largest_speed), or take the native engine"
             )
         return self
+
+
+idle_sources = used_laws.of_collapse
 
 
 def _raised(settings: Settings) -> float | None:

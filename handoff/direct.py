@@ -25,6 +25,8 @@ from handoff.transfer import material_numbers, species_by_material
 from matter.errors import InputError
 from matter.particles import Particles
 
+SOURCES = ("Ballouz2019",)
+
 if TYPE_CHECKING:
     from handoff.transfer import Handoff
 

@@ -16,6 +16,8 @@ from scipy.spatial import cKDTree
 from handoff.domain import Domain
 from matter.particles import Particles
 
+SOURCES = ("Ballouz2019",)
+
 _STEPS_PER_CONTACT, _OVERLAP_WARN = 30, 0.15
 # the granular stage softens grains whose k / m is above this many times that of the stiffest tenth
 _SOFTENED, _STIFF = 2.0, 90.0

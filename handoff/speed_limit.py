@@ -20,6 +20,8 @@ from handoff import cavity
 from handoff.domain import Cone, Domain
 from handoff.heights import span
 
+SOURCES = ("SchmidtHousen1987",)
+
 MULTIPLE = 1.0
 """Speed limit over cavity radius over time."""
 

@@ -22,6 +22,8 @@ from scipy.spatial import Delaunay, QhullError, cKDTree
 from matter.errors import InputError
 from matter.jit import one_blas_thread
 
+SOURCES = ("EdelsbrunnerMucke1994",)
+
 JOGGLE = 1e-6
 _FLAT = 1e-3  # of a spacing: rms distance of the points from their best plane
 _SEED = 7919

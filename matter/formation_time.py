@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import math
 
+SOURCES = ("SchmidtHousen1987", "HousenHolsapple2011")
+
 _MU = 0.5
 
 

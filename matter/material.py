@@ -1,8 +1,9 @@
 """Materials: one TOML file each, every value with its unit and every group of values with its source.
 
-A file holds sections named after the law that uses them (``[tillotson]``, ``[von_mises]``, ``[weibull]`` ...); each has a ``source``
-and values that are unit strings (``"9.47 GPa"``; dimensionless ones ``"0.3"``; a measured curve is a list of them). This module turns a section into SI
-floats; the law's own ``Parameters`` then say whether they fit. Above the sections, ``title`` and the choice of laws: ``strength = "collins"``.
+A file holds sections named after the law that uses them (``[tillotson]``, ``[von_mises]``, ``[weibull]`` ...); each has a ``source`` in words, its
+``sources`` (keys of the bibliography), and values that are unit strings (``"9.47 GPa"``; dimensionless ones ``"0.3"``; a measured curve is a list of them).
+This module turns a section into SI floats; the law's own ``Parameters`` then say whether they fit. Above the sections, ``title`` and the choice of laws:
+``strength = "collins"``.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from matter import quantity
 from matter.errors import InputError
 
 FOLDER = Path(__file__).parent / "materials"
+WORDS = ("source", "sources", "note")
+"""Keys of a section that are no values."""
 
 
 def names() -> list[str]:
@@ -26,14 +29,14 @@ def names() -> list[str]:
 
 @functools.cache
 def load(name: str) -> dict[str, dict[str, Any]]:
-    """All sections of a material, SI floats or lists of them (and the texts ``source``, ``note``).
+    """All sections of a material, SI floats or lists of them (and the texts ``source``, ``note`` and the keys ``sources``).
 
     Raises ``InputError`` for an unknown name, with the nearest known one.
     """
     sections: dict[str, dict[str, Any]] = {}
     for title, body in _content(name).items():
         if isinstance(body, dict):
-            sections[title] = {key: value if key in ("source", "note") else _numbers(value) for key, value in body.items()}
+            sections[title] = {key: value if key in WORDS else _numbers(value) for key, value in body.items()}
     return sections
 
 
@@ -71,4 +74,4 @@ def section(name: str, title: str) -> dict[str, Any]:
     sections = load(name)
     if title not in sections:
         raise InputError(f"material {name!r} has no [{title}] (it has {', '.join(sections)})")
-    return {key: value for key, value in sections[title].items() if not isinstance(value, str)}
+    return {key: value for key, value in sections[title].items() if key not in WORDS}

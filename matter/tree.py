@@ -16,6 +16,8 @@ import numpy as np
 
 from matter.jit import kernel, parallel_kernel, prange
 
+SOURCES = ("BarnesHut1986", "Barnes1990")
+
 G = 6.6743e-11  # CODATA 2018 [m^3/(kg s^2)]
 
 _LEAF = 24

@@ -28,6 +28,8 @@ from matter.errors import InputError
 from nbody.system import Start, System, hill_radius
 from nbody.system import start as place_bodies
 
+SOURCES = ("Winter2017", "Kessler1981")
+
 CHUNK = 8192
 YEAR = 365.25 * 86400.0
 POPULATIONS = ("literal", "printed", "corrected", "isotropic")

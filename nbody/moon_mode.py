@@ -13,6 +13,8 @@ from nbody import bplane, encounters
 from nbody.encounters import COLLISION, ENTRY
 from nbody.system import Body, System
 
+SOURCES = ("Winter2017",)
+
 MARGIN = 1.15  # of b_max: the tide shifts the disc of hits by a few per cent for the slowest
 STREAM = 1  # spawn key of this module's random numbers
 

@@ -19,6 +19,7 @@ from matter.body import Impact, Model
 from matter.errors import Unsound
 from matter.quantity import Angle, PositiveSpeed
 from nbody import census, conditions, encounters, rules, soundness
+from nbody.integrators import rkck
 from nbody.system import GALILEAN, jovian
 
 # us of one core per particle: Xeon at 2.x GHz, two cores shared, numba 0.68
@@ -72,6 +73,11 @@ class Settings(Model):
         """What to count; raises ``InputError`` for an unknown population."""
         population = conditions.population(self.population, self.jupiter_mean_anomaly, self.speed_at_infinity)
         return census.Request(self.body, population, self.integrator, self.encounters, self.seed)
+
+
+def idle_sources(settings: Settings) -> set[Path]:
+    """Files that this run does not take: its bibliography leaves out what only they cite."""
+    return {Path(rkck.__file__)} if settings.integrator != "rkck" else set()
 
 
 def predict(settings: Settings) -> dict[str, float]:

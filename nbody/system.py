@@ -19,6 +19,8 @@ import numpy as np
 from matter import quantity
 from matter.errors import InputError
 
+SOURCES = ("Winter2017",)
+
 FOLDER = Path(__file__).parent / "bodies"
 GALILEAN = ("io", "europa", "ganymede", "callisto")
 

@@ -16,11 +16,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError, field_validator
 
 from matter.body import Impact, Model, Target
 from matter.errors import InputError
-from pipeline import outside, overlay, sizes, stages, toml_lines
+from pipeline import bibliography, outside, overlay, sizes, stages, toml_lines
 from pipeline.complaints import Complaint, complaints, dotted, unknown
 from pipeline.left_open import FROM_ENCOUNTERS, completed
 from pipeline.plain import plain
@@ -40,12 +40,21 @@ class CaseTable(Model):
     title: str
     """Title of the case, on top of its pages."""
     source: str = ""
-    """The publication whose numbers the case takes."""
+    """The publication whose numbers the case takes, in words."""
+    sources: tuple[str, ...] = ()
+    """Keys of the bibliography (``pipeline/references.bib``) that a run of this case cites besides those of its laws and materials."""
     stages: Annotated[tuple[Literal["nbody", "sph", "bed", "handoff", "dem", "crater"], ...], Field(min_length=1)] = (
         "nbody", "sph", "bed", "handoff", "dem", "crater",
     )  # fmt: skip
     """The stages that this case has. By default ``nbody`` where the case has its table or leaves speed or angle to it, ``sph``, then ``bed``, ``handoff`` and
     ``dem`` where there is weight and strength does not hold the crater, ``crater``."""
+
+    @field_validator("sources")
+    @classmethod
+    def _known(cls, keys: tuple[str, ...]) -> tuple[str, ...]:
+        if fault := bibliography.fault(keys):
+            raise ValueError(fault)
+        return keys
 
 
 @dataclass(frozen=True)
@@ -81,9 +90,18 @@ class Case:
         return tuple(stage for stage in stages.ORDER if isinstance(named, list | tuple) and stage in named)
 
     @property
+    def sources(self) -> tuple[str, ...]:
+        """Keys of the bibliography that the case names."""
+        table = self.document.get("case", {})
+        return tuple(table.get("sources", ())) if isinstance(table, dict) else ()
+
+    @property
     def hash8(self) -> str:
-        """Eight digits that name the run folder: composed case, preset, overrides."""
-        content = json.dumps([self.document, self.preset, self.overrides], sort_keys=True, default=str)
+        """Eight digits that name the run folder: composed case without its citations, preset, overrides."""
+        table = self.document.get("case")
+        named = {key: value for key, value in table.items() if key != "sources"} if isinstance(table, dict) else table
+        document = {**self.document, "case": named} if "case" in self.document else self.document
+        content = json.dumps([document, self.preset, self.overrides], sort_keys=True, default=str)
         return hashlib.sha256(content.encode()).hexdigest()[:8]
 
     @property

@@ -23,6 +23,8 @@ def write(path: Path, case: Case, settings: dict[str, Model]) -> None:
     content: dict[str, Any] = {"case": {"title": case.title}}
     if isinstance(source := case.document.get("case", {}).get("source"), str):
         content["case"]["source"] = source
+    if case.sources:
+        content["case"]["sources"] = list(case.sources)
     if case.stages != stages.ORDER:
         content["case"]["stages"] = list(case.stages)
     for stage in stages.ORDER:

@@ -11,6 +11,8 @@ force and energy stay conjugate.
 
 from matter.jit import law
 
+SOURCES = ("Monaghan2000", "Gray2001")
+
 
 @law
 def pressure(pull, r, r2, h, strength):

@@ -24,6 +24,8 @@ from sph.kernels import dispatch as kernels
 from sph.row import RHO_INVERSE, SUPPORT, TENSOR, VOLUME, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 from sph.scheme import Pairs, Rows, Scheme
 
+SOURCES = ("BonetLok1999",)
+
 _BLOCK = 64
 
 

@@ -18,6 +18,8 @@ from typing import Literal, NamedTuple
 from sph.materials import Materials
 from sph.strength.dispatch import yield_stress
 
+SOURCES = ("HousenHolsapple1999", "Holsapple1993")
+
 SAMPLE = 0.1
 """Size of the samples of cohesion [m]."""
 HOLDS = 0.1

@@ -35,6 +35,8 @@ from sph.eos import dispatch as eos
 from sph.materials import Rows
 from sph.state import holding
 
+SOURCES = ("RaducanJutzi2022", "MorrisMonaghan1997")
+
 
 class Settings(Model):
     """The softened late stage, ``[sph.late]``."""

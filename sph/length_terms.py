@@ -25,6 +25,8 @@ from sph.kernels import dispatch as kernels
 from sph.row import RHO_INVERSE, SUPPORT, VOLUME, WIDTH, XX, YY, ZZ, X, Y, Z
 from sph.scheme import Pairs, Rows, Scheme
 
+SOURCES = ("SpringelHernquist2002", "Monaghan2002")
+
 LEAST, MOST = 0.2, 5.0
 _BLOCK = 64
 

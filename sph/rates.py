@@ -34,6 +34,8 @@ from sph.kernels import dispatch as kernels
 from sph.row import RHO_INVERSE, SHARE, SLOPE, SOUND, SUPPORT, TENSOR, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 from sph.scheme import Pairs, Rows, Scheme
 
+SOURCES = ("Monaghan1992", "BonetLok1999")
+
 _BLOCK = 64
 
 

@@ -15,6 +15,8 @@ import numpy as np
 
 from sph.integrator import Integrator
 
+SOURCES = ("Kutta1901", "Schaefer2016")
+
 _STATE = ("position", "velocity", "density", "specific_energy", "stress", "root_damage", "distention")
 
 

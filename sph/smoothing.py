@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from matter.jit import parallel_kernel, prange
 
+SOURCES = ("Monaghan1992",)
+
 
 @parallel_kernel
 def follow(density, start_density, start_length, least, most, longest, length):

@@ -159,7 +159,7 @@ def idle_sources(settings: Settings) -> set[Path]:
         "artificial_stress": settings.artificial_stress > 0.0, "gradients": settings.gradients == "corrected",
         "lattice_gradients": settings.gradients == "normalised",
         "length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",
-        "viscosity_reconstructed": settings.viscosity == "reconstructed",
+        "../matter/tree": settings.target.attracts, "viscosity_reconstructed": settings.viscosity == "reconstructed",
         **{f"viscosity_{name}": settings.viscosity_switch == name for name in viscosity_switch.LAWS},
     }  # fmt: skip
     return used_laws.idle_sources(settings.chosen_materials()) | {used_laws.ROOM / f"{name}.py" for name, taken in chosen.items() if not taken}

@@ -16,6 +16,8 @@ from __future__ import annotations
 from matter.jit import parallel_kernel, prange
 from sph.row import RHO_INVERSE, VOLUME, XX, ZZ
 
+SOURCES = ("Monaghan1992", "OttSchnetter2003", "Price2012")
+
 
 @parallel_kernel
 def turn(row, start_density):

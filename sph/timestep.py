@@ -20,6 +20,8 @@ import numpy as np
 from matter.jit import parallel_kernel, prange
 from sph.state import holding
 
+SOURCES = ("Monaghan1992",)
+
 REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth", "output", "error")
 
 

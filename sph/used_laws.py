@@ -20,6 +20,8 @@ def idle_sources(materials: Materials) -> set[Path]:
         idle |= family.idle_files({kind[family.key] for kind in kinds})
     if all(kind[crush.FAMILY.key] < 0 for kind in kinds):
         idle |= {ROOM / "porosity" / "crush.py"}
+    if not any(materials.rows.flawed):
+        idle |= {ROOM / "damage" / "grady_kipp.py"}
     if all(kind[porosity.FAMILY.key] == 0 for kind in kinds):
         idle |= {ROOM / "porosity" / f"{name}.py" for name in ("dispatch", "compaction_damage")}
     return idle

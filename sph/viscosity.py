@@ -15,6 +15,8 @@ pairs have none). A crater of radius R that grows at v has a Reynolds number of 
 
 from matter.jit import law
 
+SOURCES = ("MonaghanGingold1983", "Monaghan1992")
+
 
 @law
 def approach(vx, r2, h):

@@ -8,6 +8,8 @@ is not exactly zero: for those ``sph.viscosity_morris_monaghan``.
 
 from matter.jit import law
 
+SOURCES = ("Balsara1995",)
+
 START = 1.0  # share before anything has moved
 
 

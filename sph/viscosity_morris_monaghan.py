@@ -10,6 +10,8 @@ One step is taken implicitly, f <- (f + dt (S + f_least / tau)) / (1 + dt (S + 1
 
 from matter.jit import law
 
+SOURCES = ("MorrisMonaghan1997", "Rosswog2000")
+
 START = LEAST = 0.05
 
 

@@ -16,6 +16,8 @@ from dem.contact_settings import COHESION, MODULUS, SHAPE
 from dem.laws import cohesion_zhang
 from matter.jit import kernel
 
+SOURCES = ("Christoffersen1981",)
+
 
 class Shells:
     """Equidistant concentric shells, fine against the grains, and the volume of every grain that falls into each.

@@ -25,6 +25,8 @@ from matter.errors import InputError
 from matter.jit import kernel
 from matter.packing import hexagonal
 
+SOURCES = ("OHern2003", "Hagh2022")
+
 FRACTION = 0.665
 """Grain volume over the whole domain: slightly above random close packing (0.65 at this spread of radii), so that all grains are caged."""
 HEXAGONAL = math.pi / math.sqrt(18.0)

@@ -19,6 +19,8 @@ import numpy as np
 
 from dem.assembly import Assembly
 
+SOURCES = ("Bitzek2006",)
+
 _ALPHA, _FLOOR, _SHRINK, _GROW, _HALVE, _PATIENCE = 0.1, 0.03, 0.99, 1.1, 0.5, 5
 LARGEST_STEP = 3.0
 """Largest step over the collision step t_c/30: the stiffest mode of a packing is 2.5 times that of a pair, Verlet without dashpots is

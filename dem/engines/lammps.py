@@ -30,6 +30,8 @@ from dem.engines.scene import DATA, Plan, Scene, write_deck
 from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
 from matter.errors import InputError
 
+SOURCES = ("Thompson2022",)
+
 NAME = "lammps"
 ROUGH_GROUPS, SMOOTH_GROUPS = 8, 3
 """Groups of grains that have a law of their own at rough and at smooth walls: each costs a pass over all grains, and the program knows 32 groups."""

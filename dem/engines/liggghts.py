@@ -29,6 +29,8 @@ from dem.engines.classes import PairNumbers
 from dem.engines.scene import DATA, Plan, Scene, write_deck
 from dem.walls import PLANE, SPHERE_OUTSIDE, Wall
 
+SOURCES = ("Kloss2012",)
+
 NAME = "liggghts"
 MOST_BINS = 128
 CLEAR_EVERY = 5

@@ -26,6 +26,8 @@ from dem.laws.tangential_spring import RULES
 from matter.errors import UnphysicalState
 from matter.jit import kernel
 
+SOURCES = ("Christoffersen1981",)
+
 RESPONSE = 0.05
 STEPS_PER_CONTACT = 15
 SKIN = 0.12

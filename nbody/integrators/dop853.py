@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import DOP853
 
+SOURCES = ("Hairer1993",)
+
 STAGES = 12
 A = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES])
 B = np.ascontiguousarray(DOP853.B)

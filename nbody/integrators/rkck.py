@@ -26,6 +26,8 @@ from nbody.integrators import fast
 from nbody.integrators.fast import FLYING, HIT_MOON, HIT_PLANET, LEFT, TIMED_OUT
 from nbody.system import System
 
+SOURCES = ("CashKarp1990", "Winter2017")
+
 EPSILON = 1e-11
 LARGEST_FRACTION = 0.01  # eq. 5
 A = np.array(

@@ -20,6 +20,8 @@ from matter.jit import parallel_kernel, prange
 from sph.kernels import dispatch as kernels
 from sph.row import SUPPORT, VOLUME, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 
+SOURCES = ("Adami2012",)
+
 
 @parallel_kernel
 def _carry(kernel, row, index, entry, listed, still):

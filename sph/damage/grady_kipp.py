@@ -13,6 +13,8 @@ import numpy as np
 from matter.jit import law
 from matter.quantity import NumberDensity
 
+SOURCES = ("BenzAsphaug1994", "BenzAsphaug1995", "LawnWilshaw1975")
+
 CRACK_SPEED = 0.4  # of the longitudinal wave speed: Lawn & Wilshaw 1975, as used by Benz & Asphaug 1994
 _PIECE = 1 << 16  # flaws handled at a time
 

@@ -13,6 +13,8 @@ from scipy.optimize import brentq
 from sph.eos import hugoniot
 from sph.materials import Materials
 
+SOURCES = ("Melosh1989",)
+
 
 class Match(NamedTuple):
     """Pressure at the contact [Pa], and the speed that the target's surface takes [m/s]."""

@@ -10,7 +10,7 @@ import math
 
 from matter.jit import law
 
-SOURCES = ("MonaghanLattanzio1985", "Winter2017")
+SOURCES = ("MonaghanLattanzio1985",)
 
 
 @law

@@ -9,6 +9,8 @@ weight of the body has closed before counts as intact. alpha_0 = 1 gives D_c = 0
 
 from matter.jit import law
 
+SOURCES = ("BenzJutzi2007",)
+
 
 @law
 def root(alpha, alpha0):

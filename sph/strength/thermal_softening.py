@@ -7,6 +7,8 @@ One law for every yield surface of this folder. u below zero softens nothing; an
 
 from matter.jit import law
 
+SOURCES = ("BenzAsphaug1999",)
+
 
 @law
 def softening(u, melt_energy):

@@ -16,7 +16,7 @@ from dem.laws import (
     tangential_spring,
     twisting_sds,
 )
-from pipeline import references
+from pipeline import bibliography
 from tests.dem.scenes import SMOOTH, assembly, grains
 
 STIFFNESS = 1e4
@@ -99,7 +99,7 @@ def test_a_law_file_has_a_source_and_bounded_parameters(module):
     from pydantic import TypeAdapter, ValidationError
 
     assert all(word in module.__doc__ for word in ("Source:", "LIGGGHTS", "LAMMPS"))
-    assert module.SOURCES and set(module.SOURCES) <= set(references.entries())
+    assert module.SOURCES and set(module.SOURCES) <= set(bibliography.entries())
     adapter = TypeAdapter(module.Parameters)
     adapter.validate_python({})
     with pytest.raises(ValidationError):

@@ -8,6 +8,7 @@ import pytest
 
 from matter import material, quantity
 from matter.errors import InputError
+from pipeline import bibliography
 from sph.families import FAMILIES
 from sph.porosity import p_alpha
 
@@ -39,8 +40,9 @@ def test_every_value_has_a_unit_and_every_group_a_source(name):
             assert title == "title" or section in LAWS[title], f"{name}: {title} = {section!r}"
             continue
         assert len(section["source"]) > 8, f"{name} [{title}] names no source"
+        assert bibliography.fault(section["sources"]) == "", f"{name} [{title}]"
         for key, value in section.items():
-            if key in ("source", "note"):
+            if key in material.WORDS:
                 continue
             assert isinstance(value, str), f"{name} [{title}] {key}: write it as a text with its unit"
             unit = DIMENSIONS.get(title, {}).get(key)

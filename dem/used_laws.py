@@ -1,0 +1,35 @@
+"""Which files of this room a run leaves idle: what its bibliography need not name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from dem.contact_settings import Contact
+
+ROOM = Path(__file__).parent
+TREE = ROOM.parent / "matter" / "tree.py"
+"""Gravity between grains (``dem.self_gravity``) is no key of a case."""
+PACKING = ("beds/packing.py", "beds/relaxation.py")
+"""What only the making of a bed takes."""
+
+
+def _laws(contact: Contact) -> set[Path]:
+    """Contact laws that are not taken, and the shear cell where no friction angle is asked for."""
+    taken = set(contact.as_attribute()["laws"])
+    if "tangential_mindlin" in taken:
+        taken.add("tangential_spring")  # its slider
+    idle = {file for file in (ROOM / "laws").glob("*.py") if file.stem not in taken}
+    return idle | ({ROOM / "trials" / "shear_cell.py"} if contact.friction_angle is None else set())
+
+
+def of_bed(settings: Any) -> set[Path]:
+    """What a bed made with ``settings`` (``dem.bed_stage``) leaves idle."""
+    idle = _laws(settings.contact) | {TREE}
+    return idle | ({ROOM / "beds" / "packing.py"} if settings.packing == "hcp" else set())
+
+
+def of_collapse(settings: Any) -> set[Path]:
+    """What a collapse with ``settings`` (``dem.stage``) leaves idle."""
+    idle = _laws(settings.contact) | {TREE} | {ROOM / name for name in PACKING}
+    return idle | {ROOM / "engines" / f"{engine}.py" for engine in ("lammps", "liggghts") if settings.engine != engine}
