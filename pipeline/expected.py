@@ -34,7 +34,7 @@ from matter.body import Model
 from matter.crater_measures import BY_NAME, COMPARED, UNITS
 from matter.errors import InputError
 from pipeline import case as cases
-from pipeline import stages, toml_lines
+from pipeline import folder, stages, toml_lines
 from pipeline.complaints import complaints, dotted
 
 FILE = "expected.toml"
@@ -143,38 +143,52 @@ def _read(file: Path, stamp: int) -> dict[str, Preset]:
     return presets
 
 
-def read(folder: Path) -> dict[str, Preset]:
+def read(place: Path) -> dict[str, Preset]:
     """The expectations beside a case, by preset; empty where there is no file. Raises ``InputError`` with every mistake and its line."""
-    file = Path(folder) / FILE
+    file = Path(place) / FILE
     return _read(file, file.stat().st_mtime_ns) if file.is_file() else {}
+
+
+def _shipped(case: cases.Case) -> tuple[Path, str | None] | None:
+    """File and preset of the shipped case behind ``case``; of a run that goes on those that it was begun with. None where there is no such file."""
+    file, preset = case.file, case.preset
+    if case.run is not None:
+        begun = folder.record(case.run / "provenance.json").get("case", {})
+        file, preset = Path(str(begun.get("file", ""))), begun.get("preset")
+    return (file, preset) if file.name == "case.toml" and file.is_file() else None
 
 
 def of(case: cases.Case) -> Preset | None:
     """What is expected of a case with its preset; None where nothing is. Raises ``InputError``."""
-    return read(case.file.parent).get(case.preset or NO_PRESET) if case.file.name == "case.toml" else None
+    shipped = _shipped(case)
+    return read(shipped[0].parent).get(shipped[1] or NO_PRESET) if shipped is not None else None
 
 
 def as_shipped(case: cases.Case) -> bool:
     """Whether the values that decide a result are those of the case's file and preset: nothing from elsewhere, no ``--set`` that changes one."""
-    if case.outside:
+    shipped = _shipped(case)
+    if case.outside or shipped is None:
         return False
-    if not case.overrides:
+    if case.run is None and not case.overrides:
         return True
-    shipped = cases.read(case.file, case.preset)
+    carried = {("crater", "chain")} if case.run is not None else set()  # what a run was begun with holds its chain error
     try:
-        return _deciding(cases.read(case.file, case.preset, case.overrides)) == _deciding(shipped)
+        return _deciding(cases.read(*shipped), carried) == _deciding(case, carried)
     except InputError:
         return False  # what is wrong with the case is said where it is composed
 
 
-def _deciding(case: cases.Case) -> dict[str, Any]:
-    settings = cases.compose(replace(case, chain=False))
-    return {stage: {key: value for key, value in json.loads(one.model_dump_json()).items() if (stage, key) not in _IDLE} for stage, one in settings.items()}
+def _deciding(case: cases.Case, carried: set[tuple[str, str]]) -> dict[str, Any]:
+    settings, idle = cases.compose(replace(case, chain=False)), _IDLE | carried
+    return {stage: {key: value for key, value in json.loads(one.model_dump_json()).items() if (stage, key) not in idle} for stage, one in settings.items()}
 
 
 def chain_of(case: cases.Case) -> dict[str, Any]:
-    """The chain errors that a case's measures are to carry, as the crater stage's table ``chain``; empty where none is known."""
-    expected = of(case)
+    """The chain errors that a case's measures are to carry, as the crater stage's table ``chain``; empty where none is known.
+
+    A run that goes on keeps those that it was begun with.
+    """
+    expected = of(case) if case.run is None else None
     if expected is None or not as_shipped(case):
         return {}
     table: dict[str, dict[str, str]] = {}
@@ -247,7 +261,8 @@ def text(case: cases.Case, run: Path) -> str:
     expected, measures = of(case), values(run)
     if expected is None or not measures:
         return ""
-    named = f"preset {case.preset} of {case.name}" if case.preset else case.name
+    _, preset = _shipped(case) or (None, None)
+    named = f"preset {preset} of {case.name}" if preset else case.name
     if not as_shipped(case):
         return f"not compared with {FILE}: the settings of this run are not those of {named}"
     lines = [f"against {FILE}, {named} ({expected.members} draws, commit {expected.commit[:8]}, {expected.measured}):"]

@@ -146,6 +146,30 @@ def test_the_last_lines_of_a_run(folder, tmp_path):
     assert expected.text(cases.read(folder, "tiny"), tmp_path / "nowhere") == ""
 
 
+def test_a_run_that_goes_on_ends_with_the_same_lines(folder, tmp_path):
+    from matter import archive
+    from pipeline import describe, going_on
+
+    def begun(name, *overrides):
+        case, run = cases.read(folder, "tiny", overrides), tmp_path / name
+        (run / "6_crater").mkdir(parents=True)
+        content = {"final": {"diameter_apparent_m": quantity(655e3, 1e3)}, "transient": {}}
+        archive.write_text(run / "6_crater" / "measures.json", json.dumps(content))
+        describe.describe(run, case, (), cases.compose(case), 1)
+        return case, run
+
+    case, run = begun("valhalla-01234567")
+    again = going_on.read(run)
+    assert "differs by 2.8 sigma" in expected.text(case, run) and expected.text(again, run) == expected.text(case, run)
+    assert cases.compose(again)["crater"] == cases.compose(case)["crater"]
+    _, other = begun("valhalla-89abcdef", "sph.seed=3")
+    assert "not compared" in expected.text(going_on.read(other), other)
+    record = json.loads((run / "provenance.json").read_text())
+    record["case"]["file"] = str(tmp_path / "gone" / "case.toml")
+    archive.write_text(run / "provenance.json", json.dumps(record))
+    assert expected.text(going_on.read(run), run) == ""
+
+
 def test_the_chain_error_joins_in_quadrature_and_is_named():
     found = {
         "depth_m": measure.Quantity(70e3, 6e3, "m", parts={"azimuth": 6e3}),
