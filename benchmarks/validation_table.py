@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 import tomllib
 from collections import Counter
@@ -28,7 +29,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from matter import archive  # noqa: E402
+from matter import archive, readable  # noqa: E402
 from matter.errors import InputError  # noqa: E402
 
 DOCS = ROOT / "docs"
@@ -56,6 +57,9 @@ class Claim(NamedTuple):
     published: str
     tolerance: str
     chapter: str
+
+
+_POWER = r"\d\.\d+e\+\d+"
 
 
 class Row(NamedTuple):
@@ -113,7 +117,14 @@ def of_ledger(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[
     for row in json.loads(path.read_text()):
         if row["name"] in known and row["verdict"] in OF_LEDGER:
             ours = "-" if row["value"] is None else f"{row['value']:.3g}"
-            yield Row(row["name"], path.parent.name, ours, OF_LEDGER[row["verdict"]], f"{size}; {resolution}".removesuffix("; "), row["note"])
+            yield Row(row["name"], path.parent.name, ours, OF_LEDGER[row["verdict"]], f"{size}; {resolution}".removesuffix("; "), readable_note(row["note"]))
+
+
+def readable_note(note: str) -> str:
+    """A note of a kept ledger with its lengths [m] and volumes [m^3] in the units of today's ledgers: ``328 cells of 83.9 km to 336 km``."""
+    note = re.sub(rf"({_POWER}) \.\.\. ({_POWER}) m\b", r"\1 m to \2 m", note)
+    note = re.sub(rf"({_POWER}) m\^3", lambda found: readable.volume(float(found[1])), note)
+    return re.sub(rf"({_POWER}) m\b(?![\^/])", lambda found: readable.length(float(found[1])), note)
 
 
 def of_shocks(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[Row]:

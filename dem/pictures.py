@@ -17,37 +17,38 @@ _COLOURS = ("#d9c8a0", "#5b8fc7")
 _HEADROOM = "#efe7d5"
 
 
-def _circles(axes: Any, grains: Particles, unit: float) -> None:
-    """Draw the circles that the grains cut out of the plane y = 0, coloured by species; lengths in ``unit`` m."""
+def _circles(axes: Any, grains: Particles, scale: float) -> None:
+    """Draw the circles that the grains cut out of the plane y = 0, coloured by species; lengths times ``scale``."""
     from matplotlib.collections import EllipseCollection
 
     y = np.abs(grains.position[:, 1])
     here = np.flatnonzero((y < grains.radius) & (grains.state != LEFT))
-    width = 2.0 * np.sqrt(grains.radius[here] ** 2 - y[here] ** 2) / unit
+    width = 2.0 * np.sqrt(grains.radius[here] ** 2 - y[here] ** 2) * scale
     face = [_HEADROOM if h else _COLOURS[int(k)] for k, h in zip(grains.species[here], grains.headroom[here])]
     circles = EllipseCollection(
         width, width, np.zeros(len(here)), units="xy", facecolors=face, edgecolors="#444444", linewidths=0.2,
-        offsets=grains.position[here][:, [0, 2]] / unit, offset_transform=axes.transData,
+        offsets=grains.position[here][:, [0, 2]] * scale, offset_transform=axes.transData,
     )  # fmt: skip
     axes.add_collection(circles)
 
 
-def slab(axes: Any, grains: Particles, domain: Domain, unit: float = 1e3) -> None:
-    """The cut through a bed on a sphere, with its core, datum and sides; lengths in ``unit`` m."""
-    _circles(axes, grains, unit)
+def slab(axes: Any, grains: Particles, domain: Domain) -> None:
+    """The cut through a bed on a sphere, with its core, datum and sides, in a unit that suits its size."""
+    reach = 1.05 * domain.top_radius * np.sin(domain.half_angle)
+    scale, unit = readable.length_unit(reach)
+    _circles(axes, grains, scale)
     angle = np.linspace(-domain.half_angle, domain.half_angle, 200)
     for radius, style in ((domain.core_radius, "k-"), (domain.datum_radius, "r--")):
-        axes.plot(radius * np.sin(angle) / unit, radius * np.cos(angle) / unit, style, lw=0.8)
+        axes.plot(radius * np.sin(angle) * scale, radius * np.cos(angle) * scale, style, lw=0.8)
     for side in (-1, 1):
-        line = np.array([domain.core_radius, domain.top_radius]) / unit
+        line = np.array([domain.core_radius, domain.top_radius]) * scale
         axes.plot(side * line * np.sin(domain.half_angle), line * np.cos(domain.half_angle), "k-", lw=0.8)
-    reach = 1.05 * domain.top_radius * np.sin(domain.half_angle) / unit
     floor = domain.core_radius * np.cos(domain.half_angle)
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(0.97 * floor / unit, (domain.top_radius + 0.35 * (domain.top_radius - domain.core_radius)) / unit)
+    axes.set_xlim(-reach * scale, reach * scale)
+    axes.set_ylim(0.97 * floor * scale, (domain.top_radius + 0.35 * (domain.top_radius - domain.core_radius)) * scale)
     axes.set_aspect("equal")
-    axes.set_xlabel("x [km]")
-    axes.set_ylabel("z [km]")
+    axes.set_xlabel(f"x [{unit}]")
+    axes.set_ylabel(f"z [{unit}]")
 
 
 def bed(assembly: Assembly, domain: Domain, report: dict[str, Any], path: Path) -> None:
@@ -60,20 +61,22 @@ def bed(assembly: Assembly, domain: Domain, report: dict[str, Any], path: Path) 
     grid = figure.add_gridspec(2, 3)
     slab(figure.add_subplot(grid[0, :]), assembly.particles({}, tables=False), domain)
     profile = report["profile"]
-    depth = (domain.datum_radius - np.array(profile["radius_m"])) / 1e3
+    depth = domain.datum_radius - np.array(profile["radius_m"])
+    scale, unit = readable.length_unit(float(np.abs(depth).max(initial=0.0)))
+    stress, pascals = readable.pressure_unit(float(np.nanmax(np.array(profile["radial_stress_Pa"], dtype=float), initial=0.0)))
     panels = (
         ("packing fraction", [("packing_fraction", "grains", "-")], 1.0),
         ("bulk density [kg/m$^3$]", [("density_kg_m3", "grains", "-"), ("density_target_kg_m3", "body", "--")], 1.0),
-        ("stress [MPa]", [("radial_stress_Pa", "radial", "-"), ("tangential_stress_Pa", "tangential", "-"),
-                          ("pressure_target_Pa", "body's pressure", "--")], 1e6),
+        (f"stress [{pascals}]", [("radial_stress_Pa", "radial", "-"), ("tangential_stress_Pa", "tangential", "-"),
+                          ("pressure_target_Pa", "body's pressure", "--")], stress),
     )  # fmt: skip
-    for k, (label, lines, scale) in enumerate(panels):
+    for k, (label, lines, factor) in enumerate(panels):
         axes = figure.add_subplot(grid[1, k])
         for key, name, style in lines:
-            axes.plot(np.array(profile[key]) / scale, depth, style, label=name)
+            axes.plot(np.array(profile[key]) * factor, depth * scale, style, label=name)
         axes.invert_yaxis()
         axes.set_xlabel(label)
-        axes.set_ylabel("depth below the datum [km]")
+        axes.set_ylabel(f"depth below the datum [{unit}]")
         axes.legend(frameon=False)
     figure.savefig(path, dpi=110)
 
@@ -93,10 +96,11 @@ def collapse(frames: list[Particles], domain: Domain, path: Path) -> None:
     figure.savefig(path, dpi=100)
 
 
-def flat_slab(axes: Any, grains: Particles, container: Container, unit: float = 1.0) -> None:
-    """The cut through a bed in its container, with walls and datum; lengths in ``unit`` m."""
-    _circles(axes, grains, unit)
-    r, floor, top = container.radius / unit, container.floor / unit, container.top / unit
+def flat_slab(axes: Any, grains: Particles, container: Container) -> None:
+    """The cut through a bed in its container, with walls and datum, in a unit that suits its size."""
+    scale, unit = readable.length_unit(container.radius)
+    _circles(axes, grains, scale)
+    r, floor, top = container.radius * scale, container.floor * scale, container.top * scale
     if container.shape == "bowl":
         angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 200)
         axes.plot(r * np.sin(angle), -r * np.cos(angle), "k-", lw=0.8)
@@ -107,8 +111,8 @@ def flat_slab(axes: Any, grains: Particles, container: Container, unit: float = 
     axes.set_xlim(-1.05 * r, 1.05 * r)
     axes.set_ylim(1.05 * floor, top - 0.1 * floor)
     axes.set_aspect("equal")
-    axes.set_xlabel("x [m]" if unit == 1.0 else f"x / {unit:g} m")
-    axes.set_ylabel("z [m]" if unit == 1.0 else f"z / {unit:g} m")
+    axes.set_xlabel(f"x [{unit}]")
+    axes.set_ylabel(f"z [{unit}]")
 
 
 def flat_bed(assembly: Assembly, container: Container, report: dict[str, Any], path: Path) -> None:

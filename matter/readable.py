@@ -18,6 +18,12 @@ def time_unit(seconds: float) -> tuple[float, str]:
     return (1.0 / 60.0, "min") if size >= 120.0 else (1.0, "s") if size >= 0.2 else (1e3, "ms") if size >= 2e-4 else (1e6, "us")
 
 
+def pressure_unit(pascals: float) -> tuple[float, str]:
+    """Factor and unit for pressures of about this size [Pa]."""
+    size = abs(pascals)
+    return (1e-9, "GPa") if size >= 2e9 else (1e-6, "MPa") if size >= 2e5 else (1e-3, "kPa") if size >= 2e2 else (1.0, "Pa")
+
+
 def length(metres: float) -> str:
     """A length [m] as text: ``'612 km'``, ``'14.5 m'``, ``'3.4 mm'``."""
     size = abs(metres)

@@ -48,3 +48,10 @@ def test_a_wrong_row_is_refused(tmp_path, row):
     left(tmp_path, ours="1 GPa", **row)
     with pytest.raises(InputError):
         table.rows(tmp_path, KNOWN)
+
+
+def test_notes_of_old_ledgers_are_in_readable_units():
+    assert table.readable_note("328 cells of 8.391e+04 ... 3.356e+05 m") == "328 cells of 83.9 km to 336 km"
+    assert table.readable_note("source 1.2057e+16 m^3, bed 1.2022e+16 m^3") == "source 12.06 million km3, bed 12.02 million km3"
+    for other in ("sum m|v| = 5.0119e+22 kg m/s", "sum m|r||v| = 1.0214e+29 kg m^2/s, about the origin", "source 1.4213e+25 J"):
+        assert table.readable_note(other) == other
