@@ -123,11 +123,12 @@ def read(path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     arrays: dict[str, np.ndarray] = {}
     with h5py.File(path, "r") as file:
         file.visititems(lambda name, item: arrays.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-        attributes = {name: _plain(value) for name, value in file.attrs.items()}
+        attributes = {name: plain(value) for name, value in file.attrs.items()}
     return arrays, attributes
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """A value of an HDF5 attribute as a plain Python one."""
     if isinstance(value, bytes):
         return value.decode()
     return value.item() if isinstance(value, np.generic) else value

@@ -1,17 +1,22 @@
-"""Rolling checkpoints: the whole state of a stage, the two newest kept, so that a killed run resumes bit for bit."""
+"""Rolling checkpoints: the whole state of a stage, the two newest kept, so that a killed run resumes bit for bit.
+
+Each holds a checksum (BLAKE2b) over the names, types, shapes and bytes of all that it keeps: one that a disk has damaged is passed over for the one before.
+"""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from matter import archive
+from matter import archive, progress
 from matter.errors import InputError
 
 _KEPT = 2
+_SUM = "checksum"
 
 
 class _Saved(dict[str, Any]):
@@ -39,23 +44,41 @@ def save(folder: Path, step: int, arrays: Mapping[str, np.ndarray], scalars: Map
     ``scalars`` every number and short text.
     """
     path = folder / f"checkpoint_{step:010d}.h5"
-    archive.write(path, arrays, {"step": step, **scalars}, compress=False)
+    numbers = {"step": step, **scalars}
+    archive.write(path, arrays, {**numbers, _SUM: checksum(arrays, numbers)}, compress=False)
     for old in _existing(folder)[:-_KEPT]:
         old.unlink(missing_ok=True)
     return path
 
 
+def checksum(arrays: Mapping[str, np.ndarray], scalars: Mapping[str, Any]) -> str:
+    """BLAKE2b, 128 bits, of all names, types, shapes and bytes, in the order of the names."""
+    digest = hashlib.blake2b(digest_size=16)
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {array.dtype.str} {array.shape} ".encode())
+        digest.update(array.tobytes() if array.dtype.hasobject or not array.size else array.view(np.uint8).data)
+    for name in sorted(scalars):
+        value = np.asarray(archive.plain(scalars[name]))
+        digest.update(f"{name} {value.dtype.str} {value.tolist()!r} ".encode())
+    return digest.hexdigest()
+
+
 def newest(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
-    """Arrays and scalars of the newest readable checkpoint, or None.
+    """Arrays and scalars of the newest sound checkpoint, or None; whoever listens to the progress is told of one that is damaged.
 
     Whoever asks them for a name that they lack gets an ``InputError``.
     """
     for path in reversed(_existing(folder)):
         try:
             arrays, scalars = archive.read(path)
-            return _Saved(path, arrays), _Saved(path, scalars)
-        except OSError:  # a disk that filled up or a file cut short: the one before it still stands
-            continue
+            written = scalars.pop(_SUM, None)
+            if written == checksum(arrays, scalars):
+                return _Saved(path, arrays), _Saved(path, scalars)
+            fault = "its content is not what was written" if written else "it has no checksum: an older version wrote it"
+        except Exception as reason:  # whatever HDF5 makes of damaged bytes: a disk that filled up, a file cut short, a flipped bit
+            fault = str(reason).partition("\n")[0] or type(reason).__name__
+        progress.tell(f"{path} is damaged ({fault}): not continued from it, but from the checkpoint before it, or from the beginning")
     return None
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from matter.errors import Stopped
 
 _listeners: list[Callable[[Progress], None]] = []
+_hearers: list[Callable[[str], None]] = []
 _stop = False
 
 _TELLING = 0.003  # share of the whole from which on an ETA is given within the first minute
@@ -65,9 +66,21 @@ def listen(listener: Callable[[Progress], None]) -> None:
     _listeners.append(listener)
 
 
+def hear(hearer: Callable[[str], None]) -> None:
+    """Register a function that is handed what ``tell`` says."""
+    _hearers.append(hearer)
+
+
+def tell(text: str) -> None:
+    """Say something that whoever started the calculation should read, beside its progress."""
+    for hearer in _hearers:
+        hearer(text)
+
+
 def silence() -> None:
     """Forget all listeners."""
     _listeners.clear()
+    _hearers.clear()
 
 
 def request_stop() -> None:

@@ -143,7 +143,7 @@ def attributes(path: Path) -> dict[str, Any]:
 
 
 def _restored(value: Any) -> Any:
-    value = archive._plain(value)
+    value = archive.plain(value)
     if isinstance(value, str) and value[:1] in ("[", "{"):
         try:
             return json.loads(value)

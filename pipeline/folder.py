@@ -10,6 +10,7 @@ import hashlib
 import json
 import shutil
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -79,10 +80,12 @@ def is_done(run: Path, stage: str, inputs: str) -> bool:
     return mark(stages.folder(run, stage) / DONE).get("inputs_sha256") == inputs
 
 
-def begin(run: Path, stage: str, inputs: str) -> tuple[Path, float, bool]:
+def begin(run: Path, stage: str, inputs: str, program: Mapping[str, Any] | None = None) -> tuple[Path, float, bool]:
     """Open a stage's folder: its path, the wall time [s] already spent, and whether it is continued.
 
-    What an earlier attempt with other inputs left is removed. Raises ``InputError`` when the folder holds files that no run made.
+    ``program``: hash of the sources that go on (``sources_sha256``), and their commit; a checkpoint belongs to the program that wrote it. What an earlier
+    attempt with other inputs left is removed. Raises ``InputError`` when the folder holds files that no run made,
+    or checkpoints of another version of the code.
     """
     place = stages.folder(run, stage)
     before = mark(place / BEGUN)
@@ -91,18 +94,24 @@ def begin(run: Path, stage: str, inputs: str) -> tuple[Path, float, bool]:
         use = f"--from {after[0]} uses them" if after else "move them away"
         raise InputError(f"{place} holds files that were not made by a run: {use}, --fresh replaces them")
     continued = before.get("inputs_sha256") == inputs
+    if continued and before.get("sources_sha256") not in (None, (program or {}).get("sources_sha256")):
+        commit = f" (commit {before['commit'][:10]})" if isinstance(before.get("commit"), str) else ""
+        raise InputError(
+            f"{place.name} was begun by another version of the code{commit}, and its checkpoints are that version's: finish it with that one, "
+            f"or begin it anew with --from {stage}"
+        )
     if place.exists() and not continued:
         shutil.rmtree(place)
     place.mkdir(parents=True, exist_ok=True)
     (place / DONE).unlink(missing_ok=True)
     spent = float(before.get("wall_s", 0.0)) if continued else 0.0
-    note_spent(place, inputs, spent)
+    note_spent(place, inputs, spent, program)
     return place, spent, continued
 
 
-def note_spent(place: Path, inputs: str, wall_s: float) -> None:
-    """Keep the wall time [s] of an unfinished stage."""
-    archive.write_text(place / BEGUN, json.dumps({"inputs_sha256": inputs, "wall_s": round(wall_s, 3)}))
+def note_spent(place: Path, inputs: str, wall_s: float, program: Mapping[str, Any] | None = None) -> None:
+    """Keep the wall time [s] of an unfinished stage, and the program that makes it."""
+    archive.write_text(place / BEGUN, json.dumps({"inputs_sha256": inputs, "wall_s": round(wall_s, 3), **(program or {})}))
 
 
 def finish(place: Path, stage: str, inputs: str, wall_s: float, **more: Any) -> None:

@@ -50,6 +50,11 @@ class Journal:
         with open(self.path.with_name("run.log"), "a") as file:
             file.write(f"{time.strftime('%Y-%m-%dT%H:%M:%S%z')} [{os.getpid()}] {text}\n")
 
+    def tell(self, text: str) -> None:
+        """Show and log what a stage has to say beside its progress."""
+        self.screen.say(f"WARNING: {text}")
+        self.log(text)
+
     def opens(self, stage: str) -> None:
         """A stage takes the floor."""
         self.stage, self.state = stage, progress.Progress(stage, 1.0)

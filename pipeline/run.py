@@ -18,7 +18,7 @@ from typing import Any
 from matter import progress
 from matter.body import Model
 from matter.errors import InputError, Stopped, Unsound
-from pipeline import folder, lock, outside, provenance, sense, stages, used
+from pipeline import folder, intact, lock, outside, provenance, sense, stages, used
 from pipeline.case import Case, compose, listed, with_impact
 from pipeline.describe import describe
 from pipeline.journal import Journal, Screen, signals
@@ -110,6 +110,7 @@ def run(request: Request, screen: Screen) -> Outcome:
         _clear_the_way(request, journal.interrupted)
         describe(run_folder, request.case, request.wanted, settings, threads)
         progress.listen(journal.hear)
+        progress.hear(journal.tell)
         outcome = Outcome(run_folder)
         try:
             for stage in _to_do(request):
@@ -145,11 +146,16 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
     label = stages.folder(run_folder, stage).name
     if folder.is_done(run_folder, stage, inputs):
         done = folder.record(stages.folder(run_folder, stage) / folder.DONE)
+        intact.check(stages.folder(run_folder, stage), stage, done.get("files", {}), content=False)
         journal.screen.ends(stage, f"{label}: up to date ({done.get('wall_s', 0):.1f} s){_by_other_sources(stage, done)}")
         if done.get("unsound"):
             outcome.unsound[stage] = done["unsound"]
         return
-    place, spent, continued = folder.begin(run_folder, stage, inputs)
+    for earlier in dict.fromkeys(file.partition("/")[0] for file in stages.READS[stage]):
+        there = stages.folder(run_folder, earlier)
+        intact.check(there, earlier, folder.record(there / folder.DONE).get("files", {}), content=True)
+    program = {"sources_sha256": provenance.source_key(stages.MODULES[stage]), "commit": provenance.commit().get("commit")} if source is None else {}
+    place, spent, continued = folder.begin(run_folder, stage, inputs, program)
     folder.forget_after(run_folder, stage)
     journal.opens(stage)
     journal.screen.begins(stage, f"{label}: {'continued' if continued else 'begins'}")
@@ -161,18 +167,19 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
             outside.install(stage, source, place)
             more["from"] = str(source.resolve())
         else:
-            more["sources_sha256"] = provenance.source_key(stages.MODULES[stage])
+            more["sources_sha256"] = program["sources_sha256"]
             module = stages.load(stage)
             with _one_blas_thread():
                 module.run(settings[stage], run_folder, place)
     except Unsound as reason:
         more["unsound"] = outcome.unsound[stage] = str(reason)
     except BaseException:
-        folder.note_spent(place, inputs, spent + time.monotonic() - began)
+        folder.note_spent(place, inputs, spent + time.monotonic() - began, program)
         raise
     wall_s = spent + time.monotonic() - began
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    folder.finish(place, stage, inputs, wall_s, **more, process_peak_memory_bytes=peak, disk_bytes=folder.size_bytes(place))
+    sizes = {"process_peak_memory_bytes": peak, "disk_bytes": folder.size_bytes(place), "files": intact.files_of(place)}
+    folder.finish(place, stage, inputs, wall_s, **more, **sizes)
     note = f"; UNSOUND: {more['unsound']}" if "unsound" in more else "; taken from a file" if source else ""
     journal.screen.ends(stage, f"{label}: done in {wall_s:.1f} s{note}")
     journal.log(f"{label} done, {wall_s:.1f} s{note}")

@@ -104,13 +104,45 @@ def test_a_stage_without_its_done_file_runs_again_and_so_do_those_after_it(go):
     assert screen.worked() == ["handoff", "dem", "crater"]
 
 
-def test_a_boundary_file_that_changed_makes_its_readers_run_again(go):
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda file: file.write_text(file.read_text().replace("1", "2", 1)), "has other content"),
+        (lambda file: file.write_text(file.read_text() + " "), "has 24 bytes instead of 23"),
+        (lambda file: file.unlink(), "is missing"),
+    ],
+)
+def test_a_result_that_is_not_as_its_stage_left_it_is_not_read(go, change, words):
     outcome, _ = go()
-    target = outcome.run / "2_sph" / "target.json"
-    target.write_text('{"radius_m": 1.0}')
-    _, screen = go()
-    assert screen.worked() == ["bed", "handoff", "dem", "crater"]
-    assert '"radius_m": 1.0' in (outcome.run / "5_dem" / "last.txt").read_text()
+    before = (outcome.run / "5_dem" / "last.txt").read_bytes()
+    folder.forget(outcome.run, "bed")
+    change(outcome.run / "2_sph" / "target.json")
+    with pytest.raises(InputError, match=rf"2_sph is not as the stage left it: target\.json {words}.*--from sph"):
+        go()
+    assert (outcome.run / "5_dem" / "last.txt").read_bytes() == before
+    _, screen = go(start="sph")
+    assert screen.worked() == ["sph", "bed", "handoff", "dem", "crater"]
+
+
+def test_a_finished_run_with_a_result_missing_says_so(go):
+    outcome, _ = go()
+    (outcome.run / "2_sph" / "target.json").unlink()
+    with pytest.raises(InputError, match=r"target\.json is missing"):
+        go()
+
+
+def test_checkpoints_of_another_version_of_the_code_are_not_continued(go, tmp_path):
+    """They belong to the program that wrote them; ``--from`` begins anew."""
+    run_folder = stopped_in_sph(go, tmp_path)
+    begun = run_folder / "2_sph" / "begun.json"
+    content = json.loads(begun.read_text())
+    assert len(content["sources_sha256"]) > 8
+    begun.write_text(json.dumps({**content, "sources_sha256": "of yesterday", "commit": "0123456789ab"}))
+    with pytest.raises(InputError, match=r"2_sph was begun by another version of the code \(commit 0123456789\).*--from sph"):
+        go("sph.steps=61")
+    assert begun.exists()
+    _, screen = go("sph.steps=61", start="sph")
+    assert screen.worked()[0] == "sph"
 
 
 def test_from_makes_a_stage_and_those_after_it_anew(go):
@@ -164,18 +196,26 @@ def test_a_request_to_stop_is_kept_and_the_same_command_continues_to_the_same_bi
     assert (outcome.run / "2_sph" / "x.txt").read_text() == expected
 
 
-def test_checkpoints_of_other_inputs_are_not_continued(go, tmp_path):
+def stopped_in_sph(go, tmp_path):
+    """The folder of a run that was stopped while it made the shock stage."""
+
     def stop(stage, state):
-        progress.request_stop()
+        if stage == "sph":
+            progress.request_stop()
 
     try:
         with pytest.raises(Stopped):
             go("sph.steps=61", on_move=stop)
     finally:
         progress.clear_stop()
-    run_folder = next((tmp_path / "runs").glob("small-*"))
-    impact = run_folder / "1_nbody" / "impact.toml"
-    impact.write_text(impact.read_text() + "# edited by hand\n")
+    (run_folder,) = (tmp_path / "runs").glob("small-*")
+    return run_folder
+
+
+def test_checkpoints_of_other_inputs_are_not_continued(go, tmp_path):
+    run_folder = stopped_in_sph(go, tmp_path)
+    begun = run_folder / "2_sph" / "begun.json"
+    begun.write_text(json.dumps({**json.loads(begun.read_text()), "inputs_sha256": "of something else"}))
     outcome, screen = go("sph.steps=61")
     assert "2_sph: begins" in screen.lines
     assert (outcome.run / "2_sph" / "starts.txt").read_text() == "0\n"

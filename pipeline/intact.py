@@ -1,0 +1,45 @@
+"""Sizes and hashes of the files that a finished stage left: a result that is missing, cut short or altered is never read as good.
+
+``done.json`` holds them (``files``: path in the stage's folder -> [bytes, SHA-256]). Sizes are looked at whenever a stage is passed over as done, hashes
+before a stage that reads it is made. What may change after a stage is done (rows and pages of a sensitivity, pictures, logs) is not among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from matter.errors import InputError
+from pipeline import provenance
+
+_SUFFIXES = (".vtkhdf", ".h5", ".csv", ".json", ".toml", ".ply")
+_LATER = ("ledger.json", "sensitivity.json", "done.json", "begun.json", "status.json")
+_NAMED = 3
+
+
+def files_of(place: Path) -> dict[str, list[Any]]:
+    """Size [bytes] and SHA-256 of every result in a stage's folder, by its path there."""
+    found = sorted(path for path in place.rglob("*") if path.is_file() and path.suffix in _SUFFIXES and path.name not in _LATER and path.name[0] != ".")
+    return {str(path.relative_to(place)): [path.stat().st_size, provenance.file_sha256(path)] for path in found}
+
+
+def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -> None:
+    """Hold a stage's folder against what ``done.json`` recorded; ``content``: hashes too, else existence and sizes.
+
+    Raises ``InputError`` that names the first files that differ. A stage that recorded nothing (made by an older version) passes.
+    """
+    wrong = [f"{name} {what}" for name, entry in recorded.items() if (what := _fault(place / name, entry, content))]
+    if wrong:
+        more = f" and {len(wrong) - _NAMED} more" if len(wrong) > _NAMED else ""
+        raise InputError(f"{place} is not as the stage left it: {'; '.join(wrong[:_NAMED])}{more}. Restore what it was, or recompute it with --from {stage}")
+
+
+def _fault(path: Path, entry: Any, content: bool) -> str:
+    """What is wrong with one file; empty when nothing is."""
+    size, digest = entry
+    if not path.is_file():
+        return "is missing"
+    if path.stat().st_size != size:
+        return f"has {path.stat().st_size} bytes instead of {size}"
+    return "has other content" if content and provenance.file_sha256(path) != digest else ""
