@@ -16,7 +16,6 @@ import argparse
 import json
 import os
 import statistics
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -163,7 +162,6 @@ def main() -> None:
     parser.add_argument("--peers", action="store_true", help="LAMMPS and LIGGGHTS on the same bed")
     parser.add_argument("--ranks", type=int, default=0, help="MPI ranks of the peers; 0: as many as threads")
     given = parser.parse_args()
-    sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
     threads = given.threads or len(os.sched_getaffinity(0))
     result = measure(given.size, threads, (given.ranks or threads) if given.peers else 0)
     for name, value in result.items():

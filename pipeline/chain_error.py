@@ -37,7 +37,7 @@ from matter import archive
 from matter.crater_measures import COMPARED, UNITS
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
-from pipeline import expected, folder, provenance, sensitivity, stages, sweep
+from pipeline import expected, folder, provenance, run_process, sensitivity, stages
 from pipeline.run import Request
 
 COARSER = 2.0 ** (1.0 / 3.0)
@@ -144,7 +144,7 @@ def _run(study: Study, member: Member, places: dict[str, Path], threads: int | N
     say(f"{member.name}: {', '.join(member.overrides) or 'as shipped'} ({request.run_folder.name})")
     arguments = [str(study.case), "--out", str(study.out)] + (["--preset", study.preset] if study.preset else [])
     arguments += [part for text in member.overrides for part in ("--set", text)] + (["--threads", str(threads)] if threads else [])
-    if sweep.as_process(arguments) == sweep.STOPPED:
+    if run_process.as_process(arguments) == run_process.STOPPED:
         raise Stopped(f"stopped in {member.name}; the same command continues")
 
 

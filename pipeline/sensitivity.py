@@ -25,7 +25,7 @@ from matter import archive
 from matter.crater_measures import BY_NAME, RATIOS, UNITS
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
-from pipeline import folder, going_on, provenance, stages, sweep
+from pipeline import folder, going_on, provenance, run_process, stages
 from pipeline.run import Request, settings_of
 
 FOLDER, FILE = "sensitivity", "sensitivity.json"
@@ -117,8 +117,8 @@ def make(run: Path, only: Iterable[str] | None = None, threads: int | None = Non
         until = ["--until", "dem"] if variant.name in CONTROLS else []
         arguments = [str(run / "case.used.toml"), "--out", str(run / FOLDER), *until]
         arguments += [part for text in variant.overrides for part in ("--set", text)] + (["--threads", str(threads)] if threads else [])
-        code = sweep.as_process(arguments)
-        if code == sweep.STOPPED:
+        code = run_process.as_process(arguments)
+        if code == run_process.STOPPED:
             raise Stopped(f"stopped in {variant.name}; the same command continues")
         if not is_done(variant, run):
             failed.append(variant.name)

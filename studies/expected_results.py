@@ -13,7 +13,7 @@ from pathlib import Path
 
 from matter.errors import InputError
 from pipeline import case as cases
-from pipeline import expected, sweep
+from pipeline import expected, run_process
 from pipeline.run import Request
 
 
@@ -30,7 +30,7 @@ def main() -> int:
         if (table := expected.of(case)) is None:
             raise InputError(f"{given.case / expected.FILE} says nothing of the preset {given.preset}: studies/chain_error.py measures it")
         arguments = [str(given.case), "--preset", given.preset, "--out", str(given.out)]
-        code = sweep.as_process(arguments + (["--threads", str(given.threads)] if given.threads else []))
+        code = run_process.as_process(arguments + (["--threads", str(given.threads)] if given.threads else []))
         if code not in (0, 1):
             return code
         found = expected.verdicts(table, expected.values(Request(case, given.out).run_folder))

@@ -10,12 +10,12 @@ import subprocess
 
 import numpy as np
 import pytest
-import synthetic
 
 from crater import block_view, report
 from crater.findings import Findings, GrainFindings, LastCrater
 from crater.measure import measure
 from crater.rest import Rest
+from fixtures import synthetic_craters as synthetic
 from matter import frame, page
 from matter.particles import Particles
 

@@ -8,10 +8,10 @@ import re
 
 import numpy as np
 import pytest
-import synthetic
 
 from crater import compare, craters, difference, observations, plot_sections, radial_profile, stage
 from crater.radial_profile import Profile
+from fixtures import synthetic_craters as synthetic
 from matter import snapshot
 from matter.errors import InputError
 from matter.particles import Particles

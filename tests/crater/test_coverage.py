@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import synthetic
 
 from crater.measure import measure
+from fixtures import synthetic_craters as synthetic
 from matter.particles import Particles
 
 NAMES = ("depth_m", "diameter_apparent_m", "diameter_rim_m", "rim_height_m", "volume_m3")

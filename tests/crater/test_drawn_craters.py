@@ -8,11 +8,11 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-import drawn_craters
 import numpy as np
 import pytest
 
 from crater.measure import measure
+from fixtures import drawn_craters
 from matter.particles import Particles
 
 NAMES = ("diameter_apparent_m", "diameter_rim_m", "depth_m", "depth_rim_to_floor_m", "rim_height_m", "volume_m3")

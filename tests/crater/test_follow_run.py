@@ -7,10 +7,11 @@ import json
 import numpy as np
 import pytest
 
-from crater import convergence, datum, follow_run, series_difference
+from crater import datum
 from matter import snapshot
 from matter.errors import InputError
 from matter.particles import Particles
+from studies.winter_2017 import convergence, follow_run, series_difference
 
 R, SHELL, SPACING = 1000e3, 150e3, 25e3
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import synthetic
 
 from crater import datum, ejecta, forms, launch, scaling
 from crater.measure import measure
+from fixtures import synthetic_craters as synthetic
 from matter import frame
 from matter.errors import InputError
 from matter.particles import Particles

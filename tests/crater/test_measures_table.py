@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import synthetic
 
 from crater import quantities
 from crater.measure import measure
 from crater.uncertainty import Quantity
+from fixtures import synthetic_craters as synthetic
 from matter import crater_measures
 from matter.particles import Particles
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import synthetic
 
 from crater import movie, sections
+from fixtures import synthetic_craters as synthetic
 from matter import snapshot
 from matter.errors import InputError
 from matter.particles import Particles

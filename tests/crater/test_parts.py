@@ -6,10 +6,10 @@ import json
 
 import numpy as np
 import pytest
-import synthetic
 
 from crater import cloud, compare, datum, far_field, observations, radial_profile, series, smoothing, surface
 from crater.radial_profile import Profile, Relief
+from fixtures import synthetic_craters as synthetic
 from matter import frame
 from matter.errors import InputError
 from matter.particles import Particles

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from crater.published import evidence, valhalla
-from crater.published.evidence import Run, Value
 from crater.radial_profile import Profile
+from studies.winter_2017 import evidence, valhalla
+from studies.winter_2017.evidence import Run, Value
 
 S = np.linspace(10e3, 600e3, 60)
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-import drawn_craters
 import numpy as np
 import pytest
-import synthetic
 
 from crater import datum, quantities, smoothing
 from crater.shape import make_crest_finder, make_ruler, shape_of
+from fixtures import drawn_craters
+from fixtures import synthetic_craters as synthetic
 
 PROFILES = {
     "bowl": synthetic.bowl(1.0),

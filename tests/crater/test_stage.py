@@ -8,10 +8,10 @@ import shutil
 
 import numpy as np
 import pytest
-import synthetic
 
 from crater import stage
 from crater.measure import UNITS
+from fixtures import synthetic_craters as synthetic
 from matter import snapshot
 from matter.body import Impact, Layer, Projectile, Target
 from matter.errors import InputError

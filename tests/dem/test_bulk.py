@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from dem.contact_settings import Contact
-from dem.trials import bulk_flows
 from matter.errors import InputError
+from studies.granular import bulk_flows
 
 CONTACT = Contact(steps_per_contact=20)
 

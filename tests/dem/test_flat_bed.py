@@ -12,11 +12,11 @@ from dem.beds import flat_settling, packing, settling
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.contact_settings import Contact, GrainLaw
-from dem.trials import carved_bowl
 from dem.walls import distance, rows
 from matter import snapshot
 from matter.body import Impact, Target
 from matter.errors import InputError
+from studies.granular import carved_bowl
 from tests.dem.stops import interrupted, same_grains
 
 TARGET = Target.model_validate({"layers": [{"name": "soil", "material": "basalt", "thickness": 20.0}], "shape": "half_space", "gravity": 1.0})
@@ -206,7 +206,7 @@ def test_a_body_is_filled_as_a_cap(tmp_path, bed_settings):
 def test_a_carved_flat_bed_collapses(random_bed, tmp_path):
     """Flat ground: the flanks of a steep cavity give way, a grain thrown up flies beside the contact search and comes back, balances hold."""
     from dem import stage
-    from dem.trials import carved_bowl
+    from studies.granular import carved_bowl
 
     bed, _ = random_bed
     start = carved_bowl.carved(bed, 5.0, 4.0)
@@ -235,8 +235,8 @@ def test_a_carved_flat_bed_collapses(random_bed, tmp_path):
 
 def test_profiles_of_a_carved_plane():
     """On a fine grid of points that follow a cone the steepest slope is the cone's."""
-    from dem.trials import carved_bowl
     from matter.particles import Particles
+    from studies.granular import carved_bowl
 
     at = np.arange(-10.0, 10.0, 0.25)
     x, y = np.meshgrid(at, at)

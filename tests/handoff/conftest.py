@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from fixtures import clouds
+from fixtures.clouds import ARC_FLAT, DEPTH
 from handoff import hydrostatic
 from matter import snapshot
-from tests.handoff import clouds
-from tests.handoff.clouds import ARC_FLAT, DEPTH
 
 
 @pytest.fixture(scope="session")

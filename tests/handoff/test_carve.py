@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from fixtures import clouds
+from fixtures.clouds import ARC_FLAT, CAVITY, DEPTH
 from handoff import carve, domain, surface, transfer
 from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
-from tests.handoff import clouds
-from tests.handoff.clouds import ARC_FLAT, CAVITY, DEPTH
 
 
 @pytest.fixture(scope="module")

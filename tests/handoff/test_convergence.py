@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.handoff import flows, shapes
+from fixtures import flows, shapes
 
 COUNTS = (5.0, 7.0, 10.0, 14.0)
 

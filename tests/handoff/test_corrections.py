@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from fixtures import flows
 from handoff import compare, correction, interpolation
-from tests.handoff import flows
 
 
 def test_splines_are_a_partition_of_unity_and_blend_constants():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from fixtures import clouds
 from handoff import account, ejecta, hydrostatic, surface, transfer
-from tests.handoff import clouds
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fixtures import clouds
 from handoff import account, cavity, domain, handoff_time, hydrostatic, ledger, surface, transfer
 from handoff.handoff_time import Diagnosis, choose, first_maximum
 from matter.errors import InputError
 from matter.particles import Particles
-from tests.handoff import clouds
 
 G = 1.24
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fixtures import clouds
 from handoff import account, cavity, domain, heights, hydrostatic, surface, transfer
-from tests.handoff import clouds
 
 RADIUS, BOWL, RIM = 20.0, 9.0, 3.0
 

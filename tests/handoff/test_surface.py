@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from fixtures import clouds
 from handoff import domain, hydrostatic, surface, transfer
 from matter.errors import InputError
 from matter.particles import Particles
-from tests.handoff import clouds
 
 G, R = 1.24, 2.1e6
 

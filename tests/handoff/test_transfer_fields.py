@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from fixtures import clouds
+from fixtures.clouds import ARC_FLAT as ARC
+from fixtures.clouds import DEPTH
+from fixtures.flows import FIELDS, LINEAR, hemisphere, seats
 from handoff import account, surface, transfer
-from tests.handoff import clouds
-from tests.handoff.clouds import ARC_FLAT as ARC
-from tests.handoff.clouds import DEPTH
-from tests.handoff.flows import FIELDS, LINEAR, hemisphere, seats
 
 
 @pytest.fixture(scope="module", params=list(FIELDS))

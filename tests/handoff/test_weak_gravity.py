@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from fixtures import clouds
 from handoff import cavity, domain, hydrostatic, surface
 from matter.particles import Particles
-from tests.handoff import clouds
 
 R, DEPTH, SPACING, HEADROOM = 10.0, 6.0, 1.2, 4.0
 GRAVITIES = {"ryugu": 1.2e-4, "moon": 1.6, "earth": 9.81, "500 g": 500 * 9.81}

@@ -8,7 +8,7 @@ import pytest
 
 from matter.particles import Particles
 
-PATH = Path(__file__).resolve().parents[2] / "benchmarks" / "benz_jutzi_runs.py"
+PATH = Path(__file__).resolve().parents[2] / "studies" / "benz_jutzi_runs.py"
 spec = importlib.util.spec_from_file_location("benz_jutzi_runs", PATH)
 assert spec is not None and spec.loader is not None
 benz_jutzi = importlib.util.module_from_spec(spec)

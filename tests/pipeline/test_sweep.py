@@ -10,13 +10,13 @@ import pytest
 
 from matter.errors import InputError
 from pipeline import case as cases
-from pipeline import sweep
+from studies.winter_2017 import variants as sweep
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def script(name: str):
-    spec = importlib.util.spec_from_file_location(name, ROOT / "examples" / f"{name}.py")
+    spec = importlib.util.spec_from_file_location(name, ROOT / "studies" / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -33,7 +33,7 @@ def test_every_variant_composes(variant):
 
 
 def test_the_matrix_holds_every_run_that_a_claim_needs():
-    from crater.published import valhalla
+    from studies.winter_2017 import valhalla
 
     variants = script("valhalla_claims").matrix("quick")
     assert {name for claim in valhalla.CLAIMS for name in claim.needs} <= {v.name for v in variants}
@@ -59,7 +59,8 @@ def test_names_are_chosen_in_their_own_order_and_misspelt_ones_are_told():
 
 
 def test_an_unfinished_run_is_not_measured_and_a_finished_one_once(tmp_path, monkeypatch):
-    from crater import follow_run, stage
+    from crater import stage
+    from studies.winter_2017 import follow_run
 
     variant = sweep.Variant("350_base", ROOT / "cases" / "valhalla_350km", "quick")
     assert sweep.measure(variant, tmp_path) is None

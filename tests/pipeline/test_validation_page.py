@@ -9,7 +9,7 @@ import pytest
 from matter.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[2]
-spec = importlib.util.spec_from_file_location("validation_table", ROOT / "benchmarks" / "validation_table.py")
+spec = importlib.util.spec_from_file_location("validation_table", ROOT / "studies" / "validation_table.py")
 assert spec is not None and spec.loader is not None
 table = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(table)

@@ -1,10 +1,10 @@
 """Periodic planes, walls, pistons, fixed rims and quiet layers."""
 
-import columns
 import numpy as np
 import pytest
-from test_stage import settings
 
+from fixtures import columns
+from fixtures.quiet_end import returned
 from matter import neighbours
 from matter.errors import InputError
 from sph import rates, scheme
@@ -16,6 +16,7 @@ from sph.cloud import Cloud
 from sph.materials import collect
 from sph.row import SUPPORT, VZ, XZ, YZ, Z
 from sph.target import Body
+from tests.sph.test_stage import settings
 
 BASALT = collect(("basalt",))
 
@@ -164,37 +165,6 @@ def test_piston_reaches_the_hugoniot(name, pistons):
         assert got.rho == pytest.approx(wanted.rho, rel=0.015)
         assert got.u == pytest.approx(wanted.u, rel=0.05)  # the heated layers at the piston reach far into a short column
         assert got.speed == pytest.approx(wanted.shock_speed, rel=0.02)
-
-
-def upward(end: str, sigma: float) -> np.ndarray:
-    """Momentum of what lies above the lower end of a column after a pulse of velocity was sent down, over that of the pulse, at 12 times.
-
-    The first is when the pulse has gone in, the last when its echo would be back where it began. ``end``: a quiet layer of 12 m, a wall, or (``none``)
-    as much of the column again.
-    """
-    more = 110 if end == "none" else 0
-    column = columns.Column(BASALT, 120 + more, piston=0.0 if end == "wall" else None)
-    i, c = column.integrator, column.cloud
-    foot = more * column.gap
-    if end == "quiet":
-        columns.quiet_end(column, 12.0)
-    speed = float(np.sqrt(26.7e9 / 2700.0))
-    shape = np.exp(-(((c.position[:, 2] - foot - 75.0) / sigma) ** 2))
-    c.velocity[:, 2] = -1.0 * shape
-    c.density[:] = 2700.0 * (1.0 + shape / speed)
-    i.start()
-    sent = abs(float(c.mass @ c.velocity[:, 2]))
-    found = []
-    for part in range(12):
-        column.run((72.0 + 5.0 * part) / speed)
-        above = c.position[:, 2] > foot + 16.0
-        found.append(float(c.mass[above] @ c.velocity[above, 2]) / sent)
-    return np.array(found)
-
-
-def returned(end: str, sigma: float) -> float:
-    """The largest momentum that an end sends back, beyond what an endless column holds there at the same time."""
-    return float((upward(end, sigma) - upward("none", sigma)).max())
 
 
 @pytest.mark.parametrize("sigma", [4.0, 8.0])

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-import solutions
-from test_rates import _Cloud
 
+from fixtures import solutions
 from matter import neighbours
 from sph import gradients, rates, scheme, start_volumes
 from sph.boundary.images import Images
@@ -13,6 +12,7 @@ from sph.boundary.wall import Wall
 from sph.kernels.dispatch import FAMILY as KERNELS
 from sph.material_settings import Choice
 from sph.materials import collect
+from tests.sph.test_rates import _Cloud
 
 FIELDS = ("position", "velocity", "mass", "density", "start_density", "stress", "pressure", "smoothing_length", "material")
 

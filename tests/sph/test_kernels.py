@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from test_rates import SHEAR, _Cloud
 
 from sph import artificial_stress
 from sph.kernels.dispatch import FAMILY
+from tests.sph.test_rates import SHEAR, _Cloud
 
 KERNELS = FAMILY.laws
 

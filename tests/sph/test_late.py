@@ -3,11 +3,11 @@
 import json
 import math
 
-import columns
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from fixtures import columns
 from matter import progress, snapshot
 from matter.body import Impact, Layer, Projectile, Target
 from matter.errors import Stopped

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-import solutions
 
+from fixtures import solutions
 from sph import lattice_gradients
 from sph.material_settings import Choice
 from sph.materials import collect

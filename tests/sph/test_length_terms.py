@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-import shock_tube
-from test_rates import _Cloud
-from test_smoothing import stopped_and_whole
-from test_stage import settings
 
+from fixtures import shock_tube
 from sph import length_terms, rates, scheme, start_volumes
 from sph.kernels.dispatch import FAMILY as KERNELS
+from tests.sph.test_rates import _Cloud
+from tests.sph.test_smoothing import stopped_and_whole
+from tests.sph.test_stage import settings
 
 LIMITS = (0.5, 2.0)
 

@@ -1,10 +1,9 @@
 """Kutta's method with control of its error: its order, its agreement with the default integrator, and resuming."""
 
-import columns
 import numpy as np
 import pytest
-from test_stage import settings
 
+from fixtures import columns
 from matter import progress, snapshot
 from matter.errors import Stopped
 from sph import stage
@@ -16,6 +15,7 @@ from sph.material_settings import Choice
 from sph.materials import collect
 from sph.runge_kutta import RungeKutta
 from sph.target import Body
+from tests.sph.test_stage import settings
 
 ELASTIC = collect(("basalt",), {"basalt": Choice(strength="none", damage="none", tension={"cut": "1e4 GPa"})})
 

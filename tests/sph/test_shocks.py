@@ -1,51 +1,14 @@
 """Shocks in the production kernels against exact solutions: pistons over the Rankine-Hugoniot tables, compaction waves, Sod's tube."""
 
-import csv
-from pathlib import Path
-
-import columns
 import numpy as np
 import pytest
-import shock_tube
 
+from fixtures import columns, shock_tube
+from fixtures.shocks import BASALT, LAYERS, POROUS, SPEEDS, porous, published
 from sph.eos import hugoniot
 from sph.material_settings import Choice
 from sph.materials import collect
 from sph.porosity import compaction_wave
-
-DATA = Path(__file__).parent.parent / "data"
-LAYERS = 150  # as docs/results/sph_verification; with 100 the layers that the piston heats are 2.4 to 3 % of the plateau's energy in weak shocks
-SPEEDS = (500.0, 1000.0, 2000.0, 5000.0, 10000.0)
-BASALT, ICE = {"Pe": "0.1 GPa", "Ps": "1 GPa"}, {"Pe": "1 MPa", "Ps": "200 MPa"}
-POROUS = [
-    ("aluminum", None, None, 458.0),
-    ("basalt", 1.5, BASALT, 200.0),
-    ("basalt", 1.5, BASALT, 500.0),
-    ("basalt", 1.5, BASALT, 1000.0),
-    ("basalt", 1.5, BASALT, 2000.0),
-    ("basalt", 1.5, BASALT, 5000.0),
-    ("basalt", 3.0, BASALT, 1000.0),
-    ("basalt", 3.0, BASALT, 2000.0),
-    ("basalt", 3.0, BASALT, 5000.0),
-    ("ice", 1.5, ICE, 500.0),
-    ("ice", 1.5, ICE, 2000.0),
-    ("ice", 1.5, ICE, 5000.0),
-    ("ice", 3.0, ICE, 500.0),
-    ("ice", 3.0, ICE, 2000.0),
-    ("ice", 3.0, ICE, 5000.0),
-]
-
-
-def porous(name, alpha0, curve):
-    """The material of a row of ``POROUS``; None takes Jutzi's aluminium as it stands."""
-    if alpha0 is None:
-        return collect((name,), {name: Choice(porosity="p_alpha")})
-    return collect((name,), {name: Choice(porosity="p_alpha", p_alpha={"alpha0": alpha0}, crush_quadratic=curve)})
-
-
-def published(file, speed):
-    rows = csv.DictReader(line for line in (DATA / f"hugoniot_{file}.csv").open() if not line.startswith("#"))
-    return next(row for row in rows if float(row["up_m_s"]) == speed)
 
 
 @pytest.mark.validation

@@ -2,11 +2,10 @@
 
 import json
 
-import columns
 import numpy as np
 import pytest
-from test_stage import settings
 
+from fixtures import columns
 from matter import checkpoint, progress, snapshot
 from matter.body import Impact, Layer, Projectile, Target
 from matter.errors import Stopped
@@ -14,6 +13,7 @@ from sph import smoothing, stage
 from sph.cloud import Cloud
 from sph.materials import collect
 from sph.target import Body
+from tests.sph.test_stage import settings
 
 BASALT = collect(("basalt",))
 

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-import solutions
+
+from fixtures import solutions
 
 
 def test_constants_of_the_blast_wave():

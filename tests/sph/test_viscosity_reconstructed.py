@@ -1,15 +1,11 @@
 """Viscosity of reconstructed velocity jumps: the law, the sums it must keep, smooth flow, a piston, images, resume."""
 
-import columns
 import numpy as np
 import pytest
-import solutions
-import test_shocks
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_rates import _Cloud
-from test_smoothing import stopped_and_whole
 
+from fixtures import columns, shocks, solutions
 from sph import rates, scheme, start_volumes, viscosity_reconstructed
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
@@ -17,6 +13,8 @@ from sph.boundary.wall import Wall
 from sph.material_settings import Choice
 from sph.materials import collect
 from sph.row import SLOPE
+from tests.sph.test_rates import _Cloud
+from tests.sph.test_smoothing import stopped_and_whole
 
 NUMBERS = st.floats(-1e4, 1e4)
 
@@ -85,7 +83,7 @@ NAMED = {"viscosity": "reconstructed", "alpha": 3.0, "length_terms": True}
 def test_a_piston_keeps_its_plateau_in_a_narrower_front():
     """Aluminium at 2 km/s: pressure and density of the exact state, some 3 spacings wide where Monaghan's (2, 10) has 5."""
     aluminum = collect(("aluminum",))
-    row = test_shocks.published("aluminum", 2000.0)
+    row = shocks.published("aluminum", 2000.0)
     got, before = (columns.shocked(aluminum, 2000.0, float(row["us_m_s"]), layers=40, **options) for options in (NAMED, {}))
     assert got.P == pytest.approx(float(row["P_Pa"]), rel=0.01) and got.scatter < 0.005
     assert got.rho == pytest.approx(float(row["rho_kg_m3"]), rel=0.01)

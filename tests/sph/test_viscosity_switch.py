@@ -3,17 +3,15 @@
 import json
 import math
 
-import columns
 import numpy as np
 import pytest
-import solutions
-import test_shocks
-from test_rates import _Cloud
-from test_smoothing import stopped_and_whole
 
+from fixtures import columns, shocks, solutions
 from sph import rates, scheme, viscosity_balsara, viscosity_morris_monaghan, viscosity_switch
 from sph.materials import collect
 from sph.row import SHARE
+from tests.sph.test_rates import _Cloud
+from tests.sph.test_smoothing import stopped_and_whole
 
 
 def test_balsara_tells_compression_from_shear():
@@ -71,7 +69,7 @@ def test_curl_is_that_of_the_flow():
 @pytest.mark.parametrize("law", list(viscosity_switch.LAWS))
 def test_a_piston_still_drives_the_right_shock(law):
     """Basalt at 1 km/s, 40 layers, against the table of Rankine and Hugoniot: 2 % of P, 1 % of the density."""
-    row = test_shocks.published("basalt", 1000.0)
+    row = shocks.published("basalt", 1000.0)
     got = columns.shocked(collect(("basalt",)), 1000.0, float(row["us_m_s"]), layers=40, viscosity_switch=law)
     assert got.P == pytest.approx(float(row["P_Pa"]), rel=0.02)
     assert got.rho == pytest.approx(float(row["rho_kg_m3"]), rel=0.01)

@@ -1,9 +1,9 @@
 """Plastic flow in the integrators: stress stays on the yield surface from step to step, and turns with the strain."""
 
-import columns
 import numpy as np
 import pytest
 
+from fixtures import columns
 from sph.cloud import Cloud
 from sph.integrator import Integrator
 from sph.material_settings import Choice

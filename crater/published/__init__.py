@@ -1,1 +1,0 @@
-"""Published claims, scored against runs."""

@@ -1,0 +1,1 @@
+"""Bulk flows of grains with known answers: column, heap, hopper, carved bowl."""

@@ -1,0 +1,199 @@
+"""The disruption of a basalt sphere beside Nakamura & Fujiwara (1991): table, picture, verdicts from finished runs.
+
+    python studies/nakamura_fujiwara.py RUNS [--out docs/results/nakamura_fujiwara]
+
+RUNS is a folder below which run folders of ``cases/nakamura_fujiwara`` lie, at any depth. The largest fragment is that of ``sph.fragments``. Speeds are medians
+over the outermost two millimetres of the sphere by where matter began: within 30 deg of the impact point (spall) and of its antipode. Verdicts use
+the default law of damage growth, with the stage's viscosity and with the case's; other laws and numerics stand beside it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from matter import archive, material, quantity, snapshot
+from matter.errors import InputError
+from sph import fragments
+
+ROOT = Path(__file__).resolve().parents[1]
+CASE = "nakamura_fujiwara"
+DEFAULT = "cube_root"
+CASE_VISCOSITY = [2.0, 10.0]
+SKIN = 2e-3
+NEAR = 30.0
+
+
+NUMERICS = {"smoothing": "fixed", "volumes": "present", "gradients": "plain", "viscosity_switch": "none"}
+"""The stage's defaults; a run that differs says so."""
+WORDS = {
+    "smoothing": "following supports",
+    "volumes": "volumes of the start",
+    "gradients": "corrected gradients",
+    "viscosity_switch": "Morris & Monaghan's switch",
+}
+
+
+def measure(run: Path) -> dict[str, Any]:
+    """All that is read from one run."""
+    used = tomllib.loads((run / "case.used.toml").read_text())
+    choice = used["sph"].get("materials", {}).get("basalt", {})
+    law = choice.get("damage") or material.choices("basalt").get("damage", DEFAULT)
+    shares, times, broken = [], [], []
+    for file in sorted((run / "2_sph").glob("snap_*.vtkhdf")):
+        particles = snapshot.read(file)
+        target = particles.layer >= 0
+        times.append(float(particles.attributes["time"]))
+        shares.append(fragments.largest_share(particles))
+        broken.append(float(particles.mass[target & (particles.damage >= fragments.BROKEN)].sum() / particles.mass[target].sum()))
+    x, speed = particles.initial_position, np.linalg.norm(particles.velocity, axis=1)
+    r = np.linalg.norm(x, axis=1)
+    angle = np.degrees(np.arccos(np.clip(x[:, 2] / np.maximum(r, 1e-9), -1.0, 1.0)))
+    skin = target & (r > particles.attributes["target_radius_m"] - SKIN)
+    pieces = fragments.find(particles)
+    report = json.loads((run / "2_sph" / "stage_report.json").read_text())
+    spacing = quantity.parse(used["sph"]["spacing_at_impact"], "m")
+    within = lambda mine, share: float(np.percentile(speed[skin & mine], share))  # noqa: E731
+    return {
+        "run": run.name, "law": law, "seed": used["sph"]["seed"],
+        "flaws": ", ".join(str(value) for value in choice.get("weibull", {}).values()),
+        "viscosity": [used["sph"]["alpha"], used["sph"]["beta"]],
+        "numerics": [WORDS[key] for key, usual in NUMERICS.items() if used["sph"][key] != usual],
+        "spacing_m": spacing, "particles": int(target.sum()), "steps": report["steps"],
+        "times_s": times, "largest": shares, "broken": broken,
+        "second": pieces[1].mass / float(particles.mass[target].sum()) if len(pieces) > 1 else 0.0, "fragments": len(pieces),
+        "largest_speed_m_s": float(np.linalg.norm(pieces[0].velocity)) if pieces else 0.0,
+        "spall_m_s": [within(angle < NEAR, share) for share in (10, 50, 90)], "antipode_m_s": [within(angle > 180.0 - NEAR, share) for share in (10, 50, 90)],
+        "peak_Pa": float(particles.peak_pressure[target].max()), "energy_drift": report["drift_over_projectile"]["energy_J"],
+    }  # fmt: skip
+
+
+def found(folder: Path, kept: dict[str, Any]) -> dict[str, Any]:
+    """Measures of all finished runs below a folder, by the run folder's name; those in ``kept`` are taken as they are."""
+    for done in sorted(folder.rglob("2_sph/done.json")):
+        run = done.parents[1]
+        if run.name.startswith(CASE + "-") and run.name not in kept:
+            print(f"measuring {run.name}", flush=True)
+            kept[run.name] = measure(run)
+    return kept
+
+
+def nominal(row: dict[str, Any]) -> bool:
+    """Whether a run is one that verdicts use: all but the viscosity as the case has it."""
+    return row["law"] == DEFAULT and not row["flaws"] and row["seed"] == 1 and not row["numerics"]
+
+
+def name(row: dict[str, Any]) -> str:
+    """A run's law, and its flaws (k, m), seed and numerics where they are not the case's."""
+    seed = [f"seed {row['seed']}"] if row["seed"] != 1 else []
+    odd = ([f"flaws {row['flaws']}"] if row["flaws"] else []) + seed + row["numerics"]
+    return row["law"] + (f" ({'; '.join(odd)})" if odd else "")
+
+
+def viscosity(row: dict[str, Any]) -> str:
+    """alpha and beta as text."""
+    return "({:g}, {:g})".format(*row["viscosity"])
+
+
+def verdicts(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
+    """V05 at each resolution and viscosity of the default law."""
+    made = []
+    for row in (row for row in rows if nominal(row)):
+        others = ", ".join(
+            f"{name(other)} {other['largest'][-1]:.3f}"
+            for other in rows
+            if other["spacing_m"] == row["spacing_m"] and other["viscosity"] == row["viscosity"] and other is not row
+        )
+        spall, antipode = row["spall_m_s"], row["antipode_m_s"]
+        ours = f"largest fragment {row['largest'][-1]:.3f}; antipode {antipode[1]:.1f} m/s (10 to 90 %: {antipode[0]:.1f} to {antipode[2]:.1f}), "
+        ours += f"spall {spall[1]:.0f} m/s ({spall[0]:.0f} to {spall[2]:.0f}); peak {1e-9 * row['peak_Pa']:.1f} GPa"
+        met = 0.2 <= row["largest"][-1] <= 0.4
+        tried = "" if row["viscosity"] == CASE_VISCOSITY else "not the case's viscosity, tried after the first comparison; "
+        why = f"{tried}second fragment {row['second']:.4f}; " + (f"at this size: {others}" if others else "other laws not run at this size")
+        made.append({"id": "V05", "ours": ours, "verdict": "met" if met else "not met", "resolution": resolution(row), "why": why})
+    return made
+
+
+def resolution(row: dict[str, Any]) -> str:
+    """Words for a run's size and viscosity."""
+    return f"{row['particles']:,} particles, {1e3 * row['spacing_m']:.2f} mm, viscosity {viscosity(row)}"
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Every run in one table."""
+    text = [
+        "| law | resolution, viscosity | largest fragment | second | broken | antipode, 10 / 50 / 90 % [m/s] | spall | peak [GPa] | energy |",
+        "|---" * 9 + "|",
+    ]
+    for row in rows:
+        speeds = [" / ".join(f"{v:.3g}" for v in row[which]) for which in ("antipode_m_s", "spall_m_s")]
+        text.append(
+            f"| {name(row)} | {resolution(row)} | {row['largest'][-1]:.3f} | {row['second']:.4f} | {row['broken'][-1]:.3f} | {speeds[0]} | {speeds[1]} "
+            f"| {1e-9 * row['peak_Pa']:.1f} | {100 * row['energy_drift']:+.3f} % |"
+        )
+    return "\n".join(text) + "\n"
+
+
+def picture(folder: Path, rows: list[dict[str, Any]], out: Path) -> None:
+    """Largest fragment in time, and damage at the end in a slice for the default law, one panel a resolution."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    shown = [row for row in rows if nominal(row)]
+    cuts = [row for row in shown if row["spacing_m"] == min(other["spacing_m"] for other in shown)]
+    figure, axes = plt.subplots(1, 1 + len(cuts), figsize=(5.0 * (1 + len(cuts)), 4.5), squeeze=False, layout="constrained")
+    sizes, kinds = sorted({row["spacing_m"] for row in shown}), sorted({viscosity(row) for row in shown})
+    for row in shown:
+        style = ("-", "--", ":", "-.")[sizes.index(row["spacing_m"]) % 4]
+        label = f"{viscosity(row)}, {row['particles']:,}"
+        axes[0, 0].plot(1e6 * np.array(row["times_s"]), row["largest"], style, color=f"C{kinds.index(viscosity(row))}", label=label)
+    axes[0, 0].axhspan(0.2, 0.4, color="0.9")
+    axes[0, 0].set(xlabel="t [us]", ylabel="largest fragment over the target", ylim=(0, 1))
+    axes[0, 0].legend(fontsize=7, title="viscosity, particles")
+    for panel, row in zip(axes[0, 1:], cuts):
+        run = next(path for path in folder.rglob(row["run"]) if (path / "2_sph").is_dir())
+        particles = snapshot.read(run / "2_sph" / "last.vtkhdf")
+        cut = (np.abs(particles.position[:, 1]) < 0.5 * row["spacing_m"]) & (particles.layer >= 0)
+        x = 100 * particles.position[cut]
+        dots = panel.scatter(x[:, 0], x[:, 2], c=particles.damage[cut], s=2.5e6 * row["spacing_m"] ** 2, cmap="inferno_r", vmin=0, vmax=1, lw=0)
+        panel.set(xlim=(-4, 4), ylim=(-4, 4), aspect="equal", xlabel="cm", title=f"damage at {1e6 * row['times_s'][-1]:.0f} us, {resolution(row)}")
+        panel.title.set_fontsize(8)
+        figure.colorbar(dots, ax=panel, shrink=0.8)
+    figure.savefig(out / "fragments.png", dpi=100)
+    plt.close(figure)
+
+
+def main() -> int:
+    """Exit code 0, 2 for bad input."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", type=Path)
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "results" / "nakamura_fujiwara")
+    given = parser.parse_args()
+    path = given.out / "measures.json"
+    try:
+        kept = found(given.runs, json.loads(path.read_text()) if path.exists() else {})
+        if not kept:
+            raise InputError(f"no finished run of {CASE} below {given.runs}")
+    except InputError as reason:
+        print(reason, file=sys.stderr)
+        return reason.exit_code
+    given.out.mkdir(parents=True, exist_ok=True)
+    archive.write_text(path, json.dumps(kept, separators=(",", ":")))
+    rows = sorted(kept.values(), key=lambda row: (row["spacing_m"], row["viscosity"], not nominal(row), name(row)))
+    archive.write_text(given.out / "table.md", table(rows))
+    archive.write_text(given.out / "verdicts.json", json.dumps({"resolution": "", "verdicts": verdicts(rows)}, indent=1) + "\n")
+    picture(given.runs, rows, given.out)
+    print(table(rows))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,245 @@
+"""What was published beside what was found here, as one page.
+
+    python studies/validation_table.py [--check]
+
+Reads ``docs/claims.toml`` (each claim: id, what it says, what was published, when it counts as reproduced) and, in the folders of ``docs/results``,
+
+* ``verdicts.json``: ``{"resolution": "...", "verdicts": [{"id", "ours", "verdict", "resolution", "why", "claim", "published", "tolerance"}]}``, all but the
+  first three optional; the resolution at the top holds for rows without their own, and for the folder's other kinds of file;
+* ``claims.json`` of ``python studies/encounter_claims.py`` and ``studies/valhalla_claims.py``;
+* ``ledger_*.json`` of the handoff, whose rows are named like the criteria;
+* ``shocks.json`` of ``studies/sph_verification.py``;
+
+and writes ``docs/validation.md``. A claim may have several rows; one without any is ``not run``. ``--check`` writes nothing and ends with 1 when the page is
+not what it would be.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+import tomllib
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from matter import archive, readable
+from matter.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[1]
+
+DOCS = ROOT / "docs"
+VERDICTS = ("met", "in part", "not met", "not run", "input", "arithmetic")
+OF_LEDGER = {"pass": "met", "fail": "not met", "waived": "not met", "not_measured": "not run"}
+OF_SOLUTIONS = {
+    "V03": (
+        "solutions/pressure wave", "solutions/shear wave",
+        *(f"solutions/wave along a bar of {name}, corrected" for name in ("basalt", "ice", "aluminum")),
+    ),
+    "V04": ("solutions/rod",),
+    "V15": ("solutions/collapse",),
+    "V16": ("solutions/blast 1.4 36", "solutions/blast 1.67 36"),
+    "V17": ("solutions/spin, corrected",),
+}  # fmt: skip
+PARTLY = {"V15": "to 0.8 of free fall only"}
+HEAD = ("id", "claim", "published", "ours", "reproduced if", "verdict", "resolution", "why, notes", "result")
+
+
+class Claim(NamedTuple):
+    """One line of ``claims.toml``."""
+
+    id: str
+    claim: str
+    published: str
+    tolerance: str
+    chapter: str
+
+
+_POWER = r"\d\.\d+e\+\d+"
+
+
+class Row(NamedTuple):
+    """One finding: the claim's id, where it was found, and the words of the table; empty words are those of the claim."""
+
+    id: str
+    folder: str
+    ours: str
+    verdict: str
+    resolution: str = ""
+    why: str = ""
+    claim: str = ""
+    published: str = ""
+    tolerance: str = ""
+
+
+def claims(path: Path) -> dict[str, Claim]:
+    """The claims by id, in the order of the file."""
+    found: dict[str, Claim] = {}
+    for chapter in tomllib.loads(path.read_text())["chapter"]:
+        for key, (text, published, tolerance) in chapter["claims"].items():
+            if key in found:
+                raise InputError(f"{path}: {key} stands there twice")
+            found[key] = Claim(key, text, published, tolerance, chapter["title"])
+    return found
+
+
+def of_verdicts(path: Path, known: dict[str, Claim]) -> Iterator[Row]:
+    """Rows of a ``verdicts.json``. Raises ``InputError`` for an unknown id, key or verdict."""
+    content = json.loads(path.read_text())
+    for row in content["verdicts"]:
+        if row.get("id") not in known:
+            raise InputError(f"{path}: no claim {row.get('id')!r} in claims.toml")
+        if row.get("verdict") not in VERDICTS:
+            raise InputError(f"{path}: verdict {row.get('verdict')!r} of {row['id']} is none of {', '.join(VERDICTS)}")
+        if odd := sorted(set(row) - set(Row._fields)):
+            raise InputError(f"{path}: unknown {', '.join(odd)} in {row['id']}")
+        yield Row(**{"folder": path.parent.name, "resolution": content.get("resolution", ""), **row})
+
+
+def of_claims(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[Row]:
+    """Rows of a ``claims.json``; what is no numbered claim (checks of the numerics) stays on its own page."""
+    for row in json.loads(path.read_text())["claims"]:
+        if row["id"] in known:
+            error = f" (error {row['error']})" if row.get("error") else ""
+            yield Row(
+                row["id"], path.parent.name, row.get("ours", row.get("found", "")) + error, row["verdict"], resolution, row.get("why", row.get("note", "")),
+                row["claim"], row["published"], row["tolerance"],
+            )  # fmt: skip
+
+
+def of_ledger(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[Row]:
+    """Rows of a handoff's ledger; one that does not apply says nothing."""
+    size = path.stem.removeprefix("ledger_")
+    for row in json.loads(path.read_text()):
+        if row["name"] in known and row["verdict"] in OF_LEDGER:
+            ours = "-" if row["value"] is None else f"{row['value']:.3g}"
+            yield Row(row["name"], path.parent.name, ours, OF_LEDGER[row["verdict"]], f"{size}; {resolution}".removesuffix("; "), readable_note(row["note"]))
+
+
+def readable_note(note: str) -> str:
+    """A note of a kept ledger with its lengths [m] and volumes [m^3] in the units of today's ledgers: ``328 cells of 83.9 km to 336 km``."""
+    note = re.sub(rf"({_POWER}) \.\.\. ({_POWER}) m\b", r"\1 m to \2 m", note)
+    note = re.sub(rf"({_POWER}) m\^3", lambda found: readable.volume(float(found[1])), note)
+    return re.sub(rf"({_POWER}) m\b(?![\^/])", lambda found: readable.length(float(found[1])), note)
+
+
+def of_shocks(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[Row]:
+    """The columns and bodies of the shock stage's verification: per claim one row, of the largest errors or of all values."""
+    done = json.loads(path.read_text())["done"]
+    for key, start in (("V01", "pistons/"), ("V02", "compaction/aluminum"), ("V02b", ("compaction/basalt", "compaction/ice"))):
+        if found := [row for name, row in done.items() if name.startswith(start)]:
+            worst = {part: max(abs(row[f"{part}_error"]) for row in found) for part in ("P", "rho", "u", "speed")}
+            words = "largest error of " if len(found) > 1 else "error of "
+            ours = words + ", ".join(f"{part} {100 * value:.2f} %" for part, value in worst.items())
+            ours += f", front {max(row['front_width_h'] for row in found):.1f} h, alpha behind at most {max(row['distention'] for row in found):.4f}"
+            yield Row(key, path.parent.name, ours, "met" if all(row["met"] for row in found) else "not met", resolution, f"{len(found)} columns")
+    for key, names in OF_SOLUTIONS.items():
+        found = [row for name in names for solution in done if solution.startswith(name) for row in done[solution].get("rows", ()) if "met" in row]
+        if key in known and found:
+            met = all(row["met"] for row in found)
+            ours = "; ".join(f"{row['what'].removeprefix('... ')} {row['value']:.4g} ({row['wanted']:g} +- {row['limit']:g})" for row in found)
+            yield Row(key, path.parent.name, ours, "not met" if not met else "in part" if key in PARTLY else "met", resolution, PARTLY.get(key, ""))
+
+
+def rows(results: Path, known: dict[str, Claim]) -> list[Row]:
+    """All findings below ``results``, folder by folder in the order of the alphabet."""
+    found: list[Row] = []
+    for folder in sorted(path for path in results.iterdir() if path.is_dir()):
+        resolution = ""
+        if (path := folder / "verdicts.json").exists():
+            resolution = json.loads(path.read_text()).get("resolution", "")
+            found += of_verdicts(path, known)
+        if (path := folder / "claims.json").exists():
+            found += of_claims(path, known, resolution)
+        for path in sorted(folder.glob("ledger_*.json")):
+            found += of_ledger(path, known, resolution)
+        if (path := folder / "shocks.json").exists():
+            found += of_shocks(path, known, resolution)
+    return found
+
+
+def cell(text: str) -> str:
+    """Text that keeps a Markdown table whole."""
+    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+
+
+def lines_of(claim: Claim, found: list[Row]) -> list[str]:
+    """The table's lines of one claim."""
+    if measured := [row for row in found if row.verdict != "not run"]:
+        found = measured
+    if not found:
+        return ["| " + " | ".join([claim.id, cell(claim.claim), cell(claim.published), "-", cell(claim.tolerance), "not run", "", "", ""]) + " |"]
+    lines = []
+    for row in found:
+        verdict = f"**{row.verdict}**" if row.verdict == "not met" else row.verdict
+        words = [
+            claim.id,
+            row.claim or claim.claim,
+            row.published or claim.published,
+            row.ours,
+            row.tolerance or claim.tolerance,
+            verdict,
+            row.resolution,
+            row.why,
+        ]
+        lines.append("| " + " | ".join([*map(cell, words), f"[{row.folder}](results/{row.folder}/README.md)"]) + " |")
+    return lines
+
+
+def verdict_of(found: list[Row]) -> str:
+    """A claim's one verdict for the count: that of its worst row."""
+    verdicts = {row.verdict for row in found} - {"not run"}
+    if not verdicts:
+        return "not run"
+    return next(verdict for verdict in ("not met", "in part", "met", "arithmetic", "input") if verdict in verdicts)
+
+
+def page(known: dict[str, Claim], found: list[Row]) -> str:
+    """The whole page."""
+    by_id = {key: [row for row in found if row.id == key] for key in known}
+    chapters = list(dict.fromkeys(claim.chapter for claim in known.values()))
+    counts = {title: Counter(verdict_of(by_id[key]) for key, claim in known.items() if claim.chapter == title) for title in chapters}
+    text = [
+        "# What was published, and what was found here",
+        "",
+        "Made by `python studies/validation_table.py` from [claims.toml](claims.toml) and the files in [results](results/README.md); edit those, not this",
+        "page.",
+        "Claims that are not met stay, with the reason as far as it is known. A claim with several rows counts by the worst of them; a limit that a case",
+        "waives counts as not met. In part: what was looked at is met, the rest not run. Input: a value that was taken over; arithmetic: a printed formula or",
+        "sum that was worked out again.",
+        "",
+        "| | " + " | ".join(VERDICTS) + " | all |",
+        "|---|" + "---|" * (len(VERDICTS) + 1),
+    ]
+    text += [f"| {title} | " + " | ".join(str(count[v]) for v in VERDICTS) + f" | {count.total()} |" for title, count in counts.items()]
+    for title in chapters:
+        text += ["", f"## {title}", "", "| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
+        for key, claim in known.items():
+            if claim.chapter == title:
+                text += lines_of(claim, by_id[key])
+    return "\n".join(text) + "\n"
+
+
+def main() -> int:
+    """Exit code 0, 1 when ``--check`` finds another page, 2 for bad input."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true")
+    check = parser.parse_args().check
+    try:
+        known = claims(DOCS / "claims.toml")
+        text = page(known, rows(DOCS / "results", known))
+    except InputError as reason:
+        print(reason, file=sys.stderr)
+        return reason.exit_code
+    path = DOCS / "validation.md"
+    if check:
+        return 0 if path.exists() and path.read_text() == text else 1
+    archive.write_text(path, text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
