@@ -15,26 +15,26 @@ from matter import quantity
 from matter.crater_measures import TIME, unit_of
 
 
-def compared(found: Findings) -> Compared:
+def compared(findings: Findings) -> Compared:
     """Scaling laws, published numbers, and the late stage in SPH against that in grains."""
     laws, reasons = {}, {}
-    if found.setting.gravity > 0.0:
-        laws = _by_scaling(found)
+    if findings.setting.gravity > 0.0:
+        laws = _by_scaling(findings)
     else:
         reasons["scaling"] = "the scaling laws here are those of the gravity regime, and this run has no gravity"
-    reference = tuple(_verdict(found, published) for published in found.settings.reference)
-    shock, grains = found.late_sph, found.settled_grains
+    reference = tuple(_verdict(findings, published) for published in findings.settings.reference)
+    shock, grains = findings.late_sph, findings.settled_grains
     difference = _late_difference(shock.measures, grains.measures) if shock is not None and grains is not None else None
     return Compared(laws, reference, difference, reasons)
 
 
-def _by_scaling(found: Findings) -> dict[str, Any]:
+def _by_scaling(findings: Findings) -> dict[str, Any]:
     """Diameters by every law, the range of those that are usual for the ground, final diameters and the time of formation."""
-    shot, laws = found.setting.strike, scaling.GROUNDS[found.settings.ground]
+    shot, laws = findings.setting.strike, scaling.GROUNDS[findings.settings.ground]
     sizes = scaling.diameters(shot)
     usual = [sizes[name] for name in laws]
-    complex_above = quantity.parse(found.settings.simple_to_complex, "m")
-    volume = scaling.holsapple_volume(shot, *scaling.VOLUMES[found.settings.ground])
+    complex_above = quantity.parse(findings.settings.simple_to_complex, "m")
+    volume = scaling.holsapple_volume(shot, *scaling.VOLUMES[findings.settings.ground])
     return {
         "diameter_m": sizes,
         "range_m": [min(usual), max(usual)],
@@ -46,12 +46,12 @@ def _by_scaling(found: Findings) -> dict[str, Any]:
 
 def _late_difference(shock: Measures, grains: Measures) -> dict[str, Any]:
     """The two late stages: profiles inside 1.5 rim radii of the larger crater, the largest difference with its place, depth and diameter with their ratio."""
-    found = profile_difference(shock.profile, grains.profile, rim=_larger_rim(shock, grains))
+    difference = profile_difference(shock.profile, grains.profile, rim=_larger_rim(shock, grains))
     for name in ("depth_m", "diameter_apparent_m"):
         pair = [measures[name].value for measures in (shock, grains)]
         known = pair[0] is not None and pair[1] is not None and pair[1] != 0.0
-        found[name] = {"sph": pair[0], "dem": pair[1], "sph_over_dem": pair[0] / pair[1] if known else None}  # type: ignore[operator]
-    return found
+        difference[name] = {"sph": pair[0], "dem": pair[1], "sph_over_dem": pair[0] / pair[1] if known else None}  # type: ignore[operator]
+    return difference
 
 
 def _larger_rim(*craters: Measures) -> float | None:
@@ -63,13 +63,13 @@ def _larger_rim(*craters: Measures) -> float | None:
     return None
 
 
-def _verdict(found: Findings, published: Published) -> dict[str, Any]:
+def _verdict(findings: Findings, published: Published) -> dict[str, Any]:
     """Ours beside a published number; met when they agree within both errors (published and ours) in quadrature."""
     value, plus, minus = (quantity.parse(text) for text in (published.value, published.plus, published.minus))
-    ours = _ours(found, published)
+    ours = _ours(findings, published)
     row: dict[str, Any] = {
         "name": f"{published.of} {published.quantity}",
-        "at": _moment(found, published),
+        "at": _moment(findings, published),
         "value": value,
         "plus": plus,
         "minus": minus,
@@ -85,28 +85,28 @@ def _verdict(found: Findings, published: Published) -> dict[str, Any]:
     return {**row, "met": bool(abs(apart) <= allowed), "difference_over_error": apart / allowed if allowed > 0 else None}
 
 
-def _moment(found: Findings, published: Published) -> str:
+def _moment(findings: Findings, published: Published) -> str:
     """At which moment ours is taken: ``first maximum of depth, 6.0 min, SPH``."""
     if published.of == "final":
-        if found.final is None:
+        if findings.final is None:
             return "end"
-        return heads.final(final_entry(found.final)).line.replace("final", "end", 1)
-    moment = found.transient.get(published.at)
+        return heads.final(final_entry(findings.final)).line.replace("final", "end", 1)
+    moment = findings.transient.get(published.at)
     if moment is None:
         return f"first maximum of {published.at}"
-    if published.at in found.growing:
+    if published.at in findings.growing:
         return heads.transient([published.at], moment.time, moment.stage, [published.at]).line
     return f"first maximum of {published.at}, {heads.when(moment.time, heads.METHODS.get(moment.stage, moment.stage))}"
 
 
-def _ours(found: Findings, published: Published) -> Quantity:
+def _ours(findings: Findings, published: Published) -> Quantity:
     missing = unit_of(published.quantity)
     if published.of == "final":
-        last = found.final
+        last = findings.final
         if last is None:
-            return Quantity(None, None, missing, found.reasons.get("final", "not measured"))
+            return Quantity(None, None, missing, findings.reasons.get("final", "not measured"))
         return Quantity(last.time, 0.0, "s") if published.quantity == TIME else last.measures[published.quantity]
-    moment = found.transient.get(published.at)
+    moment = findings.transient.get(published.at)
     if moment is None or moment.measures is None:
-        return Quantity(None, None, missing, found.reasons.get("transient", f"no maximum of {published.at} in the series"))
-    return time_of(found, moment) if published.quantity == TIME else moment.measures[published.quantity]
+        return Quantity(None, None, missing, findings.reasons.get("transient", f"no maximum of {published.at} in the series"))
+    return time_of(findings, moment) if published.quantity == TIME else moment.measures[published.quantity]

@@ -30,13 +30,13 @@ NO_HEIGHT, UNKNOWN, EMPTY = 65535, 254, 255
 _COLOURS = 254
 
 
-def of_findings(found: Findings, title: str) -> str:
+def of_findings(findings: Findings, title: str) -> str:
     """The block of the last crater, called ``title``, as HTML; empty where there is none, or where its snapshot is gone."""
-    last = found.final
+    last = findings.final
     if last is None or not last.path.is_file():
         return ""
     particles = snapshot.read(last.path)
-    return html(data(last.measures, particles, sections.places_before(particles, found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}")), title)
+    return html(data(last.measures, particles, sections.places_before(particles, findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}")), title)
 
 
 def data(measures: Measures, particles: Particles, places: np.ndarray | None) -> dict[str, Any]:

@@ -30,11 +30,11 @@ def with_errors(measures: Measures, errors: Mapping[str, float]) -> Measures:
     """``with_chain`` for errors by measure [SI]."""
     quantities = dict(measures.quantities)
     for name, error in errors.items():
-        found = quantities.get(name)
-        if found is not None and found.value is not None:
-            quantities[name] = _joined(found, error)
+        quantity = quantities.get(name)
+        if quantity is not None and quantity.value is not None:
+            quantities[name] = _joined(quantity, error)
     return replace(measures, quantities=quantities)
 
 
-def _joined(found: Quantity, error: float) -> Quantity:
-    return replace(found, sigma=float(np.hypot(found.sigma or 0.0, error)), parts={**found.parts, PART: error})
+def _joined(quantity: Quantity, error: float) -> Quantity:
+    return replace(quantity, sigma=float(np.hypot(quantity.sigma or 0.0, error)), parts={**quantity.parts, PART: error})

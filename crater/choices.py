@@ -89,14 +89,14 @@ def datum_facts(datum: Datum) -> dict[str, Any]:
 def datum_of(facts: Mapping[str, Any]) -> Datum:
     """The datum behind ``datum_facts``."""
     if facts["kind"] == "sphere":
-        made = datums.sphere(float(facts["radius_m"]), tuple(facts["centre_m"]), source=str(facts.get("source", "given")))
+        datum = datums.sphere(float(facts["radius_m"]), tuple(facts["centre_m"]), source=str(facts.get("source", "given")))
     else:
         x, y, z = (float(c) for c in facts["centre_m"])
-        made = datums.plane(z, (x, y), source=str(facts.get("source", "given")))
+        datum = datums.plane(z, (x, y), source=str(facts.get("source", "given")))
     if "axes" not in facts:
-        return made
+        return datum
     first, second, third = (tuple(float(c) for c in row) for row in facts["axes"])
-    return replace(made, axes=(first, second, third))  # type: ignore[arg-type]
+    return replace(datum, axes=(first, second, third))  # type: ignore[arg-type]
 
 
 def of_snapshot(path: Path, attributes: Mapping[str, Any]) -> Choices | None:

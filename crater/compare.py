@@ -90,11 +90,11 @@ def _difference(first: Crater, crater: Crater) -> dict[str, Any] | None:
 def verdicts(craters: Sequence[Crater]) -> list[dict[str, Any]]:
     """Ratios to the first crater of the same stage and verdicts of every crater (empty for that first one)."""
     heights = differences(craters)
-    found = []
+    judged = []
     for crater, height in zip(craters, heights):
         first = reference_of(crater, craters)
-        found.append({} if first is None else verdict(first.values, crater.values, height))
-    return found
+        judged.append({} if first is None else verdict(first.values, crater.values, height))
+    return judged
 
 
 def _table(craters: Sequence[Crater]) -> str:
@@ -150,10 +150,10 @@ def _printed(craters: Sequence[Crater], said: str) -> str:
     rows += [("d/D rim to rim", rims)] if any(cell != "-" for cell in rims) else []
     judged = verdicts(craters)
     rows += [(f"{words[key]} / 1st", [_ratio_shown(j.get(key)) for j in judged]) for key in RATIOS]
-    found = differences(craters)
-    rows += [("RMS to first", [_rms_shown(d) for d in found]), ("  largest", [_largest_shown(d) for d in found])]
-    aligned = [f"{readable.length(d['rms_aligned_m'])} ({readable.length(d['offset_m'])} out)" if d and d["offset_m"] is not None else "-" for d in found]
-    shapes = [f"{d['rms_shape']:.3f}" if d and d["rms_shape"] is not None else "-" for d in found]
+    apart = differences(craters)
+    rows += [("RMS to first", [_rms_shown(d) for d in apart]), ("  largest", [_largest_shown(d) for d in apart])]
+    aligned = [f"{readable.length(d['rms_aligned_m'])} ({readable.length(d['offset_m'])} out)" if d and d["offset_m"] is not None else "-" for d in apart]
+    shapes = [f"{d['rms_shape']:.3f}" if d and d["rms_shape"] is not None else "-" for d in apart]
     rows += [("  outside level", aligned), ("  RMS of shape", shapes)]
     kept = [row for row in rows if not row[0] or row[0] in ("stage", *words.values(), "d/D apparent") or any(cell != "-" for cell in row[1])]
     widths = [max(len(cells[k]) for _, cells in kept) + 2 for k in range(len(craters))]
@@ -167,14 +167,14 @@ def _printed(craters: Sequence[Crater], said: str) -> str:
     return "\n".join(lines)
 
 
-def _rms_shown(found: dict[str, Any] | None) -> str:
-    if not found or found["rms_over_depth"] is None:
+def _rms_shown(difference: dict[str, Any] | None) -> str:
+    if not difference or difference["rms_over_depth"] is None:
         return "-"
-    return f"{readable.length(found['rms_inside_m'])} = {found['rms_over_depth']:.3f} depth, r < {readable.length(found['inside_m'])}"
+    return f"{readable.length(difference['rms_inside_m'])} = {difference['rms_over_depth']:.3f} depth, r < {readable.length(difference['inside_m'])}"
 
 
-def _largest_shown(found: dict[str, Any] | None) -> str:
-    return f"{readable.length(found['largest_m'])} at r = {readable.length(found['largest_at_m'])}" if found else "-"
+def _largest_shown(difference: dict[str, Any] | None) -> str:
+    return f"{readable.length(difference['largest_m'])} at r = {readable.length(difference['largest_at_m'])}" if difference else "-"
 
 
 def _ratio_text(over: tuple[float, float] | None) -> str:

@@ -130,26 +130,26 @@ def chosen(items: Sequence[Item], stage: str | None = None) -> tuple[list[Crater
 
 
 def _demanded(item: Item, stage: str, at: str) -> Crater:
-    found = item.of(stage, at)
-    if found is None:
+    demanded = item.of(stage, at)
+    if demanded is None:
         why = item.reasons.get(stage, "")
         have = ", ".join(dict.fromkeys(crater.stage for crater in item.craters)) or "none"
         raise InputError(f"{item.text} holds no {stage} crater{f' ({why})' if why else ''}; it has: {have}")
-    return found
+    return demanded
 
 
 def _matching(item: Item, wanted: Sequence[tuple[str, str]]) -> list[Crater]:
-    found: list[Crater] = []
+    craters: list[Crater] = []
     for stage, at in wanted:
         crater = item.of(stage, at)
-        if crater is not None and crater not in found:
-            found.append(crater)
-    if not found:
-        found = [item.of("final") or item.craters[0]]
+        if crater is not None and crater not in craters:
+            craters.append(crater)
+    if not craters:
+        craters = [item.of("final") or item.craters[0]]
         missing = " or ".join(dict.fromkeys(stage for stage, _ in wanted))
         if missing:
-            found[0].notes.append(f"this run holds no {missing} crater; what it has is shown without ratios")
-    return found
+            craters[0].notes.append(f"this run holds no {missing} crater; what it has is shown without ratios")
+    return craters
 
 
 def reference_of(crater: Crater, craters: Sequence[Crater]) -> Crater | None:
@@ -195,11 +195,11 @@ def _of_run(item: str, run: Path, folder: Path) -> Item:
 
 def _separate(content: Mapping[str, Any]) -> list[tuple[heads.Head, Mapping[str, Any]]]:
     """Heads and entries of every crater of a run, each transient moment by itself, at the maximum of volume first."""
-    found: dict[str, tuple[heads.Head, Mapping[str, Any]]] = {}
+    columns: dict[str, tuple[heads.Head, Mapping[str, Any]]] = {}
     for moment in MOMENTS:
         for head, entry in heads.columns(content, (moment,)):
-            found.setdefault(head.key, (head, entry))
-    return sorted(found.values(), key=lambda pair: pair[0].stage == "final")
+            columns.setdefault(head.key, (head, entry))
+    return sorted(columns.values(), key=lambda pair: pair[0].stage == "final")
 
 
 def _profile(folder: Path, key: str) -> Profile | None:
@@ -247,9 +247,9 @@ def _of_file(path: Path) -> Crater:
         stage, _, at = keys[path.name].partition("/")
         if not item.is_run:
             return item.craters[0]
-        found = next((crater for crater in item.craters if (crater.stage, crater.at) == (stage, at)), None)
-        if found is not None:
-            return found
+        crater_of_run = next((crater for crater in item.craters if (crater.stage, crater.at) == (stage, at)), None)
+        if crater_of_run is not None:
+            return crater_of_run
     return _of_profile(path)
 
 

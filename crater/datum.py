@@ -150,8 +150,8 @@ def fit_sphere(points: np.ndarray, scale: float, radius: float | None = None, ce
     count = 3 * free_c + free_r
     if count == 0:
         return sphere(r0, c0, source="given")
-    found = least_squares(residual, np.zeros(count), x_scale=scale, loss="soft_l1", max_nfev=200)
-    c, r = unpack(found.x)
+    fit = least_squares(residual, np.zeros(count), x_scale=scale, loss="soft_l1", max_nfev=200)
+    c, r = unpack(fit.x)
     if not r > 0.0 or r > 1e3 * np.ptp(points):
         raise InputError("the far field is too flat to fit a sphere to it: give the datum's radius or centre, or take a plane")
     return sphere(r, c, source="fitted to the far field")

@@ -78,10 +78,10 @@ def _inside(a: Profile, b: Profile, r: np.ndarray, rim: float | None) -> tuple[n
 
 def rim_radius(profile: Profile) -> float:
     """Radius of the crest as read off a profile, or of the apparent rim where no crest stands up [m]; NaN without a crater."""
-    found = measure_profile(profile)
+    quantities = measure_profile(profile)
     for name in ("diameter_rim_m", "diameter_apparent_m"):
-        if name in found and found[name].value is not None:
-            return 0.5 * float(found[name].value or 0.0)
+        if name in quantities and quantities[name].value is not None:
+            return 0.5 * float(quantities[name].value or 0.0)
     return float("nan")
 
 

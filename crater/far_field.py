@@ -77,8 +77,8 @@ def _robust(basis: np.ndarray, cells: _Ground, turns: int = 12) -> tuple[np.ndar
     k = cells.w**2
     for _ in range(turns):
         normal = (basis * k[:, None]).T @ basis
-        found = np.linalg.lstsq(normal, basis.T @ (k * cells.h), rcond=1e-13)[0]
-        left = cells.h - basis @ found
+        coefficients = np.linalg.lstsq(normal, basis.T @ (k * cells.h), rcond=1e-13)[0]
+        left = cells.h - basis @ coefficients
         k = cells.w**2 / np.sqrt(1.0 + (cells.w * left / cells.scale) ** 2)
     inverse = np.linalg.pinv(normal, rcond=1e-13, hermitian=True)
     scores = basis * (k * left)[:, None]
@@ -86,7 +86,7 @@ def _robust(basis: np.ndarray, cells: _Ground, turns: int = 12) -> tuple[np.ndar
     many = len(grouped) / max(len(grouped) - 1, 1)
     covariance = many * inverse @ (grouped.T @ grouped) @ inverse
     alone = inverse @ (scores.T @ scores) @ inverse
-    return found, covariance, float(np.sum(k * left**2)), float(max(1.0, covariance[0, 0] / max(alone[0, 0], 1e-300)))
+    return coefficients, covariance, float(np.sum(k * left**2)), float(max(1.0, covariance[0, 0] / max(alone[0, 0], 1e-300)))
 
 
 def _datum_basis(datum: Datum, cells: _Ground, centre_free: bool, radius_free: bool) -> np.ndarray:
@@ -114,8 +114,8 @@ def _prior() -> np.ndarray:
 def _joint(basis: np.ndarray, cells: _Ground, inner: float | None) -> tuple[np.ndarray, np.ndarray]:
     """Parameters of the datum and their covariance, with the blanket beyond ``inner`` [m] averaged over (None: no blanket)."""
     if inner is None:
-        found, covariance, _, _ = _robust(basis, cells)
-        return found, covariance
+        coefficients, covariance, _, _ = _robust(basis, cells)
+        return coefficients, covariance
     n = basis.shape[1]
     fits = [_robust(np.column_stack([basis, f]), cells) for f in _falls(cells.s / inner)]
     squares = np.array([fit[2] for fit in fits])
@@ -157,18 +157,18 @@ def refit(ground: Relief, datum: Datum, radius: float, centre=None, fixed_radius
     centre_free, radius_free = centre is None, fixed_radius is None
     if datum.is_sphere and not (centre_free or radius_free):
         return datum
-    found, covariance = _joint(_datum_basis(datum, cells, centre_free, radius_free), cells, inner)
+    coefficients, covariance = _joint(_datum_basis(datum, cells, centre_free, radius_free), cells, inner)
     if not datum.is_sphere:
-        slope = found[1:] / cells.s.max()
-        point = datum.outside(np.array([[0.0, 0.0, found[0]]]))[0]
+        slope = coefficients[1:] / cells.s.max()
+        point = datum.outside(np.array([[0.0, 0.0, coefficients[0]]]))[0]
         normal = np.array([-slope[0], -slope[1], 1.0]) @ np.asarray(datum.axes)
         flat = plane(float(point[2]), (float(point[0]), float(point[1])), tuple(normal), "fitted to the far field")
         return replace(flat, sigma=float(np.sqrt(covariance[0, 0])), errors=((float(np.sqrt(covariance[0, 0])), 0.0),))
     pole = datum.outside(np.array([[0.0, 0.0, datum.radius]]))[0]
-    rise = float(found[0]) if radius_free else 0.0
+    rise = float(coefficients[0]) if radius_free else 0.0
     shift = np.zeros(3)
     if centre_free:
-        shift[[2, 0, 1]] = found[int(radius_free) :]
+        shift[[2, 0, 1]] = coefficients[int(radius_free) :]
     size = datum.radius + rise
     if not size > 0.0 or size > 1e3 * float(cells.s.max()):
         raise InputError("the far field is too flat to fit a sphere to it: give the datum's radius or centre, or take a plane")
@@ -199,8 +199,8 @@ def level_of_far_field(ground: Relief, radius: float) -> tuple[float, float]:
     w = np.sqrt(np.broadcast_to(area[:, None], cells.shape)[np.isfinite(cells)] / area.mean())
     h = cells[np.isfinite(cells)]
     scale = max(1.4826 * float(np.median(np.abs(h - np.median(h)))), 1e-3 * float(ground.columns.spacing.min()))
-    found = least_squares(lambda p: w * (h - p[0]) / scale, [np.median(h)], loss="soft_l1", x_scale=scale)
-    return float(found.x[0]), scale * float(np.sqrt(RINGS_SHARE / len(h)))
+    fit = least_squares(lambda p: w * (h - p[0]) / scale, [np.median(h)], loss="soft_l1", x_scale=scale)
+    return float(fit.x[0]), scale * float(np.sqrt(RINGS_SHARE / len(h)))
 
 
 def level_of_method(ground: Relief, radius: float) -> tuple[float, float]:

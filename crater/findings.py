@@ -188,11 +188,11 @@ def densities(settings: Settings, inputs: Path, first: Path | None) -> tuple[flo
     return ball, float(ground)
 
 
-def with_chain_errors(found: Findings, known: ChainError | None) -> Findings:
+def with_chain_errors(findings: Findings, known: ChainError | None) -> Findings:
     """The measured craters of a run with their chain errors, where its settings carry them; the all-SPH late stage has none."""
     if known is None:
-        return found
-    shock, grains = found.shock, found.grains
+        return findings
+    shock, grains = findings.shock, findings.grains
     if shock is not None:
         transient = {
             key: replace(moment, measures=chain.with_chain(moment.measures, known.transient_at_maximum_depth if key == "depth" else known.transient))
@@ -203,12 +203,12 @@ def with_chain_errors(found: Findings, known: ChainError | None) -> Findings:
         shock = replace(shock, transient=transient)
     if grains is not None and grains.last is not None:
         grains = replace(grains, last=replace(grains.last, measures=chain.with_chain(grains.last.measures, known.final)))
-    return replace(found, shock=shock, grains=grains)
+    return replace(findings, shock=shock, grains=grains)
 
 
-def time_of(found: Findings, moment: series.Moment) -> Quantity:
+def time_of(findings: Findings, moment: series.Moment) -> Quantity:
     """Time of a moment, with half the interval between snapshots as its error."""
-    times = np.array([m.time for m in found.moments if m.stage == moment.stage])
+    times = np.array([m.time for m in findings.moments if m.stage == moment.stage])
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
     return Quantity(moment.time, 0.5 * step, "s", parts={"interval between snapshots": 0.5 * step})
 
@@ -218,12 +218,12 @@ def final_entry(last: LastCrater) -> dict[str, Any]:
     return {"time_s": Quantity(last.time, 0.0, "s").as_dict(), "from": last.origin, **last.rest.as_dict()}
 
 
-def columns(found: Findings, moments: tuple[str, ...] = MOMENTS) -> list[tuple[heads.Head, Measures]]:
+def columns(findings: Findings, moments: tuple[str, ...] = MOMENTS) -> list[tuple[heads.Head, Measures]]:
     """Every crater that was measured under its head: transient, the shock stage's own end, final."""
     # after the collapse a wide trough may look widest: measured closely it has no diameter, and no maximum of it
-    seen = [(key, found.transient[key]) for key in moments if key in found.transient and found.transient[key].value(MAXIMA[key]) > 0.0]
-    shots = [heads.Moment(key, m.time, m.stage, key in found.growing, m.measures) for key, m in seen if m.measures is not None]
-    final, late = found.final, found.late_sph
+    seen = [(key, findings.transient[key]) for key in moments if key in findings.transient and findings.transient[key].value(MAXIMA[key]) > 0.0]
+    shots = [heads.Moment(key, m.time, m.stage, key in findings.growing, m.measures) for key, m in seen if m.measures is not None]
+    final, late = findings.final, findings.late_sph
     result = heads.arranged(shots, final.time if final is not None else None)
     if late is not None and late is not final:
         result.append((heads.Head("late_sph", "final", LATE_SHOCK, heads.when(late.time, "SPH")), late.measures))

@@ -175,10 +175,10 @@ def half_level(near: Cloud, datum: Datum, rings: Rings, of_ring: np.ndarray, t_l
     for _ in range(2):
         colour, levels = np.zeros((total, number), dtype=np.float32), Levels(t_lo, dt, low)
         _splat(x, near.volume, near.spacing, rings, levels, np.minimum.reduceat(low, rings.first), colour)
-        found = np.empty(total)
-        _crossing(colour, levels, spacing, found)
-        crossing = np.where(low < number, found, crossing)
-        again = np.isnan(found) & (low > 0) & (low < number)
+        height = np.empty(total)
+        _crossing(colour, levels, spacing, height)
+        crossing = np.where(low < number, height, crossing)
+        again = np.isnan(height) & (low > 0) & (low < number)
         if not again.any():
             break
         low = np.where(again, 0, number)

@@ -64,13 +64,13 @@ def arranged(moments: Sequence[Moment], end: float | None = None) -> list[tuple[
     groups: dict[float | None, list[Moment]] = {}
     for moment in moments:
         groups.setdefault(moment.time, []).append(moment)
-    found = []
+    heads = []
     for time, group in groups.items():
         growing = [moment.of for moment in group if moment.growing]
         if len(growing) == len(group) and time is not None and time == end:
             continue
-        found.append((transient([moment.of for moment in group], time, group[0].stage, growing), group[0].measured))
-    return found
+        heads.append((transient([moment.of for moment in group], time, group[0].stage, growing), group[0].measured))
+    return heads
 
 
 def columns(measures: Mapping[str, Any], moments: tuple[str, ...] = ("volume", "depth")) -> list[tuple[Head, Mapping[str, Any]]]:
@@ -82,10 +82,10 @@ def columns(measures: Mapping[str, Any], moments: tuple[str, ...] = ("volume", "
         if isinstance(entry, Mapping):
             seen.append(Moment(name, _time(entry), str(entry.get("stage", "")), bool(entry.get("growing")), entry))
     has_last = any(isinstance(cell, Mapping) and "value" in cell for cell in last.values())
-    found = arranged(seen, _time(last) if has_last else None)
+    heads = arranged(seen, _time(last) if has_last else None)
     if not seen and any(isinstance(cell, Mapping) and isinstance(cell.get("value"), (int, float)) for cell in held.values()):
-        found.append((Head("transient/volume", "transient", "transient", when(_time(held), "")), held))
-    return [*found, (final(last), last)] if has_last else found
+        heads.append((Head("transient/volume", "transient", "transient", when(_time(held), "")), held))
+    return [*heads, (final(last), last)] if has_last else heads
 
 
 def _time(entry: Mapping[str, Any]) -> float | None:

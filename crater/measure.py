@@ -120,8 +120,8 @@ def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int, 
             # the first look may go anywhere within reach; later ones stay with the hollow that was found
             east, north, radius = locate.depression(ground, scene.within if turn == 0 else max(2.0 * radius, 0.1 * scene.reach))
         else:
-            east, north, found = _recentre(ground, radius)
-            radius = found or radius
+            east, north, closer = _recentre(ground, radius)
+            radius = closer or radius
         if radius == 0.0 and (refit is None or turn >= rough):
             break
         new = datum if refit is None else refit(ground, datum, max(radius, NO_HOLLOW * scene.reach), turn < rough)

@@ -44,8 +44,8 @@ def shots(run: Path) -> list[Path]:
 
 def _with_last(folder: Path) -> list[Path]:
     """The numbered snapshots of a stage, and its last state where that is later."""
-    found, last = snapshot.series(folder), folder / f"last{snapshot.SUFFIX}"
-    return found + [last] if found and last.is_file() and _time(last) > _time(found[-1]) else found
+    paths, last = snapshot.series(folder), folder / f"last{snapshot.SUFFIX}"
+    return paths + [last] if paths and last.is_file() and _time(last) > _time(paths[-1]) else paths
 
 
 def _time(path: Path) -> float:

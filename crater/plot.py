@@ -28,21 +28,21 @@ def _profile_line(axis, profile: Profile, scale: float, colour: str, label: str)
         axis.fill_between(profile.radius[band] * scale, profile.p16[band] * scale, profile.p84[band] * scale, color=colour, alpha=0.15, linewidth=0)
 
 
-def draw_all(found: Findings, out: Path) -> None:
+def draw_all(findings: Findings, out: Path) -> None:
     """Every picture of a run that there is material for: profile, time series, height map, cross-sections."""
-    if found.final is not None:
-        draw_profiles(found, out / "profile.png")
-    if any(moment.measures for moment in found.moments):
-        draw_series(found, out / "time_series.png")
-    if found.ejected.faster_than:
-        draw_ejecta(found, out / "ejecta.png")
-    if found.ejected.launch:
-        draw_launches(found, out / "launch.png")
-    if found.final is not None:
-        plot_heights.draw_heightmap(found.final.measures, out / "heightmap.png")
-    plot_sections.draw_cross_sections(found, out / "cross_section.png")
-    plot_sections.draw_in_time(found, out / "sections_in_time.png")
-    plot_sections.draw_grains_in_time(found, out / "sections_grains.png")
+    if findings.final is not None:
+        draw_profiles(findings, out / "profile.png")
+    if any(moment.measures for moment in findings.moments):
+        draw_series(findings, out / "time_series.png")
+    if findings.ejected.faster_than:
+        draw_ejecta(findings, out / "ejecta.png")
+    if findings.ejected.launch:
+        draw_launches(findings, out / "launch.png")
+    if findings.final is not None:
+        plot_heights.draw_heightmap(findings.final.measures, out / "heightmap.png")
+    plot_sections.draw_cross_sections(findings, out / "cross_section.png")
+    plot_sections.draw_in_time(findings, out / "sections_in_time.png")
+    plot_sections.draw_grains_in_time(findings, out / "sections_grains.png")
 
 
 def draw_one(measures: Measures, name: str, folder: Path) -> None:
@@ -89,32 +89,32 @@ def _mark(axis, measures: Measures, scale: float, colour: str) -> None:
         )
 
 
-def draw_profiles(found: Findings, path: Path) -> None:
+def draw_profiles(findings: Findings, path: Path) -> None:
     """Transient, all-SPH late stage and granular late stage on one axis, with the published transient crater."""
     fig = figure(9.0, 5.0)
     axis = fig.add_subplot()
     lines: list[tuple[Measures, str, str]] = []
-    moment = found.transient.get("volume")
+    moment = findings.transient.get("volume")
     if moment is not None and moment.measures is not None:
         lines.append((moment.measures, INK[1], f"transient, maximum volume (SPH, {readable.clock(moment.time)})"))
-    late, grains = found.late_sph, found.settled_grains
+    late, grains = findings.late_sph, findings.settled_grains
     if late is not None:
         lines.append((late.measures, INK[0], f"{LATE_SHOCK} ({readable.clock(late.time)})"))
     if grains is not None:
         state = "settled grains" if grains.rest.settled else f"grains, {grains.rest.state}"
         lines.append((grains.measures, INK[2], f"{state}, DEM ({readable.clock(grains.time)})"))
     reach = max(float(measures.profile.radius[np.isfinite(measures.profile.height)][-1]) for measures, _, _ in lines)
-    reach = min(reach, _interesting(found, reach))
+    reach = min(reach, _interesting(findings, reach))
     scale, unit = readable.length_unit(reach)
     for measures, colour, label in lines:
         _profile_line(axis, measures.profile, scale, colour, label)
-    if found.ballistic is not None:
-        flown, when = found.ballistic.profile, readable.clock(found.ballistic.time)
+    if findings.ballistic is not None:
+        flown, when = findings.ballistic.profile, readable.clock(findings.ballistic.time)
         label = f"ballistic: free flight of the snapshot of {when}, no grains"
         axis.plot(flown.radius * scale, flown.height * scale, color="0.35", linewidth=1.2, linestyle=":", label=label)
     if lines and moment is not None and moment.measures is not None:
         _mark(axis, moment.measures, scale, INK[1])
-    _published_box(axis, found, scale)
+    _published_box(axis, findings, scale)
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
     axis.set_xlim(-0.015 * reach * scale, reach * scale)
     axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
@@ -125,15 +125,15 @@ def draw_profiles(found: Findings, path: Path) -> None:
     save(fig, path)
 
 
-def _interesting(found: Findings, reach: float) -> float:
-    sizes = [moment.value("diameter_apparent_m") for key, moment in found.transient.items() if key != "diameter"]
+def _interesting(findings: Findings, reach: float) -> float:
+    sizes = [moment.value("diameter_apparent_m") for key, moment in findings.transient.items() if key != "diameter"]
     known = [size for size in sizes if np.isfinite(size)]
-    return min(reach, max(2.0 * max(known), 1.2 * found.settings.impact.expected_transient_diameter)) if known else reach
+    return min(reach, max(2.0 * max(known), 1.2 * findings.settings.impact.expected_transient_diameter)) if known else reach
 
 
-def _published_box(axis, found: Findings, scale: float) -> None:
+def _published_box(axis, findings: Findings, scale: float) -> None:
     """Published transient diameter and depth as error bars on the axes that they belong to."""
-    for row in found.compared.reference:
+    for row in findings.compared.reference:
         if not row["name"].startswith("transient"):
             continue
         low, high = row["minus"] * scale, row["plus"] * scale
@@ -144,13 +144,13 @@ def _published_box(axis, found: Findings, scale: float) -> None:
             axis.errorbar([0.0], [-row["value"] * scale], yerr=[[low], [high]], fmt="s", color="black", markersize=4, capsize=3)
 
 
-def draw_series(found: Findings, path: Path) -> None:
+def draw_series(findings: Findings, path: Path) -> None:
     """D(t), depth(t) and V(t) with errors; the published transient values as bands, the scaling laws as a bracket."""
     fig = figure(9.0, 8.0)
     axes = fig.subplots(3, 1, sharex=True)
-    widest = max((abs(m.value("diameter_apparent_m")) for m in found.moments if np.isfinite(m.value("diameter_apparent_m"))), default=2e3)
+    widest = max((abs(m.value("diameter_apparent_m")) for m in findings.moments if np.isfinite(m.value("diameter_apparent_m"))), default=2e3)
     length, unit = readable.length_unit(widest)
-    minute, clock = readable.time_unit(max((m.time for m in found.moments), default=120.0))
+    minute, clock = readable.time_unit(max((m.time for m in findings.moments), default=120.0))
     cubes = (1e-6 * length**3, "$10^6$ ") if unit == "km" and widest >= 1e5 else (length**3, "")
     rows = (
         ("diameter", f"apparent diameter [{unit}]", length),
@@ -160,7 +160,7 @@ def draw_series(found: Findings, path: Path) -> None:
     for axis, (moment, label, scale) in zip(axes, rows):
         name = MAXIMA[moment]
         for stage, colour, word in (("sph", INK[0], "SPH"), ("dem", INK[2], "grains (DEM)")):
-            chosen = [m for m in found.moments if m.stage == stage]
+            chosen = [m for m in findings.moments if m.stage == stage]
             y = np.array([m.value(name) * scale for m in chosen])  # NaN breaks the line where a measure does not exist
             if np.isfinite(y).any():
                 t = [m.time * minute for m in chosen]
@@ -168,20 +168,20 @@ def draw_series(found: Findings, path: Path) -> None:
                 axis.errorbar(t, y, yerr=e, fmt="o-", color=colour, markersize=3, linewidth=1.2, elinewidth=0.7, capsize=2, label=word)
         axis.set_ylabel(label)
         grid(axis)
-    for row in found.compared.reference:
+    for row in findings.compared.reference:
         if row["name"] == "transient depth_m" or row["name"].startswith("transient diameter"):
             axis = axes[1] if "depth" in row["name"] else axes[0]
             low, high = (row["value"] - row["minus"]) * length, (row["value"] + row["plus"]) * length
             axis.axhspan(low, high, color="black", alpha=0.08, label="published transient")
             axis.axhline(row["value"] * length, color="black", linewidth=0.8, linestyle=":")
-    if found.compared.scaling:
-        low, high = (x * length for x in found.compared.scaling["range_m"])
-        laws = ", ".join(scaling.NAMES[name] for name in found.compared.scaling["range_of"])
+    if findings.compared.scaling:
+        low, high = (x * length for x in findings.compared.scaling["range_m"])
+        laws = ", ".join(scaling.NAMES[name] for name in findings.compared.scaling["range_of"])
         axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label=f"pi-scaling ({laws})")
     for key, colour in (("volume", INK[1]), ("depth", INK[3])):
-        if key in found.transient:
+        if key in findings.transient:
             for axis in axes:
-                axis.axvline(found.transient[key].time * minute, color=colour, linewidth=0.8, linestyle="--", label=f"first maximum of {key}")
+                axis.axvline(findings.transient[key].time * minute, color=colour, linewidth=0.8, linestyle="--", label=f"first maximum of {key}")
     for axis in axes:
         axis.relim()
         axis.autoscale_view()
@@ -192,9 +192,9 @@ def draw_series(found: Findings, path: Path) -> None:
     save(fig, path)
 
 
-def draw_ejecta(found: Findings, path: Path) -> None:
+def draw_ejecta(findings: Findings, path: Path) -> None:
     """M(>v) of what flies, with the power laws for sand and water."""
-    curve = found.ejected.faster_than
+    curve = findings.ejected.faster_than
     fig = figure(6.6, 4.6)
     axis = fig.add_subplot()
     speed, mass = np.array(curve["speed_m_s"]), np.array(curve["mass_kg"])
@@ -210,12 +210,12 @@ def draw_ejecta(found: Findings, path: Path) -> None:
     save(fig, path)
 
 
-def draw_launches(found: Findings, path: Path) -> None:
+def draw_launches(findings: Findings, path: Path) -> None:
     """Speed and angle of ejecta against where they left the ground, with the law of dry sand and the fit."""
-    row = found.ejected.launch
+    row = findings.ejected.launch
     fig = figure(6.6, 6.0)
     speed, angle = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-    x, rim = np.array(row["x_over_a"]), row["apparent_radius_m"] / found.settings.impact.projectile.radius
+    x, rim = np.array(row["x_over_a"]), row["apparent_radius_m"] / findings.settings.impact.projectile.radius
     words = f"this run: mu = {row['mu']['value']:.3f} ± {row['mu']['sigma']:.3f}, C1 = {row['C1']['value']:.2f} ± {row['C1']['sigma']:.2f}"
     speed.loglog(x, row["v_over_U"], "o-", color=INK[0], markersize=4, label=words)
     speed.loglog(x, row["sand_v_over_U"], "--", color=INK[4], label="Housen & Holsapple 2011, dry sand: 0.41, 0.55")

@@ -22,37 +22,37 @@ MEASURE_COLOUR = "#e0a100"
 GRAINS = ("4_handoff/start", "5_dem/last")
 
 
-def _shots_of_shock(found: Findings) -> list[tuple[str, Path]]:
+def _shots_of_shock(findings: Findings) -> list[tuple[str, Path]]:
     """The transient (largest volume) and the end of the shock stage."""
     chosen: list[tuple[str, Path]] = []
-    moment = found.transient.get("volume")
+    moment = findings.transient.get("volume")
     if moment is not None and moment.stage == "sph":
         chosen.append((f"SPH, transient (maximum volume), {readable.clock(moment.time)}", moment.path))
-    if found.shock is not None:
-        chosen.append((f"SPH, end, {readable.clock(found.shock.end_time)}", found.shock.end_path))
+    if findings.shock is not None:
+        chosen.append((f"SPH, end, {readable.clock(findings.shock.end_time)}", findings.shock.end_path))
     return chosen
 
 
-def _datum_of(found: Findings, particles: Particles) -> Datum:
+def _datum_of(findings: Findings, particles: Particles) -> Datum:
     """The undisturbed surface about the stage's z axis (not about the crater's centre: the picture shows where the impact was aimed)."""
     if particles.attributes.get("frame") == "plane":
         return datums.plane()
     domain = particles.attributes.get("domain")
-    radius = float(domain["datum_radius_m"]) if isinstance(domain, dict) and "datum_radius_m" in domain else found.settings.target.radius
+    radius = float(domain["datum_radius_m"]) if isinstance(domain, dict) and "datum_radius_m" in domain else findings.settings.target.radius
     return datums.sphere(float(particles.attributes.get("target_radius_m", radius)))
 
 
-def draw_cross_sections(found: Findings, path: Path) -> None:
+def draw_cross_sections(findings: Findings, path: Path) -> None:
     """Slabs through the impact plane: shock stage at the transient and at the end, grains at the start and at the end, by material."""
-    panels = [(title, snapshot.read(file)) for title, file in _shots_of_shock(found)]
+    panels = [(title, snapshot.read(file)) for title, file in _shots_of_shock(findings)]
     for folder, word in zip(GRAINS, ("grains, handoff", "grains, end")):
-        file = found.inputs / f"{folder}{snapshot.SUFFIX}"
+        file = findings.inputs / f"{folder}{snapshot.SUFFIX}"
         if file.is_file():
             grains = snapshot.read(file)
             panels.append((f"{word}, {float(grains.attributes.get('time', np.nan)) / 60:.1f} min", grains))
     if not panels:
         return
-    half = 1.1 * found.settings.impact.expected_transient_diameter
+    half = 1.1 * findings.settings.impact.expected_transient_diameter
     across = 1 if len(panels) < 3 else 2
     down = -(-len(panels) // across)
     fig = figure(9.0 if across == 1 else 11.0, 0.7 + (8.6 if across == 1 else 5.2) * 0.425 * down)
@@ -62,7 +62,7 @@ def draw_cross_sections(found: Findings, path: Path) -> None:
     for axis in grid.T.ravel()[len(panels) :]:
         axis.set_visible(False)
     for axis, (title, particles) in zip(axes, panels):
-        seen = sections.view(_datum_of(found, particles), half)
+        seen = sections.view(_datum_of(findings, particles), half)
         sections.draw(axis, particles, seen)
         axis.set_title(title, fontsize=9, loc="left")
     _label(grid, seen)
@@ -78,36 +78,36 @@ def _label(grid: np.ndarray, seen: sections.View) -> None:
         axis.set_xlabel(f"x, downrange [{seen.unit}]", fontsize=9)
 
 
-def draw_in_time(found: Findings, path: Path) -> None:
+def draw_in_time(findings: Findings, path: Path) -> None:
     """The shock stage at four times (columns) by damage, pressure, material and depth of origin (rows); rows that the snapshots lack are left out."""
-    shots = snapshot.series(found.inputs / "2_sph")
+    shots = snapshot.series(findings.inputs / "2_sph")
     if len(shots) < 2:
         return
     times = [float(snapshot.attributes(shot).get("time", np.nan)) for shot in shots]
-    first = found.transient.get("depth") or found.transient.get("volume")
+    first = findings.transient.get("depth") or findings.transient.get("volume")
     grown = first.time if first is not None and first.stage == "sph" else times[len(times) // 3]
     wanted = [times[1], grown, min(2.0 * grown, times[-1]), times[-1]]
     chosen = sorted({int(np.argmin(np.abs(np.array(times) - t))) for t in wanted})
     panels = [(readable.clock(times[k]), snapshot.read(shots[k])) for k in chosen]
-    half = 0.9 * found.settings.impact.expected_transient_diameter
+    half = 0.9 * findings.settings.impact.expected_transient_diameter
     rows: list[sections.Colouring | None] = [None]
     have = set(panels[0][1])
     rows += [sections.damage()] * ("damage" in have) + [sections.pressure()] * ("pressure" in have)
     rows += [sections.depth_of_origin(0.6 * half)] * ("initial_position" in have)
-    _grid_of(found, panels, rows, half, path)
+    _grid_of(findings, panels, rows, half, path)
 
 
-def draw_grains_in_time(found: Findings, path: Path) -> None:
+def draw_grains_in_time(findings: Findings, path: Path) -> None:
     """The grains at handoff, halfway and at the end (columns) by material, depth of origin and speed (rows)."""
-    files = [found.inputs / f"{name}{snapshot.SUFFIX}" for name in GRAINS]
+    files = [findings.inputs / f"{name}{snapshot.SUFFIX}" for name in GRAINS]
     if not files[-1].is_file():
         return
-    middle = snapshot.series(found.inputs / "5_dem")
+    middle = snapshot.series(findings.inputs / "5_dem")
     files = [files[0]] * files[0].is_file() + ([middle[len(middle) // 2]] if len(middle) > 2 else []) + [files[1]]
     panels = [(f"grains, {float(p.attributes.get('time', np.nan)) / 60:.1f} min", p) for p in map(snapshot.read, files)]
-    half = 0.9 * found.settings.impact.expected_transient_diameter
+    half = 0.9 * findings.settings.impact.expected_transient_diameter
     rows: list[sections.Colouring | None] = [None]
-    bed = found.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
+    bed = findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
     if bed.is_file() and "identity" in panels[0][1]:
         start = snapshot.read(bed, only=("identity", "position"))
         if "identity" in start:
@@ -115,10 +115,10 @@ def draw_grains_in_time(found: Findings, path: Path) -> None:
     if "velocity" in panels[0][1]:
         fastest = max(float(np.quantile(np.linalg.norm(p.velocity, axis=1), 0.99)) for _, p in panels)
         rows.append(sections.speed(max(fastest, 1e-9)))
-    _grid_of(found, panels, rows, half, path)
+    _grid_of(findings, panels, rows, half, path)
 
 
-def _grid_of(found: Findings, panels: Sequence[tuple[str, Particles]], rows: Sequence[sections.Colouring | None], half: float, path: Path) -> None:
+def _grid_of(findings: Findings, panels: Sequence[tuple[str, Particles]], rows: Sequence[sections.Colouring | None], half: float, path: Path) -> None:
     width = 2.6 * len(panels) + 1.2  # narrow: words stay readable when the picture shrinks to a page
     fig = figure(width, 0.8 + 1.45 * len(rows))
     grid = fig.subplots(len(rows), len(panels), sharex=True, sharey=True, squeeze=False)
@@ -126,7 +126,7 @@ def _grid_of(found: Findings, panels: Sequence[tuple[str, Particles]], rows: Seq
         drawn = None
         for column, (title, particles) in enumerate(panels):
             axis = grid[row, column]
-            seen = sections.view(_datum_of(found, particles), half, 0.55, 0.3)
+            seen = sections.view(_datum_of(findings, particles), half, 0.55, 0.3)
             drawn = sections.draw(axis, particles, seen, colouring, edge="none")
             axis.tick_params(labelsize=8)
             if row == 0:

@@ -64,8 +64,8 @@ class Hollow:
         """Standard deviation of every number of the shape over the bootstrap; the floor's is at least that of its particles."""
         datum = self.ground.datum
         trials = [shape_of(self.cells[:, pick].mean(axis=1), self.ruler, datum, self.finder, self.outermost).as_array() for pick in self.draws]
-        found = dict(zip(Shape.__dataclass_fields__, deviation(np.array(trials))))
-        return {**found, "depth": max(found["depth"], _floor_noise(self.cells, self.ruler, self.base))}
+        deviations = dict(zip(Shape.__dataclass_fields__, deviation(np.array(trials))))
+        return {**deviations, "depth": max(deviations["depth"], _floor_noise(self.cells, self.ruler, self.base))}
 
     @cached_property
     def shifts(self) -> dict[str, np.ndarray]:

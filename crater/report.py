@@ -31,18 +31,18 @@ def as_text(measures: Measures) -> str:
     return "\n".join(lines)
 
 
-def write(found: Findings, out: Path) -> None:
+def write(findings: Findings, out: Path) -> None:
     """Write ``report.html``: everything inlined, readable on screen and on paper."""
-    last = _last(found)
-    when = readable.clock(found.final.time) if found.final is not None else ""
+    last = _last(findings)
+    when = readable.clock(findings.final.time) if findings.final is not None else ""
     parts = [
-        _summary(found),
+        _summary(findings),
         page.picture(out / "profile.png", "Profiles: the mean of each ring; shaded: the 16th to 84th percentile of single columns over azimuth."),
         "<h2>Measures</h2>",
-        _measures_table(found),
+        _measures_table(findings),
         "<h2>Published numbers</h2>",
-        _published_table(found),
-        _scaling_table(found),
+        _published_table(findings),
+        _scaling_table(findings),
         "<h2>In time</h2>",
         page.picture(
             out / "time_series.png",
@@ -55,83 +55,83 @@ def write(found: Findings, out: Path) -> None:
             "The shock stage in time: material, damage, pressure (tension in the lowest colour) and the depth that the matter came from.",
         ),
         page.picture(out / "sections_grains.png", "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed."),
-        f"<h2>{'The final crater' if _at_rest(found) else 'The last snapshot'}</h2>",
-        block_view.of_findings(found, f"{last} ({when})"),
+        f"<h2>{'The final crater' if _at_rest(findings) else 'The last snapshot'}</h2>",
+        block_view.of_findings(findings, f"{last} ({when})"),
         page.picture(
             out / "heightmap.png",
             f"{last}, seen from above at {when}: heights above the datum, distances from the crater's centre along it. "
             "The dashed circle has the apparent diameter; the line is where the surface crosses the datum.",
             narrow=True,
         ),
-        _ejecta(found, out),
-        *report_evidence.all_parts(found.inputs, found.setting.strike.mass * found.settings.impact.speed, _lever(found)),
+        _ejecta(findings, out),
+        *report_evidence.all_parts(findings.inputs, findings.setting.strike.mass * findings.settings.impact.speed, _lever(findings)),
     ]
-    archive.write_text(out / "report.html", page.document(f"Crater: {_title(found)}", parts))
+    archive.write_text(out / "report.html", page.document(f"Crater: {_title(findings)}", parts))
 
 
-def _last(found: Findings) -> str:
+def _last(findings: Findings) -> str:
     """What the last crater is called: *final* only where it has come to rest."""
-    if found.final is None:
+    if findings.final is None:
         return "The last snapshot"
-    head = heads.final(final_entry(found.final))
+    head = heads.final(final_entry(findings.final))
     return "The final crater" if head.title == "final" else f"The crater in the {head.title}"
 
 
-def _at_rest(found: Findings) -> bool:
-    return found.final is not None and found.final.rest.settled
+def _at_rest(findings: Findings) -> bool:
+    return findings.final is not None and findings.final.rest.settled
 
 
-def _lever(found: Findings) -> tuple[float, str]:
+def _lever(findings: Findings) -> tuple[float, str]:
     """What momentum is multiplied with to give a scale of angular momentum [m], and its name: one that is never zero, at any angle."""
-    if not found.settings.target.flat:
-        return found.settings.target.radius, "the target's radius"
-    moment = found.transient.get("volume")
+    if not findings.settings.target.flat:
+        return findings.settings.target.radius, "the target's radius"
+    moment = findings.transient.get("volume")
     radius = 0.5 * moment.value("diameter_apparent_m") if moment is not None else float("nan")
     if np.isfinite(radius):
         return radius, "the transient crater's apparent radius"
-    return found.settings.impact.projectile.radius, "its radius"
+    return findings.settings.impact.projectile.radius, "its radius"
 
 
-def _ejecta(found: Findings, out: Path) -> str:
+def _ejecta(findings: Findings, out: Path) -> str:
     if not (out / "ejecta.png").is_file():
         return ""
-    when = f"{readable.clock(found.ejected.faster_than['time_s'])}"
+    when = f"{readable.clock(findings.ejected.faster_than['time_s'])}"
     words = f"Target mass above the datum, not part of the ground and rising, faster than v, at {when}; the laws are for vertical impacts into half-spaces."
     where = "Speed and angle at the level of the ground against the place of launch (medians); dotted: the apparent radius."
     return (
         "<h2>Ejecta</h2>"
         + page.picture(out / "ejecta.png", words, narrow=True)
-        + (page.picture(out / "launch.png", where, narrow=True) if found.ejected.launch else "")
+        + (page.picture(out / "launch.png", where, narrow=True) if findings.ejected.launch else "")
     )
 
 
-def _title(found: Findings) -> str:
-    impact = found.settings.impact
+def _title(findings: Findings) -> str:
+    impact = findings.settings.impact
     return (
         f"{impact.projectile.material} projectile of radius {readable.length(impact.projectile.radius)}, {impact.speed / 1e3:.5g} km/s, "
         f"{np.degrees(impact.angle_from_vertical):.3g}° from vertical"
     )
 
 
-def _summary(found: Findings) -> str:
+def _summary(findings: Findings) -> str:
     lines = [
         f"{_capital(head.title)} ({page.escape(head.when)}): {_in_words('apparent diameter', m['diameter_apparent_m'])}, {_in_words('depth', m['depth_m'])}."
-        for head, m in columns(found, ("depth", "volume"))
+        for head, m in columns(findings, ("depth", "volume"))
     ]
-    if found.final is not None and not found.final.rest.settled:
-        lines.append(f"The last snapshot is no final crater: {page.escape(found.final.rest.reason)}.")
-    if found.ballistic is not None:
-        lines.append(_ballistic_words(found))
-    if found.compared.late_difference:
-        lines.append(_late_sentence(found))
-    if lost := found.ejected.leaving:
+    if findings.final is not None and not findings.final.rest.settled:
+        lines.append(f"The last snapshot is no final crater: {page.escape(findings.final.rest.reason)}.")
+    if findings.ballistic is not None:
+        lines.append(_ballistic_words(findings))
+    if findings.compared.late_difference:
+        lines.append(_late_sentence(findings))
+    if lost := findings.ejected.leaving:
         lines.append(
             f"Mass that escapes, at the end of the shock stage: {readable.amount(lost['target_mass_kg'], 'kg', 3)} of the target and "
             f"{readable.amount(lost['projectile_mass_kg'], 'kg', 3)} of the projectile. Momentum enhancement &beta; = {lost['beta']:.3f}: the momentum that "
             "the body keeps over that of the projectile, along its flight."
         )
-    lines += [f"{page.escape(key)}: {page.escape(reason)}." for key, reason in found.reasons.items()]
-    cautions = [f"<b class=waived>Caution:</b> {page.escape(words)}." for words in found.soundness.get("cautions", ())]
+    lines += [f"{page.escape(key)}: {page.escape(reason)}." for key, reason in findings.reasons.items()]
+    cautions = [f"<b class=waived>Caution:</b> {page.escape(words)}." for words in findings.soundness.get("cautions", ())]
     return "<p>" + "<br>".join(lines) + "</p>" + ("<p class=note>" + "<br>".join(cautions) + "</p>" if cautions else "")
 
 
@@ -143,9 +143,9 @@ def _capital(text: str) -> str:
     return page.escape(text[:1].upper() + text[1:])
 
 
-def _late_sentence(found: Findings) -> str:
+def _late_sentence(findings: Findings) -> str:
     """The two late stages beside each other, in depth and in profile."""
-    d, late, last = found.compared.late_difference or {}, found.late_sph, found.settled_grains
+    d, late, last = findings.compared.late_difference or {}, findings.late_sph, findings.settled_grains
     if late is None or last is None:
         return ""
     shock, grains = late.measures, last.measures
@@ -160,43 +160,43 @@ def _late_sentence(found: Findings) -> str:
     )
 
 
-def _named(found: Findings) -> str:
-    return "the final crater" if _at_rest(found) else "the last snapshot, which is no final crater"
+def _named(findings: Findings) -> str:
+    return "the final crater" if _at_rest(findings) else "the last snapshot, which is no final crater"
 
 
-def _ballistic_words(found: Findings) -> str:
-    flown = found.ballistic
+def _ballistic_words(findings: Findings) -> str:
+    flown = findings.ballistic
     assert flown is not None
     m = flown.measures
-    last = found.final
+    last = findings.final
     final = last.measures["diameter_apparent_m"].value if last is not None else None
     return (
         f"Ballistic crater (every particle of the snapshot of {readable.clock(flown.time)} in free flight, mass balanced in rings; "
         "neither collapse nor compaction): "
         f"apparent diameter {shown(m.get('diameter_apparent_m'))}, depth {shown(m.get('depth_m'))}, volume {shown(m.get('volume_m3'))}. "
-        + html.escape(ballistic.words(flown, final, f"{_named(found)} ({last.origin if last is not None else ''})"))
+        + html.escape(ballistic.words(flown, final, f"{_named(findings)} ({last.origin if last is not None else ''})"))
     )
 
 
-def _measures_table(found: Findings) -> str:
-    held = columns(found)
+def _measures_table(findings: Findings) -> str:
+    held = columns(findings)
     if not held:
         return "<p>Nothing could be measured.</p>"
     reasons: list[str] = []
     rows = [[row.words, *(_measure_cell(measures, row.name, reasons) for _, measures in held)] for row in TABLE]
     notes = "".join(f"<br>({k + 1}) {page.escape(reason)}" for k, reason in enumerate(reasons))
     titles = [f"{page.escape(head.title)}<br>({page.escape(head.when)})" for head, _ in held]
-    return page.table(["", *titles], rows) + f"<p class=note>Errors are one standard deviation; {_chain_words(found)}.{notes}</p>"
+    return page.table(["", *titles], rows) + f"<p class=note>Errors are one standard deviation; {_chain_words(findings)}.{notes}</p>"
 
 
-def _chain_words(found: Findings) -> str:
+def _chain_words(findings: Findings) -> str:
     """What the errors hold of the scatter of the whole chain, with its size for the first measures of the final (else the transient) crater."""
-    if found.settings.chain is None:
+    if findings.settings.chain is None:
         return chain.UNKNOWN
-    volume = found.transient.get("volume")
+    volume = findings.transient.get("volume")
     measures, of = volume.measures if volume else None, "transient"
-    if found.final is not None:
-        measures, of = found.final.measures, "final" if found.final.rest.settled else "last"
+    if findings.final is not None:
+        measures, of = findings.final.measures, "final" if findings.final.rest.settled else "last"
     sizes = [
         f"{BY_NAME[name].noun} {readable.length(measures[name].parts[chain.PART])}"
         for name in ("diameter_apparent_m", "depth_m")
@@ -215,11 +215,11 @@ def _measure_cell(measures: Measures | None, name: str, reasons: list[str]) -> s
     return f"none ({reasons.index(entry.reason) + 1})"
 
 
-def _published_table(found: Findings) -> str:
-    if not found.compared.reference:
+def _published_table(findings: Findings) -> str:
+    if not findings.compared.reference:
         return "<p>The case names no published numbers.</p>"
     rows = []
-    for row in found.compared.reference:
+    for row in findings.compared.reference:
         ours = Quantity(row["ours"]["value"], row["ours"]["sigma"], row["unit"], row["ours"].get("reason", ""))
         word, style = {True: ("yes", "met"), False: ("no", "unmet"), None: ("not measured", "not_measured")}[row["met"]]
         name = f"{row['name'].replace('_m3', '').replace('_m', '').replace('_', ' ')}, {row['at']}"
@@ -229,27 +229,27 @@ def _published_table(found: Findings) -> str:
     return page.table(["quantity", "published", "here", "met", "source"], rows, notes=(4,))
 
 
-def _scaling_table(found: Findings) -> str:
+def _scaling_table(findings: Findings) -> str:
     """Every law beside what was measured, the ratio of measured to predicted, and the spread of the laws."""
-    if not found.compared.scaling:
+    if not findings.compared.scaling:
         return ""
-    ours = found.transient.get("volume")
+    ours = findings.transient.get("volume")
     diameter = ours.value("diameter_apparent_m") if ours is not None else float("nan")
-    final, laws = found.compared.scaling["final_rim_diameter_m"], found.compared.scaling["diameter_m"]
+    final, laws = findings.compared.scaling["final_rim_diameter_m"], findings.compared.scaling["diameter_m"]
     rows = []
     for name, value in laws.items():
         share = f"{diameter / value:.2f}" if np.isfinite(diameter) else ""
         last = readable.amount(final[name], "m", 3) if name in final else ""
         rows.append([page.escape(scaling.NAMES[name]), readable.amount(value, "m", 3), share, last])
-    low, high = (readable.amount(size, "m", 3) for size in found.compared.scaling["range_m"])
+    low, high = (readable.amount(size, "m", 3) for size in findings.compared.scaling["range_m"])
     least, most = min(laws.values()), max(laws.values())
-    named = [scaling.NAMES[name] for name in found.compared.scaling["range_of"]]
+    named = [scaling.NAMES[name] for name in findings.compared.scaling["range_of"]]
     here = f" This run: {shown(ours.measures['diameter_apparent_m'])}." if ours is not None and ours.measures is not None else ""
     return (
         "<h2>Scaling laws</h2>"
         + page.table(["law", "transient apparent diameter", "measured / predicted", "final rim diameter"], rows)
         + f"<p>{page.escape(', '.join(named[:-1]))} and {page.escape(named[-1])} span {low} to {high}; all laws together {readable.amount(least, 'm', 3)} to "
         f"{readable.amount(most, 'm', 3)}, a factor of {most / least:.1f}, which is the spread between target materials.{here} "
-        f"Predicted time of growth: {readable.clock(found.compared.scaling['formation_time_s'])}. "
+        f"Predicted time of growth: {readable.clock(findings.compared.scaling['formation_time_s'])}. "
         "None of these laws accounts for layers, strength or the curvature of the body.</p>"
     )

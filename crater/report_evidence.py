@@ -108,10 +108,10 @@ def references(path: Path) -> str:
 
 def _field(entry: str, name: str) -> str:
     """One field of a BibTeX entry, braces and accents' markup taken off."""
-    found = re.search(rf"\b{name} = \{{((?:[^{{}}]|\{{(?:[^{{}}]|\{{[^{{}}]*\}})*\}})*)\}}", entry)
-    if found is None:
+    match = re.search(rf"\b{name} = \{{((?:[^{{}}]|\{{(?:[^{{}}]|\{{[^{{}}]*\}})*\}})*)\}}", entry)
+    if match is None:
         return ""
-    text = found.group(1)
+    text = match.group(1)
     accents = {r"\"a": "ä", r"\"o": "ö", r"\"u": "ü", r"\'e": "é", r"\'a": "á", r"\`e": "è", r"\c c": "ç", r"\~n": "ñ", r"\v s": "š", r"\v c": "č"}
     for mark, letter in accents.items():
         text = text.replace("{" + mark + "}", letter).replace(mark, letter)

@@ -69,7 +69,7 @@ def changes(moments: Sequence[Moment]) -> dict[str, float] | None:
     time = np.array([moment.time for moment in seen])
     late = max(int(np.searchsorted(time, (1.0 - WINDOW) * time[-1])), 0)
     late = min(late, len(seen) - FEWEST)
-    found: dict[str, float] = {}
+    moving: dict[str, float] = {}
     for name in NAMES:
         values = np.array([moment.value(name) for moment in seen[late:]])
         good = np.isfinite(values)
@@ -79,8 +79,8 @@ def changes(moments: Sequence[Moment]) -> dict[str, float] | None:
         size = max(abs(float(values[good][-1])), 1e-300)
         least = OF_SPACING * _spacing(seen[-1]) if name != "volume_m3" else 0.0
         if abs(change) > max(CHANGE * size, least, 2.0 * error):
-            found[name] = change / size
-    return found
+            moving[name] = change / size
+    return moving
 
 
 def _change(t: np.ndarray, y: np.ndarray) -> tuple[float, float]:

@@ -103,15 +103,15 @@ def first_maximum(time: np.ndarray, values: np.ndarray, lasting: float = 0.2) ->
 def transient(moments: Sequence[Moment]) -> tuple[dict[str, Moment], list[str]]:
     """The moments of the first maximum of ``volume``, ``depth`` and ``diameter`` (apparent), and the keys that still grow at the end."""
     time = np.array([moment.time for moment in moments])
-    found, growing = {}, []
+    maxima, growing = {}, []
     for key, name in MAXIMA.items():
         values = np.array([moment.value(name) for moment in moments])
         index = first_maximum(time, values)
         if index is not None:
-            found[key] = moments[index]
+            maxima[key] = moments[index]
             if index == int(np.flatnonzero(np.isfinite(values))[-1]):
                 growing.append(key)
-    return found, growing
+    return maxima, growing
 
 
 def again(moment: Moment, chosen: Choices, before: Undisturbed | None) -> Moment:

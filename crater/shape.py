@@ -253,6 +253,6 @@ def harmonics(radii: np.ndarray) -> tuple[np.ndarray, float]:
         return np.array([np.mean(r) if len(r) else np.nan, 0.0, 0.0, 0.0, 0.0]), float("nan")
     scale = max(1.4826 * float(np.median(np.abs(r - np.median(r)))), 1e-6 * float(np.median(r)))
     start = np.array([np.median(r), 0.0, 0.0, 0.0, 0.0])
-    found = least_squares(lambda p: (basis @ p - r) / scale, start, loss="soft_l1", x_scale=scale)
-    left = basis @ found.x - r
-    return found.x, 1.4826 * float(np.median(np.abs(left)))
+    fit = least_squares(lambda p: (basis @ p - r) / scale, start, loss="soft_l1", x_scale=scale)
+    left = basis @ fit.x - r
+    return fit.x, 1.4826 * float(np.median(np.abs(left)))

@@ -32,7 +32,7 @@ def facts(run: Path) -> dict[str, Any]:
     the share of angular momentum removed, the largest overlap; and ``cautions``, sentences. Keys of what is not known are left out."""
     reports = read(run)
     ball, reached = reports["sph"].get("projectile", {}), reports["sph"].get("peak_pressure", {})
-    found: dict[str, Any] = {
+    known: dict[str, Any] = {
         "projectile_particles": ball.get("particles"),
         "particles_per_radius": ball.get("particles_per_radius"),
         "peak_pressure_Pa": reports["sph"].get("peak_pressure_Pa"),
@@ -41,29 +41,29 @@ def facts(run: Path) -> dict[str, Any]:
         "removed_angular_momentum_over_projectile": reports["sph"].get("removed_angular_momentum_over_projectile"),
         "overlap_max_radii": reports["dem"].get("overlap_max"),
     }
-    found = {name: value for name, value in found.items() if value is not None}
-    if "peak_pressure_Pa" in found and found.get("planar_limit_Pa"):
-        found["peak_over_planar_limit"] = found["peak_pressure_Pa"] / found["planar_limit_Pa"]
+    known = {name: value for name, value in known.items() if value is not None}
+    if "peak_pressure_Pa" in known and known.get("planar_limit_Pa"):
+        known["peak_over_planar_limit"] = known["peak_pressure_Pa"] / known["planar_limit_Pa"]
     warnings = [str(words).rstrip(".") for words in reports["sph"].get("warnings", [])]
-    cautions = [*_of_shock(found), *warnings, *_of_collapse(reports["dem"])]
-    return {**found, "cautions": cautions} if found or cautions else {}
+    cautions = [*_of_shock(known), *warnings, *_of_collapse(reports["dem"])]
+    return {**known, "cautions": cautions} if known or cautions else {}
 
 
-def _of_shock(found: Mapping[str, Any]) -> list[str]:
+def _of_shock(known: Mapping[str, Any]) -> list[str]:
     said = []
-    fine, count = found.get("particles_per_radius"), found.get("projectile_particles")
+    fine, count = known.get("particles_per_radius"), known.get("projectile_particles")
     if fine is not None and fine < FEWEST_PER_RADIUS:
         said.append(
             f"the projectile has {fine:.2g} particles per radius ({count} in all), fewer than about {FEWEST_PER_RADIUS:g}: the shock in it is not resolved; "
             "peak pressures, melt and vapour are rough, crater sizes less so"
         )
-    over = found.get("peak_over_planar_limit")
+    over = known.get("peak_over_planar_limit")
     if over is not None and not BELOW <= over <= ABOVE:
-        limit = f"the planar limit of {readable.amount(found['planar_limit_Pa'] * 1e-9, 'GPa', 3)}"
-        peak = f"the largest pressure of a single particle, {readable.amount(found['peak_pressure_Pa'] * 1e-9, 'GPa', 3)}, is {over:.2g} times {limit}"
+        limit = f"the planar limit of {readable.amount(known['planar_limit_Pa'] * 1e-9, 'GPa', 3)}"
+        peak = f"the largest pressure of a single particle, {readable.amount(known['peak_pressure_Pa'] * 1e-9, 'GPa', 3)}, is {over:.2g} times {limit}"
         why = "more than any shock of this impact: single particles that struck others" if over > ABOVE else "the spacing smears the first shock out"
         said.append(f"{peak}: {why}")
-    removed = found.get("removed_angular_momentum_over_projectile")
+    removed = known.get("removed_angular_momentum_over_projectile")
     if removed is not None and removed > REMOVED:
         said.append(f"correcting the tree's forces removed {removed:.1%} of the projectile's angular momentum; the drift of angular momentum does not show it")
     return said

@@ -63,27 +63,27 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
 
     setting = Setting(settings, inputs, *_ground(settings, inputs), densities(settings, inputs, shots[0] if shots else None))
     shock = _follow_shock(setting, shots, heard) if shots else None
-    found = Findings(setting, shock, _measure_grains(setting, settled, grains, heard) if grains.is_file() else None)
-    found = with_chain_errors(_flown(found), settings.chain)
-    found = replace(found, soundness=soundness.facts(inputs))
-    found = replace(found, compared=against_published.compared(found))
-    tables.write_tables(found, out)
+    findings = Findings(setting, shock, _measure_grains(setting, settled, grains, heard) if grains.is_file() else None)
+    findings = with_chain_errors(_flown(findings), settings.chain)
+    findings = replace(findings, soundness=soundness.facts(inputs))
+    findings = replace(findings, compared=against_published.compared(findings))
+    tables.write_tables(findings, out)
     progress.update(progress.total - 2, "pictures", force=True)
-    plot.draw_all(found, out)
-    report.write(found, out)
+    plot.draw_all(findings, out)
+    report.write(findings, out)
     progress.update(progress.total, "done", force=True)
 
 
-def _flown(found: Findings) -> Findings:
+def _flown(findings: Findings) -> Findings:
     """With the free flight of what was handed over: an independent check of the crater's size on flat ground under gravity."""
-    chosen, setting = found.settings, found.setting
+    chosen, setting = findings.settings, findings.setting
     if not chosen.target.flat or not setting.gravity > 0.0:
-        return found
+        return findings
     size = chosen.impact.expected_transient_diameter
     try:
-        return replace(found, ballistic=ballistic.of_run(found.inputs, setting.gravity, setting.densities[1], size, chosen.escape_speed))
+        return replace(findings, ballistic=ballistic.of_run(findings.inputs, setting.gravity, setting.densities[1], size, chosen.escape_speed))
     except InputError as reason:
-        return replace(found, flight_reasons={"ballistic": str(reason)})
+        return replace(findings, flight_reasons={"ballistic": str(reason)})
 
 
 def _ground(settings: Settings, inputs: Path) -> tuple[Datum, float]:

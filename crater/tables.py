@@ -18,36 +18,36 @@ PROFILES = {"volume": "profile_transient.csv", "depth": "profile_transient_depth
 """Files that hold the profile of the transient crater, by the maximum at which it is taken."""
 
 
-def measures_json(found: Findings) -> dict[str, Any]:
+def measures_json(findings: Findings) -> dict[str, Any]:
     """The content of ``measures.json``."""
     transient: dict[str, Any] = {}
     for key in MOMENTS:
-        moment = found.transient.get(key)
+        moment = findings.transient.get(key)
         if moment is not None and moment.measures is not None:
             transient[f"at_maximum_{key}"] = {
                 **moment.measures.as_dict(),
-                "time_s": time_of(found, moment).as_dict(),
+                "time_s": time_of(findings, moment).as_dict(),
                 "stage": moment.stage,
-                "growing": key in found.growing,
-                "snapshot": moment.path.relative_to(found.inputs).as_posix(),
+                "growing": key in findings.growing,
+                "snapshot": moment.path.relative_to(findings.inputs).as_posix(),
                 "datum": choices.datum_facts(moment.measures.datum),
             }
-    default = transient.get("at_maximum_volume", {"reason": found.reasons.get("transient", "not measured")})
-    final: dict[str, Any] = {"reason": found.reasons.get("final", "not measured")}
-    last, late = found.final, found.late_sph
+    default = transient.get("at_maximum_volume", {"reason": findings.reasons.get("transient", "not measured")})
+    final: dict[str, Any] = {"reason": findings.reasons.get("final", "not measured")}
+    last, late = findings.final, findings.late_sph
     if last is not None:
-        place = {"datum": choices.datum_facts(last.measures.datum), "snapshot": last.path.relative_to(found.inputs).as_posix()}
+        place = {"datum": choices.datum_facts(last.measures.datum), "snapshot": last.path.relative_to(findings.inputs).as_posix()}
         final = {**last.measures.as_dict(), **final_entry(last), **place}
-    content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": found.compared.reference}
-    content["measured_with"] = {stage: chosen.as_dict(found.inputs) for stage, chosen in found.choices.items()}
-    if engine := _engine_of(found.inputs / "5_dem" / "stage_report.json"):
+    content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": findings.compared.reference}
+    content["measured_with"] = {stage: chosen.as_dict(findings.inputs) for stage, chosen in findings.choices.items()}
+    if engine := _engine_of(findings.inputs / "5_dem" / "stage_report.json"):
         content["engine"] = engine
-    if found.soundness:
-        content["soundness"] = found.soundness
-    ejected = found.ejected
+    if findings.soundness:
+        content["soundness"] = findings.soundness
+    ejected = findings.ejected
     content |= {name: part for name, part in (("leaving", ejected.leaving), ("ejecta", ejected.faster_than), ("launch", ejected.launch)) if part}
-    if found.ballistic is not None:
-        content["ballistic"] = found.ballistic.as_dict()
+    if findings.ballistic is not None:
+        content["ballistic"] = findings.ballistic.as_dict()
     if late is not None:
         content["late_sph"] = {**late.measures.as_dict(), "time_s": Quantity(late.time, 0.0, "s").as_dict()}
     return content
@@ -61,24 +61,24 @@ def _engine_of(report: Path) -> dict[str, Any]:
     return {name: engine[name] for name in ("name", "deviations") if name in engine}
 
 
-def write_tables(found: Findings, out: Path) -> None:
+def write_tables(findings: Findings, out: Path) -> None:
     """Every file but the pictures and the page."""
-    write_json(out / "measures.json", measures_json(found))
+    write_json(out / "measures.json", measures_json(findings))
     write_json(
         out / "compare.json",
-        {"scaling": found.compared.scaling, "published": found.compared.reference, "late_stage_sph_against_dem": found.compared.late_difference},
+        {"scaling": findings.compared.scaling, "published": findings.compared.reference, "late_stage_sph_against_dem": findings.compared.late_difference},
     )
-    if found.moments:
-        series.write_csv(found.moments, out / "time_series.csv")
-    last, late = found.final, found.late_sph
+    if findings.moments:
+        series.write_csv(findings.moments, out / "time_series.csv")
+    last, late = findings.final, findings.late_sph
     if late is not None:
         radial_profile.write_csv(headed(late.measures, late.time, LATE_SHOCK), out / "profile_sph.csv")
     for key, name in PROFILES.items():
-        moment = found.transient.get(key)
+        moment = findings.transient.get(key)
         if moment is not None and moment.measures is not None:
             radial_profile.write_csv(headed(moment.measures, moment.time, f"transient, maximum {key}"), out / name)
-    if found.ballistic is not None:
-        radial_profile.write_csv(found.ballistic.profile, out / "profile_ballistic.csv")
+    if findings.ballistic is not None:
+        radial_profile.write_csv(findings.ballistic.profile, out / "profile_ballistic.csv")
     if last is not None:
         radial_profile.write_csv(headed(last.measures, last.time, last.origin), out / "profile.csv")
         write_heightmap(last.measures, out / "heightmap.h5")

@@ -65,10 +65,10 @@ def _line(s: np.ndarray, q: np.ndarray, e: np.ndarray, order: float) -> tuple[np
     scale = float(s.max())
     matrix = np.column_stack([np.ones_like(s), (s / scale) ** order]) / e[:, None]
     covariance = np.linalg.inv(matrix.T @ matrix)
-    found = covariance @ (matrix.T @ (q / e))
-    chi2 = float(((q / e - matrix @ found) ** 2).sum())
+    coefficients = covariance @ (matrix.T @ (q / e))
+    chi2 = float(((q / e - matrix @ coefficients) ** 2).sum())
     units = np.array([1.0, scale**-order])
-    return found * units, covariance * np.outer(units, units), chi2
+    return coefficients * units, covariance * np.outer(units, units), chi2
 
 
 def draw(rows: list[Mapping[str, float]], fits: Mapping[str, Extrapolation], path: Path, uniform: Mapping[str, float] | None = None) -> None:

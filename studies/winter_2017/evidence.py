@@ -61,8 +61,8 @@ class Run:
     def final_depth(self) -> Value:
         """Depth of the shock stage's last state; zero, within the deepest ring, where no hollow is left."""
         late = self.measures.get("late_sph", {})
-        found = _value(late.get("depth_m"))
-        return found if math.isfinite(found.value) or not late else Value(0.0, float(late.get("deepest_ring_m") or 0.0))
+        depth = _value(late.get("depth_m"))
+        return depth if math.isfinite(depth.value) or not late else Value(0.0, float(late.get("deepest_ring_m") or 0.0))
 
     def inside(self, name: str, time: float) -> float:
         """A quantity of ``follow_run`` at the snapshot nearest to ``time`` [s]."""
@@ -152,11 +152,11 @@ def _scored(claim: Claim, runs: Mapping[str, Run]) -> Score:
     if missing:
         return Score(*row, "", "", claim.tolerance, "not run", f"missing: {', '.join(missing)}", claim.needs)
     try:
-        found = claim.judge(runs)
+        finding = claim.judge(runs)
     except InputError as reason:
-        found = Finding("", "", None, str(reason))
-    verdict = "undecided" if found.met is None else ("met" if found.met else "not met")
-    return Score(*row, found.ours, found.error, claim.tolerance, verdict, found.why, claim.needs)
+        finding = Finding("", "", None, str(reason))
+    verdict = "undecided" if finding.met is None else ("met" if finding.met else "not met")
+    return Score(*row, finding.ours, finding.error, claim.tolerance, verdict, finding.why, claim.needs)
 
 
 def as_markdown(scores: list[Score], title: str, command: str, notes: str = "") -> str:

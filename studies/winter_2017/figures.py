@@ -60,9 +60,9 @@ def _angles(panel, runs: Mapping[str, Run]) -> None:
     for case, colour in (("350", figures.INK[2]), ("980", OURS)):
         names = [f"{case}_{name}" for name, _ in ANGLES]
         for quantity, marker, letter in (("depth_m", "v", "H"), ("diameter_apparent_m", "o", "D")):
-            found = _of(runs, names, quantity)
+            values = _of(runs, names, quantity)
             panel.errorbar(
-                [angle for _, angle in ANGLES], [v.value * KM for v in found], yerr=[v.sigma * KM for v in found],
+                [angle for _, angle in ANGLES], [v.value * KM for v in values], yerr=[v.sigma * KM for v in values],
                 fmt=f"{marker}-", color=colour, capsize=3, linewidth=1.0, label=f"{letter}, {case} km",
             )  # fmt: skip
     panel.set(xlabel="impact angle from the vertical [deg]", ylabel="D, H [km]", ylim=(0, None), title="Fig. 23: impact angle (published: no numbers)")
@@ -79,8 +79,8 @@ def _projectile(panel, runs: Mapping[str, Run]) -> None:
         ("diameter_rim_m", "volume", "^", "rim to rim at maximum volume, ours"),
         ("depth_m", "depth", "v", "H, ours"),
     ):
-        found = _of(runs, names, quantity, at)
-        panel.errorbar(d, [v.value * KM for v in found], yerr=[v.sigma * KM for v in found], fmt=marker, color=OURS, capsize=3, label=label)
+        values = _of(runs, names, quantity, at)
+        panel.errorbar(d, [v.value * KM for v in values], yerr=[v.sigma * KM for v in values], fmt=marker, color=OURS, capsize=3, label=label)
     panel.set(xlabel="projectile diameter d [km]", ylabel="D, H [km]", ylim=(0, None), title="Fig. 24: size of the projectile (350: model 1)")
 
 

@@ -195,11 +195,11 @@ def _pair_notes(runs: Mapping[str, Run], case: str) -> str:
 
 
 def _depth_over_diameter(runs: Mapping[str, Run]) -> Finding:
-    found = [ratio_of(runs[f"{c}_base"].transient("depth_m"), runs[f"{c}_base"].transient("diameter_apparent_m")) for c in DEPTH]
-    met = all(0.21 <= r.value <= 0.38 for r in found) if all(math.isfinite(r.value) for r in found) else None
+    ratios = [ratio_of(runs[f"{c}_base"].transient("depth_m"), runs[f"{c}_base"].transient("diameter_apparent_m")) for c in DEPTH]
+    met = all(0.21 <= r.value <= 0.38 for r in ratios) if all(math.isfinite(r.value) for r in ratios) else None
     at_volume = ", ".join(f"{runs[f'{c}_base'].transient('depth_over_diameter', 'volume').value:.2f}" for c in DEPTH)
-    errors = ", ".join(f"{r.sigma:.3f}" for r in found)
-    return Finding(", ".join(f"{r.value:.3f}" for r in found), errors, met, f"at maximum volume {at_volume}")
+    errors = ", ".join(f"{r.sigma:.3f}" for r in ratios)
+    return Finding(", ".join(f"{r.value:.3f}" for r in ratios), errors, met, f"at maximum volume {at_volume}")
 
 
 def _vanishes(names: tuple[str, ...]) -> Callable[[Mapping[str, Run]], Finding]:
@@ -285,8 +285,8 @@ def _equal_energy(case: str) -> Callable[[Mapping[str, Run]], Finding]:
 def masses(radius_2: float) -> list[tuple[float, float]]:
     """Radius [m] and mass [kg] of Table 9 for the four speeds, from the radius at v2: m v^2 constant, ice of 917 kg/m^3."""
     m2 = 4.0 / 3.0 * math.pi * ICE * radius_2**3
-    found = [m2 * (SPEEDS[1] / v) ** 2 for v in SPEEDS]
-    return [((3.0 * m / (4.0 * math.pi * ICE)) ** (1.0 / 3.0), m) for m in found]
+    masses_of_speeds = [m2 * (SPEEDS[1] / v) ** 2 for v in SPEEDS]
+    return [((3.0 * m / (4.0 * math.pi * ICE)) ** (1.0 / 3.0), m) for m in masses_of_speeds]
 
 
 def _table_radii(_: Mapping[str, Run]) -> Finding:
@@ -312,12 +312,12 @@ def _arithmetic(ours: dict[str, list[float]], published: Mapping[str, tuple[floa
 
 
 def _projectile_for_diameter(runs: Mapping[str, Run]) -> Finding:
-    found = {c: runs[f"{c}_base"].transient("diameter_apparent_m") for c in DIAMETER}
-    verdicts = [within(D, *DIAMETER[c]) for c, D in found.items()]
-    ratio = ratio_of(found["980"], found["600"])
-    told = "; ".join(f"d = {2 * RADII[c][1]:.1f} km -> D = {D.text()}" for c, D in found.items())
+    diameters = {c: runs[f"{c}_base"].transient("diameter_apparent_m") for c in DIAMETER}
+    verdicts = [within(D, *DIAMETER[c]) for c, D in diameters.items()]
+    ratio = ratio_of(diameters["980"], diameters["600"])
+    told = "; ".join(f"d = {2 * RADII[c][1]:.1f} km -> D = {D.text()}" for c, D in diameters.items())
     why = f"D980/D600 = {ratio.value:.2f} +- {ratio.sigma:.2f}, published 1.63; a third more energy gives 1.07 to 1.08 by any scaling"
-    return Finding(told, ", ".join(f"{D.sigma * KM:.0f}" for D in found.values()) + " km", None if None in verdicts else all(verdicts), why)
+    return Finding(told, ", ".join(f"{D.sigma * KM:.0f}" for D in diameters.values()) + " km", None if None in verdicts else all(verdicts), why)
 
 
 def _rings(runs: Mapping[str, Run]) -> Finding:
@@ -335,12 +335,12 @@ def _setting(name: str) -> Callable[[Mapping[str, Run]], Finding]:
     def judge(runs: Mapping[str, Run]) -> Finding:
         a, b = runs["980_base"].series, runs[name].series
         end = open_until(a["time_s"], a["depth_m"])
-        found = {w: difference(a["time_s"], a[c], b["time_s"], b[c], START, end) for w, c in (("D", "diameter_apparent_m"), ("depth", "depth_m"))}
+        differences = {w: difference(a["time_s"], a[c], b["time_s"], b[c], START, end) for w, c in (("D", "diameter_apparent_m"), ("depth", "depth_m"))}
         ours = ", ".join(
-            f"{w} {100 * x.relative:.1f} % (at {x.at_s / 60:.0f} min; at all other times at most {100 * x.otherwise:.1f} %)" for w, x in found.items()
+            f"{w} {100 * x.relative:.1f} % (at {x.at_s / 60:.0f} min; at all other times at most {100 * x.otherwise:.1f} %)" for w, x in differences.items()
         )
         sizes = ", ".join(f"{w} {100 * float(np.nanmedian(a[c + '_sigma'] / a[c])):.1f} %" for w, c in (("D", "diameter_apparent_m"), ("depth", "depth_m")))
-        met = all(x.relative < 0.02 for x in found.values())
+        met = all(x.relative < 0.02 for x in differences.values())
         return Finding(ours, f"of the measuring, median: {sizes}", met, f"3 min until the depth is half of its largest ({end / 60:.0f} min)")
 
     return judge
