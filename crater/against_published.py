@@ -33,7 +33,7 @@ def _by_scaling(findings: Findings) -> dict[str, Any]:
     shot, laws = findings.setting.strike, scaling.GROUNDS[findings.settings.ground]
     sizes = scaling.diameters(shot)
     usual = [sizes[name] for name in laws]
-    complex_above = quantity.parse(findings.settings.simple_to_complex, "m")
+    complex_above = findings.settings.simple_to_complex
     volume = scaling.holsapple_volume(shot, *scaling.VOLUMES[findings.settings.ground])
     return {
         "diameter_m": sizes,

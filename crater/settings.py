@@ -10,7 +10,7 @@ from pydantic import Field, create_model, field_validator
 from matter import quantity
 from matter.body import Impact, Model, Target
 from matter.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
-from matter.quantity import Length, Speed, Volume
+from matter.quantity import Length, PositiveLength, Speed, Volume
 
 RISE_LIMIT = 0.15
 """In expected transient diameters: what rises higher is in flight."""
@@ -88,7 +88,7 @@ class Settings(Model):
     """Flat ground: what rises faster than this leaves the body that the ground stands for."""
     ground: Literal["fluid", "rock", "sand"] = "fluid"
     """Kind of ground whose scaling laws the crater is compared with; ``fluid`` for weak ground without friction."""
-    simple_to_complex: str = "2.5 km"
+    simple_to_complex: PositiveLength = 2500.0
     """Transition diameter between simple and complex craters on this body."""
     seed: int = 1
     """Seed of the bootstrap over azimuth."""

@@ -37,6 +37,8 @@ TEXT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(\s+[^\s,][^,]*|[^\s\d.,][^,]*
 
 # the unit that people write, where it is not the SI unit
 _WRITTEN = {"rad": "deg"}
+# far beyond anything that a case can mean, near enough for products of six of them
+_LEAST, _MOST = 1e-45, 1e45
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,8 @@ def _reader(kind: str):
             result = float(value)
         if result != result or result in (float("inf"), float("-inf")):
             raise ValueError("must be a finite number")
+        if result != 0.0 and not _LEAST <= abs(result) <= _MOST:
+            raise ValueError(f"must lie between {_LEAST:g} and {_MOST:g} {unit}: powers and ratios of it would leave the range of floating-point numbers")
         return result
 
     return BeforeValidator(read)

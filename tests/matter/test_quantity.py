@@ -107,3 +107,14 @@ def test_a_case_file_needs_units_and_python_does_not():
 def test_a_positive_length_is_positive_and_finite(value):
     with pytest.raises(ValidationError):
         Body(radius=value)
+
+
+@pytest.mark.parametrize("text", ["1e-300 m", "1e300 m", "-1e300 m", "5e-324 m", "1e-50 m"])
+def test_a_size_out_of_this_world_is_refused(text):
+    """Its cube would overflow or vanish: a traceback far from the case that said so."""
+    with pytest.raises(ValidationError, match=r"must lie between 1e-45 and 1e\+45 m"):
+        Body(offset=text)
+
+
+def test_nothing_and_the_smallest_and_largest_that_are_meant_pass():
+    assert [Body(offset=text).offset for text in ("0 m", "1e-10 m", "1e20 km")] == [0.0, 1e-10, 1e23]
