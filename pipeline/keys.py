@@ -16,7 +16,7 @@ from pydantic_core import PydanticUndefined
 from matter.body import Impact, Model, Target
 from matter.errors import InputError
 from matter.quantity import Unit
-from pipeline import plain, stages
+from pipeline import experimental, plain, stages
 
 SHARED: dict[str, type[Model]] = {"target": Target, "impact": Impact}
 # keys that take the place of a whole stage (pipeline.outside): they stand in no settings
@@ -123,7 +123,8 @@ def keys(table: Table) -> list[Key]:
         holds_tables = any(True for _ in inner_tables(entry.annotation)) or (table.path[-1] == MATERIAL and name in material_sections())
         if holds_tables or stands_elsewhere(table.path, name):
             continue
-        found.append(Key((*table.path, entry.alias or name), allowed(entry), default(entry), text_of(entry.description)))
+        path = (*table.path, entry.alias or name)
+        found.append(Key(path, allowed(entry), default(entry), text_of(entry.description) + experimental.remark(path)))
     if table.name in OUTSIDE:
         name, meaning = OUTSIDE[table.name]
         found.append(Key((*table.path, name), "name of a file", "none", text_of(meaning)))

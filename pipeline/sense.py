@@ -17,6 +17,7 @@ import numpy as np
 from matter import readable
 from matter.body import Model
 from matter.errors import InputError
+from pipeline import experimental
 from pipeline.complaints import Complaint
 
 LOST = 0.05
@@ -34,9 +35,9 @@ def judged(settings: Mapping[str, Model], outside: Mapping[str, Path], stages: t
     """Errors and warnings about the settings of the ``stages`` of a case; ``outside`` are the stages whose result is given."""
     sph: Any = settings.get("sph") if "sph" not in outside else None
     if sph is None or not hasattr(sph, "zones"):
-        return [], []
+        return [], list(experimental.used(settings))
     errors = [*_impossible(sph), *_out_of_order(settings, sph), *_does_not_fit(settings, sph, outside)]
-    return errors, [*_unlikely(sph), *_coarse(sph), *_regime(settings, sph, stages)]
+    return errors, [*_unlikely(sph), *_coarse(sph), *_regime(settings, sph, stages), *experimental.used(settings)]
 
 
 def _impossible(sph: Any) -> Iterator[Complaint]:

@@ -1,0 +1,51 @@
+"""Choices that no shipped case takes: their tests hold them, no run that was looked at does. ``run_case --describe`` and the warnings of a case say so.
+
+A test keeps the list true: what a shipped case takes is not experimental.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from matter.body import Model
+
+CHOICES: dict[str, tuple[Any, ...]] = {
+    "sph.integrator": ("rk3",),
+    "sph.tolerance": (),
+    "sph.rim": ("stressed",),
+    "sph.artificial_stress": (),
+    "handoff.correction": ("regional",),
+    "dem.contact.normal": ("hertz",),
+    "dem.contact.tangential": ("mindlin",),
+    "dem.contact.mindlin_history": ("displacement",),
+    "dem.contact.sliding": ("clamp", "reset"),
+    "dem.contact.stiffness_rule": ("kinetic",),
+    "dem.contact.attractive_tail": (False,),
+}
+"""Path of a key -> the values that are experimental; an empty tuple: any but its default."""
+
+
+def remark(path: tuple[str, ...]) -> str:
+    """What the description of a key adds, or an empty text."""
+    if (values := CHOICES.get(".".join(path))) is None:
+        return ""
+    return f" Experimental{': ' + ', '.join(map(_written, values)) if values else ''} (no shipped case takes it)."
+
+
+def used(settings: Mapping[str, Model]) -> Iterator[str]:
+    """One warning for each experimental choice that the ``settings`` of a case's stages take."""
+    for path, values in CHOICES.items():
+        stage, *names, key = path.split(".")
+        owner: Any = settings.get(stage)
+        for name in names:
+            owner = getattr(owner, name, None)
+        if not isinstance(owner, Model) or key not in type(owner).model_fields:
+            continue
+        value = getattr(owner, key)
+        if value in values or (not values and value != type(owner).model_fields[key].default):
+            yield f"[{'.'.join((stage, *names))}] {key} = {_written(value)} is experimental: tests hold it, no shipped case takes it"
+
+
+def _written(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else f'"{value}"' if isinstance(value, str) else f"{value:g}"
