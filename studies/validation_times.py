@@ -48,7 +48,7 @@ def run_one(test: str, limit: float) -> dict[str, Any]:
         late = True
         os.killpg(process.pid, signal.SIGKILL)
         said, _ = process.communicate()
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemExit):
         os.killpg(process.pid, signal.SIGKILL)
         raise
     wall = time.monotonic() - begun
@@ -79,6 +79,7 @@ def main() -> int:
     if given.list:
         print("\n".join(tests))
         return 0
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(75))  # the test that runs is stopped too
     kept: dict[str, dict[str, Any]] = json.loads(given.out.read_text()) if given.out.is_file() else {}
     for test in tests:
         done = kept.get(test)
