@@ -77,12 +77,12 @@ def main() -> None:
     options = parser.parse_args()
     if options.threads:
         os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = str(options.threads)
-    from handoff import hydrostatic, transfer
+    from handoff import hydrostatic, stage
 
     source, bed = source_and_bed(options.size)
     column = hydrostatic.uniform(1.0, 1000.0, 2.0)
     begun, used = time.perf_counter(), time.process_time()
-    start, ledger = transfer.transfer(source, bed, column=column)
+    start, ledger = stage.hand_over(source, bed, column=column)
     seconds, work = time.perf_counter() - begun, time.process_time() - used
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     print(f"{len(source)} particles, {len(bed)} grains in the bed, {len(start)} at the start: {seconds:.1f} s ({work:.1f} core-s), {peak / 1e9:.2f} GB")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from handoff import compare, domain, force_network, shock
+from handoff.direct import Direct, enter
+from handoff.handed import Handoff
+from handoff.handoff_time import Choice
 from handoff.hydrostatic import Column
 from handoff.ledger import LIMITS, Ledger, volume_limit, volume_scatter
 from handoff.offset import by_one_factor
@@ -17,11 +19,6 @@ from matter import readable
 from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
 from matter.particles import Particles
-
-if TYPE_CHECKING:
-    from handoff.direct import Direct
-    from handoff.handoff_time import Choice
-    from handoff.transfer import Handoff
 
 _CALIBRATION = 60_000
 
@@ -47,32 +44,32 @@ def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, 
 
 def ledger_of_direct(direct: Direct, made: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]) -> Ledger:
     """The ledger of a direct transition; ``made`` holds the surface and the split that both ways share."""
-    from handoff import direct as straight
-
     ledger = Ledger(waive)
-    straight.enter(ledger, direct, made)
-    if made.size.radius > 0.0:
-        radius = float(direct.start.radius[: direct.compact].mean())
+    enter(ledger, direct, made)
+    if made.carving.size.radius > 0.0:
+        radius, hole = float(direct.start.radius[: direct.compact].mean()), made.carving.size.radius
         ledger.measure(
-            "cavity_radius_over_r_DEM_min", made.size.radius / radius, f"radius {readable.length(made.size.radius)}, grains {readable.length(radius)}"
+            "cavity_radius_over_r_DEM_min",
+            hole / radius,
+            f"radius {readable.length(hole)}, grains {readable.length(radius)}",
         )
     else:
         ledger.skip("cavity_radius_over_r_DEM_min", "not_applicable", "there is no cavity")
     _shock(ledger, made, source, domain.read(bed.attributes), column)
     ledger.skip("bed_residual_speed_over_sqrt_g_r", "not_applicable", "no grain of the bed is handed over")
-    outside = made.outside
+    outside = made.sums.outside
     ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
     ledger.state("ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source")
-    ledger.state("cavity_radius", made.size.radius, "m")
-    ledger.state("cavity_depth", made.size.depth, "m")
-    ledger.state("cavity_volume", made.size.volume, "m^3")
-    ledger.state("cavity_off_axis", float(np.hypot(*made.size.centre[:2])), "m", "of its centre")
+    ledger.state("cavity_radius", made.carving.size.radius, "m")
+    ledger.state("cavity_depth", made.carving.size.depth, "m")
+    ledger.state("cavity_volume", made.carving.size.volume, "m^3")
+    ledger.state("cavity_off_axis", float(np.hypot(*made.carving.size.centre[:2])), "m", "of its centre")
     ledger.state("grains_kept", float(direct.compact), "1", f"and {len(direct.start) - direct.compact} ejecta, one per particle")
     return ledger
 
 
 def _sums(ledger: Ledger, made: Handoff) -> None:
-    before, raw, after = made.before, made.raw, made.after
+    before, raw, after = made.sums.before, made.sums.raw, made.sums.after
     kilograms, metres = f"source {before.mass:.6e} kg, grains {raw.mass:.6e} kg", f"{before.momentum_scale:.4e} kg m/s"
     ledger.measure("mass_raw_rel", abs(raw.mass / before.mass - 1.0), kilograms)
     ledger.measure("momentum_linear_raw_rel", _relative(raw.momentum - before.momentum, before.momentum_scale), f"sum m|v| = {metres}")
@@ -82,12 +79,12 @@ def _sums(ledger: Ledger, made: Handoff) -> None:
         f"sum m|r||v| = {before.angular_scale:.4e} kg m^2/s, about the origin",
     )
     bed_only = made.start.state == 0
-    bed_only[len(made.change) :] = False
+    bed_only[len(made.mapped.change) :] = False
     weight = made.start.mass[bed_only]
     rms = np.sqrt(np.sum(weight * np.sum(made.start.velocity[bed_only] ** 2, axis=1)) / weight.sum())
-    largest = float(np.linalg.norm(made.change, axis=1).max())
+    largest = float(np.linalg.norm(made.mapped.change, axis=1).max())
     ledger.measure("correction_max_dv_over_rms_v", _relative(largest, rms), f"largest {largest:.4g} m/s, rms velocity {rms:.4g} m/s")
-    ledger.measure("mass_total_rel", abs(float(made.start.mass.sum()) / before.mass - 1.0), f"masses of the bed times {made.scale:.9f}")
+    ledger.measure("mass_total_rel", abs(float(made.start.mass.sum()) / before.mass - 1.0), f"masses of the bed times {made.mapped.scale:.9f}")
     ledger.measure("momentum_linear_rel_after", _relative(after.momentum - before.momentum, before.momentum_scale))
     ledger.measure("momentum_angular_rel_after", _relative(after.angular - before.angular, before.angular_scale))
     change = after.kinetic / before.kinetic - 1.0 if before.kinetic > 0.0 else 0.0
@@ -121,16 +118,16 @@ def support_of(source: Particles, spacing: np.ndarray) -> np.ndarray:
 
 def comparison_cells(made: Handoff, source: Particles, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Cells of the field comparison for the sample points, and their sizes [m]."""
-    support = support_of(source, made.split.spacing)[made.compact][made.samples.particle]
-    return compare.cells(made.fields_raw, support, 3.0 * radius)
+    support = support_of(source, made.split.spacing)[made.compact.places][made.carving.samples.particle]
+    return compare.cells(made.mapped.fields, support, 3.0 * radius)
 
 
 def corrected_fields(made: Handoff, source: Particles, bed: Particles) -> compare.Fields:
     """Both clouds on the sample points with the corrected masses and velocities."""
-    kept = np.flatnonzero(made.stays)
-    before = (source.mass[made.compact] * made.share, source.velocity[made.compact], made.own_gradient)
+    kept = np.flatnonzero(made.carving.stays)
+    before = (source.mass[made.compact.places] * made.compact.share, source.velocity[made.compact.places], made.mapped.own_gradient)
     start, count = made.start, len(kept)
-    return compare.fields_of(bed, kept, made.samples, made.heir, before, start.mass[:count], start.velocity[:count], made.volume)
+    return compare.fields_of(bed, kept, made.carving.samples, made.carving.heir, before, start.mass[:count], start.velocity[:count], made.carving.volume)
 
 
 def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, region: domain.Domain, column: Column) -> None:
@@ -141,13 +138,13 @@ def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, re
     note = f"{len(difference.mass)} cells of {readable.length(size.min())} to {readable.length(size.max())}"
     ledger.measure("velocity_field_L2", difference.l2, note)
     ledger.measure("velocity_direction_deg_mean", difference.direction_deg, note)
-    local = compare.local_momentum(made.fields_raw, region)
+    local = compare.local_momentum(made.mapped.fields, region)
     worst = max(local, key=lambda row: row[1], default=("none: nothing moves", 0.0, 0.0))
     ledger.measure("momentum_local_rel", worst[1], f"worst: {worst[0]}, which holds {worst[2]:.1%} of sum m|v|")
     left = max((row[1] for row in compare.local_momentum(fields, region)), default=0.0)
-    largest = float(np.linalg.norm(made.regional, axis=1).max())
+    largest = float(np.linalg.norm(made.mapped.regional, axis=1).max())
     ledger.state("momentum_local_after_rel", left, "1", f"the same after the correction; regional part of it: at most {largest:.4g} m/s")
-    bulk, peculiar = compare.energy_split(made.fields_raw, made.heir)
+    bulk, peculiar = compare.energy_split(made.mapped.fields, made.carving.heir)
     ledger.state("kinetic_energy_bulk", bulk, "J", "of the source's compact matter, averaged over the cells of single grains")
     ledger.state("kinetic_energy_peculiar", peculiar, "J", f"below the size of a grain, which grains cannot take over: {_share(peculiar, bulk + peculiar)}")
     density = compare.density_difference(fields, radius)
@@ -157,7 +154,9 @@ def _fields(ledger: Ledger, made: Handoff, source: Particles, bed: Particles, re
         ledger.skip("bulk_density_rel", "not_applicable", "no cube of 5 grain radii lies wholly inside the surface")
     thrown = made.ejecta.source
     before = flying_mass(source.position[thrown], source.velocity[thrown], source.mass[thrown], region, column)
-    inside = flying_mass(source.position[made.compact], source.velocity[made.compact], source.mass[made.compact] * made.share, region, column)
+    inside = flying_mass(
+        source.position[made.compact.places], source.velocity[made.compact.places], source.mass[made.compact.places] * made.compact.share, region, column
+    )
     place = made.start.position.copy()
     place[len(place) - len(thrown) :] = source.position[thrown]  # judged where it was, not where its grain found room
     after = flying_mass(place, made.start.velocity, made.start.mass, region, column)
@@ -182,7 +181,7 @@ def flying_mass(position, velocity, mass, region: domain.Domain, column: Column)
 
 def _overlaps(ledger: Ledger, made: Handoff) -> None:
     """Overlaps that the transfer made: those with an ejecta grain. Bed grains have not moved, their overlaps are those of the settled bed."""
-    start, first = made.start, int(made.stays.sum())
+    start, first = made.start, int(made.carving.stays.sum())
     active = np.flatnonzero(start.state == 0)
     thrown = active[active >= first]
     depth, stored, release = 0.0, 0.0, 0.0
@@ -206,7 +205,7 @@ def _overlaps(ledger: Ledger, made: Handoff) -> None:
     ledger.measure("overlap_max_over_r", depth, note)
     flow = float(np.median(np.linalg.norm(start.velocity[active], axis=1)))
     if "stiffness" in start:
-        ledger.measure("overlap_energy_over_KE", stored / made.after.kinetic if made.after.kinetic > 0.0 else 0.0, note)
+        ledger.measure("overlap_energy_over_KE", stored / made.sums.after.kinetic if made.sums.after.kinetic > 0.0 else 0.0, note)
         ledger.measure("overlap_release_speed_over_median_flow", release / flow if flow > 0.0 else 0.0, note)
     else:
         for name in ("overlap_energy_over_KE", "overlap_release_speed_over_median_flow"):
@@ -217,17 +216,17 @@ def grain_surface(made: Handoff, bed: Particles, chosen: Callable[[np.ndarray], 
     """Surface of the carved bed (a mesh): the alpha-shape of the grains that stay, at the offset at which it holds, among the ``chosen`` sample points, as
     many as the cells of these grains. Its radius is one grain spacing: what a further grain would touch. Only grains in ``wider`` (mask over the bed)
     are looked at."""
-    taken = made.stays & wider
-    spacing = np.cbrt(made.volume[taken])
+    taken = made.carving.stays & wider
+    spacing = np.cbrt(made.carving.volume[taken])
     shape = alpha_shape(bed.position[taken], spacing, 1.0, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
-    here = chosen(made.samples.position)
-    share = float(np.mean(made.stays[made.samples.grain[here]]))
-    return by_one_factor(shape, spacing, made.samples.position[here][:_CALIBRATION], share, Rules())[0].mesh
+    here = chosen(made.carving.samples.position)
+    share = float(np.mean(made.carving.stays[made.carving.samples.grain[here]]))
+    return by_one_factor(shape, spacing, made.carving.samples.position[here][:_CALIBRATION], share, Rules())[0].mesh
 
 
 def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domain) -> None:
     radius = float(bed.radius.mean())
-    size = made.size
+    size = made.carving.size
     if size.radius == 0.0:
         for name in ("cavity_radius_over_r_DEM_min", "cavity_hausdorff_over_r", "cavity_volume_rel"):
             ledger.skip(name, "not_applicable", "there is no cavity")
@@ -243,19 +242,19 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
 
     try:
         mesh = grain_surface(made, bed, chosen, size.distance(bed.position, region) < 1.8 * size.radius)
-        there, back = compare.surface_distance(made.solid.mesh, mesh, chosen)
+        there, back = compare.surface_distance(made.carving.solid.mesh, mesh, chosen)
     except InputError as reason:
         ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))
     else:
         both = np.r_[there, back] / radius
         ledger.measure("cavity_hausdorff_over_r", both.max(), f"rms {np.sqrt(np.mean(both**2)):.3f}, 99 % below {np.percentile(both, 99):.3f}")
-    samples = made.samples
+    samples = made.carving.samples
     here = size.distance(samples.position, region) < size.radius
     # net of what stands above the datum: a rough but level surface has no volume
     sign = np.where(region.frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
     empty = float(sign @ (samples.inside[here] == (sign < 0.0))) * samples.volume
-    carved = float(sign @ (made.stays[samples.grain[here]] == (sign < 0.0))) * samples.volume
-    cut = (float(np.cbrt(made.volume[made.stays].mean())), size.radius, size.depth, size.volume)
+    carved = float(sign @ (made.carving.stays[samples.grain[here]] == (sign < 0.0))) * samples.volume
+    cut = (float(np.cbrt(made.carving.volume[made.carving.stays].mean())), size.radius, size.depth, size.volume)
     scatter = volume_scatter(*cut)
     ledger.measure(
         "cavity_volume_rel",
@@ -272,19 +271,19 @@ def _shock(ledger: Ledger, made: Handoff, source: Particles, region: domain.Doma
         for name in ("residual_pressure_over_bulk_modulus", "elastic_over_kinetic_energy"):
             ledger.skip(name, "not_measured", "the source carries no field 'pressure'")
         return
-    here = made.compact[made.share > 0.5]
+    here = made.compact.places[made.compact.share > 0.5]
     pressure = left.pressure[here]
-    weight = shock.by_weight(source.select(made.compact), made.share, made.size.radius, column)
+    weight = shock.by_weight(source.select(made.compact.places), made.compact.share, made.carving.size.radius, column)
     ledger.measure(
         "residual_pressure_over_bulk_modulus",
         float(np.percentile(pressure, 99)),
         f"99 % of the particles below it; largest {np.max(pressure):.3g}, median {np.median(pressure):.3g}; weight, rho g R, alone does {weight.pressure:.3g}",
         bound=max(LIMITS["residual_pressure_over_bulk_modulus"].limit, weight.pressure),
     )
-    elastic = float(np.sum(left.elastic[made.compact] * made.share))
-    moving = made.before.kinetic - ejecta_energy(made)
+    elastic = float(np.sum(left.elastic[made.compact.places] * made.compact.share))
+    moving = made.sums.before.kinetic - ejecta_energy(made)
     note = f"{elastic:.4e} J over {moving:.4e} J, both of the compact matter inside the domain; weight alone stores {weight.energy:.4e} J"
-    moves = moving > 1e-12 * made.before.kinetic
+    moves = moving > 1e-12 * made.sums.before.kinetic
     ledger.measure(
         "elastic_over_kinetic_energy",
         elastic / moving if moves else 0.0,
@@ -299,7 +298,7 @@ def time_row(ledger: Ledger, made: Handoff, time: float, choice: Choice | None, 
     Where the rule chose the time because its window is empty, no moment meets this limit: the row is waived with that reason, and what the time decides is
     shown by the rows of the sensitivity.
     """
-    volume = max([made.size.volume] + ([row.volume for row in choice.series[: choice.deepest + 1]] if choice else []))
+    volume = max([made.carving.size.volume] + ([row.volume for row in choice.series[: choice.deepest + 1]] if choice else []))
     if volume <= 0.0:
         ledger.skip("t_handoff_over_T_crater_max", "not_applicable", "there is no cavity")
         return
@@ -313,13 +312,13 @@ def time_row(ledger: Ledger, made: Handoff, time: float, choice: Choice | None, 
 
 def _layers(ledger: Ledger, made: Handoff, source: Particles) -> None:
     """Volume of each material inside the domain, before and after (material of a grain: the nearest compact particle's)."""
-    volume = source.mass[made.compact] / source.density[made.compact] * made.share
+    volume = source.mass[made.compact.places] / source.density[made.compact.places] * made.compact.share
     named = source.attributes.get("materials", [])
-    after = np.bincount(made.start.material[: int(made.stays.sum())], weights=made.volume[made.stays])
-    for number in np.unique(source.material[made.compact]):
+    after = np.bincount(made.start.material[: int(made.carving.stays.sum())], weights=made.carving.volume[made.carving.stays])
+    for number in np.unique(source.material[made.compact.places]):
         name = named[number] if number < len(named) else f"material {number}"
         place = made.start.attributes["materials"].index(name) if name in made.start.attributes["materials"] else int(number)
-        before, now = float(volume[source.material[made.compact] == number].sum()), float(after[place]) if place < len(after) else 0.0
+        before, now = float(volume[source.material[made.compact.places] == number].sum()), float(after[place]) if place < len(after) else 0.0
         ledger.state(
             f"layer_volume_rel_{name}".replace(" ", "_"),
             now / before - 1.0 if before else 0.0,
@@ -329,7 +328,7 @@ def _layers(ledger: Ledger, made: Handoff, source: Particles) -> None:
 
 
 def _statements(ledger: Ledger, made: Handoff) -> None:
-    outside, flying = made.outside, made.ejecta
+    outside, flying = made.sums.outside, made.ejecta
     ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
     ledger.state("momentum_outside_domain", float(np.linalg.norm(outside.momentum)), "kg m/s")
     ledger.state("angular_momentum_outside_domain", float(np.linalg.norm(outside.angular)), "kg m^2/s", "about the origin")
@@ -342,17 +341,19 @@ def _statements(ledger: Ledger, made: Handoff) -> None:
         f"{flying.shrunk} shrunk, {np.count_nonzero(flying.moved)} moved to fit (by at most {readable.length(flying.moved.max(initial=0.0))})",
     )
     ledger.state("ejecta_by_rule", ", ".join(f"{name} {count}" for name, count in made.split.counts().items()), "1", "particles of the source")
-    ledger.state("surface_offset_spacings", made.offset, "1", "found from the volume of the compact particles unless given")
-    ledger.state("linear_share", made.linear_share, "1", "share taken of the velocity's variation inside a particle; below 1 where more would create energy")
+    ledger.state("surface_offset_spacings", made.carving.offset, "1", "found from the volume of the compact particles unless given")
+    ledger.state(
+        "linear_share", made.mapped.linear_share, "1", "share taken of the velocity's variation inside a particle; below 1 where more would create energy"
+    )
     ledger.state(
         "mass_by_particle_density_rel",
-        abs(made.plain_mass / made.before.mass - 1.0),
+        abs(made.mapped.plain_mass / made.sums.before.mass - 1.0),
         "1",
         "with each grain at the density of its nearest particle as it stands, before local sums are matched",
     )
-    ledger.state("surface_voids_filled", float(made.solid.shape.voids_filled), "1")
-    ledger.state("cavity_radius", made.size.radius, "m")
-    ledger.state("cavity_depth", made.size.depth, "m")
-    ledger.state("cavity_volume", made.size.volume, "m^3")
-    ledger.state("cavity_off_axis", float(np.hypot(*made.size.centre[:2])), "m", "of its centre")
-    ledger.state("grains_kept", float(made.stays.sum()), "1", f"of {len(made.stays)}")
+    ledger.state("surface_voids_filled", float(made.carving.solid.shape.voids_filled), "1")
+    ledger.state("cavity_radius", made.carving.size.radius, "m")
+    ledger.state("cavity_depth", made.carving.size.depth, "m")
+    ledger.state("cavity_volume", made.carving.size.volume, "m^3")
+    ledger.state("cavity_off_axis", float(np.hypot(*made.carving.size.centre[:2])), "m", "of its centre")
+    ledger.state("grains_kept", float(made.carving.stays.sum()), "1", f"of {len(made.carving.stays)}")

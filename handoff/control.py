@@ -6,17 +6,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from handoff import carve, domain
+from handoff.handed import Handoff
 from matter.errors import InputError
 from matter.particles import Particles
-
-if TYPE_CHECKING:
-    from handoff.transfer import Handoff
 
 Kind = Literal["none", "at_rest", "uncarved"]
 
@@ -24,7 +22,7 @@ Kind = Literal["none", "at_rest", "uncarved"]
 def start(kind: Kind, made: Handoff, bed: Particles) -> Particles:
     """The grains of a control run, at the time of the handoff ``made``. Raises ``InputError`` when no grain lies below the datum."""
     if kind == "at_rest":
-        count = int(made.stays.sum())
+        count = int(made.carving.stays.sum())
         grains = made.start.select(np.arange(len(made.start)) < count)
         grains.tables = dict(made.start.tables)
     else:

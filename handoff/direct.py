@@ -12,23 +12,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from handoff import correction, domain, overlaps
 from handoff.ejecta import BOOKED, IN_CONTACT, beside
+from handoff.handed import Handoff
 from handoff.hydrostatic import Column
 from handoff.ledger import Ledger
+from handoff.species import material_numbers, species_by_material
 from handoff.surface import reference_density
-from handoff.transfer import material_numbers, species_by_material
 from matter.errors import InputError
 from matter.particles import Particles
 
 SOURCES = ("Ballouz2019",)
-
-if TYPE_CHECKING:
-    from handoff.transfer import Handoff
 
 GRAIN_STEPS_PER_S = 2.0e6
 """Grain steps per second of one core in a collapse: the granular stage's own figure, for the forecast."""
@@ -57,7 +55,7 @@ def hand_over(made: Handoff, source: Particles, bed: Particles, column: Column, 
     """
     bed.need("stiffness", "radius", "mass")
     region = domain.read(bed.attributes)
-    inside = made.compact[region.between(source.position[made.compact]) & (region.cut_depth(source.position[made.compact]) > 0.0)]
+    inside = made.compact.places[region.between(source.position[made.compact.places]) & (region.cut_depth(source.position[made.compact.places]) > 0.0)]
     if len(inside) == 0:
         raise InputError("no compact particle of the source lies inside the bed's domain: do they share a frame?")
     taken = np.concatenate([inside, np.flatnonzero(~made.split.compact)])
@@ -107,7 +105,7 @@ def _stiffness_per_radius(bed: Particles, names: list[str]) -> np.ndarray:
 def enter(ledger: Ledger, direct: Direct, made: Handoff) -> None:
     """Enter the rows on what the grains took over, for a handoff that goes on with them: raw rows against the bed's domain, whose side cuts particles
     that are taken whole; rows after against the particles taken."""
-    raw, domain_sums, taken, after = direct.after, made.before, direct.before, direct.after
+    raw, domain_sums, taken, after = direct.after, made.sums.before, direct.before, direct.after
     cut = "against the bed's domain, whose side cuts particles that are taken whole"
     whole = "against the particles taken; no correction is made"
     ledger.measure("mass_raw_rel", abs(raw.mass / domain_sums.mass - 1.0), cut)
@@ -143,14 +141,14 @@ def compare(made: Handoff, direct: Direct, mapped: Ledger, bed: Particles) -> Ta
     value = {row["name"]: row["value"] for row in mapped.rows}
     rows: dict[str, dict[str, float]] = {}
     release = (value["overlap_release_speed_over_median_flow"] or 0.0) * _flow(made.start)
-    rows["mapped"] = _row(made.raw, made.after, made.before, grains, bare, steps) | {
+    rows["mapped"] = _row(made.sums.raw, made.sums.after, made.sums.before, grains, bare, steps) | {
         "overlap_max_excess_over_r": value["overlap_max_over_r"],
         "overlap_energy_excess_over_KE": value["overlap_energy_over_KE"] or 0.0,
         "release_speed_excess_m_s": release,
         "time_step_release_s": float(np.pi / steps * overlap * grains.radius.min() / (np.sqrt(2.0) * release)) if release > 0.0 else float("inf"),
     }
     grains = direct.start.select(direct.start.state == IN_CONTACT)
-    rows["direct"] = _row(direct.after, direct.after, made.before, grains, direct.bare, steps) | {
+    rows["direct"] = _row(direct.after, direct.after, made.sums.before, grains, direct.bare, steps) | {
         "overlap_max_excess_over_r": direct.excess.largest,
         "overlap_energy_excess_over_KE": _over(direct.excess.energy, direct.after.kinetic),
         "release_speed_excess_m_s": float(direct.excess.release_speed.max(initial=0.0)),

@@ -7,58 +7,29 @@ Reads ``2_sph/snap_*.vtkhdf``, ``2_sph/target.json`` and ``3_bed/bed.vtkhdf``; w
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from pydantic import Field, field_validator
 
-from handoff import account, compare, direct, handoff_time, hydrostatic, report, surface, transfer
+from handoff import account, compare, direct, handoff_time, heights, hydrostatic, report, surface, transfer
 from handoff import control as controls
 from handoff import domain as domains
-from handoff.ledger import check_waivers
+from handoff.handed import Handoff
+from handoff.ledger import Ledger
+from handoff.settings import Settings
 from matter import archive, readable, snapshot
 from matter.errors import InputError, Unsound
 from matter.particles import Particles
 from matter.progress import Progress
-from matter.quantity import PositiveTime
 
 # measured on one core of the 2-core build machine (AVX-512): see benchmarks/handoff.py
 _S_PER_PARTICLE, _S_PER_GRAIN, _S_PER_SNAPSHOT_PARTICLE, _S_FIXED = 6e-5, 1.5e-4, 4e-6, 3.0
 _LOOKED_AT = 0.3
 """Share of the snapshots up to a little after the greatest depth, in the shipped cases."""
 _BYTES_PER_PARTICLE, _BYTES_PER_GRAIN, _BYTES_FIXED = 4000.0, 3500.0, 3e8
-
-
-class Settings(surface.Rules):
-    """The handoff's own table ``[handoff]`` in a case file."""
-
-    time: PositiveTime | Literal["auto", "last"] = "auto"
-    """``auto`` by the rule of ``handoff.handoff_time``; ``last`` snapshot; or a time after the impact (the nearest snapshot is taken)."""
-    method: Literal["mapped", "direct"] = "mapped"
-    """``mapped``: the settled bed takes over the flow; ``direct``: every SPH particle becomes a grain (see ``handoff.direct``). The report compares both."""
-    direct_packing: float = Field(1.0, gt=0.1, le=1.0)
-    """Share of a particle's volume that its sphere holds in the direct transition; 1: equal volume."""
-    control: controls.Kind = "none"
-    """A control run instead: ``at_rest``, the carved bed without motion or ejecta; ``uncarved``, the bed carved at the datum (the ledger is the handoff's)."""
-    waive: Mapping[str, str] = Field(default_factory=dict)
-    """Ledger rows that do not bind this case, each with its reason."""
-    pictures: bool = True
-    """Whether the report gets its pictures."""
-    particles: int = Field(15_000, gt=0)
-    """Size of the source, for the prediction of ``--check`` only."""
-    grains: int = Field(20_000, gt=0)
-    """Size of the bed, for the prediction of ``--check`` only."""
-    snapshots: int = Field(61, gt=0)
-    """Number of source snapshots, for the prediction of ``--check`` only."""
-
-    @field_validator("waive")
-    @classmethod
-    def _waivable(cls, value: Mapping[str, str]) -> Mapping[str, str]:
-        check_waivers(value)
-        return value
 
 
 def predict(settings: Settings) -> dict[str, float]:
@@ -97,7 +68,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     start.attributes |= _measuring(source, region)
     snapshot.write(start, out / f"start{snapshot.SUFFIX}")
     with archive.replacing(out / "surface.ply") as temporary:
-        made.solid.mesh.export(str(temporary), file_type="ply")
+        made.carving.solid.mesh.export(str(temporary), file_type="ply")
     ledger.write(out / "ledger.json")
     record = _record(made, source, bed, choice, settings) | {"method": settings.method, "methods": table, "control": settings.control}
     if settings.method == "direct":
@@ -109,6 +80,48 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     progress.update(1.0, "done", force=True)
     if ledger.failures:
         raise Unsound(f"handoff: {', '.join(ledger.failures)} beyond the limit; see {out / 'report.html'}")
+
+
+def hand_over(
+    source: Particles,
+    bed: Particles,
+    rules: surface.Rules | None = None,
+    column: hydrostatic.Column | None = None,
+    waive: dict | None = None,
+) -> tuple[Particles, Ledger]:
+    """Hand a shock-physics snapshot over to a settled bed.
+
+    Parameters
+    ----------
+    source : SPH particles with position, velocity, mass, density, material; attributes ``time``, ``materials``.
+    bed : settled grains with identity, position, mass, radius, material; attributes ``domain``, ``frame``, ``materials``.
+    rules : how ejecta are told from compact material and how the surface is drawn; the defaults when None.
+    column : undisturbed pressure and gravity against height; from the source's field ``gravity`` when None.
+    waive : limit -> reason.
+
+    Returns the bed that the granular stage starts from, and the ledger. Raises ``InputError`` for inputs that cannot be handed over.
+    """
+    rules = rules or surface.Rules()
+    column = column or column_of(source, bed)
+    made = transfer.hand_over(source, bed, rules, column)
+    ledger = account.ledger_of(made, source, bed, column, waive or {})
+    account.time_row(ledger, made, float(source.attributes.get("time", 0.0)), None, column)
+    ledger.complete()
+    return made.start, ledger
+
+
+def column_of(source: Particles, bed: Particles) -> hydrostatic.Column:
+    """A column of the gravity found in the source near the datum and of no pressure. Raises ``InputError`` without the field ``gravity``."""
+    region = domains.read(bed.attributes)
+    if "gravity" not in source:
+        raise InputError("no profile of the undisturbed target was given and the source carries no field 'gravity'")
+    near = np.abs(region.frame.height(source.position)) < 0.1 * region.arc
+    g = float(np.median(np.linalg.norm(source.gravity[near], axis=1))) if near.any() else 0.0
+    if not g > 0.0:
+        raise InputError("the source's field 'gravity' is zero near the datum")
+    height = np.array([heights.span(region)[0], 0.0])
+    radius = region.datum if isinstance(region, domains.Cone) else float("inf")
+    return hydrostatic.Column(height, np.zeros(2), np.full(2, g), radius, g)
 
 
 def _measuring(source: Particles, region: domains.Domain) -> dict[str, Any]:
@@ -184,7 +197,7 @@ def snapshot_time(path: Path) -> float:
     return float(snapshot.attributes(path).get("time", 0.0))
 
 
-def _record(made: transfer.Handoff, source: Particles, bed: Particles, choice: handoff_time.Choice | None, settings: Settings) -> dict:
+def _record(made: Handoff, source: Particles, bed: Particles, choice: handoff_time.Choice | None, settings: Settings) -> dict:
     region = domains.read(bed.attributes)
     return {
         "time_s": float(source.attributes.get("time", 0.0)),
@@ -192,32 +205,32 @@ def _record(made: transfer.Handoff, source: Particles, bed: Particles, choice: h
         "choice": choice.as_table() if choice else {"reason": f"given: {settings.time}"},
         "speed_limit_m_s": made.split.speed_limit,
         "alpha_spacings": settings.alpha,
-        "offset_spacings": made.offset,
+        "offset_spacings": made.carving.offset,
         "mapping": settings.mapping,
         "particles": made.split.counts(),
-        "grains": {"bed": len(bed), "kept": int(made.stays.sum()), "ejecta": len(made.ejecta.mass)},
+        "grains": {"bed": len(bed), "kept": int(made.carving.stays.sum()), "ejecta": len(made.ejecta.mass)},
         "cavity": {
-            "radius_m": made.size.radius,
-            "depth_m": made.size.depth,
-            "volume_m3": made.size.volume,
-            "rim_height_m": made.size.rim_height,
-            "centre_m": made.size.centre.tolist(),
+            "radius_m": made.carving.size.radius,
+            "depth_m": made.carving.size.depth,
+            "volume_m3": made.carving.size.volume,
+            "rim_height_m": made.carving.size.rim_height,
+            "centre_m": made.carving.size.centre.tolist(),
         },
-        "local_momentum": [{"region": name, "relative": value, "share": share} for name, value, share in compare.local_momentum(made.fields_raw, region)],
+        "local_momentum": [{"region": name, "relative": value, "share": share} for name, value, share in compare.local_momentum(made.mapped.fields, region)],
         "ejecta_mass_kg": dict(made.ejecta.mass_by_state()),
     }
 
 
-def _write_residuals(made: transfer.Handoff, source: Particles, bed: Particles, path: Path) -> None:
+def _write_residuals(made: Handoff, source: Particles, bed: Particles, path: Path) -> None:
     """What the report draws: the split, surface heights of both clouds, and the fields cell by cell."""
     number, size = account.comparison_cells(made, source, float(bed.radius.mean()))
     cells = compare.field_difference(account.corrected_fields(made, source, bed), number, size)
-    foot, distance, height, carved = made.columns
+    foot, distance, height, carved = made.carving.columns
     archive.write(
         path,
         {
             "source/reason": made.split.reason,
-            "bed/stays": made.stays,
+            "bed/stays": made.carving.stays,
             "columns/foot": (foot, "m", "point on the datum"),
             "columns/distance": (distance, "m", "distance along the datum from the axis"),
             "columns/height_source": (height, "m", "surface of the source above the datum"),
@@ -226,6 +239,6 @@ def _write_residuals(made: transfer.Handoff, source: Particles, bed: Particles, 
             "cells/mass": (cells.mass, "kg", "mass of the source in it"),
             "cells/before": (cells.before, "m/s", "mean velocity of the source"),
             "cells/after": (cells.after, "m/s", "mean velocity of the grains"),
-            "correction/velocity": (made.change, "m/s", "change of velocity of each kept grain by the correction"),
+            "correction/velocity": (made.mapped.change, "m/s", "change of velocity of each kept grain by the correction"),
         },
     )

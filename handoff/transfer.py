@@ -11,15 +11,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 
 from handoff import carve, cavity, compare, domain, heights, hydrostatic, interpolation, mapping, offset, surface
 from handoff import correction as closing
 from handoff import ejecta as ejected
-from handoff.ledger import Ledger
+from handoff.handed import Balance, Carving, Compact, Handoff, Mapped
+from handoff.species import material_numbers, species_by_material
 from matter import readable
 from matter.alpha_shape import OffsetShape
 from matter.errors import InputError
@@ -31,88 +30,11 @@ _WIDEST = 0.9
 _RESTING, _STANDING = 0.2, 2e-3
 
 
-@dataclass(frozen=True)
-class Handoff:
-    """Everything that one transfer made and measured.
-
-    ``start`` is the bed for the granular stage; ``stays`` (grains of the uncarved bed), ``volume`` (what each of them stands for, m^3),
-    ``compact`` (places in the source of compact particles between floor and top), ``share`` (part of each of them inside the domain);
-    sums before, raw and after.
-    """
-
-    start: Particles
-    split: surface.Split
-    compact: np.ndarray
-    share: np.ndarray
-    centre: np.ndarray
-    solid: OffsetShape
-    offset: float
-    stays: np.ndarray
-    volume: np.ndarray
-    samples: carve.Samples
-    heir: np.ndarray
-    own_gradient: np.ndarray
-    fields_raw: compare.Fields
-    ejecta: ejected.Ejecta
-    before: closing.Sums
-    outside: closing.Sums
-    raw: closing.Sums
-    after: closing.Sums
-    change: np.ndarray
-    regional: np.ndarray
-    scale: float
-    linear_share: float
-    plain_mass: float
-    size: cavity.Cavity
-    columns: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-
-def transfer(
-    source: Particles,
-    bed: Particles,
-    rules: surface.Rules | None = None,
-    column: hydrostatic.Column | None = None,
-    waive: dict | None = None,
-) -> tuple[Particles, Ledger]:
-    """Hand a shock-physics snapshot over to a settled bed.
-
-    Parameters
-    ----------
-    source : SPH particles with position, velocity, mass, density, material; attributes ``time``, ``materials``.
-    bed : settled grains with identity, position, mass, radius, material; attributes ``domain``, ``frame``, ``materials``.
-    rules : how ejecta are told from compact material and how the surface is drawn; the defaults when None.
-    column : undisturbed pressure and gravity against height; from the source's field ``gravity`` when None.
-    waive : limit -> reason.
-
-    Returns the bed that the granular stage starts from, and the ledger. Raises ``InputError`` for inputs that cannot be handed over.
-    """
-    from handoff.account import ledger_of, time_row
-
-    rules = rules or surface.Rules()
-    column = column or column_of(source, bed)
-    made = hand_over(source, bed, rules, column)
-    ledger = ledger_of(made, source, bed, column, waive or {})
-    time_row(ledger, made, float(source.attributes.get("time", 0.0)), None, column)
-    ledger.complete()
-    return made.start, ledger
-
-
-def column_of(source: Particles, bed: Particles) -> hydrostatic.Column:
-    """A column of the gravity found in the source near the datum and of no pressure. Raises ``InputError`` without the field ``gravity``."""
-    region = domain.read(bed.attributes)
-    if "gravity" not in source:
-        raise InputError("no profile of the undisturbed target was given and the source carries no field 'gravity'")
-    near = np.abs(region.frame.height(source.position)) < 0.1 * region.arc
-    g = float(np.median(np.linalg.norm(source.gravity[near], axis=1))) if near.any() else 0.0
-    if not g > 0.0:
-        raise InputError("the source's field 'gravity' is zero near the datum")
-    height = np.array([heights.span(region)[0], 0.0])
-    radius = region.datum if isinstance(region, domain.Cone) else float("inf")
-    return hydrostatic.Column(height, np.zeros(2), np.full(2, g), radius, g)
-
-
 def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: hydrostatic.Column) -> Handoff:
-    """All steps of the transfer; see ``transfer``."""
+    """Hand the ``source`` (SPH particles) over to the ``bed`` (settled grains), split and drawn by the ``rules``, above the undisturbed ``column``.
+
+    Raises ``InputError`` for inputs that cannot be handed over.
+    """
     region = domain.read(bed.attributes)
     carve.check(bed, region)
     split, shape, corners = surface.classify(source, region, column, rules)
@@ -184,9 +106,14 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     after = closing.sums(mass, place, moved, radius, spin) + airborne
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
     return Handoff(
-        start, split, compact, share, centre, solid, factor, stays, volume, samples, heir, taken.own_gradient, fields, flying, before, outside, raw, after,
-        moved - velocity, regional, scale, taken.share, float(plain_mass.sum() + airborne.mass), size, columns,
-    )  # fmt: skip
+        start=start,
+        split=split,
+        compact=Compact(compact, share, centre),
+        carving=Carving(solid, factor, stays, volume, samples, heir, size, columns),
+        mapped=Mapped(taken.own_gradient, taken.share, fields, moved - velocity, regional, scale, float(plain_mass.sum() + airborne.mass)),
+        ejecta=flying,
+        sums=Balance(before, outside, raw, after),
+    )
 
 
 def _regional(fields: compare.Fields, scale: float, centres: np.ndarray, size: float) -> np.ndarray:
@@ -228,32 +155,6 @@ def _refuse_misfit(size: cavity.Cavity, source: Particles, split: surface.Split,
         raise InputError(
             f"{np.count_nonzero(standing)} particles rest higher than the bed's headroom ({readable.length(headroom)}): give the bed more headroom"
         )
-
-
-def material_numbers(source: Particles, bed: Particles) -> tuple[list[str], np.ndarray]:
-    """Material names of the start (the bed's, then the source's further ones), and the new number of each material of the source."""
-    names = list(bed.attributes.get("materials", []))
-    table = []
-    for name in source.attributes.get("materials", []):
-        if name not in names:
-            names.append(name)
-        table.append(names.index(name))
-    return names, np.array(table or [0])
-
-
-def species_by_material(bed: Particles, names: list[str]) -> np.ndarray:
-    """Species that grains of each material take: what the bed's contact settings say, else that of most of its grains of that material,
-    else the first."""
-    said = bed.attributes.get("contact", {}).get("species_of_material", {})
-    known = list(bed.attributes.get("species", []))
-    species = np.zeros(len(names), dtype=np.int32)
-    for number, name in enumerate(names):
-        mine = bed.species[bed.material == number] if "species" in bed else np.empty(0, dtype=np.int32)
-        if said.get(name) in known:
-            species[number] = known.index(said[name])
-        elif len(mine):
-            species[number] = int(np.bincount(mine).argmax())
-    return species
 
 
 def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.ndarray) -> Particles:

@@ -10,16 +10,12 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Literal
-
-from pydantic import Field, field_validator
 
 from matter import archive, checkpoint
-from matter.body import Impact, Model
 from matter.errors import Unsound
-from matter.quantity import Angle, PositiveSpeed
 from nbody import census, conditions, encounters, rules, soundness
 from nbody.integrators import rkck
+from nbody.settings import Settings
 from nbody.system import GALILEAN, jovian
 
 # us of one core per particle: Xeon at 2.x GHz, two cores shared, numba 0.68
@@ -29,50 +25,6 @@ YIELD = {"io": 3e-4, "europa": 3e-4, "ganymede": 7e-4, "callisto": 1.5e-3}
 TUBE_YIELD = 0.04
 BYTES_PER_ENTRY = 6.0 * 230.0
 JACOBI_LIMIT = 1e-6
-
-
-class Settings(Model):
-    """Settings of the census."""
-
-    impact: Impact
-    """The impact of the case: projectile always, speed and angle where ``pinned``."""
-    pinned: bool = True
-    """True: ``impact.toml`` carries the speed and angle of ``[impact]``; False: those that ``rule`` finds."""
-    body: Literal["io", "europa", "ganymede", "callisto"] = "callisto"
-    """The moon that is hit."""
-    population: str = "literal"
-    """``literal`` (Winter 2017 as its tables demand), ``corrected``, ``isotropic``, or a CSV file of asymptotes."""
-    integrator: Literal["fast", "tube", "rkck"] = "fast"
-    """``fast`` (every particle, shared ephemeris), ``tube`` (weighted estimator), ``rkck`` (as published, 100 times slower)."""
-    encounters: int = Field(default=300, ge=1, le=10_000_000)
-    """How many entries into the moon's Hill sphere."""
-    rule: str = "mean of retrograde impacts"
-    """Which impact is taken from the census (``nbody.rules``)."""
-    latitude: Angle | None = None
-    """Latitude of the crater: the angle is averaged over impacts within ``latitude_window`` of it, north and south."""
-    latitude_window: Angle = math.radians(10.0)
-    """Half width of the band of latitudes (Winter 2017, section 2.3.5: 10 deg)."""
-    jupiter_mean_anomaly: Angle | Literal["random"] | None = None
-    """Jupiter's mean anomaly at the start; default: that of the population (literal 60 deg, others random)."""
-    speed_at_infinity: PositiveSpeed = conditions.ISOTROPIC_SPEED
-    """Speed at infinity of the population ``isotropic``."""
-    published_speed: PositiveSpeed | None = None
-    """The published value of the same rule, for the record (Winter 2017: 18.234 km/s)."""
-    published_angle: Angle | None = None
-    """The published angle from the vertical (Winter 2017: 40 deg)."""
-    seed: int = Field(default=1, ge=0)
-    """Seed of the random numbers."""
-
-    @field_validator("rule")
-    @classmethod
-    def _rule(cls, value: str) -> str:
-        return rules.check(value)
-
-    @property
-    def request(self) -> census.Request:
-        """What to count; raises ``InputError`` for an unknown population."""
-        population = conditions.population(self.population, self.jupiter_mean_anomaly, self.speed_at_infinity)
-        return census.Request(self.body, population, self.integrator, self.encounters, self.seed)
 
 
 def idle_sources(settings: Settings) -> set[Path]:

@@ -22,6 +22,7 @@ from pipeline import folder, intact, lock, outside, provenance, sense, stages, u
 from pipeline.case import Case, compose, listed, with_impact
 from pipeline.describe import describe
 from pipeline.journal import Journal, Screen, signals
+from pipeline.left_open import FROM_ENCOUNTERS
 
 
 @dataclass(frozen=True)
@@ -87,8 +88,12 @@ def _impact_file(request: Request) -> Path:
 
 
 def _after_the_encounters(request: Request) -> dict[str, Model]:
-    found = _impact_file(request)
-    return compose(with_impact(request.case, found) if found.is_file() else request.case, request.wanted)
+    found, case = _impact_file(request), request.case
+    if found.is_file():
+        case = with_impact(case, found)
+        if not case.pinned:
+            raise InputError(f"{found} lacks {' or '.join(FROM_ENCOUNTERS)}: it does not say how the projectile hits")
+    return compose(case, request.wanted)
 
 
 def run(request: Request, screen: Screen) -> Outcome:

@@ -6,17 +6,13 @@ fifth more. Measured: 4,557 steps where this gives 4,550 (Valhalla, quick), 0.74
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numba
 import numpy as np
 
 from matter import readable
 from sph import ground_strength, resolution
 from sph.history import DIRECT
-
-if TYPE_CHECKING:
-    from sph.stage import Settings
+from sph.settings import Settings
 
 # of one thread, warm: seconds per particle and step, per particle of one gravity evaluation, per pair of the direct sum, per particle written
 _PER_STEP, _PER_GRAVITY, _PER_PAIR, _PER_OUTPUT = 8.0e-7, 1.8e-6, 7.0e-10, 8.0e-6

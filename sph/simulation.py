@@ -7,19 +7,16 @@ from __future__ import annotations
 
 import json
 import time as clock
-import tomllib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from matter import archive, checkpoint, progress, readable, snapshot
-from matter.body import Impact
-from matter.errors import InputError
+from matter import checkpoint, progress, readable, snapshot
 from matter.particles import Particles
-from sph import flow_reynolds, stage_report, state
+from sph import flow_reynolds, state
 from sph import ground as grounds
 from sph import late as late_stage
 from sph import materials as material_rows
@@ -31,9 +28,7 @@ from sph.damage import seeding
 from sph.history import History
 from sph.integrator import Integrator, Surroundings
 from sph.runge_kutta import RungeKutta
-
-if TYPE_CHECKING:
-    from sph.stage import Settings
+from sph.settings import Settings
 
 CHECKPOINT_WALL = 20.0
 """Seconds of wall time between checkpoints."""
@@ -42,35 +37,11 @@ CHECKPOINT_WALL = 20.0
 INTEGRATORS: dict[str, type[Integrator]] = {"leapfrog": Integrator, "rk3": RungeKutta}
 
 
-def read_impact(settings: Settings, inputs: Path) -> Impact:
-    """The impact that stage 1 chose (``1_nbody/impact.toml``), or the settings' own where there is none."""
-    path = inputs / "1_nbody" / "impact.toml"
-    if not path.is_file():
-        return settings.impact
-    content = tomllib.loads(path.read_text())
-    try:
-        ball = content.get("projectile", {})
-        return Impact.model_validate(
-            {
-                "speed": content["speed"],
-                "angle_from_vertical": content["angle_from_vertical"],
-                "projectile": {k: ball[k] for k in ("material", "radius") if k in ball} or settings.impact.projectile,
-                "expected_transient_diameter": f"{settings.impact.expected_transient_diameter!r} m",
-            },
-            context={"units": "required"},
-        )
-    except KeyError as missing:
-        raise InputError(f"{path} lacks the key {missing}") from None
-    except ValueError as reason:
-        raise InputError(f"{path}: {reason}") from None
-
-
 class Simulation:
     """One run of the stage: the integrator, its history, and where it stands between two outputs."""
 
-    def __init__(self, settings: Settings, inputs: Path, out: Path):
-        self.settings, self.out = settings, out
-        self.impact = read_impact(settings, inputs)
+    def __init__(self, settings: Settings, out: Path):
+        self.settings, self.out, self.impact = settings, out, settings.impact
         names = tuple(dict.fromkeys([*settings.target.materials, self.impact.projectile.material]))
         self.materials = material_rows.collect(names, settings.materials)
         self.column: bodies.Profile | grounds.Ground
@@ -363,7 +334,6 @@ class Simulation:
         return {"datum": datum, "gravity_m_s2": gravity, "expected_transient_diameter_m": size, "before": f"snap_0000{snapshot.SUFFIX}"}
 
     def finish(self) -> None:
-        """Last snapshot, history, report."""
+        """Last snapshot and history."""
         snapshot.write(self.particles(), self.out / f"last{snapshot.SUFFIX}")
         self.history.write()
-        archive.write_text(self.out / "stage_report.json", json.dumps(stage_report.of(self), indent=1))

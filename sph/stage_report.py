@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from sph import flow_reynolds, timestep
 from sph.boundary import surroundings
 from sph.eos import impedance
-
-if TYPE_CHECKING:
-    from sph.simulation import Simulation
+from sph.simulation import Simulation
 
 
 def of(run: Simulation) -> dict[str, Any]:

@@ -20,17 +20,17 @@ def test_grains_stay_by_their_centres_and_do_not_move(flat_bed, carved):
     outside = np.hypot(rho, flat_bed.position[:, 2])
     deep = (flat_bed.position[:, 2] < -1.5) & (outside > CAVITY + 1.5)
     empty = (flat_bed.position[:, 2] > 1.5) | (outside < CAVITY - 1.5)
-    assert carved.stays[deep].all()
-    assert not carved.stays[empty].any()
-    np.testing.assert_array_equal(carved.start.position, flat_bed.position[carved.stays])
-    np.testing.assert_array_equal(carved.start.radius, flat_bed.radius[carved.stays])
-    np.testing.assert_array_equal(carved.start.identity, flat_bed.identity[carved.stays])
+    assert carved.carving.stays[deep].all()
+    assert not carved.carving.stays[empty].any()
+    np.testing.assert_array_equal(carved.start.position, flat_bed.position[carved.carving.stays])
+    np.testing.assert_array_equal(carved.start.radius, flat_bed.radius[carved.carving.stays])
+    np.testing.assert_array_equal(carved.start.identity, flat_bed.identity[carved.carving.stays])
     assert not carved.start.headroom.any()
 
 
 def test_contacts_of_untouched_neighbours_keep_their_history(flat_bed, carved):
     before, after = flat_bed.tables, carved.start.tables
-    kept = set(flat_bed.identity[carved.stays].tolist())
+    kept = set(flat_bed.identity[carved.carving.stays].tolist())
     pairs = {tuple(pair): row for pair, row in zip(before["contacts/pair"].tolist(), before["contacts/history"])}
     expected = [pair for pair in pairs if pair[0] in kept and pair[1] in kept]
     assert [tuple(pair) for pair in after["contacts/pair"].tolist()] == expected
@@ -44,11 +44,11 @@ def test_contacts_of_untouched_neighbours_keep_their_history(flat_bed, carved):
 
 
 def test_volumes_of_the_grains_sum_to_the_solid(flat_bed, carved):
-    inside = carved.samples.inside.sum() * carved.samples.volume
-    assert carved.volume.sum() == pytest.approx(inside, rel=1e-9)
-    assert np.all(carved.volume[carved.stays] > 0.0) and not carved.volume[~carved.stays].any()
+    inside = carved.carving.samples.inside.sum() * carved.carving.samples.volume
+    assert carved.carving.volume.sum() == pytest.approx(inside, rel=1e-9)
+    assert np.all(carved.carving.volume[carved.carving.stays] > 0.0) and not carved.carving.volume[~carved.carving.stays].any()
     solid = 4.0 / 3.0 * np.pi * flat_bed.radius**3
-    packing = solid[carved.stays] / carved.volume[carved.stays]
+    packing = solid[carved.carving.stays] / carved.carving.volume[carved.carving.stays]
     assert 0.35 < np.percentile(packing, 1) and np.percentile(packing, 99) < 0.85
 
 

@@ -42,7 +42,7 @@ def test_the_regional_correction_closes_locally_and_all_close_globally(ways, fla
         assert ledger["momentum_linear_rel_after"]["value"] < 1e-10 and ledger["momentum_angular_rel_after"]["value"] < 1e-10
         local[name] = ledger["momentum_local_after_rel"]["value"]
         assert "regional part of it: at most" in ledger["momentum_local_after_rel"]["note"]
-        assert (np.abs(handoff.regional).max() > 0.0) == (name == "regional")
+        assert (np.abs(handoff.mapped.regional).max() > 0.0) == (name == "regional")
     assert local["regional"] < 0.75 * local["nearest"]  # measured: 0.69 (vortices), below 0.6 (Z model)
     assert local["linear"] < local["nearest"]
 
@@ -69,14 +69,14 @@ def test_peculiar_motion_is_split_off(flat_bed):
     _, made, ledger = flows.handed("translation", 10.0, flat_bed)
     bulk, peculiar = ledger["kinetic_energy_bulk"]["value"], ledger["kinetic_energy_peculiar"]["value"]
     assert peculiar < 1e-9 * bulk
-    fields, rng = made.fields_raw, np.random.default_rng(4)
-    count = len(made.compact)
+    fields, rng = made.mapped.fields, np.random.default_rng(4)
+    count = len(made.compact.places)
     noise = rng.normal(size=(count, 3))
     noisy = compare.Fields(
         fields.samples, fields.mass_before, fields.mass_after, fields.velocity_before + noise[fields.samples.particle], fields.velocity_after
     )
-    bulk, peculiar = compare.energy_split(noisy, made.heir)
-    inside = made.heir >= 0
+    bulk, peculiar = compare.energy_split(noisy, made.carving.heir)
+    inside = made.carving.heir >= 0
     added = 0.5 * np.sum(fields.mass_before[inside] * np.sum(noise[fields.samples.particle[inside]] ** 2, axis=1))
     assert 0.1 * added < peculiar < added
 

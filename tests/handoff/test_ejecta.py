@@ -24,7 +24,7 @@ def thrown(sphere_cloud, sphere_bed):
 
 def test_every_ejecta_particle_is_one_grain_with_its_mass_and_velocity(thrown):
     source, bed, _, made = thrown
-    count = int(made.stays.sum())
+    count = int(made.carving.stays.sum())
     out = np.flatnonzero(~made.split.compact)
     start = made.start
     assert len(start) == count + len(out)
@@ -32,13 +32,13 @@ def test_every_ejecta_particle_is_one_grain_with_its_mass_and_velocity(thrown):
     np.testing.assert_array_equal(start.velocity[count:], source.velocity[out])
     np.testing.assert_array_equal(made.ejecta.source, out)
     assert len(np.unique(start.identity)) == len(start) and start.identity[count:].min() > bed.identity.max()
-    assert start.mass.sum() == pytest.approx(made.before.mass, rel=1e-12)
+    assert start.mass.sum() == pytest.approx(made.sums.before.mass, rel=1e-12)
     assert sum(made.ejecta.mass_by_state().values()) == pytest.approx(source.mass[out].sum(), rel=1e-12)
 
 
 def test_no_overlap_with_the_bed_or_among_the_ejecta(thrown):
     _, _, _, made = thrown
-    start, count = made.start, int(made.stays.sum())
+    start, count = made.start, int(made.carving.stays.sum())
     active = np.flatnonzero(start.state == 0)
     pairs = active[cKDTree(start.position[active]).query_pairs(2.0 * start.radius.max(), output_type="ndarray")]
     pairs = pairs[(pairs >= count).any(axis=1)]
@@ -53,8 +53,8 @@ def test_overlaps_are_reported_where_they_are(thrown):
     source, bed, column, made = thrown
     book = account.ledger_of(made, source, bed, column, {})
     assert book["overlap_max_over_r"]["value"] == 0.0
-    one = int(made.stays.sum()) + int(np.flatnonzero(made.ejecta.state == 0)[np.argmin(
-        cKDTree(made.start.position[: int(made.stays.sum())]).query(made.ejecta.position[made.ejecta.state == 0])[0]
+    one = int(made.carving.stays.sum()) + int(np.flatnonzero(made.ejecta.state == 0)[np.argmin(
+        cKDTree(made.start.position[: int(made.carving.stays.sum())]).query(made.ejecta.position[made.ejecta.state == 0])[0]
     )])  # fmt: skip
     radius = made.start.radius[one]
     made.start.radius[one] = 3.0 * radius
@@ -74,7 +74,7 @@ def test_states(thrown):
     rising = np.einsum("ij,ij->i", flying.velocity, flying.position) > 0.0
     escaping = rising & (speed >= column.escape_speed(radius - clouds.R_BODY))
     assert escaping.any() and np.all(flying.state[escaping] == ejecta.BOOKED)
-    light = flying.mass < 0.1 * bed.mass[made.stays].min()
+    light = flying.mass < 0.1 * bed.mass[made.carving.stays].min()
     assert light.any() and np.all(flying.state[light & ~escaping] != ejecta.IN_CONTACT)
     assert (flying.state == ejecta.IN_CONTACT).any()
     ratio = flying.radius**3 * flying.density / flying.mass
@@ -83,17 +83,17 @@ def test_states(thrown):
 
 def test_light_grains_do_not_shorten_the_contact_time(thrown):
     _, bed, _, made = thrown
-    count = int(made.stays.sum())
+    count = int(made.carving.stays.sum())
     period = np.sqrt(made.start.mass / made.start.stiffness)
-    assert period[count:].min() >= 0.999 * np.median(made.start.mass[:count]) ** 0.5 / bed.stiffness[made.stays].min() ** 0.5
+    assert period[count:].min() >= 0.999 * np.median(made.start.mass[:count]) ** 0.5 / bed.stiffness[made.carving.stays].min() ** 0.5
 
 
 def test_materials_and_species_follow_the_source(thrown):
     source, _, _, made = thrown
-    count, start = int(made.stays.sum()), made.start
+    count, start = int(made.carving.stays.sum()), made.start
     names = start.attributes["materials"]
-    near = cKDTree(source.position[made.compact]).query(start.position[:count])[1]
-    expected = [source.attributes["materials"][k] for k in source.material[made.compact][near]]
+    near = cKDTree(source.position[made.compact.places]).query(start.position[:count])[1]
+    expected = [source.attributes["materials"][k] for k in source.material[made.compact.places][near]]
     assert [names[k] for k in start.material[:count]] == expected
     water = start.material == names.index("water")
     assert np.all(start.species[water] == 1) and np.all(start.species[start.material == names.index("ice")] == 0)
@@ -103,12 +103,13 @@ def test_compact_matter_and_ejecta_count_apart(thrown):
     """Ejecta hold all of the energy but a thousandth: a bed that loses its own passes the sum over both, and fails its own row."""
     source, bed, column, made = thrown
     start = made.start
-    ejecta = np.arange(len(start)) >= int(made.stays.sum())
+    ejecta = np.arange(len(start)) >= int(made.carving.stays.sum())
     energy = account.ejecta_energy(made)
     assert energy == pytest.approx(0.5 * np.sum(start.mass[ejecta, None] * start.velocity[ejecta] ** 2))
     own = 1e-3 * energy
     for kept, verdict in ((0.0, "fail"), (0.89, "fail"), (0.95, "pass"), (1.05, "pass"), (1.11, "fail")):
-        changed = replace(made, before=replace(made.before, kinetic=energy + own), after=replace(made.after, kinetic=energy + kept * own))
+        before, after = replace(made.sums.before, kinetic=energy + own), replace(made.sums.after, kinetic=energy + kept * own)
+        changed = replace(made, sums=replace(made.sums, before=before, after=after))
         book = account.ledger_of(changed, source, bed, column, {})
         assert book["kinetic_energy_change_min"]["verdict"] == "pass"
         assert book["kinetic_energy_compact_change"]["verdict"] == verdict

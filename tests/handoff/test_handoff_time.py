@@ -85,7 +85,7 @@ def test_what_is_too_shallow_for_the_choice_is_none_to_the_transfer():
             1.6, 21.0, 10.0, lambda p, depth=depth: np.minimum(depth * ((np.hypot(p[:, 0], p[:, 1]) / 10.0) ** 2 - 1.0), 0.0), np.zeros_like, disorder=0.02
         )
         if depth > cavity.RESOLVED_DEPTH:
-            assert transfer.hand_over(source, bed, surface.Rules(), column).size.depth == pytest.approx(depth, abs=0.6)
+            assert transfer.hand_over(source, bed, surface.Rules(), column).carving.size.depth == pytest.approx(depth, abs=0.6)
             continue
         with pytest.raises(InputError, match="no crater"):
             transfer.hand_over(source, bed, surface.Rules(), column)

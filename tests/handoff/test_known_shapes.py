@@ -30,21 +30,21 @@ def test_bowl_in_a_plane(in_a_plane):
     made, ledger, allowed = in_a_plane
     rho0 = RADIUS * np.sqrt(BOWL / (BOWL + RIM))  # where the bowl crosses the datum
     truth = np.pi * BOWL * rho0**2 / 2.0
-    assert made.size.depth == pytest.approx(BOWL, rel=0.05)
-    assert made.size.radius == pytest.approx(rho0, rel=0.05)
-    assert made.size.volume == pytest.approx(truth, rel=allowed)
-    samples = made.samples
-    removed = ~made.stays[samples.grain] & (samples.position[:, 2] < 0.0) & (np.hypot(*samples.position[:, :2].T) < RADIUS)
+    assert made.carving.size.depth == pytest.approx(BOWL, rel=0.05)
+    assert made.carving.size.radius == pytest.approx(rho0, rel=0.05)
+    assert made.carving.size.volume == pytest.approx(truth, rel=allowed)
+    samples = made.carving.samples
+    removed = ~made.carving.stays[samples.grain] & (samples.position[:, 2] < 0.0) & (np.hypot(*samples.position[:, :2].T) < RADIUS)
     assert removed.sum() * samples.volume == pytest.approx(truth, rel=allowed)
     assert ledger["cavity_volume_rel"]["value"] < 0.02
     assert ledger["cavity_hausdorff_over_r"]["value"] < 1.5
     assert ledger["mass_raw_rel"]["value"] < 3e-3
-    assert made.solid.mesh.is_watertight
+    assert made.carving.solid.mesh.is_watertight
 
 
 def test_carved_bed_against_the_true_bowl(in_a_plane):
     made = in_a_plane[0]
-    for vertices, limit in ((np.asarray(made.solid.mesh.vertices), 1.5), (made.start.position, 1.5)):
+    for vertices, limit in ((np.asarray(made.carving.solid.mesh.vertices), 1.5), (made.start.position, 1.5)):
         near = (np.hypot(vertices[:, 0], vertices[:, 1]) < 0.9 * RADIUS) & (vertices[:, 2] > -12.0)
         height = vertices[near, 2] - bowl_in_a_plane(vertices[near])
         assert height.max() < limit  # nothing stands further above the bowl
@@ -61,15 +61,15 @@ def test_bowl_on_a_sphere():
     angle = np.linspace(0.0, arc / clouds.R_BODY, 4001)
     floor = clouds.R_BODY - depth + (depth + rim) * (angle * clouds.R_BODY / radius) ** 2
     truth = np.trapezoid(2.0 * np.pi * np.sin(angle) * (clouds.R_BODY**3 - floor**3) / 3.0, angle)
-    assert made.size.depth == pytest.approx(depth, rel=0.08)
-    assert made.size.radius == pytest.approx(arc, rel=0.08)
-    assert made.size.volume == pytest.approx(truth, rel=0.12)  # a coarse source: 7 particles per radius
+    assert made.carving.size.depth == pytest.approx(depth, rel=0.08)
+    assert made.carving.size.radius == pytest.approx(arc, rel=0.08)
+    assert made.carving.size.volume == pytest.approx(truth, rel=0.12)  # a coarse source: 7 particles per radius
     assert ledger["cavity_volume_rel"]["value"] < 0.02  # fifteen grains per radius
     assert ledger["cavity_hausdorff_over_r"]["value"] < 1.5
-    assert made.solid.mesh.is_watertight
+    assert made.carving.solid.mesh.is_watertight
     # the curtain became ejecta, and the surface does not reach up to it
     assert len(made.ejecta.mass) >= 40
-    assert np.linalg.norm(made.solid.mesh.vertices, axis=1).max() < clouds.R_BODY + 2.5 * rim
+    assert np.linalg.norm(made.carving.solid.mesh.vertices, axis=1).max() < clouds.R_BODY + 2.5 * rim
 
 
 @pytest.mark.parametrize("region", [domain.Cone(1800e3, 2100e3, 2250e3, 0.7), domain.Cylinder(1500e3, -300e3, 0.0, 150e3)], ids=["sphere", "plane"])

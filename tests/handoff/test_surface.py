@@ -106,7 +106,7 @@ def test_inputs_that_cannot_be_handed_over(bowl, bed):
     with pytest.raises(InputError, match="no crater"):
         flat = clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.zeros(len(p)), lambda p: np.zeros_like(p))
         hand(flat, bed)
-    assert hand(flat, bed, crater="any").size.radius == 0.0
+    assert hand(flat, bed, crater="any").carving.size.radius == 0.0
     with pytest.raises(InputError, match="wider than"):
         hand(clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.full(len(p), -6.0), lambda p: np.zeros_like(p)), bed)
     with pytest.raises(InputError, match="headroom"):

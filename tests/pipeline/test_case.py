@@ -197,6 +197,9 @@ def test_speed_and_angle_may_be_left_to_the_encounters(case_folder, tmp_path):
     assert impact.speed == pytest.approx(9600.0)
     assert impact.projectile.radius == pytest.approx(10e3)  # the file is the one truth about the impact
     assert cases.compose(case)["nbody"].pinned is False
+    found.write_text('speed = "10 km"\nangle_from_vertical = "30 deg"\n')
+    with pytest.raises(InputError, match=r"impact\.speed"):
+        cases.compose(cases.with_impact(case, found))
 
 
 def test_an_impact_from_elsewhere_wins_over_the_case(case_folder, tmp_path):

@@ -260,6 +260,9 @@ def test_an_open_impact_is_taken_from_the_encounters(go, case_folder):
     assert tomllib.loads((outcome.run / "case.used.toml").read_text())["impact"]["speed"] == "10234.0 m/s"
     assert go("nbody.count=234")[1].worked() == []
     assert go("nbody.count=234", start="sph", until="sph")[1].worked() == ["sph"]
+    (outcome.run / "1_nbody" / "impact.toml").write_text('angle_from_vertical = "30 deg"\n')
+    with pytest.raises(InputError, match="lacks speed"):
+        go("nbody.count=234", start="sph")
 
 
 def test_wrong_stage_names_and_ranges_are_messages(go):

@@ -9,7 +9,7 @@ import pytest
 from matter import checkpoint, progress, snapshot
 from matter.body import Impact, Layer, Projectile, Target
 from matter.errors import InputError, Stopped
-from sph import simulation, stage
+from sph import stage
 
 TARGET = Target(
     layers=(
@@ -118,20 +118,6 @@ def test_literal_start_is_uniform(tmp_path):
     first = snapshot.read(tmp_path / "snap_0000.vtkhdf")
     assert set(np.unique(first.density[first.layer >= 0])) == {2700.0, 998.0, 917.0}
     assert first.attributes["target_radius_m"] == pytest.approx(2142e3)
-
-
-def test_impact_file_is_read_and_complained_about(tmp_path):
-    (tmp_path / "1_nbody").mkdir()
-    path = tmp_path / "1_nbody" / "impact.toml"
-    path.write_text('speed = "10 km/s"\nangle_from_vertical = "30 deg"\n[projectile]\nmaterial = "ice"\nradius = "40 km"\n')
-    read = simulation.read_impact(settings(), tmp_path)
-    assert read.speed == 10e3 and read.projectile.radius == 40e3
-    path.write_text('speed = "10 km"\nangle_from_vertical = "30 deg"\n')
-    with pytest.raises(InputError, match="speed"):
-        simulation.read_impact(settings(), tmp_path)
-    path.write_text('angle_from_vertical = "30 deg"\n')
-    with pytest.raises(InputError, match="speed"):
-        simulation.read_impact(settings(), tmp_path)
 
 
 def test_too_coarse_a_layer_is_named(tmp_path):

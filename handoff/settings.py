@@ -1,0 +1,42 @@
+"""Settings of the handoff: every key of ``[handoff]`` in a case file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from pydantic import Field, field_validator
+
+from handoff import control as controls
+from handoff import surface
+from handoff.ledger import check_waivers
+from matter.quantity import PositiveTime
+
+
+class Settings(surface.Rules):
+    """The handoff's own table ``[handoff]`` in a case file."""
+
+    time: PositiveTime | Literal["auto", "last"] = "auto"
+    """``auto`` by the rule of ``handoff.handoff_time``; ``last`` snapshot; or a time after the impact (the nearest snapshot is taken)."""
+    method: Literal["mapped", "direct"] = "mapped"
+    """``mapped``: the settled bed takes over the flow; ``direct``: every SPH particle becomes a grain (see ``handoff.direct``). The report compares both."""
+    direct_packing: float = Field(1.0, gt=0.1, le=1.0)
+    """Share of a particle's volume that its sphere holds in the direct transition; 1: equal volume."""
+    control: controls.Kind = "none"
+    """A control run instead: ``at_rest``, the carved bed without motion or ejecta; ``uncarved``, the bed carved at the datum (the ledger is the handoff's)."""
+    waive: Mapping[str, str] = Field(default_factory=dict)
+    """Ledger rows that do not bind this case, each with its reason."""
+    pictures: bool = True
+    """Whether the report gets its pictures."""
+    particles: int = Field(15_000, gt=0)
+    """Size of the source, for the prediction of ``--check`` only."""
+    grains: int = Field(20_000, gt=0)
+    """Size of the bed, for the prediction of ``--check`` only."""
+    snapshots: int = Field(61, gt=0)
+    """Number of source snapshots, for the prediction of ``--check`` only."""
+
+    @field_validator("waive")
+    @classmethod
+    def _waivable(cls, value: Mapping[str, str]) -> Mapping[str, str]:
+        check_waivers(value)
+        return value

@@ -1,0 +1,141 @@
+"""Settings of the shock stage: every key of ``[sph]`` in a case file, with its default or what that follows from."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from matter.body import Impact, Target
+from matter.errors import InputError
+from matter.quantity import PositiveLength, PositiveTime, Time
+from sph import durations, resolution
+from sph import late as late_stage
+from sph import materials as material_rows
+from sph import target as bodies
+from sph.boundary import surroundings
+from sph.material_settings import Choice
+from sph.numerics import Numerics
+
+# what a default is worked out with raises nothing: a mistake in the materials is told by the settings' own check
+
+
+def _solved_spacing(given: dict[str, Any]) -> float:
+    zone = given["fine_radius"], given["growth"], given["contact_radius"]
+    return resolution.solved(given["target"], given["impact"], given["particles"], *zone)
+
+
+def _crater_times(given: dict[str, Any], share: float) -> float:
+    try:
+        materials = durations.chosen(given["target"], given["impact"], given["materials"])
+    except InputError:
+        return share
+    return durations.rounded(share * durations.crater_time(given["target"], given["impact"], materials, given["strength"], given["damage"]))
+
+
+def _relaxation(given: dict[str, Any]) -> float:
+    try:
+        return durations.relaxation_time(given["target"], durations.chosen(given["target"], given["impact"], given["materials"]))
+    except InputError:
+        return 0.0
+
+
+class Settings(Numerics):
+    """Settings of the shock stage. Equal spacings and no refinement give a uniform hexagonal lattice."""
+
+    target: Target
+    """The body or ground that is hit, ``[target]``."""
+    impact: Impact
+    """How the projectile hits, ``[impact]``."""
+    materials: dict[str, Choice] = Field(default_factory=dict)
+    """Changes to single materials, ``[sph.materials.ice]`` for example (``sph.material_settings``)."""
+    strength: bool = True
+    """Whether solids have shear strength."""
+    damage: bool = True
+    """Whether solids break."""
+    particles: Annotated[int, Field(ge=500, le=100_000_000)] = resolution.PARTICLES
+    """About how many particles the target has, where ``spacing_at_impact`` is not given: it is solved for this number (``sph.resolution``)."""
+    fine_radius: PositiveLength = Field(default_factory=lambda given: resolution.fine_radius(given["impact"]))
+    """Radius about the impact point inside which the spacing is ``spacing_at_impact``; by default 0.6 expected diameters, at least 3 projectile radii."""
+    growth: Annotated[float, Field(gt=0, le=0.3)] = 0.1
+    """How fast the spacing grows outside ``fine_radius``: change of spacing over distance."""
+    contact_radius: PositiveLength = Field(default_factory=lambda given: resolution.CONTACT * given["impact"].projectile.radius)
+    """Radius about the impact point of the refined contact zone; by default 2 projectile radii."""
+    spacing_at_impact: PositiveLength = Field(default_factory=_solved_spacing)
+    """Particle spacing within ``fine_radius`` of the impact point; by default the one that gives ``particles``."""
+    spacing_far: PositiveLength = Field(default_factory=lambda given: resolution.spacing_far(given["target"], given["spacing_at_impact"]))
+    """Particle spacing far away from the impact point, at least ``spacing_at_impact``; by default four times that, in a body at least a tenth of its radius."""
+    contact_refinement: Annotated[float, Field(ge=1, le=10)] = Field(
+        default_factory=lambda given: resolution.refinement(given["spacing_at_impact"], given["impact"].projectile.radius)
+    )
+    """Within ``contact_radius`` the spacing is finer by this factor (1: not at all); by default halfway to ten particles per projectile radius, at most 2."""
+    projectile_particles: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    """About how many particles the projectile has (1 is a single heavy particle). By default its particles weigh what the target's at the contact weigh:
+    light particles thrown at heavy ones bounce off one by one, with peak pressures three times the planar limit."""
+    end_time: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.END))
+    """Simulated time after the impact; by default two formation times of the crater (``sph.durations``)."""
+    snapshot_interval: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.SNAPSHOT))
+    """Simulated time between snapshots; by default a fifteenth of the formation time."""
+    history_interval: PositiveTime = Field(default_factory=lambda given: durations.HISTORY * given["snapshot_interval"])
+    """Simulated time between rows of ``history.csv``; by default a quarter of that between snapshots."""
+    first_step: PositiveTime = Field(default_factory=lambda given: durations.first_step(given["impact"]))
+    """Length of the first time step, later ones follow from ``courant``; by default a hundredth of the time in which the projectile flies its own radius."""
+    relaxation_time: Time = Field(default_factory=_relaxation)
+    """Length of the damped settling before the impact (0: none); by default 1.5 times the way of sound through a body's radius, none for flat ground."""
+    damping: Annotated[float, Field(ge=0)] = Field(
+        default_factory=lambda given: durations.rounded(durations.FOLDS / given["relaxation_time"]) if given["relaxation_time"] else 0.0
+    )
+    """Damping rate of the settling [1/s]; by default ten over ``relaxation_time``."""
+    sides: Literal["free", "fixed", "quiet", "wall", "periodic"] | None = None
+    """What ends flat ground sideways: ``free``; ``fixed``, a rim that never moves; ``quiet``, a layer that absorbs waves in front of such a rim; ``wall``, a
+    smooth mirror (block only); ``periodic`` (block only). By default ``quiet`` for a half-space and under gravity, ``free`` otherwise."""
+    floor: Literal["free", "fixed", "quiet", "wall"] | None = None
+    """What ends flat ground below, as ``sides``; a half-sphere has sides only."""
+    edge_width: PositiveLength | None = None
+    """Width of the quiet layer; by default four times ``spacing_far``, at most 0.37 of the ground."""
+    late: late_stage.Settings | None = None
+    """``[sph.late]``: a softened late stage for long times at small scale (``sph.late``); none by default."""
+    control: bool = False
+    """A control run without projectile."""
+    seed: Annotated[int, Field(ge=0)] = 1
+    """Seed of the particles' first positions and of the flaws."""
+
+    @model_validator(mode="after")
+    def _sizes(self) -> Settings:
+        if self.spacing_at_impact > 0.5 * self.target.radius:
+            raise ValueError("spacing_at_impact must be below half the target's radius")
+        if self.spacing_far < self.spacing_at_impact:
+            raise ValueError("spacing_far must be at least spacing_at_impact")
+        if self.length_terms and not (self.volumes == "start" and self.smoothing == "density"):
+            raise ValueError('length_terms needs volumes = "start" and smoothing = "density"')
+        if self.rim == "stressed" and not {"fixed", "quiet"} & set(surroundings.chosen(self.target, self.sides, self.floor)):
+            raise ValueError('rim = "stressed" needs sides or a floor that are fixed or quiet')
+        if self.late is not None and self.late.at >= self.end_time:
+            raise ValueError("late.at must be before end_time")
+        if self.late is not None and self.late.viscosity_time >= self.end_time:
+            raise ValueError("late.viscosity_at must be before end_time")
+        if fault := surroundings.fault(self.target, self.sides, self.floor, self.width_of_edge):
+            raise ValueError(fault)
+        self.chosen_materials()
+        return self
+
+    def chosen_materials(self) -> material_rows.Materials:
+        """The materials of target and projectile with the laws that the case chooses; raises ``InputError``."""
+        return durations.chosen(self.target, self.impact, self.materials)
+
+    @property
+    def zones(self) -> bodies.Zones:
+        """Where the particles are how fine."""
+        contact = self.spacing_at_impact / self.contact_refinement
+        return bodies.Zones(contact, self.contact_radius, self.spacing_at_impact, self.fine_radius, self.spacing_far, self.growth, self.support)
+
+    @property
+    def width_of_edge(self) -> float:
+        """Width of the quiet layer [m]."""
+        widest = resolution.EDGE * min(self.target.radius, self.target.half_width)
+        return self.edge_width if self.edge_width is not None else min(4.0 * self.spacing_far, widest)
+
+    @property
+    def relaxes(self) -> bool:
+        """Whether the target settles before the impact: there is weight to settle under."""
+        return self.target.start == "relaxed" and self.target.weighs and self.relaxation_time > 0.0
