@@ -29,6 +29,8 @@ _SI = {
     "stiffness": "N/m",
 }
 
+REQUIRED = {"units": "required"}
+"""The validation context of values from a file: a bare number is refused."""
 
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 TEXT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(\s+[^\s,][^,]*|[^\s\d.,][^,]*)$"

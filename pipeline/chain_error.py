@@ -38,6 +38,7 @@ from matter.crater_measures import COMPARED, UNITS
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
 from pipeline import expected, folder, provenance, run_process, sensitivity, stages
+from pipeline.compose import compose
 from pipeline.run import Request
 
 COARSER = 2.0 ** (1.0 / 3.0)
@@ -86,7 +87,7 @@ def reference() -> Member:
 def others(study: Study) -> list[Member]:
     """All other members, the most telling first; the reference has to be done. Raises ``InputError``."""
     case = study.read(reference())
-    settings = cases.compose(case)
+    settings = compose(case)
     members = []
     if "handoff" in case.stages:
         record = folder.record(stages.folder(study.run_folder(reference()), "handoff") / "handoff.json")

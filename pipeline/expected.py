@@ -22,7 +22,6 @@ from __future__ import annotations
 import json
 import math
 import tomllib
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Generic, TypeVar
@@ -33,8 +32,9 @@ from crater.settings import of_each_measure
 from matter.body import Model
 from matter.crater_measures import BY_NAME, COMPARED, UNITS
 from matter.errors import InputError
+from matter.quantity import REQUIRED
 from pipeline import case as cases
-from pipeline import folder, stages, toml_lines
+from pipeline import checking, folder, stages, toml_lines
 from pipeline.complaints import complaints, dotted
 
 FILE = "expected.toml"
@@ -43,7 +43,6 @@ NO_PRESET = "case"
 PARTS = ("draws", "handoff", "size")
 AGREES = 2.0
 """A run agrees with what is expected within this many standard errors."""
-_UNITS = {"units": "required"}
 # keys of the stages that are only looked at: predictions and pictures
 _IDLE = {
     ("handoff", "pictures"),
@@ -133,7 +132,7 @@ def _read(file: Path, stamp: int) -> dict[str, Preset]:
     lines, found, presets = toml_lines.key_lines(text), [], {}
     for name, table in content.items():
         try:
-            presets[name] = Preset.model_validate(table, context=_UNITS)
+            presets[name] = Preset.model_validate(table, context=REQUIRED)
         except ValidationError as error:
             for path, message in complaints(Preset, error):
                 line = toml_lines.line_of((name, *path), lines)
@@ -179,7 +178,7 @@ def as_shipped(case: cases.Case) -> bool:
 
 
 def _deciding(case: cases.Case, carried: set[tuple[str, str]]) -> dict[str, Any]:
-    settings, idle = cases.compose(replace(case, chain=False)), _IDLE | carried
+    settings, idle = checking.settings_of(case), _IDLE | carried
     return {stage: {key: value for key, value in json.loads(one.model_dump_json()).items() if (stage, key) not in idle} for stage, one in settings.items()}
 
 

@@ -17,14 +17,15 @@ from matter.body import Impact, Model, Target
 from matter.errors import InputError
 from matter.quantity import Unit
 from pipeline import experimental, plain, stages
+from pipeline.case_table import CaseTable
 
 SHARED: dict[str, type[Model]] = {"target": Target, "impact": Impact}
 # keys that take the place of a whole stage (pipeline.outside): they stand in no settings
 OUTSIDE = {
-    "nbody": ("impact", "A file ``impact.toml`` in place of what this stage would find."),
-    "sph": ("snapshot", "A snapshot (.vtkhdf) in place of this stage's last one; a ``target.json`` has to stand beside it."),
-    "bed": ("snapshot", "A settled bed (.vtkhdf) in place of the one that this stage would make."),
-    "dem": ("snapshot", "Settled grains (.vtkhdf) in place of this stage's last snapshot."),
+    "nbody": "A file ``impact.toml`` in place of what this stage would find.",
+    "sph": "A snapshot (.vtkhdf) in place of this stage's last one; a ``target.json`` has to stand beside it.",
+    "bed": "A settled bed (.vtkhdf) in place of the one that this stage would make.",
+    "dem": "Settled grains (.vtkhdf) in place of this stage's last snapshot.",
 }
 MATERIAL = "NAME"
 """Stands in a path for the name of a material."""
@@ -58,8 +59,6 @@ class Table(NamedTuple):
 
 def tables(first: str | None = None) -> Iterator[Table]:
     """Every table of a case file in the order of a case, or those that begin with ``first``; only these stages are imported."""
-    from pipeline.case import CaseTable
-
     for name, kind in {"case": CaseTable, **SHARED}.items():
         if first in (None, name):
             yield from _within((name,), kind)
@@ -126,7 +125,7 @@ def keys(table: Table) -> list[Key]:
         path = (*table.path, entry.alias or name)
         found.append(Key(path, allowed(entry), default(entry), text_of(entry.description) + experimental.remark(path)))
     if table.name in OUTSIDE:
-        name, meaning = OUTSIDE[table.name]
+        name, meaning = stages.OUTSIDE[table.name], OUTSIDE[table.name]
         found.append(Key((*table.path, name), "name of a file", "none", text_of(meaning)))
     return found
 

@@ -8,7 +8,7 @@
     [crater]          ground: what the laws of strength of the uppermost layer say
 
 2.2 diameters leave 1.4 (2.8 crater radii) inside the quiet layer at the coarsest grading of ``sph.resolution``. What only one stage needs is that stage's own
-default. A document with mistakes is left as it is: ``pipeline.case.compose`` tells them.
+default. A document with mistakes is left as it is: ``pipeline.checking`` tells them.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from pydantic import ValidationError
 
 from matter.body import Impact, Target
 from matter.errors import InputError
+from matter.quantity import REQUIRED
 from pipeline import stages
 from pipeline.complaints import Complaint
 from pipeline.toml_lines import KeyPath
@@ -29,7 +30,6 @@ FROM_ENCOUNTERS = {"speed": "15 km/s", "angle_from_vertical": "45 deg"}
 """[impact] may leave these to the encounter statistics; until those exist, checks and predictions use the placeholders."""
 DIAMETER = ("impact", "expected_transient_diameter")
 _GRAINS = ("bed", "handoff", "dem")
-_UNITS = {"units": "required"}
 
 
 def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], tuple[KeyPath, ...], list[Complaint]]:
@@ -89,9 +89,9 @@ def _expected(document: dict[str, Any]) -> Any:
     from sph.material_settings import Choice
 
     layers = [{"thickness": "1 km", **layer} if k == 0 and _open_bottom(target) else layer for k, layer in enumerate(target["layers"])]
-    body = Target.model_validate({**target, "layers": layers}, context=_UNITS)
-    shot = Impact.model_validate({**FROM_ENCOUNTERS, DIAMETER[1]: "1 m", **impact}, context=_UNITS)
-    choices = {name: Choice.model_validate(value, context=_UNITS) for name, value in sph.get("materials", {}).items()}
+    body = Target.model_validate({**target, "layers": layers}, context=REQUIRED)
+    shot = Impact.model_validate({**FROM_ENCOUNTERS, DIAMETER[1]: "1 m", **impact}, context=REQUIRED)
+    choices = {name: Choice.model_validate(value, context=REQUIRED) for name, value in sph.get("materials", {}).items()}
     rows = durations.chosen(body, shot, choices)
     strong, breaks = sph.get("strength", True) is True, sph.get("damage", True) is True
     try:
@@ -107,7 +107,7 @@ def _fill(document: dict[str, Any], crater: Any) -> list[KeyPath]:
         impact[DIAMETER[1]] = f"{float(f'{crater.diameter:.2g}')!r} m"
         filled.append(DIAMETER)
     if _open_bottom(target):
-        above = Target.model_validate({**target, "layers": [{"thickness": "1 km", **target["layers"][0]}, *target["layers"][1:]]}, context=_UNITS)
+        above = Target.model_validate({**target, "layers": [{"thickness": "1 km", **target["layers"][0]}, *target["layers"][1:]]}, context=REQUIRED)
         rest = above.radius - above.layers[0].thickness
         thickness = max(EXTENT * crater.diameter - rest, 0.5 * EXTENT * crater.diameter)
         target["layers"] = [{**target["layers"][0], "thickness": f"{float(f'{thickness:.2g}')!r} m"}, *target["layers"][1:]]

@@ -7,6 +7,7 @@ import tomllib
 from matter.errors import InputError
 from pipeline import case as cases
 from pipeline.case import Case
+from pipeline.compose import compose
 
 
 def faults(case: Case) -> list[str]:
@@ -16,7 +17,7 @@ def faults(case: Case) -> list[str]:
         if name == case.preset:
             continue
         try:
-            cases.compose(cases.read(case.file, name))
+            compose(cases.read(case.file, name))
         except InputError as reason:
             first, *rest = str(reason).splitlines()
             mistakes = "; ".join(" ".join(line.split()) for line in rest) or first

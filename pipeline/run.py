@@ -19,7 +19,9 @@ from matter import progress
 from matter.body import Model
 from matter.errors import InputError, Stopped, Unsound
 from pipeline import folder, intact, lock, outside, provenance, sense, stages, used
-from pipeline.case import Case, compose, listed, with_impact
+from pipeline.case import Case, with_impact
+from pipeline.checking import listed
+from pipeline.compose import compose
 from pipeline.describe import describe
 from pipeline.journal import Journal, Screen, signals
 from pipeline.left_open import FROM_ENCOUNTERS

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from matter import archive, material, quantity
-from pipeline import keys
+from pipeline import keys, stages
 
 _KEPT = ("type", "enum", "const", "anyOf", "items", "properties", "additionalProperties", "minItems", "pattern", "required", "x-unit", "$ref")
 _LIMITS = ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "multipleOf")
@@ -61,7 +61,7 @@ def _table(kind: Any, path: tuple[str, ...], definitions: dict[str, Any]) -> dic
         definitions[f"{path[0]}.{name}"] = _plain(definition, name)
     found = _plain(whole, kind.__name__)
     if path[0] in keys.OUTSIDE:
-        name, meaning = keys.OUTSIDE[path[0]]
+        name, meaning = stages.OUTSIDE[path[0]], keys.OUTSIDE[path[0]]
         either = {"description": keys.text_of(meaning), "type": "string"}
         found["properties"][name] = {"anyOf": [either, found["properties"][name]]} if name in found["properties"] else either
     return found

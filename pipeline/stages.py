@@ -38,6 +38,9 @@ READS = {
 
 SHARED_TABLES = ("target", "impact")
 
+# the key of a file from elsewhere in place of what a stage would have made
+OUTSIDE = {"nbody": "impact", "sph": "snapshot", "bed": "snapshot", "dem": "snapshot"}
+
 
 def folder(run: Path, stage: str) -> Path:
     """The folder of ``stage`` in a run folder, ``2_sph`` for example."""

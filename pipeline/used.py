@@ -14,7 +14,7 @@ import tomlkit
 from matter import archive
 from matter.body import Model
 from pipeline import stages
-from pipeline.case import OUTSIDE, Case
+from pipeline.case import Case
 from pipeline.plain import plain
 
 
@@ -38,7 +38,7 @@ def write(path: Path, case: Case, settings: dict[str, Model]) -> None:
             table.pop("contact", None)  # stands in [dem.contact]
         content[stage] = table
     for stage, file in case.outside.items():
-        content.setdefault(stage, {})[OUTSIDE[stage]] = str(file.resolve())
+        content.setdefault(stage, {})[stages.OUTSIDE[stage]] = str(file.resolve())
     head = _head_of(path) if case.run else ""
     if not head:
         preset = f"preset {case.preset}" if case.preset else "no preset"

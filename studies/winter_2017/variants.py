@@ -16,6 +16,7 @@ from matter import archive
 from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import folder, stages
+from pipeline.compose import compose
 from pipeline.run import Request
 from pipeline.run_process import as_process
 
@@ -76,7 +77,7 @@ def measure(variant: Variant, out: Path) -> Path | None:
     from matter import jit
     from studies.winter_2017 import follow_run
 
-    settings = cases.compose(variant.read())["crater"]
+    settings = compose(variant.read())["crater"]
     assert isinstance(settings, stage.Settings)
     room = Path(stage.__file__).resolve().parent
     reached = {path for module in (stage, follow_run) for path in jit.reached_sources(Path(module.__file__ or "").resolve())}

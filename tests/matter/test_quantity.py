@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
 from matter import quantity
-from matter.quantity import Angle, Length, PositiveLength, Speed
+from matter.quantity import REQUIRED, Angle, Length, PositiveLength, Speed
 
-REQUIRED = {"units": "required"}
 numbers = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e300, max_value=1e300)
 
 

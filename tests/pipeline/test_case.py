@@ -11,12 +11,13 @@ from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import folder, stages, toml_lines, used
 from pipeline.complaints import dotted
+from pipeline.compose import compose
 
 REAL = dict(stages.MODULES)
 
 
 def composed(place: Path, *overrides: str, preset: str | None = None):
-    return cases.compose(cases.read(place, preset, overrides))
+    return compose(cases.read(place, preset, overrides))
 
 
 def complaint(place: Path, *overrides: str) -> str:
@@ -146,7 +147,7 @@ def test_a_stage_that_is_not_installed_matters_only_when_it_would_run(case_folde
     monkeypatch.setitem(stages.MODULES, "crater", "fake_nowhere.stage")
     with pytest.raises(InputError, match="stage 'crater' is not part of this installation"):
         composed(case_folder)
-    assert set(cases.compose(cases.read(case_folder), ("nbody", "sph"))) == {"nbody", "sph", "bed", "handoff", "dem"}
+    assert set(compose(cases.read(case_folder), ("nbody", "sph"))) == {"nbody", "sph", "bed", "handoff", "dem"}
 
 
 def test_the_run_folder_name_follows_what_is_computed(case_folder):
@@ -161,7 +162,7 @@ def test_the_run_folder_name_follows_what_is_computed(case_folder):
 
 def test_the_used_case_is_a_case_with_the_same_settings(case_folder, tmp_path):
     first = cases.read(case_folder, "quick", ["sph.spacing=33.3333333333 km"])
-    before = cases.compose(first)
+    before = compose(first)
     used.write(tmp_path / "case.used.toml", first, before)
     after = composed(tmp_path / "case.used.toml")
     assert {stage: folder.settings_text(item) for stage, item in after.items()} == {stage: folder.settings_text(item) for stage, item in before.items()}
@@ -193,13 +194,13 @@ def test_speed_and_angle_may_be_left_to_the_encounters(case_folder, tmp_path):
     assert not case.pinned
     found = tmp_path / "impact.toml"
     found.write_text('speed = "9.6 km/s"\nangle_from_vertical = "45 deg"\n[projectile]\nmaterial = "ice"\nradius = "10 km"\n')
-    impact = cases.compose(cases.with_impact(case, found))["sph"].impact
+    impact = compose(cases.with_impact(case, found))["sph"].impact
     assert impact.speed == pytest.approx(9600.0)
     assert impact.projectile.radius == pytest.approx(10e3)  # the file is the one truth about the impact
-    assert cases.compose(case)["nbody"].pinned is False
+    assert compose(case)["nbody"].pinned is False
     found.write_text('speed = "10 km"\nangle_from_vertical = "30 deg"\n')
     with pytest.raises(InputError, match=r"impact\.speed"):
-        cases.compose(cases.with_impact(case, found))
+        compose(cases.with_impact(case, found))
 
 
 def test_an_impact_from_elsewhere_wins_over_the_case(case_folder, tmp_path):
@@ -217,7 +218,7 @@ def test_a_case_may_have_some_of_the_stages(case_folder, tmp_path):
     text = text.replace("[nbody]\n", "")
     file.write_text(text.replace("[dem.contact]\nfriction = 0.7\n", ""))
     case = cases.read(case_folder)
-    settings = cases.compose(case)
+    settings = compose(case)
     assert case.stages == tuple(settings) == ("sph", "crater")
     used.write(tmp_path / "case.used.toml", case, settings)
     assert cases.read(tmp_path / "case.used.toml").stages == ("sph", "crater")

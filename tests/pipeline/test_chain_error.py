@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from matter.errors import InputError
-from pipeline import case as cases
 from pipeline import chain_error, expected
 from pipeline.chain_error import Member, Study
+from pipeline.compose import compose
 
 VALHALLA = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km"
 
@@ -73,8 +73,8 @@ def study(tmp_path):
 def test_every_member_differs_in_what_it_says(study):
     members = {member.name: member for member in chain_error.others(study)}
     assert list(members) == ["handoff_x0.5", "handoff_x2", "coarser", "draw_2", "draw_3", "draw_4", "draw_5"]
-    settings = {name: cases.compose(study.read(member)) for name, member in members.items()}
-    origin = cases.compose(study.read(chain_error.reference()))
+    settings = {name: compose(study.read(member)) for name, member in members.items()}
+    origin = compose(study.read(chain_error.reference()))
 
     def changed(name):
         return {

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from matter import quantity
 from matter.errors import InputError
 from pipeline import key_reference, keys, overlay, stages
-from pipeline.case import CaseTable
+from pipeline.case_table import CaseTable
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -15,6 +15,7 @@ from matter.crater_measures import COMPARED
 from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import expected
+from pipeline.compose import compose
 
 ROOT = Path(__file__).resolve().parents[2]
 VALHALLA = ROOT / "cases" / "valhalla_980km"
@@ -77,7 +78,7 @@ def test_all_mistakes_come_at_once_with_their_lines(folder):
     assert "expected.toml:16  tiny.final.volume_m3.value: '8e6 km' is not a quantity in m^3" in message
     (folder / "expected.toml").write_text(TEXT.replace('"12 km"', '"-12 km"'))
     with pytest.raises(InputError, match="measuring is an error and must be at least 0"):
-        cases.compose(cases.read(folder, "tiny"))
+        compose(cases.read(folder, "tiny"))
     (folder / "expected.toml").write_text("[tiny\n")
     with pytest.raises(InputError, match="not valid TOML"):
         expected.read(folder)
@@ -85,7 +86,7 @@ def test_all_mistakes_come_at_once_with_their_lines(folder):
 
 def test_the_crater_stage_gets_the_chain_error_of_what_was_measured(folder):
     def errors(preset, *overrides):
-        settings = cases.compose(cases.read(folder, preset, overrides))["crater"]
+        settings = compose(cases.read(folder, preset, overrides))["crater"]
         assert isinstance(settings, crater_stage.Settings)
         return settings.chain
 
@@ -104,9 +105,9 @@ def test_a_used_case_keeps_its_chain_error(folder, tmp_path):
     from pipeline import used
 
     case = cases.read(folder, "tiny")
-    settings = cases.compose(case)
+    settings = compose(case)
     used.write(tmp_path / "case.used.toml", case, settings)
-    assert cases.compose(cases.read(tmp_path / "case.used.toml"))["crater"] == settings["crater"]
+    assert compose(cases.read(tmp_path / "case.used.toml"))["crater"] == settings["crater"]
 
 
 def quantity(value, sigma, **parts):
@@ -155,13 +156,13 @@ def test_a_run_that_goes_on_ends_with_the_same_lines(folder, tmp_path):
         (run / "6_crater").mkdir(parents=True)
         content = {"final": {"diameter_apparent_m": quantity(655e3, 1e3)}, "transient": {}}
         archive.write_text(run / "6_crater" / "measures.json", json.dumps(content))
-        describe.describe(run, case, (), cases.compose(case), 1)
+        describe.describe(run, case, (), compose(case), 1)
         return case, run
 
     case, run = begun("valhalla-01234567")
     again = going_on.read(run)
     assert "differs by 2.8 sigma" in expected.text(case, run) and expected.text(again, run) == expected.text(case, run)
-    assert cases.compose(again)["crater"] == cases.compose(case)["crater"]
+    assert compose(again)["crater"] == compose(case)["crater"]
     _, other = begun("valhalla-89abcdef", "sph.seed=3")
     assert "not compared" in expected.text(going_on.read(other), other)
     record = json.loads((run / "provenance.json").read_text())

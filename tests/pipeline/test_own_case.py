@@ -13,6 +13,7 @@ import pytest
 from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import prediction, sense
+from pipeline.compose import compose
 from pipeline.run import Request, sensible, settings_of
 from sph import resolution
 
@@ -102,7 +103,7 @@ def test_a_check_takes_less_than_two_seconds_of_its_own(tmp_path):
 def test_a_liquid_without_weight_has_no_expected_crater(tmp_path):
     message = "neither weight nor strength ends the growth"
     with pytest.raises(InputError, match=message):
-        cases.compose(cases.read(OWN, None, ("target.layers.0.material=water", 'target.gravity="0 m/s^2"')))
+        compose(cases.read(OWN, None, ("target.layers.0.material=water", 'target.gravity="0 m/s^2"')))
 
 
 @pytest.mark.parametrize(
@@ -116,11 +117,11 @@ def test_a_liquid_without_weight_has_no_expected_crater(tmp_path):
 )
 def test_a_default_that_cannot_be_worked_out_is_a_message(changes, words):
     with pytest.raises(InputError, match=words):
-        cases.compose(cases.read(OWN, None, changes))
+        compose(cases.read(OWN, None, changes))
 
 
 def test_too_few_particles_are_as_few_as_make_sense():
-    sph = cases.compose(cases.read(OWN, None, ["sph.particles=500"]))["sph"]
+    sph = compose(cases.read(OWN, None, ["sph.particles=500"]))["sph"]
     # the contact's two particles per projectile radius and the grading from there take some 6,000
     assert 500 < resolution.count(sph.target, sph.zones) < 7000 and sph.width_of_edge < 0.4 * sph.target.radius
 
@@ -129,7 +130,7 @@ def test_what_follows_from_a_mistake_is_no_second_one(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(OWN.read_text().replace('speed = "12 km/s"', 'speed = "12 km"'))
     with pytest.raises(InputError) as caught:
-        cases.compose(cases.read(file))
+        compose(cases.read(file))
     assert "1 error" in str(caught.value) and "is not a quantity in m/s" in str(caught.value)
 
 
@@ -141,7 +142,7 @@ def test_the_impact_of_the_encounters_sizes_the_crater_anew(tmp_path):
     found = tmp_path / "impact.toml"
     found.write_text('speed = "30 km/s"\nangle_from_vertical = "45 deg"\n')
     faster = cases.with_impact(case, found)
-    before, after = (cases.compose(one)["sph"].impact.expected_transient_diameter for one in (case, faster))
+    before, after = (compose(one)["sph"].impact.expected_transient_diameter for one in (case, faster))
     assert after / before == pytest.approx((30.0 / 15.0) ** 0.44, rel=0.05)
 
 

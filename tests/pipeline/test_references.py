@@ -11,6 +11,7 @@ import pytest
 from matter import material
 from matter.errors import InputError
 from pipeline import bibliography, case, describe, references
+from pipeline.compose import compose
 
 ROOT = Path(__file__).parents[2]
 CASES = ROOT / "cases"
@@ -29,7 +30,7 @@ HERTZ = (
 def cited(tmp_path, name, preset="quick", sets=(), only=None):
     """Keys of the bibliography of a case's run, of all its stages or ``only`` some."""
     chosen = case.read(CASES / name, preset, sets)
-    settings = {stage: one for stage, one in case.compose(chosen).items() if stage in (only or chosen.stages)}
+    settings = {stage: one for stage, one in compose(chosen).items() if stage in (only or chosen.stages)}
     return set(references.write(tmp_path / "references.bib", chosen, settings, describe.materials(settings.values())))
 
 
@@ -60,7 +61,7 @@ def test_every_shipped_case_names_its_sources(folder):
 
 def test_a_key_that_is_not_in_the_bibliography_is_named_with_the_nearest(tmp_path):
     with pytest.raises(InputError, match=r"'Winter2018' is not in references.bib; did you mean 'Winter2017'"):
-        case.compose(case.read(CASES / "valhalla_980km", "quick", ('case.sources=["Winter2018"]',)))
+        compose(case.read(CASES / "valhalla_980km", "quick", ('case.sources=["Winter2018"]',)))
 
 
 def test_citations_do_not_rename_a_run_folder():

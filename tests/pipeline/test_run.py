@@ -12,6 +12,7 @@ from matter import progress
 from matter.errors import InputError, Stopped, UnphysicalState
 from pipeline import case as cases
 from pipeline import folder, lock, stages
+from pipeline.compose import compose
 from pipeline.run import Request, run
 
 
@@ -281,10 +282,10 @@ def test_a_taken_folder_names_its_holder(go, tmp_path, case_folder):
 
 
 def test_a_hash_of_inputs_depends_on_settings_and_on_what_is_read(case_folder, tmp_path):
-    settings = cases.compose(cases.read(case_folder))
+    settings = compose(cases.read(case_folder))
     sph = folder.inputs_sha256(tmp_path, "sph", settings["sph"], None)
     assert sph == folder.inputs_sha256(tmp_path, "sph", settings["sph"], None)
-    other = cases.compose(cases.read(case_folder, None, ["sph.spacing=52.000001 km"]))
+    other = compose(cases.read(case_folder, None, ["sph.spacing=52.000001 km"]))
     assert sph != folder.inputs_sha256(tmp_path, "sph", other["sph"], None)
     (tmp_path / "1_nbody").mkdir()
     (tmp_path / "1_nbody" / "impact.toml").write_text("x")

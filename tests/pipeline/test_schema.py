@@ -12,6 +12,7 @@ import pytest
 
 from pipeline import case as cases
 from pipeline import schema, used
+from pipeline.compose import compose
 from pipeline.overlay import assigned
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,7 +33,7 @@ def test_a_shipped_case_with_each_preset_and_as_used_is_valid(validator, file, t
     for preset in (None, *content.get("preset", {})):
         case = cases.read(file, preset)
         assert [error.message for error in validator.iter_errors(case.document)] == []
-        used.write(tmp_path / "case.used.toml", case, cases.compose(case))
+        used.write(tmp_path / "case.used.toml", case, compose(case))
         assert [error.message for error in validator.iter_errors(tomllib.loads((tmp_path / "case.used.toml").read_text()))] == []
 
 

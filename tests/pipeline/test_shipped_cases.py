@@ -10,6 +10,7 @@ import pytest
 from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import folder, prediction, stages, used
+from pipeline.compose import compose
 from pipeline.run import Request
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -28,14 +29,14 @@ def with_presets() -> list:
 @pytest.mark.parametrize(("place", "preset"), with_presets())
 def test_it_is_valid_and_its_cost_is_predicted(place, preset, tmp_path):
     request = Request(cases.read(place, preset), tmp_path)
-    settings = cases.compose(request.case)
+    settings = compose(request.case)
     assert tuple(settings) == request.case.stages and "sph" in request.case.stages
     if place.name.startswith("valhalla"):
         assert set(settings) == set(stages.ORDER)
     for stage, row in prediction.predictions(request, settings).items():
         assert 0 < row["wall_s"] < 3e6 and 1e6 < row["memory_bytes"] < 1e12 and 0 < row["disk_bytes"] < 1e13, (stage, row)
     used.write(tmp_path / "case.used.toml", request.case, settings)
-    again = cases.compose(cases.read(tmp_path / "case.used.toml"))
+    again = compose(cases.read(tmp_path / "case.used.toml"))
     assert {stage: folder.settings_text(s) for stage, s in again.items()} == {stage: folder.settings_text(s) for stage, s in settings.items()}
 
 
@@ -51,7 +52,7 @@ def test_it_names_its_source_and_waives_nothing_that_binds(place):
 
 
 def test_the_980_km_case_is_the_published_one():
-    settings = cases.compose(cases.read(ROOT / "cases" / "valhalla_980km"))
+    settings = compose(cases.read(ROOT / "cases" / "valhalla_980km"))
     impact, target = settings["sph"].impact, settings["sph"].target
     assert (impact.speed, impact.projectile.radius) == (18234.0, 53900.0)
     assert impact.angle_from_vertical == pytest.approx(0.698131700797, abs=1e-12)
@@ -70,7 +71,7 @@ def test_the_980_km_case_is_the_published_one():
     ],
 )
 def test_the_smaller_valhalla_cases_are_the_published_ones(name, radius, layers, end):
-    settings = cases.compose(cases.read(ROOT / "cases" / name))
+    settings = compose(cases.read(ROOT / "cases" / name))
     impact, target = settings["sph"].impact, settings["sph"].target
     assert (impact.speed, impact.projectile.radius) == (18234.0, radius)
     assert impact.angle_from_vertical == pytest.approx(0.698131700797, abs=1e-12)
@@ -90,11 +91,11 @@ def test_the_published_variants_are_reached_by_overlays(name):
         "impact.projectile.radius=40.29 km",
     ]
     for stage in ("sph", "bed", "crater"):
-        made = cases.compose(cases.read(ROOT / "cases" / name, "quick", overrides))[stage]
+        made = compose(cases.read(ROOT / "cases" / name, "quick", overrides))[stage]
         assert made.target.start == "literal" and [layer.material for layer in made.target.layers][1:] == ["ice", "ice"]
         assert made.impact.speed == 9590.0 and made.impact.projectile.radius == 40290.0
         assert made.impact.angle_from_vertical == pytest.approx(1.1344640138, abs=1e-9)
-    assert cases.compose(cases.read(ROOT / "cases" / name, "quick", overrides))["sph"].projectile_particles == 1
+    assert compose(cases.read(ROOT / "cases" / name, "quick", overrides))["sph"].projectile_particles == 1
 
 
 def test_laws_of_a_material_are_chosen_by_the_case(tmp_path):
@@ -102,12 +103,12 @@ def test_laws_of_a_material_are_chosen_by_the_case(tmp_path):
     place = ROOT / "cases" / "valhalla_980km"
     changes = ['sph.materials.ice.strength="drucker_prager"', 'sph.materials.ice.drucker_prager.friction_angle="35 deg"']
     case = cases.read(place, "tiny", changes)
-    settings = cases.compose(case)
+    settings = compose(case)
     assert settings["sph"].materials["ice"].strength == "drucker_prager"
     used.write(tmp_path / "case.used.toml", case, settings)
-    again = cases.compose(cases.read(tmp_path / "case.used.toml"))
+    again = compose(cases.read(tmp_path / "case.used.toml"))
     assert folder.settings_text(again["sph"]) == folder.settings_text(settings["sph"])
     with pytest.raises(InputError, match=r"sph.materials.ice.strenth: there is no such key; did you mean 'strength'"):
-        cases.compose(cases.read(place, "tiny", ['sph.materials.ice.strenth="collins"']))
+        compose(cases.read(place, "tiny", ['sph.materials.ice.strenth="collins"']))
     with pytest.raises(InputError, match=r"\[drucker_prager\]: cohesion: the unit is missing"):
-        cases.compose(cases.read(place, "tiny", [*changes, "sph.materials.ice.drucker_prager.cohesion=3.0"]))
+        compose(cases.read(place, "tiny", [*changes, "sph.materials.ice.drucker_prager.cohesion=3.0"]))

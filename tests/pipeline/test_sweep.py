@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from matter.errors import InputError
-from pipeline import case as cases
+from pipeline.compose import compose
 from studies.winter_2017 import variants as sweep
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -29,7 +29,7 @@ def all_variants() -> list:
 
 @pytest.mark.parametrize("variant", all_variants(), ids=lambda v: f"{v.preset}-{v.name}")
 def test_every_variant_composes(variant):
-    assert cases.compose(variant.read())["sph"].end_time > 0
+    assert compose(variant.read())["sph"].end_time > 0
 
 
 def test_the_matrix_holds_every_run_that_a_claim_needs():
@@ -45,7 +45,7 @@ def test_equal_energy_holds_in_the_matrix():
     for case in ("350", "980"):
         energy = {}
         for name in ("base", "v1", "v3", "v4"):
-            impact = cases.compose(variants[f"{case}_{name}"].read())["sph"].impact
+            impact = compose(variants[f"{case}_{name}"].read())["sph"].impact
             energy[name] = impact.projectile.radius**3 * impact.speed**2
         assert [energy[n] / energy["base"] for n in energy] == pytest.approx([1.0] * 4, rel=2e-3)
 

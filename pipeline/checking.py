@@ -1,0 +1,147 @@
+"""A case's tables checked against the settings of their stages: the settings that are right, and all complaints at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from matter.body import Impact, Model, Target
+from matter.errors import InputError
+from matter.quantity import REQUIRED
+from pipeline import outside, overlay, stages
+from pipeline.case import Case, read
+from pipeline.case_table import CaseTable
+from pipeline.complaints import Complaint, complaints, dotted, unknown
+from pipeline.left_open import FROM_ENCOUNTERS
+from pipeline.plain import plain
+from pipeline.toml_lines import KeyPath
+
+# filled in where the rest is in order (``pipeline.left_open``)
+FOLLOWS = (("impact", "expected_transient_diameter"), ("target", "layers", 0, "thickness"), ("target", "layers", 0, "name"))
+
+
+def settings_of(case: Case, wanted: tuple[str, ...] = stages.ORDER) -> dict[str, Model]:
+    """The settings of every stage whose module exists, by its name, of what the case itself says.
+
+    ``wanted`` are the stages that are to run: a missing module is an error for these only. Raises ``InputError`` with every complaint.
+    """
+    settings, found = _composed(case, wanted)
+    if found:
+        raise InputError(listed(case, found, wanted))
+    return settings
+
+
+def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], list[Complaint]]:
+    """The settings that are right, and every complaint."""
+    settings: dict[str, Model] = {}
+    found = list(case.found)
+    document = case.document
+    if not case.pinned:
+        document = {**document, "impact": {**FROM_ENCOUNTERS, **document["impact"]}}
+    found += _tables(document)
+    found += _checked(CaseTable, document.get("case", {}), ("case",))[1]
+    shared = {name: document[name] for name in stages.SHARED_TABLES if name in document}
+    for name, model in (("target", Target), ("impact", Impact)):
+        if name in shared:
+            found += _checked(model, shared[name], (name,))[1]
+    if not any(complaint.path[:2] == ("case", "stages") for complaint in found):  # a stage's name that is misspelt is one mistake
+        idle = [stage for stage in stages.ORDER if stage in document and stage not in case.stages]
+        found += [Complaint((stage,), f"[case] stages does not include {stage}") for stage in idle]
+    found += outside.faults(case.outside, stages.OUTSIDE)
+    for stage in case.stages:
+        try:
+            model = stages.load(stage).Settings
+        except InputError as reason:
+            if stage in wanted and stage not in case.outside:
+                found.append(Complaint((stage,), str(reason)))
+            continue
+        table = document.get(stage, {})
+        if not isinstance(table, dict):
+            continue  # already complained about
+        payload, moved = _payload(model, table, shared, document)
+        if "pinned" in model.model_fields:
+            payload.setdefault("pinned", case.pinned)
+        made, wrong = _checked(model, payload, (stage,), moved)
+        if stage in case.outside:  # it will not run: misspelt keys still count, missing ones do not
+            wrong = [complaint for complaint in wrong if complaint.message != "is missing"]
+        found += wrong
+        if made is not None:
+            settings[stage] = made
+    return settings, _causes(found)
+
+
+def _causes(found: list[Complaint]) -> list[Complaint]:
+    """The complaints without those that follow from others: what could not be filled in is no second mistake."""
+    first = [complaint for complaint in found if not (complaint.message == "is missing" and complaint.path in FOLLOWS)]
+    return first or found
+
+
+def _tables(document: dict[str, Any]) -> list[Complaint]:
+    valid = ["case", *stages.SHARED_TABLES, *stages.ORDER, "preset"]
+    found = []
+    for name, value in document.items():
+        if name not in valid:
+            found.append(Complaint((name,), unknown(name, valid, "table")))
+        elif not isinstance(value, dict):
+            found.append(Complaint((name,), f"is a table: write [{name}]"))
+    return found
+
+
+def _payload(model: type[BaseModel], table: dict[str, Any], shared: dict[str, Any], document: dict[str, Any]) -> tuple[dict[str, Any], dict[str, KeyPath]]:
+    """A stage's own table with the shared tables that its settings declare, and where those stand in the document."""
+    payload, moved = dict(table), dict[str, KeyPath]()
+    for name in stages.SHARED_TABLES:
+        if name in model.model_fields and name in shared and name not in table:
+            payload[name], moved[name] = shared[name], (name,)
+    dem = document.get("dem")
+    if "contact" in model.model_fields and "contact" not in table and isinstance(dem, dict) and "contact" in dem:
+        payload["contact"], moved["contact"] = dem["contact"], ("dem", "contact")
+    for name, field_info in model.model_fields.items():
+        # a table that gives some keys of a field changes these keys of its default, not the others
+        if isinstance(field_info.default, BaseModel) and isinstance(payload.get(name), dict):
+            payload[name] = overlay.merged(plain(field_info.default), payload[name])
+    return payload, moved
+
+
+def _checked(model: type[Model], payload: Any, place: KeyPath, moved: dict[str, KeyPath] | None = None) -> tuple[Model | None, list[Complaint]]:
+    try:
+        return model.model_validate(payload, context=REQUIRED), []
+    except ValidationError as error:
+        found = []
+        for path, message in complaints(model, error):
+            first = path[0] if path else None
+            origin = moved[str(first)] if moved and first in moved else (*place, *path[:1])
+            if message == "is missing" and len(path) == 1 and first in stages.SHARED_TABLES:
+                origin = (str(first),)
+            found.append(Complaint((*origin, *path[1:]), message))
+        return None, found
+
+
+def listed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> str:
+    """All complaints in the order of the file, then those about options; those of composing for the ``wanted`` stages blame an option that causes them."""
+    rows = []
+    found = list(dict.fromkeys(found))
+    blamed = _blamed(case, found, wanted) if wanted else {}
+    for complaint in found:
+        path, message = complaint
+        origin = blamed.get(complaint) or (case.origin(path) if path else "")
+        line = origin.rpartition(":")[2]
+        rows.append((int(line) if line.isdigit() else 10**9, f"  {origin}  {dotted(path)}: {message}" if path else f"  {message}"))
+    rows.sort(key=lambda row: row[0])
+    return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(text for _, text in rows)
+
+
+def _blamed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> dict[Complaint, str]:
+    """The options at fault for complaints about other places: those without which a complaint would not be there."""
+    blamed: dict[Complaint, str] = {}
+    for number, assignment in enumerate(case.overrides):
+        try:
+            key = overlay.parsed(assignment)[0]
+            without = _composed(read(case.file, case.preset, case.overrides[:number] + case.overrides[number + 1 :], case.size), wanted)[1]
+        except InputError:
+            continue  # that option has a complaint of its own
+        for complaint in found:
+            if complaint.path and complaint not in without:
+                blamed[complaint] = f"{blamed[complaint]}, --set {dotted(key)}" if complaint in blamed else f"--set {dotted(key)}"
+    return blamed

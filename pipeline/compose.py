@@ -1,0 +1,35 @@
+"""The settings of each stage from a case: what it says, and the chain errors that its ``expected.toml`` knows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from matter.body import Model
+from matter.errors import InputError
+from pipeline import checking, expected, stages
+from pipeline.case import Case
+
+
+def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model]:
+    """The settings of every stage whose module exists, by its name.
+
+    ``wanted`` are the stages that are to run: a missing module is an error for these only. Raises ``InputError`` with every complaint.
+    """
+    return checking.settings_of(_with_chain(case), tuple(wanted))
+
+
+def _with_chain(case: Case) -> Case:
+    """The case with the chain errors of its crater (``pipeline.expected``), where it is one that was measured and names none itself."""
+    table = case.document.get("crater", {})
+    if "crater" not in case.stages or not isinstance(table, dict) or "chain" in table or not _measures_with_chain():
+        return case
+    errors = expected.chain_of(case)
+    return replace(case, document={**case.document, "crater": {**table, "chain": errors}}) if errors else case
+
+
+def _measures_with_chain() -> bool:
+    try:
+        return "chain" in stages.load("crater").Settings.model_fields
+    except InputError:
+        return False
