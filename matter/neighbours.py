@@ -31,6 +31,22 @@ class Grid(NamedTuple):
     start: np.ndarray
 
 
+class Points(NamedTuple):
+    """Sorted particles: places ``x``, ``y``, ``z`` (n,) [m] and support radii ``h`` (n,) [m]."""
+
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    h: np.ndarray
+
+
+class Occupied(NamedTuple):
+    """The ``cells`` (k,) that hold particles, and the ``level`` (k,) of each."""
+
+    cells: np.ndarray
+    level: np.ndarray
+
+
 _CELLS = 4  # at most, per particle of a level
 _OUTSIDE = 0.02  # share of a scattered level's particles that may lie beyond its box on each side; they share the outermost cells
 
@@ -98,11 +114,15 @@ _BLOCK = 16  # cells that a thread takes at a time
 
 
 @kernel(fastmath=True)
-def _fill_some(lower, upper, x, y, z, h, reach, largest, width, origin, shape, offset, start, cells, level, cursor, index, entry, count):
-    """Rows of the particles of cells ``cells[lower:upper]``.
+def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count):
+    """Rows of the particles of one block of cells.
 
     The particles of a cell look through the same cells around it: these are copied together once and tested in whole registers.
     """
+    x, y, z, h = points.x, points.y, points.z, points.h
+    largest, width, origin, shape, offset, start = grid.largest, grid.width, grid.origin, grid.shape, grid.offset, grid.start
+    cells, level = occupied.cells, occupied.level
+    lower, upper = block * _BLOCK, min(len(cells), (block + 1) * _BLOCK)
     levels = len(width)
     room = 1024
     candidate = np.empty(room, dtype=np.int32)
@@ -194,10 +214,9 @@ def _fill_some(lower, upper, x, y, z, h, reach, largest, width, origin, shape, o
 
 
 @parallel_kernel
-def _fill(x, y, z, h, reach, largest, width, origin, shape, offset, start, cells, level, cursor, index, entry, count):
-    for block in prange((len(cells) + _BLOCK - 1) // _BLOCK):
-        lower, upper = block * _BLOCK, min(len(cells), (block + 1) * _BLOCK)
-        _fill_some(lower, upper, x, y, z, h, reach, largest, width, origin, shape, offset, start, cells, level, cursor, index, entry, count)
+def _fill(points, reach, grid, occupied, cursor, index, entry, count):
+    for block in prange((len(occupied.cells) + _BLOCK - 1) // _BLOCK):
+        _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count)
 
 
 @dataclass(frozen=True)
@@ -218,17 +237,16 @@ def build(position: np.ndarray, h: np.ndarray, grid: Grid, reach: float = 1.0, p
     """
     n = len(position)
     x, y, z = (np.ascontiguousarray(position[:, axis]) for axis in range(3))
+    points = Points(x, y, z, h)
     if previous is not None and len(previous.entry) == n:
         index, entry, count = previous.index, previous.entry, previous.count
     else:
         index, entry, count = np.empty(48 * n, dtype=np.int32), np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32)
     cells = np.flatnonzero(np.diff(grid.start))
-    level = np.searchsorted(grid.offset, cells, side="right") - 1
+    occupied = Occupied(cells, np.searchsorted(grid.offset, cells, side="right") - 1)
     while True:
         cursor = np.zeros(1, dtype=np.int64)
-        _fill(
-            x, y, z, h, reach, grid.largest, grid.width, grid.origin, grid.shape, grid.offset, grid.start, cells, level, cursor, index, entry, count
-        )  # fmt: skip
+        _fill(points, reach, grid, occupied, cursor, index, entry, count)
         if cursor[0] <= len(index):
             return Neighbours(index, entry, count)
         index.resize(int(1.1 * cursor[0]), refcheck=False)  # in place: the list before it is nobody's any more

@@ -20,6 +20,10 @@ SOURCES = ("BarnesHut1986", "Barnes1990")
 
 G = 6.6743e-11  # CODATA 2018 [m^3/(kg s^2)]
 
+# columns of a node's moments, after its centre of mass: mass, traceless quadrupole, mean eps^2; of a near particle, after its place: mass, eps^2 / 2
+MASS, XX, XY, XZ, YY, YZ, ZZ, EPS2, WIDTH = range(3, 12)
+NEAR_MASS, NEAR_EPS2 = 3, 4
+
 _LEAF = 24
 _GROUP = 128
 _DEPTH = 21
@@ -35,7 +39,7 @@ class Tree(NamedTuple):
     leaf: np.ndarray
     edge: np.ndarray
     centre: np.ndarray
-    moment: np.ndarray  # (nodes, 11): centre of mass, mass, quadrupole xx xy xz yy yz zz, mean eps^2
+    moment: np.ndarray  # (nodes, WIDTH): centre of mass, mass, quadrupole, mean eps^2
     group: np.ndarray  # nodes that are walked as one group
 
 
@@ -102,37 +106,38 @@ def _nodes(key, low, edge0, first, last, skip, leaf, edge, centre, group):
 
 
 @kernel
-def _moments(nodes, x, y, z, mass, eps2, first, last, skip, leaf, moment):
+def _moments(nodes, particles, first, last, skip, leaf, moment):
     """Mass, centre of mass, traceless quadrupole and mean eps^2 of every node, children before parents; turns ``skip`` from parent into next node."""
+    x, y, z, mass, eps2 = particles.x, particles.y, particles.z, particles.mass, particles.eps2
     for k in range(nodes):
-        for c in range(11):
+        for c in range(WIDTH):
             moment[k, c] = 0.0
     for k in range(nodes - 1, -1, -1):
         if leaf[k]:
             for i in range(first[k], last[k]):
-                moment[k, 3] += mass[i]
-                moment[k, 10] += mass[i] * eps2[i]
+                moment[k, MASS] += mass[i]
+                moment[k, EPS2] += mass[i] * eps2[i]
                 moment[k, 0] += mass[i] * x[i]
                 moment[k, 1] += mass[i] * y[i]
                 moment[k, 2] += mass[i] * z[i]
         for a in range(3):
-            moment[k, a] /= max(moment[k, 3], 1e-300)
-        moment[k, 10] /= max(moment[k, 3], 1e-300)
+            moment[k, a] /= max(moment[k, MASS], 1e-300)
+        moment[k, EPS2] /= max(moment[k, MASS], 1e-300)
         parent = skip[k]
         if parent >= 0:
-            moment[parent, 3] += moment[k, 3]
-            moment[parent, 10] += moment[k, 3] * moment[k, 10]
+            moment[parent, MASS] += moment[k, MASS]
+            moment[parent, EPS2] += moment[k, MASS] * moment[k, EPS2]
             for a in range(3):
-                moment[parent, a] += moment[k, 3] * moment[k, a]
+                moment[parent, a] += moment[k, MASS] * moment[k, a]
     for k in range(nodes - 1, -1, -1):
         if leaf[k]:
             for i in range(first[k], last[k]):
                 _add_quadrupole(moment, k, mass[i], x[i], y[i], z[i])
         parent = skip[k]
         if parent >= 0:
-            for c in range(4, 10):
+            for c in range(XX, ZZ + 1):
                 moment[parent, c] += moment[k, c]
-            _add_quadrupole(moment, parent, moment[k, 3], moment[k, 0], moment[k, 1], moment[k, 2])
+            _add_quadrupole(moment, parent, moment[k, MASS], moment[k, 0], moment[k, 1], moment[k, 2])
     for k in range(nodes):
         lo, hi = k + 1, nodes  # the subtree of k ends at the first later node that begins at or after last[k]
         while lo < hi:
@@ -148,12 +153,12 @@ def _moments(nodes, x, y, z, mass, eps2, first, last, skip, leaf, moment):
 def _add_quadrupole(moment, k, m, x, y, z):
     dx, dy, dz = x - moment[k, 0], y - moment[k, 1], z - moment[k, 2]
     r2 = dx * dx + dy * dy + dz * dz
-    moment[k, 4] += m * (3.0 * dx * dx - r2)
-    moment[k, 5] += m * 3.0 * dx * dy
-    moment[k, 6] += m * 3.0 * dx * dz
-    moment[k, 7] += m * (3.0 * dy * dy - r2)
-    moment[k, 8] += m * 3.0 * dy * dz
-    moment[k, 9] += m * (3.0 * dz * dz - r2)
+    moment[k, XX] += m * (3.0 * dx * dx - r2)
+    moment[k, XY] += m * 3.0 * dx * dy
+    moment[k, XZ] += m * 3.0 * dx * dz
+    moment[k, YY] += m * (3.0 * dy * dy - r2)
+    moment[k, YZ] += m * 3.0 * dy * dz
+    moment[k, ZZ] += m * (3.0 * dz * dz - r2)
 
 
 class Sorted(NamedTuple):
@@ -166,8 +171,17 @@ class Sorted(NamedTuple):
     eps2: np.ndarray
 
 
+class Units(NamedTuple):
+    """What places and masses are counted in: a ``length`` [m] and a ``total`` mass [kg], about a ``middle`` (3,) [m]."""
+
+    middle: np.ndarray
+    length: float
+    total: float
+
+
 @parallel_kernel
-def _sorted(order, position, mass, softening, middle, length, total, x, y, z, m, eps2):
+def _sorted(order, position, mass, softening, units, x, y, z, m, eps2):
+    middle, length, total = units.middle, units.length, units.total
     for k in prange(len(order)):
         i = order[k]
         x[k] = (position[i, 0] - middle[0]) / length
@@ -193,7 +207,7 @@ def build(
     _morton(position, low, (1 << _DEPTH) / edge0, key)
     order = np.argsort(key)
     particles = Sorted(*(np.empty(n) for _ in Sorted._fields))
-    _sorted(order, position, mass, softening, middle, length, total, *particles)
+    _sorted(order, position, mass, softening, Units(middle, length, total), *particles)
     key = key[order]
     room = n // 2 + 256
     while True:
@@ -204,8 +218,8 @@ def build(
         if nodes >= 0:
             break
         room *= 2
-    moment = np.empty((nodes, 11))
-    _moments(nodes, *particles, first, last, skip, leaf, moment)
+    moment = np.empty((nodes, WIDTH))
+    _moments(nodes, particles, first, last, skip, leaf, moment)
     return Tree(order, first[:nodes], last[:nodes], skip[:nodes], leaf[:nodes], edge[:nodes], centre[:nodes], moment, group[:groups]), particles
 
 
@@ -214,18 +228,20 @@ _SINGLE = 0.1  # from this opening angle on, the tree's own error hides that of 
 
 
 @kernel(fastmath=True)
-def _collect(k, radius, cx, cy, cz, x, y, z, mass, half_eps2, first, last, skip, leaf, reach, moment, nodes, near):
+def _collect(k, radius, cx, cy, cz, particles, tree, reach, nodes, near):
     """Go on with a walk at node k until it ends or the lists of far ``nodes`` (11, .) and ``near`` particles (5, .) are full.
 
     ``reach`` is (l + d) / theta of every node. Places in the lists are relative to the group's centre. Returns the next node and both lengths.
     """
+    x, y, z, mass, half_eps2 = particles.x, particles.y, particles.z, particles.mass, particles.eps2
+    first, last, skip, leaf, moment = tree.first, tree.last, tree.skip, tree.leaf, tree.moment
     far_count, near_count, room = 0, 0, near.shape[1]
     while k < len(first) and far_count < _LIST:
         dx, dy, dz = moment[k, 0] - cx, moment[k, 1] - cy, moment[k, 2] - cz
         away = reach[k] + radius
         if dx * dx + dy * dy + dz * dz > away * away:
             nodes[0, far_count], nodes[1, far_count], nodes[2, far_count] = dx, dy, dz
-            for c in range(3, 11):
+            for c in range(MASS, WIDTH):
                 nodes[c, far_count] = moment[k, c]
             far_count += 1
             k = skip[k]
@@ -234,7 +250,7 @@ def _collect(k, radius, cx, cy, cz, x, y, z, mass, half_eps2, first, last, skip,
                 break
             for j in range(first[k], last[k]):
                 near[0, near_count], near[1, near_count], near[2, near_count] = x[j] - cx, y[j] - cy, z[j] - cz
-                near[3, near_count], near[4, near_count] = mass[j], half_eps2[j]
+                near[NEAR_MASS, near_count], near[NEAR_EPS2, near_count] = mass[j], half_eps2[j]
                 near_count += 1
             k = skip[k]
         else:
@@ -249,15 +265,15 @@ def _pull_nodes(px, py, pz, half_eps2, nodes, count, numbers):
     ax, ay, az = numbers[3], numbers[3], numbers[3]
     for k in range(count):
         dx, dy, dz = nodes[0, k] - px, nodes[1, k] - py, nodes[2, k] - pz
-        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[10, k])
+        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[EPS2, k])
         inv2 = inv * inv
         inv3 = inv * inv2
         inv5 = inv3 * inv2
-        qx = nodes[4, k] * dx + nodes[5, k] * dy + nodes[6, k] * dz
-        qy = nodes[5, k] * dx + nodes[7, k] * dy + nodes[8, k] * dz
-        qz = nodes[6, k] * dx + nodes[8, k] * dy + nodes[9, k] * dz
+        qx = nodes[XX, k] * dx + nodes[XY, k] * dy + nodes[XZ, k] * dz
+        qy = nodes[XY, k] * dx + nodes[YY, k] * dy + nodes[YZ, k] * dz
+        qz = nodes[XZ, k] * dx + nodes[YZ, k] * dy + nodes[ZZ, k] * dz
         # phi = -m/r - Q:xx / (2 r^5);  g = -grad phi with x from particle to node
-        radial = nodes[3, k] * inv3 + wide * (qx * dx + qy * dy + qz * dz) * inv5 * inv2
+        radial = nodes[MASS, k] * inv3 + wide * (qx * dx + qy * dy + qz * dz) * inv5 * inv2
         ax += radial * dx - qx * inv5
         ay += radial * dy - qy * inv5
         az += radial * dz - qz * inv5
@@ -271,8 +287,8 @@ def _pull_particles(px, py, pz, half_eps2, near, count, numbers):
     ax, ay, az = numbers[3], numbers[3], numbers[3]
     for k in range(count):
         dx, dy, dz = near[0, k] - px, near[1, k] - py, near[2, k] - pz
-        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[4, k] + tiny)
-        pull = near[3, k] * (inv * inv * inv)
+        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[NEAR_EPS2, k] + tiny)
+        pull = near[NEAR_MASS, k] * (inv * inv * inv)
         ax += pull * dx
         ay += pull * dy
         az += pull * dz
@@ -286,22 +302,23 @@ def _well(px, py, pz, half_eps2, nodes, far_count, near, near_count, numbers):
     depth = numbers[3]
     for k in range(far_count):
         dx, dy, dz = nodes[0, k] - px, nodes[1, k] - py, nodes[2, k] - pz
-        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[10, k])
+        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[EPS2, k])
         inv2 = inv * inv
-        qx = nodes[4, k] * dx + nodes[5, k] * dy + nodes[6, k] * dz
-        qy = nodes[5, k] * dx + nodes[7, k] * dy + nodes[8, k] * dz
-        qz = nodes[6, k] * dx + nodes[8, k] * dy + nodes[9, k] * dz
-        depth += nodes[3, k] * inv + (qx * dx + qy * dy + qz * dz) * (inv * inv2 * inv2) / (one + one)
+        qx = nodes[XX, k] * dx + nodes[XY, k] * dy + nodes[XZ, k] * dz
+        qy = nodes[XY, k] * dx + nodes[YY, k] * dy + nodes[YZ, k] * dz
+        qz = nodes[XZ, k] * dx + nodes[YZ, k] * dy + nodes[ZZ, k] * dz
+        depth += nodes[MASS, k] * inv + (qx * dx + qy * dy + qz * dz) * (inv * inv2 * inv2) / (one + one)
     for k in range(near_count):
         dx, dy, dz = near[0, k] - px, near[1, k] - py, near[2, k] - pz
-        depth += near[3, k] / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[4, k] + tiny)
+        depth += near[NEAR_MASS, k] / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[NEAR_EPS2, k] + tiny)
     return depth
 
 
 @kernel(fastmath=True)
-def _sum_group(a, b, wanted, x, y, z, mass, half_eps2, first, last, skip, leaf, reach, moment, room, numbers, out):
-    """Forces (``wanted`` 3) or potentials (1) of the particles a ... b - 1, which share one walk."""
-    nodes, near = np.empty((11, _LIST), dtype=numbers.dtype), np.empty((5, room), dtype=numbers.dtype)
+def _sum_group(a, b, wanted, particles, tree, reach, room, numbers, out):
+    """Forces (``wanted`` 3) or potentials (1) of the particles a ... b - 1, which share one walk; ``particles.eps2`` is halved."""
+    x, y, z, half_eps2 = particles.x, particles.y, particles.z, particles.eps2
+    nodes, near = np.empty((WIDTH, _LIST), dtype=numbers.dtype), np.empty((NEAR_EPS2 + 1, room), dtype=numbers.dtype)
     own = np.empty((4, b - a), dtype=numbers.dtype)
     cx, cy, cz = 0.0, 0.0, 0.0
     for i in range(a, b):
@@ -316,10 +333,8 @@ def _sum_group(a, b, wanted, x, y, z, mass, half_eps2, first, last, skip, leaf, 
         for c in range(wanted):
             out[i, c] = 0.0
     k = 0
-    while k < len(first):
-        k, far_count, near_count = _collect(
-            k, np.sqrt(radius2), cx, cy, cz, x, y, z, mass, half_eps2, first, last, skip, leaf, reach, moment, nodes, near
-        )  # fmt: skip
+    while k < len(tree.first):
+        k, far_count, near_count = _collect(k, np.sqrt(radius2), cx, cy, cz, particles, tree, reach, nodes, near)
         for i in range(a, b):
             px, py, pz, soft = own[0, i - a], own[1, i - a], own[2, i - a], own[3, i - a]
             if wanted == 1:
@@ -333,10 +348,10 @@ def _sum_group(a, b, wanted, x, y, z, mass, half_eps2, first, last, skip, leaf, 
 
 
 @parallel_kernel
-def _walk(wanted, x, y, z, mass, half_eps2, first, last, skip, leaf, reach, moment, group, room, numbers, out):
-    for g in prange(len(group)):
-        a, b = first[group[g]], last[group[g]]
-        _sum_group(a, b, wanted, x, y, z, mass, half_eps2, first, last, skip, leaf, reach, moment, room, numbers, out)
+def _walk(wanted, particles, tree, reach, room, numbers, out):
+    for g in prange(len(tree.group)):
+        a, b = tree.first[tree.group[g]], tree.last[tree.group[g]]
+        _sum_group(a, b, wanted, particles, tree, reach, room, numbers, out)
 
 
 def gravity(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float = 0.5) -> np.ndarray:
@@ -362,14 +377,14 @@ def _sums(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: 
     total = float(mass.sum()) or 1.0
     tree, particles = build(position, mass, softening, middle, length, total)
     moment = tree.moment
-    moment[:, 10] *= 0.5
+    moment[:, EPS2] *= 0.5
     particles.eps2[:] *= 0.5
     reach = (tree.edge + np.sqrt(((moment[:, :3] - tree.centre) ** 2).sum(axis=1))) / theta
     room = max(_LIST, int((tree.last - tree.first)[tree.leaf].max(initial=0)))
     single = wanted == 3 and theta >= _SINGLE
     numbers = np.array([1.0, 2.5, 1e-20 if single else 1e-30, 0.0], dtype=np.float32 if single else np.float64)
     out, result = np.empty((len(mass), wanted)), np.empty((len(mass), wanted))
-    _walk(wanted, *particles, tree.first, tree.last, tree.skip, tree.leaf, reach, moment, tree.group, room, numbers, out)
+    _walk(wanted, particles, tree, reach, room, numbers, out)
     _unsorted(tree.order, out, G * total / length ** (2 if wanted == 3 else 1), result)
     return result
 

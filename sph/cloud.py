@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
+
 import numpy as np
 
 from matter import neighbours
@@ -40,6 +42,9 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "flaw_last": ((), "int32"),
 }
 
+Fields = namedtuple("Fields", tuple(ARRAYS))  # type: ignore[misc]
+"""The arrays of a cloud as compiled loops take them. numba drops what a loop over ``prange`` itself writes to arrays inside a tuple, without a word: such a
+loop calls the function that writes."""
 
 OPTIONAL = ("late_density", "viscosity", "strain_rate")
 """Arrays (n, ...) that are empty until a law needs them: the density without pressure of the late stage (``sph.late``), the share of the artificial viscosity
@@ -103,6 +108,11 @@ class Cloud:
 
     def __len__(self) -> int:
         return len(self.mass)
+
+    @property
+    def fields(self) -> Fields:
+        """The arrays as they stand, for a compiled loop."""
+        return Fields(*(getattr(self, name) for name in ARRAYS))
 
     @classmethod
     def of(cls, *bodies: Body) -> Cloud:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from matter import tree
-from matter.jit import parallel_kernel, prange
+from matter.jit import kernel, parallel_kernel, prange
 from sph import gradients, late, length_terms, smoothing, start_volumes, state, timestep
 from sph import rates as pair_rates
 from sph import viscosity_switch as switches
@@ -32,9 +32,16 @@ YOUNG = 0.002  # of sqrt(R^3 / G M)
 DENSITY_FLOOR = 0.005  # of the density at rest; only particles that have lost their neighbours come near it
 
 
-@parallel_kernel
-def _open(dt, x, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, half, hD, hold):
-    for i in prange(len(rho)):
+_BLOCK = 1024  # particles that a thread takes at a time: numba drops what a parallel loop itself writes to arrays inside a tuple, not what it calls
+
+
+@kernel
+def _open_some(first, end, dt, cloud, rates, evaluated, hold):
+    """``_open`` for the particles ``first`` to ``end`` - 1."""
+    x, v, rho, u, S, D, g = cloud.position, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage, cloud.gravity
+    a, drho, du, dS, dD, cap = rates.acceleration, rates.density, rates.energy, rates.stress, evaluated.damage_rate, evaluated.damage_cap
+    hv, hrho, hu, half, hD = cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change, cloud.half_damage
+    for i in range(first, end):
         for c in range(3):
             acceleration = a[i, c] + g[i, c]
             hv[i, c] = v[i, c] + 0.5 * dt * acceleration
@@ -53,9 +60,14 @@ def _open(dt, x, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, hal
             S[i, c] += dt * dS[i, c]
 
 
-@parallel_kernel
-def _close(dt, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, half, hD, P, peak, floor, material, hold, keep):
-    for i in prange(len(rho)):
+@kernel
+def _close_some(first, end, dt, cloud, rates, evaluated, floor, hold, keep):
+    """``_close`` for the particles ``first`` to ``end`` - 1."""
+    v, rho, u, S, D, g = cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage, cloud.gravity
+    a, drho, du, dS, dD, cap = rates.acceleration, rates.density, rates.energy, rates.stress, evaluated.damage_rate, evaluated.damage_cap
+    hv, hrho, hu, half, hD = cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change, cloud.half_damage
+    P, peak, material = evaluated.pressure, cloud.peak_pressure, cloud.material
+    for i in range(first, end):
         for c in range(3):
             v[i, c] = keep * (hv[i, c] + 0.5 * dt * (a[i, c] + g[i, c]))
         rho[i] = max(hrho[i] + 0.5 * dt * drho[i], floor[material[i]])
@@ -65,6 +77,22 @@ def _close(dt, v, rho, u, S, D, a, g, drho, du, dS, dD, cap, hv, hrho, hu, half,
             peak[i] = max(peak[i], P[i])
         for c in range(5):
             S[i, c] += 0.5 * dt * dS[i, c] - half[i, c]  # S has yielded since: what the evaluation returned to the surface stays there
+
+
+@parallel_kernel
+def _open(dt, cloud, rates, evaluated, hold):
+    """The first half of a step, of ``sph.cloud.Fields`` in place, with ``sph.rates.Sums`` and ``sph.state.Response``: half a kick, drift, prediction."""
+    n = len(cloud.mass)
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        _open_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, hold)
+
+
+@parallel_kernel
+def _close(dt, cloud, rates, evaluated, floor, hold, keep):
+    """The second half of a step, as ``_open``; ``floor`` (m,) is the least density of each material [kg/m^3], ``keep`` damps velocities."""
+    n = len(cloud.mass)
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        _close_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, floor, hold, keep)
 
 
 @parallel_kernel
@@ -323,23 +351,14 @@ class Integrator:
     def step(self, dt: float, keep: float = 1.0) -> None:
         """One step; ``keep`` < 1 damps velocities (relaxation)."""
         cloud, r, e = self.cloud, self.rates, self.evaluated
-        _open(
-            dt, cloud.position, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage,
-            r.acceleration, cloud.gravity, r.density, r.energy, r.stress, e.damage_rate, e.damage_cap,
-            cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change, cloud.half_damage, self.hold,
-        )  # fmt: skip
+        _open(dt, cloud.fields, r.sums, e.response, self.hold)
         self.time += dt
         self._follow_length()
         self.neighbourhood.update(cloud, dt, self.time)
         if self._gravity_is_stale():
             self._gravity()
         self._evaluate()
-        _close(
-            dt, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage,
-            r.acceleration, cloud.gravity, r.density, r.energy, r.stress, e.damage_rate, e.damage_cap,
-            cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change, cloud.half_damage,
-            e.pressure, cloud.peak_pressure, self.floor, cloud.material, self.hold, keep,
-        )  # fmt: skip
+        _close(dt, cloud.fields, r.sums, e.response, self.floor, self.hold, keep)
         if self.edge is not None:
             self.edge.fade(cloud, e.wave, dt)
         self._follow_switch(dt)

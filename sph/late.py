@@ -31,6 +31,7 @@ from pydantic import Field
 from matter.body import Model
 from matter.jit import parallel_kernel, prange
 from matter.quantity import PositiveSpeed, PositiveTime
+from sph.cloud import Cloud
 from sph.eos import dispatch as eos
 from sph.materials import Rows
 from sph.state import holding
@@ -76,7 +77,10 @@ def soft(rows: Rows, sound_speed: float) -> Soft:
 
 
 @parallel_kernel
-def _switch(mass, rho, u, stress, distention, material, count, weight, rows, c2, ratio, late_density, elastic):
+def _switch(cloud, weight, rows, c2, ratio, stress, late_density, elastic):
+    """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, from ``sph.cloud.Fields``, and soften the ``stress`` (n, 5) in place."""
+    mass, rho, u = cloud.mass, cloud.density, cloud.specific_energy
+    distention, material, count = cloud.distention, cloud.material, cloud.neighbours
     for i in prange(len(rho)):
         m = material[i]
         alpha = distention[i]
@@ -100,15 +104,12 @@ def _switch(mass, rho, u, stress, distention, material, count, weight, rows, c2,
             stress[i, k] *= ratio[m]
 
 
-def switch(cloud, rows: Rows, to: Soft, weight: np.ndarray) -> tuple[float, float]:
+def switch(cloud: Cloud, rows: Rows, to: Soft, weight: np.ndarray) -> tuple[float, float]:
     """Set ``cloud.late_density`` and scale the stress; the elastic energies [J] before and after.
 
     ``weight`` (n,) is the pressure of the body in balance where the particles are [Pa].
     """
     elastic, cloud.late_density = np.empty((len(cloud), 2)), np.empty(len(cloud))
-    _switch(
-        cloud.mass, cloud.density, cloud.specific_energy, cloud.stress, cloud.distention, cloud.material, cloud.neighbours, weight, rows, to.c2, to.ratio,
-        cloud.late_density, elastic,
-    )  # fmt: skip
+    _switch(cloud.fields, weight, rows, to.c2, to.ratio, cloud.stress, cloud.late_density, elastic)
     before, after = elastic.sum(axis=0)
     return float(before), float(after)

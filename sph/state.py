@@ -15,11 +15,13 @@ energy, so that nothing is created; its remaining internal energy is booked in t
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from matter.errors import UnphysicalState
-from matter.jit import law, parallel_kernel, prange
+from matter.jit import kernel, law, parallel_kernel, prange
+from sph.cloud import Cloud
 from sph.damage import grady_kipp, growth
 from sph.eos import dispatch as eos
 from sph.materials import Materials, Rows
@@ -41,20 +43,61 @@ def holding(count):
     return min(max((count - FREE) / (BOUND - FREE), 0.0), 1.0)
 
 
-@parallel_kernel
-def _evaluate(
-    position, velocity, mass, rho, u, h, stress, root_damage, distention, initial, material, count, rows, flaw_first, flaw_last, flaw_strain,
-    strength, damage, crushing, late_density, late_c2,
-    row, pressure, wave, damage_rate, damage_cap, status, alpha, stiffness,
-):  # fmt: skip
-    n = len(mass)
-    for i in prange(n):
+class Response(NamedTuple):
+    """The arrays of ``Evaluated`` that every particle has, as the loops take them."""
+
+    row: np.ndarray
+    pressure: np.ndarray
+    wave: np.ndarray
+    damage_rate: np.ndarray
+    damage_cap: np.ndarray
+    status: np.ndarray
+
+
+class Pores(NamedTuple):
+    """The arrays of ``Evaluated`` that only porous material has: ``alpha`` (n,), ``stiffness`` (n, 2)."""
+
+    alpha: np.ndarray
+    stiffness: np.ndarray
+
+
+class Late(NamedTuple):
+    """The linear media of the late stage (``sph.late``): ``density`` (n,) without pressure [kg/m^3], ``c2`` (m,) squared sound speeds [m^2/s^2]."""
+
+    density: np.ndarray
+    c2: np.ndarray
+
+
+class Physics(NamedTuple):
+    """Which physics is on: shear ``strength``, ``damage``, and whether pores give way for good (``crushing``)."""
+
+    strength: bool
+    damage: bool
+    crushing: bool
+
+
+_BLOCK = 256  # particles that a thread takes at a time
+
+
+@kernel
+def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physics, out, pores, late):
+    """One evaluation of the particles ``first_particle`` to ``end_particle`` - 1; arguments as ``_evaluate``."""
+    position, velocity, mass, rho, u, h = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy, cloud.smoothing_length
+    stress, root_damage, distention, initial = cloud.stress, cloud.root_damage, cloud.distention, cloud.initial_distention
+    material, count, flaw_first, flaw_last = cloud.material, cloud.neighbours, cloud.flaw_first, cloud.flaw_last
+    row, pressure, wave, damage_rate, damage_cap, status = out.row, out.pressure, out.wave, out.damage_rate, out.damage_cap, out.status
+    strength, damage, crushing = physics.strength, physics.damage, physics.crushing
+    if pores is not None:
+        alpha, stiffness = pores.alpha, pores.stiffness
+    if late is not None:
+        late_density, late_c2 = late.density, late.c2
+    for i in range(first_particle, end_particle):
         m = material[i]
         bad = not (rho[i] > 0.0) or not (abs(u[i]) < 1e30) or not (abs(velocity[i, 0] + velocity[i, 1] + velocity[i, 2]) < 1e30)
         status[i] = 1 if bad else 0
         a, thin, slow, G = 1.0, 1.0, 1.0, rows.shear[m]
-        if alpha is not None:  # compiled without pores where it is None
-            if rows.porosity[m] > 0 and late_density is not None:
+        if pores is not None:
+            if rows.porosity[m] > 0 and late is not None:
                 a = distention[i]
                 stiffness[i, 0], stiffness[i, 1] = 1.0, 1.0
                 thin = 1.0 / a
@@ -66,7 +109,7 @@ def _evaluate(
                 stiffness[i, 0], stiffness[i, 1] = loading, unloading
                 thin = 1.0 / a
             alpha[i] = a
-        if late_density is None:  # compiled for one of the two
+        if late is None:
             P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
             P *= thin
             c2 = slow * slow * (d_rho + P * thin / (rho[i] * rho[i]) * d_u)
@@ -79,7 +122,7 @@ def _evaluate(
         damage_rate[i], damage_cap[i] = 0.0, 0.0
         if strength and G > 0.0:
             root = root_damage[i]
-            if alpha is not None and damage and rows.growth[m] > 0:
+            if pores is not None and damage and rows.growth[m] > 0:
                 root = compaction_damage.total(root, compaction_damage.root(distention[i], initial[i]))
             D = root * root * root
             law = rows.strength[m]
@@ -110,7 +153,7 @@ def _evaluate(
         if P < 0.0:
             P *= 1.0 - D
         P *= keep
-        if late_density is None:
+        if late is None:
             c2 = max(c2, rows.least_c2[m])
         c = math.sqrt(c2) if keep > 0.0 else 0.0
         pressure[i] = P
@@ -121,6 +164,18 @@ def _evaluate(
         r[VOLUME], r[RHO_INVERSE], r[SUPPORT], r[SOUND] = mass[i] / rho[i], 1.0 / rho[i], h[i], c
         r[XX], r[XY], r[XZ] = s * sxx - P, s * sxy, s * sxz
         r[YY], r[YZ], r[ZZ] = s * syy - P, s * syz, -s * (sxx + syy) - P
+
+
+@parallel_kernel
+def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late):
+    """One evaluation of every particle; compiled without pores or late stage where these are None.
+
+    In: ``sph.cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``. Out: ``Response`` and ``Pores``, and in place the
+    cloud's stress (yielded) and distention (compacted).
+    """
+    n = len(cloud.mass)
+    for block in prange((n + _BLOCK - 1) // _BLOCK):  # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
+        _evaluate_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), cloud, flaw_strain, rows, physics, out, pores, late)
 
 
 class Evaluated:
@@ -139,25 +194,25 @@ class Evaluated:
         """Sound speed (n,) [m/s], as it stands in the rows."""
         return self.row[: len(self.pressure), SOUND]
 
+    @property
+    def response(self) -> Response:
+        """The arrays as the compiled loops take them."""
+        return Response(self.row, self.pressure, self.wave, self.damage_rate, self.damage_cap, self.status)
+
     def fit(self, rows: int) -> None:
         """Room for ``rows`` rows, those of images behind the particles' own."""
         if len(self.row) != rows:
             self.row = np.zeros((rows, WIDTH))
 
 
-def evaluate(cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, crushing: bool = True, late_c2: np.ndarray | None = None) -> None:
+def evaluate(cloud: Cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, crushing: bool = True, late_c2: np.ndarray | None = None) -> None:
     """Fill ``out`` from the cloud's predicted state; the stress yields and pores close in place. A bad state is left in ``out.status`` for ``check``.
 
     ``crushing`` False: pores give way elastically only (relaxation). ``late_c2`` (m,): squared sound speeds of the late stage (``sph.late``).
     """
-    porous = bool((rows.alpha0 > 1.0).any())
-    _evaluate(
-        cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy, cloud.smoothing_length, cloud.stress, cloud.root_damage,
-        cloud.distention, cloud.initial_distention, cloud.material, cloud.neighbours, rows, cloud.flaw_first, cloud.flaw_last, cloud.flaw_strain,
-        strength, damage, crushing, None if late_c2 is None else cloud.late_density, late_c2,
-        out.row, out.pressure, out.wave, out.damage_rate, out.damage_cap, out.status,
-        out.alpha if porous else None, out.stiffness if porous else None,
-    )  # fmt: skip
+    pores = Pores(out.alpha, out.stiffness) if (rows.alpha0 > 1.0).any() else None
+    late = None if late_c2 is None else Late(cloud.late_density, late_c2)
+    _evaluate(cloud.fields, cloud.flaw_strain, rows, Physics(strength, damage, crushing), out.response, pores, late)
 
 
 def damage_of(cloud, rows: Rows) -> np.ndarray:

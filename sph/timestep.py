@@ -18,7 +18,10 @@ import math
 import numpy as np
 
 from matter.jit import parallel_kernel, prange
-from sph.state import holding
+from sph.cloud import Cloud
+from sph.rates import Rates
+from sph.row import SOUND
+from sph.state import Evaluated, holding
 
 SOURCES = ("Monaghan1992",)
 
@@ -26,7 +29,10 @@ REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth
 
 
 @parallel_kernel
-def _limits(h, wave, sound, approach, acceleration, gravity, divergence, u, energy_rate, count, alpha, beta, courant, step, reason):
+def _limits(cloud, rates, evaluated, alpha, beta, courant, step, reason):
+    """Fill ``step`` (n,) [s] and ``reason`` (n,) from ``sph.cloud.Fields``, ``sph.rates.Sums`` and ``sph.state.Response``."""
+    h, u, gravity, count, wave, row = cloud.smoothing_length, cloud.specific_energy, cloud.gravity, cloud.neighbours, evaluated.wave, evaluated.row
+    approach, acceleration, divergence, energy_rate = rates.approach, rates.acceleration, rates.divergence, rates.energy
     for i in prange(len(h)):
         if holding(count[i]) <= 0.0:
             step[i], reason[i] = 1e30, 0
@@ -43,18 +49,15 @@ def _limits(h, wave, sound, approach, acceleration, gravity, divergence, u, ener
         limit = 0.2 / (abs(divergence[i]) + 1e-30)
         if limit < best:
             best, why = limit, 3
-        limit = 0.3 * (max(u[i], 0.0) + 0.05 * sound[i] ** 2) / (abs(energy_rate[i]) + 1e-30)
+        limit = 0.3 * (max(u[i], 0.0) + 0.05 * row[i, SOUND] ** 2) / (abs(energy_rate[i]) + 1e-30)
         if limit < best:
             best, why = limit, 4
         step[i], reason[i] = best, why
 
 
-def limit(cloud, rates, evaluated, alpha: float, beta: float, courant: float) -> tuple[float, int, int]:
+def limit(cloud: Cloud, rates: Rates, evaluated: Evaluated, alpha: float, beta: float, courant: float) -> tuple[float, int, int]:
     """The largest allowed step [s], the index into ``REASONS`` of what limits it, and the particle that does."""
     step, reason = np.empty(len(cloud.mass)), np.empty(len(cloud.mass), dtype=np.int8)
-    _limits(
-        cloud.smoothing_length, evaluated.wave, evaluated.sound, rates.approach, rates.acceleration, cloud.gravity, rates.divergence,
-        cloud.specific_energy, rates.energy, cloud.neighbours, alpha, beta, courant, step, reason,
-    )  # fmt: skip
+    _limits(cloud.fields, rates.sums, evaluated.response, alpha, beta, courant, step, reason)
     i = int(np.argmin(step))
     return float(step[i]), int(reason[i]), i
