@@ -52,7 +52,8 @@ TABLE: dict[str, Column] = {
     "leading": Column((), "float64", "1", "cosine of the angle between the place on the moon and its direction of motion (+1 apex)"),
     "longitude": Column((), "float64", "rad", "east longitude from the meridian that faces Jupiter, synchronous rotation; the apex is at -pi/2"),
 }
-RAW = 17  # columns of the kernels' rows: see integrators/fast.py
+# columns of the kernels' rows: states relative to moon and planet (x, v) from TO_MOON and TO_PLANET on, then the length of the step
+PARTICLE, MOON, KIND, TIME, TO_MOON, TO_PLANET, STEP, RAW = 0, 1, 2, 3, 4, 10, 16, 17
 
 
 def empty(count: int = 0) -> dict[str, np.ndarray]:
@@ -63,10 +64,10 @@ def empty(count: int = 0) -> dict[str, np.ndarray]:
 def from_rows(rows: np.ndarray, weight: np.ndarray | float = 1.0) -> dict[str, np.ndarray]:
     """Table of the kernels' rows (n, 17): particle, moon, event, time, particle - moon (x, v), particle - planet (x, v), step."""
     table = empty(len(rows))
-    table["particle"][:], table["moon"][:], table["event"][:] = rows[:, 0], rows[:, 1], rows[:, 2]
-    table["time"][:], table["step"][:], table["weight"][:] = rows[:, 3], rows[:, 16], weight
-    table["position"][:], table["velocity"][:] = rows[:, 4:7], rows[:, 7:10]
-    table["jovicentric_position"][:], table["jovicentric_velocity"][:] = rows[:, 10:13], rows[:, 13:16]
+    table["particle"][:], table["moon"][:], table["event"][:] = rows[:, PARTICLE], rows[:, MOON], rows[:, KIND]
+    table["time"][:], table["step"][:], table["weight"][:] = rows[:, TIME], rows[:, STEP], weight
+    table["position"][:], table["velocity"][:] = rows[:, TO_MOON : TO_MOON + 3], rows[:, TO_MOON + 3 : TO_PLANET]
+    table["jovicentric_position"][:], table["jovicentric_velocity"][:] = rows[:, TO_PLANET : TO_PLANET + 3], rows[:, TO_PLANET + 3 : STEP]
     table["direct"][:] = table["event"] == COLLISION
     derive(table)
     return table

@@ -19,9 +19,10 @@ from nbody.integrators.dop853 import COLUMNS, COUNT, E3, E5, STAGES, A, B, C
 
 
 @law
-def field(t, x, y, z, near, polynomial, interval, gm, ring):
-    """Acceleration (x, y, z) [m/s^2] at time ``t``; ``near``: moons one by one, else rings of quadrupole ``ring`` = q."""
-    sx, sy, sz = place(polynomial, interval, 0, t)
+def field(t, x, y, z, near, orbits):
+    """Acceleration (x, y, z) [m/s^2] at time ``t``; ``near``: moons one by one, else rings of quadrupole ``orbits.ring`` = q."""
+    gm, ring = orbits.gm, orbits.ring
+    sx, sy, sz = place(orbits.polynomial, orbits.interval, 0, t)
     dx, dy, dz = sx - x, sy - y, sz - z
     d2 = dx * dx + dy * dy + dz * dz
     s2 = sx * sx + sy * sy + sz * sz
@@ -33,8 +34,8 @@ def field(t, x, y, z, near, polynomial, interval, gm, ring):
     ax, ay, az = wd * dx - ws * sx, wd * dy - ws * sy, wd * dz - ws * sz
     if near:
         jx, jy, jz = 0.0, 0.0, 0.0
-        for m in range(polynomial.shape[1] - 1):
-            mx, my, mz = place(polynomial, interval, m + 1, t)
+        for m in range(orbits.polynomial.shape[1] - 1):
+            mx, my, mz = place(orbits.polynomial, orbits.interval, m + 1, t)
             g = gm[m + 2]
             jx -= g * mx
             jy -= g * my
@@ -57,7 +58,7 @@ def field(t, x, y, z, near, polynomial, interval, gm, ring):
 
 
 @law
-def swing(t, y, sign, polynomial, interval, gm):
+def swing(t, y, sign, orbits):
     """Add (``sign`` +1) or take off (-1) the moons' short-period part of the velocity in ``y`` (6,), quadrupole order.
 
     The part of the field that turns with a moon (2 psi = twice its longitude minus the particle's, rate 2n) shakes the particle by
@@ -66,12 +67,13 @@ def swing(t, y, sign, polynomial, interval, gm):
 
     The averaged far field moves the mean velocity, v - dv: switching without this kick costs up to 1 km after a year.
     """
+    gm = orbits.gm
     r2 = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
     rho = (y[0] * y[0] + y[1] * y[1]) ** 0.5 + 1e-300
     cosine, sine = y[0] / rho, y[1] / rho
     r5 = r2 * r2 * r2**0.5
-    for m in range(polynomial.shape[1] - 1):
-        mx, my, _ = place(polynomial, interval, m + 1, t)
+    for m in range(orbits.polynomial.shape[1] - 1):
+        mx, my, _ = place(orbits.polynomial, orbits.interval, m + 1, t)
         a2 = mx * mx + my * my
         g = sign * gm[m + 2] * a2 / (gm[1] / (a2 * a2**0.5)) ** 0.5
         c, s = (mx * cosine + my * sine), (my * cosine - mx * sine)
@@ -84,7 +86,7 @@ def swing(t, y, sign, polynomial, interval, gm):
 
 
 @law
-def step(t, y, h, near, polynomial, interval, gm, ring, kx, kv, new):
+def step(t, y, h, near, orbits, kx, kv, new):
     """One DOP853 step of length ``h`` from ``y`` (6,) into ``new``; kv[0] holds the acceleration at (t, y).
 
     Returns the weighted error norm: positions against |x|, velocities against |v|.
@@ -102,7 +104,7 @@ def step(t, y, h, near, polynomial, interval, gm, ring, kx, kv, new):
             v1 += a * kv[j, 1]
             v2 += a * kv[j, 2]
         kx[s, 0], kx[s, 1], kx[s, 2] = y[3] + h * v0, y[4] + h * v1, y[5] + h * v2
-        kv[s, 0], kv[s, 1], kv[s, 2] = field(t + C[s] * h, y[0] + h * x0, y[1] + h * x1, y[2] + h * x2, near, polynomial, interval, gm, ring)
+        kv[s, 0], kv[s, 1], kv[s, 2] = field(t + C[s] * h, y[0] + h * x0, y[1] + h * x1, y[2] + h * x2, near, orbits)
     ex5, ex3, ev5, ev3 = 0.0, 0.0, 0.0, 0.0
     for d in range(3):
         x, v, x5, x3, v5, v3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from matter.errors import UnphysicalState
 from matter.jit import kernel, law
 from nbody import encounters, ephemeris
 from nbody.conditions import Lot
-from nbody.encounters import APPROACH, COLLISION, ENTRY, EXIT
+from nbody.encounters import APPROACH, COLLISION, ENTRY, EXIT, KIND, MOON, PARTICLE, STEP, TIME, TO_MOON, TO_PLANET
 from nbody.ephemeris import motion, place
 from nbody.flight import field, step, swing
 from nbody.integrators.dop853 import STAGES
@@ -30,11 +31,46 @@ OUTER = 1.5  # of the start radius: beyond it a particle that moves outwards is 
 NEAR = 8.0  # moons one by one inside this many orbits of the outermost: 0.1-0.4 km against IAS15 after a year, 0.2-1.7 km with 5
 
 
+class Moons(NamedTuple):
+    """The moons as spheres: Hill radii (or multiples of them) ``hill``, radii and radii of the orbits, each (moons,) [m]."""
+
+    hill: np.ndarray
+    radius: np.ndarray
+    orbit: np.ndarray
+
+
+class Limits(NamedTuple):
+    """What ends a flight: its ``duration`` [s], the planet's radius and the radius ``outer`` beyond which it has left [m]; and the ``tolerance`` of a step."""
+
+    duration: float
+    planet_radius: float
+    outer: float
+    tolerance: float
+
+
+class Step(NamedTuple):
+    """A step: its time [s], the state ``y`` (6,) at its begin, its length ``h`` [s], and whether the moons pull one by one (``near``)."""
+
+    t: float
+    y: np.ndarray
+    h: float
+    near: bool
+
+
+class Work(NamedTuple):
+    """Room for a step: slopes ``kx``, ``kv`` (stages, 3), the ``new`` state (6,), and a state relative to a moon, ``out`` (6,)."""
+
+    kx: np.ndarray
+    kv: np.ndarray
+    new: np.ndarray
+    out: np.ndarray
+
+
 @law
-def relative(t, y, moon, polynomial, interval, out):
+def relative(t, y, moon, orbits, out):
     """State of the particle relative to ``moon`` into ``out`` (6,); returns distance [m] and r.v [m^2/s]."""
-    mx, my, mz = place(polynomial, interval, moon + 1, t)
-    ux, uy, uz = motion(polynomial, interval, moon + 1, t)
+    mx, my, mz = place(orbits.polynomial, orbits.interval, moon + 1, t)
+    ux, uy, uz = motion(orbits.polynomial, orbits.interval, moon + 1, t)
     out[0], out[1], out[2] = y[0] - mx, y[1] - my, y[2] - mz
     out[3], out[4], out[5] = y[3] - ux, y[4] - uy, y[5] - uz
     d = (out[0] * out[0] + out[1] * out[1] + out[2] * out[2]) ** 0.5
@@ -42,31 +78,32 @@ def relative(t, y, moon, polynomial, interval, out):
 
 
 @law
-def record(events, count, particle, moon, kind, t, y, h, polynomial, interval, gm, out):
+def record(events, count, particle, moon, kind, t, y, h, orbits, out):
     """Write one event; returns the new count, or -1 when the table is (or was) full."""
     if count < 0 or count >= events.shape[0]:
         return -1
-    relative(t, y, moon, polynomial, interval, out)
+    relative(t, y, moon, orbits, out)
     row = events[count]
-    row[0], row[1], row[2], row[3], row[16] = particle, moon, kind, t, h
+    row[PARTICLE], row[MOON], row[KIND], row[TIME], row[STEP] = particle, moon, kind, t, h
     for d in range(6):  # assigning slices would compile numba's broadcasting: seconds
-        row[4 + d], row[10 + d] = out[d], y[d]
-    for m in range(polynomial.shape[1] - 1):  # the planet is opposite to its moons
-        w = gm[m + 2] / gm[1]
-        px, py, pz = place(polynomial, interval, m + 1, t)
-        ux, uy, uz = motion(polynomial, interval, m + 1, t)
-        row[10] += w * px
-        row[11] += w * py
-        row[12] += w * pz
-        row[13] += w * ux
-        row[14] += w * uy
-        row[15] += w * uz
+        row[TO_MOON + d], row[TO_PLANET + d] = out[d], y[d]
+    for m in range(orbits.polynomial.shape[1] - 1):  # the planet is opposite to its moons
+        w = orbits.gm[m + 2] / orbits.gm[1]
+        px, py, pz = place(orbits.polynomial, orbits.interval, m + 1, t)
+        ux, uy, uz = motion(orbits.polynomial, orbits.interval, m + 1, t)
+        row[TO_PLANET] += w * px
+        row[TO_PLANET + 1] += w * py
+        row[TO_PLANET + 2] += w * pz
+        row[TO_PLANET + 3] += w * ux
+        row[TO_PLANET + 4] += w * uy
+        row[TO_PLANET + 5] += w * uz
     return count + 1
 
 
 @law
-def locate(kind, moon, size, low, high, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out):
-    """Partial step length in [low, high] at which the event happens; ``new`` holds the state there (Illinois regula falsi)."""
+def locate(kind, moon, size, low, high, now, orbits, work):
+    """Partial step length in [low, high] at which the event happens; ``work.new`` holds the state there (Illinois regula falsi)."""
+    t = now.t
     f_low, f_high, h, side = 0.0, 0.0, low, 0
     for trial in range(62):  # one call of ``step`` for both ends and all trials: it is large, and every copy costs a second of compilation
         if trial == 1:
@@ -75,8 +112,8 @@ def locate(kind, moon, size, low, high, t, y, near, polynomial, interval, gm, ri
             h = (low * f_high - high * f_low) / (f_high - f_low) if f_high != f_low else 0.5 * (low + high)
             if not low <= h <= high:
                 h = 0.5 * (low + high)
-        step(t, y, h, near, polynomial, interval, gm, ring, kx, kv, new)
-        d, rv = relative(t + h, new, moon, polynomial, interval, out)
+        step(t, now.y, h, now.near, orbits, work.kx, work.kv, work.new)
+        d, rv = relative(t + h, work.new, moon, orbits, work.out)
         f = rv if kind == APPROACH else d - size
         if trial == 0:
             f_low = f
@@ -96,11 +133,12 @@ def locate(kind, moon, size, low, high, t, y, near, polynomial, interval, gm, ri
 
 
 @law
-def first_entry(t, y, h, new, kv, last, polynomial, interval, gm, hill, orbit, coefficient):
+def first_entry(now, new, kv, last, orbits, moons, coefficient):
     """Earliest bracket (moon, low, high) within a step in which the distance to a moon falls below its Hill radius; moon -1 if none.
 
     ``kv[0]`` and ``last`` hold the accelerations at both ends.
     """
+    t, y, h, gm, hill, orbit = now.t, now.y, now.h, orbits.gm, moons.hill, moons.orbit
     found, found_low, found_high = -1, 0.0, h
     r0 = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
     fastest = 1.5 * max(y[3] * y[3] + y[4] * y[4] + y[5] * y[5], new[3] * new[3] + new[4] * new[4] + new[5] * new[5]) ** 0.5
@@ -121,7 +159,7 @@ def first_entry(t, y, h, new, kv, last, polynomial, interval, gm, hill, orbit, c
         low, tau = 0.0, 0.0
         while True:
             u = tau / h
-            px, py, pz = place(polynomial, interval, m + 1, t + tau)
+            px, py, pz = place(orbits.polynomial, orbits.interval, m + 1, t + tau)
             d2 = 0.0
             for d in range(3):
                 c = coefficient[d]
@@ -141,30 +179,32 @@ def first_entry(t, y, h, new, kv, last, polynomial, interval, gm, hill, orbit, c
 
 
 @law
-def within(particle, moon, approached, rv_before, radius, hill, t, y, h, near, polynomial, interval, gm, ring, kx, kv, new, out, events, count):
+def within(particle, moon, approached, rv_before, moons, now, orbits, work, events, count):
     """Events of one step inside the Hill sphere of ``moon``: closest approach, collision, exit.
 
     Returns (count, step length, passed, end): ``passed`` 1 after the closest approach, 2 after the exit (then the step ends there).
     """
     passed, end = 0, FLYING
-    d, rv = relative(t + h, new, moon, polynomial, interval, out)
+    t, y, h, near, new, out = now.t, now.y, now.h, now.near, work.new, work.out
+    radius, hill = moons.radius[moon], moons.hill[moon]
+    d, rv = relative(t + h, new, moon, orbits, out)
     if not approached and rv_before < 0.0 and rv >= 0.0:
-        part = locate(np.int64(APPROACH), moon, 0.0, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
-        d, _ = relative(t + part, new, moon, polynomial, interval, out)
+        part = locate(np.int64(APPROACH), moon, 0.0, 0.0, h, now, orbits, work)
+        d, _ = relative(t + part, new, moon, orbits, out)
         passed = 1
         if d > radius:
-            count = record(events, count, particle, moon, np.int64(APPROACH), t + part, new, h, polynomial, interval, gm, out)
-            step(t, y, h, near, polynomial, interval, gm, ring, kx, kv, new)
-            d, rv = relative(t + h, new, moon, polynomial, interval, out)
+            count = record(events, count, particle, moon, np.int64(APPROACH), t + part, new, h, orbits, out)
+            step(t, y, h, near, orbits, work.kx, work.kv, new)
+            d, rv = relative(t + h, new, moon, orbits, out)
         else:
             h = part
     if d <= radius:
-        part = locate(np.int64(COLLISION), moon, radius, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
-        count = record(events, count, particle, moon, np.int64(COLLISION), t + part, new, h, polynomial, interval, gm, out)
+        part = locate(np.int64(COLLISION), moon, radius, 0.0, h, now, orbits, work)
+        count = record(events, count, particle, moon, np.int64(COLLISION), t + part, new, h, orbits, out)
         end = HIT_MOON
     elif d > hill:
-        h = locate(np.int64(EXIT), moon, hill, 0.0, h, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
-        count = record(events, count, particle, moon, np.int64(EXIT), t + h, new, h, polynomial, interval, gm, out)
+        h = locate(np.int64(EXIT), moon, hill, 0.0, h, now, orbits, work)
+        count = record(events, count, particle, moon, np.int64(EXIT), t + h, new, h, orbits, out)
         passed = 2
     return count, h, passed, end
 
@@ -214,8 +254,8 @@ def fate(t, y, duration, inside, gm, planet_radius, outer, far):
 
 
 @kernel
-def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, orbit, planet_radius, outer, tolerance, events, ends, finals):
-    """Integrate the particles ``starts`` (n, 6) over ``duration`` [s]; rows of events go to ``events``.
+def fly(starts, first, limits, orbits, moons, events, ends, finals):
+    """Integrate the particles ``starts`` (n, 6); rows of events go to ``events``.
 
     ``ends`` (n, 2) says how each flight ended (TIMED_OUT, LEFT the radius ``outer``, HIT_PLANET, HIT_MOON) and after how many steps,
     ``finals`` (n, 7) when and in which state (a particle that leaves is followed no further than it can come back). Returns (status,
@@ -223,7 +263,8 @@ def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, or
     """
     kx, kv = np.empty((STAGES, 3)), np.empty((STAGES, 3))
     y, new, last, out = np.empty(6), np.empty(6), np.empty(3), np.empty(6)
-    coefficient = np.empty((3, 6))
+    coefficient, work = np.empty((3, 6)), Work(kx, kv, new, out)
+    duration, gm, hill, orbit = limits.duration, orbits.gm, moons.hill, moons.orbit
     # typed, not literal: numba compiles a called function anew for every literal that it is given
     count, never = np.int64(0), duration < 0.0
     widest, reach = 0.0, 0.0
@@ -240,20 +281,20 @@ def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, or
             v = (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) ** 0.5
             near = r < switch
             if near != near_before:
-                swing(t, y, 1.0 if near else -1.0, polynomial, interval, gm)
+                swing(t, y, 1.0 if near else -1.0, orbits)
                 fresh = True
             if fresh:
-                kv[0, 0], kv[0, 1], kv[0, 2] = field(t, y[0], y[1], y[2], near, polynomial, interval, gm, ring)
+                kv[0, 0], kv[0, 1], kv[0, 2] = field(t, y[0], y[1], y[2], near, orbits)
             near_before, fresh = near, False
             if not near:
                 h = min(h, max((r - switch) / v, 0.1 * r / v))
             rv_before = 0.0
             if inside >= 0:
-                d, rv_before = relative(t, y, inside, polynomial, interval, out)
+                d, rv_before = relative(t, y, inside, orbits, out)
                 w = (out[3] * out[3] + out[4] * out[4] + out[5] * out[5]) ** 0.5
                 h = min(h, max(0.2 * d, 0.05 * hill[inside]) / w)
             h = min(h, duration - t)
-            error = step(t, y, h, near, polynomial, interval, gm, ring, kx, kv, new) / tolerance
+            error = step(t, y, h, near, orbits, kx, kv, new) / limits.tolerance
             taken += 1
             if not error <= 1.0:
                 h *= max(0.2, 0.9 * error**-0.125) if error == error else 0.1
@@ -262,27 +303,25 @@ def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, or
                 continue
             growth = min(5.0, 0.9 * max(error, 1e-8) ** -0.125)
             if inside >= 0:
-                count, h, passed, end = within(
-                    first + p, inside, approached, rv_before, radii[inside], hill[inside], t, y, h, near, polynomial, interval, gm, ring,
-                    kx, kv, new, out, events, count,
-                )  # fmt: skip
+                now = Step(t, y, h, near)
+                count, h, passed, end = within(first + p, inside, approached, rv_before, moons, now, orbits, work, events, count)
                 approached = approached or passed > 0
                 if passed == 2:
                     leaving, inside = inside, np.int64(-1)
                 if count < 0:
                     return 1, 0, first + p
-            last[0], last[1], last[2] = field(t + h, new[0], new[1], new[2], near, polynomial, interval, gm, ring)
+            last[0], last[1], last[2] = field(t + h, new[0], new[1], new[2], near, orbits)
             if inside < 0 and leaving < 0 and near:
-                moon, low, high = first_entry(t, y, h, new, kv, last, polynomial, interval, gm, hill, orbit, coefficient)
+                moon, low, high = first_entry(Step(t, y, h, near), new, kv, last, orbits, moons, coefficient)
                 if moon >= 0:
                     size = hill[moon]
-                    h = locate(np.int64(ENTRY), moon, size, low, high, t, y, near, polynomial, interval, gm, ring, kx, kv, new, out)
-                    count = record(events, count, first + p, moon, np.int64(ENTRY), t + h, new, h, polynomial, interval, gm, out)
+                    h = locate(np.int64(ENTRY), moon, size, low, high, Step(t, y, h, near), orbits, work)
+                    count = record(events, count, first + p, moon, np.int64(ENTRY), t + h, new, h, orbits, out)
                     if count < 0:
                         return 1, 0, first + p
                     inside, approached, growth, fresh = moon, never, 1.0, True
             elif leaving >= 0:
-                d, _ = relative(t + h, new, leaving, polynomial, interval, out)
+                d, _ = relative(t + h, new, leaving, orbits, out)
                 if d > 1.1 * hill[leaving]:  # no second entry on the way out
                     leaving = np.int64(-1)
             t += h
@@ -291,7 +330,7 @@ def fly(starts, first, duration, polynomial, interval, gm, ring, hill, radii, or
             kv[0, 0], kv[0, 1], kv[0, 2] = last[0], last[1], last[2]
             h *= growth
             if end == FLYING:
-                end = fate(t, y, duration, inside >= 0, gm, planet_radius, outer, 3.0 * widest)
+                end = fate(t, y, duration, inside >= 0, gm, limits.planet_radius, limits.outer, 3.0 * widest)
             if end == FLYING and not screened and y[0] * y[0] + y[1] * y[1] + y[2] * y[2] < (SCREEN * widest) ** 2:
                 screened = True
                 if misses(t, y, duration, gm, reach):
@@ -322,22 +361,16 @@ def run(system: System, lot: Lot, duration: float, tolerance: float = TOLERANCE,
     count = len(lot.state)
     ends, finals = np.zeros((count, 2), np.int64), np.zeros((count, 7))
     capacity = 64 + count // 8
+    radii, paths = (np.array([getattr(moon, name) for moon in system.moons]) for name in ("radius", "semi_major_axis"))
+    moons = Moons(reach * system.hill_radii, radii, paths)
     while True:
         rows = np.zeros((capacity, encounters.RAW))
         status, found, particle = fly(
             lot.state,
             lot.first,
-            duration,
-            orbits.polynomial,
-            orbits.interval,
-            orbits.gm,
-            orbits.ring,
-            reach * system.hill_radii,
-            np.array([moon.radius for moon in system.moons]),
-            np.array([moon.semi_major_axis for moon in system.moons]),
-            system.planet.radius,
-            OUTER * system.start_radius,
-            tolerance,
+            Limits(duration, system.planet.radius, OUTER * system.start_radius, tolerance),
+            orbits.orbits,
+            moons,
             rows,
             ends,
             finals,

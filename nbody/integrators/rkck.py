@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from matter.errors import UnphysicalState
 from matter.jit import kernel, law
 from nbody import bplane, encounters
 from nbody.conditions import Lot
-from nbody.encounters import APPROACH, COLLISION, ENTRY, EXIT
+from nbody.encounters import APPROACH, COLLISION, ENTRY, EXIT, KIND, MOON, PARTICLE, STEP, TIME, TO_MOON, TO_PLANET
 from nbody.gravity import newton
 from nbody.integrators import fast
 from nbody.integrators.fast import FLYING, HIT_MOON, HIT_PLANET, LEFT, TIMED_OUT
@@ -43,6 +44,26 @@ A = np.array(
 B5 = np.array([37 / 378, 0.0, 250 / 621, 125 / 594, 0.0, 512 / 1771])
 B4 = np.array([2825 / 27648, 0.0, 18575 / 48384, 13525 / 55296, 277 / 14336, 1 / 4])
 E = B5 - B4
+
+
+class Leg(NamedTuple):
+    """A step of all bodies: length ``h`` [s], states at both ends (n, 3)."""
+
+    h: float
+    x: np.ndarray
+    v: np.ndarray
+    x_new: np.ndarray
+    v_new: np.ndarray
+
+
+class Bodies(NamedTuple):
+    """The massive bodies (Sun, planet, moons): states (bodies, 3) and masses ``gm`` (bodies,), Hill radii of the moons, radii of moons and planet [m]."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    gm: np.ndarray
+    hill: np.ndarray
+    radii: np.ndarray
 
 
 @law
@@ -102,8 +123,9 @@ def after(h, error):
 
 
 @law
-def between(u, h, x, v, x_new, v_new, last, other, out):
+def between(u, leg, last, other, out):
     """Relative state of bodies ``last`` and ``other`` at fraction ``u`` of a step (cubic Hermite) into ``out``; returns distance, r.v."""
+    h, x, v, x_new, v_new = leg.h, leg.x, leg.v, leg.x_new, leg.v_new
     for d in range(3):
         x0, x1 = x[last, d] - x[other, d], x_new[last, d] - x_new[other, d]
         v0, v1 = h * (v[last, d] - v[other, d]), h * (v_new[last, d] - v_new[other, d])
@@ -115,14 +137,14 @@ def between(u, h, x, v, x_new, v_new, last, other, out):
 
 
 @law
-def place(kind, size, h, x, v, x_new, v_new, last, other, out):
+def place(kind, size, leg, last, other, out):
     """Fraction of the step at which the distance is ``size`` (or r.v = 0 for the closest approach), by bisection."""
     low, high = 0.0, 1.0
-    d, rv = between(0.0, h, x, v, x_new, v_new, last, other, out)
+    d, rv = between(0.0, leg, last, other, out)
     sign = rv if kind == APPROACH else d - size
     for _ in range(50):
         u = 0.5 * (low + high)
-        d, rv = between(u, h, x, v, x_new, v_new, last, other, out)
+        d, rv = between(u, leg, last, other, out)
         if (rv if kind == APPROACH else d - size) * sign > 0.0:
             low = u
         else:
@@ -131,26 +153,27 @@ def place(kind, size, h, x, v, x_new, v_new, last, other, out):
 
 
 @law
-def record(rows, count, particle, moon, kind, t, u, h, x, v, x_new, v_new, out):
+def record(rows, count, particle, moon, kind, t, u, leg, out):
     """Write one event at fraction ``u`` of a step; returns the new count."""
-    last = x.shape[0] - 1
+    last = leg.x.shape[0] - 1
     row = rows[count]
-    row[0], row[1], row[2], row[3], row[16] = particle, moon, kind, t + u * h, h
-    between(u, h, x, v, x_new, v_new, last, moon + 2, out)
+    row[PARTICLE], row[MOON], row[KIND], row[TIME], row[STEP] = particle, moon, kind, t + u * leg.h, leg.h
+    between(u, leg, last, moon + 2, out)
     for d in range(6):  # assigning slices would compile numba's broadcasting: seconds
-        row[4 + d] = out[d]
-    between(u, h, x, v, x_new, v_new, last, np.int64(1), out)
+        row[TO_MOON + d] = out[d]
+    between(u, leg, last, np.int64(1), out)
     for d in range(6):
-        row[10 + d] = out[d]
+        row[TO_PLANET + d] = out[d]
     return count + 1
 
 
 @kernel
-def normal_mode(x0, v0, state, first, duration, gm, hill, radii, outer, to_the_end, rows, saved, ends):
-    """Fly particles ``state`` (k, 6) one by one with all massive bodies (x0, v0); ``saved[row]`` holds all states after an entry.
+def normal_mode(massive, state, first, duration, outer, to_the_end, rows, saved, ends):
+    """Fly particles ``state`` (k, 6) one by one with the ``massive`` bodies (``Bodies``); ``saved[row]`` holds all states after an entry.
 
     ``ends`` (k, 2): how each flight ended, and after how many steps. Returns (status, count, particle): 1 table full, 2 step too small.
     """
+    x0, v0, gm, hill, radii = massive.position, massive.velocity, massive.gm, massive.hill, massive.radii
     bodies = x0.shape[0]
     n, last, moons = bodies + 1, bodies, bodies - 2
     masses = np.zeros(n)
@@ -176,34 +199,35 @@ def normal_mode(x0, v0, state, first, duration, gm, hill, radii, outer, to_the_e
                 continue
             if count + 4 > rows.shape[0]:
                 return 1, 0, first + p
+            leg = Leg(h, x, v, x_new, v_new)
             if inside >= 0:
-                _, rv0 = between(0.0, h, x, v, x_new, v_new, last, inside + 2, out)
-                d, rv = between(1.0, h, x, v, x_new, v_new, last, inside + 2, out)
+                _, rv0 = between(0.0, leg, last, inside + 2, out)
+                d, rv = between(1.0, leg, last, inside + 2, out)
                 if d <= radii[inside]:
-                    count = record(rows, count, first + p, inside, np.int64(COLLISION), t, 1.0, h, x, v, x_new, v_new, out)
+                    count = record(rows, count, first + p, inside, np.int64(COLLISION), t, 1.0, leg, out)
                     end = HIT_MOON
                 elif rv0 < 0.0 and rv >= 0.0 and not approached:
-                    u = place(np.int64(APPROACH), 0.0, h, x, v, x_new, v_new, last, inside + 2, out)
-                    count = record(rows, count, first + p, inside, np.int64(APPROACH), t, u, h, x, v, x_new, v_new, out)
+                    u = place(np.int64(APPROACH), 0.0, leg, last, inside + 2, out)
+                    count = record(rows, count, first + p, inside, np.int64(APPROACH), t, u, leg, out)
                     approached = True
                 if end == FLYING and d > hill[inside]:
-                    u = place(np.int64(EXIT), hill[inside], h, x, v, x_new, v_new, last, inside + 2, out)
-                    count = record(rows, count, first + p, inside, np.int64(EXIT), t, u, h, x, v, x_new, v_new, out)
+                    u = place(np.int64(EXIT), hill[inside], leg, last, inside + 2, out)
+                    count = record(rows, count, first + p, inside, np.int64(EXIT), t, u, leg, out)
                     inside = np.int64(-1)
             else:
                 for m in range(moons):
-                    d, rv = between(1.0, h, x, v, x_new, v_new, last, m + 2, out)
+                    d, rv = between(1.0, leg, last, m + 2, out)
                     if d < hill[m]:
-                        u = place(np.int64(ENTRY), hill[m], h, x, v, x_new, v_new, last, m + 2, out)
+                        u = place(np.int64(ENTRY), hill[m], leg, last, m + 2, out)
                         for i in range(n):
                             for k in range(3):
                                 saved[count, i, k], saved[count, i, 3 + k] = x_new[i, k], v_new[i, k]
-                        count = record(rows, count, first + p, m, np.int64(ENTRY), t, u, h, x, v, x_new, v_new, out)
+                        count = record(rows, count, first + p, m, np.int64(ENTRY), t, u, leg, out)
                         inside, approached = m, never
-                        d, rv = between(1.0, h, x, v, x_new, v_new, last, m + 2, out)
+                        d, rv = between(1.0, leg, last, m + 2, out)
                         if rv >= 0.0:  # entered and passed the closest point within one step
-                            w = place(np.int64(APPROACH), 0.0, h, x, v, x_new, v_new, last, m + 2, out)
-                            count = record(rows, count, first + p, m, np.int64(APPROACH), t, w, h, x, v, x_new, v_new, out)
+                            w = place(np.int64(APPROACH), 0.0, leg, last, m + 2, out)
+                            count = record(rows, count, first + p, m, np.int64(APPROACH), t, w, leg, out)
                             approached = True
                         break
             t += h
@@ -266,7 +290,7 @@ def moon_mode(states, moon, gm, radius, hill, places, out, result):
         t, h = 0.0, 1e6
         newton(x, masses, kv[0])
         while True:
-            d, rv = between(0.0, 1.0, x, v, x, v, last, other, out)
+            d, rv = between(0.0, Leg(1.0, x, v, x, v), last, other, out)
             w = (out[3] * out[3] + out[4] * out[4] + out[5] * out[5]) ** 0.5
             h = min(h, LARGEST_FRACTION * d / w)
             error = rkck(x, v, h, masses, kx, kv, xs, x_new, v_new)
@@ -274,12 +298,12 @@ def moon_mode(states, moon, gm, radius, hill, places, out, result):
             if not error <= 1.0:
                 h = after(h, error)
                 continue
-            d, rv = between(1.0, h, x, v, x_new, v_new, last, other, out)
+            d, rv = between(1.0, Leg(h, x, v, x_new, v_new), last, other, out)
             t += h
             if d <= radius:
                 for k in range(6):
                     result[k] = out[k]
-                between(1.0, h, x, v, x_new, v_new, last, np.int64(1), out)
+                between(1.0, Leg(h, x, v, x_new, v_new), last, np.int64(1), out)
                 for k in range(6):
                     result[6 + k] = out[k]
                 result[12], result[13] = t, h
@@ -318,14 +342,10 @@ def run(system: System, lot: Lot, duration: float, seed: int, screened: bool = T
     ends[:, 0] = LEFT
     done, part = 0, np.zeros((len(picked), 2), np.int64)
     status, done, particle = normal_mode(
-        lot.start.position,
-        lot.start.velocity,
+        Bodies(lot.start.position, lot.start.velocity, gm, system.hill_radii, radii),
         np.ascontiguousarray(lot.state[picked]),
         0,
         duration,
-        gm,
-        system.hill_radii,
-        radii,
         fast.OUTER * system.start_radius,
         to_the_end,
         rows,

@@ -28,16 +28,41 @@ from nbody.conditions import Lot
 from nbody.encounters import APPROACH, ENTRY, EXIT
 from nbody.flight import field, step
 from nbody.integrators.dop853 import STAGES
-from nbody.integrators.fast import FLYING, LEFT, OUTER, SCREEN, TOLERANCE, fate, misses
+from nbody.integrators.fast import FLYING, LEFT, OUTER, SCREEN, TOLERANCE, Limits, fate, misses
 from nbody.system import Body, System, hill_radius
 
 SAMPLES = 96  # points along a passage
 STREAM = 4  # spawn key of this module's random numbers
 
 
+class Arc(NamedTuple):
+    """A step's path: states ``y``, ``new`` (6,) and accelerations ``a0``, ``a1`` (3,) at both ends, length ``h`` [s]."""
+
+    y: np.ndarray
+    new: np.ndarray
+    a0: np.ndarray
+    a1: np.ndarray
+    h: float
+
+
+class Rings(NamedTuple):
+    """The tori about the moons' orbits: radii ``orbit`` and minor radii ``tube`` (moons,) [m]."""
+
+    orbit: np.ndarray
+    tube: np.ndarray
+
+
+class Inside(NamedTuple):
+    """Per torus, when the particle went in [s], negative outside, and its state then: (moons,), (moons, 6)."""
+
+    entered: np.ndarray
+    begun: np.ndarray
+
+
 @law
-def curve(u, y, new, a0, a1, h, out):
+def curve(u, arc, out):
     """Position and velocity at fraction ``u`` of a step: quintic Hermite through both ends, into ``out`` (6,)."""
+    y, new, a0, a1, h = arc.y, arc.new, arc.a0, arc.a1, arc.h
     for d in range(3):
         rise = new[d] - y[d]
         v0, v1, b0, b1 = y[d + 3] * h, new[d + 3] * h, a0[d] * h * h, a1[d] * h * h
@@ -56,39 +81,41 @@ def from_ring(x, orbit):
 
 
 @kernel
-def thread(starts, first, duration, polynomial, interval, gm, orbit, tube, planet_radius, outer, tolerance, rows, ends):
+def thread(starts, first, limits, orbits, rings, rows, ends):
     """Fly particles ``starts`` (n, 6) without moons and note each passage through a torus: rows (particle, moon, dt, t, x, v at its begin).
 
     ``ends`` (n, 2) as in ``fast.fly``. Returns (status, count, particle): 1 full table, 2 step too small.
     """
     kx, kv = np.empty((STAGES, 3)), np.empty((STAGES, 3))
     y, new, last, out = np.empty(6), np.empty(6), np.empty(3), np.empty(6)
+    duration, gm, orbit, tube = limits.duration, orbits.gm, rings.orbit, rings.tube
     moons, count, widest = orbit.shape[0], 0, 0.0
     for m in range(moons):
         widest = max(widest, orbit[m] + 2.0 * tube[m])
     entered, begun = np.empty(moons), np.empty((moons, 6))
+    inside = Inside(entered, begun)
     for p in range(starts.shape[0]):
         for d in range(6):
             y[d] = starts[p, d]
         for m in range(moons):
             entered[m] = -1.0
         t, h, taken, end, screened = 0.0, 2e5, 0, FLYING, False
-        kv[0, 0], kv[0, 1], kv[0, 2] = field(t, y[0], y[1], y[2], False, polynomial, interval, gm, 0.0)
+        kv[0, 0], kv[0, 1], kv[0, 2] = field(t, y[0], y[1], y[2], False, orbits)
         while end == FLYING:
             h = min(h, duration - t)
-            error = step(t, y, h, False, polynomial, interval, gm, 0.0, kx, kv, new) / tolerance
+            error = step(t, y, h, False, orbits, kx, kv, new) / limits.tolerance
             taken += 1
             if not error <= 1.0:
                 h *= max(0.2, 0.9 * error**-0.125) if error == error else 0.1
                 if h < 1e-6:
                     return 2, count, first + p
                 continue
-            last[0], last[1], last[2] = field(t + h, new[0], new[1], new[2], False, polynomial, interval, gm, 0.0)
+            last[0], last[1], last[2] = field(t + h, new[0], new[1], new[2], False, orbits)
             r0 = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
             r = (new[0] * new[0] + new[1] * new[1] + new[2] * new[2]) ** 0.5
             v2 = max(y[3] * y[3] + y[4] * y[4] + y[5] * y[5], new[3] * new[3] + new[4] * new[4] + new[5] * new[5])
             if min(r0, r) < widest + 1.5 * v2**0.5 * h:
-                count = passages(first + p, t, y, h, new, kv[0], last, orbit, tube, 1.5 * v2**0.5, entered, begun, rows, count, out)
+                count = passages(first + p, t, Arc(y, new, kv[0], last, h), rings, 1.5 * v2**0.5, inside, rows, count, out)
                 if count < 0:
                     return 1, 0, first + p
             t += h
@@ -96,7 +123,7 @@ def thread(starts, first, duration, polynomial, interval, gm, orbit, tube, plane
             for d in range(6):
                 y[d] = new[d]
             kv[0, 0], kv[0, 1], kv[0, 2] = last[0], last[1], last[2]
-            end = fate(t, y, duration, False, gm, planet_radius, outer, 3.0 * widest)
+            end = fate(t, y, duration, False, gm, limits.planet_radius, limits.outer, 3.0 * widest)
             if end == FLYING and not screened and r < SCREEN * widest:
                 screened = True
                 if misses(t, y, duration, gm, widest):
@@ -106,16 +133,17 @@ def thread(starts, first, duration, polynomial, interval, gm, orbit, tube, plane
 
 
 @law
-def passages(particle, t, y, h, new, a0, a1, orbit, tube, speed, entered, begun, rows, count, out):
+def passages(particle, t, arc, rings, speed, inside, rows, count, out):
     """Follow one step along its curve and write a row for every torus left; returns the count, -1 when the table is full.
 
-    ``entered[m]`` is the time at which the particle went into torus m, negative outside. Boundaries are found by advancing no further than
+    Boundaries are found by advancing no further than
     the distance to them allows (to 1/500 of the tube), so that no passage is skipped.
     """
+    orbit, tube, entered, begun, h = rings.orbit, rings.tube, inside.entered, inside.begun, arc.h
     for m in range(orbit.shape[0]):
         tau = 0.0
         while True:
-            curve(tau / h, y, new, a0, a1, h, out)
+            curve(tau / h, arc, out)
             gap = from_ring(out, orbit[m]) - tube[m]
             if entered[m] < 0.0 and gap < 0.0:
                 entered[m] = t + tau
@@ -156,15 +184,9 @@ def run(system: System, lot: Lot, duration: float, seed: int, tolerance: float =
         status, found, particle = thread(
             lot.state,
             lot.first,
-            duration,
-            orbits.polynomial,
-            orbits.interval,
-            orbits.gm,
-            orbit,
-            hill,
-            system.planet.radius,
-            OUTER * system.start_radius,
-            tolerance,
+            Limits(duration, system.planet.radius, OUTER * system.start_radius, tolerance),
+            orbits.orbits._replace(ring=0.0),
+            Rings(orbit, hill),
             rows,
             ends,
         )

@@ -71,7 +71,7 @@ def test_the_carved_bed_at_rest_moves_by_slope_failure_alone(frictional, tmp_pat
     carved = bed.select(stays)
     carved.tables = carve.surviving_tables(bed, stays)
     carved.attributes["time"] = START
-    start = control.start("at_rest", SimpleNamespace(start=carved, stays=stays), bed)
+    start = control.start("at_rest", SimpleNamespace(start=carved, carving=SimpleNamespace(stays=stays)), bed)
     assert len(start.tables["contacts/pair"]) > 1000
     last, history = collapsed(run, start, tmp_path)
     way = control.moved(start, last) / start.radius.mean()

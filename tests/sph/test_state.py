@@ -1,13 +1,13 @@
 """The evaluation of particles with each yield law, growth law and with pores: what the pair loop gets to see."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from matter.errors import InputError
 from sph import state
+from sph.cloud import Cloud
 from sph.damage import growth, growth_linear
 from sph.material_settings import Choice
 from sph.materials import collect
@@ -16,14 +16,16 @@ from sph.materials import collect
 def cloud(n=1, **fields):
     """n resting particles of one material, changed by ``fields``."""
     values = {
-        "position": np.zeros((n, 3)), "velocity": np.zeros((n, 3)), "mass": np.full(n, 1e9), "density": np.full(n, 2700.0),
-        "specific_energy": np.zeros(n), "smoothing_length": np.full(n, 100.0), "stress": np.zeros((n, 5)), "root_damage": np.zeros(n),
-        "distention": np.ones(n), "initial_distention": np.ones(n), "material": np.zeros(n, dtype=np.int32), "neighbours": np.full(n, 50, dtype=np.int32),
-        "flaw_first": np.arange(n), "flaw_last": np.arange(1, n + 1), "flaw_strain": np.full(n, 1e9, dtype=np.float32),
+        "mass": 1e9, "density": 2700.0, "smoothing_length": 100.0, "distention": 1.0, "initial_distention": 1.0, "neighbours": 50,
+        "flaw_first": np.arange(n), "flaw_last": np.arange(1, n + 1),
     }  # fmt: skip
     if "distention" in fields:
         fields["initial_distention"] = fields["distention"]
-    return SimpleNamespace(**{**values, **{name: np.array(value) for name, value in fields.items()}})
+    body = Cloud(n)
+    body.flaw_strain = np.array(fields.pop("flaw_strain", np.full(n, 1e9)), dtype=np.float32)
+    for name, value in {**values, **fields}.items():
+        getattr(body, name)[:] = value
+    return body
 
 
 def evaluated(body, name, crushing=True, **changes):
