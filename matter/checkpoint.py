@@ -33,6 +33,25 @@ class _Saved(dict[str, Any]):
         )
 
 
+def under(name: str, state: Mapping[str, Any]) -> dict[str, Any]:
+    """The state of one object, under its ``name`` in a checkpoint."""
+    return {f"{name}/{key}": value for key, value in state.items()}
+
+
+class Part:
+    """What a checkpoint holds ``under`` a name."""
+
+    def __init__(self, saved: Mapping[str, Any], name: str) -> None:
+        self.saved, self.name = saved, name
+
+    def __getitem__(self, key: str) -> Any:
+        return self.saved[f"{self.name}/{key}"]
+
+
+State = Mapping[str, Any] | Part
+"""What an object gives for a checkpoint, and takes from one."""
+
+
 def _existing(folder: Path) -> list[Path]:
     return sorted(folder.glob("checkpoint_*.h5"))
 

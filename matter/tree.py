@@ -10,6 +10,7 @@ precision where the tree's own error hides it (0.78 -> 0.50 core-s per evaluatio
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -265,7 +266,7 @@ def _pull_nodes(px, py, pz, half_eps2, nodes, count, numbers):
     ax, ay, az = numbers[3], numbers[3], numbers[3]
     for k in range(count):
         dx, dy, dz = nodes[0, k] - px, nodes[1, k] - py, nodes[2, k] - pz
-        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[EPS2, k])
+        inv = one / math.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[EPS2, k])
         inv2 = inv * inv
         inv3 = inv * inv2
         inv5 = inv3 * inv2
@@ -287,7 +288,7 @@ def _pull_particles(px, py, pz, half_eps2, near, count, numbers):
     ax, ay, az = numbers[3], numbers[3], numbers[3]
     for k in range(count):
         dx, dy, dz = near[0, k] - px, near[1, k] - py, near[2, k] - pz
-        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[NEAR_EPS2, k] + tiny)
+        inv = one / math.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[NEAR_EPS2, k] + tiny)
         pull = near[NEAR_MASS, k] * (inv * inv * inv)
         ax += pull * dx
         ay += pull * dy
@@ -302,7 +303,7 @@ def _well(px, py, pz, half_eps2, nodes, far_count, near, near_count, numbers):
     depth = numbers[3]
     for k in range(far_count):
         dx, dy, dz = nodes[0, k] - px, nodes[1, k] - py, nodes[2, k] - pz
-        inv = one / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[EPS2, k])
+        inv = one / math.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[EPS2, k])
         inv2 = inv * inv
         qx = nodes[XX, k] * dx + nodes[XY, k] * dy + nodes[XZ, k] * dz
         qy = nodes[XY, k] * dx + nodes[YY, k] * dy + nodes[YZ, k] * dz
@@ -310,7 +311,7 @@ def _well(px, py, pz, half_eps2, nodes, far_count, near, near_count, numbers):
         depth += nodes[MASS, k] * inv + (qx * dx + qy * dy + qz * dz) * (inv * inv2 * inv2) / (one + one)
     for k in range(near_count):
         dx, dy, dz = near[0, k] - px, near[1, k] - py, near[2, k] - pz
-        depth += near[NEAR_MASS, k] / np.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[NEAR_EPS2, k] + tiny)
+        depth += near[NEAR_MASS, k] / math.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[NEAR_EPS2, k] + tiny)
     return depth
 
 
@@ -334,7 +335,7 @@ def _sum_group(a, b, wanted, particles, tree, reach, room, numbers, out):
             out[i, c] = 0.0
     k = 0
     while k < len(tree.first):
-        k, far_count, near_count = _collect(k, np.sqrt(radius2), cx, cy, cz, particles, tree, reach, nodes, near)
+        k, far_count, near_count = _collect(k, math.sqrt(radius2), cx, cy, cz, particles, tree, reach, nodes, near)
         for i in range(a, b):
             px, py, pz, soft = own[0, i - a], own[1, i - a], own[2, i - a], own[3, i - a]
             if wanted == 1:
@@ -403,8 +404,8 @@ def _direct_potential(x, y, z, mass, eps2, out):
         total = 0.0
         for j in range(n):
             dx, dy, dz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-            total += mass[j] / np.sqrt(dx * dx + dy * dy + dz * dz + 0.5 * (eps2[i] + eps2[j]) + 1e-30)
-        out[i] = total - mass[i] / np.sqrt(eps2[i] + 1e-30)
+            total += mass[j] / math.sqrt(dx * dx + dy * dy + dz * dz + 0.5 * (eps2[i] + eps2[j]) + 1e-30)
+        out[i] = total - mass[i] / math.sqrt(eps2[i] + 1e-30)
 
 
 def potential_energy(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float = 0.0) -> float:

@@ -6,7 +6,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from matter import neighbours
+from matter import checkpoint, neighbours
 from matter.jit import parallel_kernel, prange
 from sph.boundary.images import Images
 from sph.target import Body
@@ -135,6 +135,22 @@ class Cloud:
         cloud.neighbours[:] = 60  # until counted
         return cloud
 
+    def state(self) -> dict[str, np.ndarray]:
+        """Every array, for a checkpoint."""
+        return {name: getattr(self, name) for name in (*ARRAYS, *OPTIONAL, "flaw_strain")}
+
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up a ``state``."""
+        for name in (*ARRAYS, *OPTIONAL, "flaw_strain"):
+            setattr(self, name, saved[name])
+
+    @classmethod
+    def restored(cls, saved: checkpoint.State) -> Cloud:
+        """The cloud of a ``state``."""
+        cloud = cls(len(saved["mass"]))
+        cloud.restore(saved)
+        return cloud
+
     def reorder(self, order: np.ndarray) -> None:
         """Put every array into a new order."""
         for name in ARRAYS:
@@ -181,8 +197,13 @@ class Neighbourhood:
         self._list(cloud.position, reach, grid)
         self.builds += 1
 
-    def restore(self, places: np.ndarray, reach: np.ndarray) -> None:
-        """The list that was built with the particles at ``places`` (n, 3) [m], with ``reach`` (n,) [m]; the cloud is in its order already."""
+    def state(self) -> dict[str, np.ndarray]:
+        """Where the particles were when the list was built (n, 3) [m], and with which reach (n,) [m]."""
+        return {"places": self.places, "reach": self.reach}
+
+    def restore(self, saved: checkpoint.State) -> None:
+        """Build the list of a ``state`` again; the cloud is in its order already."""
+        places, reach = saved["places"], saved["reach"]
         self._list(places, reach.copy(), neighbours.sort(places, reach, self.half_width)[1])
 
     def _list(self, places: np.ndarray, reach: np.ndarray, grid: neighbours.Grid) -> None:

@@ -10,11 +10,12 @@ for y = (v, rho, u, D^(1/3)): second order, and with the conjugate force and ene
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from matter import tree
+from matter import checkpoint, tree
 from matter.jit import kernel, parallel_kernel, prange
 from sph import gradients, late, length_terms, smoothing, start_volumes, state, timestep
 from sph import rates as pair_rates
@@ -29,6 +30,10 @@ from sph.row import SHARE, SLOPE, VOLUME
 from sph.scheme import Rows
 
 YOUNG = 0.002  # of sqrt(R^3 / G M)
+_NUMBERS: dict[str, type] = {
+    "time": float, "dt": float, "steps": int, "allowed": float, "gravity_time": float, "gravity_evaluations": int, "gravity_correction": float,
+}  # fmt: skip
+"""What of an ``Integrator`` a checkpoint holds beside arrays."""
 DENSITY_FLOOR = 0.005  # of the density at rest; only particles that have lost their neighbours come near it
 
 
@@ -183,6 +188,26 @@ class Integrator:
             cloud.strain_rate = np.zeros((len(cloud), 6))
         if self.scheme.switched:
             cloud.viscosity = np.full(len(cloud), switches.LAWS[numerics.viscosity_switch].START)
+
+    def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Arrays and numbers that a resumed run needs to go on to the last bit, with those of cloud, rates, list and images."""
+        arrays = checkpoint.under("cloud", self.cloud.state()) | checkpoint.under("rates", self.rates.state())
+        arrays |= checkpoint.under("evaluated", self.evaluated.state()) | self.neighbourhood.state() | {"limits": self.limits}
+        numbers = {name: getattr(self, name) for name in _NUMBERS} | {"torque_removed": self.torque_removed, "builds": self.neighbourhood.builds}
+        return arrays, numbers | (self.images.state() if self.images is not None else {})
+
+    def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
+        """Take up a ``state``; the cloud has to be that of the state already (``Cloud.restored``)."""
+        self.cloud.restore(checkpoint.Part(arrays, "cloud"))  # in the order in which it was saved: the first list has sorted it
+        if self.images is not None:
+            self.images.restore(numbers)
+        self.neighbourhood.restore(arrays)
+        self.neighbourhood.builds = int(numbers["builds"])
+        self.rates.restore(checkpoint.Part(arrays, "rates"))
+        self.evaluated.restore(checkpoint.Part(arrays, "evaluated"))
+        self.limits[:], self.torque_removed[:] = arrays["limits"], numbers["torque_removed"]
+        for name, kind in _NUMBERS.items():
+            setattr(self, name, kind(numbers[name]))
 
     @property
     def softening(self) -> np.ndarray:

@@ -27,6 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from matter import checkpoint
 from matter.gather import LANES, columns, narrow_columns
 from matter.jit import fast_min, parallel_kernel, prange
 from sph import artificial_stress, viscosity, viscosity_reconstructed
@@ -257,6 +258,15 @@ class Rates:
     def sums(self) -> Sums:
         """The arrays as the compiled loop takes them."""
         return Sums(self.acceleration, self.density, self.energy, self.stress, self.divergence, self.curl, self.approach, self.count, self.strain_rate)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Every array, for a checkpoint."""
+        return vars(self)
+
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up a ``state``."""
+        for name, array in vars(self).items():
+            array[:] = saved[name]
 
 
 def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Damping, out: Rates) -> None:

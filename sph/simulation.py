@@ -23,7 +23,7 @@ from sph import materials as material_rows
 from sph import target as bodies
 from sph.boundary import surroundings
 from sph.boundary.edge import Edge
-from sph.cloud import ARRAYS, OPTIONAL, Cloud
+from sph.cloud import Cloud
 from sph.damage import seeding
 from sph.history import History
 from sph.integrator import Integrator, Surroundings
@@ -91,10 +91,15 @@ class Simulation:
     def _enter(self, phase: str) -> None:
         self.phase = phase
         i, relaxing = self.integrator, phase == "relax"
-        i.hold, i.strength, i.damage = relaxing, self.settings.strength and not relaxing, self.settings.damage and not relaxing
+        self._switch_physics()
         if relaxing:
             i.dt = 1.0
             i.start()
+
+    def _switch_physics(self) -> None:
+        """Strength and damage, and u and D held, as the phase wants them."""
+        i, relaxing = self.integrator, self.phase == "relax"
+        i.hold, i.strength, i.damage = relaxing, self.settings.strength and not relaxing, self.settings.damage and not relaxing
 
     def _strike(self) -> None:
         """End the relaxation: the target at rest with S = 0 and D = 0, the projectile above it, time zero."""
@@ -136,46 +141,21 @@ class Simulation:
     def save(self) -> None:
         """Everything that a resumed run needs to go on to the last bit."""
         i = self.integrator
-        arrays = {f"cloud/{name}": getattr(i.cloud, name) for name in (*ARRAYS, *OPTIONAL, "flaw_strain")}
-        arrays |= {f"rates/{name}": value for name, value in vars(i.rates).items()}
-        arrays |= {f"evaluated/{name}": getattr(i.evaluated, name) for name in state.KEPT}
-        arrays |= {"places": i.neighbourhood.places, "reach": i.neighbourhood.reach, "limits": i.limits}
+        arrays, numbers = i.state()
         if self.edge is not None:
-            arrays |= {f"edge/{name}": value for name, value in vars(self.edge).items()}
-        scalars = {
-            "phase": self.phase, "time": i.time, "dt": i.dt, "steps": i.steps, "allowed": i.allowed, "builds": i.neighbourhood.builds,
-            "gravity_evaluations": i.gravity_evaluations, "gravity_correction": i.gravity_correction,
-            "gravity_time": i.gravity_time, "torque_removed": i.torque_removed, "times": json.dumps(self.times),
-            "late": json.dumps(self.late), "thinned": self.thinned, "flow": json.dumps(self.flow),
-            **({"images_time": i.images.time, "images_margin": i.images.margin} if i.images is not None else {}),
+            arrays |= checkpoint.under("edge", self.edge.state())
+        numbers |= {
+            "phase": self.phase, "times": json.dumps(self.times), "late": json.dumps(self.late), "thinned": self.thinned, "flow": json.dumps(self.flow),
         }  # fmt: skip
         self.history.write()
-        checkpoint.save(self.out, i.steps + (10**8 if self.phase == "impact" else 0), arrays, scalars)
+        checkpoint.save(self.out, i.steps + (10**8 if self.phase == "impact" else 0), arrays, numbers)
         self.saved_at = clock.monotonic()
 
     def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
         """Take up a checkpoint."""
-        cloud = Cloud(len(arrays["cloud/mass"]))
-        for name in (*ARRAYS, *OPTIONAL, "flaw_strain"):
-            setattr(cloud, name, arrays[f"cloud/{name}"])
-        self.edge = Edge.restored({name: arrays[f"edge/{name}"] for name in Edge.ARRAYS}) if "edge/fixed" in arrays else None
-        i = self.integrator = self._integrator(cloud)
-        for name in (*ARRAYS, *OPTIONAL, "flaw_strain"):  # the order in which they were saved
-            setattr(cloud, name, arrays[f"cloud/{name}"])
-        if i.images is not None:
-            i.images.time, i.images.margin = float(scalars["images_time"]), float(scalars["images_margin"])
-        i.neighbourhood.restore(arrays["places"], arrays["reach"])
-        for name in vars(i.rates):
-            getattr(i.rates, name)[:] = arrays[f"rates/{name}"]
-        for name in state.KEPT:
-            getattr(i.evaluated, name)[:] = arrays[f"evaluated/{name}"]
-        i.limits[:] = arrays["limits"]
-        i.time, i.dt, i.steps = float(scalars["time"]), float(scalars["dt"]), int(scalars["steps"])
-        i.allowed = float(scalars["allowed"])
-        i.neighbourhood.builds = int(scalars["builds"])
-        i.gravity_evaluations, i.gravity_correction = int(scalars["gravity_evaluations"]), float(scalars["gravity_correction"])
-        i.gravity_time = float(scalars["gravity_time"])
-        i.torque_removed[:] = scalars["torque_removed"]
+        self.edge = Edge.restored(checkpoint.Part(arrays, "edge")) if "edge/fixed" in arrays else None
+        i = self.integrator = self._integrator(Cloud.restored(checkpoint.Part(arrays, "cloud")))
+        i.restore(arrays, scalars)
         self.times = json.loads(scalars["times"])
         self.late = json.loads(scalars["late"])
         self.flow = json.loads(scalars["flow"])
@@ -184,9 +164,8 @@ class Simulation:
         if bool(scalars["thinned"]):
             self._thin()
         self.phase = str(scalars["phase"])
-        relaxing = self.phase == "relax"
-        i.hold, i.strength, i.damage = relaxing, self.settings.strength and not relaxing, self.settings.damage and not relaxing
-        if not relaxing:
+        self._switch_physics()
+        if self.phase != "relax":
             self.history.restore(i.steps)
 
     # ---------------------------------------------------------------- loops

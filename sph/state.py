@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from matter import checkpoint
 from matter.errors import UnphysicalState
 from matter.jit import kernel, law, parallel_kernel, prange
 from sph.cloud import Cloud
@@ -198,6 +199,15 @@ class Evaluated:
     def response(self) -> Response:
         """The arrays as the compiled loops take them."""
         return Response(self.row, self.pressure, self.wave, self.damage_rate, self.damage_cap, self.status)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """What a resumed run needs before it evaluates anew."""
+        return {name: getattr(self, name) for name in KEPT}
+
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up a ``state``."""
+        for name in KEPT:
+            getattr(self, name)[:] = saved[name]
 
     def fit(self, rows: int) -> None:
         """Room for ``rows`` rows, those of images behind the particles' own."""

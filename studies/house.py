@@ -12,6 +12,7 @@ modules      files of more than 350 lines.
 circles      sets of modules that reach each other by imports (Tarjan's strong components), those inside functions and under ``TYPE_CHECKING`` included.
 raw columns  lines with a number above 2 as last index, ``V[:, 7]``, ``report[4]``, ``row[4:7]``: 0, 1, 2 are the coordinates of a vector. Components of
              symmetric tensors (3, 4, 5) are among them, and so are shown beside those above 5.
+numpy        lines of scalar laws (``law`` of ``matter.jit``) that call numpy, which compilers for devices refuse: ``math`` has the same functions.
 places       lines in the rooms that name a given law, outside of its own file and of the tests: what has to be touched for one more like it. The law is one
              that nothing but its family knows (``PLACES``). A line counts if a name in it holds the law's as a word between underscores
              (``normal_hertz``, ``SJKR``, ``as_murnaghan``), or a text without spaces does (a key, ``"murnaghan"``); comments and docstrings do not.
@@ -173,6 +174,19 @@ def places(house: House, law: str, own: str) -> list[str]:
     return found
 
 
+def numpy_in_laws(house: House) -> list[str]:
+    """Lines of functions with the decorator ``law`` that call a function of numpy."""
+    found, kind = set(), re.compile(r"u?int\d|float\d|bool")  # a change of type is no call of numpy's
+    for name, function in house.functions():
+        marks = [mark.func if isinstance(mark, ast.Call) else mark for mark in function.decorator_list]
+        if not any(isinstance(mark, ast.Name) and mark.id == "law" for mark in marks):
+            continue
+        for node in ast.walk(function):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and ast.unparse(node.func.value) == "np" and not kind.match(node.func.attr):
+                found.add((name, node.lineno))
+    return [f"{name}:{line}" for name, line in sorted(found)]
+
+
 def count(house: House) -> dict[str, list[str]]:
     """Rows of the table: what was counted, each with the places where it is."""
     free, declared = arguments(house)
@@ -188,6 +202,7 @@ def count(house: House) -> dict[str, list[str]]:
     for room in ROOMS:
         rows[f"raw columns in {room}"] = raw_columns(house, room)
         rows[f"  above {LAST_OF_TENSOR} in {room}"] = raw_columns(house, room, LAST_OF_TENSOR)
+    rows["lines of scalar laws that call numpy"] = numpy_in_laws(house)
     for kind, (law, own) in PLACES.items():
         touched = places(house, law, own)
         rows[f"places for one more {kind} (as {law})"] = touched

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from matter import checkpoint
 from matter.errors import InputError
 from sph.boundary import fixed, quiet
 
@@ -28,12 +29,16 @@ class Edge:
         if self.fixed.all():
             raise InputError("every particle lies in the fixed rim: enlarge the target or refine its spacing")
 
+    def state(self) -> dict[str, np.ndarray]:
+        """Every array, for a checkpoint."""
+        return {name: getattr(self, name) for name in self.ARRAYS}
+
     @classmethod
-    def restored(cls, arrays: dict[str, np.ndarray]) -> Edge:
-        """The edge whose ``ARRAYS`` were saved."""
+    def restored(cls, saved: checkpoint.State) -> Edge:
+        """The edge of a ``state``."""
         made = cls.__new__(cls)
         for name in cls.ARRAYS:
-            setattr(made, name, arrays[name])
+            setattr(made, name, saved[name])
         return made
 
     def hold(self, cloud, rates) -> None:

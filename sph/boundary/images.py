@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from matter import neighbours
+from matter import checkpoint, neighbours
 from matter.gather import LANES
 from matter.jit import kernel, parallel_kernel, prange
 from sph.boundary.periodic import Periodic
@@ -66,6 +66,14 @@ class Images:
         self.period = min((plane.high - plane.low for plane in planes if isinstance(plane, Periodic)), default=np.inf)
         self.owner = np.zeros(0, dtype=np.int64)
         self.sign, self.shift, self.drift = np.ones((0, 3)), np.zeros((0, 3)), np.zeros((0, 3))
+
+    def state(self) -> dict[str, float]:
+        """What the present list reckons with, for a checkpoint."""
+        return {"images_time": self.time, "images_margin": self.margin}
+
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up a ``state``."""
+        self.time, self.margin = float(saved["images_time"]), float(saved["images_margin"])
 
     def wrap(self, position: np.ndarray) -> None:
         """Bring positions (n, 3) back into a periodic box, in place."""

@@ -17,13 +17,21 @@ TWO = """
 def late():
     from sph import one
 """
+LAW = """
+@law(forceinline=True)
+def pressure(x):
+    return np.sqrt(x) + np.int64(3) + math.sqrt(x)
+
+def plain(x):
+    return np.sqrt(x)
+"""
 TALL = "def tall():\n" + "    pass\n" * 100
 
 
 @pytest.fixture
 def counted(tmp_path: Path) -> dict[str, list[str]]:
     (tmp_path / "sph").mkdir()
-    for name, text in (("one", ONE), ("two", TWO), ("three", TALL)):
+    for name, text in (("one", ONE), ("two", TWO), ("three", TALL), ("four", LAW)):
         (tmp_path / "sph" / f"{name}.py").write_text(text)
     return house.count(house.House.read(tmp_path))
 
@@ -48,3 +56,7 @@ def test_columns_above_the_coordinates(counted):
 
 def test_places_are_code_not_words(counted):
     assert counted["places for one more equation of state (as murnaghan)"] == ["sph/one.py:3", "sph/one.py:6"]
+
+
+def test_laws_that_call_numpy(counted):
+    assert counted["lines of scalar laws that call numpy"] == ["sph/four.py:4"]
