@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipeline import case, experimental, keys, sense
+from pipeline.compose import compose
 
 CASES = Path(__file__).parents[2] / "cases"
 EVERY = [(path.parent.name, preset) for path in sorted(CASES.glob("*/case.toml")) for preset in (None, *tomllib.loads(path.read_text()).get("preset", {}))]
@@ -15,7 +16,7 @@ EVERY = [(path.parent.name, preset) for path in sorted(CASES.glob("*/case.toml")
 
 def taken(name, preset, sets=()):
     chosen = case.read(CASES / name, preset, sets)
-    return list(experimental.used({stage: one for stage, one in case.compose(chosen).items() if stage in chosen.stages}))
+    return list(experimental.used({stage: one for stage, one in compose(chosen).items() if stage in chosen.stages}))
 
 
 @pytest.mark.parametrize(("name", "preset"), EVERY)
@@ -40,4 +41,4 @@ def test_a_case_that_takes_one_is_told():
     words = taken("valhalla_980km", "quick", sets)
     assert [line.split(" is ")[0] for line in words] == ['[sph] integrator = "rk3"', "[sph] tolerance = 0.0001", "[dem.contact] attractive_tail = false"]
     chosen = case.read(CASES / "valhalla_980km", "quick", sets)
-    assert set(words) <= set(sense.judged(case.compose(chosen), {}, chosen.stages)[1])
+    assert set(words) <= set(sense.judged(compose(chosen), {}, chosen.stages)[1])
