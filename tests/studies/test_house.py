@@ -46,6 +46,11 @@ def test_circle_through_a_function(counted):
     assert counted["circles of imports"] == ["sph.one, sph.two"]
 
 
+def test_no_room_has_a_circle_of_imports():
+    found = house.circles(house.imports(house.House.read(Path(__file__).parents[2])))
+    assert [ring for ring in found if not ring.startswith("dem.")] == []  # those of dem go with its settings
+
+
 def test_columns_above_the_coordinates(counted):
     assert len(counted["raw columns in sph"]) == len(counted["  above 5 in sph"]) == 1  # one line, whatever stands in it
     assert house.raw_columns(house.House({"sph/a.py": ("", house.ast.parse("a[0, 2]\nb[:3]\nc['x']\nd[-1]\ne[3:6]\nf[i, 5]"))}), "sph") == [
