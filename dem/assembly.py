@@ -9,13 +9,35 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from dem import contact_tables, contacts, forces, integrator, size_levels, sleeping, walls
+from dem.columns import (
+    ANGULAR_GONE,
+    ANGULAR_IMPULSE,
+    AT_WALLS,
+    BOOKS,
+    DISSIPATED,
+    DRAGGED,
+    ENERGY_GONE,
+    EXCESS,
+    GRAINS_GONE,
+    IMPULSE,
+    MASS,
+    MASS_GONE,
+    MOMENTUM_GONE,
+    OFFSET,
+    RADIUS,
+    STIFFNESS,
+    SUMS,
+    TOUCHING,
+    WX,
+)
 from dem.contact_settings import Contact, rigid, shortest_contact_time
 from dem.gravity import Field
+from dem.scheme import HOOKE, SJKR, Boundaries, Chunk, Grains, Listed, Outside, Sleepers, Spill, Step
 from dem.self_gravity import SelfGravity
 from matter import gather
 from matter.errors import InputError, UnphysicalState
@@ -33,6 +55,15 @@ _SLEEPERS = ("asleep", "quiet", "wall_energy", "held", "rest")
 _REST = ("row", "col", "hist", "report", "booked")
 
 
+class Extras(NamedTuple):
+    """``offset``: contacts can carry an offset (``spring_change``: k_n changes in the run, or differs from that in which the bed settled); ``sleep``: grains
+    can sleep (``sleeping`` decides which); ``self_gravity``: the grains attract each other."""
+
+    offset: bool = False
+    sleep: bool = False
+    self_gravity: SelfGravity | None = None
+
+
 class Assembly:
     """Grains in contact.
 
@@ -45,9 +76,7 @@ class Assembly:
     gravity : uniform or central field.
     dt : time step [s]; None takes that of ``contact.time_step``.
     overlap_limit : instead of ``contact.overlap_stop`` (a packing starts with any overlap).
-    offset : contacts can carry an offset (``spring_change``: k_n changes in the run, or differs from that in which the bed settled).
-    sleep : grains can sleep (``sleeping`` decides which).
-    self_gravity : the grains attract each other.
+    extras : what most beds do without.
     threads : chunks of the half list, one per thread; results are bitwise repeatable at one number.
     """
 
@@ -61,17 +90,16 @@ class Assembly:
         threads: int = 1,
         skin: float = 0.2,
         overlap_limit: float | None = None,
-        offset: bool = False,
-        sleep: bool = False,
-        self_gravity: SelfGravity | None = None,
+        extras: Extras = Extras(),  # noqa: B008  (a tuple)
     ):
         grains.need("identity", "position", "velocity", "angular_velocity", "mass", "radius", "material", "species", "stiffness")
         _check(grains)
         n = len(grains)
+        offset, sleep, self_gravity = extras
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
         self.walls = walls.rows(walls_, float(grains.radius.max()))
         self.scheme = contact.scheme()._replace(offset=int(offset), sleep=int(sleep), attract=int(self_gravity is not None))
-        if offset and (self.scheme.normal != forces.HOOKE or self.scheme.cohesion == forces.SJKR):
+        if offset and (self.scheme.normal != HOOKE or self.scheme.cohesion == SJKR):
             raise InputError('a stiffness that changes in the run needs normal = "hooke", and no cohesion that depends on the overlap ("sjkr")')
         self._per_grain = _PER_GRAIN + (_SLEEPERS if sleep else ()) + (("pull_of_all",) if self_gravity else ())
         self.self_gravity = self_gravity
@@ -103,7 +131,7 @@ class Assembly:
         self.wake, self.memory = np.inf, np.inf
         # factor of k_n against its start; energy of the springs at rest at that start; what changes of k_n have put into springs, of that what the weight has
         # taken, and the sum of the amounts of the rest [J]
-        self.lost_in_flight = 0.0  # what collisions of flying grains have lost, part of report[0] [J]
+        self.lost_in_flight = 0.0  # what collisions of flying grains have lost, part of what contacts dissipated [J]
         self.softness, self.rest_energy, self.stiffness_energy, self.weight_energy, self.stiffness_excess = 1.0, 0.0, 0.0, 0.0, 0.0
         self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
         self.first = np.zeros(0, dtype=np.int32)
@@ -115,9 +143,9 @@ class Assembly:
         self.start_time = float(grains.attributes.get("time", 0.0))
         self.overlap_limit = contact.overlap_stop if overlap_limit is None else overlap_limit
         # sums over the run: dissipated in contacts, excess taken from returned grains, dissipated by drag and at walls, impulse (6)
-        self.report = np.zeros(10)
+        self.report = np.zeros(SUMS)
         # of grains that left, by reason: count, mass, momentum (3), angular momentum (3), energy
-        self.booked = np.zeros((len(REASONS), 9))
+        self.booked = np.zeros((len(REASONS), BOOKS))
         self.elastic, self.contacts, self.over_warn, self.worst, self.speed = 0.0, 0, 0, 0.0, 0.0
         self.threads = max(1, threads)
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
@@ -148,7 +176,7 @@ class Assembly:
 
     def touching(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Present indices of the two grains of each contact, and its history."""
-        return self._rows_of(np.flatnonzero(self.hist[:, 7] != 0.0))
+        return self._rows_of(np.flatnonzero(self.hist[:, TOUCHING] != 0.0))
 
     def _rows_of(self, where: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return self.first[where].astype(np.int64), self.col[where].astype(np.int64), self.hist[where]
@@ -158,12 +186,12 @@ class Assembly:
         if known is None:  # with offsets, also open contacts that remember one
             known = self._rows_of(np.flatnonzero(self._not_empty()))
         first, second, history = known
-        self._adapt_skin(float(history[:, 8].max(initial=0.0)) if self.scheme.offset else 0.0)
+        self._adapt_skin(float(history[:, OFFSET].max(initial=0.0)) if self.scheme.offset else 0.0)
         by_state = np.argsort(self.state, kind="stable")
         active = int(np.count_nonzero(self.state == ACTIVE))
         # grains of very different sizes: cells only order them, of the size of the mean grain; their pairs are found class by class
-        mixed = size_levels.several(self.X[by_state[:active], 3])
-        reach = 2.0 * (self.mean_radius if mixed else float(self.X[:, 3].max())) + self.skin
+        mixed = size_levels.several(self.X[by_state[:active], RADIUS])
+        reach = 2.0 * (self.mean_radius if mixed else float(self.X[:, RADIUS].max())) + self.skin
         cells = contacts.Cells(self.X[by_state[:active], :3], reach)
         order = np.concatenate([by_state[:active][cells.order], by_state[active:]])
         for name in self._per_grain:
@@ -194,13 +222,13 @@ class Assembly:
 
     def _not_empty(self) -> np.ndarray:
         """1 for entries of the list with a history: those in contact and, with offsets, open ones that remember one."""
-        filled = self.hist[:, 7] != 0.0
-        return (filled | (self.hist[:, 8] != 0.0) if self.scheme.offset else filled).astype(np.int8)
+        filled = self.hist[:, TOUCHING] != 0.0
+        return (filled | (self.hist[:, OFFSET] != 0.0) if self.scheme.offset else filled).astype(np.int8)
 
     def _near_walls(self) -> None:
         """Which grains can reach a wall before the list is built again: none moves further than half a skin until then."""
         self.walled = np.zeros(len(self.X), dtype=np.int8)
-        walls.within_reach(self.reference, self.X[:, 3], self.walls, self.skin, self.walled)
+        walls.within_reach(self.reference, self.X[:, RADIUS], self.walls, self.skin, self.walled)
 
     def _adapt_skin(self, offset: float) -> None:
         """Set the skin of the list about to be built: a list should serve 10 to 60 steps.
@@ -269,7 +297,7 @@ class Assembly:
     def _attract(self) -> None:
         assert self.self_gravity is not None
         k = slice(0, self.moving)
-        self.pull_of_all[k] = self.self_gravity.acceleration(self.X[k, :3], self.mass[k], self.X[k, 3])
+        self.pull_of_all[k] = self.self_gravity.acceleration(self.X[k, :3], self.mass[k], self.X[k, RADIUS])
 
     def _after_sleep(self) -> None:
         """Wake those that were marked; an evaluation of all rows is over."""
@@ -290,10 +318,10 @@ class Assembly:
 
     def wall_overlaps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Grain, wall and overlap [m], offset included, of every contact with a wall."""
-        grain, wall = np.nonzero(self.wall_history[:, : len(self.walls), 7])
+        grain, wall = np.nonzero(self.wall_history[:, : len(self.walls), TOUCHING])
         d = walls.distances(self.walls, wall, self.X[grain])
-        offset = self.wall_history[grain, wall, 8] if self.scheme.offset else 0.0
-        return grain, wall, self.X[grain, 3] + offset - d
+        offset = self.wall_history[grain, wall, OFFSET] if self.scheme.offset else 0.0
+        return grain, wall, self.X[grain, RADIUS] + offset - d
 
     def change_step(self, dt: float) -> None:
         """Another time step [s] from the next step on."""
@@ -301,47 +329,57 @@ class Assembly:
         self.dt = dt
         self.start_time = now - self.steps * dt
 
+    def _chunk(self, c: int, moving: bool) -> Chunk:
+        """Chunk ``c`` of the grains in the search or, ``moving``, of all that move."""
+        ends = self._moving_ends if moving else self._ends
+        return Chunk(c, int(ends[c]), int(ends[c + 1]), int(self._entry_ends[c]), int(self._entry_ends[c + 1]), self.active)
+
+    def _grains(self) -> Grains:
+        return Grains(self.X, self.V, self.W, self.A, self.E, self.F, self.kind, self.returned)
+
+    def _sleepers(self) -> Sleepers:
+        return Sleepers(
+            self.asleep, self.near, self.live, self.row_energy, self.wall_energy, self.held, self.rest, float(self.wake), float(self.memory)
+        )  # fmt: skip
+
+    def _step_of(self, dt: float, over_speed: float = 0.0) -> Step:
+        return Step(float(dt), 0.5 * float(dt), self.contact.attractive_tail, over_speed, self.contact.overlap_warn)
+
     def _drift(self, c: int) -> float:
-        lo, hi = self._moving_ends[c], self._moving_ends[c + 1]
-        return self._drift_loop(lo, hi, self.active, self.X, self.V, self.W, self.A, self.E, self.reference, self.dt, self._kick_report[c], self.asleep)
+        return self._drift_loop(self._chunk(c, True), self._grains(), self.reference, float(self.dt), self._kick_report[c], self.asleep)
 
-    def _pairs(self, c: int, dt: float, over_speed: float) -> None:
-        self._last[c] = self._pair_loop(
-            self._ends[c], self._ends[c + 1], self._entry_ends[c], self._entry_ends[c + 1], self.X, self.V, self.kind, self.returned,
-            self.first, self.col, self._todo, self._known, self.hist, self.pair_table, dt,
-            self.contact.attractive_tail, over_speed, self.contact.overlap_warn, self.F, self._spill[c],
-            self._pair_report[c], self.live, self.row_energy,
-        )  # fmt: skip
+    def _pairs(self, c: int, step: Step) -> None:
+        listed = Listed(self.first, self.col, self._todo, self._known, self.hist, self.pair_table)
+        self._last[c] = self._pair_loop(self._chunk(c, False), self._grains(), listed, step, self._spill[c], self._pair_report[c], self._sleepers())
 
-    def _kick(self, c: int, dt: float, half: float) -> int:
+    def _kick(self, c: int, step: Step) -> int:
         g = self.gravity
-        return self._kick_loop(
-            self._moving_ends[c], self._moving_ends[c + 1], c, self.active, self.X, self.V, self.W, self.A, self.E, self.F, self._spill,
-            self._last, self.drag, self.weight, self.kind, self.returned, self.walls, self.walled, self.wall_tables, self.wall_history,
-            g.uniform, g.table, g.radius, dt, half, self.contact.attractive_tail, self._kick_report[c],
-            self.asleep, self.near, self.live, self.wall_energy, self.held, self.rest, self.wake, self.memory, self.pull_of_all,
-        )  # fmt: skip
+        boundaries = Boundaries(self.walls, self.walled, self.wall_tables, self.wall_history)
+        outside = Outside(g.uniform, g.table, float(g.radius), self.weight, self.drag, self.pull_of_all)
+        spill = Spill(self._spill, self._last)
+        return self._kick_loop(self._chunk(c, True), self._grains(), spill, boundaries, outside, step, self._kick_report[c], self._sleepers())
 
     def _forces(self, initial: bool = False) -> None:
-        dt = 0.0 if initial else self.dt
-        over_speed = 0.0 if initial else self.contact.returning_speed_limit
+        step = self._step_of(0.0) if initial else self._step_of(self.dt, self.contact.returning_speed_limit)
         kept = (self.hist.copy(), self.wall_history.copy()) if initial else None
-        self._each(lambda c: self._pairs(c, dt, over_speed))
-        bad = max(self._each(lambda c: self._kick(c, dt, 0.5 * dt)))
+        self._each(lambda c: self._pairs(c, step))
+        bad = max(self._each(lambda c: self._kick(c, step)))
         if kept:  # a first evaluation only marks the contacts: springs are as they were given
-            self.hist[:, :7], self.wall_history[:, :, :7] = kept[0][:, :7], kept[1][:, :, :7]
+            self.hist[:, :TOUCHING], self.wall_history[:, :, :TOUCHING] = kept[0][:, :TOUCHING], kept[1][:, :, :TOUCHING]
         pair, single = self._pair_report, self._kick_report
         self.elastic = float(pair[:, forces.ELASTIC].sum() + single[:, integrator.WALL_ELASTIC].sum())
         self.contacts = int(pair[:, forces.CONTACTS].sum())
         self.over_warn = int(pair[:, forces.OVER_WARN].sum())
         self.worst = float(pair[:, forces.OVERLAP].max())
         self.speed = math.sqrt(float(single[:, integrator.SPEED].max()))
-        self.report[0] += pair[:, forces.DISSIPATED].sum()
-        self.report[1] += pair[:, forces.EXCESS].sum()
-        self.report[2] += single[:, integrator.DRAG].sum()
-        self.report[3] += single[:, integrator.WALL_DISSIPATED].sum()
-        self.report[4:] += single[:, integrator.IMPULSE : integrator.IMPULSE + 6].sum(axis=0)
-        single[:, : integrator.IMPULSE + 6] = 0.0
+        self.report[DISSIPATED] += pair[:, forces.DISSIPATED].sum()
+        self.report[EXCESS] += pair[:, forces.EXCESS].sum()
+        self.report[DRAGGED] += single[:, integrator.DRAG].sum()
+        self.report[AT_WALLS] += single[:, integrator.WALL_DISSIPATED].sum()
+        given = single[:, integrator.IMPULSE : integrator.WALL_OVERLAP].sum(axis=0)
+        self.report[IMPULSE] += given[:WX]
+        self.report[ANGULAR_IMPULSE] += given[WX:]
+        single[:, : integrator.WALL_OVERLAP] = 0.0
         if bad >= 0:
             raise UnphysicalState(f"grain {self.identity[bad]} is not finite: {self.where(bad)}")
         if self.worst > self.overlap_limit:
@@ -359,7 +397,7 @@ class Assembly:
         x, v = self.X[i, :3], self.W[i, :3]
         return (
             f"t = {self.time:.6g} s, place ({x[0]:.5g}, {x[1]:.5g}, {x[2]:.5g}) m, velocity ({v[0]:.4g}, {v[1]:.4g}, {v[2]:.4g}) m/s, "
-            f"radius {self.X[i, 3]:.4g} m, mass {self.V[i, 6]:.4g} kg, k_n {self.V[i, 7]:.4g} N/m"
+            f"radius {self.X[i, RADIUS]:.4g} m, mass {self.V[i, MASS]:.4g} kg, k_n {self.V[i, STIFFNESS]:.4g} N/m"
         )
 
     def _refuse_overlap(self) -> None:
@@ -377,7 +415,7 @@ class Assembly:
     @property
     def mass(self) -> np.ndarray:
         """Masses [kg], in the present order."""
-        return self.V[:, 6]
+        return self.V[:, MASS]
 
     @property
     def position(self) -> np.ndarray:
@@ -396,17 +434,17 @@ class Assembly:
     def angular_momentum(self) -> np.ndarray:
         """Angular momentum about the origin, orbital and spin [kg m^2/s]."""
         k = slice(0, self.moving)
-        inertia = 0.4 * self.mass[k] * self.X[k, 3] ** 2
-        return self.mass[k] @ np.cross(self.X[k, :3], self.W[k, :3]) + inertia @ self.W[k, 3:]
+        inertia = 0.4 * self.mass[k] * self.X[k, RADIUS] ** 2
+        return self.mass[k] @ np.cross(self.X[k, :3], self.W[k, :3]) + inertia @ self.W[k, WX:]
 
     def energies(self) -> dict[str, float]:
         """Kinetic, rotational, gravitational and elastic energy [J] of the grains that have not left."""
         k = slice(0, self.moving)
         m = self.mass[k]
-        own = self.self_gravity.energy(self.X[k, :3], m, self.X[k, 3]) if self.self_gravity else 0.0
+        own = self.self_gravity.energy(self.X[k, :3], m, self.X[k, RADIUS]) if self.self_gravity else 0.0
         return {
             "kinetic_J": float(0.5 * m @ np.sum(self.W[k, :3] ** 2, axis=1)),
-            "rotational_J": float(0.2 * (m * self.X[k, 3] ** 2) @ np.sum(self.W[k, 3:] ** 2, axis=1)),
+            "rotational_J": float(0.2 * (m * self.X[k, RADIUS] ** 2) @ np.sum(self.W[k, WX:] ** 2, axis=1)),
             "gravitational_J": float((m * self.weight[k]) @ self.gravity.potential(self.X[k, :3])) + own,
             "elastic_J": self.elastic,
         }
@@ -425,14 +463,14 @@ class Assembly:
             half = 0.5 * self.dt
             m, x = self.mass[where], self.X[where, :3]
             p = m[:, None] * self.W[where, :3] + half * self.F[where, :3]
-            inertia = 0.4 * m * self.X[where, 3] ** 2
+            inertia = 0.4 * m * self.X[where, RADIUS] ** 2
             energy = 0.5 * np.sum(p * self.W[where, :3], axis=1) + m * self.gravity.potential(x)
             book = self.booked[REASONS.index(reason)]
-            book[0] += where.sum()
-            book[1] += m.sum()
-            book[2:5] += p.sum(axis=0)
-            book[5:8] += (np.cross(x, p) + inertia[:, None] * self.W[where, 3:] + half * self.F[where, 3:]).sum(axis=0)
-            book[8] += energy.sum()
+            book[GRAINS_GONE] += where.sum()
+            book[MASS_GONE] += m.sum()
+            book[MOMENTUM_GONE] += p.sum(axis=0)
+            book[ANGULAR_GONE] += (np.cross(x, p) + inertia[:, None] * self.W[where, WX:] + half * self.F[where, WX:]).sum(axis=0)
+            book[ENERGY_GONE] += energy.sum()
         if state == BALLISTIC:
             self.returned[where] = 1
         self.state[where] = state
@@ -443,9 +481,9 @@ class Assembly:
     def _begin_unloaded(self) -> None:
         """Offsets for pairs that overlap without ever having been in contact, so that their springs begin at zero."""
         first = self.first
-        overlap = self.X[first, 3] + self.X[self.col, 3] - np.linalg.norm(self.X[first, :3] - self.X[self.col, :3], axis=1)
-        fresh = (overlap > 0.0) & (self.hist[:, 7] == 0.0) & (self.hist[:, 8] == 0.0)
-        self.hist[fresh, 8] = -overlap[fresh]
+        overlap = self.X[first, RADIUS] + self.X[self.col, RADIUS] - np.linalg.norm(self.X[first, :3] - self.X[self.col, :3], axis=1)
+        fresh = (overlap > 0.0) & (self.hist[:, TOUCHING] == 0.0) & (self.hist[:, OFFSET] == 0.0)
+        self.hist[fresh, OFFSET] = -overlap[fresh]
         self._known = self._not_empty()
 
     # -- files ---------------------------------------------------------------------------------------------------------------
@@ -454,9 +492,9 @@ class Assembly:
         """The grains as a snapshot in the order of their identities; ``tables`` adds the contact history."""
         order = np.argsort(self.identity, kind="stable")
         fields = {
-            "identity": self.identity, "position": self.X[:, :3], "velocity": self.W[:, :3], "angular_velocity": self.W[:, 3:],
-            "mass": self.V[:, 6], "radius": self.X[:, 3], "material": self.material, "species": self.kind, "headroom": self.headroom,
-            "density": self.density, "stiffness": self.V[:, 7], "state": self.state,
+            "identity": self.identity, "position": self.X[:, :3], "velocity": self.W[:, :3], "angular_velocity": self.W[:, WX:],
+            "mass": self.V[:, MASS], "radius": self.X[:, RADIUS], "material": self.material, "species": self.kind, "headroom": self.headroom,
+            "density": self.density, "stiffness": self.V[:, STIFFNESS], "state": self.state,
         }  # fmt: skip
         history: dict[str, np.ndarray] = {}
         if tables:

@@ -28,6 +28,7 @@ from dem.assembly import Assembly
 from dem.beds import bed_measures, extent, flat_bed, flat_ground, packing, settling
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
+from dem.columns import MASS, RADIUS, STIFFNESS
 from dem.contact_settings import SPECIES, Contact
 from matter import archive, checkpoint, jit, readable, snapshot
 from matter.body import Impact, Model, Target
@@ -225,7 +226,7 @@ def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> N
     radius = packing.radii(settings.count, settings.radius_spread, domain, seeds[0])
     points = packing.random_points(radius, domain, seeds[1])
     bed, facts = settling.settle(points, radius, body, domain, settings.contact, settings.residual_speed, out)
-    wave = float(np.max(2.0 * bed.X[:, 3] * np.sqrt(bed.V[:, 7] / bed.V[:, 6])))
+    wave = float(np.max(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
     domain = _damped(domain, settings, bed.mean_radius, wave)
     report = _report(bed, body, domain, facts)
     materials = list(dict.fromkeys(body.materials))
@@ -256,9 +257,9 @@ def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, f
     g = float(body.gravity().strength(np.array(body.radius)))
     distance = np.linalg.norm(bed.X[:, :3], axis=1)
     below = bed.headroom == 0
-    shells = bed_measures.Shells(bed.X[:, :3], bed.X[:, 3], domain, 0.25 * bed.mean_radius, domain.datum_radius)
+    shells = bed_measures.Shells(bed.X[:, :3], bed.X[:, RADIUS], domain, 0.25 * bed.mean_radius, domain.datum_radius)
     window = 5.0 * bed.mean_radius
-    volume = 4.0 / 3.0 * np.pi * bed.X[:, 3] ** 3
+    volume = 4.0 / 3.0 * np.pi * bed.X[:, RADIUS] ** 3
     phi = shells.smooth(np.asarray(shells.share.sum(axis=0)).ravel(), window)
     density = shells.smooth(shells.share.T @ (bed.mass / volume), window)
     wanted = shells.smooth(body.density(shells.middle) * shells.volume, window)
@@ -271,7 +272,7 @@ def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, f
         "grains": len(bed.X),
         "grains_headroom": int((~below).sum()),
         "mean_radius_m": bed.mean_radius,
-        "headroom_height_m": float(np.percentile(distance + bed.X[:, 3], 99.0) - domain.datum_radius),
+        "headroom_height_m": float(np.percentile(distance + bed.X[:, RADIUS], 99.0) - domain.datum_radius),
         "packing_fraction": float(np.average(phi, weights=shells.volume)),
         "coordination_number": z,
         "rattler_share": rattlers,

@@ -8,9 +8,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from dem.forces import HERTZ, HOOKE, NO_COHESION, PAIR_COLUMNS, SJKR, ZHANG, Scheme
+from dem.columns import COHESION, DAMPING_N, DAMPING_T, FRICTION, MODULUS, PAIR_COLUMNS, RATIO, ROLLING, SHAPE, TWISTING
 from dem.gravity import Field as Gravity
 from dem.laws import cohesion_sjkr, cohesion_zhang, normal_hertz, normal_hooke, rolling_sds, tangential_mindlin, tangential_spring, twisting_sds
+from dem.scheme import HERTZ, HOOKE, NO_COHESION, SJKR, ZHANG, Scheme
 from dem.walls import Wall
 from matter import material
 from matter.body import Model
@@ -18,10 +19,6 @@ from matter.particles import Particles
 from matter.quantity import Angle, PositivePressure, PositiveSpeed, Pressure
 
 SPECIES = ("shell", "ocean")
-
-# columns of the pair table that the force kernel reads: 7 is E* [Pa], 8 the strength of cohesion [Pa]
-DAMPING_N, DAMPING_T, FRICTION, SHAPE, ROLLING, TWISTING, RATIO, MODULUS, COHESION = range(9)
-COLUMNS = PAIR_COLUMNS
 
 Fraction = Annotated[float, Field(gt=0.0, le=1.0)]
 
@@ -145,9 +142,9 @@ class Contact(Model):
         return SPECIES.index("ocean" if name in self.liquids else "shell")
 
     def pair_table(self) -> np.ndarray:
-        """Parameters of a contact between two species, shape (2, 2, COLUMNS); the smaller of each value wins."""
+        """Parameters of a contact between two species, shape (2, 2, PAIR_COLUMNS); the smaller of each value wins."""
         laws = (self.shell, self.ocean)
-        table = np.zeros((len(SPECIES), len(SPECIES), COLUMNS))
+        table = np.zeros((len(SPECIES), len(SPECIES), PAIR_COLUMNS))
         for a, one in enumerate(laws):
             for b, two in enumerate(laws):
                 row = table[a, b]
@@ -239,7 +236,7 @@ class Contact(Model):
 
 
 def rigid(tables: np.ndarray, pair_table: np.ndarray, walls: Sequence[Wall]) -> np.ndarray:
-    """The walls' contact parameters (w, s, COLUMNS) with a rigid partner's E*, G* / E*; a frictionless wall does not hold grains by cohesion."""
+    """The walls' contact parameters (w, s, PAIR_COLUMNS) with a rigid partner's E*, G* / E*; a frictionless wall does not hold grains by cohesion."""
     tables = tables.copy()
     for w, wall in enumerate(walls):
         if wall.species < 0:

@@ -1,6 +1,6 @@
 """The history of contacts in a snapshot: tables by the identities of the grains, read and written.
 
-``contacts/pair`` (c, 2) the two identities, the smaller first, sorted; ``contacts/history`` (c, 7 or 8) the columns of ``dem.forces`` that a snapshot holds;
+``contacts/pair`` (c, 2) the two identities, the smaller first, sorted; ``contacts/history`` (c, 7 or 8) the columns of ``dem.columns`` that a snapshot holds;
 ``contacts/wall_pair`` (w, 2) grain's identity and number of the wall; ``contacts/wall_history`` (w, 7 or 8).
 """
 
@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from dem.columns import HISTORY, OFFSET, TOUCHING, TWIST
 from matter.particles import Particles
-
-LOADED, OFFSET = 7, 8
-"""Columns of a history row: whether the pair touches, and the offset of its overlap."""
 
 
 def columns(offset: bool) -> list[int]:
     """Columns of the history that a snapshot holds."""
-    return [*range(7), OFFSET] if offset else [*range(7)]
+    return [*range(TOUCHING), OFFSET] if offset else [*range(TOUCHING)]
 
 
 def written(identity: np.ndarray, touching: tuple[np.ndarray, np.ndarray, np.ndarray], wall_history: np.ndarray, kept: list[int]) -> dict[str, np.ndarray]:
@@ -25,10 +23,10 @@ def written(identity: np.ndarray, touching: tuple[np.ndarray, np.ndarray, np.nda
     pair = np.column_stack([identity[first], identity[second]])
     swap = pair[:, 0] > pair[:, 1]
     rows = rows[:, kept].copy()
-    rows[swap, :6] *= -1.0
+    rows[swap, :TWIST] *= -1.0
     pair[swap] = pair[swap, ::-1]
     sort = np.lexsort((pair[:, 1], pair[:, 0]))
-    grain, wall = np.nonzero(wall_history[:, :, LOADED])
+    grain, wall = np.nonzero(wall_history[:, :, TOUCHING])
     order = np.lexsort((wall, identity[grain]))
     grain, wall = grain[order], wall[order]
     return {
@@ -47,10 +45,10 @@ def pairs(grains: Particles, identity: np.ndarray, width: int, offset: bool) -> 
     good = (first >= 0) & (second >= 0)
     history = np.ones((int(good.sum()), width))
     rows = grains.tables["contacts/history"][good]
-    history[:, :7] = rows[:, :7]
-    history[:, 8:] = 0.0
-    if offset and rows.shape[1] > 7:
-        history[:, OFFSET] = rows[:, 7]
+    history[:, :TOUCHING] = rows[:, :TOUCHING]
+    history[:, HISTORY:] = 0.0
+    if offset and rows.shape[1] > TOUCHING:
+        history[:, OFFSET] = rows[:, TOUCHING]
     return first[good], second[good], history
 
 
@@ -63,10 +61,10 @@ def take_walls(grains: Particles, identity: np.ndarray, wall_history: np.ndarray
     good = (index >= 0) & (pair[:, 1] < wall_history.shape[1])
     index, wall = index[good], pair[good, 1]
     rows = grains.tables["contacts/wall_history"][good]
-    wall_history[index, wall, :7] = rows[:, :7]
-    if offset and rows.shape[1] > 7:
-        wall_history[index, wall, OFFSET] = rows[:, 7]
-    wall_history[index, wall, LOADED] = 1.0
+    wall_history[index, wall, :TOUCHING] = rows[:, :TOUCHING]
+    if offset and rows.shape[1] > TOUCHING:
+        wall_history[index, wall, OFFSET] = rows[:, TOUCHING]
+    wall_history[index, wall, TOUCHING] = 1.0
 
 
 def _index_of(identity: np.ndarray, wanted: np.ndarray) -> np.ndarray:

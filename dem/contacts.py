@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from dem.columns import RADIUS, TWIST
 from matter.jit import kernel
 
 
@@ -45,7 +46,7 @@ def half_list(X, index, start, shape, skin, row, col):
     found = 0
     for i in range(n):
         row[i] = found
-        x, y, z, reach = X[i, 0], X[i, 1], X[i, 2], X[i, 3] + skin
+        x, y, z, reach = X[i, 0], X[i, 1], X[i, 2], X[i, RADIUS] + skin
         cx, cy, cz = index[i, 0], index[i, 1], index[i, 2]
         z0, z1 = max(cz - 1, 0), min(cz + 1, shape[2] - 1)
         for part in range(5):
@@ -61,7 +62,7 @@ def half_list(X, index, start, shape, skin, row, col):
             first = i + 1 if part == 0 else start[base + z0]
             for j in range(first, start[base + z1 + 1]):
                 dx, dy, dz = X[j, 0] - x, X[j, 1] - y, X[j, 2] - z
-                cut = reach + X[j, 3]
+                cut = reach + X[j, RADIUS]
                 if dx * dx + dy * dy + dz * dz < cut * cut:
                     if found < room:
                         col[found] = j
@@ -96,9 +97,9 @@ def carry(first, second, history, row, col, hist):
         if place < 0:
             lost += 1
             continue
-        for k in range(6):
+        for k in range(TWIST):
             hist[place, k] = sign * history[c, k]
-        for k in range(6, history.shape[1]):
+        for k in range(TWIST, history.shape[1]):
             hist[place, k] = history[c, k]
     return lost
 

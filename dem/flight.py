@@ -7,6 +7,7 @@ import numpy as np
 from dem.assembly import ACTIVE, BALLISTIC, LEFT, Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
+from dem.columns import RADIUS, TOUCHING
 
 EVERY = 10
 """Steps between two looks."""
@@ -28,9 +29,9 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     touching = np.zeros(len(bed.X), dtype=bool)
     first, second, _ = bed.touching()
     touching[first] = touching[second] = True
-    touching |= np.any(bed.wall_history[:, : len(bed.walls), 7] != 0.0, axis=1)
-    largest = float(bed.X[:, 3].max())
-    top = float(np.max((distance + bed.X[:, 3])[touching], initial=top_level))
+    touching |= np.any(bed.wall_history[:, : len(bed.walls), TOUCHING] != 0.0, axis=1)
+    largest = float(bed.X[:, RADIUS].max())
+    top = float(np.max((distance + bed.X[:, RADIUS])[touching], initial=top_level))
     shell = top + 2.0 * largest
     outward = bed.W[:, 2] > 0.0 if flat else np.einsum("ij,ij->i", bed.X[:, :3], bed.W[:, :3]) > 0.0
     outside = domain.outside(bed.X[:, :3])
@@ -40,8 +41,8 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     reach = 2.0 * EVERY * bed.dt * np.sqrt(speed2) + 2.0 * largest
 
     aside = active & outside & (distance < top_level)
-    across = ~outside & (domain.side_depth(bed.X[:, :3]) < bed.X[:, 3]) & ~outward & (distance >= top_level) & (distance < top_level + reach)
-    launched = active & ~touching & ~aside & (((distance - bed.X[:, 3] > shell) & outward) | outside)
+    across = ~outside & (domain.side_depth(bed.X[:, :3]) < bed.X[:, RADIUS]) & ~outward & (distance >= top_level) & (distance < top_level + reach)
+    launched = active & ~touching & ~aside & (((distance - bed.X[:, RADIUS] > shell) & outward) | outside)
     # under uniform gravity nothing escapes
     gone = flying & ~bound & (distance > ESCAPE_RADII * domain.datum_radius) if isinstance(domain, Domain) else np.zeros(len(flying), dtype=bool)
     beside = flying & outside & ~outward & (distance < top_level)
@@ -69,7 +70,7 @@ def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarra
     """
     from scipy.spatial import cKDTree
 
-    place, radius = bed.X[:, :3], bed.X[:, 3]
+    place, radius = bed.X[:, :3], bed.X[:, RADIUS]
     taken = np.arange(len(bed.X)) < bed.active
     tree = cKDTree(np.concatenate([place[: bed.active], place[candidates]]))
     index = np.concatenate([np.arange(bed.active), candidates])

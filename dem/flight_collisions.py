@@ -15,11 +15,13 @@ Source: Walton 1993, in: Particulate Two-Phase Flow, ed. Roco (three-parameter h
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dem.assembly import BALLISTIC
+from dem.columns import DISSIPATED, MASS, RADIUS, WX
 from matter.jit import kernel
 
 if TYPE_CHECKING:
@@ -34,7 +36,7 @@ def collide(bed: Assembly, dt: float) -> int:
     assert np.all(bed.state[flying] == BALLISTIC)
     drift = bed.W[flying, :3] - np.median(bed.W[flying, :3], axis=0)
     way = dt * np.sqrt(np.einsum("ij,ij->i", drift, drift))
-    reach = bed.X[flying, 3] + float(bed.X[flying, 3].max()) + 2.0 * way
+    reach = bed.X[flying, RADIUS] + float(bed.X[flying, RADIUS].max()) + 2.0 * way
     cells = _Cells(bed.X[flying, :3], float(np.median(reach)))
     order = cells.order
     found = encounters(bed.X[flying[order]], bed.W[flying[order]], reach[order], way[order], cells.low, cells.size, cells.start, cells.shape, dt)
@@ -46,7 +48,7 @@ def collide(bed: Assembly, dt: float) -> int:
     restitution = np.array([[min(a.restitution, b.restitution) for b in laws] for a in laws])
     friction = np.array([[min(a.friction, b.friction) for b in laws] for a in laws])
     done, lost = bounce(i, j, found[:, 2].copy(), bed.X, bed.W, bed.V, bed.kind, restitution, friction)
-    bed.report[0] += lost
+    bed.report[DISSIPATED] += lost
     bed.lost_in_flight += lost
     return int(done)
 
@@ -85,7 +87,7 @@ def encounters(X, W, reach, way, low, size, start, shape, dt):
                     closing = x * u + y * v + z * w
                     if closing >= 0.0:
                         continue
-                    touch = X[i, 3] + X[j, 3]
+                    touch = X[i, RADIUS] + X[j, RADIUS]
                     apart = x * x + y * y + z * z - touch * touch
                     if apart <= 0.0:
                         found.append((float(i), float(j), 0.0))
@@ -94,7 +96,7 @@ def encounters(X, W, reach, way, low, size, start, shape, dt):
                     root = closing * closing - speed2 * apart
                     if root <= 0.0:
                         continue
-                    time = apart / (-closing + np.sqrt(root))
+                    time = apart / (-closing + math.sqrt(root))
                     if time < dt:
                         found.append((float(i), float(j), time))
     out = np.empty((len(found), 3))
@@ -114,21 +116,21 @@ def bounce(first, second, time, X, W, V, kind, restitution, friction):
             continue
         busy[i] = busy[j] = 1
         done += 1
-        vi, vj, wi, wj = W[i, :3].copy(), W[j, :3].copy(), W[i, 3:].copy(), W[j, 3:].copy()
+        vi, vj, wi, wj = W[i, :3].copy(), W[j, :3].copy(), W[i, WX:].copy(), W[j, WX:].copy()
         n = X[j, :3] + t * vj - X[i, :3] - t * vi
-        distance = np.sqrt(np.sum(n * n))
+        distance = math.sqrt(np.sum(n * n))
         n /= distance
         # lever arms in the share of the radii, so that they add up to the distance also where the grains overlap
-        ri, rj = distance * X[i, 3] / (X[i, 3] + X[j, 3]), distance * X[j, 3] / (X[i, 3] + X[j, 3])
-        mi, mj = V[i, 6], V[j, 6]
+        ri, rj = distance * X[i, RADIUS] / (X[i, RADIUS] + X[j, RADIUS]), distance * X[j, RADIUS] / (X[i, RADIUS] + X[j, RADIUS])
+        mi, mj = V[i, MASS], V[j, MASS]
         m = mi * mj / (mi + mj)
         arm = ri * wi + rj * wj
         u = vj - vi - np.array([arm[1] * n[2] - arm[2] * n[1], arm[2] * n[0] - arm[0] * n[2], arm[0] * n[1] - arm[1] * n[0]])
         un = np.sum(u * n)
         across = u - un * n
-        slip = np.sqrt(np.sum(across * across))
+        slip = math.sqrt(np.sum(across * across))
         normal = (1.0 + restitution[kind[i], kind[j]]) * m * (-un)
-        inertia_i, inertia_j = 0.4 * mi * X[i, 3] ** 2, 0.4 * mj * X[j, 3] ** 2
+        inertia_i, inertia_j = 0.4 * mi * X[i, RADIUS] ** 2, 0.4 * mj * X[j, RADIUS] ** 2
         push = -normal * n  # on i
         if slip > 0.0:
             sticks = slip / (1.0 / m + ri * ri / inertia_i + rj * rj / inertia_j)
@@ -137,9 +139,9 @@ def bounce(first, second, time, X, W, V, kind, restitution, friction):
         before = mi * np.sum(vi * vi) + mj * np.sum(vj * vj) + inertia_i * np.sum(wi * wi) + inertia_j * np.sum(wj * wj)
         W[i, :3] = vi + push / mi
         W[j, :3] = vj - push / mj
-        W[i, 3:] = wi + ri / inertia_i * turn
-        W[j, 3:] = wj + rj / inertia_j * turn
-        after = mi * np.sum(W[i, :3] ** 2) + mj * np.sum(W[j, :3] ** 2) + inertia_i * np.sum(W[i, 3:] ** 2) + inertia_j * np.sum(W[j, 3:] ** 2)
+        W[i, WX:] = wi + ri / inertia_i * turn
+        W[j, WX:] = wj + rj / inertia_j * turn
+        after = mi * np.sum(W[i, :3] ** 2) + mj * np.sum(W[j, :3] ** 2) + inertia_i * np.sum(W[i, WX:] ** 2) + inertia_j * np.sum(W[j, WX:] ** 2)
         lost += 0.5 * (before - after)
         X[i, :3] += t * (vi - W[i, :3])
         X[j, :3] += t * (vj - W[j, :3])

@@ -22,6 +22,7 @@ import numpy as np
 
 from dem import spring_change
 from dem.assembly import Assembly
+from dem.columns import MASS, RADIUS, STIFFNESS
 from matter.jit import kernel
 
 MEMORY = 20
@@ -41,12 +42,12 @@ class Following:
     def __init__(self, bed: Assembly, floor_pressure: float, handed: float):
         self.bed, contact = bed, bed.contact
         self.target = contact.static_overlap
-        carries = floor_pressure * bed.X[:, 3] / contact.static_overlap
+        carries = floor_pressure * bed.X[:, RADIUS] / contact.static_overlap
         shell = contact.shell
         if contact.cohesion == "zhang":
-            carries = np.maximum(carries, shell.cohesion * shell.shape**2 * bed.X[:, 3] / contact.static_overlap)
+            carries = np.maximum(carries, shell.cohesion * shell.shape**2 * bed.X[:, RADIUS] / contact.static_overlap)
         usual = bed.returned == 0
-        ratio = (carries / bed.V[:, 7])[usual] if usual.any() else np.ones(1)
+        ratio = (carries / bed.V[:, STIFFNESS])[usual] if usual.any() else np.ones(1)
         self.lowest = float(min(1.0, ratio.max()))
         self.stop = 0.5 * contact.overlap_stop
         self.budget = BUDGET * handed
@@ -109,7 +110,7 @@ def fastest_approach(row, col, returned, X, W, V):
             closing = dx * (W[i, 0] - W[j, 0]) + dy * (W[i, 1] - W[j, 1]) + dz * (W[i, 2] - W[j, 2])
             if closing <= 0.0 or returned[i] != 0 or returned[j] != 0:
                 continue
-            m = V[i, 6] * V[j, 6] / (V[i, 6] + V[j, 6])
-            r = min(X[i, 3], X[j, 3])
-            largest = max(largest, closing * closing / (dx * dx + dy * dy + dz * dz) * m / (min(V[i, 7], V[j, 7]) * r * r))
+            m = V[i, MASS] * V[j, MASS] / (V[i, MASS] + V[j, MASS])
+            r = min(X[i, RADIUS], X[j, RADIUS])
+            largest = max(largest, closing * closing / (dx * dx + dy * dy + dz * dz) * m / (min(V[i, STIFFNESS], V[j, STIFFNESS]) * r * r))
     return largest

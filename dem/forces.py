@@ -19,11 +19,42 @@ go back in the order of the list. A step is 2.6 times as fast as with one contac
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from dem.columns import (
+    COHESION,
+    DAMPING_N,
+    DAMPING_T,
+    FRICTION,
+    HISTORY,
+    LAID,
+    MASS,
+    MODULUS,
+    OFFSET,
+    PAIR_COLUMNS,
+    RADIUS,
+    RATIO,
+    ROLL,
+    ROLLING,
+    SHAPE,
+    SLIP,
+    STIFFNESS,
+    TOUCHING,
+    TWIST,
+    TWISTING,
+    TX,
+    TY,
+    TZ,
+    USUAL,
+    WX,
+    WY,
+    WZ,
+)  # fmt: skip
 from dem.laws import cohesion_sjkr, cohesion_zhang, normal_hertz, normal_hooke, rolling_sds, tangential_mindlin, tangential_spring, twisting_sds
+from dem.scheme import HERTZ, NO_COHESION, SJKR, ZHANG, Scheme
 from matter.gather import LANES, WIDE, add_rows, append_passed, prefetch_row, put_rows, take_row_pairs, take_rows
 from matter.jit import kernel, law
 
@@ -35,40 +66,6 @@ _rolling = rolling_sds.moment
 _twisting = twisting_sds.moment
 _zhang = cohesion_zhang.pull
 _sjkr_area, _sjkr_volume = cohesion_sjkr.area, cohesion_sjkr.volume
-
-# normal laws, and cohesion
-HOOKE, HERTZ = 0, 1
-NO_COHESION, ZHANG, SJKR = 0, 1, 2
-
-
-class Scheme(NamedTuple):
-    """What a pair loop is compiled for.
-
-    ``normal`` HOOKE or HERTZ; ``mindlin`` rule of ``tangential_mindlin`` (0: springs of constant stiffness); ``cohesion`` NO_COHESION, ZHANG or SJKR;
-    ``sliding`` rule of ``tangential_spring``; ``offset`` 1: contacts carry an offset to their overlap (``dem.spring_change``); ``sleep`` 1: rows
-    without a grain awake near them are skipped (``dem.sleeping``); ``attract`` 1: grains attract each other (``dem.self_gravity``).
-    """
-
-    normal: int = HOOKE
-    mindlin: int = 0
-    cohesion: int = NO_COHESION
-    sliding: int = tangential_spring.CAP
-    offset: int = 0
-    sleep: int = 0
-    attract: int = 0
-
-    @property
-    def history(self) -> int:
-        """Columns of a contact's history: tangential spring 0-2 [m], rolling spring 3-5 [rad], twisting spring 6 [rad], 7: in contact; and with
-        springs of changing stiffness 8: the normal tangent stiffness that they were last laid down for [N/m]; or with an offset 8: that [m], 9: the force
-        that the normal spring carries for long [N] (``dem.spring_change``)."""
-        return 10 if self.offset else 9 if self.mindlin else 8
-
-
-# columns of the history that every scheme has, and of the table of pairs of species
-HISTORY, PAIR_COLUMNS = 8, 9
-# columns of contacts with an offset
-OFFSET, USUAL = 8, 9
 
 # what a chunk reports of a step
 ELASTIC, DISSIPATED, EXCESS, CONTACTS, OVERLAP, OVERLAP_I, OVERLAP_J, OVER_WARN = range(8)
@@ -91,7 +88,7 @@ def turned(sx, sy, sz, nx, ny, nz, angle):
     t2 = tx * tx + ty * ty + tz * tz
     if t2 == 0.0:
         return 0.0, 0.0, 0.0
-    q = np.sqrt(s2 / t2)
+    q = math.sqrt(s2 / t2)
     return tx * q, ty * q, tz * q
 
 
@@ -116,24 +113,95 @@ def edge_of_contact(overlap, un, flag, dt):
     return 1.0 - given, dt, 1.0
 
 
-@law(forceinline=True)
-def contact(
-    nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, k, reduced, radius, table, h, dt, tail, over_speed, pull, bound,
-    rule, normal, mindlin,
-):  # fmt: skip
-    """One contact over one step: forces and moments on the first body, and the history as it is after the step.
+class Meeting(NamedTuple):
+    """How two bodies meet: unit vector ``n`` from the first to the second, ``overlap`` [m], separation speed ``un`` and slip velocity ``u`` in the contact
+    plane [m/s], rolling rate ``r``, relative spin ``twist`` and mean ``spin`` about n [rad/s]."""
 
-    ``u`` slip velocity in the contact plane, ``un`` separation speed, ``r`` rolling rate, ``twist_rate`` and ``spin`` the relative and
-    the mean spin about n; ``k`` k_n (Hertz: the tangent stiffness), ``reduced`` mass, ``radius`` R, ``table`` the pair's row of
-    ``Contact.pair_table``, ``h`` that of the history (both rows of arrays or tuples; read only); ``over_speed`` closing speed above which the
-    excess is taken out by a further dashpot (0: none); ``pull`` [N] and ``bound`` [J] force and energy of cohesion; ``rule`` (sliding),
-    ``normal`` and ``mindlin`` as in ``Scheme``.
-    Returns (F_n, F_t x y z, M x y z, elastic energy, dissipated energy, excess energy, columns 0-7 of the history): F_n pushes apart, F_t and M act
-    on the first. With ``mindlin`` and friction the springs are now laid down for ``k``.
+    nx: float
+    ny: float
+    nz: float
+    overlap: float
+    un: float
+    ux: float
+    uy: float
+    uz: float
+    rx: float
+    ry: float
+    rz: float
+    twist: float
+    spin: float
+
+
+class Numbers(NamedTuple):
+    """The numbers of a contact, as in a row of the table of pairs (``dem.columns``)."""
+
+    damping_n: float
+    damping_t: float
+    friction: float
+    shape: float
+    rolling: float
+    twisting: float
+    ratio: float
+
+
+class Springs(NamedTuple):
+    """The history of a contact (``dem.columns``): tangential spring ``s`` [m], rolling spring ``a`` and twisting spring ``phi`` [rad], ``flag``, and the
+    stiffness that they were ``laid`` down for [N/m], where the scheme has it."""
+
+    sx: float
+    sy: float
+    sz: float
+    ax: float
+    ay: float
+    az: float
+    phi: float
+    flag: float
+    laid: float
+
+
+class Bodies(NamedTuple):
+    """``k``: k_n [N/m] (Hertz: the tangent stiffness); ``mass``: the reduced mass [kg]; ``radius``: R [m]; ``over_speed``: closing speed [m/s] above which the
+    excess is taken out by a further dashpot (0: none); ``pull`` [N] and ``bound`` [J]: force and energy of cohesion."""
+
+    k: float
+    mass: float
+    radius: float
+    over_speed: float
+    pull: float
+    bound: float
+
+
+class Response(NamedTuple):
+    """What a contact gives: normal force ``fn`` (pushes apart), tangential force ``t`` [N] and moment ``m`` [N m] on the first body; energy ``stored`` in
+    springs, ``spent`` and taken out as ``excess`` in this step [J]; the ``springs`` after it."""
+
+    fn: float
+    tx: float
+    ty: float
+    tz: float
+    mx: float
+    my: float
+    mz: float
+    stored: float
+    spent: float
+    excess: float
+    springs: Springs
+
+
+@law(forceinline=True)
+def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
+    """One contact over one step of ``dt`` [s]: a ``Response`` from ``Meeting``, ``Bodies``, ``Numbers`` and the ``Springs`` before it.
+
+    ``tail``: the normal force may pull at the end of a contact; ``scheme`` (normal, mindlin, sliding) as in ``Scheme``. With ``mindlin`` and friction the
+    springs are now laid down for ``bodies.k``.
     """
-    share, span, flag = edge_of_contact(overlap, un, h[7], dt)
-    root = np.sqrt(k * reduced) * share
-    damping = table[0] * root
+    nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin = meeting
+    k, reduced, radius, over_speed, pull, bound = bodies
+    sx, sy, sz, ax, ay, az, phi, flag, laid = springs
+    normal, mindlin, rule = scheme
+    share, span, flag = edge_of_contact(overlap, un, flag, dt)
+    root = math.sqrt(k * reduced) * share
+    damping = numbers.damping_n * root
     if normal == HERTZ:
         fn = _hertz(overlap, un, k, damping, tail)
         spent = (2.0 / 3.0 * k * overlap - fn) * un * dt
@@ -143,19 +211,18 @@ def contact(
         spent = (k * overlap - fn) * un * dt
         stored = 0.5 * k * overlap * overlap
     excess = 0.0
-    mu = table[2]
-    sx, sy, sz, ax, ay, az, phi = h[0], h[1], h[2], h[3], h[4], h[5], h[6]
+    mu = numbers.friction
     tx, ty, tz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if mu > 0.0:
         load = abs(fn)
-        kt = k * table[6]
-        ct = table[1] * root
+        kt = k * numbers.ratio
+        ct = numbers.damping_t * root
         turn = spin * dt
         sx, sy, sz = turned(sx, sy, sz, nx, ny, nz, turn)
         # springs of changing stiffness: ``kept`` of each stays, ``old`` turns the new stiffness into the one it was laid down for
         kept, old = 1.0, 1.0
         if mindlin != 0:
-            kept, old = _kept(k, h[8], mindlin), h[8] / k
+            kept, old = _kept(k, laid, mindlin), laid / k
         before = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
         if mindlin != 0:
             before *= old
@@ -166,9 +233,9 @@ def contact(
         after = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
         spent += (tx * ux + ty * uy + tz * uz) * dt - (after - before)
         stored += after
-        arm = table[3] * radius
+        arm = numbers.shape * radius
         if arm > 0.0:
-            if table[4] > 0.0:
+            if numbers.rolling > 0.0:
                 ax, ay, az = turned(ax, ay, az, nx, ny, nz, turn)
                 kr = k * arm * arm
                 before = 0.5 * kr * (ax * ax + ay * ay + az * az)
@@ -178,24 +245,26 @@ def contact(
                     ay *= kept
                     az *= kept
                 mx, my, mz, ax, ay, az = _rolling(
-                    ax + rx * span, ay + ry * span, az + rz * span, rx, ry, rz, kr, damping * arm * arm, table[4] * arm * load, rule
+                    ax + rx * span, ay + ry * span, az + rz * span, rx, ry, rz, kr, damping * arm * arm, numbers.rolling * arm * load, rule
                 )
                 after = 0.5 * kr * (ax * ax + ay * ay + az * az)
                 spent += (mx * rx + my * ry + mz * rz) * dt - (after - before)
                 stored += after
-            if table[5] > 0.0:
+            if numbers.twisting > 0.0:
                 kq = 2.0 * kt * arm * arm
                 before = 0.5 * kq * phi * phi
                 if mindlin != 0:
                     before *= old
                     phi *= kept
-                mt, phi = _twisting(phi + twist_rate * span, twist_rate, kq, 2.0 * ct * arm * arm, table[5] * mu * arm * load, rule)
+                mt, phi = _twisting(phi + twist_rate * span, twist_rate, kq, 2.0 * ct * arm * arm, numbers.twisting * mu * arm * load, rule)
                 after = 0.5 * kq * phi * phi
                 spent += mt * twist_rate * dt - (after - before)
                 stored += after
                 mx += mt * nx
                 my += mt * ny
                 mz += mt * nz
+        if mindlin != 0:
+            laid = k
     if over_speed > 0.0 and -un > over_speed:
         # twice the step as the time constant: the excess is gone within a few steps, and no step can reverse it
         push = reduced * (-un - over_speed) / (2.0 * dt)
@@ -205,27 +274,19 @@ def contact(
         # its jump at the edges of the contact weighs like that of the dashpots
         fn -= pull * share
         stored -= bound
-    return fn, tx, ty, tz, mx, my, mz, stored, spent, excess, (sx, sy, sz, ax, ay, az, phi, flag)
-
-
-@law(forceinline=True)
-def keep(row, h, k, table, mindlin):
-    """Write the history ``h`` that ``contact`` returned into its row; arguments as there."""
-    for c in range(8):
-        row[c] = h[c]
-    if mindlin != 0 and table[2] > 0.0:
-        row[8] = k
+    return Response(fn, tx, ty, tz, mx, my, mz, stored, spent, excess, Springs(sx, sy, sz, ax, ay, az, phi, flag, laid))
 
 
 @law
 def released(h, k, radius, table, mindlin):
-    """Energy [J] of the springs of a contact that opens: it is lost. Arguments as in ``contact``."""
+    """Energy [J] of the springs of a contact that opens, which is lost: history ``h`` and ``table`` rows of their tables, k_n [N/m], R [m]."""
     if mindlin != 0:
-        k = h[8]
-    arm = table[3] * radius
-    kt, kr = k * table[6], k * arm * arm
-    sliding = kt * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2])
-    return 0.5 * (sliding + kr * (h[3] * h[3] + h[4] * h[4] + h[5] * h[5]) + 2.0 * kt * arm * arm * h[6] * h[6])
+        k = h[LAID]
+    arm = table[SHAPE] * radius
+    kt, kr = k * table[RATIO], k * arm * arm
+    sliding = kt * (h[SLIP] * h[SLIP] + h[SLIP + 1] * h[SLIP + 1] + h[SLIP + 2] * h[SLIP + 2])
+    rolling = kr * (h[ROLL] * h[ROLL] + h[ROLL + 1] * h[ROLL + 1] + h[ROLL + 2] * h[ROLL + 2])
+    return 0.5 * (sliding + rolling + 2.0 * kt * arm * arm * h[TWIST] * h[TWIST])
 
 
 # entries of the list are looked through by segments; a block of contacts so found is worked on at once, as columns of a scratch table that stays in the
@@ -233,10 +294,12 @@ def released(h, k, radius, table, mindlin):
 SEGMENT, BLOCK = 32, 96
 # columns of the scratch: places and radii of both grains (8), V of the first (8) and of the second (8), history (9), pair table, limit on the closing speed;
 # and places and radii of a segment (8)
-_ONE, _TWO, _HISTORY, _EIGHTH = 8, 16, 24, 32
-_TABLE = 33
+_PLACE, _PLACE_TWO, _ONE, _TWO, _HISTORY = 0, 4, 8, 16, 24
+_SLIP, _ROLL, _TWIST, _TOUCHING = _HISTORY + SLIP, _HISTORY + ROLL, _HISTORY + TWIST, _HISTORY + TOUCHING
+_EIGHTH = _HISTORY + HISTORY
+_TABLE = _EIGHTH + 1
 _FAST = _TABLE + PAIR_COLUMNS
-_FREE = _FAST + 1
+_FREE, _FREE_TWO = _FAST + 1, _FAST + 5
 _WIDTH = _FREE + 8
 # and of what comes out, in the place of what went in: force and moment on the first, elastic energy, overlap over the smaller radius;
 # force and moment on the second, dissipated, excess
@@ -247,20 +310,20 @@ _ON_TWO, _SPENT, _EXCESS = 8, 14, 15
 @functools.cache
 def pair_loop(scheme: Scheme) -> Any:
     """The compiled loop for one scheme: ``pair_forces``."""
-    normal, mindlin, cohesion, rule = scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding
-    offset, sleep = scheme.offset, scheme.sleep
+    mindlin, cohesion, offset, sleep = scheme.mindlin, scheme.cohesion, scheme.offset, scheme.sleep
+    normal, laws = scheme.normal, (scheme.normal, scheme.mindlin, scheme.sliding)
 
     @kernel(fastmath=True, forceinline=True)
     def apply_laws(count, s, dt, tail):
-        """The laws on ``count`` contacts in the columns of ``s``."""
+        """The laws on ``count`` contacts in the columns of ``s``: places, velocities, histories, tables in; forces, energies, histories out."""
         for k in range(count):
-            nx, ny, nz = s[4, k] - s[0, k], s[5, k] - s[1, k], s[6, k] - s[2, k]
-            ri, rj = s[3, k], s[7, k]
-            wxi, wyi, wzi = s[_ONE + 3, k], s[_ONE + 4, k], s[_ONE + 5, k]
-            wxj, wyj, wzj = s[_TWO + 3, k], s[_TWO + 4, k], s[_TWO + 5, k]
-            mi, mj = s[_ONE + 6, k], s[_TWO + 6, k]
+            nx, ny, nz = s[_PLACE_TWO, k] - s[_PLACE, k], s[_PLACE_TWO + 1, k] - s[_PLACE + 1, k], s[_PLACE_TWO + 2, k] - s[_PLACE + 2, k]
+            ri, rj = s[_PLACE + RADIUS, k], s[_PLACE_TWO + RADIUS, k]
+            wxi, wyi, wzi = s[_ONE + WX, k], s[_ONE + WY, k], s[_ONE + WZ, k]
+            wxj, wyj, wzj = s[_TWO + WX, k], s[_TWO + WY, k], s[_TWO + WZ, k]
+            mi, mj = s[_ONE + MASS, k], s[_TWO + MASS, k]
             d2 = nx * nx + ny * ny + nz * nz
-            d = np.sqrt(d2)
+            d = math.sqrt(d2)
             q = 1.0 / d
             nx *= q
             ny *= q
@@ -286,82 +349,81 @@ def pair_loop(scheme: Scheme) -> Any:
             rx = px - twist * nx + lean * (ny * uz - nz * uy)
             ry = py - twist * ny + lean * (nz * ux - nx * uz)
             rz = pz - twist * nz + lean * (nx * uy - ny * ux)
-            k_n = min(s[_ONE + 7, k], s[_TWO + 7, k])
+            k_n = min(s[_ONE + STIFFNESS, k], s[_TWO + STIFFNESS, k])
             both = 1.0 / ((mi + mj) * (ri + rj))  # one division for two
             reduced, radius = mi * mj * (ri + rj) * both, ri * rj * (mi + mj) * both
             if normal == HERTZ:
-                k_n = 2.0 * s[_TABLE + 7, k] * np.sqrt(radius * overlap)
+                k_n = 2.0 * s[_TABLE + MODULUS, k] * math.sqrt(radius * overlap)
             pull, bound = 0.0, 0.0
             if cohesion == ZHANG:
-                pull = _zhang(s[_TABLE + 8, k], s[_TABLE + 3, k], radius)
+                pull = _zhang(s[_TABLE + COHESION, k], s[_TABLE + SHAPE, k], radius)
                 bound = pull * overlap
             elif cohesion == SJKR:
-                pull = s[_TABLE + 8, k] * _sjkr_area(overlap, ri, rj)
-                bound = s[_TABLE + 8, k] * _sjkr_volume(overlap, ri, rj)
-            table = (
-                s[_TABLE, k], s[_TABLE + 1, k], s[_TABLE + 2, k], s[_TABLE + 3, k], s[_TABLE + 4, k], s[_TABLE + 5, k], s[_TABLE + 6, k],
+                pull = s[_TABLE + COHESION, k] * _sjkr_area(overlap, ri, rj)
+                bound = s[_TABLE + COHESION, k] * _sjkr_volume(overlap, ri, rj)
+            numbers = Numbers(
+                s[_TABLE + DAMPING_N, k], s[_TABLE + DAMPING_T, k], s[_TABLE + FRICTION, k], s[_TABLE + SHAPE, k], s[_TABLE + ROLLING, k],
+                s[_TABLE + TWISTING, k], s[_TABLE + RATIO, k],
             )  # fmt: skip
-            h = (
-                s[_HISTORY, k], s[_HISTORY + 1, k], s[_HISTORY + 2, k], s[_HISTORY + 3, k], s[_HISTORY + 4, k], s[_HISTORY + 5, k],
-                s[_HISTORY + 6, k], s[_HISTORY + 7, k], s[_EIGHTH, k],
-            )  # fmt: skip
+            springs = Springs(
+                s[_SLIP, k], s[_SLIP + 1, k], s[_SLIP + 2, k], s[_ROLL, k], s[_ROLL + 1, k], s[_ROLL + 2, k], s[_TWIST, k], s[_TOUCHING, k], s[_EIGHTH, k]
+            )
             limit = s[_FAST, k]
-            fn, tx, ty, tz, mx, my, mz, stored, spent, beyond, h = contact(
-                nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist, spin, k_n, reduced, radius,
-                table, h, dt, tail, max(limit, 0.0), pull, bound, rule, normal, mindlin,
-            )  # fmt: skip
+            meeting = Meeting(nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist, spin)
+            bodies = Bodies(k_n, reduced, radius, max(limit, 0.0), pull, bound)
+            fn, tx, ty, tz, mx, my, mz, stored, spent, beyond, h = contact(meeting, bodies, numbers, springs, dt, tail, laws)
             tx -= fn * nx
             ty -= fn * ny
             tz -= fn * nz
             cx, cy, cz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
             s[_ON_ONE, k], s[_ON_ONE + 1, k], s[_ON_ONE + 2, k] = tx, ty, tz
-            s[_ON_ONE + 3, k], s[_ON_ONE + 4, k], s[_ON_ONE + 5, k] = l1 * cx + mx, l1 * cy + my, l1 * cz + mz
+            s[_ON_ONE + TX, k], s[_ON_ONE + TY, k], s[_ON_ONE + TZ, k] = l1 * cx + mx, l1 * cy + my, l1 * cz + mz
             s[_ON_TWO, k], s[_ON_TWO + 1, k], s[_ON_TWO + 2, k] = -tx, -ty, -tz
-            s[_ON_TWO + 3, k], s[_ON_TWO + 4, k], s[_ON_TWO + 5, k] = l2 * cx - mx, l2 * cy - my, l2 * cz - mz
+            s[_ON_TWO + TX, k], s[_ON_TWO + TY, k], s[_ON_TWO + TZ, k] = l2 * cx - mx, l2 * cy - my, l2 * cz - mz
             s[_STORED, k], s[_SPENT, k], s[_EXCESS, k] = stored, spent, beyond
             s[_RATIO, k] = overlap / min(ri, rj) if limit < 0.0 else 0.0
-            s[_HISTORY, k], s[_HISTORY + 1, k], s[_HISTORY + 2, k], s[_HISTORY + 3, k] = h[0], h[1], h[2], h[3]
-            s[_HISTORY + 4, k], s[_HISTORY + 5, k], s[_HISTORY + 6, k], s[_HISTORY + 7, k] = h[4], h[5], h[6], h[7]
-            if mindlin != 0 and table[2] > 0.0:
-                s[_EIGHTH, k] = k_n
+            s[_SLIP, k], s[_SLIP + 1, k], s[_SLIP + 2, k] = h.sx, h.sy, h.sz
+            s[_ROLL, k], s[_ROLL + 1, k], s[_ROLL + 2, k], s[_TWIST, k], s[_TOUCHING, k] = h.ax, h.ay, h.az, h.phi, h.flag
+            if mindlin != 0:
+                s[_EIGHTH, k] = h.laid
 
     @kernel(fastmath=True)
     def part(i, j, e, X, V, kind, hist, table):
         """Clear the history of a pair that does not touch; the energy that its springs lose."""
-        ri, rj = X[i, 3], X[j, 3]
+        ri, rj = X[i, RADIUS], X[j, RADIUS]
         lost = 0.0
-        if hist[e, 7] != 0.0:
-            lost = released(hist[e], min(V[i, 7], V[j, 7]), ri * rj / (ri + rj), table[kind[i], kind[j]], mindlin)
-            for c in range(8):
+        if hist[e, TOUCHING] != 0.0:
+            lost = released(hist[e], min(V[i, STIFFNESS], V[j, STIFFNESS]), ri * rj / (ri + rj), table[kind[i], kind[j]], mindlin)
+            for c in range(HISTORY):
                 hist[e, c] = 0.0
-            if mindlin != 0 or (offset != 0 and hist[e, 8] > 0.0):
-                hist[e, 8] = 0.0
+            if mindlin != 0 or (offset != 0 and hist[e, OFFSET] > 0.0):
+                hist[e, OFFSET] = 0.0
             if offset != 0:
-                hist[e, 9] = 0.0
-        if offset != 0 and hist[e, 8] < 0.0:
+                hist[e, USUAL] = 0.0
+        if offset != 0 and hist[e, OFFSET] < 0.0:
             x, y, z = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
             if x * x + y * y + z * z >= (ri + rj) * (ri + rj):
-                hist[e, 8] = 0.0
+                hist[e, OFFSET] = 0.0
         return lost
 
     @kernel(fastmath=True)
-    def pair_forces(
-        lo, hi, begin, end, X, V, kind, returned, first, col, todo, known, hist, table, dt, tail, over_speed, warn, F, spill, report, live, row_energy,
-    ):  # fmt: skip
-        """Forces and torques of all pairs whose first grain lies in rows ``lo <= i < hi``: entries ``begin`` to ``end`` of the list.
+    def pair_forces(chunk, grains, listed, step, spill, report, sleepers):
+        """Forces and torques of all pairs whose first grain lies in the rows of a chunk.
 
-        ``X`` (n, 4) positions and radii; ``V`` (n, 8) predicted velocities, spins, mass, k_n; ``kind`` species; ``returned`` 1 for grains
-        that have been ballistic; ``first``/``col`` the list; ``hist`` (m, columns), ``known`` (m) 1 where it is not empty;
-        ``table`` (s, s, columns). ``over_speed`` is the limit on the closing
-        speed of a returned grain over the contact wave speed. ``F`` (n, 6): rows lo..hi are set here;
-        contributions to grains at and beyond ``hi`` go to ``spill`` (n, 6), of which rows from ``hi`` on must be zero. ``report`` (REPORT,).
-        With ``sleep``: ``begin`` to ``end`` count in ``todo``, the entries of ``live`` rows; ``live`` (n) rows to evaluate and ``row_energy`` (n, 2) elastic
-        energy and contacts of each row when it last was.
+        In: ``Chunk``, ``Grains`` (places, predicted velocities, species, returned), ``Listed``, ``Step``, ``Sleepers`` (of ``dem.scheme``); with ``sleep``
+        ``chunk.begin`` to ``end`` count in ``todo``.
+        Out: ``F`` of the chunk's own rows, set here; contributions to grains at and beyond ``chunk.hi`` in ``spill`` (n, 6), of which rows from there on must
+        be zero; histories and ``known``; ``report`` (REPORT,); with ``sleep`` the ``row_energy`` of its live rows.
         Returns the highest grain index that was written, so that only that part of the spill need be added.
         """
+        lo, hi, begin, end = chunk.lo, chunk.hi, chunk.begin, chunk.end
+        X, V, F, kind, returned = grains.X, grains.V, grains.F, grains.kind, grains.returned
+        first, col, todo, known, hist, table = listed
+        dt, tail, over_speed, warn = step.dt, step.tail, step.over_speed, step.warn
+        live, row_energy = sleepers.live, sleepers.row_energy
         s = np.empty((_WIDTH, BLOCK))
         entry, one, two = np.empty(BLOCK + WIDE, np.int32), np.empty(BLOCK + WIDE, np.int32), np.empty(BLOCK + WIDE, np.int32)
-        listed, left, right, near = np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int8)
+        entries, left, right, near = np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int8)
         pair, of_pair = np.empty(BLOCK, np.int32), table.reshape(-1, PAIR_COLUMNS)
         mixed, some_returned = False, False
         for i in range(lo, X.shape[0]):
@@ -385,8 +447,8 @@ def pair_loop(scheme: Scheme) -> Any:
             while at < end and m <= BLOCK - SEGMENT:
                 many = min(end - at, SEGMENT)
                 for k in range(many):
-                    listed[k] = todo[at + k] if sleep != 0 else at + k
-                    left[k], right[k] = first[listed[k]], col[listed[k]]
+                    entries[k] = todo[at + k] if sleep != 0 else at + k
+                    left[k], right[k] = first[entries[k]], col[entries[k]]
                 if sleep == 0:  # what the next segment reads
                     for k in range(at + many, min(at + 2 * many, end)):
                         prefetch_row(X, col[k])
@@ -396,27 +458,27 @@ def pair_loop(scheme: Scheme) -> Any:
                     take_row_pairs(X, left, right, k, s, _FREE)
                 parted = 0
                 for k in range(many):
-                    x, y, z = s[_FREE + 4, k] - s[_FREE, k], s[_FREE + 5, k] - s[_FREE + 1, k], s[_FREE + 6, k] - s[_FREE + 2, k]
-                    touch = s[_FREE + 3, k] + s[_FREE + 7, k]
+                    x, y, z = s[_FREE_TWO, k] - s[_FREE, k], s[_FREE_TWO + 1, k] - s[_FREE + 1, k], s[_FREE_TWO + 2, k] - s[_FREE + 2, k]
+                    touch = s[_FREE + RADIUS, k] + s[_FREE_TWO + RADIUS, k]
                     if offset != 0:
-                        touch += hist[listed[k], 8]
+                        touch += hist[entries[k], OFFSET]
                     near[k] = x * x + y * y + z * z < touch * touch
                 if sleep != 0:
                     for k in range(many):
-                        parted += known[listed[k]] & (1 - near[k])
+                        parted += known[entries[k]] & (1 - near[k])
                 else:
                     for k in range(many):
                         parted += known[at + k] & (1 - near[k])
                 if parted > 0:
                     for k in range(many):
-                        if near[k] == 0 and known[listed[k]] != 0:
-                            dissipated += part(left[k], right[k], listed[k], X, V, kind, hist, table)
-                            known[listed[k]] = offset != 0 and hist[listed[k], 8] != 0.0
+                        if near[k] == 0 and known[entries[k]] != 0:
+                            dissipated += part(left[k], right[k], entries[k], X, V, kind, hist, table)
+                            known[entries[k]] = offset != 0 and hist[entries[k], OFFSET] != 0.0
                 before = m
                 for k in range(0, many, WIDE):
                     append_passed(left, near, k, one, m)
                     append_passed(right, near, k, two, m)
-                    m += append_passed(listed, near, k, entry, m)
+                    m += append_passed(entries, near, k, entry, m)
                 for k in range(before, m):
                     prefetch_row(hist, entry[k])
                     prefetch_row(V, two[k])
@@ -428,20 +490,21 @@ def pair_loop(scheme: Scheme) -> Any:
             for k in range(m, filled):
                 entry[k], one[k], two[k] = entry[m - 1], one[m - 1], two[m - 1]
             for k in range(0, filled, LANES):
-                take_row_pairs(X, one, two, k, s, 0)
+                take_row_pairs(X, one, two, k, s, _PLACE)
                 take_rows(V, one, k, s, _ONE)
                 take_rows(V, two, k, s, _TWO)
                 take_rows(hist, entry, k, s, _HISTORY)
             if mindlin != 0 or offset != 0:
                 for k in range(filled):
-                    s[_EIGHTH, k] = hist[entry[k], 8]
+                    s[_EIGHTH, k] = hist[entry[k], LAID]
             if some_returned:
                 for k in range(filled):
                     i, j = one[k], two[k]
                     s[_FAST, k] = -1.0
                     if returned[i] + returned[j] > 0:
-                        mi, mj = V[i, 6], V[j, 6]
-                        s[_FAST, k] = over_speed * (X[i, 3] + X[j, 3]) * np.sqrt(0.5 * min(V[i, 7], V[j, 7]) * (mi + mj) / (mi * mj))
+                        mi, mj = V[i, MASS], V[j, MASS]
+                        stiffness = min(V[i, STIFFNESS], V[j, STIFFNESS])
+                        s[_FAST, k] = over_speed * (X[i, RADIUS] + X[j, RADIUS]) * math.sqrt(0.5 * stiffness * (mi + mj) / (mi * mj))
             if mixed:
                 for k in range(filled):
                     pair[k] = kind[one[k]] * table.shape[1] + kind[two[k]]
@@ -449,7 +512,7 @@ def pair_loop(scheme: Scheme) -> Any:
                     take_rows(of_pair, pair, k, s, _TABLE)
                 if cohesion != NO_COHESION:
                     for k in range(filled):
-                        s[_TABLE + 8, k] = of_pair[pair[k], 8]
+                        s[_TABLE + COHESION, k] = of_pair[pair[k], COHESION]
             apply_laws(filled, s, dt, tail)
             contacts += m
             largest, furthest = 0.0, 0
@@ -487,11 +550,11 @@ def pair_loop(scheme: Scheme) -> Any:
                     else:
                         spill[j, c] += s[_ON_TWO + c, k]
             for k in range(m // LANES * LANES, m):
-                for c in range(8):
+                for c in range(HISTORY):
                     hist[entry[k], c] = s[_HISTORY + c, k]
             if mindlin != 0:
                 for k in range(m):
-                    hist[entry[k], 8] = s[_EIGHTH, k]
+                    hist[entry[k], LAID] = s[_EIGHTH, k]
             if sleep != 0:
                 for k in range(m):
                     row_energy[one[k], 0] += s[_STORED, k]
@@ -501,8 +564,8 @@ def pair_loop(scheme: Scheme) -> Any:
             for i in range(lo, hi):
                 elastic += row_energy[i, 0]
                 contacts += int(row_energy[i, 1])
-        report[0], report[1], report[2], report[3] = elastic, dissipated, excess, contacts
-        report[4], report[5], report[6], report[7] = worst, worst_i, worst_j, over
+        report[ELASTIC], report[DISSIPATED], report[EXCESS], report[CONTACTS] = elastic, dissipated, excess, contacts
+        report[OVERLAP], report[OVERLAP_I], report[OVERLAP_J], report[OVER_WARN] = worst, worst_i, worst_j, over
         return last
 
     return pair_forces

@@ -37,6 +37,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from dem.columns import MASS, RADIUS
 from dem.contact_settings import Contact
 from dem.trials.shear_cell import Cell
 from matter import archive, jit
@@ -172,7 +173,7 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
     found, principal = _angles(along)
     errors = np.std(parts, axis=0, ddof=1) / math.sqrt(len(parts))
     inside = (cell.X[:, 2] > 3.0) & (cell.X[:, 2] < 0.75 * DEPTH)
-    volume = float(np.sum(math.pi / 6.0 * (2.0 * cell.X[inside, 3]) ** 3)) / (WIDTH * WIDTH * (0.75 * DEPTH - 3.0))
+    volume = float(np.sum(math.pi / 6.0 * (2.0 * cell.X[inside, RADIUS]) ** 3)) / (WIDTH * WIDTH * (0.75 * DEPTH - 3.0))
     return {
         "angle_deg": found, "error_deg": float(errors[0]), "mohr_coulomb_deg": principal, "mohr_coulomb_error_deg": float(errors[1]),
         "start_deg": start, "stop_deg": angle, "fraction": volume, "coordination": rest["coordination"], "duration": float(along[:, 0].sum()),
@@ -208,7 +209,7 @@ def _bed_on_a_base(seed: int, spread: float) -> tuple[np.ndarray, np.ndarray, np
 def _mean_velocity(cell: Cell) -> np.ndarray:
     """Velocity (3,) of the centre of mass of the grains that are not held."""
     free = ~cell.held
-    return np.asarray(cell.V[free, 6] @ cell.W[free, :3] / cell.V[free, 6].sum())
+    return np.asarray(cell.V[free, MASS] @ cell.W[free, :3] / cell.V[free, MASS].sum())
 
 
 # -- kept results --------------------------------------------------------------------------------------------------------------

@@ -6,19 +6,48 @@
 and the same for spins. Velocities enter the contact forces as predicted for the full step (pkdgrav does the same). External impulses
 are summed with the same half steps, so that momentum + what left - impulses is constant to rounding.
 
-Arrays: ``X`` (n, 4) position and radius; ``V`` (n, 8) predicted velocity and spin, mass, k_n; ``W`` (n, 6) velocity and spin; ``A`` (n, 6)
-accelerations; ``E`` (n, 6) external force, and external torque about the origin (orbital and spin).
+Arrays: ``dem.scheme.Grains``, columns: ``dem.columns``.
 """
 
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any
 
 import numpy as np
 
-from dem.forces import HERTZ, SJKR, ZHANG, Scheme, _sjkr_area, _sjkr_volume, _zhang, contact, released
+from dem.columns import (
+    COHESION,
+    DAMPING_N,
+    DAMPING_T,
+    FRICTION,
+    HISTORY,
+    LAID,
+    MASS,
+    MODULUS,
+    OFFSET,
+    RADIUS,
+    RATIO,
+    ROLL,
+    ROLLING,
+    SHAPE,
+    SLIP,
+    STIFFNESS,
+    TOUCHING,
+    TWIST,
+    TWISTING,
+    TX,
+    TY,
+    TZ,
+    USUAL,
+    WX,
+    WY,
+    WZ,
+)
+from dem.forces import Bodies, Meeting, Numbers, Springs, _sjkr_area, _sjkr_volume, _zhang, contact, released
 from dem.gravity import central
+from dem.scheme import HERTZ, SJKR, ZHANG, Scheme
 from dem.walls import distance_of
 from matter.jit import kernel
 
@@ -34,20 +63,24 @@ def drift_loop(scheme: Scheme) -> Any:
     sleep = scheme.sleep
 
     @kernel
-    def drift(lo, hi, active, X, V, W, A, E, reference, dt, report, asleep):
-        """First half kick, drift and prediction for grains lo..hi; returns the largest squared displacement of an active grain."""
+    def drift(chunk, grains, reference, dt, report, asleep):
+        """First half kick, drift and prediction for the grains of a chunk; returns the largest squared displacement of an active grain.
+
+        In: ``Chunk``, ``Grains``, places of the last list ``reference`` (n, 3), ``asleep`` (n,). Out: ``X``, ``V``, ``W``; the external impulse in ``report``.
+        """
+        X, V, W, A, E = grains.X, grains.V, grains.W, grains.A, grains.E
         half = 0.5 * dt
         largest = 0.0
         jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(lo, hi):
+        for i in range(chunk.lo, chunk.hi):
             if sleep != 0:
                 if asleep[i] != 0:
                     jx += E[i, 0]
                     jy += E[i, 1]
                     jz += E[i, 2]
-                    lx += E[i, 3]
-                    ly += E[i, 4]
-                    lz += E[i, 5]
+                    lx += E[i, TX]
+                    ly += E[i, TY]
+                    lz += E[i, TZ]
                     continue
             for c in range(6):
                 W[i, c] += half * A[i, c]
@@ -55,20 +88,20 @@ def drift_loop(scheme: Scheme) -> Any:
             jx += E[i, 0]
             jy += E[i, 1]
             jz += E[i, 2]
-            lx += E[i, 3]
-            ly += E[i, 4]
-            lz += E[i, 5]
+            lx += E[i, TX]
+            ly += E[i, TY]
+            lz += E[i, TZ]
             for c in range(3):
                 X[i, c] += dt * W[i, c]
-            if i < active:
+            if i < chunk.active:
                 a, b, d = X[i, 0] - reference[i, 0], X[i, 1] - reference[i, 1], X[i, 2] - reference[i, 2]
                 largest = max(largest, a * a + b * b + d * d)
-        report[3] += half * jx
-        report[4] += half * jy
-        report[5] += half * jz
-        report[6] += half * lx
-        report[7] += half * ly
-        report[8] += half * lz
+        report[IMPULSE] += half * jx
+        report[IMPULSE + 1] += half * jy
+        report[IMPULSE + 2] += half * jz
+        report[IMPULSE + 3] += half * lx
+        report[IMPULSE + 4] += half * ly
+        report[IMPULSE + 5] += half * lz
         return largest
 
     return drift
@@ -77,43 +110,46 @@ def drift_loop(scheme: Scheme) -> Any:
 @functools.cache
 def kick_loop(scheme: Scheme) -> Any:
     """The compiled second half of a step for one scheme: ``kick``."""
-    normal, mindlin, cohesion, rule = scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding
-    offset, sleep, attract, columns = scheme.offset, scheme.sleep, scheme.attract, scheme.history
+    mindlin, cohesion, offset, sleep, attract = scheme.mindlin, scheme.cohesion, scheme.offset, scheme.sleep, scheme.attract
+    normal, laws = scheme.normal, (scheme.normal, scheme.mindlin, scheme.sliding)
+    laid_column = LAID if scheme.history > LAID else HISTORY - 1
 
     @kernel
-    def kick(
-        lo, hi, chunk, active, X, V, W, A, E, F, spill, last, drag, weight, kind, returned, walls, walled, wall_tables, wall_history,
-        uniform, g_table, g_radius, dt, half, tail, report, asleep, near, live, wall_energy, held, rest, wake, memory, pull_of_all,
-    ):  # fmt: skip
-        """Sum the forces on grains lo..hi and finish the step (``half`` = dt/2; 0 only evaluates); returns the first grain that is not finite, or -1.
+    def kick(chunk, grains, spill, walls, outside, step, report, sleepers):
+        """Sum the forces on the grains of a chunk and finish the step (``step.half`` 0 only evaluates); returns the first grain that is not finite, or -1.
 
-        ``spill`` (chunks, n, 6) holds what lower chunks added to these grains, up to grain ``last[chunk]``; it is zeroed here.
-        ``walled`` marks grains that can reach a wall before the next list; ``weight`` multiplies gravity, ``drag`` [1/s] is a linear damping of velocity
-        and spin.
+        In: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``Outside``, ``Step``, ``Sleepers`` (of ``dem.scheme``); ``Spill`` holds
+        what lower chunks added to these grains, and is zeroed here.
+        Out: ``A``, ``E``, ``W``; histories of the walls; ``report`` (REPORT,).
         With ``sleep``: a grain that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain awake
-        ``near`` it is marked (``asleep`` 2) when ``held`` (n, 6), the running mean over ``memory`` [s] of what its acceleration would be beyond that
-        with which it fell asleep (``rest``), exceeds ``wake`` times gravity. ``wall_energy`` (n) as it was when last ``live``.
-        ``pull_of_all`` (n, 3) acceleration by all other grains.
+        ``near`` it is marked (``asleep`` 2) when ``held`` exceeds ``wake`` times gravity.
         """
+        lo, hi, active = chunk.lo, chunk.hi, chunk.active
+        X, V, W, A, E, F, kind, returned = grains
+        spilt, last = spill
+        rows, walled, wall_tables, wall_history = walls
+        uniform, g_table, g_radius, weight, drag, pull_of_all = outside
+        dt, half, tail = step.dt, step.half, step.tail
+        asleep, near, live, _, wall_energy, held, rest, wake, memory = sleepers
         bad, woken = -1, 0
         gone, wall_lost, wall_stored, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
         jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         central_part = g_radius > 0.0
         for i in range(lo, hi):
             if i < active:
-                for c in range(chunk):
+                for c in range(chunk.number):
                     if i <= last[c]:
                         for k in range(6):
-                            F[i, k] += spill[c, i, k]
-                            spill[c, i, k] = 0.0
-            x, y, z, radius = X[i, 0], X[i, 1], X[i, 2], X[i, 3]
-            m, stiffness = V[i, 6], V[i, 7]
+                            F[i, k] += spilt[c, i, k]
+                            spilt[c, i, k] = 0.0
+            x, y, z, radius = X[i, 0], X[i, 1], X[i, 2], X[i, RADIUS]
+            m, stiffness = V[i, MASS], V[i, STIFFNESS]
             inertia = 0.4 * m * radius * radius
-            vx, vy, vz, wx, wy, wz = V[i, 0], V[i, 1], V[i, 2], V[i, 3], V[i, 4], V[i, 5]
+            vx, vy, vz, wx, wy, wz = V[i, 0], V[i, 1], V[i, 2], V[i, WX], V[i, WY], V[i, WZ]
             wm = weight[i] * m
             ex, ey, ez = wm * uniform[0], wm * uniform[1], wm * uniform[2]
             if central_part:
-                r = np.sqrt(x * x + y * y + z * z)
+                r = math.sqrt(x * x + y * y + z * z)
                 if r > 0.0:
                     q = wm * central(r, g_table, g_radius) / r
                     ex -= q * x
@@ -130,24 +166,24 @@ def kick_loop(scheme: Scheme) -> Any:
             if i < active and (sleep == 0 or live[i] != 0):
                 held_by_wall = False
                 if offset != 0:
-                    for w in range(walls.shape[0]):
-                        held_by_wall |= wall_history[i, w, 7] != 0.0
-                for w in range(walls.shape[0] if walled[i] != 0 else 0):
-                    d, nx, ny, nz = distance_of(walls, w, x, y, z)
+                    for w in range(rows.shape[0]):
+                        held_by_wall |= wall_history[i, w, TOUCHING] != 0.0
+                for w in range(rows.shape[0] if walled[i] != 0 else 0):
+                    d, nx, ny, nz = distance_of(rows, w, x, y, z)
                     touch = radius
                     if offset != 0:
-                        touch += wall_history[i, w, 8]
+                        touch += wall_history[i, w, OFFSET]
                     if d >= touch:
-                        if wall_history[i, w, 7] != 0.0:
+                        if wall_history[i, w, TOUCHING] != 0.0:
                             wall_lost += released(wall_history[i, w], stiffness, radius, wall_tables[w, kind[i]], mindlin)
-                            for k in range(8):
+                            for k in range(HISTORY):
                                 wall_history[i, w, k] = 0.0
-                            if mindlin != 0 or (offset != 0 and wall_history[i, w, 8] > 0.0):
-                                wall_history[i, w, 8] = 0.0
+                            if mindlin != 0 or (offset != 0 and wall_history[i, w, OFFSET] > 0.0):
+                                wall_history[i, w, OFFSET] = 0.0
                             if offset != 0:
-                                wall_history[i, w, 9] = 0.0
-                        if offset != 0 and wall_history[i, w, 8] < 0.0 and d >= radius:
-                            wall_history[i, w, 8] = 0.0
+                                wall_history[i, w, USUAL] = 0.0
+                        if offset != 0 and wall_history[i, w, OFFSET] < 0.0 and d >= radius:
+                            wall_history[i, w, OFFSET] = 0.0
                         continue
                     # the wall is body 2, at rest: u = -v - d w x n
                     ux = -vx - d * (wy * nz - wz * ny)
@@ -157,37 +193,38 @@ def kick_loop(scheme: Scheme) -> Any:
                     wn = wx * nx + wy * ny + wz * nz
                     if offset != 0:
                         # deeper at once than it can have come within the step: it sank past the upper edge of the wall, and begins unloaded
-                        fresh = wall_history[i, w, 7] == 0.0 and wall_history[i, w, 8] == 0.0 and not held_by_wall and half > 0.0
+                        fresh = wall_history[i, w, TOUCHING] == 0.0 and wall_history[i, w, OFFSET] == 0.0 and not held_by_wall and half > 0.0
                         if fresh and touch - d > 2.0 * abs(un) * dt + 1e-3 * radius:
-                            wall_history[i, w, 8] = d - touch
+                            wall_history[i, w, OFFSET] = d - touch
                             continue
                     k_wall = stiffness
                     if normal == HERTZ:
-                        k_wall = 2.0 * wall_tables[w, kind[i], 7] * np.sqrt(radius * (touch - d))
+                        k_wall = 2.0 * wall_tables[w, kind[i], MODULUS] * math.sqrt(radius * (touch - d))
                     pull, bound = 0.0, 0.0
                     if cohesion == ZHANG:
-                        pull = _zhang(wall_tables[w, kind[i], 8], wall_tables[w, kind[i], 3], radius)
+                        pull = _zhang(wall_tables[w, kind[i], COHESION], wall_tables[w, kind[i], SHAPE], radius)
                         bound = pull * (touch - d)
                     elif cohesion == SJKR:
-                        pull = wall_tables[w, kind[i], 8] * _sjkr_area(touch - d, radius, 0.0)
-                        bound = wall_tables[w, kind[i], 8] * _sjkr_volume(touch - d, radius, 0.0)
+                        pull = wall_tables[w, kind[i], COHESION] * _sjkr_area(touch - d, radius, 0.0)
+                        bound = wall_tables[w, kind[i], COHESION] * _sjkr_volume(touch - d, radius, 0.0)
                     s = kind[i]
-                    table = (
-                        wall_tables[w, s, 0], wall_tables[w, s, 1], wall_tables[w, s, 2], wall_tables[w, s, 3], wall_tables[w, s, 4],
-                        wall_tables[w, s, 5], wall_tables[w, s, 6],
+                    numbers = Numbers(
+                        wall_tables[w, s, DAMPING_N], wall_tables[w, s, DAMPING_T], wall_tables[w, s, FRICTION], wall_tables[w, s, SHAPE],
+                        wall_tables[w, s, ROLLING], wall_tables[w, s, TWISTING], wall_tables[w, s, RATIO],
                     )  # fmt: skip
-                    h = (
-                        wall_history[i, w, 0], wall_history[i, w, 1], wall_history[i, w, 2], wall_history[i, w, 3], wall_history[i, w, 4],
-                        wall_history[i, w, 5], wall_history[i, w, 6], wall_history[i, w, 7], wall_history[i, w, min(columns - 1, 8)],
+                    springs = Springs(
+                        wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2], wall_history[i, w, ROLL],
+                        wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2], wall_history[i, w, TWIST], wall_history[i, w, TOUCHING],
+                        wall_history[i, w, laid_column],
                     )  # fmt: skip
-                    fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(
-                        nx, ny, nz, touch - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn,
-                        k_wall, m, radius, table, h, dt, tail, 0.0, pull, bound, rule, normal, mindlin,
-                    )  # fmt: skip
-                    wall_history[i, w, 0], wall_history[i, w, 1], wall_history[i, w, 2], wall_history[i, w, 3] = h[0], h[1], h[2], h[3]
-                    wall_history[i, w, 4], wall_history[i, w, 5], wall_history[i, w, 6], wall_history[i, w, 7] = h[4], h[5], h[6], h[7]
-                    if mindlin != 0 and table[2] > 0.0:
-                        wall_history[i, w, 8] = k_wall
+                    meeting = Meeting(nx, ny, nz, touch - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn)
+                    bodies = Bodies(k_wall, m, radius, 0.0, pull, bound)
+                    fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(meeting, bodies, numbers, springs, dt, tail, laws)
+                    wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2] = h.sx, h.sy, h.sz
+                    wall_history[i, w, ROLL], wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2] = h.ax, h.ay, h.az
+                    wall_history[i, w, TWIST], wall_history[i, w, TOUCHING] = h.phi, h.flag
+                    if mindlin != 0:
+                        wall_history[i, w, LAID] = h.laid
                     wall_stored += stored
                     wall_lost += spent
                     if returned[i] == 0 and (touch - d) / radius > worst:
@@ -212,27 +249,27 @@ def kick_loop(scheme: Scheme) -> Any:
                         held[i, 0] += q * ((ex + F[i, 0]) / m - rest[i, 0] - held[i, 0])
                         held[i, 1] += q * ((ey + F[i, 1]) / m - rest[i, 1] - held[i, 1])
                         held[i, 2] += q * ((ez + F[i, 2]) / m - rest[i, 2] - held[i, 2])
-                        held[i, 3] += q * ((tx + F[i, 3]) / (m * radius) - rest[i, 3] - held[i, 3])
-                        held[i, 4] += q * ((ty + F[i, 4]) / (m * radius) - rest[i, 4] - held[i, 4])
-                        held[i, 5] += q * ((tz + F[i, 5]) / (m * radius) - rest[i, 5] - held[i, 5])
+                        held[i, WX] += q * ((tx + F[i, TX]) / (m * radius) - rest[i, WX] - held[i, WX])
+                        held[i, WY] += q * ((ty + F[i, TY]) / (m * radius) - rest[i, WY] - held[i, WY])
+                        held[i, WZ] += q * ((tz + F[i, TZ]) / (m * radius) - rest[i, WZ] - held[i, WZ])
                         a2 = held[i, 0] ** 2 + held[i, 1] ** 2 + held[i, 2] ** 2
-                        t2 = held[i, 3] ** 2 + held[i, 4] ** 2 + held[i, 5] ** 2
+                        t2 = held[i, WX] ** 2 + held[i, WY] ** 2 + held[i, WZ] ** 2
                         if max(a2, t2) > wake * wake * g2:
                             asleep[i] = 2
                             woken += 1
                     ex, ey, ez = -F[i, 0], -F[i, 1], -F[i, 2]
                     E[i, 0], E[i, 1], E[i, 2] = ex, ey, ez
-                    E[i, 3] = y * ez - z * ey - F[i, 3]
-                    E[i, 4] = z * ex - x * ez - F[i, 4]
-                    E[i, 5] = x * ey - y * ex - F[i, 5]
+                    E[i, TX] = y * ez - z * ey - F[i, TX]
+                    E[i, TY] = z * ex - x * ez - F[i, TY]
+                    E[i, TZ] = x * ey - y * ex - F[i, TZ]
                     for k in range(6):
                         A[i, k] = 0.0
                     jx += ex
                     jy += ey
                     jz += ez
-                    lx += E[i, 3]
-                    ly += E[i, 4]
-                    lz += E[i, 5]
+                    lx += E[i, TX]
+                    ly += E[i, TY]
+                    lz += E[i, TZ]
                     continue
             c = drag[i]
             if c > 0.0:
@@ -244,16 +281,16 @@ def kick_loop(scheme: Scheme) -> Any:
                 tz -= c * inertia * wz
                 gone += c * dt * (m * (vx * vx + vy * vy + vz * vz) + inertia * (wx * wx + wy * wy + wz * wz))
             E[i, 0], E[i, 1], E[i, 2] = ex, ey, ez
-            E[i, 3] = y * ez - z * ey + tx
-            E[i, 4] = z * ex - x * ez + ty
-            E[i, 5] = x * ey - y * ex + tz
+            E[i, TX] = y * ez - z * ey + tx
+            E[i, TY] = z * ex - x * ez + ty
+            E[i, TZ] = x * ey - y * ex + tz
             p, q = 1.0 / m, 1.0 / inertia
             A[i, 0] = (ex + F[i, 0]) * p
             A[i, 1] = (ey + F[i, 1]) * p
             A[i, 2] = (ez + F[i, 2]) * p
-            A[i, 3] = (tx + F[i, 3]) * q
-            A[i, 4] = (ty + F[i, 4]) * q
-            A[i, 5] = (tz + F[i, 5]) * q
+            A[i, WX] = (tx + F[i, TX]) * q
+            A[i, WY] = (ty + F[i, TY]) * q
+            A[i, WZ] = (tz + F[i, TZ]) * q
             total = 0.0
             for k in range(6):
                 W[i, k] += half * A[i, k]
@@ -264,20 +301,20 @@ def kick_loop(scheme: Scheme) -> Any:
             jx += ex
             jy += ey
             jz += ez
-            lx += E[i, 3]
-            ly += E[i, 4]
-            lz += E[i, 5]
-        report[0] += gone
-        report[1] += wall_lost
-        report[2] = wall_stored
-        report[3] += half * jx
-        report[4] += half * jy
-        report[5] += half * jz
-        report[6] += half * lx
-        report[7] += half * ly
-        report[8] += half * lz
-        report[12] = woken
-        report[9], report[10], report[11] = worst, worst_grain, fastest
+            lx += E[i, TX]
+            ly += E[i, TY]
+            lz += E[i, TZ]
+        report[DRAG] += gone
+        report[WALL_DISSIPATED] += wall_lost
+        report[WALL_ELASTIC] = wall_stored
+        report[IMPULSE] += half * jx
+        report[IMPULSE + 1] += half * jy
+        report[IMPULSE + 2] += half * jz
+        report[IMPULSE + 3] += half * lx
+        report[IMPULSE + 4] += half * ly
+        report[IMPULSE + 5] += half * lz
+        report[WOKEN] = woken
+        report[WALL_OVERLAP], report[WALL_GRAIN], report[SPEED] = worst, worst_grain, fastest
         return bad
 
     return kick

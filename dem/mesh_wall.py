@@ -33,14 +33,15 @@ SHARP = math.radians(30.0)
 MOST_PIECES = 48
 _MOST_CELLS = 400_000
 
-# a facet's record: corners 0-8, normal 9-11; edge e (corner e to e + 1) at 12 + 4 e: rule, and the direction from it into the other facet;
-# corner c at 24 + 3 c: rule, first and number of the directions that leave it in other pieces
-_RECORD = 33
+# a facet's record: corners (9), normal (3); of edge e (corner e to e + 1) four: rule, and the direction from it into the other facet;
+# of corner c three: rule, first and number of the directions that leave it in other pieces
+_NORMAL, _EDGE, _CORNER, _RECORD = 9, 12, 24, 33
+_EDGE_WIDTH, _CORNER_WIDTH = 4, 3
 NEVER, SMOOTH, FREE, RIDGE = 0.0, 1.0, 2.0, 3.0
 
-# header of a mesh's row: 1-3 low corner of the grid, 4 cells per metre, 5-7 cells along each axis, then where cells' starts, their
+# header of a mesh's row: kind of the wall, low corner of the grid (3), cells per metre, cells along each axis (3), then where cells' starts, their
 # facets, facets' records and corners' directions begin
-_HEADER = 12
+_KIND, _LOW, _PER_METRE, _CELLS, _STARTS, _LISTED, _RECORDS, _DIRECTIONS, _HEADER = 0, 1, 4, 5, 8, 9, 10, 11, 12
 
 
 @dataclass(frozen=True)
@@ -145,28 +146,29 @@ def _piece(k, vertices, faces, corner, normal, rule, other, piece) -> Piece:
     directions: list[np.ndarray] = []
     place: dict[int, tuple[int, int]] = {}
     for row, f in zip(records, mine.tolist()):
-        row[:9], row[9:12] = corner[f].ravel(), normal[f]
+        row[:_NORMAL], row[_NORMAL:_EDGE] = corner[f].ravel(), normal[f]
         for e in range(3):
-            row[12 + 4 * e] = rule[f, e]
+            edge, end = _EDGE + _EDGE_WIDTH * e, _CORNER + _CORNER_WIDTH * e
+            row[edge] = rule[f, e]
             g = int(other[f, e])
             if rule[f, e] == RIDGE:
                 along = corner[f, (e + 1) % 3] - corner[f, e]
                 inward = np.cross(normal[g], -along)  # in the other facet, across the edge
-                row[13 + 4 * e : 16 + 4 * e] = inward / np.linalg.norm(inward)
+                row[edge + 1 : edge + _EDGE_WIDTH] = inward / np.linalg.norm(inward)
                 if piece[g] < k:
-                    row[12 + 4 * e] = NEVER
+                    row[edge] = NEVER
             v = int(faces[f, e])
             if v not in border:
-                row[24 + 3 * e] = SMOOTH
+                row[end] = SMOOTH
             elif min(users[v]) < k:
-                row[24 + 3 * e] = NEVER
+                row[end] = NEVER
             else:
                 if v not in place:
                     out = [vertices[u] - vertices[v] for u in sorted(around[v])]
                     place[v] = (len(directions), len(out))
                     directions.extend(out)
-                row[24 + 3 * e] = RIDGE
-                row[25 + 3 * e], row[26 + 3 * e] = place[v]
+                row[end] = RIDGE
+                row[end + 1], row[end + 2] = place[v]
     return Piece(records, np.array(directions).reshape(-1, 3))
 
 
@@ -175,7 +177,7 @@ def row(piece: Piece, reach: float, kind: int) -> np.ndarray:
 
     A cell of the grid lists the facets that come within ``reach`` [m] of it.
     """
-    points = piece.facets[:, :9].reshape(-1, 3)
+    points = piece.facets[:, :_NORMAL].reshape(-1, 3)
     low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
     size = max(2.0 * reach, 1e-3 * float((high - low).max()))
     shape = np.maximum(1, np.ceil((high - low) / size)).astype(np.int64)
@@ -191,8 +193,8 @@ def row(piece: Piece, reach: float, kind: int) -> np.ndarray:
     start = np.concatenate([[0], start[:-1]])  # filling moved every start to its end
     parts = [start.astype(float), listed.astype(float), piece.facets.ravel(), piece.directions.ravel()]
     header = np.zeros(_HEADER)
-    header[0], header[1:4], header[4], header[5:8] = kind, low, 1.0 / size, shape
-    header[8:12] = _HEADER + np.concatenate([[0], np.cumsum([len(part) for part in parts[:-1]])])
+    header[_KIND], header[_LOW:_PER_METRE], header[_PER_METRE], header[_CELLS:_STARTS] = kind, low, 1.0 / size, shape
+    header[_STARTS:_HEADER] = _HEADER + np.concatenate([[0], np.cumsum([len(part) for part in parts[:-1]])])
     return np.concatenate([header, *parts])
 
 
@@ -234,10 +236,10 @@ def nearest(t, o, x, y, z):
 def _list(facets, low, size, shape, reach, start, listed):
     """Count into ``start`` (an empty ``listed``), or fill ``listed`` from ``start`` on, the facets within ``reach`` of each cell."""
     far = reach + 0.8660254037844387 * size
-    corner = np.empty(9)
+    corner = np.empty(_NORMAL)
     for f in range(facets.shape[0]):
         lo, hi = np.empty(3, np.int64), np.empty(3, np.int64)
-        corner[:] = facets[f, :9]
+        corner[:] = facets[f, :_NORMAL]
         for c in range(3):
             a, b, d = corner[c], corner[3 + c], corner[6 + c]
             lo[c] = max(0, int(np.floor((min(a, b, d) - reach - low[c]) / size)))
@@ -260,15 +262,16 @@ def _list(facets, low, size, shape, reach, start, listed):
 @law
 def distance(wall, x, y, z):
     """Distance of a point from the piece [m] (inf out of reach, behind it, or where another piece is to count) and the unit vector towards it."""
-    fx, fy, fz = (x - wall[1]) * wall[4], (y - wall[2]) * wall[4], (z - wall[3]) * wall[4]
-    if fx < 0.0 or fy < 0.0 or fz < 0.0 or fx >= wall[5] or fy >= wall[6] or fz >= wall[7]:
+    scale = wall[_PER_METRE]
+    fx, fy, fz = (x - wall[_LOW]) * scale, (y - wall[_LOW + 1]) * scale, (z - wall[_LOW + 2]) * scale
+    if fx < 0.0 or fy < 0.0 or fz < 0.0 or fx >= wall[_CELLS] or fy >= wall[_CELLS + 1] or fz >= wall[_CELLS + 2]:
         return np.inf, 0.0, 0.0, 1.0
-    cell = int(wall[8]) + (int(fx) * int(wall[6]) + int(fy)) * int(wall[7]) + int(fz)
+    cell = int(wall[_STARTS]) + (int(fx) * int(wall[_CELLS + 1]) + int(fy)) * int(wall[_CELLS + 2]) + int(fz)
     first, last = int(wall[cell]), int(wall[cell + 1])
     best, at, where = np.inf, -1, -1
     bx, by, bz = 0.0, 0.0, 0.0
     for e in range(first, last):
-        o = int(wall[10]) + 33 * int(wall[int(wall[9]) + e])
+        o = int(wall[_RECORDS]) + _RECORD * int(wall[int(wall[_LISTED]) + e])
         qx, qy, qz, region = nearest(wall, o, x, y, z)
         d2 = (qx - x) ** 2 + (qy - y) ** 2 + (qz - z) ** 2
         if d2 < best:
@@ -276,26 +279,26 @@ def distance(wall, x, y, z):
             bx, by, bz = qx - x, qy - y, qz - z
     if at < 0 or best == 0.0:
         return np.inf, 0.0, 0.0, 1.0
-    d = np.sqrt(best)
-    front = -(bx * wall[at + 9] + by * wall[at + 10] + bz * wall[at + 11])
+    d = math.sqrt(best)
+    front = -(bx * wall[at + _NORMAL] + by * wall[at + _NORMAL + 1] + bz * wall[at + _NORMAL + 2])
     if where == 6:
         if front <= 0.0:
             return np.inf, 0.0, 0.0, 1.0
         return d, bx / d, by / d, bz / d
     if where < 3:
-        k = at + 12 + 4 * where
+        k = at + _EDGE + _EDGE_WIDTH * where
         rule = wall[k]
-        nearer = rule == 3.0 and -(bx * wall[k + 1] + by * wall[k + 2] + bz * wall[k + 3]) > 1e-12 * d
+        nearer = rule == RIDGE and -(bx * wall[k + 1] + by * wall[k + 2] + bz * wall[k + 3]) > 1e-12 * d
     else:
-        k = at + 24 + 3 * (where - 3)
+        k = at + _CORNER + _CORNER_WIDTH * (where - 3)
         rule = wall[k]
         nearer = False
-        if rule == 3.0:
+        if rule == RIDGE:
             for e in range(int(wall[k + 1]), int(wall[k + 1]) + int(wall[k + 2])):
-                o = int(wall[11]) + 3 * e
+                o = int(wall[_DIRECTIONS]) + 3 * e
                 ux, uy, uz = wall[o], wall[o + 1], wall[o + 2]
-                if -(bx * ux + by * uy + bz * uz) > 1e-12 * d * np.sqrt(ux * ux + uy * uy + uz * uz):
+                if -(bx * ux + by * uy + bz * uz) > 1e-12 * d * math.sqrt(ux * ux + uy * uy + uz * uz):
                     nearer = True
-    if rule == 0.0 or nearer or (rule == 1.0 and front <= 0.0):
+    if rule == NEVER or nearer or (rule == SMOOTH and front <= 0.0):
         return np.inf, 0.0, 0.0, 1.0
     return d, bx / d, by / d, bz / d

@@ -9,8 +9,11 @@ Source: Ogarko & Luding 2012, Comput. Phys. Commun. 183, 931 (hierarchical grids
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from dem.columns import RADIUS
 from dem.contacts import Cells
 from matter.jit import kernel
 
@@ -28,13 +31,26 @@ def classes(radius: np.ndarray) -> np.ndarray:
     return np.floor(np.log2(radius.max() / radius)).astype(np.int64)
 
 
+class Grid(NamedTuple):
+    """Grains of one class in the order of their cells: numbers ``members`` (k,), ``cell`` (k, 3); where each cell begins ``start``; ``low`` corner (3,)
+    [m], ``size`` of a cell [m], ``shape`` (3,)."""
+
+    members: np.ndarray
+    cell: np.ndarray
+    start: np.ndarray
+    low: np.ndarray
+    size: float
+    shape: np.ndarray
+
+
 @kernel
-def _own(X, members, index, start, shape, skin, found, first, second):
+def _own(X, grid, skin, found, first, second):
     """Pairs within one class; returns how many there are with the ``found`` that came before (beyond the room they are only counted)."""
+    members, index, start, shape = grid.members, grid.cell, grid.start, grid.shape
     room = first.shape[0]
     for a in range(members.shape[0]):
         i = members[a]
-        x, y, z, reach = X[i, 0], X[i, 1], X[i, 2], X[i, 3] + skin
+        x, y, z, reach = X[i, 0], X[i, 1], X[i, 2], X[i, RADIUS] + skin
         cx, cy, cz = index[a, 0], index[a, 1], index[a, 2]
         z0, z1 = max(cz - 1, 0), min(cz + 1, shape[2] - 1)
         for part in range(5):
@@ -50,7 +66,7 @@ def _own(X, members, index, start, shape, skin, found, first, second):
             for b in range(begin, start[base + z1 + 1]):
                 j = members[b]
                 dx, dy, dz = X[j, 0] - x, X[j, 1] - y, X[j, 2] - z
-                cut = reach + X[j, 3]
+                cut = reach + X[j, RADIUS]
                 if dx * dx + dy * dy + dz * dz < cut * cut:
                     if found < room:
                         first[found], second[found] = min(i, j), max(i, j)
@@ -59,13 +75,14 @@ def _own(X, members, index, start, shape, skin, found, first, second):
 
 
 @kernel
-def _across(X, large, small, start, low, size, shape, skin, found, first, second):
-    """Pairs of the grains ``large`` with those of a smaller class, whose cells ``start`` describes; returns as ``_own``."""
+def _across(X, large, grid, skin, found, first, second):
+    """Pairs of the grains ``large`` (their numbers) with those of a smaller class, sorted into ``grid``; returns as ``_own``."""
+    small, start, low, size, shape = grid.members, grid.start, grid.low, grid.size, grid.shape
     room = first.shape[0]
     lo, hi = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
     for a in range(large.shape[0]):
         i = large[a]
-        x, y, z, reach = X[i, 0], X[i, 1], X[i, 2], X[i, 3] + skin
+        x, y, z, reach = X[i, 0], X[i, 1], X[i, 2], X[i, RADIUS] + skin
         # cells are two of the smaller class' largest radii and a skin wide
         wide = reach + 0.5 * size
         for c in range(3):
@@ -79,7 +96,7 @@ def _across(X, large, small, start, low, size, shape, skin, found, first, second
                 for b in range(start[base + lo[2]], start[base + hi[2] + 1]):
                     j = small[b]
                     dx, dy, dz = X[j, 0] - x, X[j, 1] - y, X[j, 2] - z
-                    cut = reach + X[j, 3]
+                    cut = reach + X[j, RADIUS]
                     if dx * dx + dy * dy + dz * dz < cut * cut:
                         if found < room:
                             first[found], second[found] = min(i, j), max(i, j)
@@ -114,20 +131,20 @@ def _rows(first, second, found, row, col):
 
 def build(X: np.ndarray, skin: float, room: int) -> tuple[np.ndarray, np.ndarray]:
     """Row starts (n + 1) and partners of the half list of grains ``X`` (n, 4) [m], the same as ``contacts.build``."""
-    of = classes(X[:, 3])
+    of = classes(X[:, RADIUS])
     grids = []
     for k in range(int(of.max()) + 1):
         members = np.flatnonzero(of == k)
         if len(members):
-            cells = Cells(X[members, :3], 2.0 * float(X[members, 3].max()) + skin)
-            grids.append((members[cells.order], cells))
+            cells = Cells(X[members, :3], 2.0 * float(X[members, RADIUS].max()) + skin)
+            grids.append(Grid(members[cells.order], cells.index, cells.start, cells.low, float(cells.size), cells.shape))
     while True:
         first, second = np.empty(room, dtype=np.int32), np.empty(room, dtype=np.int32)
         found = 0
-        for k, (members, cells) in enumerate(grids):
-            found = _own(X, members, cells.index, cells.start, cells.shape, skin, found, first, second)
-            for small, finer in grids[k + 1 :]:
-                found = _across(X, members, small, finer.start, finer.low, finer.size, finer.shape, skin, found, first, second)
+        for k, grid in enumerate(grids):
+            found = _own(X, grid, skin, found, first, second)
+            for finer in grids[k + 1 :]:
+                found = _across(X, grid.members, finer, skin, found, first, second)
         if found <= room:
             break
         room = int(found * 1.1) + 16

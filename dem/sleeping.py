@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dem.columns import ANGULAR_IMPULSE, DRAGGED, IMPULSE, MASS, RADIUS, WX
 from matter.jit import kernel
 
 if TYPE_CHECKING:
@@ -72,11 +73,11 @@ def look(bed: Assembly) -> None:
     n = bed.active
     x, v = bed.X[:n], bed.W[:n]
     g = bed.gravity.strength(np.sqrt(np.einsum("ij,ij->i", x[:, :3], x[:, :3])))
-    r2 = x[:, 3] ** 2
-    speed2 = np.einsum("ij,ij->i", v[:, :3], v[:, :3]) + r2 * np.einsum("ij,ij->i", v[:, 3:], v[:, 3:])
-    bed.quiet[:n] = np.where(speed2 < SLOW**2 * g * x[:, 3], bed.quiet[:n] + EVERY * bed.dt, 0.0)
+    r2 = x[:, RADIUS] ** 2
+    speed2 = np.einsum("ij,ij->i", v[:, :3], v[:, :3]) + r2 * np.einsum("ij,ij->i", v[:, WX:], v[:, WX:])
+    bed.quiet[:n] = np.where(speed2 < SLOW**2 * g * x[:, RADIUS], bed.quiet[:n] + EVERY * bed.dt, 0.0)
     bed.quiet[n:] = 0.0
-    unit = np.sqrt(x[:, 3] / np.maximum(g, 1e-300))
+    unit = np.sqrt(x[:, RADIUS] / np.maximum(g, 1e-300))
     bed.wake, bed.memory = WAKE, max(MEMORY * float(np.mean(unit)), bed.dt)
     calm = (bed.quiet[:n] >= PATIENCE * unit) | (bed.asleep[:n] != 0)
     restless = np.zeros(n, dtype=np.int8)
@@ -89,17 +90,17 @@ def look(bed: Assembly) -> None:
 
 def lay(bed: Assembly, which: np.ndarray) -> None:
     """Stop the grains ``which`` (indices) and book what they lose."""
-    m, r, x, w = bed.mass[which], bed.X[which, 3], bed.X[which, :3], bed.W[which]
-    p, spin = m[:, None] * w[:, :3], (0.4 * m * r**2)[:, None] * w[:, 3:]
-    bed.report[2] += 0.5 * float(np.einsum("ij,ij->", p, w[:, :3]) + np.einsum("ij,ij->", spin, w[:, 3:]))
-    bed.report[4:7] -= p.sum(axis=0)
-    bed.report[7:10] -= (np.cross(x, p) + spin).sum(axis=0)
+    m, r, x, w = bed.mass[which], bed.X[which, RADIUS], bed.X[which, :3], bed.W[which]
+    p, spin = m[:, None] * w[:, :3], (0.4 * m * r**2)[:, None] * w[:, WX:]
+    bed.report[DRAGGED] += 0.5 * float(np.einsum("ij,ij->", p, w[:, :3]) + np.einsum("ij,ij->", spin, w[:, WX:]))
+    bed.report[IMPULSE] -= p.sum(axis=0)
+    bed.report[ANGULAR_IMPULSE] -= (np.cross(x, p) + spin).sum(axis=0)
     f = bed.F[which]
     bed.E[which, :3] = -f[:, :3]
-    bed.E[which, 3:] = -np.cross(x, f[:, :3]) - f[:, 3:]
+    bed.E[which, WX:] = -np.cross(x, f[:, :3]) - f[:, WX:]
     bed.W[which] = 0.0
-    bed.V[which, :6] = 0.0
-    bed.rest[which, :3], bed.rest[which, 3:] = bed.A[which, :3], 0.4 * r[:, None] * bed.A[which, 3:]
+    bed.V[which, :MASS] = 0.0
+    bed.rest[which, :3], bed.rest[which, WX:] = bed.A[which, :3], 0.4 * r[:, None] * bed.A[which, WX:]
     bed.A[which] = 0.0
     bed.held[which] = 0.0
     bed.asleep[which] = 1

@@ -17,12 +17,13 @@ Source: this project's own; F^2 / (2 k_n) is the energy of a linear spring.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from dem.assembly import Assembly
-from dem.forces import OFFSET, USUAL
+from dem.columns import COHESION, OFFSET, RADIUS, RATIO, ROLL, SHAPE, SLIP, STIFFNESS, TOUCHING, TWIST, USUAL
 from matter.jit import kernel
 
 MEMORY = 4.0
@@ -44,9 +45,9 @@ class Loaded(NamedTuple):
     def energy(self, q: float = 1.0, stretch: np.ndarray | float = 1.0) -> float:
         """Energy of the springs [J] with k_n times ``q`` and all displacements times ``stretch``, with the pull of a constant cohesion."""
         k, x, h = self.stiffness * q, self.overlap * stretch, self.history[self.at]
-        arm2, kt = (self.table[:, 3] * self.radius) ** 2, k * self.table[:, 6]
-        turned = kt * np.sum(h[:, :3] ** 2, axis=1) + k * arm2 * np.sum(h[:, 3:6] ** 2, axis=1) + 2.0 * kt * arm2 * h[:, 6] ** 2
-        return float(np.sum(0.5 * (k * x**2 + stretch**2 * turned) - self.table[:, 8] * 4.0 * arm2 * x))
+        arm2, kt = (self.table[:, SHAPE] * self.radius) ** 2, k * self.table[:, RATIO]
+        turned = kt * np.sum(h[:, SLIP:ROLL] ** 2, axis=1) + k * arm2 * np.sum(h[:, ROLL:TWIST] ** 2, axis=1) + 2.0 * kt * arm2 * h[:, TWIST] ** 2
+        return float(np.sum(0.5 * (k * x**2 + stretch**2 * turned) - self.table[:, COHESION] * 4.0 * arm2 * x))
 
     def stretches(self, q: float) -> np.ndarray:
         """x' / x of each contact in a change by ``q``: p / q."""
@@ -58,15 +59,15 @@ class Loaded(NamedTuple):
 
 def loaded(bed: Assembly) -> tuple[Loaded, Loaded]:
     """The contacts among grains, and those with walls."""
-    here = np.flatnonzero(bed.hist[:, 7] != 0.0)
+    here = np.flatnonzero(bed.hist[:, TOUCHING] != 0.0)
     first, second = bed.first[here], bed.col[here]
     x1, x2 = bed.X[first], bed.X[second]
-    overlap = x1[:, 3] + x2[:, 3] + bed.hist[here, OFFSET] - np.linalg.norm(x2[:, :3] - x1[:, :3], axis=1)
-    radius = x1[:, 3] * x2[:, 3] / (x1[:, 3] + x2[:, 3])
-    stiffness = np.minimum(bed.V[first, 7], bed.V[second, 7])
+    overlap = x1[:, RADIUS] + x2[:, RADIUS] + bed.hist[here, OFFSET] - np.linalg.norm(x2[:, :3] - x1[:, :3], axis=1)
+    radius = x1[:, RADIUS] * x2[:, RADIUS] / (x1[:, RADIUS] + x2[:, RADIUS])
+    stiffness = np.minimum(bed.V[first, STIFFNESS], bed.V[second, STIFFNESS])
     pairs = Loaded(bed.hist, (here,), overlap, stiffness, radius, bed.pair_table[bed.kind[first], bed.kind[second]])
     grain, wall, overlap = bed.wall_overlaps()
-    walls = Loaded(bed.wall_history, (grain, wall), overlap, bed.V[grain, 7], bed.X[grain, 3], bed.wall_tables[wall, bed.kind[grain]])
+    walls = Loaded(bed.wall_history, (grain, wall), overlap, bed.V[grain, STIFFNESS], bed.X[grain, RADIUS], bed.wall_tables[wall, bed.kind[grain]])
     return pairs, walls
 
 
@@ -88,14 +89,14 @@ def change(bed: Assembly, q: float) -> None:
         stretch = kind.stretches(q)
         put_in += kind.energy(q, stretch) - kind.energy()
         rows = kind.history[kind.at]
-        rows[:, :7] *= stretch[:, None]
-        rows[:, 7] = 1.0 + (rows[:, 7] - 1.0) * bed.dt / step
+        rows[:, :TOUCHING] *= stretch[:, None]
+        rows[:, TOUCHING] = 1.0 + (rows[:, TOUCHING] - 1.0) * bed.dt / step
         rows[:, OFFSET] += kind.overlap * (stretch - 1.0)
         kind.history[kind.at] = rows
     by_weight = taken_by_weight(bed, q, put_in)
     bed.weight_energy += by_weight
     bed.stiffness_excess += abs(put_in - by_weight)
-    bed.V[:, 7] *= q
+    bed.V[:, STIFFNESS] *= q
     bed.softness *= q
     bed.change_step(float(step))
     bed.stiffness_energy += put_in
@@ -132,16 +133,16 @@ def remember(bed: Assembly, weight: float) -> None:
     _remember(bed.row, bed.col, bed.X, bed.V, bed.hist, weight)
     grain, wall, overlap = bed.wall_overlaps()
     usual = bed.wall_history[grain, wall, USUAL]
-    bed.wall_history[grain, wall, USUAL] = usual + weight * (bed.V[grain, 7] * overlap - usual)
+    bed.wall_history[grain, wall, USUAL] = usual + weight * (bed.V[grain, STIFFNESS] * overlap - usual)
 
 
 @kernel
 def _remember(row, col, X, V, hist, weight):
     for i in range(row.shape[0] - 1):
         for e in range(row[i], row[i + 1]):
-            if hist[e, 7] == 0.0:
+            if hist[e, TOUCHING] == 0.0:
                 continue
             j = col[e]
             dx, dy, dz = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
-            overlap = X[i, 3] + X[j, 3] + hist[e, 8] - np.sqrt(dx * dx + dy * dy + dz * dz)
-            hist[e, 9] += weight * (min(V[i, 7], V[j, 7]) * overlap - hist[e, 9])
+            overlap = X[i, RADIUS] + X[j, RADIUS] + hist[e, OFFSET] - math.sqrt(dx * dx + dy * dy + dz * dz)
+            hist[e, USUAL] += weight * (min(V[i, STIFFNESS], V[j, STIFFNESS]) * overlap - hist[e, USUAL])

@@ -11,12 +11,27 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dem import durations, flight, flight_collisions, friction_angle, sleeping, stiffening, used_laws
-from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly
+from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly, Extras
 from dem.beds import settling
 from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround, ground_of
 from dem.beds.layered_body import LayeredBody
+from dem.columns import (
+    ANGULAR_GONE,
+    ANGULAR_IMPULSE,
+    AT_WALLS,
+    DISSIPATED,
+    DRAGGED,
+    ENERGY_GONE,
+    GRAINS_GONE,
+    IMPULSE,
+    MASS_GONE,
+    MOMENTUM_GONE,
+    RADIUS,
+    SPENT,
+    WX,
+)
 from dem.contact_settings import Contact
 from dem.engines import program
 from dem.engines.deviations import Deviation
@@ -209,7 +224,7 @@ class Collapse:
         stiffer = self.springs.factor != 1.0
         self.bed = Assembly(
             start, settings.contact, self.domain.walls(), body.gravity(), dt=dt, threads=settling.threads_for(len(start)), skin=0.3,
-            offset=stiffer or settings.stiffness == "following", sleep=settings.sleeping,
+            extras=Extras(stiffer or settings.stiffness == "following", settings.sleeping),
         )  # fmt: skip
         self.springs_energy = (self.bed.elastic, self.bed.elastic)
         if stiffer:
@@ -281,15 +296,15 @@ class Collapse:
         bed = self.bed
         energies, booked = bed.energies(), bed.booked.sum(axis=0)
         p, l = bed.momentum(), bed.angular_momentum()
-        total = sum(energies.values()) + float(bed.report[:4].sum()) + booked[8] - bed.weight_energy
-        spent = float(bed.report[[0, 2, 3]].sum()) - bed.lost_in_flight  # what fast ejecta lose would hide errors of the bed
-        error_p = np.linalg.norm(p + booked[2:5] - bed.report[4:7] - self.start_momentum) / max(self.scale_p, 1e-300)
-        error_l = np.linalg.norm(l + booked[5:8] - bed.report[7:10] - self.start_angular) / max(self.scale_l, 1e-300)
+        total = sum(energies.values()) + float(bed.report[SPENT].sum()) + booked[ENERGY_GONE] - bed.weight_energy
+        spent = float(bed.report[[DISSIPATED, DRAGGED, AT_WALLS]].sum()) - bed.lost_in_flight  # what fast ejecta lose would hide errors of the bed
+        error_p = np.linalg.norm(p + booked[MOMENTUM_GONE] - bed.report[IMPULSE] - self.start_momentum) / max(self.scale_p, 1e-300)
+        error_l = np.linalg.norm(l + booked[ANGULAR_GONE] - bed.report[ANGULAR_IMPULSE] - self.start_angular) / max(self.scale_l, 1e-300)
         error_e = (total - self.start_energy) / max(self.handed + spent, 1e-300)
         return [
-            bed.time, bed.dt, float(bed.mass[: bed.moving].sum()), *p, *l, *energies.values(), *bed.report[:4], booked[8], total,
-            *bed.report[4:], error_p, error_l, error_e, bed.worst, bed.over_warn, bed.contacts, bed.speed, bed.active,
-            bed.moving - bed.active, len(bed.X) - bed.moving, booked[1], self.change,
+            bed.time, bed.dt, float(bed.mass[: bed.moving].sum()), *p, *l, *energies.values(), *bed.report[SPENT], booked[ENERGY_GONE], total,
+            *bed.report[IMPULSE], *bed.report[ANGULAR_IMPULSE], error_p, error_l, error_e, bed.worst, bed.over_warn, bed.contacts, bed.speed, bed.active,
+            bed.moving - bed.active, len(bed.X) - bed.moving, booked[MASS_GONE], self.change,
             bed.stiffness_energy, bed.softness, int(np.count_nonzero(bed.asleep)), bed.stiffness_excess, bed.lost_in_flight,
         ]  # fmt: skip
 
@@ -394,8 +409,8 @@ _OWN = (
 
 
 def _book(row: np.ndarray) -> dict[str, Any]:
-    p, l = row[2:5].tolist(), row[5:8].tolist()
-    return {"grains": int(row[0]), "mass_kg": row[1], "momentum_kg_m_s": p, "angular_momentum_kg_m2_s": l, "energy_J": row[8]}
+    p, l = row[MOMENTUM_GONE].tolist(), row[ANGULAR_GONE].tolist()
+    return {"grains": int(row[GRAINS_GONE]), "mass_kg": row[MASS_GONE], "momentum_kg_m_s": p, "angular_momentum_kg_m2_s": l, "energy_J": row[ENERGY_GONE]}
 
 
 def _check(start: Particles, settings: Settings) -> None:
@@ -411,8 +426,8 @@ def _check(start: Particles, settings: Settings) -> None:
 def handed_energy(bed: Assembly, gravity: float) -> float:
     """Kinetic energy [J] of the compact grains, what errors of energy count against; where nothing moves that of a fall by half a radius, m g r / 2."""
     compact = bed.returned == 0
-    m, r, w = bed.mass[compact], bed.X[compact, 3], bed.W[compact]
-    moving = 0.5 * m @ np.sum(w[:, :3] ** 2, axis=1) + 0.2 * (m * r**2) @ np.sum(w[:, 3:] ** 2, axis=1)
+    m, r, w = bed.mass[compact], bed.X[compact, RADIUS], bed.W[compact]
+    moving = 0.5 * m @ np.sum(w[:, :3] ** 2, axis=1) + 0.2 * (m * r**2) @ np.sum(w[:, WX:] ** 2, axis=1)
     return float(moving if moving > 0.0 else 0.5 * gravity * (m @ r))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from dem.assembly import ACTIVE, Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
+from dem.columns import RADIUS
 
 COLUMN = 2.0
 """Width of a column and of a ring, in mean grain radii."""
@@ -25,14 +26,14 @@ def surface_profile(bed: Assembly, domain: Domain | Container) -> np.ndarray:
     x = bed.X[here]
     size = COLUMN * bed.mean_radius
     if isinstance(domain, Container):
-        plan, level, inside = np.ones(len(x)), x[:, 2] + x[:, 3], ~domain.outside(x[:, :3])
+        plan, level, inside = np.ones(len(x)), x[:, 2] + x[:, RADIUS], ~domain.outside(x[:, :3])
         reach = domain.radius * (np.sqrt(2.0) if domain.shape == "box" else 1.0)
     else:
         distance = np.linalg.norm(x[:, :3], axis=1)
         angle = domain.polar_angle(x[:, :3])
         flat = 2.0 * domain.datum_radius * np.sin(0.5 * angle)
         plan = flat / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-300)
-        level, inside = distance + x[:, 3] - domain.datum_radius, angle <= domain.half_angle
+        level, inside = distance + x[:, RADIUS] - domain.datum_radius, angle <= domain.half_angle
         reach = 2.0 * domain.datum_radius * np.sin(0.5 * domain.half_angle)
     half = int(np.ceil(reach / size)) + 1
     column = (np.floor(x[:, 0] * plan / size).astype(int) + half) * (2 * half + 1) + np.floor(x[:, 1] * plan / size).astype(int) + half

@@ -16,14 +16,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from dem import mesh_wall
+from dem.columns import FRICTION, ROLLING, SHAPE, TWISTING
 from dem.mesh_wall import Piece
 from matter.errors import InputError
 from matter.jit import kernel, law
 
 PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED, MESH = range(6)
 
-# columns of a wall's row; that of a mesh goes on with its facets and their grid
 COLUMNS = 16
+"""Columns of a wall's row; that of a mesh goes on with its facets and their grid (``dem.mesh_wall``)."""
+KIND, POINT, DIRECTION, WALL_RADIUS, SINE, COSINE, TOP = 0, 1, 4, 7, 8, 9, 10
+"""Of them: ``PLANE`` ..., point and direction (three columns each), radius [m], sine and cosine of the half angle, top [m]."""
+LINE_P, LINE_A, LINE_DP, LINE_DA, LINE_LOW, LINE_HIGH, RIM_LOW, RIM_HIGH = range(7, 15)
+"""Of a surface of revolution: start of the line (p, a) [m], its direction, its ends along it [m], and whether they are rims."""
 
 _mesh_distance = mesh_wall.distance
 
@@ -58,14 +63,14 @@ class Wall:
         if length == 0.0:
             raise InputError("a wall needs a direction of non-zero length")
         row = np.zeros(COLUMNS)
-        row[0] = self.kind
-        row[1:4] = self.point
-        row[4:7] = np.asarray(self.direction, dtype=float) / length
-        row[7] = self.radius
-        row[8], row[9] = np.sin(self.half_angle), np.cos(self.half_angle)
-        row[10] = self.top
+        row[KIND] = self.kind
+        row[POINT:DIRECTION] = self.point
+        row[DIRECTION:WALL_RADIUS] = np.asarray(self.direction, dtype=float) / length
+        row[WALL_RADIUS] = self.radius
+        row[SINE], row[COSINE] = np.sin(self.half_angle), np.cos(self.half_angle)
+        row[TOP] = self.top
         if self.kind == REVOLVED:
-            row[7:15] = self._line()
+            row[LINE_P : RIM_HIGH + 1] = self._line()
         if self.kind == MESH:
             if self.piece is None:
                 raise InputError("a wall of kind MESH needs a piece of a mesh")
@@ -142,53 +147,54 @@ def tables(walls: Sequence[Wall], pair_table: np.ndarray) -> np.ndarray:
         for s in range(pair_table.shape[0]):
             out[w, s] = pair_table[wall.species, s] if wall.species >= 0 else pair_table[s, s]
             if wall.species < 0:
-                out[w, s, 2:6] = 0.0
+                out[w, s, [FRICTION, SHAPE, ROLLING, TWISTING]] = 0.0
     return out
 
 
 @law
 def distance(wall, x, y, z):
     """Distance of a point from the wall [m] (inf where the wall does not reach) and the unit vector from the point towards the wall."""
-    kind = int(wall[0])
-    if kind == 5:
+    kind = int(wall[KIND])
+    if kind == MESH:
         return _mesh_distance(wall, x, y, z)
-    x -= wall[1]
-    y -= wall[2]
-    z -= wall[3]
-    if kind == 0:
-        if z > wall[10]:
+    x -= wall[POINT]
+    y -= wall[POINT + 1]
+    z -= wall[POINT + 2]
+    if kind == PLANE:
+        if z > wall[TOP]:
             return np.inf, 0.0, 0.0, 1.0
-        return x * wall[4] + y * wall[5] + z * wall[6], -wall[4], -wall[5], -wall[6]
-    if kind == 4:
+        return x * wall[DIRECTION] + y * wall[DIRECTION + 1] + z * wall[DIRECTION + 2], -wall[DIRECTION], -wall[DIRECTION + 1], -wall[DIRECTION + 2]
+    if kind == REVOLVED:
         return _revolved(wall, x, y, z)
-    r = np.sqrt(x * x + y * y + z * z)
+    r = math.sqrt(x * x + y * y + z * z)
     if r == 0.0:
         return np.inf, 0.0, 0.0, 1.0
-    if kind == 1:
-        return r - wall[7], -x / r, -y / r, -z / r
-    if kind == 2:
-        if z > wall[10]:
+    if kind == SPHERE_OUTSIDE:
+        return r - wall[WALL_RADIUS], -x / r, -y / r, -z / r
+    if kind == SPHERE_INSIDE:
+        if z > wall[TOP]:
             return np.inf, 0.0, 0.0, 1.0
-        return wall[7] - r, x / r, y / r, z / r
-    along = x * wall[4] + y * wall[5] + z * wall[6]
-    px, py, pz = x - along * wall[4], y - along * wall[5], z - along * wall[6]
-    p = np.sqrt(px * px + py * py + pz * pz)
-    gap = along * wall[8] - p * wall[9]
-    if p == 0.0 or r > wall[10] or gap < 0.0:
+        return wall[WALL_RADIUS] - r, x / r, y / r, z / r
+    along = x * wall[DIRECTION] + y * wall[DIRECTION + 1] + z * wall[DIRECTION + 2]
+    px, py, pz = x - along * wall[DIRECTION], y - along * wall[DIRECTION + 1], z - along * wall[DIRECTION + 2]
+    p = math.sqrt(px * px + py * py + pz * pz)
+    gap = along * wall[SINE] - p * wall[COSINE]
+    if p == 0.0 or r > wall[TOP] or gap < 0.0:
         # a centre outside the cone has left the domain: it is booked, not pushed back
         return np.inf, 0.0, 0.0, 1.0
-    q = wall[9] / p
-    return gap, px * q - wall[8] * wall[4], py * q - wall[8] * wall[5], pz * q - wall[8] * wall[6]
+    q = wall[COSINE] / p
+    return gap, px * q - wall[SINE] * wall[DIRECTION], py * q - wall[SINE] * wall[DIRECTION + 1], pz * q - wall[SINE] * wall[DIRECTION + 2]
 
 
 @law
 def distance_of(walls, w, x, y, z):
     """``distance`` from row ``w`` of ``walls``; a plane is read where it stands, since a row cut out of a table is counted atomically, twice."""
-    if walls[w, 0] == 0.0:
-        if z - walls[w, 3] > walls[w, 10]:
+    if walls[w, KIND] == PLANE:
+        if z - walls[w, POINT + 2] > walls[w, TOP]:
             return np.inf, 0.0, 0.0, 1.0
-        d = (x - walls[w, 1]) * walls[w, 4] + (y - walls[w, 2]) * walls[w, 5] + (z - walls[w, 3]) * walls[w, 6]
-        return d, -walls[w, 4], -walls[w, 5], -walls[w, 6]
+        px, py, pz = x - walls[w, POINT], y - walls[w, POINT + 1], z - walls[w, POINT + 2]
+        d = px * walls[w, DIRECTION] + py * walls[w, DIRECTION + 1] + pz * walls[w, DIRECTION + 2]
+        return d, -walls[w, DIRECTION], -walls[w, DIRECTION + 1], -walls[w, DIRECTION + 2]
     return distance(walls[w], x, y, z)
 
 
@@ -204,27 +210,27 @@ def distances(walls, which, position):
 @law
 def _revolved(wall, x, y, z):
     """``distance`` of a surface of revolution: the distance from a line, or its ends, in the half-plane (p, a) through the axis and the point."""
-    a = x * wall[4] + y * wall[5] + z * wall[6]
-    px, py, pz = x - a * wall[4], y - a * wall[5], z - a * wall[6]
-    p = np.sqrt(px * px + py * py + pz * pz)
+    a = x * wall[DIRECTION] + y * wall[DIRECTION + 1] + z * wall[DIRECTION + 2]
+    px, py, pz = x - a * wall[DIRECTION], y - a * wall[DIRECTION + 1], z - a * wall[DIRECTION + 2]
+    p = math.sqrt(px * px + py * py + pz * pz)
     if p > 0.0:
         px, py, pz = px / p, py / p, pz / p
-    elif abs(wall[6]) < 0.9:  # on the axis every direction is as good: one across it
-        q = np.sqrt(wall[4] * wall[4] + wall[5] * wall[5])
-        px, py, pz = wall[5] / q, -wall[4] / q, 0.0
+    elif abs(wall[DIRECTION + 2]) < 0.9:  # on the axis every direction is as good: one across it
+        q = math.sqrt(wall[DIRECTION] * wall[DIRECTION] + wall[DIRECTION + 1] * wall[DIRECTION + 1])
+        px, py, pz = wall[DIRECTION + 1] / q, -wall[DIRECTION] / q, 0.0
     else:
-        q = np.sqrt(wall[5] * wall[5] + wall[6] * wall[6])
-        px, py, pz = 0.0, wall[6] / q, -wall[5] / q
-    dp, da = wall[9], wall[10]
-    fp, fa = p - wall[7], a - wall[8]
+        q = math.sqrt(wall[DIRECTION + 1] * wall[DIRECTION + 1] + wall[DIRECTION + 2] * wall[DIRECTION + 2])
+        px, py, pz = 0.0, wall[DIRECTION + 2] / q, -wall[DIRECTION + 1] / q
+    dp, da = wall[LINE_DP], wall[LINE_DA]
+    fp, fa = p - wall[LINE_P], a - wall[LINE_A]
     s = fp * dp + fa * da
-    if s < wall[11] or s > wall[12]:
-        below = s < wall[11]
-        if (below and wall[13] == 0.0) or (not below and wall[14] == 0.0):
+    if s < wall[LINE_LOW] or s > wall[LINE_HIGH]:
+        below = s < wall[LINE_LOW]
+        if (below and wall[RIM_LOW] == 0.0) or (not below and wall[RIM_HIGH] == 0.0):
             return np.inf, 0.0, 0.0, 1.0
-        end = wall[11] if below else wall[12]
+        end = wall[LINE_LOW] if below else wall[LINE_HIGH]
         up, ua = end * dp - fp, end * da - fa
-        d = np.sqrt(up * up + ua * ua)
+        d = math.sqrt(up * up + ua * ua)
         if d == 0.0:
             return np.inf, 0.0, 0.0, 1.0
         up, ua = up / d, ua / d
@@ -233,7 +239,7 @@ def _revolved(wall, x, y, z):
         if d < 0.0:  # behind the wall: out of the domain
             return np.inf, 0.0, 0.0, 1.0
         up, ua = da, -dp
-    return d, up * px + ua * wall[4], up * py + ua * wall[5], up * pz + ua * wall[6]
+    return d, up * px + ua * wall[DIRECTION], up * py + ua * wall[DIRECTION + 1], up * pz + ua * wall[DIRECTION + 2]
 
 
 @kernel

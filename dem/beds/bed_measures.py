@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from dem import forces, walls
+from dem import walls
 from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround
-from dem.contact_settings import COHESION, MODULUS, SHAPE
+from dem.columns import COHESION, MODULUS, RADIUS, RATIO, ROLL, SHAPE, SLIP, STIFFNESS, TOUCHING
 from dem.laws import cohesion_zhang
+from dem.scheme import HERTZ, SJKR, ZHANG
+from dem.walls import WALL_RADIUS
 from matter.jit import kernel
 
 SOURCES = ("Christoffersen1981",)
@@ -43,17 +45,17 @@ class Shells:
 
 def static_contact(bed: Assembly, first: np.ndarray, second: np.ndarray, overlap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Normal (tangent) stiffness [N/m] and normal force [N], cohesion included, of contacts at rest between the grains of these indices."""
-    r1, r2 = bed.X[first, 3], bed.X[second, 3]
+    r1, r2 = bed.X[first, RADIUS], bed.X[second, RADIUS]
     table = bed.pair_table[bed.kind[first], bed.kind[second]]
     radius = r1 * r2 / (r1 + r2)
-    k = np.minimum(bed.V[first, 7], bed.V[second, 7])
+    k = np.minimum(bed.V[first, STIFFNESS], bed.V[second, STIFFNESS])
     push = k * overlap
-    if bed.scheme.normal == forces.HERTZ:
+    if bed.scheme.normal == HERTZ:
         k = 2.0 * table[:, MODULUS] * np.sqrt(radius * np.maximum(overlap, 0.0))
         push = 2.0 / 3.0 * k * overlap
-    if bed.scheme.cohesion == forces.ZHANG:
+    if bed.scheme.cohesion == ZHANG:
         push = push - cohesion_zhang.pull(table[:, COHESION], table[:, SHAPE], radius)
-    elif bed.scheme.cohesion == forces.SJKR:
+    elif bed.scheme.cohesion == SJKR:
         d = r1 + r2 - overlap
         push = push - table[:, COHESION] * np.pi * (r1**2 - ((d * d + r1**2 - r2**2) / (2.0 * d)) ** 2)
     return k, push
@@ -64,11 +66,11 @@ def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     first, second, history = bed.touching()
     branch = bed.X[second, :3] - bed.X[first, :3]
     d = np.linalg.norm(branch, axis=1)
-    r1, r2 = bed.X[first, 3], bed.X[second, 3]
+    r1, r2 = bed.X[first, RADIUS], bed.X[second, RADIUS]
     overlap = r1 + r2 - d
     k, push = static_contact(bed, first, second, overlap)
-    ratio = bed.pair_table[bed.kind[first], bed.kind[second], 6]
-    force = (push / d)[:, None] * branch - (k * ratio)[:, None] * history[:, :3]
+    ratio = bed.pair_table[bed.kind[first], bed.kind[second], RATIO]
+    force = (push / d)[:, None] * branch - (k * ratio)[:, None] * history[:, SLIP:ROLL]
     return first, second, force, branch, overlap / np.minimum(r1, r2)
 
 
@@ -84,9 +86,9 @@ def radial_stress(bed: Assembly, shells: Shells, window: float) -> tuple[np.ndar
     tt = 0.5 * (np.einsum("ij,ij->i", force, branch) - rr)
     ends = np.sort(np.linalg.norm(np.stack([bed.X[first, :3], bed.X[second, :3]]), axis=2), axis=0)
     distance = np.linalg.norm(bed.X[:, :3], axis=1)
-    floor = np.flatnonzero(distance - bed.walls[0, 7] < bed.X[:, 3])  # the branch from a grain to the core is radial
-    gap = distance[floor] - bed.walls[0, 7]
-    rr = np.concatenate([rr, bed.V[floor, 7] * (bed.X[floor, 3] - gap) * gap])
+    floor = np.flatnonzero(distance - bed.walls[0, WALL_RADIUS] < bed.X[:, RADIUS])  # the branch from a grain to the core is radial
+    gap = distance[floor] - bed.walls[0, WALL_RADIUS]
+    rr = np.concatenate([rr, bed.V[floor, STIFFNESS] * (bed.X[floor, RADIUS] - gap) * gap])
     tt = np.concatenate([tt, np.zeros(len(floor))])
     ends = np.concatenate([ends, np.stack([distance[floor] - gap, distance[floor]])], axis=1)
     span = np.maximum(ends[1] - ends[0], 1e-6 * bed.mean_radius)
@@ -99,14 +101,14 @@ def coordination(bed: Assembly, which: np.ndarray) -> tuple[float, float]:
     """Mean contacts per grain among ``which`` (mask), rattlers included, and the share of rattlers (fewer than two contacts)."""
     first, second, _, _, _ = contact_forces(bed)
     count = np.bincount(first, minlength=len(bed.X)) + np.bincount(second, minlength=len(bed.X))
-    count += (bed.wall_history[:, : len(bed.walls), 7] != 0.0).sum(axis=1)
+    count += (bed.wall_history[:, : len(bed.walls), TOUCHING] != 0.0).sum(axis=1)
     return float(count[which].mean()), float((count[which] < 2).mean())
 
 
 def floor_force(bed: Assembly) -> float:
     """Normal force on wall 0, the core [N]."""
-    d = np.linalg.norm(bed.X[:, :3], axis=1) - bed.walls[0, 7]
-    return float(np.sum(bed.V[:, 7] * np.maximum(bed.X[:, 3] - d, 0.0)))
+    d = np.linalg.norm(bed.X[:, :3], axis=1) - bed.walls[0, WALL_RADIUS]
+    return float(np.sum(bed.V[:, STIFFNESS] * np.maximum(bed.X[:, RADIUS] - d, 0.0)))
 
 
 def residual(bed: Assembly, g: float) -> dict[str, float]:
@@ -147,7 +149,7 @@ def rearrangement_speed(bed: Assembly, g: float) -> float:
 
 def overlaps(bed: Assembly) -> dict[str, Any]:
     """Percentiles of the overlap over the smaller radius."""
-    x = contact_forces(bed)[4]
+    x = contact_forces(bed)[-1]
     if len(x) == 0:
         return {"contacts": 0, "mean": 0.0, "p99": 0.0, "max": 0.0}
     return {"contacts": len(x), "mean": float(x.mean()), "p99": float(np.percentile(x, 99)), "max": float(x.max())}
@@ -169,8 +171,8 @@ def _static_wall_forces(X, k, kind, rows, tables, history, out):
     for i in range(X.shape[0]):
         for w in range(rows.shape[0]):
             d, nx, ny, nz = walls.distance(rows[w], X[i, 0], X[i, 1], X[i, 2])
-            if d < X[i, 3]:
-                push, kt = k[i] * (X[i, 3] - d), k[i] * tables[w, kind[i], 6]
+            if d < X[i, RADIUS]:
+                push, kt = k[i] * (X[i, RADIUS] - d), k[i] * tables[w, kind[i], RATIO]
                 out[w, 0] += push * nx - kt * history[i, w, 0]
                 out[w, 1] += push * ny - kt * history[i, w, 1]
                 out[w, 2] += push * nz - kt * history[i, w, 2]
@@ -179,7 +181,7 @@ def _static_wall_forces(X, k, kind, rows, tables, history, out):
 def wall_forces(bed: Assembly) -> np.ndarray:
     """Force of the resting grains on each wall [N], shape (w, 3): normal and tangential springs."""
     out = np.zeros((len(bed.walls), 3))
-    _static_wall_forces(bed.X, np.ascontiguousarray(bed.V[:, 7]), bed.kind.astype(np.int64), bed.walls, bed.wall_tables, bed.wall_history, out)
+    _static_wall_forces(bed.X, np.ascontiguousarray(bed.V[:, STIFFNESS]), bed.kind.astype(np.int64), bed.walls, bed.wall_tables, bed.wall_history, out)
     return out
 
 

@@ -16,6 +16,7 @@ from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.flat_settling import FlatSettling
 from dem.beds.settling import finish
+from dem.columns import MASS, RADIUS, STIFFNESS
 from dem.contact_settings import SPECIES
 from matter import archive, checkpoint, snapshot
 from matter.errors import InputError, Unsound
@@ -67,7 +68,7 @@ def make(settings: Settings, ground: FlatGround, container: Container, out: Path
         points = packing.contained_points(radius, container, seeds[1])
     work = FlatSettling(points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal, settings.largest_speed)
     bed, facts = finish(work, out)
-    wave = float(np.max(2.0 * bed.X[:, 3] * np.sqrt(bed.V[:, 7] / bed.V[:, 6])))
+    wave = float(np.max(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
     width = settings.damped_layers * 2.0 * bed.mean_radius
     container = replace(container, damped_width=width, damping_rate=4.5 * wave / width if width > 0.0 else 0.0)
     report = report_of(bed, ground, container, {**facts, "inflation_of_gravity": work.inflation})
@@ -103,12 +104,12 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
     weight = float(bed.mass[below].sum() * ground.g)
     forces = bed_measures.wall_forces(bed)
     mass = bed_measures.ground_mass(ground, container)
-    grains = float(np.sum(4.0 / 3.0 * np.pi * bed.X[below, 3] ** 3))
+    grains = float(np.sum(4.0 / 3.0 * np.pi * bed.X[below, RADIUS] ** 3))
     return {
         "grains": len(bed.X),
         "grains_headroom": int((~below).sum()),
         "mean_radius_m": bed.mean_radius,
-        "packing_fraction": bed_measures.bulk_fraction(bed.X[:, :3], bed.X[:, 3], container, BULK_MARGIN * bed.mean_radius),
+        "packing_fraction": bed_measures.bulk_fraction(bed.X[:, :3], bed.X[:, RADIUS], container, BULK_MARGIN * bed.mean_radius),
         "packing_fraction_with_walls": grains / container.volume(container.floor, 0.0),
         "coordination_number": z,
         "coordination_number_bulk": bed_measures.coordination(bed, inner)[0] if inner.any() else float("nan"),

@@ -21,6 +21,7 @@ from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.packing import FRACTION, HEXAGONAL
 from dem.beds.settling import PHASES, Phase, Settling
+from dem.columns import MASS, RADIUS, STIFFNESS
 from dem.contact_settings import Contact
 from dem.gravity import Field
 from matter.particles import Particles
@@ -115,7 +116,7 @@ class FlatSettling(Settling):
     def span(self) -> float:
         """Height of bed and headroom, or the way of a wave in sqrt(r/g) when that is longer [m]: hard grains wait for their fall, not for waves."""
         bed = self.bed
-        wave = float(np.median(2.0 * bed.X[:, 3] * np.sqrt(bed.V[:, 7] / bed.V[:, 6])))
+        wave = float(np.median(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
         return max(self.container.top - self.container.floor, wave * math.sqrt(bed.mean_radius / self.surface_gravity()))
 
     def surface_gravity(self) -> float:

@@ -21,6 +21,7 @@ from dem import walls
 from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
+from dem.columns import RADIUS
 from matter.errors import InputError
 from matter.jit import kernel
 from matter.packing import hexagonal
@@ -109,8 +110,8 @@ def _wall_overlaps(X, rows, out):
     for i in range(X.shape[0]):
         for w in range(rows.shape[0]):
             d, _, _, _ = walls.distance(rows[w], X[i, 0], X[i, 1], X[i, 2])
-            if d < X[i, 3]:
-                out[i] += X[i, 3] - d
+            if d < X[i, RADIUS]:
+                out[i] += X[i, RADIUS] - d
 
 
 def exchange_radii(bed: Assembly, domain: Domain | Container, lid: bool, which: np.ndarray) -> None:
@@ -119,7 +120,7 @@ def exchange_radii(bed: Assembly, domain: Domain | Container, lid: bool, which: 
     A grain's pressure, sum of overlaps / r^2, is compared with the mean of its neighbours'; the radii so asked for are ranked, and the
     grains take the unchanged set of radii in that order. The pair list stays as it is: changes are far below its skin.
     """
-    n, radius = len(bed.X), bed.X[:, 3].copy()
+    n, radius = len(bed.X), bed.X[:, RADIUS].copy()
     first = np.repeat(np.arange(bed.active), np.diff(bed.row))
     second = bed.col
     overlap = radius[first] + radius[second] - np.linalg.norm(bed.X[first, :3] - bed.X[second, :3], axis=1)
@@ -142,4 +143,4 @@ def exchange_radii(bed: Assembly, domain: Domain | Container, lid: bool, which: 
     wanted = radius * (1.0 - EXCHANGE * np.clip(excess, -2.0, 2.0))
     here = np.flatnonzero(which)
     order = here[np.argsort(wanted[here], kind="stable")]
-    bed.X[order, 3] = np.sort(radius[here])
+    bed.X[order, RADIUS] = np.sort(radius[here])

@@ -32,6 +32,7 @@ from dem.beds import bed_measures, packing
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.beds.relaxation import Fire
+from dem.columns import MASS, RADIUS, STIFFNESS, WX
 from dem.contact_settings import OCEAN, SPECIES, Contact
 from dem.walls import Wall
 from matter import checkpoint
@@ -149,7 +150,7 @@ class Settling:
         contact = self.contact if now.friction else self.smooth_contact
         limit = np.inf if now.fire else contact.overlap_stop
         self.bed = Assembly(grains, contact, walls, self.gravity, threads=threads_for(len(grains)), overlap_limit=limit)
-        wave = 2.0 * self.bed.X[:, 3] * np.sqrt(self.bed.V[:, 7] / self.bed.V[:, 6])
+        wave = 2.0 * self.bed.X[:, RADIUS] * np.sqrt(self.bed.V[:, STIFFNESS] / self.bed.V[:, MASS])
         travel = self.span() / float(np.median(wave))
         self.steps = max(20, int(now.length * travel / self.bed.dt))
         self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else 4.0 / travel
@@ -305,7 +306,8 @@ class Settling:
         # with the grains of the checkpoint: random points would not pass the limit on overlaps of the later phases
         x, v, w = arrays["X"], arrays["V"], arrays["W"]
         names = {"identity": "identity", "material": "material", "species": "kind", "density": "density", "headroom": "headroom"}
-        fields = {"position": x[:, :3], "radius": x[:, 3], "velocity": w[:, :3], "angular_velocity": w[:, 3:], "mass": v[:, 6], "stiffness": v[:, 7]}
+        fields = {"position": x[:, :3], "radius": x[:, RADIUS], "velocity": w[:, :3], "angular_velocity": w[:, WX:]}
+        fields |= {"mass": v[:, MASS], "stiffness": v[:, STIFFNESS]}
         self._begin(Particles({**fields, **{name: arrays[here] for name, here in names.items()}}, {"time": 0.0}))
         for name in self.own:
             setattr(self, name, scalars[name])

@@ -28,6 +28,7 @@ from dem import flight
 from dem.assembly import BALLISTIC, LEFT
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
+from dem.columns import DISSIPATED, ENERGY_GONE, MASS, RADIUS, TOUCHING
 from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
 from dem.engines.central_gravity import Polynomial
 from dem.engines.scene import HOLD_STEPS, Plan, Scene
@@ -44,6 +45,8 @@ BOX_LIMIT = 5.0
 """Half the edge of the box at most, in radii of the body."""
 LIST_STEPS = 8
 """Steps that a neighbour list should serve; an engine builds one in the time of one or two."""
+_PLACE, _MOTION = slice(1, 4), slice(4, 10)
+"""Columns of a dump (``dem.engines.scene.COLUMNS``): place, velocity and spin; the grain's number before them."""
 _UNKNOWN = tuple(COLUMNS.index(name) for name in ("momentum_error", "angular_momentum_error", "energy_error"))
 
 
@@ -54,7 +57,7 @@ class ExternalCollapse(Collapse):
         program.find(settings.engine)
         if settings.stiffness != "fixed" or settings.sleeping:  # schemes of our own stepping
             raise InputError(f"[dem] stiffness = 'following' and sleeping need engine = 'native': {settings.engine} steps every grain with one stiffness")
-        loaded = any(np.any(start.tables.get(f"contacts/{name}", np.zeros((0, 7)))[:, :7]) for name in ("history", "wall_history"))
+        loaded = any(np.any(start.tables.get(f"contacts/{name}", np.zeros((0, TOUCHING)))[:, :TOUCHING]) for name in ("history", "wall_history"))
         super().__init__(settings, start, body, out)
         self.engine, self.folder = ENGINES[settings.engine], out / FOLDER
         self.aloft = np.zeros(0, dtype=np.int64)
@@ -117,7 +120,7 @@ class ExternalCollapse(Collapse):
         energy = 0.5 * v * v - gm / r
         apoapsis = np.where(energy < 0.0, gm / np.maximum(-energy, 1e-300), np.inf)
         rise = np.minimum(apoapsis, r + v * (self.settings.latest_time - bed.start_time))
-        widest = self.cone.top_radius + 10.0 * float(bed.X[:, 3].max())
+        widest = self.cone.top_radius + 10.0 * float(bed.X[:, RADIUS].max())
         return float(np.clip(1.02 * np.max(rise), 1.1 * widest, BOX_LIMIT * self.cone.datum_radius))
 
     def _skin(self) -> float:
@@ -188,7 +191,7 @@ class ExternalCollapse(Collapse):
         seen[at] = True
         keep = bed.state[at] != LEFT  # those are booked, whatever the engine still does with them
         at, table = at[keep], table[keep]
-        bed.X[at, :3], bed.W[at], bed.V[at, :6] = table[:, 1:4], table[:, 4:10], table[:, 4:10]
+        bed.X[at, :3], bed.W[at], bed.V[at, :MASS] = table[:, _PLACE], table[:, _MOTION], table[:, _MOTION]
         self._fly(step - bed.steps)
         bed.steps = step
         self._book_missing(~seen & (bed.state != LEFT) & ~np.isin(bed.identity, self.aloft))
@@ -208,7 +211,7 @@ class ExternalCollapse(Collapse):
         bed = self.bed
         if not missing.any():
             return
-        travel = 2.0 * self.row_steps * bed.dt * np.linalg.norm(bed.W[:, :3], axis=1) + 2.0 * bed.X[:, 3]
+        travel = 2.0 * self.row_steps * bed.dt * np.linalg.norm(bed.W[:, :3], axis=1) + 2.0 * bed.X[:, RADIUS]
         distance = np.linalg.norm(bed.X[:, :3], axis=1)
         beyond = missing & (np.max(np.abs(bed.X[:, :3]), axis=1) + travel > self.scene.reach)
         beside = missing & ~beyond & ((self.cone.half_angle - self.cone.polar_angle(bed.X[:, :3])) * distance < travel)
@@ -226,8 +229,8 @@ class ExternalCollapse(Collapse):
 
     def _row(self) -> list[float]:
         bed = self.bed
-        booked = float(bed.booked[:, 8].sum())
-        bed.report[0] = self.start_energy - sum(bed.energies().values()) - booked
+        booked = float(bed.booked[:, ENERGY_GONE].sum())
+        bed.report[DISSIPATED] = self.start_energy - sum(bed.energies().values()) - booked
         row = super()._row()
         for k in _UNKNOWN:
             row[k] = float("nan")

@@ -16,13 +16,38 @@ sigma_ab = (1/V) sum f_a b_b, compression positive (Christoffersen, Mehrabadi & 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from dem import contacts, forces
+from dem import contacts
+from dem.columns import (
+    DAMPING_N,
+    DAMPING_T,
+    FRICTION,
+    HISTORY,
+    MASS,
+    RADIUS,
+    RATIO,
+    ROLL,
+    ROLLING,
+    SHAPE,
+    SLIP,
+    STIFFNESS,
+    TOUCHING,
+    TWIST,
+    TWISTING,
+    TX,
+    TY,
+    TZ,
+    WX,
+    WY,
+    WZ,
+)
 from dem.contact_settings import Contact
-from dem.forces import HOOKE, contact, keep
+from dem.forces import Bodies, Meeting, Numbers, Springs, contact
 from dem.laws.tangential_spring import RULES
+from dem.scheme import HOOKE
 from matter.errors import UnphysicalState
 from matter.jit import kernel
 
@@ -33,7 +58,50 @@ STEPS_PER_CONTACT = 15
 SKIN = 0.12
 
 # what a stretch of steps sums: stress xx yy zz xz (from contacts), kinetic energy of fluctuations, contacts, height, mean velocity along x, time steps
+XX, YY, ZZ, XZ, FLUCTUATION, CONTACTS, HEIGHT, FLOW, STEPS = range(9)
 SUMS = 9
+
+
+class Sample(NamedTuple):
+    """Grains of the cell: tables ``X``, ``V``, ``W``, ``A``, ``F`` (``dem.columns``), which are ``held`` (n,), and places at the last list ``start`` (n, 3)."""
+
+    X: np.ndarray
+    V: np.ndarray
+    W: np.ndarray
+    A: np.ndarray
+    F: np.ndarray
+    held: np.ndarray
+    start: np.ndarray
+
+
+class Touching(NamedTuple):
+    """The half list ``row`` (n + 1,), ``col`` (m,), histories ``hist`` (m, 8), and ``table`` (columns,) the numbers of every contact."""
+
+    row: np.ndarray
+    col: np.ndarray
+    hist: np.ndarray
+    table: np.ndarray
+
+
+class Frame(NamedTuple):
+    """``period`` (3,) [d]; ``clock`` (2,): slide of the images [d] and strain so far; ``slab`` (2,): heights between which contacts count for the stress;
+    ``gravity`` (3,)."""
+
+    period: np.ndarray
+    clock: np.ndarray
+    slab: np.ndarray
+    gravity: np.ndarray
+
+
+class Drive(NamedTuple):
+    """``rate`` of shear, ``pressure`` (0: heights are kept), ``drag``, ``dt``; ``rule`` of sliding and attractive ``tail`` of the contacts."""
+
+    rate: float
+    pressure: float
+    drag: float
+    dt: float
+    rule: int
+    tail: bool
 
 
 @kernel
@@ -49,7 +117,7 @@ def neighbours(X, period, shift, skin, row, col):
             dx -= k * shift
             dx -= np.rint(dx / period[0]) * period[0]
             dy -= np.rint(dy / period[1]) * period[1]
-            reach = X[i, 3] + X[j, 3] + skin
+            reach = X[i, RADIUS] + X[j, RADIUS] + skin
             if dx * dx + dy * dy + dz * dz < reach * reach:
                 if found < col.shape[0]:
                     col[found] = j
@@ -59,14 +127,22 @@ def neighbours(X, period, shift, skin, row, col):
 
 
 @kernel(fastmath=True)
-def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, slab, F, stress):
-    """Forces of all pairs into ``F`` (n, 6); sums f_a b_b of those in ``slab`` into ``stress`` (xx yy zz xz); returns contacts and the worst overlap."""
+def _pairs(sample, touching, frame, drive, slide, stress):
+    """Forces of all pairs: ``F`` and the histories; sums f_a b_b of those in the slab into ``stress`` (xx yy zz xz); returns contacts and worst overlap.
+
+    ``slide``: velocity of the image above [d sqrt(P / rho)].
+    """
+    X, V, F = sample.X, sample.V, sample.F
+    row, col, hist, table = touching
+    period, slab, shift = frame.period, frame.slab, frame.clock[0]
+    laws = (HOOKE, 0, drive.rule)
+    numbers = Numbers(table[DAMPING_N], table[DAMPING_T], table[FRICTION], table[SHAPE], table[ROLLING], table[TWISTING], table[RATIO])
     n = X.shape[0]
     F[:] = 0.0
-    sxx, syy, szz, sxz, touching = 0.0, 0.0, 0.0, 0.0, 0
+    sxx, syy, szz, sxz, found = 0.0, 0.0, 0.0, 0.0, 0
     worst = 0.0
     for i in range(n):
-        ri, mi, ki = X[i, 3], V[i, 6], V[i, 7]
+        ri, mi, ki = X[i, RADIUS], V[i, MASS], V[i, STIFFNESS]
         for e in range(row[i], row[i + 1]):
             j = col[e]
             nx, ny, nz = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
@@ -75,20 +151,20 @@ def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, sl
             nx -= image * shift
             nx -= np.rint(nx / period[0]) * period[0]
             ny -= np.rint(ny / period[1]) * period[1]
-            rj = X[j, 3]
+            rj = X[j, RADIUS]
             d2 = nx * nx + ny * ny + nz * nz
             if d2 >= (ri + rj) * (ri + rj):
-                if hist[e, 7] != 0.0:
-                    for c in range(8):
+                if hist[e, TOUCHING] != 0.0:
+                    for c in range(HISTORY):
                         hist[e, c] = 0.0
                 continue
-            d = np.sqrt(d2)
+            d = math.sqrt(d2)
             bx, by, bz = nx, ny, nz
             nx, ny, nz = nx / d, ny / d, nz / d
             l1 = 0.5 * (d + (ri * ri - rj * rj) / d)
             l2 = d - l1
-            wxi, wyi, wzi = V[i, 3], V[i, 4], V[i, 5]
-            wxj, wyj, wzj = V[j, 3], V[j, 4], V[j, 5]
+            wxi, wyi, wzi = V[i, WX], V[i, WY], V[i, WZ]
+            wxj, wyj, wzj = V[j, WX], V[j, WY], V[j, WZ]
             ax, ay, az = l1 * wxi + l2 * wxj, l1 * wyi + l2 * wyj, l1 * wzi + l2 * wzj
             ux = V[j, 0] - V[i, 0] - image * slide - (ay * nz - az * ny)
             uy = V[j, 1] - V[i, 1] - (az * nx - ax * nz)
@@ -104,13 +180,16 @@ def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, sl
             rx = px - twist * nx + s * (ny * uz - nz * uy)
             ry = py - twist * ny + s * (nz * ux - nx * uz)
             rz = pz - twist * nz + s * (nx * uy - ny * ux)
-            mj = V[j, 6]
-            fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(
-                nx, ny, nz, ri + rj - d, un, ux, uy, uz, rx, ry, rz, twist, spin, min(ki, V[j, 7]), mi * mj / (mi + mj), ri * rj / (ri + rj),
-                table, hist[e], dt, tail, 0.0, 0.0, 0.0, rule, HOOKE, 0,
-            )  # fmt: skip
-            keep(hist[e], h, 0.0, table, 0)
-            touching += 1
+            mj = V[j, MASS]
+            springs = Springs(
+                hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2], hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST], hist[e, TOUCHING], 0.0
+            )
+            meeting = Meeting(nx, ny, nz, ri + rj - d, un, ux, uy, uz, rx, ry, rz, twist, spin)
+            bodies = Bodies(min(ki, V[j, STIFFNESS]), mi * mj / (mi + mj), ri * rj / (ri + rj), 0.0, 0.0, 0.0)
+            fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(meeting, bodies, numbers, springs, drive.dt, drive.tail, laws)
+            hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2] = h.sx, h.sy, h.sz
+            hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST], hist[e, TOUCHING] = h.ax, h.ay, h.az, h.phi, h.flag
+            found += 1
             worst = max(worst, (ri + rj - d) / min(ri, rj))
             tx -= fn * nx
             ty -= fn * ny
@@ -125,28 +204,28 @@ def _pairs(X, V, row, col, hist, table, period, shift, slide, dt, rule, tail, sl
             F[i, 0] += tx
             F[i, 1] += ty
             F[i, 2] += tz
-            F[i, 3] += l1 * cx + mx
-            F[i, 4] += l1 * cy + my
-            F[i, 5] += l1 * cz + mz
+            F[i, TX] += l1 * cx + mx
+            F[i, TY] += l1 * cy + my
+            F[i, TZ] += l1 * cz + mz
             F[j, 0] -= tx
             F[j, 1] -= ty
             F[j, 2] -= tz
-            F[j, 3] += l2 * cx - mx
-            F[j, 4] += l2 * cy - my
-            F[j, 5] += l2 * cz - mz
-    stress[0], stress[1], stress[2], stress[3] = sxx, syy, szz, sxz
-    return touching, worst
+            F[j, TX] += l2 * cx - mx
+            F[j, TY] += l2 * cy - my
+            F[j, TZ] += l2 * cz - mz
+    stress[XX], stress[YY], stress[ZZ], stress[XZ] = sxx, syy, szz, sxz
+    return found, worst
 
 
 @kernel
-def _advance(
-    steps, X, V, W, A, F, held, row, col, hist, table, period, clock, rate, pressure, response, gravity, drag, dt, rule, tail, skin, slab, start, sums,
-):  # fmt: skip
-    """Up to ``steps`` steps, fewer when the list is used up; returns the steps done and the worst overlap.
+def _advance(steps, sample, touching, frame, drive, sums):
+    """Up to ``steps`` steps, fewer when the list is used up; returns the steps done and the worst overlap. What is measured is added to ``sums`` (SUMS,).
 
-    ``clock``: slide of the images [d] and strain so far. ``held`` grains do not move. ``pressure`` 0: heights are kept. ``slab`` (2,): the heights
-    between which contacts count for the stress.
+    In and out: ``Sample``, of which ``held`` grains do not move, ``Touching``, ``Frame``.
     """
+    X, V, W, A, F, held, start = sample
+    period, clock, slab, gravity = frame
+    rate, pressure, drag, dt, _, _ = drive
     n = X.shape[0]
     stress = np.zeros(4)
     worst = 0.0
@@ -166,18 +245,18 @@ def _advance(
             far = max(far, dx * dx + dy * dy + dz * dz)
         clock[0] += rate * period[2] * dt
         clock[1] += rate * dt
-        touching, overlap = _pairs(X, V, row, col, hist, table, period, clock[0], rate * period[2], dt, rule, tail, slab, F, stress)
+        contacts_now, overlap = _pairs(sample, touching, frame, drive, rate * period[2], stress)
         worst = max(worst, overlap)
         volume = period[0] * period[1] * min(period[2], slab[1] - slab[0])
         kinetic, flow, mass = 0.0, 0.0, 0.0
         for i in range(n):
             if held[i]:
                 continue
-            m = V[i, 6]
-            inertia = 0.4 * m * X[i, 3] * X[i, 3]
+            m = V[i, MASS]
+            inertia = 0.4 * m * X[i, RADIUS] * X[i, RADIUS]
             for c in range(3):
                 A[i, c] = F[i, c] / m + gravity[c] - drag * (V[i, c] - (rate * X[i, 2] if c == 0 else 0.0))
-                A[i, 3 + c] = F[i, 3 + c] / inertia - drag * V[i, 3 + c]
+                A[i, WX + c] = F[i, TX + c] / inertia - drag * V[i, WX + c]
             for c in range(6):
                 W[i, c] += 0.5 * dt * A[i, c]
             wx = W[i, 0] - rate * X[i, 2]
@@ -185,19 +264,19 @@ def _advance(
             flow += m * W[i, 0]
             mass += m
         if pressure > 0.0:
-            q = min(max(response * (stress[2] / volume / pressure - 1.0), -0.05), 0.05) * dt
+            q = min(max(RESPONSE * (stress[ZZ] / volume / pressure - 1.0), -0.05), 0.05) * dt
             for i in range(n):
                 X[i, 2] += q * X[i, 2]
             period[2] += q * period[2]
         for c in range(4):
             sums[c] += stress[c] / volume
-        sums[4] += kinetic / n
-        sums[5] += touching
-        sums[6] += period[2]
-        sums[7] += flow / mass
-        sums[8] += 1.0
+        sums[FLUCTUATION] += kinetic / n
+        sums[CONTACTS] += contacts_now
+        sums[HEIGHT] += period[2]
+        sums[FLOW] += flow / mass
+        sums[STEPS] += 1.0
         # neighbours also part by the shear itself, over at most a diameter and a half of height
-        if 2.0 * np.sqrt(far) + 1.5 * abs(clock[1] - since) > skin:
+        if 2.0 * math.sqrt(far) + 1.5 * abs(clock[1] - since) > SKIN:
             return step + 1, worst
     return steps, worst
 
@@ -225,8 +304,8 @@ class Cell:
         self.A, self.F = np.zeros((n, 6)), np.zeros((n, 6))
         self.held = np.zeros(n, dtype=np.bool_) if held is None else held
         self.clock = np.zeros(2)
-        self.dt = math.pi * math.sqrt(0.5 * float(np.min(mass / self.V[:, 7]))) / STEPS_PER_CONTACT
-        self.row, self.col, self.hist = np.zeros(n + 1, dtype=np.int64), np.zeros(12 * n, dtype=np.int32), np.zeros((0, forces.HISTORY))
+        self.dt = math.pi * math.sqrt(0.5 * float(np.min(mass / self.V[:, STIFFNESS]))) / STEPS_PER_CONTACT
+        self.row, self.col, self.hist = np.zeros(n + 1, dtype=np.int64), np.zeros(12 * n, dtype=np.int32), np.zeros((0, HISTORY))
         self.start = self.X[:, :3].copy()
         self.rate, self.pressure, self.drag, self.gravity = 0.0, 0.0, 0.0, np.zeros(3)
         self.overlap_limit = 0.5
@@ -236,15 +315,15 @@ class Cell:
     def set_law(self, contact_law: Contact) -> None:
         """Another contact law from here on; springs start anew."""
         self.law, self.table = contact_law, _table(contact_law)
-        self.hist[:, :7] = 0.0
+        self.hist[:, :TOUCHING] = 0.0
 
     def _build(self) -> None:
-        touch = np.flatnonzero(self.hist[:, 7] != 0.0) if len(self.hist) else np.zeros(0, dtype=np.int64)
+        touch = np.flatnonzero(self.hist[:, TOUCHING] != 0.0) if len(self.hist) else np.zeros(0, dtype=np.int64)
         first = np.repeat(np.arange(len(self.X)), np.diff(self.row))[touch] if len(touch) else touch
         second, old = self.col[touch].astype(np.int64), self.hist[touch]
         while neighbours(self.X, self.period, self.clock[0], SKIN, self.row, self.col) > len(self.col):
             self.col = np.zeros(int(1.2 * self.row[-1]), dtype=np.int32)
-        self.hist = np.zeros((int(self.row[-1]), forces.HISTORY))
+        self.hist = np.zeros((int(self.row[-1]), HISTORY))
         contacts.carry(first, second, old, self.row, self.col, self.hist)
         self.start = self.X[:, :3].copy()
 
@@ -257,20 +336,19 @@ class Cell:
         sums = np.zeros(SUMS)
         left = steps
         while left > 0:
-            done, worst = _advance(
-                left, self.X, self.V, self.W, self.A, self.F, self.held, self.row, self.col, self.hist, self.table, self.period, self.clock, self.rate,
-                self.pressure, RESPONSE, self.gravity, self.drag, self.dt, RULES[self.law.sliding], self.law.attractive_tail, SKIN, self.slab, self.start,
-                sums,
-            )  # fmt: skip
+            sample = Sample(self.X, self.V, self.W, self.A, self.F, self.held, self.start)
+            touching = Touching(self.row, self.col, self.hist, self.table)
+            drive = Drive(float(self.rate), float(self.pressure), float(self.drag), self.dt, RULES[self.law.sliding], self.law.attractive_tail)
+            done, worst = _advance(left, sample, touching, Frame(self.period, self.clock, self.slab, self.gravity), drive, sums)
             left -= done
             if worst > self.overlap_limit or not np.isfinite(self.X).all():
                 raise UnphysicalState(f"the periodic cell has burst: grains overlap by {worst:.3g} radii after a strain of {self.clock[1]:.3g}")
             if left > 0:
                 self._build()
-        mean = sums / sums[8]
-        volume = math.pi / 6.0 * float(np.sum((2.0 * self.X[:, 3]) ** 3))
+        mean = sums / sums[STEPS]
+        volume = math.pi / 6.0 * float(np.sum((2.0 * self.X[:, RADIUS]) ** 3))
         names = ("xx", "yy", "zz", "xz", "fluctuation", "contacts", "height", "flow")
-        out = dict(zip(names, mean[:8].tolist()))
+        out = dict(zip(names, mean.tolist()))
         out["coordination"] = 2.0 * out.pop("contacts") / len(self.X)
         out["fraction"] = volume / float(self.period[0] * self.period[1] * out["height"])
         return out

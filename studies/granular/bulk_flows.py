@@ -17,6 +17,7 @@ import numpy as np
 
 from dem.assembly import LEFT, Assembly
 from dem.beds.relaxation import Fire
+from dem.columns import RADIUS
 from dem.contact_settings import OCEAN, Contact
 from dem.gravity import Field
 from dem.walls import PLANE, Wall, cylinder, funnel
@@ -105,7 +106,7 @@ def thickness(bed: Assembly, width: float = 1.0) -> tuple[np.ndarray, np.ndarray
     x = bed.X[: bed.moving]
     across = np.hypot(x[:, 0], x[:, 1])
     edges = np.arange(0.0, across.max() + 2.0 * width, width)
-    volume = np.histogram(across, edges, weights=4.0 / 3.0 * math.pi * x[:, 3] ** 3)[0]
+    volume = np.histogram(across, edges, weights=4.0 / 3.0 * math.pi * x[:, RADIUS] ** 3)[0]
     return 0.5 * (edges[1:] + edges[:-1]), volume / (0.25 * math.pi * np.diff(edges**2)) / PACKED
 
 
@@ -152,7 +153,7 @@ def column(aspect: float, radius: float, contact: Contact, seed: int = 1) -> Col
     inner = bed.X[np.hypot(bed.X[:, 0], bed.X[:, 1]) < max(2.0, 0.15 * radius)]
     expected = 1.24 * aspect if aspect < 1.7 else 1.6 * math.sqrt(aspect)
     high = aspect if aspect < 1.0 else 0.88 * aspect ** (1.0 / 6.0)
-    return Column(aspect, edge / radius - 1.0, expected, float((inner[:, 2] + inner[:, 3]).max()) / radius, high, duration, len(bed.X))
+    return Column(aspect, edge / radius - 1.0, expected, float((inner[:, 2] + inner[:, RADIUS]).max()) / radius, high, duration, len(bed.X))
 
 
 class Hopper(NamedTuple):
@@ -182,7 +183,7 @@ def hopper(hole: float, full: Assembly, radius: float, contact: Contact) -> Hopp
     Raises ``InputError`` when nothing has fallen for a time of 20 sqrt(d/g).
     """
     middle = 0.5 * float(full.X[:, 2].max())
-    low = full.X[(full.X[:, 2] < middle), 3]
+    low = full.X[(full.X[:, 2] < middle), RADIUS]
     fraction = float(np.sum(4.0 / 3.0 * math.pi * low**3) / (math.pi * radius**2 * middle))
     bed = released(full, contact, [funnel((0.5 * hole, 0.0), (radius, 0.0), species=0), cylinder(radius)])
     whole, fallen, last = float(bed.mass.sum()), 0, 0.0
@@ -234,7 +235,7 @@ def heap(radius: float, contact: Contact, seed: int = 1, height: float | None = 
         if moving < 0.01 and bed.time > 20.0:
             break
     x = bed.X[: bed.moving]
-    across, angle, top = np.hypot(x[:, 0], x[:, 1]), np.arctan2(x[:, 1], x[:, 0]), x[:, 2] + x[:, 3]
+    across, angle, top = np.hypot(x[:, 0], x[:, 1]), np.arctan2(x[:, 1], x[:, 0]), x[:, 2] + x[:, RADIUS]
     rings, heights = [], []
     for inner in np.arange(0.15 * radius, 0.85 * radius, 1.0):
         sectors = max(1, int(0.5 * math.pi * (inner + 0.5) / 1.5))

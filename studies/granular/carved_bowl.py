@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem import sleeping
-from dem.assembly import Assembly
+from dem.assembly import Assembly, Extras
 from dem.beds.container import Container
 from dem.contact_settings import Contact
 from dem.gravity import Field
@@ -85,7 +85,7 @@ def relax(
     """
     box = Container.of_attribute(bed.attributes["domain"])
     start = carved(bed, width, depth)
-    run = Assembly(start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads, sleep=sleep)
+    run = Assembly(start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads, extras=Extras(sleep=sleep))
     saved = checkpoint.newest(out) if out else None
     if saved is not None:
         run.restore(*saved)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dem import flight, following_stiffness, sleeping, spring_change, stage
-from dem.assembly import ACTIVE, BALLISTIC, Assembly
+from dem.assembly import ACTIVE, BALLISTIC, Assembly, Extras
 from dem.contact_settings import Contact, GrainLaw
 from dem.gravity import Field
 from dem.walls import PLANE, Wall
@@ -41,8 +41,8 @@ def settled() -> Particles:
     return bed.particles({})
 
 
-def made(settled: Particles, **options) -> Assembly:
-    return Assembly(settled, LAW, BOX, DOWN, **options)
+def made(settled: Particles, extras: Extras = Extras(), threads: int = 1) -> Assembly:  # noqa: B008  (a tuple)
+    return Assembly(settled, LAW, BOX, DOWN, extras=extras, threads=threads)
 
 
 def balance(bed: Assembly) -> float:
@@ -50,7 +50,7 @@ def balance(bed: Assembly) -> float:
 
 
 def test_a_softer_bed_carries_on_with_the_same_forces(settled):
-    bed = made(settled, offset=True)
+    bed = made(settled, Extras(offset=True))
     spring_change.at_rest(bed)
     dt, start = bed.dt, balance(bed)
     before = bed.particles({})
@@ -70,18 +70,18 @@ def test_a_softer_bed_carries_on_with_the_same_forces(settled):
 
 
 def test_offsets_survive_a_snapshot(settled):
-    bed = made(settled, offset=True)
+    bed = made(settled, Extras(offset=True))
     spring_change.at_rest(bed)
     spring_change.change(bed, 0.25)
     for _ in range(20):
         bed.step()
-    again = Assembly(bed.particles({}), LAW, BOX, DOWN, offset=True)
+    again = Assembly(bed.particles({}), LAW, BOX, DOWN, extras=Extras(offset=True))
     assert again.contacts == bed.contacts and again.elastic == pytest.approx(bed.elastic, rel=1e-6)
     assert np.percentile(np.abs(again.A[:, :3]).max(axis=1), 95) < 0.02
 
 
 def test_an_impact_on_a_softened_bed_is_accounted_for(settled):
-    bed = made(drop_on(settled, 2.0), offset=True)
+    bed = made(drop_on(settled, 2.0), Extras(offset=True))
     bed.contact = LAW
     spring_change.at_rest(bed)
     spring_change.change(bed, 0.2)
@@ -106,7 +106,7 @@ def drop_on(settled: Particles, speed: float) -> Particles:
 
 
 def test_the_stiffness_follows_the_speed_between_its_bounds(settled):
-    bed = made(drop_on(settled, 2.0), offset=True)
+    bed = made(drop_on(settled, 2.0), Extras(offset=True))
     spring_change.at_rest(bed)
     spring_change.change(bed, 100.0)
     dt, start = bed.dt, balance(bed)
@@ -126,7 +126,7 @@ def test_the_stiffness_follows_the_speed_between_its_bounds(settled):
 
 def hit(settled: Particles) -> tuple[Assembly, float]:
     """The bed in springs 100 times as stiff, its upper grains on their way down: a wave that runs to the floor and back; and the energy handed to it."""
-    bed = Assembly(settled, LAW.model_copy(update={"shell": GrainLaw(friction=0.5, shape=0.4, restitution=0.9)}), BOX, DOWN, offset=True)
+    bed = Assembly(settled, LAW.model_copy(update={"shell": GrainLaw(friction=0.5, shape=0.4, restitution=0.9)}), BOX, DOWN, extras=Extras(offset=True))
     spring_change.at_rest(bed)
     spring_change.change(bed, 100.0)
     spring_change.at_rest(bed)
@@ -180,7 +180,7 @@ def test_a_wave_keeps_its_energy_and_momentum_while_the_springs_follow(settled):
 
 
 def test_a_bed_at_rest_falls_asleep_and_keeps_its_books(settled):
-    bed = made(settled, sleep=True)
+    bed = made(settled, Extras(sleep=True))
     start, p, l = balance(bed), bed.momentum(), bed.angular_momentum()
     for _ in range(1500):
         if bed.steps % sleeping.EVERY == 0:
@@ -196,7 +196,7 @@ def test_a_bed_at_rest_falls_asleep_and_keeps_its_books(settled):
 @pytest.mark.parametrize("threads", [1, 3])
 def test_an_impact_wakes_what_it_moves(settled, threads):
     scene = drop_on(settled, 0.3)
-    sleepy, awake = made(scene, sleep=True, threads=threads), made(scene)
+    sleepy, awake = made(scene, Extras(sleep=True), threads=threads), made(scene)
     # asleep to begin with: all but the grain that falls
     sleeping.lay(sleepy, np.flatnonzero(sleepy.identity != 1000))
     sleepy.wake, sleepy.memory = sleeping.WAKE, sleeping.MEMORY
@@ -232,15 +232,15 @@ def test_sleep_and_softness_resume_bit_for_bit(settled):
             bed.step()
             follow.see()
 
-    options = dict(offset=True, sleep=True)
+    options = Extras(offset=True, sleep=True)
     scene = drop_on(settled, 1.0)
-    whole = made(scene, **options)
+    whole = made(scene, options)
     follow = following_stiffness.Following(whole, 1.0, 10.0)
     run(whole, follow, 800)
     arrays, scalars = whole.state_arrays()
     arrays, kept = {k: v.copy() for k, v in arrays.items()}, dict(scalars)
     saved = follow.state()
-    other = made(scene, **options)
+    other = made(scene, options)
     following = following_stiffness.Following(other, 1.0, 10.0)
     other.restore(arrays, kept)
     following.restore(saved)
@@ -257,7 +257,7 @@ def test_what_cannot_soften_is_refused():
     sjkr = Contact(shell=GrainLaw(cohesion=1.0), cohesion="sjkr")
     for contact in (hertz, sjkr):
         with pytest.raises(InputError, match="changes in the run"):
-            Assembly(grains([[0, 0, 0]]), contact, offset=True)
+            Assembly(grains([[0, 0, 0]]), contact, extras=Extras(offset=True))
 
 
 def test_two_that_flew_through_each_other_come_back_without_a_kick():
@@ -265,7 +265,7 @@ def test_two_that_flew_through_each_other_come_back_without_a_kick():
     x = np.array([[4.0, 4.0, 1.0], [4.0, 4.0, 6.0], [4.5, 4.0, 7.0]])
     start = grains(x, np.ones(3), velocity=np.array([[0, 0, 0], [0, 0, -1.0], [0, 0, -1.1]]), mass=np.ones(3), stiffness=np.full(3, 2e4))
     start["state"] = np.array([ACTIVE, BALLISTIC, BALLISTIC])
-    bed = Assembly(start, LAW, BOX, DOWN, offset=True)
+    bed = Assembly(start, LAW, BOX, DOWN, extras=Extras(offset=True))
     above = np.ones(3, dtype=bool)
     flying = np.flatnonzero(bed.state == BALLISTIC)
     assert flight._free(bed, flying, above).sum() == 1

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from dem import flight, flight_collisions
-from dem.assembly import ACTIVE, BALLISTIC, LEFT, REASONS, Assembly
+from dem.assembly import ACTIVE, BALLISTIC, LEFT, REASONS, Assembly, Extras
 from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.contact_settings import Contact, GrainLaw
@@ -107,7 +107,7 @@ def test_what_sinks_past_the_edge_of_a_wall_begins_unloaded():
     """In the contact search, as the outermost grain of a heap: springs with an offset begin at zero force there, and push when it goes on outwards."""
     box = Container("cylinder", 9.0, -9.0, 1.0)
     start = grains([[8.5, 0, 1.5]], velocity=np.array([[0.0, 0, 0]]))
-    bed = Assembly(start, LAW, box.walls(), Field.constant((0.0, 0.0, -1.0)), dt=0.002, offset=True)
+    bed = Assembly(start, LAW, box.walls(), Field.constant((0.0, 0.0, -1.0)), dt=0.002, extras=Extras(offset=True))
     before = total(bed)
     for _ in range(1000):
         bed.step()

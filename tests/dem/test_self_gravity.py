@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from dem.assembly import Assembly
+from dem.assembly import Assembly, Extras
 from dem.contact_settings import Contact, GrainLaw
 from dem.self_gravity import SelfGravity
 from matter.tree import G
@@ -32,7 +32,7 @@ def test_two_grains_go_round_each_other():
     speed = math.sqrt(G * mass / (2 * apart))
     scene = grains([[0, 0, 0], [apart, 0, 0]], mass=[mass] * 2, stiffness=[1.0] * 2, velocity=np.array([[0, -speed, 0], [0, speed, 0]]))
     period = math.pi * apart / speed
-    pair = Assembly(scene, LAW, dt=period / 20_000, self_gravity=SelfGravity(every=1))
+    pair = Assembly(scene, LAW, dt=period / 20_000, extras=Extras(self_gravity=SelfGravity(every=1)))
     start = sum(pair.energies().values())
     for _ in range(20_000):
         pair.step()
@@ -46,7 +46,7 @@ def test_a_cluster_falls_together_and_keeps_its_balances():
     scene["mass"] = 1e11 * scene.mass / scene.mass.mean()
     scene["velocity"] = 0.0 * scene.velocity
     scene["stiffness"] = 2e13 * scene.radius
-    bed = Assembly(scene, LAW, self_gravity=SelfGravity(every=5))
+    bed = Assembly(scene, LAW, extras=Extras(self_gravity=SelfGravity(every=5)))
     start = sum(bed.energies().values())
     p, l = bed.momentum(), bed.angular_momentum()
     for _ in range(1500):
