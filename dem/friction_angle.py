@@ -220,7 +220,7 @@ def _sources() -> list[str]:
     here = Path(__file__).resolve()
     own = here.read_text().split("# -- kept results")[0]
     trees = [ast.dump(ast.parse(text)) for text in (here.with_name("trials").joinpath("shear_cell.py").read_text(), own)]  # comments and lay-out do not matter
-    return [jit.source_key(here.with_name("forces.py")), hashlib.sha256("".join(trees).encode()).hexdigest()]
+    return [jit.source_key(here.with_name("contact.py")), hashlib.sha256("".join(trees).encode()).hexdigest()]
 
 
 def _place(contact: Contact, method: str, options: dict[str, Any]) -> Path:

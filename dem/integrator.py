@@ -45,9 +45,9 @@ from dem.columns import (
     WY,
     WZ,
 )
-from dem.forces import Bodies, Meeting, Numbers, Springs, _sjkr_area, _sjkr_volume, _zhang, contact, released
+from dem.contact import Ball, Bodies, Numbers, Springs, contact, meeting_with_wall, released
 from dem.gravity import central
-from dem.scheme import HERTZ, SJKR, ZHANG, Scheme
+from dem.scheme import Scheme
 from dem.walls import distance_of
 from matter.jit import kernel
 
@@ -110,8 +110,8 @@ def drift_loop(scheme: Scheme) -> Any:
 @functools.cache
 def kick_loop(scheme: Scheme) -> Any:
     """The compiled second half of a step for one scheme: ``kick``."""
-    mindlin, cohesion, offset, sleep, attract = scheme.mindlin, scheme.cohesion, scheme.offset, scheme.sleep, scheme.attract
-    normal, laws = scheme.normal, (scheme.normal, scheme.mindlin, scheme.sliding)
+    mindlin, offset, sleep, attract = scheme.mindlin, scheme.offset, scheme.sleep, scheme.attract
+    laws = (scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding)
     laid_column = LAID if scheme.history > LAID else HISTORY - 1
 
     @kernel
@@ -185,40 +185,25 @@ def kick_loop(scheme: Scheme) -> Any:
                         if offset != 0 and wall_history[i, w, OFFSET] < 0.0 and d >= radius:
                             wall_history[i, w, OFFSET] = 0.0
                         continue
-                    # the wall is body 2, at rest: u = -v - d w x n
-                    ux = -vx - d * (wy * nz - wz * ny)
-                    uy = -vy - d * (wz * nx - wx * nz)
-                    uz = -vz - d * (wx * ny - wy * nx)
-                    un = ux * nx + uy * ny + uz * nz
-                    wn = wx * nx + wy * ny + wz * nz
+                    meeting = meeting_with_wall((nx, ny, nz), d, (vx, vy, vz), Ball(radius, wx, wy, wz), touch - d)
                     if offset != 0:
                         # deeper at once than it can have come within the step: it sank past the upper edge of the wall, and begins unloaded
                         fresh = wall_history[i, w, TOUCHING] == 0.0 and wall_history[i, w, OFFSET] == 0.0 and not held_by_wall and half > 0.0
-                        if fresh and touch - d > 2.0 * abs(un) * dt + 1e-3 * radius:
+                        if fresh and touch - d > 2.0 * abs(meeting.un) * dt + 1e-3 * radius:
                             wall_history[i, w, OFFSET] = d - touch
                             continue
-                    k_wall = stiffness
-                    if normal == HERTZ:
-                        k_wall = 2.0 * wall_tables[w, kind[i], MODULUS] * math.sqrt(radius * (touch - d))
-                    pull, bound = 0.0, 0.0
-                    if cohesion == ZHANG:
-                        pull = _zhang(wall_tables[w, kind[i], COHESION], wall_tables[w, kind[i], SHAPE], radius)
-                        bound = pull * (touch - d)
-                    elif cohesion == SJKR:
-                        pull = wall_tables[w, kind[i], COHESION] * _sjkr_area(touch - d, radius, 0.0)
-                        bound = wall_tables[w, kind[i], COHESION] * _sjkr_volume(touch - d, radius, 0.0)
                     s = kind[i]
                     numbers = Numbers(
                         wall_tables[w, s, DAMPING_N], wall_tables[w, s, DAMPING_T], wall_tables[w, s, FRICTION], wall_tables[w, s, SHAPE],
-                        wall_tables[w, s, ROLLING], wall_tables[w, s, TWISTING], wall_tables[w, s, RATIO],
+                        wall_tables[w, s, ROLLING], wall_tables[w, s, TWISTING], wall_tables[w, s, RATIO], wall_tables[w, s, MODULUS],
+                        wall_tables[w, s, COHESION],
                     )  # fmt: skip
                     springs = Springs(
                         wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2], wall_history[i, w, ROLL],
                         wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2], wall_history[i, w, TWIST], wall_history[i, w, TOUCHING],
                         wall_history[i, w, laid_column],
                     )  # fmt: skip
-                    meeting = Meeting(nx, ny, nz, touch - d, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn)
-                    bodies = Bodies(k_wall, m, radius, 0.0, pull, bound)
+                    bodies = Bodies(stiffness, m, radius, radius, 0.0, 0.0)
                     fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(meeting, bodies, numbers, springs, dt, tail, laws)
                     wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2] = h.sx, h.sy, h.sz
                     wall_history[i, w, ROLL], wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2] = h.ax, h.ay, h.az

@@ -22,8 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dem import contact
 from dem.assembly import Assembly
-from dem.columns import COHESION, OFFSET, RADIUS, RATIO, ROLL, SHAPE, SLIP, STIFFNESS, TOUCHING, TWIST, USUAL
+from dem.columns import COHESION, OFFSET, RADIUS, SHAPE, STIFFNESS, TOUCHING, USUAL
 from matter.jit import kernel
 
 MEMORY = 4.0
@@ -45,9 +46,8 @@ class Loaded(NamedTuple):
     def energy(self, q: float = 1.0, stretch: np.ndarray | float = 1.0) -> float:
         """Energy of the springs [J] with k_n times ``q`` and all displacements times ``stretch``, with the pull of a constant cohesion."""
         k, x, h = self.stiffness * q, self.overlap * stretch, self.history[self.at]
-        arm2, kt = (self.table[:, SHAPE] * self.radius) ** 2, k * self.table[:, RATIO]
-        turned = kt * np.sum(h[:, SLIP:ROLL] ** 2, axis=1) + k * arm2 * np.sum(h[:, ROLL:TWIST] ** 2, axis=1) + 2.0 * kt * arm2 * h[:, TWIST] ** 2
-        return float(np.sum(0.5 * (k * x**2 + stretch**2 * turned) - self.table[:, COHESION] * 4.0 * arm2 * x))
+        turned = contact.turned_energy(h, k, self.radius, self.table)
+        return float(np.sum(0.5 * k * x**2 + stretch**2 * turned - self.table[:, COHESION] * 4.0 * (self.table[:, SHAPE] * self.radius) ** 2 * x))
 
     def stretches(self, q: float) -> np.ndarray:
         """x' / x of each contact in a change by ``q``: p / q."""

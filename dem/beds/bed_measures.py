@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from dem import walls
+from dem import contact, walls
 from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround
-from dem.columns import COHESION, MODULUS, RADIUS, RATIO, ROLL, SHAPE, SLIP, STIFFNESS, TOUCHING
-from dem.laws import cohesion_zhang
-from dem.scheme import HERTZ, SJKR, ZHANG
+from dem.columns import RADIUS, RATIO, ROLL, SLIP, STIFFNESS, TOUCHING
 from dem.walls import WALL_RADIUS
 from matter.jit import kernel
 
@@ -45,20 +43,9 @@ class Shells:
 
 def static_contact(bed: Assembly, first: np.ndarray, second: np.ndarray, overlap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Normal (tangent) stiffness [N/m] and normal force [N], cohesion included, of contacts at rest between the grains of these indices."""
-    r1, r2 = bed.X[first, RADIUS], bed.X[second, RADIUS]
-    table = bed.pair_table[bed.kind[first], bed.kind[second]]
-    radius = r1 * r2 / (r1 + r2)
+    radii = np.column_stack([bed.X[first, RADIUS], bed.X[second, RADIUS]])
     k = np.minimum(bed.V[first, STIFFNESS], bed.V[second, STIFFNESS])
-    push = k * overlap
-    if bed.scheme.normal == HERTZ:
-        k = 2.0 * table[:, MODULUS] * np.sqrt(radius * np.maximum(overlap, 0.0))
-        push = 2.0 / 3.0 * k * overlap
-    if bed.scheme.cohesion == ZHANG:
-        push = push - cohesion_zhang.pull(table[:, COHESION], table[:, SHAPE], radius)
-    elif bed.scheme.cohesion == SJKR:
-        d = r1 + r2 - overlap
-        push = push - table[:, COHESION] * np.pi * (r1**2 - ((d * d + r1**2 - r2**2) / (2.0 * d)) ** 2)
-    return k, push
+    return contact.at_rest(overlap, radii, k, bed.pair_table[bed.kind[first], bed.kind[second]], bed.scheme.normal, bed.scheme.cohesion)
 
 
 def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

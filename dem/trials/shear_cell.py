@@ -6,7 +6,7 @@ Both are periodic along x and y. Sheared, the cell is periodic along z too, with
     d(ln L_z)/dt = RESPONSE (sigma_zz - P) / P      [in units of 1 / (d sqrt(rho / P))]
 
 so that the whole cell shears evenly, without a wall. Tilted, z is bounded below by grains that are held (a rough base) and open above, and
-gravity turns from -z towards +x. Contacts are ``dem.forces.contact``, the laws of the stage with Hooke's springs and without cohesion; time steps are
+gravity turns from -z towards +x. Contacts are ``dem.contact``, the laws of the stage with Hooke's springs and without cohesion; time steps are
 those of ``dem.integrator``.
 
 Units inside: mean diameter d = 1, density of a grain rho = 1, and P = 1 (sheared) or g = 1 (tilted). The stress of the contacts is
@@ -22,21 +22,14 @@ import numpy as np
 
 from dem import contacts
 from dem.columns import (
-    DAMPING_N,
-    DAMPING_T,
-    FRICTION,
     HISTORY,
     MASS,
     RADIUS,
-    RATIO,
     ROLL,
-    ROLLING,
-    SHAPE,
     SLIP,
     STIFFNESS,
     TOUCHING,
     TWIST,
-    TWISTING,
     TX,
     TY,
     TZ,
@@ -44,10 +37,10 @@ from dem.columns import (
     WY,
     WZ,
 )
+from dem.contact import Ball, Bodies, Springs, contact, meeting_of_grains, numbers_of
 from dem.contact_settings import Contact
-from dem.forces import Bodies, Meeting, Numbers, Springs, contact
 from dem.laws.tangential_spring import RULES
-from dem.scheme import HOOKE
+from dem.scheme import HOOKE, NO_COHESION
 from matter.errors import UnphysicalState
 from matter.jit import kernel
 
@@ -135,8 +128,8 @@ def _pairs(sample, touching, frame, drive, slide, stress):
     X, V, F = sample.X, sample.V, sample.F
     row, col, hist, table = touching
     period, slab, shift = frame.period, frame.slab, frame.clock[0]
-    laws = (HOOKE, 0, drive.rule)
-    numbers = Numbers(table[DAMPING_N], table[DAMPING_T], table[FRICTION], table[SHAPE], table[ROLLING], table[TWISTING], table[RATIO])
+    laws = (HOOKE, 0, NO_COHESION, drive.rule)
+    numbers = numbers_of(table)
     n = X.shape[0]
     F[:] = 0.0
     sxx, syy, szz, sxz, found = 0.0, 0.0, 0.0, 0.0, 0
@@ -158,39 +151,21 @@ def _pairs(sample, touching, frame, drive, slide, stress):
                     for c in range(HISTORY):
                         hist[e, c] = 0.0
                 continue
-            d = math.sqrt(d2)
             bx, by, bz = nx, ny, nz
-            nx, ny, nz = nx / d, ny / d, nz / d
-            l1 = 0.5 * (d + (ri * ri - rj * rj) / d)
-            l2 = d - l1
-            wxi, wyi, wzi = V[i, WX], V[i, WY], V[i, WZ]
-            wxj, wyj, wzj = V[j, WX], V[j, WY], V[j, WZ]
-            ax, ay, az = l1 * wxi + l2 * wxj, l1 * wyi + l2 * wyj, l1 * wzi + l2 * wzj
-            ux = V[j, 0] - V[i, 0] - image * slide - (ay * nz - az * ny)
-            uy = V[j, 1] - V[i, 1] - (az * nx - ax * nz)
-            uz = V[j, 2] - V[i, 2] - (ax * ny - ay * nx)
-            un = ux * nx + uy * ny + uz * nz
-            ux -= un * nx
-            uy -= un * ny
-            uz -= un * nz
-            px, py, pz = wxj - wxi, wyj - wyi, wzj - wzi
-            twist = px * nx + py * ny + pz * nz
-            spin = 0.5 * ((wxi + wxj) * nx + (wyi + wyj) * ny + (wzi + wzj) * nz)
-            s = 0.5 * (l2 - l1) / (l1 * l2)
-            rx = px - twist * nx + s * (ny * uz - nz * uy)
-            ry = py - twist * ny + s * (nz * ux - nx * uz)
-            rz = pz - twist * nz + s * (nx * uy - ny * ux)
             mj = V[j, MASS]
+            velocity = V[j, 0] - V[i, 0] - image * slide, V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
+            one, two = Ball(ri, V[i, WX], V[i, WY], V[i, WZ]), Ball(rj, V[j, WX], V[j, WY], V[j, WZ])
+            meeting, l1, l2 = meeting_of_grains((nx, ny, nz), velocity, one, two, 0.0)
+            nx, ny, nz, overlap = meeting.nx, meeting.ny, meeting.nz, meeting.overlap
             springs = Springs(
                 hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2], hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST], hist[e, TOUCHING], 0.0
             )
-            meeting = Meeting(nx, ny, nz, ri + rj - d, un, ux, uy, uz, rx, ry, rz, twist, spin)
-            bodies = Bodies(min(ki, V[j, STIFFNESS]), mi * mj / (mi + mj), ri * rj / (ri + rj), 0.0, 0.0, 0.0)
+            bodies = Bodies(min(ki, V[j, STIFFNESS]), mi * mj / (mi + mj), ri * rj / (ri + rj), ri, rj, 0.0)
             fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(meeting, bodies, numbers, springs, drive.dt, drive.tail, laws)
             hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2] = h.sx, h.sy, h.sz
             hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST], hist[e, TOUCHING] = h.ax, h.ay, h.az, h.phi, h.flag
             found += 1
-            worst = max(worst, (ri + rj - d) / min(ri, rj))
+            worst = max(worst, overlap / min(ri, rj))
             tx -= fn * nx
             ty -= fn * ny
             tz -= fn * nz
