@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dem import contact_tables, contacts, forces, integrator, size_levels, sleeping, walls
+from dem import contact_tables, contacts, forces, integrator, size_levels, walls
 from dem.columns import (
     ANGULAR_GONE,
     ANGULAR_IMPULSE,
@@ -258,7 +258,7 @@ class Assembly:
     def survey(self, all_rows: bool = False) -> None:
         """Which rows must be evaluated, after the list or the sleepers have changed; ``all_rows``: all of them, once."""
         if self.scheme.sleep:
-            sleeping.survey(self.row, self.col, self.asleep, self.near, self.live)
+            contacts.survey(self.row, self.col, self.asleep, self.near, self.live)
             if all_rows:
                 self.live[:] = 1
         self._cut()

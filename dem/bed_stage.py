@@ -18,22 +18,20 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from dem import friction_angle, used_laws
 from dem.assembly import Assembly
-from dem.beds import bed_measures, extent, flat_bed, flat_ground, packing, settling
+from dem.bed_settings import Settings
+from dem.beds import bed_measures, expected_grains, extent, flat_bed, flat_ground, packing, settling
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.columns import MASS, RADIUS, STIFFNESS
-from dem.contact_settings import SPECIES, Contact
+from dem.contact_settings import SPECIES
 from matter import archive, checkpoint, jit, readable, snapshot
-from matter.body import Impact, Model, Target
 from matter.errors import InputError, Unsound
-from matter.quantity import PositiveLength, PositiveSpeed
 
 _VERSION = 1
 """Part of the key of a kept bed: raise it when the physics of settling changes."""
@@ -45,44 +43,6 @@ GRAIN_STEPS_PER_S = 2.4e6
 FLAT_STEPS, FLAT_GROWTH, HEXAGONAL_SHARE = 32_000, 0.5, 0.54
 """Steps to settle 20,000 grains in flat ground, how they grow with the number, and the share of a hexagonal packing. Measured: 24,900 at 20,000 grains in a
 cylinder; 21,500 at 5,000 and 51,700 at 14,000 in bowls, 27,700 of these in a hexagonal packing."""
-
-
-class Settings(Model):
-    """Settings of the bed."""
-
-    target: Target
-    """The body or ground that is hit, ``[target]``."""
-    impact: Impact
-    """How the projectile hits, ``[impact]``; the bed takes its size from ``expected_transient_diameter``."""
-    contact: Contact = Contact()
-    """How grains touch; by default that of the collapse, ``[dem.contact]``."""
-    count: Annotated[int, Field(ge=200, le=20_000_000)] = 20_000
-    """Grains in the bed and its headroom together."""
-    arc_radius: PositiveLength = Field(default_factory=lambda given: extent.radius(given["target"], given["impact"]))
-    """Radius of the bed along the datum (of a cone: half its angle times the body's radius); by default 1.25 expected transient diameters in flat ground, 1.5
-    on a body."""
-    depth: PositiveLength | None = None
-    """Depth of the bed below the datum; None: 0.75 expected transient diameters, and no deeper than flat ground or the innermost layer's surface (the core)
-    goes (``dem.beds.extent``)."""
-    headroom_fraction: Annotated[float, Field(ge=0.0, le=1.0)] = 0.15
-    """Height of the headroom above the datum, over ``impact.expected_transient_diameter``."""
-    radius_spread: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.15
-    """Grain radii are uniform within +- this fraction of their mean."""
-    damped_layers: Annotated[float, Field(ge=0.0, le=50.0)] = 3.0
-    """Width of the damped layer along the cone, in mean grain diameters."""
-    residual_speed: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-3
-    """Largest rms speed of the settled bed over sqrt(g r)."""
-    seed: int = 1
-    """Seed of radii and first positions."""
-    shape: Literal["auto", "cap", "bowl", "box", "cylinder"] = "auto"
-    """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or ``cylinder`` of flat ground, whose radius or
-    half width is ``arc_radius``. ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box)."""
-    packing: Literal["rcp", "hcp"] = "rcp"
-    """Random close packing, or (flat ground only, equal grains) hexagonal close packing."""
-    largest_speed: PositiveSpeed | None = None
-    """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only (``dem.beds.flat_settling.stiffness``)."""
-    share: bool = True
-    """Keep the settled bed in ``<run folder>/../beds`` and take it from there."""
 
 
 idle_sources = used_laws.of_bed
@@ -127,7 +87,7 @@ def predict(settings: Settings) -> dict[str, float]:
     """Wall time with warm kernels [s], memory and disk [bytes], the grains' number below the datum and their time step; a kept bed costs nothing."""
     n = settings.count
     threads = settling.threads_for(n)
-    grains = extent.expected(settings)
+    grains = expected_grains.expected(settings)
     wall = 3.0 + n * steps(settings) / (GRAIN_STEPS_PER_S * threads)
     return {
         "wall_s": wall,
@@ -141,7 +101,7 @@ def predict(settings: Settings) -> dict[str, float]:
 
 def explain(settings: Settings) -> list[str]:
     """What the grains are, and what the cost follows from, in words."""
-    grains, crater = extent.expected(settings), 0.5 * settings.impact.expected_transient_diameter
+    grains, crater = expected_grains.expected(settings), 0.5 * settings.impact.expected_transient_diameter
     return [
         f"{settings.count:,} grains (count) of {readable.length(grains.radius)} in a bed of {readable.length(settings.arc_radius)} radius: "
         f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",

@@ -16,16 +16,12 @@ Source: Walton 1993, in: Particulate Two-Phase Flow, ed. Roco (three-parameter h
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dem.assembly import BALLISTIC
+from dem.assembly import BALLISTIC, Assembly
 from dem.columns import DISSIPATED, MASS, RADIUS, WX
 from matter.jit import kernel
-
-if TYPE_CHECKING:
-    from dem.assembly import Assembly
 
 
 def collide(bed: Assembly, dt: float) -> int:

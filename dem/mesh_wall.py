@@ -17,16 +17,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from matter.errors import InputError
 from matter.jit import kernel, law
-
-if TYPE_CHECKING:
-    from dem.walls import Wall
 
 SHARP = math.radians(30.0)
 """Fold angle above which an edge is sharp and parts two pieces."""
@@ -52,22 +48,8 @@ class Piece:
     directions: np.ndarray
 
 
-def walls_of(source: Path | str | Any, species: int = -1, flip: bool = False, scale: float = 1.0) -> list[Wall]:
-    """The walls of a triangle mesh: an STL or PLY file, or a ``trimesh.Trimesh``; lengths are multiplied by ``scale``.
-
-    Grains lie on the side to which the facets' normals point, with ``flip`` on the other (the inside of a closed body).
-    Raises ``InputError`` when the file cannot be read, holds no facet of finite area, or has more than ``MOST_PIECES`` smooth pieces.
-    """
-    from dem.walls import MESH, Wall
-
-    vertices, faces = _read(source)
-    vertices = vertices * scale
-    if flip:
-        faces = faces[:, ::-1]
-    return [Wall(MESH, species=species, piece=piece) for piece in pieces(vertices, faces)]
-
-
-def _read(source: Any) -> tuple[np.ndarray, np.ndarray]:
+def read(source: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (v, 3) and faces (f, 3) of an STL or PLY file or a ``trimesh.Trimesh``, without facets of no area; ``InputError`` where that leaves none."""
     import trimesh
 
     mesh: Any

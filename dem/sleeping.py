@@ -13,15 +13,11 @@ momentum, angular momentum and energy are accounted for as without sleep.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from dem.assembly import Assembly
 from dem.columns import ANGULAR_IMPULSE, DRAGGED, IMPULSE, MASS, RADIUS, WX
 from matter.jit import kernel
-
-if TYPE_CHECKING:
-    from dem.assembly import Assembly
 
 EVERY = 10
 """Steps between two looks."""
@@ -33,26 +29,6 @@ WAKE = 0.05
 """Mean change of acceleration, over g, that wakes a grain."""
 MEMORY = 0.25
 """Time of that mean, over sqrt(r / g)."""
-
-
-@kernel
-def survey(row, col, asleep, near, live):
-    """Mark in ``near`` what is awake or listed with an awake grain, and in ``live`` the rows that hold a near grain."""
-    n = row.shape[0] - 1
-    for i in range(near.shape[0]):
-        near[i] = 0 if i < n and asleep[i] != 0 else 1
-        live[i] = 0
-    for i in range(n):
-        for e in range(row[i], row[i + 1]):
-            if asleep[i] == 0:
-                near[col[e]] = 1
-            elif asleep[col[e]] == 0:
-                near[i] = 1
-    for i in range(n):
-        live[i] = near[i]
-        for e in range(row[i], row[i + 1]):
-            if near[col[e]] != 0:
-                live[i] = 1
 
 
 @kernel

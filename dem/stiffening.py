@@ -15,19 +15,17 @@ Source of k_n: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, sect
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from dem import spring_change
+from dem.assembly import Assembly
+from dem.beds.container import Container
+from dem.beds.domain import Domain
 from dem.contact_settings import Contact, elastic
 from matter.particles import Particles
-
-if TYPE_CHECKING:
-    from dem.assembly import Assembly
-    from dem.beds.container import Container
-    from dem.beds.domain import Domain
 
 NEAR = 0.3
 """Largest gap of neighbours, in mean radii: they meet before the flow has changed."""

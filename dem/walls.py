@@ -4,7 +4,7 @@ A wall is a row of numbers so that one kernel serves all kinds. The distance of 
 the overlap is r - distance. A wall is rigid and at rest: the contact uses the grain's own k_n and its whole mass.
 
 One wall touches a grain at one point at a time, the nearest. Walls that meet in a corner are therefore separate walls, and a mesh is cut into
-one wall for each of its smooth pieces (``dem.mesh_wall.walls_of``).
+one wall for each of its smooth pieces (``walls_of``).
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -129,6 +131,19 @@ def funnel(
     circle; not so at a joint with a cylinder.
     """
     return Wall(REVOLVED, point, axis, species=species, ends=(upper, lower) if outside else (lower, upper), rims=rims[::-1] if outside else rims)
+
+
+def walls_of(source: Path | str | Any, species: int = -1, flip: bool = False, scale: float = 1.0) -> list[Wall]:
+    """The walls of a triangle mesh: an STL or PLY file, or a ``trimesh.Trimesh``; lengths are multiplied by ``scale``.
+
+    Grains lie on the side to which the facets' normals point, with ``flip`` on the other (the inside of a closed body).
+    Raises ``InputError`` when the file cannot be read, holds no facet of finite area, or has more than ``mesh_wall.MOST_PIECES`` smooth pieces.
+    """
+    vertices, faces = mesh_wall.read(source)
+    vertices = vertices * scale
+    if flip:
+        faces = faces[:, ::-1]
+    return [Wall(MESH, species=species, piece=piece) for piece in mesh_wall.pieces(vertices, faces)]
 
 
 def rows(walls: Sequence[Wall], reach: float = 0.0) -> np.ndarray:

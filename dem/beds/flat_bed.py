@@ -6,11 +6,12 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dem.assembly import Assembly
+from dem.bed_settings import Settings
 from dem.beds import bed_measures, extent, packing
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
@@ -20,9 +21,6 @@ from dem.columns import MASS, RADIUS, STIFFNESS
 from dem.contact_settings import SPECIES
 from matter import archive, checkpoint, snapshot
 from matter.errors import InputError, Unsound
-
-if TYPE_CHECKING:
-    from dem.bed_stage import Settings
 
 OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
 BULK_MARGIN = 5.0

@@ -28,11 +28,12 @@ from dem import flight
 from dem.assembly import BALLISTIC, LEFT
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
+from dem.collapse import COLUMNS, Collapse
 from dem.columns import DISSIPATED, ENERGY_GONE, MASS, RADIUS, TOUCHING
 from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
 from dem.engines.central_gravity import Polynomial
 from dem.engines.scene import HOLD_STEPS, Plan, Scene
-from dem.stage import COLUMNS, Collapse, Settings
+from dem.settings import Settings
 from matter import checkpoint
 from matter.errors import InputError, UnphysicalState
 from matter.particles import Particles

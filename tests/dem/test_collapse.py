@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from dem import collapse as collapsing
 from dem import spring_change, stage
 from dem.beds.flat_ground import ground_of
 from dem.following_stiffness import Following
@@ -96,7 +97,7 @@ def test_what_escapes_is_booked_and_what_falls_comes_back(result):
 
 def test_a_light_grain_does_not_set_the_step(carved, result):
     start = snapshot.read(carved / "4_handoff" / "start.vtkhdf")
-    capped = stage.capped_stiffness(start)
+    capped = collapsing.capped_stiffness(start)
     light = start.identity == 10_002
     assert capped[light] < start.stiffness[light]
     assert np.mean(capped == start.stiffness) > 0.99
@@ -174,7 +175,7 @@ def test_a_stopped_run_resumes_bit_for_bit(tmp_path, carved, monkeypatch, change
             (run / part).symlink_to(carved / part)
         out = run / "5_dem"
         out.mkdir()
-        interrupted(monkeypatch, stage, stops, lambda run=run, out=out: stage.run(settings, run, out))
+        interrupted(monkeypatch, collapsing, stops, lambda run=run, out=out: stage.run(settings, run, out))
         results.append((snapshot.read(out / "last.vtkhdf"), (out / "history.csv").read_text()))
     (one, text_one), (two, text_two) = results
     same_grains(one, two)
@@ -191,13 +192,13 @@ def test_a_checkpoint_at_every_step_holds_the_whole_state(tmp_path, carved, monk
         saved[out.name] = ({name: np.array(values) for name, values in arrays.items()}, dict(scalars))
 
     monkeypatch.setattr(stage.checkpoint, "save", keep)
-    monkeypatch.setattr(stage.Collapse, "_write_history", lambda self: None)
-    monkeypatch.setattr(stage.Collapse, "_snapshot", lambda self, name, tables: None)
+    monkeypatch.setattr(collapsing.Collapse, "_write_history", lambda self: None)
+    monkeypatch.setattr(collapsing.Collapse, "_snapshot", lambda self, name, tables: None)
     ground = ground_of(carved / "2_sph" / "target.json")
     start = snapshot.read(carved / "4_handoff" / "start.vtkhdf")
 
     def made(name):
-        return stage.Collapse(settings, Particles({k: v.copy() for k, v in start.items()}, start.attributes, start.tables), ground, tmp_path / name)
+        return collapsing.Collapse(settings, Particles({k: v.copy() for k, v in start.items()}, start.attributes, start.tables), ground, tmp_path / name)
 
     through, anew = made("through"), made("anew")
     for collapse in (through, anew):  # to just before the springs soften for the first time

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from dem import flight, following_stiffness, sleeping, spring_change, stage
+from dem import flight, following_stiffness, sleeping, spring_change
 from dem.assembly import ACTIVE, BALLISTIC, Assembly, Extras
+from dem.collapse import handed_energy
 from dem.contact_settings import Contact, GrainLaw
 from dem.gravity import Field
 from dem.walls import PLANE, Wall
@@ -110,7 +111,7 @@ def test_the_stiffness_follows_the_speed_between_its_bounds(settled):
     spring_change.at_rest(bed)
     spring_change.change(bed, 100.0)
     dt, start = bed.dt, balance(bed)
-    follow = following_stiffness.Following(bed, FLOOR, stage.handed_energy(bed, 1.0))
+    follow = following_stiffness.Following(bed, FLOOR, handed_energy(bed, 1.0))
     assert bed.softness == 1.0
     assert follow.lowest == pytest.approx(130 / 2e6, rel=0.05)
     kept = balance(bed)
@@ -131,7 +132,7 @@ def hit(settled: Particles) -> tuple[Assembly, float]:
     spring_change.change(bed, 100.0)
     spring_change.at_rest(bed)
     bed.W[bed.X[:, 2] > bed.X[:, 2].max() - 4.0, 2] -= 1.0
-    return bed, stage.handed_energy(bed, 1.0)
+    return bed, handed_energy(bed, 1.0)
 
 
 def kept(bed: Assembly) -> float:

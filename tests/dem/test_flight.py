@@ -8,9 +8,9 @@ from dem import flight, flight_collisions
 from dem.assembly import ACTIVE, BALLISTIC, LEFT, REASONS, Assembly, Extras
 from dem.beds.container import Container
 from dem.beds.domain import Domain
+from dem.collapse import COLUMNS
 from dem.contact_settings import Contact, GrainLaw
 from dem.gravity import Field
-from dem.stage import COLUMNS
 from tests.dem.scenes import grains
 
 LAW = Contact(shell=GrainLaw(restitution=0.6, friction=0.4))

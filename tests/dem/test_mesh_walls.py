@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from dem import mesh_wall
 from dem.contact_settings import GrainLaw
-from dem.walls import PLANE, Wall, distance, rows
+from dem.walls import PLANE, Wall, distance, rows, walls_of
 from matter.errors import InputError
 from tests.dem.scenes import SMOOTH, assembly, grains
 
@@ -18,7 +17,7 @@ BOX = (6.0, 4.0, 3.0)
 
 def box(inside: bool) -> list[Wall]:
     """A box about the origin, its facets split until none is larger than 1.5 m."""
-    return mesh_wall.walls_of(trimesh.creation.box(BOX).subdivide_to_size(1.5), flip=inside)
+    return walls_of(trimesh.creation.box(BOX).subdivide_to_size(1.5), flip=inside)
 
 
 def contacts(table: np.ndarray, x: np.ndarray, reach: float) -> list[tuple[float, np.ndarray]]:
@@ -58,7 +57,7 @@ def test_a_step_has_a_hollow_and_a_ridge():
     profile = [(-3.0, 0.0), (0.0, 0.0), (0.0, 1.0), (3.0, 1.0)]
     points = np.array([(x, y, z) for x, z in profile for y in (-3.0, 3.0)])
     faces = [f for k in range(3) for f in ((2 * k, 2 * k + 2, 2 * k + 1), (2 * k + 1, 2 * k + 2, 2 * k + 3))]
-    walls = mesh_wall.walls_of(trimesh.Trimesh(points, faces, process=False).subdivide_to_size(0.9))
+    walls = walls_of(trimesh.Trimesh(points, faces, process=False).subdivide_to_size(0.9))
     table = rows(walls, 0.5)
     assert len(walls) == 3
     assert sorted(d for d, _ in contacts(table, np.array([-0.2, 0.1, 0.3]), 0.5)) == pytest.approx([0.2, 0.3])
@@ -72,7 +71,7 @@ def test_a_step_has_a_hollow_and_a_ridge():
 
 def test_a_bowl_of_facets_is_a_bowl():
     sphere = trimesh.creation.icosphere(subdivisions=4, radius=10.0)
-    walls = mesh_wall.walls_of(sphere, flip=True)
+    walls = walls_of(sphere, flip=True)
     assert len(walls) == 1 and len(walls[0].piece.facets) == 5120
     table, rng = rows(walls, 0.5), np.random.default_rng(3)
     for direction in rng.normal(size=(300, 3)):
@@ -87,7 +86,7 @@ def test_a_bowl_of_facets_is_a_bowl():
 def test_a_ball_at_rest_presses_with_its_weight(where):
     """On a facet, on a corner of the mesh, on a seam: one contact, k_n x = m g."""
     g, k = 3.0, 1e4
-    walls = mesh_wall.walls_of(_plate(cells=6))
+    walls = walls_of(_plate(cells=6))
     ball = assembly(grains([*where, 0.505], 0.5, stiffness=[k]), SMOOTH.model_copy(update={"restitution": 0.1}), walls, (0.0, 0.0, -g))
     for _ in range(4000):
         ball.step()
@@ -109,7 +108,7 @@ def test_a_ball_rolls_over_seams_without_a_bump():
     """The same path to rounding on a mesh of facets as on a plane: no kick, no lost spring, whatever seam or corner it rolls over."""
     law = GrainLaw(restitution=0.3, friction=0.5, shape=0.01)
     start = dict(radius=0.5, velocity=np.array([[1.0, 0.37, 0.0]]), stiffness=[1e5], mass=[2.0])
-    balls = [assembly(grains([-2.5, -1.0, 0.4999], **start), law, walls, (0, 0, -5.0)) for walls in (mesh_wall.walls_of(_plate(cells=9)), [Wall(PLANE)])]
+    balls = [assembly(grains([-2.5, -1.0, 0.4999], **start), law, walls, (0, 0, -5.0)) for walls in (walls_of(_plate(cells=9)), [Wall(PLANE)])]
     for _ in range(7500):
         for ball in balls:
             ball.step()
@@ -120,7 +119,7 @@ def test_a_ball_rolls_over_seams_without_a_bump():
 
 def test_five_thousand_facets_cost_little():
     """A bowl of 5120 facets against one plane, per evaluation: the grid leaves a few facets to look at."""
-    table = rows([*mesh_wall.walls_of(trimesh.creation.icosphere(subdivisions=4, radius=10.0), flip=True)], 0.3)
+    table = rows([*walls_of(trimesh.creation.icosphere(subdivisions=4, radius=10.0), flip=True)], 0.3)
     rng = np.random.default_rng(4)
     points = rng.normal(size=(20_000, 3))
     points *= 10.0 * np.cbrt(rng.uniform(size=20_000))[:, None] / np.linalg.norm(points, axis=1)[:, None]
@@ -134,12 +133,12 @@ def test_five_thousand_facets_cost_little():
 
 def test_bad_meshes_are_refused(tmp_path):
     with pytest.raises(InputError, match="cannot read the mesh"):
-        mesh_wall.walls_of(tmp_path / "nothing.stl")
+        walls_of(tmp_path / "nothing.stl")
     path = tmp_path / "bowl.stl"
     trimesh.creation.icosphere(subdivisions=1).export(path)
-    assert len(mesh_wall.walls_of(path)) == 1
+    assert len(walls_of(path)) == 1
     with pytest.raises(InputError, match="smooth pieces"):
-        mesh_wall.walls_of(trimesh.util.concatenate([trimesh.creation.box((1, 1, 1)).apply_translation([3 * k, 0, 0]) for k in range(9)]))
+        walls_of(trimesh.util.concatenate([trimesh.creation.box((1, 1, 1)).apply_translation([3 * k, 0, 0]) for k in range(9)]))
 
 
 def _plate(cells: int) -> trimesh.Trimesh:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from dem import collapse as collapsing
 from dem import stage
 from dem.beds.flat_ground import ground_of
 from dem.contact_settings import Contact
@@ -29,7 +30,7 @@ def collapse(bed, folder, name="run", **settings):
     below.tables.update(bed.tables)
     below.attributes["time"] = 0.0
     usual = dict(end_time=4.0, latest_time=4.0, still_interval=2.0, snapshot_interval=1.0, history_interval=0.5, contact=Contact(static_overlap=0.01))
-    return stage.Collapse(stage.Settings(**{**usual, **settings}), below, ground_of(folder / "target.json"), out)
+    return collapsing.Collapse(stage.Settings(**{**usual, **settings}), below, ground_of(folder / "target.json"), out)
 
 
 def test_a_stiffened_bed_stays_in_balance(small_bed, tmp_path):
@@ -104,7 +105,7 @@ def test_a_stiffened_run_resumes_bit_for_bit(small_bed, tmp_path, monkeypatch):
             made.advance()
             made.finish()
 
-        interrupted(monkeypatch, stage, stops, go)
+        interrupted(monkeypatch, collapsing, stops, go)
         ends.append((snapshot.read(tmp_path / name / "last.vtkhdf"), (tmp_path / name / "history.csv").read_text()))
     same_grains(ends[0][0], ends[1][0])
     assert ends[0][1] == ends[1][1]

@@ -1,0 +1,50 @@
+"""The settings of the bed: ``[bed]`` of a case."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from dem.beds import extent
+from dem.contact_settings import Contact
+from matter.body import Impact, Model, Target
+from matter.quantity import PositiveLength, PositiveSpeed
+
+
+class Settings(Model):
+    """Settings of the bed."""
+
+    target: Target
+    """The body or ground that is hit, ``[target]``."""
+    impact: Impact
+    """How the projectile hits, ``[impact]``; the bed takes its size from ``expected_transient_diameter``."""
+    contact: Contact = Contact()
+    """How grains touch; by default that of the collapse, ``[dem.contact]``."""
+    count: Annotated[int, Field(ge=200, le=20_000_000)] = 20_000
+    """Grains in the bed and its headroom together."""
+    arc_radius: PositiveLength = Field(default_factory=lambda given: extent.radius(given["target"], given["impact"]))
+    """Radius of the bed along the datum (of a cone: half its angle times the body's radius); by default 1.25 expected transient diameters in flat ground, 1.5
+    on a body."""
+    depth: PositiveLength | None = None
+    """Depth of the bed below the datum; None: 0.75 expected transient diameters, and no deeper than flat ground or the innermost layer's surface (the core)
+    goes (``dem.beds.extent``)."""
+    headroom_fraction: Annotated[float, Field(ge=0.0, le=1.0)] = 0.15
+    """Height of the headroom above the datum, over ``impact.expected_transient_diameter``."""
+    radius_spread: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.15
+    """Grain radii are uniform within +- this fraction of their mean."""
+    damped_layers: Annotated[float, Field(ge=0.0, le=50.0)] = 3.0
+    """Width of the damped layer along the cone, in mean grain diameters."""
+    residual_speed: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-3
+    """Largest rms speed of the settled bed over sqrt(g r)."""
+    seed: int = 1
+    """Seed of radii and first positions."""
+    shape: Literal["auto", "cap", "bowl", "box", "cylinder"] = "auto"
+    """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or ``cylinder`` of flat ground, whose radius or
+    half width is ``arc_radius``. ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box)."""
+    packing: Literal["rcp", "hcp"] = "rcp"
+    """Random close packing, or (flat ground only, equal grains) hexagonal close packing."""
+    largest_speed: PositiveSpeed | None = None
+    """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only (``dem.beds.flat_settling.stiffness``)."""
+    share: bool = True
+    """Keep the settled bed in ``<run folder>/../beds`` and take it from there."""

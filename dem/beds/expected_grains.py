@@ -1,0 +1,51 @@
+"""What a bed's grains will be like, before there is any: size, number, time step, from the settings alone; for predictions."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from dem import durations
+from dem.bed_settings import Settings
+from dem.beds import flat_settling
+from dem.beds.extent import depth
+from dem.beds.packing import FRACTION, HEXAGONAL
+from dem.contact_settings import shortest_contact_time
+from matter import material
+
+
+class Expected(NamedTuple):
+    """Mean grain ``radius`` [m], number of grains ``below`` the datum, time ``step`` [s], ``height`` of bed and headroom over the radius."""
+
+    radius: float
+    below: float
+    step: float
+    height: float
+
+
+def expected(settings: Settings) -> Expected:
+    """What the bed's grains will be like, from the settings alone."""
+    target, contact, diameter = settings.target, settings.contact, settings.impact.expected_transient_diameter
+    top, g = settings.headroom_fraction * diameter, durations.surface_gravity(target)
+    name = target.layers[-1].material
+    rho, extent = material.reference_density(name), settings.arc_radius
+    bowl = target.flat and (settings.shape == "bowl" or (settings.shape == "auto" and target.shape == "half_sphere"))
+    if target.flat:
+        deep = extent if bowl else settings.depth or depth(diameter, target.radius)
+        area = 4.0 * extent**2 if settings.shape == "box" or (settings.shape == "auto" and target.shape == "block") else math.pi * extent**2
+        below, above = area * deep * (2.0 / 3.0 if bowl else 1.0), area * top
+    else:
+        deep = settings.depth or depth(diameter, target.radius - (target.outer_radii[0] if len(target.layers) > 1 else 0.0))
+        angle = 2.0 * math.pi / 3.0 * (1.0 - math.cos(min(extent / target.radius, 0.5 * math.pi)))
+        below = angle * (target.radius**3 - (target.radius - deep) ** 3)
+        above = angle * ((target.radius + top) ** 3 - target.radius**3)
+    filled = HEXAGONAL if settings.packing == "hcp" else FRACTION
+    grain = (filled * (below + above) / settings.count * 0.75 / math.pi) ** (1.0 / 3.0)
+    r, mass = np.array([grain]), np.array([rho * 4.0 / 3.0 * math.pi * grain**3 / filled])
+    pressure = rho * g * deep
+    k = flat_settling.stiffness(r, mass, contact, pressure, settings.largest_speed) if target.flat else contact.stiffness(r, mass, name, pressure)
+    least = 1.0 - settings.radius_spread  # m / k goes as r^2 where k goes as r
+    step = least * shortest_contact_time(mass, k) / contact.steps_per_contact
+    return Expected(grain, settings.count * below / (below + above), step, (deep + top) / grain)

@@ -1,0 +1,73 @@
+"""The settings of the collapse: ``[dem]`` of a case."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from dem import durations
+from dem.contact_settings import Contact
+from dem.engines.deviations import Deviation
+from matter.body import Impact, Model, Target
+from matter.quantity import PositiveLength, PositiveSpeed, PositiveTime
+
+
+class Settings(Model):
+    """Settings of the collapse."""
+
+    target: Target | None = None
+    """The body or ground, ``[target]``; with ``impact`` it sets the times that are not given."""
+    impact: Impact | None = None
+    """The impact, ``[impact]``."""
+    contact: Contact = Contact()
+    """How grains touch, ``[dem.contact]``; the bed settles under the same laws."""
+    end_time: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.END))
+    """Earliest end, counted from the impact; by default five formation times of the crater (``dem.durations``)."""
+    latest_time: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.LATEST))
+    """Latest end, counted from the impact; by default ten formation times."""
+    still_interval: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.STILL))
+    """The run ends when the profile has changed by less than ``still_change`` over this time; by default 5/6 of the formation time."""
+    still_change: Annotated[float, Field(gt=0.0, le=5.0)] = 0.1
+    """RMS change of the profile, in mean grain radii, below which it counts as still."""
+    snapshot_interval: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.SNAPSHOT))
+    """Simulated time between snapshots; by default a sixth of the formation time."""
+    history_interval: PositiveTime = Field(default_factory=lambda given: durations.HISTORY * given["snapshot_interval"])
+    """Simulated time between rows of ``history.csv``; by default a twelfth of that between snapshots."""
+    grains: Annotated[int, Field(ge=1)] = 20_000
+    """Expected number of grains, for the prediction of the cost only."""
+    bed_grains: Annotated[int, Field(ge=1)] | None = None
+    """Expected number of grains below the datum, for the prediction of the cost only."""
+    bed_step: PositiveTime | None = None
+    """Expected time step of the bed, for the prediction of the cost only."""
+    bed_radius: PositiveLength | None = None
+    """Expected mean radius of the bed's grains, for the prediction of the cost only."""
+    step_factor: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+    """Multiplies the time step (a sensitivity test halves it)."""
+    engine: Literal["native", "lammps", "liggghts"] = "native"
+    """Who does the stepping: this project, or a program that is installed beside it."""
+    ranks: Annotated[int, Field(ge=1, le=4096)] = 1
+    """MPI processes of another engine."""
+    accept: tuple[Deviation, ...] = ()
+    """Deviations that another engine may make, by name (``dem.engines.deviations``); each is refused otherwise."""
+
+    springs_for: PositiveSpeed | Literal["auto", "bed"] = "auto"
+    """Closing speed that the springs of the start are for, at x_max overlap: the bed settles in soft springs for its weight, and its contacts keep their forces
+    when k_n is raised (``dem.stiffening``). ``auto``: on flat ground the fastest approach handed over, on a body as ``bed``: the bed's own springs."""
+    stiffness: Literal["fixed", "following"] = "fixed"
+    """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.following_stiffness``."""
+    sleeping: bool = False
+    """Skip grains at rest until something near them moves or pushes; see ``dem.sleeping``."""
+
+    @model_validator(mode="after")
+    def _order(self) -> Settings:
+        if self.target is not None and durations.surface_gravity(self.target) <= 0.0:
+            raise ValueError("without gravity no crater collapses: set [target] gravity, or leave out the stages bed, handoff and dem")
+        if self.latest_time < self.end_time:
+            raise ValueError(f"latest_time ({self.latest_time:g} s) must not be before end_time ({self.end_time:g} s)")
+        if self.engine != "native" and self.springs_for not in ("auto", "bed"):
+            raise ValueError(
+                f"springs_for = {self.springs_for:g} m/s needs contacts with offsets, which {self.engine} has not: leave it out and settle the bed "
+                "in springs for that speed ([bed] largest_speed), or take the native engine"
+            )
+        return self
