@@ -120,14 +120,14 @@ def neighbours(X, period, shift, skin, row, col):
 
 
 @kernel(fastmath=True)
-def _pairs(sample, touching, frame, drive, slide, stress):
+def _pairs(sample, touching, frame, drive, shift, slide, stress):
     """Forces of all pairs: ``F`` and the histories; sums f_a b_b of those in the slab into ``stress`` (xx yy zz xz); returns contacts and worst overlap.
 
-    ``slide``: velocity of the image above [d sqrt(P / rho)].
+    ``shift`` [d] and ``slide`` [sqrt(P / rho)]: place and velocity along x of the image above.
     """
     X, V, F = sample.X, sample.V, sample.F
     row, col, hist, table = touching
-    period, slab, shift = frame.period, frame.slab, frame.clock[0]
+    period, slab = frame.period, frame.slab
     laws = (HOOKE, 0, NO_COHESION, drive.rule)
     numbers = numbers_of(table)
     n = X.shape[0]
@@ -220,7 +220,7 @@ def _advance(steps, sample, touching, frame, drive, sums):
             far = max(far, dx * dx + dy * dy + dz * dz)
         clock[0] += rate * period[2] * dt
         clock[1] += rate * dt
-        contacts_now, overlap = _pairs(sample, touching, frame, drive, rate * period[2], stress)
+        contacts_now, overlap = _pairs(sample, touching, frame, drive, clock[0], rate * period[2], stress)
         worst = max(worst, overlap)
         volume = period[0] * period[1] * min(period[2], slab[1] - slab[0])
         kinetic, flow, mass = 0.0, 0.0, 0.0
