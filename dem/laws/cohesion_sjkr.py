@@ -15,9 +15,9 @@ Source: manual of LIGGGHTS 3, ``gran cohesion sjkr``; Johnson, Kendall & Roberts
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
-import numpy as np
 from pydantic import Field
 
 from matter.jit import law
@@ -35,14 +35,14 @@ class Parameters(NamedTuple):
 def area(overlap, first, second):
     """A [m^2] of two spheres of radii ``first``, ``second`` [m]; ``second`` 0 stands for a wall."""
     if second == 0.0:
-        return np.pi * overlap * (2.0 * first - overlap)
+        return math.pi * overlap * (2.0 * first - overlap)
     s = first + second
     d = s - overlap
-    return np.pi * overlap * (2.0 * s - overlap) * (2.0 * first - overlap) * (2.0 * second - overlap) / (4.0 * d * d)
+    return math.pi * overlap * (2.0 * s - overlap) * (2.0 * first - overlap) * (2.0 * second - overlap) / (4.0 * d * d)
 
 
 @law
 def volume(overlap, first, second):
     """Integral of A over the overlap [m^3]: three Gauss points, since the closed form loses its digits at small overlaps."""
-    low, high = 0.5 - np.sqrt(0.15), 0.5 + np.sqrt(0.15)
+    low, high = 0.5 - math.sqrt(0.15), 0.5 + math.sqrt(0.15)
     return overlap * (5.0 * area(low * overlap, first, second) + 8.0 * area(0.5 * overlap, first, second) + 5.0 * area(high * overlap, first, second)) / 18.0

@@ -16,9 +16,9 @@ LIGGGHTS: ``rolling_friction epsd3`` with rmu = mu_r beta and rollingStiffness =
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
-import numpy as np
 from pydantic import Field
 
 from dem.laws.tangential_spring import CAP
@@ -44,14 +44,14 @@ def moment(ax, ay, az, wx, wy, wz, stiffness, damping, limit, rule):
     mx = stiffness * ax + damping * wx
     my = stiffness * ay + damping * wy
     mz = stiffness * az + damping * wz
-    m = np.sqrt(mx * mx + my * my + mz * mz)
+    m = math.sqrt(mx * mx + my * my + mz * mz)
     if m > limit:
         q = limit / m
         mx *= q
         my *= q
         mz *= q
         if rule == CAP:
-            a = stiffness * np.sqrt(ax * ax + ay * ay + az * az)
+            a = stiffness * math.sqrt(ax * ax + ay * ay + az * az)
             q = limit / a if a > limit else 1.0
             return mx, my, mz, ax * q, ay * q, az * q
         return mx, my, mz, mx / stiffness, my / stiffness, mz / stiffness

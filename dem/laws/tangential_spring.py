@@ -23,9 +23,9 @@ Luding 2008, Granular Matter 10, 235. LIGGGHTS: ``tangential history``; LAMMPS: 
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
-import numpy as np
 from pydantic import Field
 
 from matter.jit import law
@@ -54,10 +54,10 @@ def force(sx, sy, sz, ux, uy, uz, stiffness, damping, limit, rule):
     fx = stiffness * sx + damping * ux
     fy = stiffness * sy + damping * uy
     fz = stiffness * sz + damping * uz
-    f = np.sqrt(fx * fx + fy * fy + fz * fz)
+    f = math.sqrt(fx * fx + fy * fy + fz * fz)
     if f > limit:
         if rule == RESET:
-            u = np.sqrt(ux * ux + uy * uy + uz * uz)
+            u = math.sqrt(ux * ux + uy * uy + uz * uz)
             q = min(limit, damping * u) / u if u > 0.0 else 0.0
             return ux * q, uy * q, uz * q, 0.0, 0.0, 0.0
         q = limit / f
@@ -65,7 +65,7 @@ def force(sx, sy, sz, ux, uy, uz, stiffness, damping, limit, rule):
         fy *= q
         fz *= q
         if rule == CAP:
-            s = stiffness * np.sqrt(sx * sx + sy * sy + sz * sz)
+            s = stiffness * math.sqrt(sx * sx + sy * sy + sz * sz)
             q = limit / s if s > limit else 1.0
             return fx, fy, fz, sx * q, sy * q, sz * q
         return fx, fy, fz, fx / stiffness, fy / stiffness, fz / stiffness
