@@ -1,21 +1,16 @@
 """Every contact law against its analytic result for one pair."""
 
+import importlib
 import math
+import pkgutil
+from typing import get_args
 
 import numpy as np
 import pytest
 
+from dem import laws
 from dem.contact_settings import Contact, GrainLaw
-from dem.laws import (
-    cohesion_sjkr,
-    cohesion_zhang,
-    normal_hertz,
-    normal_hooke,
-    rolling_sds,
-    tangential_mindlin,
-    tangential_spring,
-    twisting_sds,
-)
+from dem.laws import normal_hooke, rolling_sds, tangential_spring, twisting_sds
 from pipeline import bibliography
 from tests.dem.scenes import SMOOTH, assembly, grains
 
@@ -91,10 +86,17 @@ def test_sliders_carry_exactly_their_limit():
     assert twisting_sds.moment(-1.0, 0.0, 10.0, 1.0, 4.0, tangential_spring.CLAMP) == pytest.approx((-4.0, -0.4))
 
 
-@pytest.mark.parametrize(
-    "module",
-    [normal_hooke, normal_hertz, tangential_spring, tangential_mindlin, rolling_sds, twisting_sds, cohesion_zhang, cohesion_sjkr],
-)
+LAWS = [importlib.import_module(info.name) for info in pkgutil.iter_modules(laws.__path__, "dem.laws.")]
+
+
+def test_no_law_file_is_left_out_of_the_settings():
+    """Every file of the folder is a law that a case can name, or one that every case takes; every name has its file."""
+    chosen = {f"{kind}_{name}" for kind in ("normal", "tangential", "cohesion") for name in get_args(Contact.model_fields[kind].annotation) if name != "none"}
+    always = {name for name in Contact().as_attribute()["laws"] if name.startswith(("rolling", "twisting"))}
+    assert {module.__name__.rpartition(".")[2] for module in LAWS} == chosen | always
+
+
+@pytest.mark.parametrize("module", LAWS, ids=lambda module: module.__name__.rpartition(".")[2])
 def test_a_law_file_has_a_source_and_bounded_parameters(module):
     from pydantic import TypeAdapter, ValidationError
 
