@@ -252,8 +252,8 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
     here = size.distance(samples.position, region) < size.radius
     # net of what stands above the datum: a rough but level surface has no volume
     sign = np.where(region.frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
-    empty = float(sign @ (samples.inside[here] == (sign < 0.0))) * samples.volume
-    carved = float(sign @ (made.carving.stays[samples.grain[here]] == (sign < 0.0))) * samples.volume
+    empty = float((sign * samples.weight[here]) @ (samples.inside[here] == (sign < 0.0))) * samples.volume
+    carved = float((sign * samples.weight[here]) @ (made.carving.stays[samples.grain[here]] == (sign < 0.0))) * samples.volume
     cut = (float(np.cbrt(made.carving.volume[made.carving.stays].mean())), size.radius, size.depth, size.volume)
     scatter = volume_scatter(*cut)
     ledger.measure(

@@ -23,20 +23,24 @@ from matter.errors import InputError
 from matter.particles import Particles
 
 _POINTS_PER_GRAIN = 8
+_POINTS_PER_PARTICLE = 8
+_MOST_PARTS = 64
+_NEAR = 8
 _LEAST_POWER = 19
 _FILLED = (0.1, 1.2)
 
 
 @dataclass(frozen=True)
 class Samples:
-    """``position`` (s, 3) [m], each standing for ``volume`` [m^3]; ``inside`` (s,) the surface; ``particle`` (s,) nearest compact source
-    particle (place among the compact ones), ``grain`` (s,) nearest grain of the uncarved bed."""
+    """``position`` (s, 3) [m], each standing for ``weight`` (s,) times ``volume`` [m^3]; ``inside`` (s,) the surface; ``particle`` (s,) nearest compact
+    source particle (place among the compact ones), ``grain`` (s,) nearest grain of the uncarved bed."""
 
     position: np.ndarray
     volume: float
     inside: np.ndarray
     particle: np.ndarray
     grain: np.ndarray
+    weight: np.ndarray
 
     def within(self, surface: OffsetShape) -> Samples:
         """The same points, told which of them lie inside the surface."""
@@ -63,7 +67,33 @@ def points(domain: Domain, compact: cKDTree, grains: cKDTree) -> Samples:
     power = max(_LEAST_POWER, int(np.ceil(np.log2(_POINTS_PER_GRAIN * grains.n))))
     position = domain.points(qmc.Sobol(3, scramble=True, rng=3).random_base2(power))
     nobody = np.zeros(len(position), dtype=bool)
-    return Samples(position, domain.volume / len(position), nobody, compact.query(position, workers=-1)[1], grains.query(position, workers=-1)[1])
+    owner, grain = compact.query(position, workers=-1)[1], grains.query(position, workers=-1)[1]
+    return Samples(position, domain.volume / len(position), nobody, owner, grain, np.ones(len(position)))
+
+
+def finer(samples: Samples, domain: Domain, compact: cKDTree, grains: cKDTree, particle_volume: np.ndarray) -> Samples:
+    """The same points, those among particles finer than them split until a particle owns some eight of them.
+
+    A particle that owns no point would hand its momentum to no grain. ``particle_volume`` (n,) [m^3]; a point is replaced by 2 to 64 in a cube of its volume,
+    each with its part of the weight; those that would leave the domain stay at the point they come from. Nothing changes where every particle is coarse.
+    """
+    # the finest of those around it: points beside fine particles are split too, or volume would only leave them
+    around = compact.query(samples.position, k=min(_NEAR, compact.n), workers=-1)[1].reshape(len(samples.position), -1)
+    number = np.ceil(_POINTS_PER_PARTICLE * samples.volume / particle_volume[around].min(axis=1)).astype(np.int64)
+    number = np.where(number > 1, np.clip(2 ** np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64), 2, _MOST_PARTS), 1)
+    if number.max(initial=1) == 1:
+        return samples
+    parent = np.repeat(np.arange(len(number)), number)
+    within = np.arange(len(parent)) - np.repeat(np.cumsum(number) - number, number)
+    cloud = qmc.Sobol(3, scramble=True, rng=4).random(_MOST_PARTS) - 0.5
+    position = samples.position[parent] + np.where((number[parent] > 1)[:, None], np.cbrt(samples.volume) * cloud[within], 0.0)
+    left = domain.depth_inside(position) <= 0.0
+    position[left] = samples.position[parent[left]]
+    moved = number[parent] > 1
+    owner, grain = samples.particle[parent], samples.grain[parent]
+    owner[moved] = compact.query(position[moved], workers=-1)[1]
+    grain[moved] = grains.query(position[moved], workers=-1)[1]
+    return Samples(position, samples.volume, samples.inside[parent], owner, grain, samples.weight[parent] / number[parent])
 
 
 def heirs(bed: Particles, stays: np.ndarray, samples: Samples) -> np.ndarray:
@@ -75,7 +105,7 @@ def heirs(bed: Particles, stays: np.ndarray, samples: Samples) -> np.ndarray:
     return heir
 
 
-def grain_volumes(bed: Particles, stays: np.ndarray, heir: np.ndarray, point_volume: float) -> np.ndarray:
+def grain_volumes(bed: Particles, stays: np.ndarray, heir: np.ndarray, samples: Samples) -> np.ndarray:
     """Volume that each grain stands for [m^3], zero for carved ones: what it stood for in the bed, b = mass / density, times a local factor.
 
     The cell c of a grain is what lies inside the surface nearer to it than to any other grain that stays; the factor is that of
@@ -84,7 +114,7 @@ def grain_volumes(bed: Particles, stays: np.ndarray, heir: np.ndarray, point_vol
     """
     kept = np.flatnonzero(stays)
     own = bed.mass[kept] / bed.density[kept] if "density" in bed else bed.radius[kept] ** 3
-    cell = np.bincount(heir[heir >= 0], minlength=len(bed))[kept] * point_volume
+    cell = np.bincount(heir[heir >= 0], weights=samples.weight[heir >= 0], minlength=len(bed))[kept] * samples.volume
     stands = own * matching_factor(cKDTree(bed.position[kept]), cell, own)
     volume = np.zeros(len(bed))
     volume[kept] = stands * (cell.sum() / stands.sum())

@@ -73,24 +73,25 @@ def spread(
     before, after = np.zeros(len(heir)), np.zeros(len(heir))
     moving, moving_after = np.zeros((len(heir), 3)), np.zeros((len(heir), 3))
     owner = samples.particle[inside]
-    before[inside] = (mass / np.maximum(np.bincount(owner, minlength=len(mass)), 1))[owner]
-    moving[inside] = _linear_in_cells(owner, samples.position[inside], velocity, gradient)
-    after = share_out(heir, grain_mass)
-    moving_after[inside] = _linear_in_cells(heir[inside], samples.position[inside], grain_velocity, grain_gradient)
+    weight = samples.weight[inside]
+    before[inside] = _even(mass, owner, weight)
+    moving[inside] = _linear_in_cells(owner, samples.position[inside], weight, velocity, gradient)
+    after[inside] = _even(grain_mass, heir[inside], weight)
+    moving_after[inside] = _linear_in_cells(heir[inside], samples.position[inside], weight, grain_velocity, grain_gradient)
     return Fields(samples, before, after, moving, moving_after)
 
 
-def _linear_in_cells(owner: np.ndarray, place: np.ndarray, velocity: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    count = np.bincount(owner, minlength=len(velocity))
-    total = np.stack([np.bincount(owner, weights=place[:, k], minlength=len(velocity)) for k in range(3)], axis=1)
-    centre = total / np.maximum(count, 1)[:, None]
+def _even(mass: np.ndarray, owner: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Mass of each point: its owner's, spread evenly over the volume of the owner's points."""
+    whole = np.bincount(owner, weights=weight, minlength=len(mass))
+    return (mass / np.where(whole > 0.0, whole, 1.0))[owner] * weight
+
+
+def _linear_in_cells(owner: np.ndarray, place: np.ndarray, weight: np.ndarray, velocity: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+    whole = np.bincount(owner, weights=weight, minlength=len(velocity))
+    total = np.stack([np.bincount(owner, weights=weight * place[:, k], minlength=len(velocity)) for k in range(3)], axis=1)
+    centre = total / np.where(whole > 0.0, whole, 1.0)[:, None]
     return velocity[owner] + np.einsum("sa,sab->sb", place - centre[owner], gradient[owner])
-
-
-def share_out(heir: np.ndarray, grain_mass: np.ndarray) -> np.ndarray:
-    """Mass (s,) of each point: its grain's, divided evenly among the points of that grain."""
-    cell = np.bincount(heir[heir >= 0], minlength=len(grain_mass))
-    return np.where(heir >= 0, (grain_mass / np.maximum(cell, 1))[heir], 0.0)
 
 
 def cells(fields: Fields, support: np.ndarray, smallest: float) -> tuple[np.ndarray, np.ndarray]:
@@ -140,7 +141,7 @@ def field_difference(fields: Fields, number: np.ndarray, size: np.ndarray) -> Fi
     """
     mass, momentum, _ = sums_by(number, fields.mass_before, fields.velocity_before)
     mass_after, momentum_after, _ = sums_by(number, fields.mass_after, fields.velocity_after)
-    filled = np.bincount(number, weights=fields.samples.inside, minlength=len(mass)) * fields.samples.volume
+    filled = np.bincount(number, weights=fields.samples.inside * fields.samples.weight, minlength=len(mass)) * fields.samples.volume
     both = (filled > _FILLED * size**3) & (mass > 0.0) & (mass_after > 0.0)
     before = momentum[both] / mass[both, None]
     after = momentum_after[both] / mass_after[both, None]
@@ -200,7 +201,7 @@ def density_difference(fields: Fields, radius: float) -> float:
     number = np.unique(_key(index), return_inverse=True)[1]
     before = np.bincount(number, weights=fields.mass_before)
     after = np.bincount(number, weights=fields.mass_after)
-    full = np.bincount(number, weights=fields.samples.inside) >= 0.98 * size**3 / fields.samples.volume
+    full = np.bincount(number, weights=fields.samples.inside * fields.samples.weight) >= 0.98 * size**3 / fields.samples.volume
     if not full.any():
         return float("nan")
     return float(np.sqrt(np.mean((after[full] / before[full] - 1.0) ** 2)))

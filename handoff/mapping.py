@@ -24,34 +24,34 @@ _DENSITY_FACTOR = (0.7, 1.4)
 class Overlap:
     """Which particle and which grain own the same sample points.
 
-    ``particle`` (s,) and ``heir`` (s,) of each point at ``place`` (s, 3) [m] (points without an heir are left out); ``particles`` (n, 3) and
+    ``samples`` and the ``heir`` (s,) of each point (points without one are left out); ``particles`` (n, 3) and
     ``grains`` (m, 3) are the centres [m]; ``kept`` (k,) the grains that stay, in whose order everything per grain stands here.
     ``grains`` of this object are the centroids of their cells, ``arm`` the place of each point about the centroid of its particle's cell [m].
     """
 
-    def __init__(self, particle, heir, place, particles, grains, kept):
+    def __init__(self, samples, heir, particles, grains, kept):
         number = np.full(len(grains), -1)
         number[kept] = np.arange(len(kept))
         here = heir >= 0
-        self.particle, self.grain = particle[here], number[heir[here]]
+        self.particle, self.grain, self.weight = samples.particle[here], number[heir[here]], samples.weight[here]
+        place = samples.position[here]
         self.particles = np.asarray(particles)
-        self.per_particle = np.bincount(self.particle, minlength=len(self.particles))
-        self.per_grain = np.bincount(self.grain, minlength=len(kept))
-        self.arm = place[here] - self._mean(self.particle, place[here], self.per_particle)[self.particle]
-        centre = self._mean(self.grain, place[here], self.per_grain)
+        self.per_particle = np.bincount(self.particle, weights=self.weight, minlength=len(self.particles))
+        self.per_grain = np.bincount(self.grain, weights=self.weight, minlength=len(kept))
+        self.arm = place - self._mean(self.particle, place, self.per_particle)[self.particle]
+        centre = self._mean(self.grain, place, self.per_grain)
         self.grains = np.where((self.per_grain > 0)[:, None], centre, grains[kept])
 
     def mean(self, mass: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Mass-weighted mean (k, 3) over each grain's cell of values (s, 3) per point; ``mass`` (n,) of each particle lies evenly on its points."""
-        weight = (np.maximum(mass, 1e-300) / np.maximum(self.per_particle, 1))[self.particle]
+        weight = (np.maximum(mass, 1e-300) / np.where(self.per_particle > 0.0, self.per_particle, 1.0))[self.particle] * self.weight
         total = np.bincount(self.grain, weights=weight, minlength=len(self.grains))
         sums = np.stack([np.bincount(self.grain, weights=weight * values[:, k], minlength=len(self.grains)) for k in range(3)], axis=1)
         return sums / np.maximum(total, 1e-300)[:, None]
 
-    @staticmethod
-    def _mean(number: np.ndarray, values: np.ndarray, count: np.ndarray) -> np.ndarray:
-        total = np.stack([np.bincount(number, weights=values[:, k], minlength=len(count)) for k in range(3)], axis=1)
-        return total / np.maximum(count, 1)[:, None]
+    def _mean(self, number: np.ndarray, values: np.ndarray, whole: np.ndarray) -> np.ndarray:
+        total = np.stack([np.bincount(number, weights=self.weight * values[:, k], minlength=len(whole)) for k in range(3)], axis=1)
+        return total / np.where(whole > 0.0, whole, 1.0)[:, None]
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def locally_closed(mass: np.ndarray, tree: cKDTree, wanted: np.ndarray, overlap:
     A cloud of particles fills space with mass / density of each only roughly (a few per cent, at interfaces and after much flow), so that
     the particles' own densities do not sum to their mass. The factor that closes it is smooth over about 24 particles.
     """
-    points = (mass / np.maximum(overlap.per_grain, 1))[overlap.grain]
+    points = (mass / np.where(overlap.per_grain > 0.0, overlap.per_grain, 1.0))[overlap.grain] * overlap.weight
     found = np.bincount(overlap.particle, weights=points, minlength=len(wanted))
     factor = np.clip(interpolation.matching_factor(tree, wanted, found, passes=4), *_DENSITY_FACTOR)
     return np.bincount(overlap.grain, weights=points * factor[overlap.particle], minlength=len(mass))

@@ -56,17 +56,17 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     points = carve.points(region, tree, grains)
     if rules.offset == "auto":
         solid = offset.place_by_place(solid, split.spacing[corners], tree.data, share * volume_of, points.position, points.particle, region)
-    samples = points.within(solid)
+    samples = carve.finer(points, region, tree, grains, volume_of).within(solid)
     stays = carve.keep(bed, solid, region)
     heir = carve.heirs(bed, stays, samples)
-    volume = carve.grain_volumes(bed, stays, heir, samples.volume)
+    volume = carve.grain_volumes(bed, stays, heir, samples)
     size, columns = _cavity(solid, stays, grains, region, bed)
     _refuse_misfit(size, source, split, region, rules, bed)
 
     kept = np.flatnonzero(stays)
     near = tree.query(bed.position[kept])[1]
     nearest = compact[near]
-    grid = mapping.Overlap(samples.particle, heir, samples.position, tree.data, bed.position, kept)
+    grid = mapping.Overlap(samples, heir, tree.data, bed.position, kept)
     plain_mass = source.density[nearest] * volume[kept]
     raw_mass = mapping.locally_closed(plain_mass, tree, source.mass[compact] * share, grid)
     packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())

@@ -40,7 +40,7 @@ TEXT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(\s+[^\s,][^,]*|[^\s\d.,][^,]*
 # the unit that people write, where it is not the SI unit
 _WRITTEN = {"rad": "deg"}
 # far beyond anything that a case can mean, near enough for products of six of them
-_LEAST, _MOST = 1e-45, 1e45
+_LEAST, _MOST = 1e-50, 1e50
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,8 @@ def test_contacts_of_untouched_neighbours_keep_their_history(flat_bed, carved):
 
 
 def test_volumes_of_the_grains_sum_to_the_solid(flat_bed, carved):
-    inside = carved.carving.samples.inside.sum() * carved.carving.samples.volume
+    samples = carved.carving.samples
+    inside = samples.weight[samples.inside].sum() * samples.volume
     assert carved.carving.volume.sum() == pytest.approx(inside, rel=1e-9)
     assert np.all(carved.carving.volume[carved.carving.stays] > 0.0) and not carved.carving.volume[~carved.carving.stays].any()
     solid = 4.0 / 3.0 * np.pi * flat_bed.radius**3
@@ -63,7 +64,7 @@ def test_a_lattice_bed_recovers_its_cells():
     samples = carve.points(region, cKDTree(points), cKDTree(points)).within(solid)
     assert samples.inside.all()
     stays = np.ones(len(bed), dtype=bool)
-    volume = carve.grain_volumes(bed, stays, carve.heirs(bed, stays, samples), samples.volume)
+    volume = carve.grain_volumes(bed, stays, carve.heirs(bed, stays, samples), samples)
     deep = (np.hypot(points[:, 0], points[:, 1]) < 2.0) & (np.abs(points[:, 2] + 6.0) < 1.5)
     assert volume[deep] == pytest.approx(1.0, rel=0.03)
     assert volume.sum() == pytest.approx(region.volume, rel=1e-9)
@@ -112,3 +113,27 @@ def test_flat_domains_are_the_beds_own_containers(shape):
 def test_an_unknown_container_is_refused():
     with pytest.raises(InputError, match="unknown shape"):
         domain.read({"frame": "plane", "domain": {"radius_m": 1.0, "floor_m": -1.0, "datum_m": 0.0, "top_m": 0.5, "shape": "pot"}})
+
+
+def test_points_are_split_until_every_particle_owns_some():
+    """Particles a tenth as wide as elsewhere: before, most of them own no point, and would hand their momentum to no grain."""
+    rng = np.random.default_rng(5)
+    region = domain.Cylinder(4.5, -9.0, 0.0, 0.0)
+    coarse = rng.uniform([-4.5, -4.5, -9.0], [4.5, 4.5, 0.0], (4000, 3))
+    coarse = coarse[np.linalg.norm(coarse, axis=1) > 0.8]
+    small = rng.uniform([-0.8, -0.8, -0.8], [0.8, 0.8, 0.0], (12_000, 3))
+    small = small[np.linalg.norm(small, axis=1) <= 0.8]
+    particles = np.r_[coarse, small]
+    volume = np.r_[np.full(len(coarse), 729.0 / 4000.0), np.full(len(small), 2.0 / 3.0 * np.pi * 0.8**3 / len(small))]
+    tree = cKDTree(particles)
+    before = carve.points(region, tree, tree)
+    after = carve.finer(before, region, tree, tree, volume)
+    fine = np.arange(len(coarse), len(particles))
+    unowned = [np.isin(fine, samples.particle, invert=True).mean() for samples in (before, after)]
+    assert unowned[0] > 0.5 and unowned[1] < 0.03
+    assert after.weight.sum() == pytest.approx(len(before.position), rel=1e-12)
+    assert (region.depth_inside(after.position) > 0.0).all()
+    # what the fine region takes of the volume stays what it was, and coarse particles alone change nothing
+    share = [samples.weight[np.isin(samples.particle, fine)].sum() / len(before.position) for samples in (before, after)]
+    assert share[1] == pytest.approx(share[0], rel=0.02)
+    assert carve.finer(before, region, tree, tree, np.full(len(particles), 729.0 / 4000.0)) is before

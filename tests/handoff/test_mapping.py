@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from handoff import compare, correction, interpolation
+from handoff import carve, compare, correction, interpolation
 from handoff.mapping import Overlap, energy_share, neighbours_used
 
 
@@ -53,10 +53,12 @@ def test_no_velocity_is_made_up_in_a_plane_or_beyond_the_edge():
 def test_the_remap_keeps_momentum_and_linear_fields():
     rng = np.random.default_rng(3)
     particles, grains, place = cloud(400), cloud(700, 2), cloud(60_000, 4)
-    overlap = Overlap(cKDTree(particles).query(place)[1], cKDTree(grains).query(place)[1], place, particles, grains, np.arange(700))
+    owners = cKDTree(particles).query(place)[1], cKDTree(grains).query(place)[1]
+    samples = carve.Samples(place, 1.0, np.ones(len(place), dtype=bool), *owners, rng.uniform(0.1, 1.0, len(place)))
+    overlap = Overlap(samples, samples.grain, particles, grains, np.arange(700))
     # any field: the matter of a grain's cell keeps its momentum
     mass, velocity = rng.uniform(1.0, 3.0, 400), rng.normal(size=(400, 3))
-    lying = (mass / overlap.per_particle)[overlap.particle]
+    lying = (mass / overlap.per_particle)[overlap.particle] * overlap.weight
     taken = np.bincount(overlap.grain, weights=lying, minlength=700)
     np.testing.assert_allclose(taken @ overlap.mean(mass, velocity[overlap.particle]), mass @ velocity, rtol=1e-12)
     # the variation inside the particles carries none
@@ -67,7 +69,7 @@ def test_the_remap_keeps_momentum_and_linear_fields():
     gradient = rng.normal(size=(3, 3))
     centre = overlap._mean(overlap.particle, place, overlap.per_particle)
     field = (centre @ gradient)[overlap.particle] + overlap.arm @ gradient
-    np.testing.assert_allclose(overlap.mean(overlap.per_particle.astype(float), field), overlap.grains @ gradient, atol=1e-12)
+    np.testing.assert_allclose(overlap.mean(overlap.per_particle, field), overlap.grains @ gradient, atol=1e-12)
 
 
 @settings(max_examples=25, deadline=None)
