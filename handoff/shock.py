@@ -11,6 +11,8 @@ from handoff.hydrostatic import Column
 from matter import material
 from matter.particles import Particles
 
+_LEAST_MODULUS = 0.25
+
 
 @dataclass(frozen=True)
 class Residual:
@@ -23,6 +25,9 @@ class Residual:
 def moduli(source: Particles) -> tuple[np.ndarray, np.ndarray]:
     """Bulk modulus (local rho c^2 where the sound speed is known) and shear modulus [Pa]; NaN and 0 where a material is not known here.
 
+    Particles that have parted have next to no modulus of their own, and any pressure is large over nothing: none counts as less than a quarter of the median of
+    its material.
+
     The shear modulus is that with which the source was made where it says so (attribute ``shear_moduli_Pa``): softened matter stores as much more.
     """
     bulk, shear = [], []
@@ -33,7 +38,12 @@ def moduli(source: Particles) -> tuple[np.ndarray, np.ndarray]:
     number = np.clip(source.material, 0, max(len(bulk) - 1, 0))
     table = np.array(bulk or [np.nan])[number]
     if "sound_speed" in source:
-        table = np.where(source.sound_speed > 0.0, source.density * source.sound_speed**2, table)
+        own = source.density * source.sound_speed**2
+        table = np.where(source.sound_speed > 0.0, own, table)
+        for one in np.unique(number):
+            of_it = (number == one) & (source.sound_speed > 0.0)
+            if of_it.any():
+                table[of_it] = np.maximum(table[of_it], _LEAST_MODULUS * np.median(own[of_it]))
     said = source.attributes.get("shear_moduli_Pa")
     shear = [float(value) for value in said] if said is not None and len(said) == len(shear) else shear
     return table, np.array(shear or [0.0])[number]

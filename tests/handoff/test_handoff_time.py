@@ -127,7 +127,7 @@ def test_a_window_that_is_empty_waives_the_row_on_the_time_and_no_other_choice_d
     early = choose(series(depth, [np.nan] + [50.0] * 8, [1e-1, 1e-2] + [1e-5] * 7, radius=5.0, step=1.0, volume=300.0), 0.3, 1.2e-4)
     assert late.window_is_empty and not early.window_is_empty
     column = hydrostatic.uniform(G, 3000.0, 1e6)
-    cavity_now = SimpleNamespace(size=SimpleNamespace(volume=1e17))
+    cavity_now = SimpleNamespace(carving=SimpleNamespace(size=SimpleNamespace(volume=1e17)))
     for choice, verdict in ((late, "waived"), (None, "fail")):
         book = ledger.Ledger()
         account.time_row(book, cavity_now, 300.0, choice, column)

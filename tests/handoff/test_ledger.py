@@ -211,6 +211,14 @@ def test_the_first_words_on_a_handoff(tmp_path):
     assert len(headline(book, tmp_path / "time_series.csv")) == 3
 
 
+def test_pressure_over_next_to_no_modulus_is_no_shock():
+    """A particle that has parted, with a hundredth of the others' sound speed, counts with a quarter of their modulus, not with 1e-4 of it."""
+    speed = np.array([4000.0, 4000.0, 4000.0, 40.0])
+    source = Particles({"density": np.full(4, 2700.0), "sound_speed": speed, "material": np.zeros(4)}, {"materials": ["basalt"]})
+    bulk, _ = shock.moduli(source)
+    assert bulk == pytest.approx(2700.0 * np.array([4000.0, 4000.0, 4000.0, 2000.0]) ** 2)
+
+
 def test_what_weight_alone_does_around_a_cavity():
     """rho g R / K, and its strain energy V p^2 / (2 K), of the particles that count; nothing without weight."""
     n = 4
