@@ -8,7 +8,7 @@ from typing import Any
 from crater import chain, choices, locate, plot, radial_profile, report, tables
 from crater.choices import Choices
 from crater.measure import Measures, Quantity, measure
-from matter import archive, snapshot
+from matter import archive, jit, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -22,7 +22,11 @@ def measure_snapshot(path: Path, datum: str | None = None, datum_radius: float |
     ``centre`` [m] override them: a sphere keeps the centre and the radius that are given and fits the rest to the far field, as for a snapshot
     that says nothing.
     """
-    path = Path(path)
+    with jit.one_blas_thread():
+        return _measured(Path(path), datum, datum_radius, centre, out)
+
+
+def _measured(path: Path, datum: str | None, datum_radius: float | None, centre: Point | None, out: Path | None) -> int:
     particles = snapshot.read(path)
     known = choices.of_snapshot(path, particles.attributes)
     folder = archive.check_folder(Path(out) if out is not None else path.with_name(f"{path.stem}_crater"))

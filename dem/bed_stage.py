@@ -30,10 +30,12 @@ from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.columns import MASS, RADIUS, STIFFNESS
 from dem.contact_settings import SPECIES
-from matter import archive, checkpoint, jit, readable, snapshot
+from matter import archive, checkpoint, jit, progress, readable, snapshot
 from matter.errors import InputError, Unsound
 
 _VERSION = 1
+_FILES = ("bed_report.json", "bed.png", "bed.vtkhdf")
+_HASHES = "hashes.json"
 """Part of the key of a kept bed: raise it when the physics of settling changes."""
 
 STEPS = 3600
@@ -122,14 +124,35 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         return
     kept = Path(inputs).resolve().parent / "beds" / _key(settings, target)
     with _locked(kept.with_suffix(".lock")):
-        if not (kept / "bed.vtkhdf").is_file():
+        if not _whole(kept):
             make(out)
             kept.mkdir(parents=True, exist_ok=True)
-            for name in ("bed_report.json", "bed.png", "bed.vtkhdf"):  # the bed last: it says that the folder is whole
+            (kept / _HASHES).unlink(missing_ok=True)
+            for name in _FILES:
                 _link(out / name, kept / name)
+            archive.write_text(kept / _HASHES, json.dumps({name: _sha256(kept / name) for name in _FILES}, indent=1))  # last: the folder is whole
             return
-    for name in ("bed_report.json", "bed.png", "bed.vtkhdf"):
+    for name in _FILES:
         _link(kept / name, out / name)
+
+
+def _whole(kept: Path) -> bool:
+    """Whether a kept bed is there as it was made; one that is not is made anew, and said."""
+    if not (kept / _HASHES).is_file():
+        return False
+    try:
+        hashes = archive.read_json(kept / _HASHES)
+        damaged = [name for name in _FILES if _sha256(kept / name) != hashes.get(name)]
+    except (InputError, OSError) as reason:
+        damaged = [str(reason)]
+    if damaged:
+        progress.tell(f"the bed kept in {kept} is damaged ({', '.join(damaged)}): it is made anew")
+    return not damaged
+
+
+def _sha256(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
