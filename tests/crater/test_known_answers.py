@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import ejecta
+from crater import ejecta, locate
 from crater.measure import measure
 from fixtures import synthetic_craters as synthetic
 from matter import frame
@@ -191,7 +191,9 @@ def test_a_ringing_body_is_measured_against_its_own_far_field():
     before = synthetic.cloud_on_sphere(flat, spacing, np.random.default_rng(1), "lattice")
     after = synthetic.cloud_on_sphere(shape, spacing, np.random.default_rng(1), "lattice")
     after = after * (1 + 9e3 / np.linalg.norm(after, axis=1))[:, None]
-    found = measure(Particles(synthetic.as_fields(after, spacing)), frame.Sphere(R), Particles(synthetic.as_fields(before, spacing)), reach=2000e3)
+    found = measure(
+        Particles(synthetic.as_fields(after, spacing)), frame.Sphere(R), Particles(synthetic.as_fields(before, spacing)), locate.Search(reach=2000e3)
+    )
     error, _, sigma = errors(found, shape)
     assert found.notes["far_field_level_m"] == pytest.approx(9e3, abs=1.5e3)
     assert abs(error["depth_m"]) < 0.25 * spacing

@@ -101,7 +101,8 @@ from crater.uncertainty import Quantity
 quantities.hole_m = lambda hollow: Quantity(hollow.base.depth, 0.1, "m")
 
 sys.path.insert(0, {here!r})
-import numpy as np, synthetic
+import numpy as np
+from fixtures import synthetic_craters as synthetic
 from crater import compare, craters, difference, report, series, settings
 from crater.measure import measure
 from matter.particles import Particles

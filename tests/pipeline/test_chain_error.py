@@ -103,7 +103,7 @@ def test_members_are_made_once_share_stages_and_end_in_a_file(case_folder, tmp_p
     study = Study(case_folder, "quick", tmp_path / "runs", draws=2)
     calls = []
     monkeypatch.setattr(chain_error, "_coarser", lambda settings: ("sph.steps=10",))
-    monkeypatch.setattr(chain_error.sweep, "as_process", lambda arguments: calls.append(arguments) or drive(*arguments)[0])
+    monkeypatch.setattr(chain_error.run_process, "as_process", lambda arguments: calls.append(arguments) or drive(*arguments)[0])
     said = []
     assert chain_error.make(study, say=said.append) == ["handoff_x2"]  # 120 s: the fake handoff has no such snapshot
     assert len(calls) == 4 and "draw_2: done before" in said  # the fake stages have no seeds: the draw is the reference

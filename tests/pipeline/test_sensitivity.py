@@ -99,7 +99,7 @@ def test_variants_share_what_the_run_has_done_and_are_made_once(case_folder, tmp
         calls.append(arguments)
         return drive(*arguments)[0]
 
-    monkeypatch.setattr(sensitivity.sweep, "as_process", as_process)
+    monkeypatch.setattr(sensitivity.run_process, "as_process", as_process)
     wanted = ["time_x2", "alpha_x1.5", "control_uncarved"]
     assert sensitivity.make(run, wanted) == ["time_x2"]  # 120 s: the fake handoff has no such snapshot
     assert len(calls) == 3 and "--until" in calls[2] and "--until" not in calls[1]

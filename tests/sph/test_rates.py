@@ -5,6 +5,7 @@ import pytest
 
 from matter import neighbours
 from sph import rates, scheme, start_volumes, state
+from sph.cloud import Cloud
 from sph.kernels import cubic_spline
 from sph.kernels.dispatch import FAMILY as KERNELS
 from sph.materials import collect
@@ -159,15 +160,11 @@ def test_damage_takes_tension_and_shear_once():
     """A broken particle carries no tension and no shear; its pressure in compression is whole."""
     materials = collect(("ice",))
 
-    class Cloud:
-        pass
-
-    cloud = Cloud()
     n = 4
-    cloud.position, cloud.velocity = np.zeros((n, 3)), np.zeros((n, 3))
+    cloud = Cloud(n)
     cloud.mass = np.full(n, 1e16)
     cloud.density = np.array([900.0, 900.0, 930.0, 930.0])
-    cloud.specific_energy, cloud.smoothing_length = np.zeros(n), np.full(n, 1e5)
+    cloud.smoothing_length = np.full(n, 1e5)
     cloud.stress = np.full((n, 5), 1e6)
     cloud.root_damage, cloud.distention, cloud.initial_distention = np.array([0.0, 1.0, 0.0, 1.0]), np.ones(n), np.ones(n)
     cloud.material, cloud.neighbours = np.zeros(n, dtype=np.int32), np.full(n, 33, dtype=np.int32)
