@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from dem import forces
+from dem import forces, scheme
 from matter import kernel_cache
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -135,10 +135,8 @@ def test_closures_are_found_again_and_told_apart(house):
 def test_the_content_of_a_closure_is_that_of_its_scheme():
     content = lambda **flags: kernel_cache.content_of(forces.pair_loop.__wrapped__(forces.Scheme(**flags)).py_func, str)  # noqa: E731
     assert content() == content()
-    assert len({content(), content(normal=forces.HERTZ), content(sleep=1), content(cohesion=forces.ZHANG)}) == 4
-    # a flag that only the closure within reads
-    inner = lambda loop: dict(zip(loop.py_func.__code__.co_freevars, loop.py_func.__closure__, strict=True))["apply_laws"].cell_contents  # noqa: E731
+    assert len({content(), content(normal=scheme.HERTZ), content(sleep=1), content(cohesion=scheme.ZHANG)}) == 4
+    # a flag that only closures within read
     one, other = (forces.pair_loop.__wrapped__(forces.Scheme(sliding=rule)) for rule in (0, 1))
-    assert "rule" in inner(one).py_func.__code__.co_freevars
     assert "rule" not in one.py_func.__code__.co_freevars
     assert kernel_cache.content_of(one.py_func, str) != kernel_cache.content_of(other.py_func, str)
