@@ -276,8 +276,8 @@ def _shock(ledger: Ledger, made: Handoff, source: Particles, region: domain.Doma
     weight = shock.by_weight(source.select(made.compact.places), made.compact.share, made.carving.size.radius, column)
     ledger.measure(
         "residual_pressure_over_bulk_modulus",
-        float(np.percentile(pressure, 99)),
-        f"99 % of the particles below it; largest {np.max(pressure):.3g}, median {np.median(pressure):.3g}; weight, rho g R, alone does {weight.pressure:.3g}",
+        float(np.max(pressure)),
+        f"99 % below {np.percentile(pressure, 99):.3g}, median {np.median(pressure):.3g}; weight, rho g R, alone does {weight.pressure:.3g}",
         bound=max(LIMITS["residual_pressure_over_bulk_modulus"].limit, weight.pressure),
     )
     elastic = float(np.sum(left.elastic[made.compact.places] * made.compact.share))

@@ -62,7 +62,7 @@ LIMITS: dict[str, Limit] = {
     "cavity_volume_rel": Limit(0.02, meaning="or three standard errors of a cut through whole grains, where that is more"),
     "cavity_radius_over_r_DEM_min": Limit(RESOLVED_RADIUS, least=True, meaning="the cavity must be resolved"),
     "ejecta_mass_curve_rel": Limit(0.02, meaning="largest difference of M(>v) above the speed limit"),
-    "residual_pressure_over_bulk_modulus": Limit(1e-3, meaning="no shock left in 99 % of the domain, excess; or rho g R / K of the cavity, where that is more"),
+    "residual_pressure_over_bulk_modulus": Limit(1e-3, meaning="no shock left in the domain, excess; or rho g R / K of the cavity, where that is more"),
     "elastic_over_kinetic_energy": Limit(
         0.01,
         meaning="strain energy of the source that is discarded, excess, over the kinetic energy of compact matter; or what rho g R stores, where that is more",

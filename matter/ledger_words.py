@@ -38,7 +38,7 @@ WORDS = {
     "ejecta_mass_booked_only": "ejecta: mass that escapes or lands outside the domain (booked only)",
     "ejecta_count": "ejecta: number of grains",
     "ejecta_by_rule": "ejecta: particles of the source by rule",
-    "residual_pressure_over_bulk_modulus": "residual pressure / bulk modulus, of 99 % of the particles",
+    "residual_pressure_over_bulk_modulus": "residual pressure / bulk modulus, largest",
     "elastic_over_kinetic_energy": "elastic energy discarded / kinetic energy, of compact matter",
     "t_handoff_over_T_crater_max": "time of the handoff / growth time of the crater",
     "bed_residual_speed_over_sqrt_g_r": "speed of the bed at rest / sqrt(g r)",

@@ -2,7 +2,7 @@
 
     python studies/house.py [CHECKOUT ...] [--lines]
 
-A checkout is a folder that holds the rooms (``git worktree add /tmp/before 1590728`` makes one of an older commit). ``--lines`` lists what was counted.
+A checkout is a folder that holds the rooms (``git worktree add ../before 1590728`` makes one of an older commit). ``--lines`` lists what was counted.
 Everything is read from the syntax trees of the files in the rooms; nothing is imported, so that any commit can be counted. What is counted:
 
 arguments    functions with more than 10 parameters (``self`` among them). Functions whose parameters are the options of a command (``typer``) are

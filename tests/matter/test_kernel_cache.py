@@ -132,11 +132,18 @@ def test_closures_are_found_again_and_told_apart(house):
     assert files() == kept  # nothing was compiled
 
 
+def names_within(loop) -> set[str]:
+    """Names that a compiled closure, or any closure that it calls, reads from the function around it."""
+    own = dict(zip(loop.py_func.__code__.co_freevars, loop.py_func.__closure__ or (), strict=True))
+    called = [names_within(cell.cell_contents) for cell in own.values() if hasattr(cell.cell_contents, "py_func")]
+    return set(own).union(*called)
+
+
 def test_the_content_of_a_closure_is_that_of_its_scheme():
     content = lambda **flags: kernel_cache.content_of(forces.pair_loop.__wrapped__(forces.Scheme(**flags)).py_func, str)  # noqa: E731
     assert content() == content()
     assert len({content(), content(normal=scheme.HERTZ), content(sleep=1), content(cohesion=scheme.ZHANG)}) == 4
     # a flag that only closures within read
     one, other = (forces.pair_loop.__wrapped__(forces.Scheme(sliding=rule)) for rule in (0, 1))
-    assert "rule" not in one.py_func.__code__.co_freevars
+    assert "laws" not in one.py_func.__code__.co_freevars and "laws" in names_within(one)
     assert kernel_cache.content_of(one.py_func, str) != kernel_cache.content_of(other.py_func, str)
