@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -17,43 +17,74 @@ else:
     KernelName = Literal.__getitem__(kernels.FAMILY.names)
 
 
+SETS: dict[str, dict[str, Any]] = {
+    "monaghan": {
+        "viscosity": "monaghan", "alpha": 2.0, "beta": 10.0, "courant": 0.3, "kernel": "cubic_spline", "support": 2.0,
+        "volumes": "present", "smoothing": "fixed", "length_terms": False, "gradients": "plain",
+    },
+    "reconstructed": {
+        "viscosity": "reconstructed", "alpha": 3.0, "beta": 10.0, "courant": 0.45, "kernel": "wendland", "support": 2.6,
+        "volumes": "start", "smoothing": "density", "length_terms": True, "gradients": "normalised",
+    },
+}  # fmt: skip
+"""What the keys of ``[sph]`` take that a case leaves open, by its ``numerics``."""
+
+
+def _of_set(key: str) -> Any:
+    """A field that takes what the chosen set says."""
+    return Field(default_factory=lambda given: SETS[given["numerics"]][key])
+
+
+def _length_terms(given: dict[str, Any]) -> bool:
+    able = given["volumes"] == "start" and given["smoothing"] == "density"
+    return able and SETS[given["numerics"]]["length_terms"]
+
+
 class Numerics(Model):
     """Numerical choices of the shock stage."""
 
-    viscosity: Literal["monaghan", "reconstructed"] = "monaghan"
+    numerics: Literal["monaghan", "reconstructed"] = "monaghan"
+    """A set of choices that were measured together; single keys go before it.
+    ``monaghan``: viscosity = "monaghan", alpha = 2, beta = 10, courant = 0.3, kernel = "cubic_spline", support = 2, volumes = "present", smoothing = "fixed",
+    length_terms = false, gradients = "plain".
+    ``reconstructed``: viscosity = "reconstructed", alpha = 3, beta = 10, courant = 0.45, kernel = "wendland", support = 2.6, volumes = "start",
+    smoothing = "density", length_terms = true, gradients = "normalised" (smooth flow hardly feels its viscosity; twice the neighbours)."""
+    viscosity: Literal["monaghan", "reconstructed"] = _of_set("viscosity")
     """Artificial viscosity of ``monaghan`` (``sph.viscosity``), or of ``reconstructed`` velocity jumps, which smooth flow hardly feels
-    (``sph.viscosity_reconstructed``; with alpha = 3, beta = 10)."""
-    alpha: Annotated[float, Field(ge=0, le=10)] = 2.0
-    """Linear coefficient of the artificial viscosity."""
-    beta: Annotated[float, Field(ge=0, le=50)] = 10.0
-    """Quadratic coefficient of the artificial viscosity."""
-    courant: Annotated[float, Field(gt=0, le=1)] = 0.3
-    """Courant factor of the time step."""
+    (``sph.viscosity_reconstructed``); by default that of ``numerics``, as all keys up to ``gradients``."""
+    alpha: Annotated[float, Field(ge=0, le=10)] = _of_set("alpha")
+    """Linear coefficient of the artificial viscosity; by default that of ``numerics``."""
+    beta: Annotated[float, Field(ge=0, le=50)] = _of_set("beta")
+    """Quadratic coefficient of the artificial viscosity; by default that of ``numerics``."""
+    courant: Annotated[float, Field(gt=0, le=1)] = _of_set("courant")
+    """Courant factor of the time step; by default that of ``numerics``."""
     theta: Annotated[float, Field(gt=0, le=1)] = 0.5
     """Opening angle of the gravity tree (smaller is more accurate)."""
     gravity_shift: Annotated[float, Field(ge=0, le=1)] = 0.05
     """Gravity is evaluated again once a bound particle has moved this share of its smoothing length (0: at every step)."""
-    kernel: KernelName = "cubic_spline"
-    """Kernel of the SPH sums."""
-    support: Annotated[float, Field(ge=1.6, le=4.0)] = 2.0
-    """Support radius of the kernel over the particle spacing."""
-    volumes: Literal["present", "start"] = "present"
-    """Weights of the sums: the ``present`` volumes, or those of the ``start`` (right behind strong shocks; ``sph.start_volumes``)."""
-    smoothing: Literal["fixed", "density"] = "fixed"
-    """Smoothing lengths: ``fixed`` at their first value, or following the ``density`` between ``shortest`` and ``longest`` times it (``sph.smoothing``)."""
+    kernel: KernelName = _of_set("kernel")
+    """Kernel of the SPH sums; by default that of ``numerics``."""
+    support: Annotated[float, Field(ge=1.6, le=4.0)] = _of_set("support")
+    """Support radius of the kernel over the particle spacing; by default that of ``numerics``."""
+    volumes: Literal["present", "start"] = _of_set("volumes")
+    """Weights of the sums: the ``present`` volumes, or those of the ``start`` (right behind strong shocks;
+    ``sph.start_volumes``); by default those of ``numerics``."""
+    smoothing: Literal["fixed", "density"] = _of_set("smoothing")
+    """Smoothing lengths: ``fixed`` at their first value, or following the ``density`` between ``shortest`` and ``longest`` times it
+    (``sph.smoothing``); by default those of ``numerics``."""
     shortest: Annotated[float, Field(gt=0.2, le=1)] = 0.5
     """With ``smoothing = "density"``: least smoothing length over its first value."""
     longest: Annotated[float, Field(ge=1, le=4)] = 2.0
     """With ``smoothing = "density"``: largest smoothing length over its first value."""
-    length_terms: bool = False
+    length_terms: bool = Field(default_factory=_length_terms)
     """With ``volumes = "start"`` and ``smoothing = "density"``: include what the change of smoothing lengths adds to the density's rate
-    (``sph.length_terms``)."""
+    (``sph.length_terms``); by default, where both are so, that of ``numerics``."""
     rim: Literal["own", "stressed"] = "own"
     """Stress of the fixed rim: ``own``, that of the start, which passes on half of a shear stress; or ``stressed`` as what leans on it
     (``sph.boundary.stressed_rim``)."""
-    gradients: Literal["plain", "normalised", "corrected"] = "plain"
+    gradients: Literal["plain", "normalised", "corrected"] = _of_set("gradients")
     """``plain``; ``normalised``, exact in an undisturbed lattice (for bodies in balance and waves; ``sph.lattice_gradients``); ``corrected`` in force, density
-    and heat too (for thin shells and spinning bodies, not for strong shocks; ``sph.gradients``)."""
+    and heat too (for thin shells and spinning bodies, not for strong shocks; ``sph.gradients``); by default that of ``numerics``."""
     viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
     """``none``: full viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``); ``morris_monaghan``: a twentieth of it where nothing
     has been compressed (``sph.viscosity_morris_monaghan``)."""

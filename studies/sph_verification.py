@@ -1,6 +1,6 @@
 """The production kernels against exact solutions, as one table.
 
-    python studies/sph_verification.py [--json] [--out FOLDER] [--layers N] [--only TEXT]
+    python studies/sph_verification.py [--json] [--out FOLDER] [--layers N] [--only TEXT] [--numerics monaghan|reconstructed]
 
 Pistons over the Rankine-Hugoniot tables, compaction waves of porous material, Sod's tube, what a quiet end returns, elastic waves, a slope, a blast, a
 collapse, a spinning ball, rings, a rod; one set of viscosity, step and kernel for all (printed first). The set-ups are those of the tests
@@ -237,7 +237,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=None)
     parser.add_argument("--layers", type=int, default=150, help="how far fronts may run; a column is higher where a precursor runs ahead of the front")
     parser.add_argument("--only", default="", help="measure only what has this text in its name")
+    parser.add_argument("--numerics", choices=columns.SETS, default="monaghan", help="the set of fixtures/columns.py")
     options = parser.parse_args()
+    columns.use(options.numerics)
     numerics = {**columns.NUMERICS, "layers": options.layers}
     print(numerics)
     kept = options.out / "shocks.json" if options.out else None

@@ -44,7 +44,8 @@ def test_every_table_and_key_is_printed_with_unit_range_and_default():
         for key in keys.keys(table):
             assert f"\n  {key.path[-1]}  (" in text
     assert "  spacing_far  (quantity in m, > 0; default" in text
-    assert "  courant  (number, > 0 and <= 1; default 0.3)" in text
+    assert "  courant  (number, > 0 and <= 1; default follows the case)" in text
+    assert "  theta  (number, > 0 and <= 1; default 0.5)" in text
     assert text.index("\n  spacing_at_impact  (") < text.index("\n  courant  (")  # what a stage sets itself stands before what it inherits
     assert "  angle_from_vertical  (quantity in deg; required)" in text
     assert '  time  (quantity in s, > 0 or "auto" | "last"; default "auto")' in text
