@@ -9,12 +9,10 @@ import numpy as np
 from dem import durations, friction_angle, used_laws
 from dem.beds import settling
 from dem.beds.flat_ground import ground_of
-from dem.beds.layered_body import LayeredBody
 from dem.collapse import Collapse
 from dem.engines import external, program
 from dem.settings import Settings
 from matter import checkpoint, readable, snapshot
-from matter.errors import InputError
 
 GRAIN_STEPS_PER_S = 2.2e6
 """Grain steps per second of one thread in a collapse, with lists, looks and output (busy AVX-512 machine; 3.4e6 on a quiet one)."""
@@ -88,8 +86,6 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     settings = settings.model_copy(update={"contact": friction_angle.resolved(settings.contact)})
     start, ground = snapshot.read(inputs / "4_handoff" / "start.vtkhdf"), ground_of(inputs / "2_sph" / "target.json")
     if settings.engine != "native":
-        if not isinstance(ground, LayeredBody):
-            raise InputError(f'[dem] engine = "{settings.engine}" supports spherical targets only; flat ground needs engine = "native"')
         external.run(settings, start, ground, out)
         return
     collapse = Collapse(settings, start, ground, out)

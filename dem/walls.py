@@ -79,6 +79,13 @@ class Wall:
             return mesh_wall.row(self.piece, reach, MESH)
         return row
 
+    def cylinder(self) -> tuple[float, float, float] | None:
+        """Radius, bottom and top along the axis [m] of an upright cylinder about z that is felt from inside; None of any other wall."""
+        if self.kind != REVOLVED or self.ends is None or not np.allclose(self.direction, (0.0, 0.0, 1.0)):
+            return None
+        (p0, a0), (p1, a1) = self.ends
+        return (p0, a0, a1) if p0 == p1 and a0 < a1 else None
+
     def _line(self) -> list[float]:
         """Start, direction, lower and upper end along it, and whether the ends are rims, of the line that is revolved."""
         if self.ends is None:

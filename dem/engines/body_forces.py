@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.engines.central_gravity import Polynomial
 from dem.engines.scene import HOLD_STEPS, Scene
@@ -37,18 +38,32 @@ def lines(scene: Scene) -> list[str]:
     return out
 
 
-def _drag(domain: Domain) -> list[str]:
-    """``drag``: the mass times the rate of ``Domain.drag``."""
-    depth = f"(1.0-({domain.half_angle:.17g}-acos(z/sqrt(v_squared)))*{domain.datum_radius / domain.damped_width:.17g})"
-    inside = f"(v_squared<={domain.top_radius**2:.17g})"
+def _drag(domain: Domain | Container) -> list[str]:
+    """``drag``: the mass times the rate of ``drag`` of the domain, below its top."""
+    if isinstance(domain, Container):
+        depth, inside = _layer_of_container(domain), f"(z<={domain.top:.17g})"
+    else:
+        depth = f"(1.0-({domain.half_angle:.17g}-acos(z/sqrt(v_squared)))*{domain.datum_radius / domain.damped_width:.17g})"
+        inside = f"(v_squared<={domain.top_radius**2:.17g})"
     return [
         f'variable depth atom "{depth}"',
         f'variable drag atom "mass*{domain.damping_rate:.17g}*{inside}*((v_depth>0.0)*(v_depth<1.0)*v_depth*v_depth+(v_depth>=1.0))"',
     ]
 
 
-def aside(domain: Domain) -> list[str]:
-    """The region ``aside``: beside the cone and below its top. Grains there have left the domain and are taken out, as the stage itself does."""
+def _layer_of_container(container: Container) -> str:
+    """Depth into the damped layer over its width: 0 at its inner side, 1 at the container's."""
+    if container.shape == "box":  # the larger of |x| and |y|, which the programs have no function for
+        across = "(0.5*(sqrt(x*x)+sqrt(y*y)+sqrt((sqrt(x*x)-sqrt(y*y))*(sqrt(x*x)-sqrt(y*y)))))"
+    else:
+        across = "sqrt(x*x+y*y+z*z*(z<0.0))" if container.shape == "bowl" else "sqrt(x*x+y*y)"
+    return f"(1.0-({container.radius:.17g}-{across})/{container.damped_width:.17g})"
+
+
+def aside(domain: Domain | Container) -> list[str]:
+    """The region ``aside``: beside the domain and below its top. Grains there have left and are taken out, as the stage itself does."""
+    if isinstance(domain, Container):
+        return _aside_of_container(domain)
     height = domain.top_radius
     low, width = 1e-3 * height, math.tan(domain.half_angle)
     return [
@@ -56,3 +71,13 @@ def aside(domain: Domain) -> list[str]:
         f"region below sphere 0 0 0 {domain.top_radius:.17g} side in",
         "region aside intersect 2 beside below",
     ]
+
+
+def _aside_of_container(container: Container) -> list[str]:
+    """Beside upright sides; what is below z = 0 outside a bowl lies within those and has gone through it, which is an error and not taken out."""
+    radius, height = f"{container.radius:.17g}", f"{container.top:.17g}"
+    if container.shape == "box":
+        beside = f"region beside block -{radius} {radius} -{radius} {radius} INF INF side out"
+    else:
+        beside = f"region beside cylinder z 0 0 {radius} INF INF side out"
+    return [beside, f"region below block INF INF INF INF INF {height} side in", "region aside intersect 2 beside below"]

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from matter.errors import InputError
 
 Deviation = Literal[
     "no_twist", "damping_by_size_class", "stiffness_by_size_class", "rolling_of_equal_spheres", "sliding_spring", "contacts_begin_unloaded",
-    "ejecta_not_slowed", "spin_not_damped", "smooth_core", "clamp_sliding",
+    "ejecta_not_slowed", "spin_not_damped", "smooth_core", "clamp_sliding", "springs_of_the_bed",
 ]  # fmt: skip
 
 SENTENCES: dict[str, str] = {
@@ -32,6 +32,7 @@ SENTENCES: dict[str, str] = {
     "spin_not_damped": "the damped layer at the side damps velocities, not spins",
     "smooth_core": "the core pushes, but does not resist sliding and rolling on it",
     "clamp_sliding": "sliding shortens the spring although the case asks for reset",
+    "springs_of_the_bed": "contacts keep the springs in which the bed settled, softer than springs_for asks; [bed] largest_speed settles it in such springs",
 }
 assert set(SENTENCES) == set(get_args(Deviation))
 
@@ -39,7 +40,15 @@ ROUNDING = 1e-6
 """Relative rounding by classes below which they count as exact."""
 
 
-def needed(engine: str, scene: Scene, start_is_loaded: bool, ejecta: bool) -> list[str]:
+class Start(NamedTuple):
+    """What the grains of a start ask for: ``loaded`` contacts, ``ejecta`` among them, springs ``stiffer`` than those of the bed."""
+
+    loaded: bool = False
+    ejecta: bool = False
+    stiffer: bool = False
+
+
+def needed(engine: str, scene: Scene, start: Start) -> list[str]:
     """Names of the deviations that this engine makes on this scene."""
     contact, grains = scene.contact, scene.grains
     laws = [getattr(contact, name) for k, name in enumerate(("shell", "ocean")) if np.any(grains.species == k)]
@@ -55,11 +64,12 @@ def needed(engine: str, scene: Scene, start_is_loaded: bool, ejecta: bool) -> li
         "stiffness_by_size_class": off["stiffness_max"] > ROUNDING,
         "rolling_of_equal_spheres": rolls and float(np.ptp(grains.radius)) > ROUNDING * float(grains.radius.max()),
         "sliding_spring": bool(rough),
-        "contacts_begin_unloaded": start_is_loaded,
-        "ejecta_not_slowed": ejecta,
+        "contacts_begin_unloaded": start.loaded,
+        "ejecta_not_slowed": start.ejecta,
         "spin_not_damped": scene.domain is not None and scene.domain.damped_width > 0.0,
         "smooth_core": ours and bool(rough) and any(wall.kind == SPHERE_OUTSIDE and wall.species >= 0 for wall in scene.walls),
         "clamp_sliding": contact.sliding == "reset" and bool(rough),
+        "springs_of_the_bed": start.stiffer,
     }
     return [name for name in SENTENCES if applies[name]]
 

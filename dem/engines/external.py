@@ -24,14 +24,17 @@ from typing import Any
 
 import numpy as np
 
-from dem import flight
+from dem import flight, stiffening
 from dem.assembly import BALLISTIC, LEFT
-from dem.beds.domain import Domain
+from dem.beds.container import Container
+from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
 from dem.collapse import COLUMNS, Collapse
 from dem.columns import DISSIPATED, ENERGY_GONE, MASS, RADIUS, TOUCHING
 from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
 from dem.engines.central_gravity import Polynomial
+from dem.engines.over_body import OverBody
+from dem.engines.over_ground import OverGround
 from dem.engines.scene import HOLD_STEPS, Plan, Scene
 from dem.settings import Settings
 from matter import checkpoint
@@ -42,8 +45,6 @@ from matter.progress import Progress, stop_here
 ENGINES: dict[str, ModuleType] = {"lammps": lammps, "liggghts": liggghts}
 POLL_S = 0.05
 FOLDER, DECK, LOG = "engine", "in.deck", "engine.log"
-BOX_LIMIT = 5.0
-"""Half the edge of the box at most, in radii of the body."""
 LIST_STEPS = 8
 """Steps that a neighbour list should serve; an engine builds one in the time of one or two."""
 _PLACE, _MOTION = slice(1, 4), slice(4, 10)
@@ -54,75 +55,38 @@ _UNKNOWN = tuple(COLUMNS.index(name) for name in ("momentum_error", "angular_mom
 class ExternalCollapse(Collapse):
     """One run of the stage on another engine."""
 
-    def __init__(self, settings: Settings, start: Particles, body: LayeredBody, out: Path):
+    def __init__(self, settings: Settings, start: Particles, body: LayeredBody | FlatGround, out: Path):
         program.find(settings.engine)
         if settings.stiffness != "fixed" or settings.sleeping:  # schemes of our own stepping
             raise InputError(f"[dem] stiffness = 'following' and sleeping need engine = 'native': {settings.engine} steps every grain with one stiffness")
         loaded = any(np.any(start.tables.get(f"contacts/{name}", np.zeros((0, TOUCHING)))[:, :TOUCHING]) for name in ("history", "wall_history"))
         super().__init__(settings, start, body, out)
         self.engine, self.folder = ENGINES[settings.engine], out / FOLDER
-        self.aloft = np.zeros(0, dtype=np.int64)
-        assert isinstance(self.domain, Domain)  # the stage hands over no flat ground
-        self.cone = self.domain
-        flight.look(self.bed, self.domain)
-        self.aloft = np.sort(self.bed.identity[self._not_back_in_time()])
-        grains = self.bed.particles({"time": self.bed.start_time, "species": []}, tables=False)
+        bed, rest = self.bed, settings.latest_time - self.bed.start_time
+        self.over = OverGround(self.domain, bed.gravity) if isinstance(self.domain, Container) else OverBody(self.domain, bed.gravity)
+        flight.look(bed, self.domain)
+        self.aloft = np.sort(bed.identity[(bed.state == BALLISTIC) & self.over.stays_away(bed.X[:, :3], bed.W[:, :3], rest)])
+        grains = bed.particles({"time": bed.start_time, "species": []}, tables=False)
         grains = grains.select((grains["state"] != LEFT) & ~np.isin(grains.identity, self.aloft))
-        self.scene = Scene(grains, settings.contact, self.domain.walls(), self.bed.gravity, self.bed.dt, self._reach(), self.cone, self._skin())
+        reach = self.over.reach(grains.position, grains.velocity, rest, float(bed.X[:, RADIUS].max()))
+        self.scene = Scene(grains, settings.contact, self.domain.walls(), bed.gravity, bed.dt, reach, self.domain, self._skin())
         ejecta = bool(np.any(grains.identity >= start.attributes.get("bed_grains", np.iinfo(np.int64).max)))
-        self.needs = deviations.needed(settings.engine, self.scene, loaded, ejecta)
+        wanted = stiffening.springs_for(settings.springs_for, start, settings.contact, isinstance(self.domain, Container))
+        self.needs = deviations.needed(settings.engine, self.scene, deviations.Start(loaded, ejecta, wanted.factor > 1.0))
         deviations.check(settings.engine, self.scene, self.needs, settings.accept)
         self.row_steps = max(1, round(settings.history_interval / self.bed.dt))
         self.restart_steps = self.row_steps * max(1, round(settings.snapshot_interval / (self.row_steps * self.bed.dt)))
-
-    def _not_back_in_time(self) -> np.ndarray:
-        """Mask of the grains that are clear of the bed, outward bound, and at the end still not back at the radius where they are now.
-
-        Twice the time to the apoapsis of their Kepler orbit: (pi - M) / n with M the mean anomaly, n the mean motion.
-        """
-        bed = self.bed
-        x, v = bed.X[:, :3], bed.W[:, :3]
-        r, gm = np.linalg.norm(x, axis=1), self._gm()
-        energy = 0.5 * np.einsum("ij,ij->i", v, v) - gm / r
-        axis = gm / np.maximum(-2.0 * energy, 1e-12 * gm / r)
-        moment2 = np.einsum("ij,ij->i", *(np.cross(x, v),) * 2)
-        eccentricity = np.sqrt(np.maximum(1.0 - moment2 / (gm * axis), 1e-24))
-        anomaly = np.arccos(np.clip((1.0 - r / axis) / eccentricity, -1.0, 1.0))
-        back = 2.0 * (np.pi - anomaly + eccentricity * np.sin(anomaly)) * np.sqrt(axis**3 / gm)
-        outward = np.einsum("ij,ij->i", x, v) > 0.0
-        return (bed.state == BALLISTIC) & outward & ((energy >= 0.0) | (back > self.settings.latest_time - bed.start_time))
-
-    def _gm(self) -> float:
-        field = self.bed.gravity
-        return float(field.strength(np.array(field.radius))) * field.radius**2
 
     def _fly(self, steps: int) -> None:
         """Move the grains that fly here by ``steps`` steps of velocity Verlet."""
         bed = self.bed
         here = np.isin(bed.identity, self.aloft) & (bed.state == BALLISTIC)
         x, v = bed.X[here, :3], bed.W[here, :3]
-
-        def pull(x: np.ndarray) -> np.ndarray:
-            r = np.linalg.norm(x, axis=1)
-            return x * (-bed.gravity.strength(r) / r)[:, None]
-
         for _ in range(steps):
-            v = v + 0.5 * bed.dt * pull(x)
+            v = v + 0.5 * bed.dt * self.over.pull(x)
             x = x + bed.dt * v
-            v = v + 0.5 * bed.dt * pull(x)
+            v = v + 0.5 * bed.dt * self.over.pull(x)
         bed.X[here, :3], bed.W[here, :3], bed.V[here, :3] = x, v, v
-
-    def _reach(self) -> float:
-        """Half the edge of the box [m]: as far as the bound ejecta of the start can rise in the time, within ``BOX_LIMIT``."""
-        bed = self.bed
-        k = (bed.state != LEFT) & ~np.isin(bed.identity, self.aloft)
-        r, v = np.linalg.norm(bed.X[k, :3], axis=1), np.linalg.norm(bed.W[k, :3], axis=1)
-        gm = self._gm()
-        energy = 0.5 * v * v - gm / r
-        apoapsis = np.where(energy < 0.0, gm / np.maximum(-energy, 1e-300), np.inf)
-        rise = np.minimum(apoapsis, r + v * (self.settings.latest_time - bed.start_time))
-        widest = self.cone.top_radius + 10.0 * float(bed.X[:, RADIUS].max())
-        return float(np.clip(1.02 * np.max(rise), 1.1 * widest, BOX_LIMIT * self.cone.datum_radius))
 
     def _skin(self) -> float:
         """Skin in mean radii: what lets the fastest grain go some steps before the engine builds its list anew."""
@@ -213,16 +177,18 @@ class ExternalCollapse(Collapse):
         if not missing.any():
             return
         travel = 2.0 * self.row_steps * bed.dt * np.linalg.norm(bed.W[:, :3], axis=1) + 2.0 * bed.X[:, RADIUS]
-        distance = np.linalg.norm(bed.X[:, :3], axis=1)
         beyond = missing & (np.max(np.abs(bed.X[:, :3]), axis=1) + travel > self.scene.reach)
-        beside = missing & ~beyond & ((self.cone.half_angle - self.cone.polar_angle(bed.X[:, :3])) * distance < travel)
+        beside = missing & ~beyond & self.over.beside(bed.X[:, :3], travel)
         lost = missing & ~beyond & ~beside
         if lost.any():
             raise UnphysicalState(
                 f"{self.settings.engine} lost grain {bed.identity[lost][0]} inside the domain; last seen at {bed.where(int(np.flatnonzero(lost)[0]))}"
             )
         flying = bed.state == BALLISTIC
-        by_reason = {"escaped": bed.identity[beyond], "landed_outside": bed.identity[beside & flying], "through_the_side": bed.identity[beside & ~flying]}
+        flat = isinstance(self.domain, Container)  # from flat ground nothing escapes: what leaves the box comes down outside, or too late
+        escaped = beyond & (not flat)
+        outside = (beside & flying) | (beyond & flat)
+        by_reason = {"escaped": bed.identity[escaped], "landed_outside": bed.identity[outside], "through_the_side": bed.identity[beside & ~flying]}
         for reason, who in by_reason.items():
             bed.change_states(np.isin(bed.identity, who), LEFT, reason)
 
@@ -270,7 +236,7 @@ class ExternalCollapse(Collapse):
                 path.unlink()
 
 
-def run(settings: Settings, start: Particles, body: LayeredBody, out: Path) -> None:
+def run(settings: Settings, start: Particles, body: LayeredBody | FlatGround, out: Path) -> None:
     """Run or resume the collapse on ``settings.engine`` in ``out``."""
     collapse = ExternalCollapse(settings, start, body, out)
     saved = checkpoint.newest(out)

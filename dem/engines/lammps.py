@@ -27,7 +27,7 @@ import numpy as np
 from dem.engines import body_forces
 from dem.engines.classes import PairNumbers
 from dem.engines.scene import DATA, Plan, Scene, write_deck
-from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
+from dem.walls import CONE, PLANE, REVOLVED, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
 from matter.errors import InputError
 
 SOURCES = ("Thompson2022",)
@@ -58,9 +58,23 @@ def law(pair: PairNumbers, tail: bool) -> str:
 def region(wall: Wall, name: str, reach: float) -> str:
     """A wall as the surface of a region; what lies in the region is the side on which the grains are."""
     x, y, z = wall.point
-    if wall.kind == PLANE:
+    if wall.kind == PLANE and not np.isfinite(wall.top):
         n = np.asarray(wall.direction, dtype=float)
         return f"region {name} plane {x:.17g} {y:.17g} {z:.17g} {n[0]:.17g} {n[1]:.17g} {n[2]:.17g} side in"
+    if wall.kind == PLANE and np.count_nonzero(wall.direction) == 1 and not wall.direction[2]:
+        return _upright(wall, name)
+    if wall.kind == REVOLVED and (sides := wall.cylinder()):
+        radius, low, high = sides
+        return f"region {name} cylinder z {x:.17g} {y:.17g} {radius:.17g} {z + low:.17g} {z + high:.17g} side in open 1 open 2"
+    if wall.kind == SPHERE_INSIDE and np.isfinite(wall.top):
+        # joined with all that is above the top: of the sphere's surface only the part below counts, of the plane only what lies outside
+        return "\n".join(
+            [
+                f"region {name}ball sphere {x:.17g} {y:.17g} {z:.17g} {wall.radius:.17g} side in",
+                f"region {name}above block INF INF INF INF {z + wall.top:.17g} INF side in",
+                f"region {name} union 2 {name}ball {name}above",
+            ]
+        )
     if wall.kind in (SPHERE_OUTSIDE, SPHERE_INSIDE):
         return f"region {name} sphere {x:.17g} {y:.17g} {z:.17g} {wall.radius:.17g} side {'out' if wall.kind == SPHERE_OUTSIDE else 'in'}"
     if wall.kind == CONE and np.allclose(wall.direction, (0.0, 0.0, 1.0)):
@@ -72,9 +86,20 @@ def region(wall: Wall, name: str, reach: float) -> str:
     raise InputError(f"[dem] engine = {NAME!r} has no wall of this kind ({wall})")
 
 
+def _upright(wall: Wall, name: str) -> str:
+    """A plane across x or y up to its top: one face of a block whose others are open."""
+    axis = int(np.flatnonzero(wall.direction)[0])
+    face = 0 if wall.direction[axis] > 0 else 1
+    bounds = ["INF"] * 6
+    bounds[2 * axis + face] = f"{wall.point[axis]:.17g}"
+    bounds[5] = f"{wall.point[2] + wall.top:.17g}"
+    opened = " ".join(f"open {k + 1}" for k in range(6) if k != 2 * axis + face)
+    return f"region {name} block {' '.join(bounds)} side in {opened}"
+
+
 def flat(wall: Wall) -> bool:
-    """Whether a wall is a plane along an axis."""
-    return wall.kind == PLANE and np.count_nonzero(wall.direction) == 1
+    """Whether a wall is a plane along an axis that ends nowhere."""
+    return wall.kind == PLANE and np.count_nonzero(wall.direction) == 1 and not np.isfinite(wall.top)
 
 
 def planes(walls: Sequence[Wall]) -> list[tuple[int, str, str, str]]:

@@ -147,7 +147,7 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
 def _primitive(wall: Wall, kind: int) -> str | None:
     """A plane along an axis, or None."""
     n = np.asarray(wall.direction, dtype=float)
-    if wall.kind != PLANE or np.count_nonzero(n) != 1:
+    if wall.kind != PLANE or np.count_nonzero(n) != 1 or np.isfinite(wall.top):
         return None
     axis = int(np.flatnonzero(n)[0])
     return f"primitive type {kind} {'xyz'[axis]}plane {wall.point[axis]:.17g}"

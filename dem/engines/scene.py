@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.contact_settings import Contact
 from dem.engines.classes import Classes
@@ -33,7 +34,7 @@ class Scene:
     gravity: Field
     dt: float
     reach: float
-    domain: Domain | None = None
+    domain: Domain | Container | None = None
     skin: float = 0.3
     """In mean radii."""
     classes: Classes = field(init=False)

@@ -39,6 +39,8 @@ def mesh(wall: Wall, grain: float, reach: float, lower: float = 0.0) -> tuple[np
         return _cone(wall, grain, reach, lower)
     if wall.kind == PLANE:
         return _plane(wall, reach)
+    if wall.cylinder():
+        return _cylinder(wall, grain)
     raise InputError(f"no triangles for a wall of this kind ({wall})")
 
 
@@ -52,7 +54,12 @@ def _sphere(wall: Wall, grain: float) -> tuple[np.ndarray, np.ndarray]:
         if 0.5 * depth <= DEVIATION * grain:
             break
     vertices = np.asarray(ball.vertices) * (1.0 + 0.5 * depth / wall.radius)
-    return vertices + np.asarray(wall.point, dtype=float), np.asarray(ball.faces)
+    faces = np.asarray(ball.faces)
+    if np.isfinite(wall.top):  # a ragged edge, half a facet to both sides of the top: far below a grain's radius
+        faces = faces[vertices[faces, 2].mean(axis=1) <= wall.top]
+        used, faces = np.unique(faces, return_inverse=True)
+        vertices, faces = vertices[used], faces.reshape(-1, 3)
+    return vertices + np.asarray(wall.point, dtype=float), faces
 
 
 def _cone(wall: Wall, grain: float, reach: float, lower: float) -> tuple[np.ndarray, np.ndarray]:
@@ -64,19 +71,39 @@ def _cone(wall: Wall, grain: float, reach: float, lower: float) -> tuple[np.ndar
     top = wall.top if np.isfinite(wall.top) else reach
     low = min(max(lower, 1e-3 * top), 0.9 * top)
     widest = top * math.sin(wall.half_angle)
-    around = max(24, math.ceil(math.pi / math.sqrt(4.0 * DEVIATION * grain * math.cos(wall.half_angle) / widest)))
-    edge = 2.0 * math.pi * widest / around
-    along = max(1, math.ceil((top - low) / edge))
+    around = _around(widest, grain * math.cos(wall.half_angle))
+    along = max(1, math.ceil((top - low) / (2.0 * math.pi * widest / around)))
     shift = 1.0 + 0.25 * (math.pi / around) ** 2  # half the depth of the chord
     angle = 2.0 * math.pi * np.arange(around) / around
     slant = np.linspace(low, top, along + 1)
     ring = np.outer(np.cos(angle), one) + np.outer(np.sin(angle), two)
     vertices = slant[:, None, None] * (math.cos(wall.half_angle) * axis + math.sin(wall.half_angle) * shift * ring[None])
+    return vertices.reshape(-1, 3) + np.asarray(wall.point, dtype=float), _strips(along, around)
+
+
+def _cylinder(wall: Wall, grain: float) -> tuple[np.ndarray, np.ndarray]:
+    sides = wall.cylinder()
+    assert sides is not None
+    radius, low, high = sides
+    around = _around(radius, grain)
+    along = max(1, math.ceil((high - low) / (2.0 * math.pi * radius / around)))
+    angle, height = 2.0 * math.pi * np.arange(around) / around, np.linspace(low, high, along + 1)
+    width = radius * (1.0 + 0.25 * (math.pi / around) ** 2)
+    ring = np.tile(width * np.column_stack([np.cos(angle), np.sin(angle)]), (along + 1, 1))
+    return np.column_stack([ring, np.repeat(height, around)]) + np.asarray(wall.point, dtype=float), _strips(along, around)
+
+
+def _around(radius: float, grain: float) -> int:
+    """Facets around a circle of ``radius`` [m] whose chords are off by ``DEVIATION`` grain radii at most."""
+    return max(24, math.ceil(math.pi / math.sqrt(4.0 * DEVIATION * grain / radius)))
+
+
+def _strips(along: int, around: int) -> np.ndarray:
+    """Faces (f, 3) of ``along`` closed strips between rings of ``around`` vertices."""
     k, i = np.meshgrid(np.arange(along), np.arange(around), indexing="ij")
     a, b = k * around + i, k * around + (i + 1) % around
     c, d = a + around, b + around
-    faces = np.concatenate([np.stack([a, b, d], -1).reshape(-1, 3), np.stack([a, d, c], -1).reshape(-1, 3)])
-    return vertices.reshape(-1, 3) + np.asarray(wall.point, dtype=float), faces
+    return np.concatenate([np.stack([a, b, d], -1).reshape(-1, 3), np.stack([a, d, c], -1).reshape(-1, 3)])
 
 
 def _plane(wall: Wall, reach: float) -> tuple[np.ndarray, np.ndarray]:
@@ -90,7 +117,8 @@ def _plane(wall: Wall, reach: float) -> tuple[np.ndarray, np.ndarray]:
     k = np.arange(-2 * TILES, 2 * TILES)
     i, j = (index.reshape(-1) for index in np.meshgrid(k, k, indexing="ij"))
     centre = np.asarray(wall.point, dtype=float)
-    inside = np.all(np.abs(centre + edge * ((i[:, None] + 0.5) * one + (j[:, None] + 0.5) * two)) < reach - edge, axis=1)
+    place = centre + edge * ((i[:, None] + 0.5) * one + (j[:, None] + 0.5) * two)
+    inside = np.all(np.abs(place) < reach - edge, axis=1) & (place[:, 2] - centre[2] <= wall.top)
     i, j = i[inside], j[inside]
     corners = np.stack([np.stack([i + a, j + b], -1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
     places, at = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
