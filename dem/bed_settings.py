@@ -42,8 +42,9 @@ class Settings(Model):
     shape: Literal["auto", "cap", "bowl", "box", "cylinder"] = "auto"
     """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or ``cylinder`` of flat ground, whose radius or
     half width is ``arc_radius``. ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box)."""
-    packing: Literal["rcp", "hcp"] = "rcp"
-    """Random close packing, or (flat ground only, equal grains) hexagonal close packing."""
+    packing: Literal["rcp", "hcp", "hcp_tilted"] = "rcp"
+    """Random close packing, or (flat ground only, equal grains) hexagonal close packing: its layers parallel to the ground, or ``hcp_tilted``, turned so that
+    none is (whole layers that lift are an accident of their direction)."""
     largest_speed: PositiveSpeed | None = None
     """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only (``dem.beds.flat_settling.stiffness``)."""
     share: bool = True

@@ -81,7 +81,7 @@ def steps(settings: Settings) -> float:
     n = settings.count
     if not settings.target.flat:
         return STEPS * math.sqrt(n / 20_000)
-    kind = FLAT_STEPS * (HEXAGONAL_SHARE if settings.packing == "hcp" else 1.0)
+    kind = FLAT_STEPS * (HEXAGONAL_SHARE if settings.packing != "rcp" else 1.0)
     return kind * (n / 20_000) ** FLAT_GROWTH
 
 
@@ -163,7 +163,7 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
     if settings.shape not in ("auto", "cap"):
         raise InputError(f'[bed] shape = "{settings.shape}" is for flat ground; a spherical target is filled as a "cap"')
     if settings.packing != "rcp" or settings.largest_speed is not None:
-        raise InputError('[bed] packing = "hcp" and largest_speed are for flat ground (bowl, box, cylinder)')
+        raise InputError(f'[bed] packing = "{settings.packing}" and largest_speed are for flat ground (bowl, box, cylinder)')
     domain = domain_of(settings, body)
     return lambda out: _make(settings, body, domain, out)
 

@@ -26,7 +26,7 @@ def _laws(contact: Contact) -> set[Path]:
 def of_bed(settings: Any) -> set[Path]:
     """What a bed made with ``settings`` (``dem.bed_stage``) leaves idle."""
     idle = _laws(settings.contact) | {TREE}
-    return idle | ({ROOM / "beds" / "packing.py"} if settings.packing == "hcp" else set())
+    return idle | ({ROOM / "beds" / "packing.py"} if settings.packing != "rcp" else set())
 
 
 def of_collapse(settings: Any) -> set[Path]:

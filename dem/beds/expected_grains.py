@@ -41,7 +41,7 @@ def expected(settings: Settings) -> Expected:
         angle = 2.0 * math.pi / 3.0 * (1.0 - math.cos(min(extent / target.radius, 0.5 * math.pi)))
         below = angle * (target.radius**3 - (target.radius - deep) ** 3)
         above = angle * ((target.radius + top) ** 3 - target.radius**3)
-    filled = HEXAGONAL if settings.packing == "hcp" else FRACTION
+    filled = HEXAGONAL if settings.packing != "rcp" else FRACTION
     grain = (filled * (below + above) / settings.count * 0.75 / math.pi) ** (1.0 / 3.0)
     r, mass = np.array([grain]), np.array([rho * 4.0 / 3.0 * math.pi * grain**3 / filled])
     pressure = rho * g * deep

@@ -57,9 +57,9 @@ def maker(settings: Settings, ground: FlatGround) -> Callable[[Path], None]:
 def make(settings: Settings, ground: FlatGround, container: Container, out: Path) -> None:
     """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to rest."""
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
-    hexagonal = settings.packing == "hcp"
+    hexagonal = settings.packing != "rcp"
     if hexagonal:
-        points, equal = packing.hexagonal_in(settings.count, container)
+        points, equal = packing.hexagonal_in(settings.count, container, tilted=settings.packing == "hcp_tilted")
         radius = np.full(len(points), equal)
     else:
         radius = packing.contained_radii(settings.count, settings.radius_spread, container, seeds[0])

@@ -74,8 +74,10 @@ def contained_points(radius: np.ndarray, container: Container, seed: np.random.S
     return points
 
 
-def hexagonal_in(count: int, container: Container) -> tuple[np.ndarray, float]:
-    """Centres (n, 3) and radius [m] of touching equal grains in hexagonal close packing, close-packed planes level, that fit into the container.
+def hexagonal_in(count: int, container: Container, tilted: bool = False) -> tuple[np.ndarray, float]:
+    """Centres (n, 3) and radius [m] of touching equal grains in hexagonal close packing that fit into the container.
+
+    Close-packed planes are level, the lowest on the floor; ``tilted``: turned by odd angles, so that none is level or upright.
 
     The radius is that at which about ``count`` fit. Raises ``InputError`` when the container holds too few for that.
     """
@@ -84,8 +86,9 @@ def hexagonal_in(count: int, container: Container) -> tuple[np.ndarray, float]:
     radius = (HEXAGONAL * volume / count * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
     best: tuple[int, np.ndarray, float] | None = None
     for _ in range(16):
-        points = hexagonal(2.0 * radius / 2.0 ** (1.0 / 6.0), reach, rotate=False)  # nearest distance 2 r
-        points[:, 2] += container.floor + radius - _lowest_level(points, container.floor + radius)
+        points = hexagonal(2.0 * radius / 2.0 ** (1.0 / 6.0), reach, rotate=tilted)  # nearest distance 2 r
+        if not tilted:
+            points[:, 2] += container.floor + radius - _lowest_level(points, container.floor + radius)
         points = points[container.depth_inside(points) >= radius * (1.0 - 1e-9)]
         off = abs(len(points) - count)
         if best is None or off < best[0]:

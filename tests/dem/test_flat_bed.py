@@ -88,6 +88,22 @@ def test_a_hexagonal_bed_in_a_box(tmp_path):
     assert np.ptp(bed.radius) == 0.0
 
 
+def test_a_tilted_lattice_has_no_level_layers(tmp_path):
+    """As dense as the level one, at rest; heights of its deep grains are spread where those of the level one stand in layers."""
+    bed, report = settled(tmp_path, shape="bowl", packing="hcp_tilted", arc_radius=8.0, radius_spread=0.0, count=900)
+    check_at_rest(report)
+    level, radius = packing.hexagonal_in(900, Container("bowl", 8.0, -8.0, 1.6))
+    tilted, _ = packing.hexagonal_in(900, Container("bowl", 8.0, -8.0, 1.6), tilted=True)
+    step = 2.0 * radius * math.sqrt(2.0 / 3.0)  # between layers
+
+    def order(points):  # 1 where all heights are whole layers apart, about 0 where they are spread
+        return abs(np.mean(np.exp(2j * np.pi * points[:, 2] / step)))
+
+    inside = bed.position[np.linalg.norm(bed.position, axis=1) < 6.0]
+    assert order(level) > 0.99 and order(tilted) < 0.1 and order(inside) < 0.2
+    assert report["packing_fraction"] > 0.68
+
+
 def test_a_bowl_of_mixed_grains_under_weak_gravity_with_stiff_springs(tmp_path):
     """Springs for contacts faster than those at rest: the bed is settled under inflated gravity, and ends at rest under its own."""
     bed, report = settled(tmp_path, shape="bowl", largest_speed=2.0, count=700)
@@ -198,7 +214,7 @@ def test_a_body_is_filled_as_a_cap(tmp_path, bed_settings):
     from tests.dem import bodies
 
     bodies.write_callisto(tmp_path / "2_sph" / "target.json")
-    for change, words in (({"shape": "bowl"}, "is for flat ground"), ({"packing": "hcp"}, "are for flat ground")):
+    for change, words in (({"shape": "bowl"}, "is for flat ground"), ({"packing": "hcp_tilted"}, "hcp_tilted.* are for flat ground")):
         with pytest.raises(InputError, match=words):
             bed_stage.run(bed_settings.model_copy(update=change), tmp_path, tmp_path)
 
