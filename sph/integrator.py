@@ -182,6 +182,7 @@ class Integrator:
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, around.images)
         self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud), self.scheme.switched, self.scheme.reconstructed)
         self._omega = np.ones(len(cloud) if numerics.length_terms else 0)
+        self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel) if numerics.length_terms else 1.0
         self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
         self._second = np.zeros((0, self.scheme.second_width))
         if self.scheme.reconstructed and len(cloud.strain_rate) == 0:
@@ -277,7 +278,7 @@ class Integrator:
             rims.carry(e.row, pairs, self.edge.fixed[cloud.identity], owner, self.scheme.kernel)
             self._fill_images()
         if self.numerics.length_terms and self.limits_of_length is not None:
-            length_terms.scale(self.scheme, self._rows(), pairs, cloud.start_length, self.limits_of_length, self._omega)
+            length_terms.scale(self.scheme, self._rows(), pairs, cloud.start_length, self.limits_of_length, self._omega, self._omega_at_rest)
             self._fill_images()
         if self.gradient_scale != 1.0:
             e.row[:, VOLUME] *= self.gradient_scale

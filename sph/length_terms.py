@@ -5,7 +5,9 @@ theirs in proportion (the sources let W depend on h_i alone, which needs no such
 
     drho_i = (1 / Omega_i) (the rate at fixed h),   Omega_i = 1 + (rho_0i / 3 rho_i) sum_j V0_j h_ij dW/dh(r_ij, h_ij)
 
-and the pressure in force and heat is P_i / Omega_i, so that both stay conjugate. In matter of even density Omega = 1; next to a void it is not, and without it
+and the pressure in force and heat is P_i / Omega_i, so that both stay conjugate. In matter of even density Omega = 1; the sum over a lattice says 0.988
+(Wendland's kernel, h = 2.6 spacings) or 0.973 (cubic spline, 2.0), by which it is divided (``at_rest``): sound and weak shocks would be that much too fast.
+Next to a void it is not 1, and without it
 the density of what has expanded falls through zero: in the hot centre of a blast it stood at its floor, while that of the shell was up to a half too
 high and the blast ran ahead. Omega is 1 where h stands at one of its limits, and is kept within ``LEAST`` and ``MOST``.
 
@@ -22,6 +24,7 @@ import numpy as np
 from matter.gather import LANES, columns
 from matter.jit import parallel_kernel, prange
 from sph.kernels import dispatch as kernels
+from sph.lattice_gradients import hexagonal_distances
 from sph.row import RHO_INVERSE, SUPPORT, VOLUME, WIDTH, XX, YY, ZZ, X, Y, Z
 from sph.scheme import Pairs, Rows, Scheme
 
@@ -33,11 +36,11 @@ _BLOCK = 64
 
 @functools.cache
 def _loop(scheme: Scheme):
-    """The compiled loop (rows, pairs, start_length, least, most, omega) of a scheme; fills ``omega``."""
+    """The compiled loop (rows, pairs, start_length, least, most, at_rest, omega) of a scheme; fills ``omega``."""
     kernel = scheme.kernel
 
     @parallel_kernel(fastmath=True)
-    def _scale(rows, pairs, start_length, least, most, omega):
+    def _scale(rows, pairs, start_length, least, most, at_rest, omega):
         row, start_density = rows.row, rows.start_density
         n = len(omega)
         for block in prange((n + _BLOCK - 1) // _BLOCK):
@@ -62,7 +65,7 @@ def _loop(scheme: Scheme):
                 total -= 3.0 * (1 - (padded - pairs.number[i])) * row[i, VOLUME] * W
                 eta = row[i, RHO_INVERSE] * start_density[i]
                 free = h > 1.0001 * least * start_length[i] and h < 0.9999 * most * start_length[i]
-                value = min(max(1.0 + total / (3.0 * eta), LEAST), MOST)
+                value = min(max((1.0 + total / (3.0 * eta)) / at_rest, LEAST), MOST)
                 omega[i] = value if free else 1.0
 
     return _scale
@@ -84,9 +87,19 @@ def _divide(density_rate, divergence, omega):
         divergence[i] /= omega[i]
 
 
-def scale(scheme: Scheme, rows: Rows, neighbours, start_length: np.ndarray, limits: tuple[float, float], omega: np.ndarray) -> None:
-    """Fill ``omega`` (n,) from rows turned by ``sph.start_volumes`` (images included), and put P / Omega into the first n of them."""
-    _loop(scheme)(rows, Pairs.of(neighbours), start_length, limits[0], limits[1], omega)
+def at_rest(support: float, kernel: str) -> float:
+    """What the sum says of Omega in an undisturbed lattice, for the support radius [spacings] of a kernel."""
+    law, r = kernels.FAMILY.laws[kernels.FAMILY.kind(kernel)], hexagonal_distances(support)
+    total = 3.0 * law.kernel(0.0, support) + sum(3.0 * law.kernel(x, support) + x * x * law.gradient_factor(x, support) for x in r)
+    return float(1.0 - total / 3.0)
+
+
+def scale(scheme: Scheme, rows: Rows, neighbours, start_length: np.ndarray, limits: tuple[float, float], omega: np.ndarray, at_rest: float = 1.0) -> None:
+    """Fill ``omega`` (n,) from rows turned by ``sph.start_volumes`` (images included), and put P / Omega into the first n of them.
+
+    ``at_rest`` is the sum's value in an undisturbed lattice.
+    """
+    _loop(scheme)(rows, Pairs.of(neighbours), start_length, limits[0], limits[1], at_rest, omega)
     _apply(rows.row, omega)
 
 

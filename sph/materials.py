@@ -22,6 +22,7 @@ from sph.porosity import crush, p_alpha
 from sph.porosity import dispatch as porosity
 from sph.porosity.matrix import Matrix
 from sph.strength import dispatch as strength
+from sph.strength import von_mises
 
 
 class Elastic(NamedTuple):
@@ -50,6 +51,7 @@ class Rows(NamedTuple):
     strength_row: np.ndarray  # (m, width)
     mixes_damage: np.ndarray  # 1 where damage stands in the yield stress, 0 where it takes the shear stress as a whole
     tension: np.ndarray  # the tension that the intact material bears [Pa], >= 0
+    melt: np.ndarray  # specific energy at which that tension is gone [J/kg], that of the strength; infinite where nothing says it
     young: np.ndarray  # Young's modulus [Pa]
     crack_speed: np.ndarray  # [m/s]
     growth: np.ndarray  # number of the law in sph.damage.growth, 0 where nothing breaks
@@ -158,8 +160,13 @@ def _fill_strength(rows: Rows, i: int, name: str, choice: Kept) -> None:
     default = "von_mises" if has_section(name, "von_mises", choice) else "none"
     kind = rows.strength[i] = _chosen(name, strength.FAMILY, default, choice)
     rows.mixes_damage[i] = strength.FAMILY.having("MIXES_DAMAGE")[kind]
+    rows.melt[i] = math.inf
     if kind > 0:
-        _put(rows.strength_row[i], strength.FAMILY.row(kind, _values(name, strength.FAMILY, kind, choice)))
+        values = _values(name, strength.FAMILY, kind, choice)
+        _put(rows.strength_row[i], strength.FAMILY.row(kind, values))
+        rows.melt[i] = values.melt_energy
+    elif has_section(name, "von_mises", choice):  # a fluid that is called so melts no later than the solid
+        rows.melt[i] = parameters(von_mises.Parameters, name, "von_mises", choice).melt_energy
 
 
 def _fill_damage(rows: Rows, i: int, name: str, choice: Kept) -> None:

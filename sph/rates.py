@@ -53,7 +53,7 @@ class Matter(NamedTuple):
 
 class Damping(NamedTuple):
     """Coefficients of the artificial viscosity (``sph.viscosity``) and of the artificial stress (``sph.artificial_stress``); ``near``: spacing over support
-    (``sph.viscosity_reconstructed``)."""
+    (of ``sph.viscosity_reconstructed`` and of the artificial stress)."""
 
     alpha: float
     beta: float
@@ -88,6 +88,7 @@ def pair_loop(scheme: Scheme):
         acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
         divergence, curl, approach, number, strain_rate = out.divergence, out.curl, out.approach, out.number, out.strain_rate
         n = len(number)  # rows behind these are images: read, never written
+        at_spacing = kernels.kernel(kernel, damping.near, 1.0)
         for block in prange((n + _BLOCK - 1) // _BLOCK):
             most = 0
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
@@ -153,8 +154,9 @@ def pair_loop(scheme: Scheme):
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
                     if artificial_stress_taken:
+                        closeness = kernels.kernel(kernel, r, hij) * hij * hij * hij / at_spacing
                         pull = dx * (sxx * dx + 2.0 * (sxy * dy + sxz * dz)) + dy * (syy * dy + 2.0 * syz * dz) + szz * dz * dz
-                        apart = w * artificial_stress.pressure(pull, r, r2, hij, damping.artificial_stress)
+                        apart = w * artificial_stress.pressure(pull, closeness, r2, hij, damping.artificial_stress)
                         heat += 0.5 * apart * vr * F
                         push += apart
                     if not corrected:

@@ -6,7 +6,8 @@ shear where the yield law does not know it (von Mises); Drucker-Prager and Colli
     P_eff = (1 - D) P for P < 0, else P;    S_eff = (1 - D) S / alpha  or  S / alpha
 
 S is that of the matrix, and so are the pressure and the strains that yield and flaws see (sigma_s = alpha sigma). The tension cut is the material's, or where
-the cone of Drucker and Prager ends, whichever is less; in porous material it is divided by alpha like every stress.
+the cone of Drucker and Prager ends, whichever is less; heat softens both as it does the yield stress, and in porous material they are divided by alpha like
+every stress. Cracks run at 0.4 of the longitudinal speed, in pores as much slower as sound.
 
 A particle that has lost its neighbours expands freely: its pressure and stress fade with the number of neighbours left, consistently in force and
 energy, so that nothing is created; its remaining internal energy is booked in the history.
@@ -30,7 +31,7 @@ from sph.porosity import compaction_damage
 from sph.porosity import dispatch as porosity
 from sph.row import RHO_INVERSE, SOUND, SUPPORT, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 from sph.strength import dispatch as strengths
-from sph.strength import von_mises
+from sph.strength import thermal_softening, von_mises
 
 FREE, BOUND = 4, 10  # a particle with at most FREE neighbours feels no pressure, from BOUND on all of it
 
@@ -116,7 +117,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             c2 = slow * slow * (d_rho + P * thin / (rho[i] * rho[i]) * d_u)
         else:
             P, c2 = late_c2[m] * (rho[i] - late_density[i]), late_c2[m]
-        P = max(P, -rows.tension[m] * thin)
+        P = max(P, -rows.tension[m] * thermal_softening.softening(u[i], rows.melt[m]) * thin)
         keep = holding(count[i])
         sxx, sxy, sxz, syy, syz = stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4]
         D, s = 0.0, keep * thin
@@ -127,7 +128,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
                 root = compaction_damage.total(root, compaction_damage.root(distention[i], initial[i]))
             D = root * root * root
             law = rows.strength[m]
-            P = max(P, -strengths.apex(law, rows.strength_row[m], D) * thin)
+            P = max(P, -strengths.apex(law, rows.strength_row[m], u[i], D) * thin)
             szz = -sxx - syy
             J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
             f = von_mises.return_factor(J2, strengths.yield_stress(law, rows.strength_row[m], a * P, u[i], D))
@@ -144,7 +145,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
                     cap = growth.cap(rows.growth[m], opened, total)
                     damage_cap[i] = cap
                     if root_damage[i] < cap:
-                        crack = growth.crack_speed(rows.growth[m], rows.crack_speed[m], rows.bulk[m], G, rho[i], D)
+                        crack = growth.crack_speed(rows.growth[m], rows.crack_speed[m], rows.bulk[m], G, rho[i], D) * slow
                         size = (mass[i] / rho[i] * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
                         damage_rate[i] = growth.rate(rows.growth[m], opened, total, crack, size, h[i])
             if rows.mixes_damage[m] == 0:

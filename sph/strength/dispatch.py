@@ -15,4 +15,4 @@ yield_stress = FAMILY.choose(
     otherwise="0.0",
     about="The limit of sqrt(3 J2) [Pa] at pressure P [Pa], specific energy u [J/kg] and damage D; 0 for a material without strength.",
 )
-apex = FAMILY.choose("apex", "D", otherwise="1e300", about="The tension [Pa] at which the yield surface ends; 1e300 where it does not.")
+apex = FAMILY.choose("apex", "u, D", otherwise="1e300", about="The tension [Pa] at which the yield surface ends; 1e300 where it does not.")

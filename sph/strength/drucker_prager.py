@@ -4,8 +4,8 @@
 
 phi angle of internal friction, c cohesion, P pressure (positive in compression), D damage: the cone through the compressive edges of Mohr-Coulomb, so that
 triaxial compression yields at the angle phi. Damage breaks the cohesion and leaves the friction; the shear stress itself is not reduced by it. The whole is
-softened by the melt energy. The cone ends at the tension P = -(1 - D) A / B: beyond it no pressure is borne, and none at all by dry sand (c = 0). phi = 0
-is a constant shear strength, c cot(phi) then infinite.
+softened by the melt energy, its tip with it. The cone ends at the tension P = -(1 - D) A / B: beyond it no pressure is borne, and none at all by dry sand (c
+= 0). phi = 0 is a constant shear strength, c cot(phi) then infinite.
 """
 
 import math
@@ -67,9 +67,10 @@ def yield_stress(P, u, D, k):
 
 
 @law
-def apex(D, k):
-    """The largest tension [Pa] that the cone admits, (1 - D) A / B = (1 - D) c cot(phi); 1e300 for a cohesive material without friction."""
-    left = (1.0 - D) * k.A
+def apex(u, D, k):
+    """The largest tension [Pa] that the cone admits, (1 - D) A / B = (1 - D) c cot(phi), softened as its height is; 1e300 without friction (while any
+    cohesion is left)."""
+    left = (1.0 - D) * k.A * thermal_softening.softening(u, k.melt_energy)
     if left <= 0.0:
         return 0.0
     if k.B <= 0.0:

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from sph import artificial_stress
+from matter import neighbours
+from sph import artificial_stress, rates, scheme
 from sph.kernels.dispatch import FAMILY
+from sph.row import RHO_INVERSE, SUPPORT, VOLUME, WIDTH, XX, YY, ZZ
 from tests.sph.test_rates import SHEAR, _Cloud
 
 KERNELS = FAMILY.laws
@@ -53,11 +55,28 @@ def test_artificial_stress_pushes_apart_in_tension_only_and_along_the_line():
 
 
 def test_artificial_stress_has_its_full_strength_at_the_spacing_and_fades():
-    """f = 1 at h/2 and 256 times less there than at contact (f = 4 in the centre), nothing at the edge."""
     h, tension = 2.0, 1e6
-    at = [artificial_stress.pressure(tension * r * r, r, r * r, h, 0.3) for r in (1e-3, 1.0, 1.999)]
-    assert at[1] == pytest.approx(0.3e6, rel=1e-9) and at[0] == pytest.approx(256 * 0.3e6, rel=1e-3) and at[2] < 1e-3
+    assert artificial_stress.pressure(tension, 1.0, 1.0, h, 0.3) == pytest.approx(0.3e6, rel=1e-9)
+    assert artificial_stress.pressure(tension, 4.0, 1.0, h, 0.3) == pytest.approx(256 * 0.3e6, rel=1e-9)
     assert artificial_stress.pressure(-tension, 1.0, 1.0, h, 0.3) == 0.0
+
+
+@pytest.mark.parametrize("kernel,support", [("cubic_spline", 2.0), ("cubic_spline", 2.6), ("wendland", 2.6)])
+def test_the_artificial_stress_of_a_pair_at_its_spacing_is_eps_of_the_tension(kernel, support):
+    """Whatever kernel and support: with h / 2 taken for the spacing it was 10.8 times that at 2.6."""
+    place = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    found = neighbours.build(place, np.full(2, support), neighbours.sort(place, np.full(2, support))[1])
+    row = np.zeros((2, WIDTH))
+    row[:, :3], row[:, VOLUME], row[:, RHO_INVERSE], row[:, SUPPORT] = place, 1.0, 1.0, support
+    row[:, XX] = row[:, YY] = row[:, ZZ] = 0.5e6  # pull of both together: 1 MPa
+    matter = rates.Matter(np.zeros(2, np.int32), np.zeros(1), np.ones((2, 2)), np.zeros((2, 5)), False)
+    force = []
+    for eps in (0.3, 0.0):
+        out = rates.Rates(2)
+        chosen = scheme.Scheme(kernel=FAMILY.kind(kernel), artificial_stress=True)
+        rates.compute(chosen, scheme.rows(row), found, matter, rates.Damping(0.0, 0.0, eps, 1.0 / support), out)
+        force.append(out.acceleration[0, 0])
+    assert (force[1] - force[0]) / force[1] == pytest.approx(0.3, rel=1e-9)
 
 
 def test_linear_flow_is_exact_with_wendland_too():

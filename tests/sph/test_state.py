@@ -135,6 +135,39 @@ def test_tension_of_porous_material_is_cut_by_its_distention():
     assert out.pressure[0] == pytest.approx(-materials.rows.tension[0] / 1.5)
 
 
+@pytest.mark.parametrize("choice", [{}, {"strength": "collins"}, {"strength": "none", "damage": "none"}])
+def test_tension_softens_with_heat_as_strength_does(choice):
+    """Basalt melts at 3.4 MJ/kg, by whichever law yields; without one it is no solid that holds longer."""
+    heat = np.array([0.0, 1.7e6, 3.4e6, 5e6])
+    body = cloud(4, density=[1000.0] * 4, specific_energy=heat)
+    materials = collect(("basalt",), {"basalt": Choice(tillotson={"Ecv": "100 MJ/kg", "Eiv": "50 MJ/kg", "a": "1e-6", "b": "1e-6"}, **choice)})
+    out = state.Evaluated(4)
+    state.evaluate(body, materials.rows, True, True, out)
+    assert out.pressure == pytest.approx([-130e6, -65e6, 0.0, 0.0], abs=1.0)
+
+
+def test_a_cones_tip_softens_with_heat():
+    """Its cohesion of 1 MPa at 45 deg ends it at a tension of 1 MPa, at half the melt energy at half of that."""
+    choice = {"strength": "drucker_prager", "damage": "none", "drucker_prager": {"cohesion": "1 MPa", "friction_angle": "45 deg", "melt_energy": "3.4 MJ/kg"}}
+    body = cloud(2, density=[1000.0] * 2, specific_energy=[0.0, 1.7e6])
+    out, _ = evaluated(body, "basalt", tillotson={"Ecv": "100 MJ/kg", "Eiv": "50 MJ/kg", "a": "1e-6", "b": "1e-6"}, **choice)
+    assert out.pressure == pytest.approx([-1e6, -0.5e6], rel=1e-9)
+
+
+@pytest.mark.parametrize("law", ["cube_root", "linear"])
+def test_cracks_are_as_much_slower_in_pores_as_sound(law):
+    """Herrmann's elastic part: sound in the porous material has 0.6 of the speed in its matrix, and so have its cracks."""
+    young = 9 * 26.7e9 * 22.7e9 / (3 * 26.7e9 + 22.7e9)
+    strains, pull = np.array([1e-4, 9e-4], dtype=np.float32), 4.5e-4 * young
+    found = []
+    for speeds in ({}, {"elastic_speed": "1800 m/s", "solid_speed": "3000 m/s"}):
+        body = cloud(1, density=[1800.0], distention=[1.5], stress=[[pull, 0, 0, -0.5 * pull, 0]], flaw_last=[2], flaw_strain=strains, root_damage=[0.1])
+        pores = POROUS | {"p_alpha": {"alpha0": 1.5} | speeds}
+        out, _ = evaluated(body, "basalt", damage=law, **pores)
+        found.append(out.damage_rate[0])
+    assert found[1] / found[0] == pytest.approx(0.6, rel=1e-6)
+
+
 def test_a_value_for_a_law_that_is_not_taken_is_refused():
     with pytest.raises(InputError, match=r"\[p_alpha\] is given, but porosity is 'none'"):
         collect(("basalt",), {"basalt": Choice(p_alpha={"alpha0": 1.5})})

@@ -34,11 +34,12 @@ def test_damage_breaks_cohesion_and_leaves_friction():
     sand = drucker_prager.cone(drucker_prager.Parameters(PHI, 0.0, 1e6))
     assert drucker_prager.shear_strength(1e7, 0.0, 1.0, cone) == pytest.approx(drucker_prager.shear_strength(1e7, 0.0, 0.0, sand))
     assert drucker_prager.shear_strength(1e7, 0.0, 0.5, cone) == pytest.approx(0.5 * (cone.A + 2 * cone.B * 1e7))
-    assert drucker_prager.apex(0.0, cone) == pytest.approx(1e6 / math.tan(PHI))
-    assert drucker_prager.shear_strength(-drucker_prager.apex(0.5, cone), 0.0, 0.5, cone) == pytest.approx(0.0, abs=1e-3)
-    assert drucker_prager.apex(0.0, sand) == 0.0 == drucker_prager.apex(1.0, cone)
+    assert drucker_prager.apex(0.0, 0.0, cone) == pytest.approx(1e6 / math.tan(PHI))
+    assert drucker_prager.shear_strength(-drucker_prager.apex(0.0, 0.5, cone), 0.0, 0.5, cone) == pytest.approx(0.0, abs=1e-3)
+    assert drucker_prager.apex(0.0, 0.0, sand) == 0.0 == drucker_prager.apex(0.0, 1.0, cone)
+    assert drucker_prager.apex(0.25e6, 0.0, cone) == pytest.approx(0.75e6 / math.tan(PHI)) and drucker_prager.apex(2e6, 0.0, cone) == 0.0
     assert drucker_prager.shear_strength(1e7, 1e6, 0.0, cone) == 0.0
-    assert drucker_prager.apex(0.0, drucker_prager.cone(drucker_prager.Parameters(0.0, 1e6))) > 1e200
+    assert drucker_prager.apex(0.0, 0.0, drucker_prager.cone(drucker_prager.Parameters(0.0, 1e6))) > 1e200
 
 
 @settings(max_examples=80, deadline=None)
@@ -71,4 +72,4 @@ def test_dispatch_compares_with_the_same_invariant():
     assert dispatch.yield_stress(number("collins"), row, 1e8, 0.0, 0.3) == pytest.approx(whole)
     assert dispatch.yield_stress(number("von_mises"), np.array([1e9, 1e6, 0, 0, 0, 0]), 1e8, 5e5, 0.3) == 0.5e9
     assert dispatch.yield_stress(number("none"), row, 1e8, 0.0, 0.0) == 0.0
-    assert dispatch.apex(number("collins"), row, 0.0) > 1e200
+    assert dispatch.apex(number("collins"), row, 0.0, 0.0) > 1e200
