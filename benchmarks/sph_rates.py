@@ -1,10 +1,12 @@
 """Speed of the shock stage without gravity: list, state, pairs, step limit and update, full physics, about 60 neighbours.
 
-    python benchmarks/sph_rates.py [--json] [--size N] [--threads T] [--snapshot FILE] [--porous]
+    python benchmarks/sph_rates.py [--json] [--size N] [--threads T] [--snapshot FILE] [--porous] [--numerics NAME]
+    python benchmarks/sph_rates.py --compare --threads 1 --size 30000        # the pair loop and a whole step of both sets of numerics, in turns
 
 A disordered block of three materials (basalt, water, ice) with strength, damage and explicit flaws, or the particles of a run's snapshot
 (``2_sph/snap_0006.vtkhdf``) with the materials that it names. ``--porous``: P-alpha in the ice (alpha0 = 1.1). A neighbour visit is a directed pair inside
-the support, counted once per evaluation of the forces.
+the support, counted once per evaluation of the forces. ``--compare`` takes CPU time and the least of many short turns: what else runs on the machine
+counts little.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from matter import jit, snapshot
+from sph import rates as pair_rates
 from sph import target as bodies
 from sph import timestep
 from sph.cloud import Cloud
@@ -25,7 +28,7 @@ from sph.damage import seeding
 from sph.integrator import Integrator, Surroundings
 from sph.material_settings import Choice
 from sph.materials import Materials, collect
-from sph.numerics import Numerics
+from sph.numerics import SETS, Numerics
 
 ALPHA0, FIRST_STEP = 1.1, 0.02
 POROUS_ICE = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": ALPHA0})}
@@ -82,14 +85,31 @@ class WithoutGravity(Integrator):
         return False
 
 
-def begin(cloud: Cloud, materials: Materials) -> WithoutGravity:
+def begin(cloud: Cloud, materials: Materials, numerics: str) -> WithoutGravity:
     """The first steps."""
-    integrator = WithoutGravity(cloud, materials, 1e7, Numerics(), Surroundings())
+    integrator = WithoutGravity(cloud, materials, 1e7, Numerics(numerics=numerics), Surroundings())
     integrator.start()
     for _ in range(3):
         integrator.dt = 0.0
         integrator.step(min(integrator.next_step(1e9), FIRST_STEP))
     return integrator
+
+
+def compared(size: int, porous: bool, turns: int = 15) -> dict[str, dict[str, float]]:
+    """CPU time [ns] a neighbour visit of the pair loop alone and of a whole step, the least over turns that alternate between the sets; same clouds."""
+    found = {name: begin(*cloud_of(size, porous), name) for name in SETS}
+    least = {name: {"pair_loop_ns": np.inf, "step_ns": np.inf} for name in SETS}
+    for _ in range(turns):
+        for name, i in found.items():
+            visits = int(i.cloud.neighbours.sum())
+            matter = pair_rates.Matter(i.cloud.material, i.rows.shear, i.evaluated.stiffness, i.cloud.stress, True)
+            begun = time.process_time()
+            pair_rates.compute(i.scheme, i._rows(), i.neighbourhood.found, matter, i.damping, i.rates)
+            between = time.process_time()
+            i.step(1e-3)
+            for key, spent in (("pair_loop_ns", between - begun), ("step_ns", time.process_time() - between)):
+                least[name][key] = min(least[name][key], 1e9 * spent / visits)
+    return least
 
 
 def main() -> None:
@@ -100,14 +120,23 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=None)
     parser.add_argument("--snapshot", type=Path, default=None)
     parser.add_argument("--porous", action="store_true")
+    parser.add_argument("--numerics", choices=SETS, default=Numerics().numerics)
+    parser.add_argument("--compare", action="store_true", help="both sets of numerics, in turns")
     options = parser.parse_args()
     threads = jit.set_threads(options.threads)
-    begin(*cloud_of(2000, options.porous))  # libraries and compiled kernels are no particle's memory
+    if options.compare:
+        costs = compared(options.size, options.porous)
+        for name, cost in costs.items():
+            print(f"{name:16s} {cost['pair_loop_ns']:.1f} ns a visit in the pair loop, {cost['step_ns']:.1f} in the whole step")
+        if options.json:
+            print(json.dumps(costs))
+        return
+    begin(*cloud_of(2000, options.porous), options.numerics)  # libraries and compiled kernels are no particle's memory
     if options.snapshot:
         snapshot.read(options.snapshot, only=("neighbours",))  # nor is the library that reads it
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     cloud, materials = cloud_of_snapshot(options.snapshot, options.porous) if options.snapshot else cloud_of(options.size, options.porous)
-    integrator = begin(cloud, materials)
+    integrator = begin(cloud, materials, options.numerics)
     steps, visits, builds = 20, 0, integrator.neighbourhood.builds
     begun = time.perf_counter()
     for _ in range(steps):

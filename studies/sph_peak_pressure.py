@@ -1,6 +1,6 @@
-"""Peak pressure of an ice ball on ice at 18.234 km/s against the planar limit, for the weights of the sums and for fixed and following supports.
+"""Peak pressure of an ice ball on ice at 18.234 km/s against the planar limit, for both sets of numerics, and the weights and supports between them.
 
-    python studies/sph_peak_pressure.py [--json] [--size N] [--threads T]
+    python studies/sph_peak_pressure.py [--json] [--size N] [--threads T] [--only TEXT]
 
 The whole stage on weightless ground; N is the number of spacings along the ball's radius. The planar limit is 111 GPa (both Hugoniots from
 ``sph.eos.hugoniot``): a particle that has seen more has been overshot.
@@ -14,6 +14,8 @@ import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
+
 from matter import jit, snapshot
 from matter.body import Impact, Layer, Projectile, Target
 from sph import stage
@@ -21,6 +23,15 @@ from sph.eos import hugoniot
 from sph.materials import collect
 
 RADIUS, SPEED = 1000.0, 18234.0
+WENDLAND = {"kernel": "wendland", "support": 2.6, "volumes": "start", "smoothing": "density"}
+ROWS: dict[str, dict] = {
+    "monaghan": {"numerics": "monaghan"},
+    "monaghan, following supports": {"numerics": "monaghan", "smoothing": "density"},
+    "monaghan, volumes of the start": {"numerics": "monaghan", "volumes": "start"},
+    "monaghan, both": {"numerics": "monaghan", "volumes": "start", "smoothing": "density"},
+    "monaghan, both, kernel of reconstructed": {"numerics": "monaghan", **WENDLAND},
+    "reconstructed": {"numerics": "reconstructed"},
+}
 
 
 def settings(spacings: float, **changes) -> stage.Settings:
@@ -44,6 +55,8 @@ def measured(spacings: float, **changes) -> dict[str, float]:
         last = snapshot.read(out / "last.vtkhdf")
     ball = last.layer < 0
     peaks = {"target_Pa": float(last.peak_pressure[~ball].max()), "ball_Pa": float(last.peak_pressure[ball].max())}
+    for name, share in (("ball_median_Pa", 0.5), ("ball_nine_tenths_Pa", 0.9)):  # that this share of its mass (equal particles) did not pass
+        peaks[name] = float(np.quantile(last.peak_pressure[ball], share))
     return {"particles": len(ball), **peaks, "wall_s": time.perf_counter() - begun}
 
 
@@ -58,11 +71,13 @@ def main() -> None:
     limit = hugoniot.behind(*hugoniot.solid(collect(("ice",)).rows, 0), 0.5 * SPEED).P
     result: dict[str, object] = {"spacings": options.size, "planar_Pa": limit}
     print(f"planar limit {limit / 1e9:.1f} GPa")
-    for volumes in ("present", "start"):
-        for smoothing in ("fixed", "density"):
-            row = measured(options.size, volumes=volumes, smoothing=smoothing)
-            result[f"{volumes}, {smoothing}"] = row
-            print(f"{volumes:8s} {smoothing:8s} target {row['target_Pa'] / 1e9:6.1f} ball {row['ball_Pa'] / 1e9:6.1f} GPa, {row['particles']:.0f} particles")
+    for name, changes in ROWS.items():
+        if options.only not in name:
+            continue
+        row = measured(options.size, **changes)
+        result[name] = row
+        peaks = ", ".join(f"{key.removesuffix('_Pa').replace('_', ' ')} {value / 1e9:.1f}" for key, value in row.items() if key.endswith("_Pa"))
+        print(f"{name}: {peaks} GPa, {row['particles']:.0f} particles, {row['wall_s']:.0f} s", flush=True)
     if options.json:
         print(json.dumps(result))
 
