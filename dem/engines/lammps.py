@@ -162,6 +162,6 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         f"dump out all custom {plan.dump_every} dump.*.bin {' '.join(plan.columns)}" if plan.dumps else "",
         f"restart {plan.restart_every} restart.*" if plan.restart_every else "",
         f"run {plan.settle} upto" if plan.settle else "",
-        f"run {plan.steps} upto",
+        f"run {plan.steps} upto" + (f" every {plan.restart_every} NULL" if plan.restart_every else ""),
     ]  # fmt: skip
     write_deck(lines, folder / deck)

