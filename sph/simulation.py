@@ -16,7 +16,7 @@ import numpy as np
 
 from matter import checkpoint, progress, readable, snapshot
 from matter.particles import Particles
-from sph import flow_reynolds, state
+from sph import flow_reynolds, individual_steps, state, viscosity_reconstructed
 from sph import ground as grounds
 from sph import late as late_stage
 from sph import materials as material_rows
@@ -54,6 +54,7 @@ class Simulation:
         self.late: dict[str, float] = {}
         self.thinned = False
         self.flow: list[dict[str, Any]] = []
+        self.individual: list[dict[str, Any]] = []
         self.history = History(out / "history.csv")
         self.times: dict[str, float] = {}
         self.phase = "relax" if settings.relaxes else "impact"
@@ -146,6 +147,7 @@ class Simulation:
             arrays |= checkpoint.under("edge", self.edge.state())
         numbers |= {
             "phase": self.phase, "times": json.dumps(self.times), "late": json.dumps(self.late), "thinned": self.thinned, "flow": json.dumps(self.flow),
+            "individual": json.dumps(self.individual),
         }  # fmt: skip
         self.history.write()
         checkpoint.save(self.out, i.steps + (10**8 if self.phase == "impact" else 0), arrays, numbers)
@@ -158,7 +160,7 @@ class Simulation:
         i.restore(arrays, scalars)
         self.times = json.loads(scalars["times"])
         self.late = json.loads(scalars["late"])
-        self.flow = json.loads(scalars["flow"])
+        self.flow, self.individual = json.loads(scalars["flow"]), json.loads(scalars["individual"])
         if self.late:
             i.softened(self.late["sound_speed_m_s"])
         if bool(scalars["thinned"]):
@@ -228,7 +230,7 @@ class Simulation:
         """A row of the flow's Reynolds number."""
         i, c = self.integrator, self.integrator.cloud
         mine = c.layer >= 0
-        share = c.viscosity[mine] if len(c.viscosity) else 1.0
+        share = c.viscosity[mine] if len(c.viscosity) else viscosity_reconstructed.SMOOTH if i.scheme.reconstructed else 1.0
         found = flow_reynolds.measure(
             c.position[mine], c.velocity[mine], c.mass[mine], 0.5 * c.smoothing_length[mine], i.evaluated.sound[: len(c)][mine], share,
             c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha, None if self.settings.target.flat else self.radius,
@@ -266,6 +268,8 @@ class Simulation:
         """A row of the history, and a snapshot where one is due."""
         i = self.integrator
         self.history.add(i)
+        if i.steps > 0 and i.time >= individual_steps.SHARES[min(len(self.individual), len(individual_steps.SHARES) - 1)] * self.settings.end_time:
+            self.individual.append(individual_steps.measure(i))
         if self._due(self.settings.snapshot_interval) or i.time >= self.settings.end_time:
             name = f"snap_{len([t for t in self.times.values() if t < i.time]):04d}{snapshot.SUFFIX}"
             snapshot.write(self.particles(), self.out / name)

@@ -40,6 +40,10 @@ def of(run: Simulation) -> dict[str, Any]:
             "least_allowed": flow_reynolds.REYNOLDS_LEAST,
             "series": run.flow,
         },
+        "individual_steps": {
+            "definition": "step of each particle over the shortest, by powers of two, neighbours within a factor of 4; visits saved (sph/individual_steps.py)",
+            "series": run.individual,
+        },
         "warnings": flow_reynolds.warnings(run.flow),
         "drift": drift,
         "drift_over_projectile": {name: drift[name] / scale[name] for name in drift},

@@ -55,9 +55,15 @@ def _limits(cloud, rates, evaluated, alpha, beta, courant, step, reason):
         step[i], reason[i] = best, why
 
 
-def limit(cloud: Cloud, rates: Rates, evaluated: Evaluated, alpha: float, beta: float, courant: float) -> tuple[float, int, int]:
-    """The largest allowed step [s], the index into ``REASONS`` of what limits it, and the particle that does."""
+def steps(cloud: Cloud, rates: Rates, evaluated: Evaluated, alpha: float, beta: float, courant: float) -> tuple[np.ndarray, np.ndarray]:
+    """The largest step (n,) [s] that each particle allows, 1e30 where it has no say, and the index (n,) into ``REASONS`` of what limits it."""
     step, reason = np.empty(len(cloud.mass)), np.empty(len(cloud.mass), dtype=np.int8)
     _limits(cloud.fields, rates.sums, evaluated.response, alpha, beta, courant, step, reason)
+    return step, reason
+
+
+def limit(cloud: Cloud, rates: Rates, evaluated: Evaluated, alpha: float, beta: float, courant: float) -> tuple[float, int, int]:
+    """The largest allowed step [s], the index into ``REASONS`` of what limits it, and the particle that does."""
+    step, reason = steps(cloud, rates, evaluated, alpha, beta, courant)
     i = int(np.argmin(step))
     return float(step[i]), int(reason[i]), i

@@ -19,6 +19,8 @@ SOURCES = ("Frontiere2017", "Rosswog2020")
 MACH = 0.3
 WIDTH = 0.2
 TINY = 1e-200
+SMOOTH = 0.1
+"""What is left of the viscosity in the smooth flow of a crater: 0.05 to 0.12 by its heat, in lattices jittered by 0 to 0.25 spacings."""
 
 
 @law

@@ -30,12 +30,13 @@ SKIN = 2e-3
 NEAR = 30.0
 
 
-NUMERICS = {"smoothing": "fixed", "volumes": "present", "gradients": "plain", "viscosity_switch": "none"}
-"""The stage's defaults; a run that differs says so."""
+NUMERICS = {"viscosity": "monaghan", "smoothing": "fixed", "volumes": "present", "gradients": "plain", "viscosity_switch": "none"}
+"""What the verdicts' runs took; a run that differs says so."""
 WORDS = {
     "smoothing": "following supports",
     "volumes": "volumes of the start",
-    "gradients": "corrected gradients",
+    "gradients": "other gradients",
+    "viscosity": "reconstructed viscosity",
     "viscosity_switch": "Morris & Monaghan's switch",
 }
 
@@ -64,7 +65,7 @@ def measure(run: Path) -> dict[str, Any]:
         "run": run.name, "law": law, "seed": used["sph"]["seed"],
         "flaws": ", ".join(str(value) for value in choice.get("weibull", {}).values()),
         "viscosity": [used["sph"]["alpha"], used["sph"]["beta"]],
-        "numerics": [WORDS[key] for key, usual in NUMERICS.items() if used["sph"][key] != usual],
+        "numerics": [WORDS[key] for key, usual in NUMERICS.items() if used["sph"].get(key, usual) != usual],
         "spacing_m": spacing, "particles": int(target.sum()), "steps": report["steps"],
         "times_s": times, "largest": shares, "broken": broken,
         "second": pieces[1].mass / float(particles.mass[target].sum()) if len(pieces) > 1 else 0.0, "fragments": len(pieces),
