@@ -249,11 +249,11 @@ class Assembly:
             self._todo = np.flatnonzero(self.live[self.first])
         goals = np.linspace(0, work[-1] if len(work) else 0, self.threads + 1)[1:-1]
         inner = np.searchsorted(work, goals)
-        self._ends = np.concatenate([[0], inner, [self.active]]).astype(np.int64)
-        self._entry_ends = np.concatenate([[0], work])[self._ends].astype(np.int64)
-        moving_ends = self._ends.copy()
-        moving_ends[-1] = self.moving
-        self._moving_ends = moving_ends
+        rows = [0, *inner.tolist(), self.active]
+        entries = np.concatenate([[0], work])[rows].astype(np.int64).tolist()
+        chunks = [Chunk(c, *rows[c : c + 2], *entries[c : c + 2], self.active) for c in range(self.threads)]
+        self._chunks = [tuple(chunk) for chunk in chunks]
+        self._moving_chunks = [*self._chunks[:-1], tuple(chunks[-1]._replace(hi=self.moving))]
 
     def survey(self, all_rows: bool = False) -> None:
         """Which rows must be evaluated, after the list or the sleepers have changed; ``all_rows``: all of them, once."""
@@ -329,35 +329,32 @@ class Assembly:
         self.dt = dt
         self.start_time = now - self.steps * dt
 
-    def _chunk(self, c: int, moving: bool) -> Chunk:
-        """Chunk ``c`` of the grains in the search or, ``moving``, of all that move."""
-        ends = self._moving_ends if moving else self._ends
-        return Chunk(c, int(ends[c]), int(ends[c + 1]), int(self._entry_ends[c]), int(self._entry_ends[c + 1]), self.active)
+    # What the loops are given goes as plain tuples, which they name again: numba looks up the class of a named tuple at every call, a microsecond each.
 
-    def _grains(self) -> Grains:
-        return Grains(self.X, self.V, self.W, self.A, self.E, self.F, self.kind, self.returned)
+    def _grains(self) -> tuple:
+        return tuple(Grains(self.X, self.V, self.W, self.A, self.E, self.F, self.kind, self.returned))
 
-    def _sleepers(self) -> Sleepers:
-        return Sleepers(
-            self.asleep, self.near, self.live, self.row_energy, self.wall_energy, self.held, self.rest, float(self.wake), float(self.memory)
-        )  # fmt: skip
+    def _sleepers(self) -> tuple:
+        return tuple(
+            Sleepers(self.asleep, self.near, self.live, self.row_energy, self.wall_energy, self.held, self.rest, float(self.wake), float(self.memory))
+        )
 
-    def _step_of(self, dt: float, over_speed: float = 0.0) -> Step:
-        return Step(float(dt), 0.5 * float(dt), self.contact.attractive_tail, over_speed, self.contact.overlap_warn)
+    def _step_of(self, dt: float, over_speed: float = 0.0) -> tuple:
+        return tuple(Step(float(dt), 0.5 * float(dt), self.contact.attractive_tail, over_speed, self.contact.overlap_warn))
 
     def _drift(self, c: int) -> float:
-        return self._drift_loop(self._chunk(c, True), self._grains(), self.reference, float(self.dt), self._kick_report[c], self.asleep)
+        return self._drift_loop(self._moving_chunks[c], self._grains(), self.reference, float(self.dt), self._kick_report[c], self.asleep)
 
-    def _pairs(self, c: int, step: Step) -> None:
-        listed = Listed(self.first, self.col, self._todo, self._known, self.hist, self.pair_table)
-        self._last[c] = self._pair_loop(self._chunk(c, False), self._grains(), listed, step, self._spill[c], self._pair_report[c], self._sleepers())
+    def _pairs(self, c: int, step: tuple) -> None:
+        listed = tuple(Listed(self.first, self.col, self._todo, self._known, self.hist, self.pair_table))
+        self._last[c] = self._pair_loop(self._chunks[c], self._grains(), listed, step, self._spill[c], self._pair_report[c], self._sleepers())
 
-    def _kick(self, c: int, step: Step) -> int:
+    def _kick(self, c: int, step: tuple) -> int:
         g = self.gravity
-        boundaries = Boundaries(self.walls, self.walled, self.wall_tables, self.wall_history)
-        outside = Outside(g.uniform, g.table, float(g.radius), self.weight, self.drag, self.pull_of_all)
-        spill = Spill(self._spill, self._last)
-        return self._kick_loop(self._chunk(c, True), self._grains(), spill, boundaries, outside, step, self._kick_report[c], self._sleepers())
+        boundaries = tuple(Boundaries(self.walls, self.walled, self.wall_tables, self.wall_history))
+        outside = tuple(Outside(g.uniform, g.table, float(g.radius), self.weight, self.drag, self.pull_of_all))
+        spill = tuple(Spill(self._spill, self._last))
+        return self._kick_loop(self._moving_chunks[c], self._grains(), spill, boundaries, outside, step, self._kick_report[c], self._sleepers())
 
     def _forces(self, initial: bool = False) -> None:
         step = self._step_of(0.0) if initial else self._step_of(self.dt, self.contact.returning_speed_limit)

@@ -49,7 +49,7 @@ from dem.columns import (
     WZ,
 )  # fmt: skip
 from dem.contact import Ball, Bodies, Numbers, Springs, contact, meeting_of_grains, released
-from dem.scheme import NO_COHESION, Scheme
+from dem.scheme import NO_COHESION, Chunk, Grains, Listed, Scheme, Sleepers, Step
 from matter.gather import LANES, WIDE, add_rows, append_passed, prefetch_row, put_rows, take_row_pairs, take_rows
 from matter.jit import kernel
 
@@ -146,12 +146,13 @@ def pair_loop(scheme: Scheme) -> Any:
     def pair_forces(chunk, grains, listed, step, spill, report, sleepers):
         """Forces and torques of all pairs whose first grain lies in the rows of a chunk.
 
-        In: ``Chunk``, ``Grains`` (places, predicted velocities, species, returned), ``Listed``, ``Step``, ``Sleepers`` (of ``dem.scheme``); with ``sleep``
+        In, as plain tuples: ``Chunk``, ``Grains`` (places, predicted velocities, species, returned), ``Listed``, ``Step``, ``Sleepers`` (of ``dem.scheme``); with ``sleep``
         ``chunk.begin`` to ``end`` count in ``todo``.
         Out: ``F`` of the chunk's own rows, set here; contributions to grains at and beyond ``chunk.hi`` in ``spill`` (n, 6), of which rows from there on must
         be zero; histories and ``known``; ``report`` (REPORT,); with ``sleep`` the ``row_energy`` of its live rows.
         Returns the highest grain index that was written, so that only that part of the spill need be added.
         """
+        chunk, grains, listed, step, sleepers = Chunk(*chunk), Grains(*grains), Listed(*listed), Step(*step), Sleepers(*sleepers)
         lo, hi, begin, end = chunk.lo, chunk.hi, chunk.begin, chunk.end
         X, V, F, kind, returned = grains.X, grains.V, grains.F, grains.kind, grains.returned
         first, col, todo, known, hist, table = listed

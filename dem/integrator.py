@@ -47,7 +47,7 @@ from dem.columns import (
 )
 from dem.contact import Ball, Bodies, Numbers, Springs, contact, meeting_with_wall, released
 from dem.gravity import central
-from dem.scheme import Scheme
+from dem.scheme import Chunk, Grains, Scheme, Step
 from dem.walls import distance_of
 from matter.jit import kernel
 
@@ -66,8 +66,9 @@ def drift_loop(scheme: Scheme) -> Any:
     def drift(chunk, grains, reference, dt, report, asleep):
         """First half kick, drift and prediction for the grains of a chunk; returns the largest squared displacement of an active grain.
 
-        In: ``Chunk``, ``Grains``, places of the last list ``reference`` (n, 3), ``asleep`` (n,). Out: ``X``, ``V``, ``W``; the external impulse in ``report``.
+        In: ``Chunk`` and ``Grains`` as plain tuples, places of the last list ``reference`` (n, 3), ``asleep`` (n,). Out: ``X``, ``V``, ``W``; the external impulse in ``report``.
         """
+        chunk, grains = Chunk(*chunk), Grains(*grains)
         X, V, W, A, E = grains.X, grains.V, grains.W, grains.A, grains.E
         half = 0.5 * dt
         largest = 0.0
@@ -118,12 +119,13 @@ def kick_loop(scheme: Scheme) -> Any:
     def kick(chunk, grains, spill, walls, outside, step, report, sleepers):
         """Sum the forces on the grains of a chunk and finish the step (``step.half`` 0 only evaluates); returns the first grain that is not finite, or -1.
 
-        In: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``Outside``, ``Step``, ``Sleepers`` (of ``dem.scheme``); ``Spill`` holds
+        In, as plain tuples: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``Outside``, ``Step``, ``Sleepers`` (of ``dem.scheme``); ``Spill`` holds
         what lower chunks added to these grains, and is zeroed here.
         Out: ``A``, ``E``, ``W``; histories of the walls; ``report`` (REPORT,).
         With ``sleep``: a grain that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain awake
         ``near`` it is marked (``asleep`` 2) when ``held`` exceeds ``wake`` times gravity.
         """
+        chunk, step = Chunk(*chunk), Step(*step)
         lo, hi, active = chunk.lo, chunk.hi, chunk.active
         X, V, W, A, E, F, kind, returned = grains
         spilt, last = spill
