@@ -35,9 +35,9 @@ from dem.columns import (
     TOUCHING,
     WX,
 )
-from dem.contact_settings import Contact, rigid, shortest_contact_time
+from dem.contact_settings import Contact, shortest_contact_time
 from dem.gravity import Field
-from dem.scheme import HOOKE, SJKR, Boundaries, Chunk, Grains, Listed, Outside, Sleepers, Spill, Step
+from dem.scheme import Boundaries, Chunk, Grains, Listed, Outside, Sleepers, Spill, Step
 from dem.self_gravity import SelfGravity
 from matter import gather
 from matter.errors import InputError, UnphysicalState
@@ -99,15 +99,15 @@ class Assembly:
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
         self.walls = walls.rows(walls_, float(grains.radius.max()))
         self.scheme = contact.scheme()._replace(offset=int(offset), sleep=int(sleep), attract=int(self_gravity is not None))
-        if offset and (self.scheme.normal != HOOKE or self.scheme.cohesion == SJKR):
-            raise InputError('a stiffness that changes in the run needs normal = "hooke", and no cohesion that depends on the overlap ("sjkr")')
+        if offset and not contact.springs_can_change:
+            raise InputError(f"a stiffness that changes in the run needs {contact.springs_that_change}")
         self._per_grain = _PER_GRAIN + (_SLEEPERS if sleep else ()) + (("pull_of_all",) if self_gravity else ())
         self.self_gravity = self_gravity
         self.pull_of_all = np.zeros((n if self_gravity else 1, 3))
         self._drift_loop = integrator.drift_loop(self.scheme)
         self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), integrator.kick_loop(self.scheme)
         self.pair_table = contact.pair_table()
-        self.wall_tables = rigid(walls.tables(walls_, self.pair_table), self.pair_table, walls_)
+        self.wall_tables = contact.wall_table(walls_, self.pair_table)
         self.X = np.column_stack([grains.position, grains.radius])
         self.W = np.column_stack([grains.velocity, grains.angular_velocity])
         self.V = np.column_stack([self.W, grains.mass, grains.stiffness])
@@ -251,7 +251,7 @@ class Assembly:
         inner = np.searchsorted(work, goals)
         rows = [0, *inner.tolist(), self.active]
         entries = np.concatenate([[0], work])[rows].astype(np.int64).tolist()
-        chunks = [Chunk(c, *rows[c : c + 2], *entries[c : c + 2], self.active) for c in range(self.threads)]
+        chunks = [Chunk(c, rows[c], rows[c + 1], entries[c], entries[c + 1], self.active) for c in range(self.threads)]
         self._chunks = [tuple(chunk) for chunk in chunks]
         self._moving_chunks = [*self._chunks[:-1], tuple(chunks[-1]._replace(hi=self.moving))]
 
@@ -335,9 +335,7 @@ class Assembly:
         return tuple(Grains(self.X, self.V, self.W, self.A, self.E, self.F, self.kind, self.returned))
 
     def _sleepers(self) -> tuple:
-        return tuple(
-            Sleepers(self.asleep, self.near, self.live, self.row_energy, self.wall_energy, self.held, self.rest, float(self.wake), float(self.memory))
-        )
+        return tuple(Sleepers(self.asleep, self.near, self.live, self.row_energy, self.wall_energy, self.held, self.rest, float(self.wake), float(self.memory)))
 
     def _step_of(self, dt: float, over_speed: float = 0.0) -> tuple:
         return tuple(Step(float(dt), 0.5 * float(dt), self.contact.attractive_tail, over_speed, self.contact.overlap_warn))

@@ -10,11 +10,13 @@ table       shape                   columns
 ``F``       (n, 6)                  force [N] and torque (``TX`` ...) [N m] of the contacts between grains
 ``E``       (n, 6)                  external force, and external torque about the origin, orbital and spin
 ``hist``    (contacts, 8 to 10)     the history of a contact, below; with walls (n, walls, 8 to 10)
-``table``   (species, species, 9)   the numbers of a contact, below; of walls (walls, species, 9)
+``table``   (species, species, c)   the numbers of a contact, below; of walls (walls, species, c)
 =========== ======================= ===========================================================================================
 """
 
 from __future__ import annotations
+
+from dem.laws import dispatch
 
 RADIUS = 3
 WX, WY, WZ = 3, 4, 5
@@ -31,9 +33,12 @@ LAID = 8
 OFFSET, USUAL = 8, 9
 """History with offsets: what is added to the overlap [m], and the force that the normal spring carries for long [N] (``dem.spring_change``)."""
 
-DAMPING_N, DAMPING_T, FRICTION, SHAPE, ROLLING, TWISTING, RATIO, MODULUS, COHESION = range(9)
-"""Numbers of a contact: C_n and C_t over sqrt(k_n m), mu_s, beta, mu_r, mu_t, k_t / k_n, E* [Pa], strength of cohesion [Pa]."""
-PAIR_COLUMNS = 9
+DAMPING_N, DAMPING_T, FRICTION, SHAPE, ROLLING, TWISTING, RATIO = range(7)
+"""Numbers of a contact: C_n and C_t over sqrt(k_n m), mu_s, beta, mu_r, mu_t, k_t / k_n; then the rows of the two laws below."""
+NORMAL = slice(RATIO + 1, RATIO + 1 + dispatch.NORMAL.width)
+COHESION = slice(NORMAL.stop, NORMAL.stop + dispatch.COHESION.width)
+"""Of them: what the normal law and cohesion read (``dem.laws.dispatch``)."""
+PAIR_COLUMNS = COHESION.stop
 
 DISSIPATED, EXCESS, DRAGGED, AT_WALLS = range(4)
 """Sums over the run (10,) [J]: dissipated in contacts, excess taken from returned grains, dissipated by drag and at walls; then the two below."""

@@ -10,46 +10,19 @@ forces conserve angular momentum exactly. Laws and sources: ``dem.laws``; the co
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+import sys
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from dem.columns import COHESION, DAMPING_N, DAMPING_T, FRICTION, LAID, MODULUS, RATIO, ROLL, ROLLING, SHAPE, SLIP, TWIST, TWISTING
-from dem.laws import cohesion_sjkr, cohesion_zhang, normal_hertz, normal_hooke, rolling_sds, tangential_mindlin, tangential_spring, twisting_sds
-from dem.scheme import HERTZ, SJKR, ZHANG
+from dem.columns import COHESION, DAMPING_N, LAID, NORMAL, PAIR_COLUMNS, RATIO, ROLL, SHAPE, SLIP, TWIST
+from dem.laws import dispatch as chosen
 from matter.jit import kernel, law
-
-_hooke = normal_hooke.force
-_hertz = normal_hertz.force
-_tangential = tangential_spring.force
-_kept = tangential_mindlin.kept
-_rolling = rolling_sds.moment
-_twisting = twisting_sds.moment
-_zhang = cohesion_zhang.pull
-_sjkr_area, _sjkr_volume = cohesion_sjkr.area, cohesion_sjkr.volume
-
-
-class Meeting(NamedTuple):
-    """How two bodies meet: unit vector ``n`` from the first to the second, ``overlap`` [m], separation speed ``un`` and slip velocity ``u`` in the contact
-    plane [m/s], rolling rate ``r``, relative spin ``twist`` and mean ``spin`` about n [rad/s]."""
-
-    nx: float
-    ny: float
-    nz: float
-    overlap: float
-    un: float
-    ux: float
-    uy: float
-    uz: float
-    rx: float
-    ry: float
-    rz: float
-    twist: float
-    spin: float
+from matter.law_family import made
 
 
 class Numbers(NamedTuple):
-    """The numbers of a contact, as in a row of the table of pairs (``dem.columns``)."""
+    """The numbers of a contact, as in a row of the table of pairs (``dem.columns``); those of the normal law and of cohesion are rows of their families."""
 
     damping_n: float
     damping_t: float
@@ -58,8 +31,8 @@ class Numbers(NamedTuple):
     rolling: float
     twisting: float
     ratio: float
-    modulus: float
-    strength: float
+    normal: tuple[float, ...]
+    cohesion: tuple[float, ...]
 
 
 class Springs(NamedTuple):
@@ -106,68 +79,6 @@ class Response(NamedTuple):
     springs: Springs
 
 
-class Ball(NamedTuple):
-    """A grain as a contact sees it: ``radius`` [m] and spin ``w`` [rad/s]."""
-
-    radius: float
-    wx: float
-    wy: float
-    wz: float
-
-
-@law(inline="always")  # in the caller's own code, with its fastmath: compiled by itself, its sums would be arranged otherwise
-def meeting_of_grains(way, velocity, one, two, offset):
-    """How two grains meet: their ``Meeting``, and the lever arms l1, l2 [m].
-
-    ``way`` (3) from the first centre to the second [m], ``velocity`` (3) of the second relative to the first [m/s], ``one`` and ``two`` ``Ball``; ``offset``
-    [m] is added to the overlap (``dem.spring_change``). Rolling rate: ``dem.laws.rolling_sds``.
-    """
-    nx, ny, nz = way
-    ri, wxi, wyi, wzi = one
-    rj, wxj, wyj, wzj = two
-    d = math.sqrt(nx * nx + ny * ny + nz * nz)
-    q = 1.0 / d
-    nx *= q
-    ny *= q
-    nz *= q
-    overlap = ri + rj + offset - d
-    l1 = 0.5 * (d + (ri * ri - rj * rj) * q)
-    l2 = d - l1
-    ax, ay, az = l1 * wxi + l2 * wxj, l1 * wyi + l2 * wyj, l1 * wzi + l2 * wzj
-    ux = velocity[0] - (ay * nz - az * ny)
-    uy = velocity[1] - (az * nx - ax * nz)
-    uz = velocity[2] - (ax * ny - ay * nx)
-    un = ux * nx + uy * ny + uz * nz
-    ux -= un * nx
-    uy -= un * ny
-    uz -= un * nz
-    px, py, pz = wxj - wxi, wyj - wyi, wzj - wzi
-    twist = px * nx + py * ny + pz * nz
-    spin = 0.5 * ((wxi + wxj) * nx + (wyi + wyj) * ny + (wzi + wzj) * nz)
-    lean = 0.5 * (l2 - l1) / (l1 * l2)
-    rx = px - twist * nx + lean * (ny * uz - nz * uy)
-    ry = py - twist * ny + lean * (nz * ux - nx * uz)
-    rz = pz - twist * nz + lean * (nx * uy - ny * ux)
-    return Meeting(nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist, spin), l1, l2
-
-
-@law(forceinline=True)
-def meeting_with_wall(n, distance, velocity, ball, overlap):
-    """How a grain meets a wall, which is body 2 and at rest: u = -v - d w x n.
-
-    ``n`` (3) unit vector towards the wall, ``distance`` d [m] of the grain's centre, ``velocity`` (3) [m/s], ``ball``, ``overlap`` [m]. The rolling rate lacks
-    its second term, so that pure sliding raises no moment.
-    """
-    nx, ny, nz = n
-    _, wx, wy, wz = ball
-    ux = -velocity[0] - distance * (wy * nz - wz * ny)
-    uy = -velocity[1] - distance * (wz * nx - wx * nz)
-    uz = -velocity[2] - distance * (wx * ny - wy * nx)
-    un = ux * nx + uy * ny + uz * nz
-    wn = wx * nx + wy * ny + wz * nz
-    return Meeting(nx, ny, nz, overlap, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn)
-
-
 @law(forceinline=True)
 def turned(sx, sy, sz, nx, ny, nz, angle):
     """A spring turned by ``angle`` about the normal, laid back into the contact plane, with its length kept."""
@@ -210,49 +121,25 @@ def edge_of_contact(overlap, un, flag, dt):
 
 
 @law(forceinline=True)
-def tangent_stiffness(overlap, bodies, numbers, normal):
-    """k_n [N/m], with Hertz the tangent stiffness 2 E* sqrt(R x), from the overlap x [m]."""
-    if normal == HERTZ:
-        return 2.0 * numbers.modulus * math.sqrt(bodies.radius * overlap)
-    return bodies.stiffness
-
-
-@law(forceinline=True)
-def cohesion_of(overlap, bodies, numbers, cohesion):
-    """Pull [N] and binding energy [J] of cohesion at this overlap [m]."""
-    if cohesion == ZHANG:
-        pull = _zhang(numbers.strength, numbers.shape, bodies.radius)
-        return pull, pull * overlap
-    if cohesion == SJKR:
-        pull = numbers.strength * _sjkr_area(overlap, bodies.first, bodies.second)
-        return pull, numbers.strength * _sjkr_volume(overlap, bodies.first, bodies.second)
-    return 0.0, 0.0
-
-
-@law(forceinline=True)
-def contact(meeting, bodies, numbers, springs, dt, tail, laws):
+def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
     """One contact over one step of ``dt`` [s]: a ``Response`` from ``Meeting``, ``Bodies``, ``Numbers`` and the ``Springs`` before it.
 
-    ``tail``: the normal force may pull at the end of a contact; ``laws`` (normal, mindlin, cohesion, sliding) as in ``Scheme``. With ``mindlin`` and friction
-    the springs are now laid down for the present tangent stiffness.
+    ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.scheme.Scheme``: which laws. With ``mindlin`` and friction the springs are
+    now laid down for the present tangent stiffness.
     """
     nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin = meeting
     sx, sy, sz, ax, ay, az, phi, flag, laid = springs
-    normal, mindlin, cohesion, rule = laws
+    normal, mindlin, rule = scheme.normal, scheme.mindlin, scheme.sliding
     reduced, radius, over_speed = bodies.mass, bodies.radius, bodies.over_speed
-    k = tangent_stiffness(overlap, bodies, numbers, normal)
-    pull, bound = cohesion_of(overlap, bodies, numbers, cohesion)
+    k = chosen.stiffness(normal, numbers.normal, overlap, bodies)
+    pull = chosen.pull(scheme.cohesion, numbers.cohesion, overlap, bodies)
+    bound = chosen.binding_energy(scheme.cohesion, numbers.cohesion, overlap, bodies)
     share, span, flag = edge_of_contact(overlap, un, flag, dt)
     root = math.sqrt(k * reduced) * share
     damping = numbers.damping_n * root
-    if normal == HERTZ:
-        fn = _hertz(overlap, un, k, damping, tail)
-        spent = (2.0 / 3.0 * k * overlap - fn) * un * dt
-        stored = 4.0 / 15.0 * k * overlap * overlap
-    else:
-        fn = _hooke(overlap, un, k, damping, tail)
-        spent = (k * overlap - fn) * un * dt
-        stored = 0.5 * k * overlap * overlap
+    fn = chosen.normal_force(normal, overlap, un, k, damping, tail)
+    spent = (chosen.elastic_force(normal, overlap, k) - fn) * un * dt
+    stored = chosen.elastic_energy(normal, overlap, k)
     excess = 0.0
     mu = numbers.friction
     tx, ty, tz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -265,14 +152,14 @@ def contact(meeting, bodies, numbers, springs, dt, tail, laws):
         # springs of changing stiffness: ``kept`` of each stays, ``old`` turns the new stiffness into the one it was laid down for
         kept, old = 1.0, 1.0
         if mindlin != 0:
-            kept, old = _kept(k, laid, mindlin), laid / k
+            kept, old = chosen.kept(scheme.tangential, k, laid, mindlin), laid / k
         before = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
         if mindlin != 0:
             before *= old
             sx *= kept
             sy *= kept
             sz *= kept
-        tx, ty, tz, sx, sy, sz = _tangential(sx + ux * span, sy + uy * span, sz + uz * span, ux, uy, uz, kt, ct, mu * load, rule)
+        tx, ty, tz, sx, sy, sz = chosen.tangential_force(scheme.tangential, sx + ux * span, sy + uy * span, sz + uz * span, ux, uy, uz, kt, ct, mu * load, rule)
         after = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
         spent += (tx * ux + ty * uy + tz * uz) * dt - (after - before)
         stored += after
@@ -287,8 +174,8 @@ def contact(meeting, bodies, numbers, springs, dt, tail, laws):
                     ax *= kept
                     ay *= kept
                     az *= kept
-                mx, my, mz, ax, ay, az = _rolling(
-                    ax + rx * span, ay + ry * span, az + rz * span, rx, ry, rz, kr, damping * arm * arm, numbers.rolling * arm * load, rule
+                mx, my, mz, ax, ay, az = chosen.rolling_moment(
+                    scheme.rolling, ax + rx * span, ay + ry * span, az + rz * span, rx, ry, rz, kr, damping * arm * arm, numbers.rolling * arm * load, rule
                 )
                 after = 0.5 * kr * (ax * ax + ay * ay + az * az)
                 spent += (mx * rx + my * ry + mz * rz) * dt - (after - before)
@@ -299,7 +186,9 @@ def contact(meeting, bodies, numbers, springs, dt, tail, laws):
                 if mindlin != 0:
                     before *= old
                     phi *= kept
-                mt, phi = _twisting(phi + twist_rate * span, twist_rate, kq, 2.0 * ct * arm * arm, numbers.twisting * mu * arm * load, rule)
+                mt, phi = chosen.twisting_moment(
+                    scheme.twisting, phi + twist_rate * span, twist_rate, kq, 2.0 * ct * arm * arm, numbers.twisting * mu * arm * load, rule
+                )
                 after = 0.5 * kq * phi * phi
                 spent += mt * twist_rate * dt - (after - before)
                 stored += after
@@ -318,6 +207,19 @@ def contact(meeting, bodies, numbers, springs, dt, tail, laws):
         fn -= pull * share
         stored -= bound
     return Response(fn, tx, ty, tz, mx, my, mz, stored, spent, excess, Springs(sx, sy, sz, ax, ay, az, phi, flag, laid))
+
+
+def reader(arguments: str, place: str, first: int = 0) -> Any:
+    """The compiled ``numbers(arguments)``: the ``Numbers`` that stand at ``place``, a text with the column as ``{}``, from the column ``first`` on."""
+    columns = [place.format(first + column) for column in range(PAIR_COLUMNS)]
+    families = (f"({''.join(f'{column}, ' for column in columns[part])})" for part in (NORMAL, COHESION))
+    text = ", ".join([*columns[DAMPING_N : RATIO + 1], *families])
+    lines = [f"def numbers({arguments}):", f"    return Numbers({text})"]
+    return made("numbers", lines, {"Numbers": Numbers}, "The ``Numbers`` of a contact.", True, sys._getframe(1))
+
+
+numbers_of = reader("table, a, b", "table[a, b, {}]")
+"""``Numbers`` from a table of pairs, or of walls and species: an element of it is read where it stands, since a row cut out is counted atomically, twice."""
 
 
 @law
@@ -339,26 +241,31 @@ def turned_energy(h: np.ndarray, k: np.ndarray, radius: np.ndarray, table: np.nd
     return np.asarray(0.5 * (kt * slip2 + k * arm2 * roll2 + 2.0 * kt * arm2 * h[:, TWIST] ** 2))
 
 
-@law(forceinline=True)
-def numbers_of(row):
-    """``Numbers`` from a row of the table of pairs."""
-    return Numbers(
-        row[DAMPING_N], row[DAMPING_T], row[FRICTION], row[SHAPE], row[ROLLING], row[TWISTING], row[RATIO], row[MODULUS], row[COHESION]
-    )  # fmt: skip
-
-
 @kernel
-def at_rest(overlap, radii, stiffness, rows, normal, cohesion):
-    """Contacts at rest: k_n (Hertz: the tangent stiffness) [N/m] and normal force, cohesion included [N], each (c,).
+def at_rest(overlap, radii, stiffness, rows, scheme):
+    """Contacts at rest: k_n (the tangent stiffness) [N/m] and normal force, cohesion included [N], each (c,).
 
-    ``overlap`` (c,) [m], ``radii`` (c, 2) [m], ``stiffness`` (c,) the smaller k_n [N/m], ``rows`` (c, columns) of the table of pairs.
+    ``overlap`` (c,) [m], ``radii`` (c, 2) [m], ``stiffness`` (c,) the smaller k_n [N/m], ``rows`` (c, columns) of the table of pairs, ``scheme`` a
+    ``dem.scheme.Scheme``.
     """
     k, push = np.empty(len(overlap)), np.empty(len(overlap))
+    table = rows.reshape((1, len(overlap), PAIR_COLUMNS))
     for c in range(len(overlap)):
         first, second = radii[c, 0], radii[c, 1]
         bodies = Bodies(stiffness[c], 0.0, first * second / (first + second), first, second, 0.0)
-        numbers = numbers_of(rows[c])
-        k[c] = tangent_stiffness(max(overlap[c], 0.0), bodies, numbers, normal)
-        push[c] = _hertz(overlap[c], 0.0, k[c], 0.0, True) if normal == HERTZ else _hooke(overlap[c], 0.0, k[c], 0.0, True)
-        push[c] -= cohesion_of(overlap[c], bodies, numbers, cohesion)[0]
+        numbers = numbers_of(table, 0, c)
+        k[c] = chosen.stiffness(scheme.normal, numbers.normal, max(overlap[c], 0.0), bodies)
+        push[c] = chosen.normal_force(scheme.normal, overlap[c], 0.0, k[c], 0.0, True)
+        push[c] -= chosen.pull(scheme.cohesion, numbers.cohesion, overlap[c], bodies)
     return k, push
+
+
+@kernel
+def pulls(radius, rows, scheme):
+    """Pull of a cohesion that does not depend on the overlap [N], (c,): R (c,) [m], ``rows`` (c, columns) and ``scheme`` as in ``at_rest``."""
+    out = np.empty(len(radius))
+    table = rows.reshape((1, len(radius), PAIR_COLUMNS))
+    for c in range(len(radius)):
+        bodies = Bodies(0.0, 0.0, radius[c], radius[c], radius[c], 0.0)
+        out[c] = chosen.pull(scheme.cohesion, numbers_of(table, 0, c).cohesion, 0.0, bodies)
+    return out

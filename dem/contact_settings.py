@@ -3,50 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from types import ModuleType
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from dem.columns import COHESION, DAMPING_N, DAMPING_T, FRICTION, MODULUS, PAIR_COLUMNS, RATIO, ROLLING, SHAPE, TWISTING
+from dem import walls
+from dem.columns import COHESION, DAMPING_N, DAMPING_T, FRICTION, NORMAL, PAIR_COLUMNS, RATIO, ROLLING, SHAPE, TWISTING
+from dem.grain_law import OCEAN, SPECIES, GrainLaw
 from dem.gravity import Field as Gravity
-from dem.laws import cohesion_sjkr, cohesion_zhang, normal_hertz, normal_hooke, rolling_sds, tangential_mindlin, tangential_spring, twisting_sds
-from dem.scheme import HERTZ, HOOKE, NO_COHESION, SJKR, ZHANG, Scheme
-from dem.walls import Wall
+from dem.laws import dispatch, tangential_mindlin, tangential_spring
+from dem.laws.dispatch import FAMILIES, between, smaller
+from dem.scheme import Scheme
 from matter import material
 from matter.body import Model
+from matter.law_family import Family
 from matter.particles import Particles
-from matter.quantity import Angle, PositivePressure, PositiveSpeed, Pressure
-
-SPECIES = ("shell", "ocean")
+from matter.quantity import Angle, PositiveSpeed
 
 Fraction = Annotated[float, Field(gt=0.0, le=1.0)]
 
-
-class GrainLaw(Model):
-    """Contact parameters of one species of grain, for whichever of the laws in ``dem.laws`` the case names."""
-
-    restitution: Fraction = 0.55
-    """Normal coefficient of restitution, e_n."""
-    restitution_tangential: Fraction = 0.55
-    """Tangential coefficient of restitution, e_t: sets the tangential dashpot."""
-    friction: Annotated[float, Field(ge=0.0, le=2.0)] = 0.5
-    """Coulomb friction, mu_s."""
-    shape: Annotated[float, Field(ge=0.0, le=2.0)] = 0.4
-    """Shape parameter beta: 0 is a sphere, 1 is strongly angular."""
-    rolling: Annotated[float, Field(ge=0.0, le=5.0)] = 1.05
-    """Rolling friction, mu_r."""
-    twisting: Annotated[float, Field(ge=0.0, le=5.0)] = 1.3
-    """Twisting friction, mu_t."""
-    elastic_modulus: PositivePressure | None = None
-    """Young's modulus E, for ``normal = "hertz"``; an ocean without one takes the shell's."""
-    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.25
-    """Poisson's ratio nu, for ``normal = "hertz"``."""
-    cohesion: Annotated[Pressure, Field(ge=0.0)] = 0.0
-    """Interparticle tensile strength c (``cohesion = "zhang"``) or cohesion energy density k (``"sjkr"``)."""
-
-
-OCEAN = GrainLaw(restitution=0.1, restitution_tangential=0.1, friction=0.0, shape=0.0, rolling=0.0, twisting=0.0)
+if TYPE_CHECKING:
+    NormalName = str
+    TangentialName = str
+    CohesionName = str
+else:
+    NormalName, TangentialName, CohesionName = (Literal.__getitem__(f.names) for f in (dispatch.NORMAL, dispatch.TANGENTIAL, dispatch.COHESION))
 
 
 class Contact(Model):
@@ -56,13 +39,13 @@ class Contact(Model):
     slides on water as water does. With ``hertz`` springs act in series.
     """
 
-    normal: Literal["hooke", "hertz"] = "hooke"
+    normal: NormalName = "hooke"
     """Normal law; see ``dem.laws``."""
-    tangential: Literal["spring", "mindlin"] = "spring"
+    tangential: TangentialName = "spring"
     """Tangential law: ``spring`` goes with ``hooke``, ``mindlin`` with ``hertz``."""
     mindlin_history: Literal["force", "displacement"] = "force"
     """What a spring keeps while the area of its contact grows; see ``dem.laws.tangential_mindlin``."""
-    cohesion: Literal["none", "zhang", "sjkr"] = "none"
+    cohesion: CohesionName = "none"
     """Cohesion of grains in contact; see ``dem.laws``."""
 
     shell: GrainLaw = GrainLaw()
@@ -103,39 +86,76 @@ class Contact(Model):
 
     @model_validator(mode="after")
     def _combination(self) -> Contact:
-        laws = {"shell": self.shell, "ocean": self.ocean}
-        if (self.normal == "hertz") != (self.tangential == "mindlin"):
-            wanted = "mindlin" if self.normal == "hertz" else "spring"
+        wanted = self.law(dispatch.NORMAL).TANGENTIAL
+        if self.tangential != wanted:
             raise ValueError(f'normal = "{self.normal}" goes with tangential = "{wanted}", not with "{self.tangential}"')
-        if self.normal == "hertz" and self.shell.elastic_modulus is None:
-            raise ValueError('normal = "hertz" needs shell.elastic_modulus (Young\'s modulus)')
-        if self.stiffness_rule == "kinetic" and (self.expected_speed is None or self.normal == "hertz"):
-            raise ValueError('stiffness_rule = "kinetic" needs expected_speed, and normal = "hooke"')
-        sticky = {name: law for name, law in laws.items() if law.cohesion > 0.0}
-        if self.cohesion == "none" and sticky:
-            raise ValueError(f'{", ".join(sticky)}: cohesion is given, but cohesion = "none" names no law for it ("zhang" or "sjkr")')
-        if self.cohesion != "none" and not sticky:
-            raise ValueError(f'cohesion = "{self.cohesion}" needs shell.cohesion or ocean.cohesion above zero')
-        if self.cohesion == "zhang" and any(law.shape == 0.0 for law in sticky.values()):
-            raise ValueError('cohesion = "zhang" pulls over an area (2 beta R)^2: a species with cohesion needs shape above zero')
+        if self.stiffness_rule == "kinetic" and (self.expected_speed is None or not self.linear):
+            raise ValueError(f'stiffness_rule = "kinetic" needs expected_speed, and normal = {_one_of(dispatch.NORMAL, "LINEAR")}')
+        self._check_cohesion()
+        for family in FAMILIES:
+            for species in range(len(SPECIES) if self.law(family) else 0):
+                if said := family.fault(self.kind(family), self.values(family, species)):
+                    raise ValueError(f'{family.key} = "{self.name(family)}" {said}')
         return self
+
+    def _check_cohesion(self) -> None:
+        """A strength of cohesion and a law that reads it come together."""
+        strengths = {key for law in dispatch.COHESION.laws for key, least in law.Parameters._field_defaults.items() if least == 0.0}
+        sticky = {key: name for name in SPECIES for key in sorted(strengths) if getattr(getattr(self, name), key) > 0.0}
+        law = self.law(dispatch.COHESION)
+        if law is None and sticky:
+            laws = " or ".join(f'"{name}"' for name in dispatch.COHESION.names[1:])
+            raise ValueError(f'{", ".join(sticky.values())}: {", ".join(sticky)} is given, but cohesion = "none" names no law for it ({laws})')
+        if law is not None and not strengths & set(law.Parameters._fields) & set(sticky):
+            own = " and ".join(sorted(strengths & set(law.Parameters._fields)))
+            raise ValueError(f'cohesion = "{self.cohesion}" needs {" or ".join(f"{name}.{own}" for name in SPECIES)} above zero')
+
+    def name(self, family: Family) -> str:
+        """The law that is taken of a family; a family of one law has no key."""
+        return str(getattr(self, family.key, family.names[0]))
+
+    def kind(self, family: Family) -> int:
+        """Its number in the family."""
+        return family.kind(self.name(family))
+
+    def law(self, family: Family) -> Any:
+        """Its file; None where it is ``none``."""
+        return family.module(self.kind(family))
+
+    def laws(self) -> list[ModuleType]:
+        """The files of all laws that are taken."""
+        return [law for law in map(self.law, FAMILIES) if law is not None]
+
+    def values(self, family: Family, species: int) -> Any:
+        """The ``Parameters`` of the law that is taken of a family, for a species; what an ocean leaves open is the shell's."""
+        law = self.law(family)
+        own = {key: getattr(getattr(self, SPECIES[species]), key) for key in law.Parameters._fields}
+        own = {key: getattr(self.shell, key) if value is None else value for key, value in own.items()}
+        for key in getattr(law, "STIFF", ()):
+            own[key] = own[key] and own[key] * self.stiffness_factor
+        return law.Parameters(**own)
+
+    @property
+    def linear(self) -> bool:
+        """Whether k_n is a grain's own, at every overlap."""
+        return bool(self.law(dispatch.NORMAL).LINEAR)
+
+    @property
+    def springs_can_change(self) -> bool:
+        """Whether k_n may change in the run: linear springs, and a pull that does not depend on the overlap."""
+        return self.linear and (self.cohesion == "none" or hasattr(self.law(dispatch.COHESION), "constant_pull"))
+
+    @property
+    def springs_that_change(self) -> str:
+        """The laws that ``springs_can_change`` asks for, in words."""
+        varying = ", ".join(f'"{name}"' for name, law in zip(dispatch.COHESION.names[1:], dispatch.COHESION.laws) if not hasattr(law, "constant_pull"))
+        return f"normal = {_one_of(dispatch.NORMAL, 'LINEAR')}, and no cohesion that depends on the overlap ({varying})"
 
     def scheme(self) -> Scheme:
         """What the kernels are compiled for."""
-        return Scheme(
-            HERTZ if self.normal == "hertz" else HOOKE,
-            tangential_mindlin.RULES[self.mindlin_history] if self.tangential == "mindlin" else 0,
-            {"none": NO_COHESION, "zhang": ZHANG, "sjkr": SJKR}[self.cohesion],
-            tangential_spring.RULES[self.sliding],
-        )
-
-    def elastic_constants(self, species: int) -> tuple[float, float]:
-        """Young's modulus [Pa], times ``stiffness_factor``, and Poisson's ratio of a species; ``hertz`` only."""
-        law = (self.shell, self.ocean)[species]
-        if law.elastic_modulus is None:
-            law = self.shell
-        assert law.elastic_modulus is not None
-        return law.elastic_modulus * self.stiffness_factor, law.poisson_ratio
+        kinds = {family.key: self.kind(family) for family in FAMILIES}
+        following = tangential_mindlin.RULES[self.mindlin_history] if hasattr(self.law(dispatch.TANGENTIAL), "kept") else 0
+        return Scheme(**kinds, mindlin=following, sliding=tangential_spring.RULES[self.sliding])
 
     def species_of(self, name: str) -> int:
         """Index into ``SPECIES`` for a material."""
@@ -143,49 +163,67 @@ class Contact(Model):
 
     def pair_table(self) -> np.ndarray:
         """Parameters of a contact between two species, shape (2, 2, PAIR_COLUMNS); the smaller of each value wins."""
-        laws = (self.shell, self.ocean)
         table = np.zeros((len(SPECIES), len(SPECIES), PAIR_COLUMNS))
-        for a, one in enumerate(laws):
-            for b, two in enumerate(laws):
+        normal = self.law(dispatch.NORMAL)
+        for a in range(len(SPECIES)):
+            for b in range(len(SPECIES)):
                 row = table[a, b]
-                ratio, damping_number = self.tangential_stiffness_ratio, normal_hooke.damping_number
-                if self.normal == "hertz":
-                    pair = self.elastic_constants(a), self.elastic_constants(b)
-                    row[MODULUS] = normal_hertz.effective_modulus(*pair)
-                    ratio = 4.0 * tangential_mindlin.effective_shear_modulus(*pair) / row[MODULUS]
-                    damping_number = normal_hertz.damping_number
-                row[DAMPING_N] = damping_number(min(one.restitution, two.restitution))
+                one, two = (self.values(dispatch.NORMAL, k) for k in (a, b))
+                sliding, rolling, twisting = (
+                    smaller(self.values(family, a), self.values(family, b)) for family in (dispatch.TANGENTIAL, dispatch.ROLLING, dispatch.TWISTING)
+                )
+                ratio = self.law(dispatch.TANGENTIAL).stiffness_ratio(one, two, self.tangential_stiffness_ratio)
+                row[DAMPING_N] = normal.damping_number(smaller(one, two).restitution)
                 # C_t = number sqrt(k_t m) = number sqrt(k_t / k_n) sqrt(k_n m)
-                number = damping_number(min(one.restitution_tangential, two.restitution_tangential))
-                row[DAMPING_T] = number * np.sqrt(ratio)
-                row[FRICTION] = min(one.friction, two.friction)
-                row[SHAPE] = min(one.shape, two.shape)
-                row[ROLLING] = min(one.rolling, two.rolling)
-                row[TWISTING] = min(one.twisting, two.twisting)
-                row[RATIO] = ratio
-                row[COHESION] = min(one.cohesion, two.cohesion)
+                row[DAMPING_T] = normal.damping_number(sliding.restitution_tangential) * np.sqrt(ratio)
+                row[FRICTION], row[RATIO] = sliding.friction, ratio
+                row[SHAPE], row[ROLLING], row[TWISTING] = rolling.shape, rolling.rolling, twisting.twisting
+                for family, columns in ((dispatch.NORMAL, NORMAL), (dispatch.COHESION, COHESION)):
+                    numbers = self._between(family, a, b)
+                    row[columns.start : columns.start + len(numbers)] = numbers
         return table
+
+    def _between(self, family: Family, one: int, two: int | None) -> tuple[float, ...]:
+        """The numbers of a family's law for two species, or for one and a rigid wall."""
+        law = self.law(family)
+        return () if law is None else between(law, self.values(family, one), None if two is None else self.values(family, two))
+
+    def wall_table(self, walls_: Sequence[walls.Wall], pair_table: np.ndarray) -> np.ndarray:
+        """The walls' contact parameters (w, s, PAIR_COLUMNS), those of a rigid partner; a frictionless wall does not hold grains by cohesion."""
+        tables = walls.tables(walls_, pair_table)
+        for w, wall in enumerate(walls_):
+            if wall.species < 0:
+                tables[w, :, COHESION] = 0.0
+            for s in range(len(SPECIES)):
+                numbers = self._between(dispatch.NORMAL, s, None)
+                tables[w, s, NORMAL.start : NORMAL.start + len(numbers)] = numbers
+                tables[w, s, DAMPING_T] *= np.sqrt(pair_table[s, s, RATIO] / tables[w, s, RATIO])
+                tables[w, s, RATIO] = pair_table[s, s, RATIO]
+        return tables
 
     def stiffness(self, radius: np.ndarray, mass: np.ndarray, material_name: str, floor_pressure: float) -> np.ndarray:
         """k_n of grains of one material [N/m] by ``stiffness_rule``, at least F_c / (x_max r), limited by the contact wave speed.
 
         ``floor_pressure`` = g rho H of the bed [Pa]. The wave speed of a chain of such grains is 2 r sqrt(k_n / m). F_c is the pull of two such
-        grains by Zhang's cohesion. With ``hertz`` it is the tangent stiffness of two such grains at the overlap x_max r.
+        grains by a cohesion that does not depend on the overlap. With ``hertz`` it is the tangent stiffness of two such grains at the overlap x_max r.
         """
-        if self.normal == "hertz":
-            species = self.species_of(material_name)
-            modulus = normal_hertz.effective_modulus(self.elastic_constants(species), self.elastic_constants(species))
-            return np.asarray(2.0 * modulus * radius * np.sqrt(0.5 * self.static_overlap))
+        species = self.species_of(material_name)
+        if not self.linear:
+            stiff = self.law(dispatch.NORMAL).grain_stiffness(radius, self.static_overlap, self.values(dispatch.NORMAL, species))
+            return np.asarray(stiff)
         bulk, sound = elastic(material_name)
         moving = 2.0 * bulk * radius
         if self.stiffness_rule == "kinetic":
             assert self.expected_speed is not None
             moving = mass * (self.expected_speed / (self.static_overlap * radius)) ** 2
         k = np.maximum(floor_pressure * radius / self.static_overlap, moving)
-        if self.cohesion == "zhang":
-            law = (self.shell, self.ocean)[self.species_of(material_name)]
-            k = np.maximum(k, law.cohesion * (law.shape * radius) ** 2 / (self.static_overlap * radius))
+        k = np.maximum(k, self.constant_pull(radius, species) / (self.static_overlap * radius))
         return np.minimum(k, self.stiffness_limit(radius, mass, sound)) * self.stiffness_factor
+
+    def constant_pull(self, radius: np.ndarray, species: int = 0) -> np.ndarray:
+        """Pull [N] of two equal grains of a species by a cohesion that does not depend on the overlap; 0 for other laws."""
+        law = self.law(dispatch.COHESION)
+        return np.asarray(law.constant_pull(radius, self.values(dispatch.COHESION, species))) if hasattr(law, "constant_pull") else np.zeros_like(radius)
 
     def stiffness_limit(self, radius: np.ndarray, mass: np.ndarray, sound_speed: float) -> np.ndarray:
         """Largest k_n [N/m] at which the contact wave speed stays below ``wave_speed_limit`` times ``sound_speed`` [m/s]."""
@@ -197,7 +235,7 @@ class Contact(Model):
         ``hooke``: pi sqrt(m / 2 k_n), the undamped contact of two equal grains. ``hertz``: the undamped contact of a grain with a rigid wall at the
         largest of ``expected_speed``, the grains' own speed and sqrt(2 g r), and at most ``rayleigh_fraction`` of the Rayleigh time.
         """
-        if self.normal == "hooke":
+        if self.linear:
             return shortest_contact_time(grains.mass, grains.stiffness) / self.steps_per_contact
         speed = float(np.sqrt(np.max(np.einsum("ij,ij->i", grains.velocity, grains.velocity))))
         if gravity is not None:
@@ -206,48 +244,24 @@ class Contact(Model):
         longest = np.inf
         for species in range(len(SPECIES)):
             here = grains.species == species
-            if not here.any():
-                continue
-            modulus, nu = self.elastic_constants(species)
-            r, m = grains.radius[here], grains.mass[here]
-            density = m / (4.0 / 3.0 * np.pi * r**3)
-            step = self.rayleigh_fraction * float(np.min(normal_hertz.rayleigh_time(r, density, modulus / (2.0 * (1.0 + nu)), nu)))
-            if speed > 0.0:
-                quick = int(np.argmin(m**2 / r))
-                wall = normal_hertz.contact_time(modulus / (1.0 - nu * nu), float(r[quick]), float(m[quick]), speed)
-                step = min(step, wall / self.steps_per_contact)
-            longest = min(longest, step)
+            if here.any():
+                limits = self.values(dispatch.NORMAL, species), self.rayleigh_fraction, self.steps_per_contact
+                longest = min(longest, self.law(dispatch.NORMAL).longest_step(grains.radius[here], grains.mass[here], speed, *limits))
         return longest
 
     def as_attribute(self) -> dict[str, Any]:
         """What a snapshot records of these settings, with the species of each material that ships with the project."""
         return {
             **self.model_dump(exclude={"friction_angle"} if self.friction_angle is None else None),
-            "laws": [
-                f"normal_{self.normal}",
-                f"tangential_{self.tangential}",
-                "rolling_sds",
-                "twisting_sds",
-                *([] if self.cohesion == "none" else [f"cohesion_{self.cohesion}"]),
-            ],
+            "laws": [Family.title(law) for law in self.laws()],
             "species": list(SPECIES),
             "species_of_material": {name: SPECIES[self.species_of(name)] for name in material.names()},
         }
 
 
-def rigid(tables: np.ndarray, pair_table: np.ndarray, walls: Sequence[Wall]) -> np.ndarray:
-    """The walls' contact parameters (w, s, PAIR_COLUMNS) with a rigid partner's E*, G* / E*; a frictionless wall does not hold grains by cohesion."""
-    tables = tables.copy()
-    for w, wall in enumerate(walls):
-        if wall.species < 0:
-            tables[w, :, COHESION] = 0.0
-        for s in range(pair_table.shape[0]):
-            own = pair_table[s, s]
-            if own[MODULUS] > 0.0:
-                tables[w, s, MODULUS] = 2.0 * own[MODULUS]
-                tables[w, s, DAMPING_T] *= np.sqrt(own[RATIO] / tables[w, s, RATIO])
-                tables[w, s, RATIO] = own[RATIO]
-    return tables
+def _one_of(family: Family, flag: str) -> str:
+    """The laws of a family that set a flag, in words."""
+    return " or ".join(f'"{name}"' for name, has in zip(family.names, family.having(flag), strict=True) if has)
 
 
 def shortest_contact_time(mass: np.ndarray, stiffness: np.ndarray) -> float:
@@ -261,7 +275,4 @@ def elastic(material_name: str) -> tuple[float, float]:
     return bulk, float(np.sqrt(bulk / material.reference_density(material_name)))
 
 
-__all__ = [
-    "SPECIES", "Contact", "GrainLaw", "cohesion_sjkr", "cohesion_zhang", "elastic", "normal_hertz", "normal_hooke", "rolling_sds",
-    "tangential_mindlin", "tangential_spring", "twisting_sds",
-]  # fmt: skip
+__all__ = ["OCEAN", "SPECIES", "Contact", "GrainLaw", "elastic", "shortest_contact_time"]

@@ -43,9 +43,7 @@ class Following:
         self.bed, contact = bed, bed.contact
         self.target = contact.static_overlap
         carries = floor_pressure * bed.X[:, RADIUS] / contact.static_overlap
-        shell = contact.shell
-        if contact.cohesion == "zhang":
-            carries = np.maximum(carries, shell.cohesion * shell.shape**2 * bed.X[:, RADIUS] / contact.static_overlap)
+        carries = np.maximum(carries, contact.constant_pull(bed.X[:, RADIUS]) / (contact.static_overlap * bed.X[:, RADIUS]))
         usual = bed.returned == 0
         ratio = (carries / bed.V[:, STIFFNESS])[usual] if usual.any() else np.ones(1)
         self.lowest = float(min(1.0, ratio.max()))

@@ -20,26 +20,18 @@ from typing import Any
 import numpy as np
 
 from dem.columns import (
-    COHESION,
-    DAMPING_N,
-    DAMPING_T,
-    FRICTION,
     HISTORY,
     LAID,
     MASS,
-    MODULUS,
+    NORMAL,
     OFFSET,
     PAIR_COLUMNS,
     RADIUS,
-    RATIO,
     ROLL,
-    ROLLING,
-    SHAPE,
     SLIP,
     STIFFNESS,
     TOUCHING,
     TWIST,
-    TWISTING,
     TX,
     TY,
     TZ,
@@ -48,8 +40,9 @@ from dem.columns import (
     WY,
     WZ,
 )  # fmt: skip
-from dem.contact import Ball, Bodies, Numbers, Springs, contact, meeting_of_grains, released
-from dem.scheme import NO_COHESION, Chunk, Grains, Listed, Scheme, Sleepers, Step
+from dem.contact import Bodies, Springs, contact, reader, released
+from dem.meeting import Ball, meeting_of_grains
+from dem.scheme import Chunk, Grains, Listed, Scheme, Sleepers, Step
 from matter.gather import LANES, WIDE, add_rows, append_passed, prefetch_row, put_rows, take_row_pairs, take_rows
 from matter.jit import kernel
 
@@ -75,12 +68,14 @@ _WIDTH = _FREE + 8
 _ON_ONE, _STORED, _RATIO = 0, 6, 7
 _ON_TWO, _SPENT, _EXCESS = 8, 14, 15
 
+_numbers = reader("s, k", "s[{}, k]", _TABLE)
+
 
 @functools.cache
 def pair_loop(scheme: Scheme) -> Any:
     """The compiled loop for one scheme: ``pair_forces``."""
-    mindlin, cohesion, offset, sleep = scheme.mindlin, scheme.cohesion, scheme.offset, scheme.sleep
-    laws = (scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding)
+    mindlin, offset, sleep = scheme.mindlin, scheme.offset, scheme.sleep
+    columns = PAIR_COLUMNS if scheme.cohesion != 0 else NORMAL.stop  # that its contacts read
 
     @kernel(fastmath=True, forceinline=True)
     def apply_laws(count, s, dt, tail):
@@ -97,16 +92,13 @@ def pair_loop(scheme: Scheme) -> Any:
             k_n = min(s[_ONE + STIFFNESS, k], s[_TWO + STIFFNESS, k])
             both = 1.0 / ((mi + mj) * (ri + rj))  # one division for two
             reduced, radius = mi * mj * (ri + rj) * both, ri * rj * (mi + mj) * both
-            numbers = Numbers(
-                s[_TABLE + DAMPING_N, k], s[_TABLE + DAMPING_T, k], s[_TABLE + FRICTION, k], s[_TABLE + SHAPE, k], s[_TABLE + ROLLING, k],
-                s[_TABLE + TWISTING, k], s[_TABLE + RATIO, k], s[_TABLE + MODULUS, k], s[_TABLE + COHESION, k],
-            )  # fmt: skip
+            numbers = _numbers(s, k)
             springs = Springs(
                 s[_SLIP, k], s[_SLIP + 1, k], s[_SLIP + 2, k], s[_ROLL, k], s[_ROLL + 1, k], s[_ROLL + 2, k], s[_TWIST, k], s[_TOUCHING, k], s[_EIGHTH, k]
             )
             limit = s[_FAST, k]
             bodies = Bodies(k_n, reduced, radius, ri, rj, max(limit, 0.0))
-            fn, tx, ty, tz, mx, my, mz, stored, spent, beyond, h = contact(meeting, bodies, numbers, springs, dt, tail, laws)
+            fn, tx, ty, tz, mx, my, mz, stored, spent, beyond, h = contact(meeting, bodies, numbers, springs, dt, tail, scheme)
             nx, ny, nz, overlap = meeting.nx, meeting.ny, meeting.nz, meeting.overlap
             tx -= fn * nx
             ty -= fn * ny
@@ -146,8 +138,8 @@ def pair_loop(scheme: Scheme) -> Any:
     def pair_forces(chunk, grains, listed, step, spill, report, sleepers):
         """Forces and torques of all pairs whose first grain lies in the rows of a chunk.
 
-        In, as plain tuples: ``Chunk``, ``Grains`` (places, predicted velocities, species, returned), ``Listed``, ``Step``, ``Sleepers`` (of ``dem.scheme``); with ``sleep``
-        ``chunk.begin`` to ``end`` count in ``todo``.
+        In, as plain tuples: ``Chunk``, ``Grains`` (places, predicted velocities, species, returned), ``Listed``, ``Step``, ``Sleepers`` of ``dem.scheme``; with
+        ``sleep`` ``chunk.begin`` to ``end`` count in ``todo``.
         Out: ``F`` of the chunk's own rows, set here; contributions to grains at and beyond ``chunk.hi`` in ``spill`` (n, 6), of which rows from there on must
         be zero; histories and ``known``; ``report`` (REPORT,); with ``sleep`` the ``row_energy`` of its live rows.
         Returns the highest grain index that was written, so that only that part of the spill need be added.
@@ -247,9 +239,9 @@ def pair_loop(scheme: Scheme) -> Any:
                     pair[k] = kind[one[k]] * table.shape[1] + kind[two[k]]
                 for k in range(0, filled, LANES):
                     take_rows(of_pair, pair, k, s, _TABLE)
-                if cohesion != NO_COHESION:
+                for c in range(LANES, columns):
                     for k in range(filled):
-                        s[_TABLE + COHESION, k] = of_pair[pair[k], COHESION]
+                        s[_TABLE + c, k] = of_pair[pair[k], c]
             apply_laws(filled, s, dt, tail)
             contacts += m
             largest, furthest = 0.0, 0

@@ -18,25 +18,16 @@ from typing import Any
 import numpy as np
 
 from dem.columns import (
-    COHESION,
-    DAMPING_N,
-    DAMPING_T,
-    FRICTION,
     HISTORY,
     LAID,
     MASS,
-    MODULUS,
     OFFSET,
     RADIUS,
-    RATIO,
     ROLL,
-    ROLLING,
-    SHAPE,
     SLIP,
     STIFFNESS,
     TOUCHING,
     TWIST,
-    TWISTING,
     TX,
     TY,
     TZ,
@@ -45,8 +36,9 @@ from dem.columns import (
     WY,
     WZ,
 )
-from dem.contact import Ball, Bodies, Numbers, Springs, contact, meeting_with_wall, released
+from dem.contact import Bodies, Springs, contact, numbers_of, released
 from dem.gravity import central
+from dem.meeting import Ball, meeting_with_wall
 from dem.scheme import Chunk, Grains, Scheme, Step
 from dem.walls import distance_of
 from matter.jit import kernel
@@ -66,7 +58,8 @@ def drift_loop(scheme: Scheme) -> Any:
     def drift(chunk, grains, reference, dt, report, asleep):
         """First half kick, drift and prediction for the grains of a chunk; returns the largest squared displacement of an active grain.
 
-        In: ``Chunk`` and ``Grains`` as plain tuples, places of the last list ``reference`` (n, 3), ``asleep`` (n,). Out: ``X``, ``V``, ``W``; the external impulse in ``report``.
+        In: ``Chunk`` and ``Grains`` as plain tuples, places of the last list ``reference`` (n, 3), ``asleep`` (n,).
+        Out: ``X``, ``V``, ``W``; the external impulse in ``report``.
         """
         chunk, grains = Chunk(*chunk), Grains(*grains)
         X, V, W, A, E = grains.X, grains.V, grains.W, grains.A, grains.E
@@ -112,15 +105,14 @@ def drift_loop(scheme: Scheme) -> Any:
 def kick_loop(scheme: Scheme) -> Any:
     """The compiled second half of a step for one scheme: ``kick``."""
     mindlin, offset, sleep, attract = scheme.mindlin, scheme.offset, scheme.sleep, scheme.attract
-    laws = (scheme.normal, scheme.mindlin, scheme.cohesion, scheme.sliding)
     laid_column = LAID if scheme.history > LAID else HISTORY - 1
 
     @kernel
     def kick(chunk, grains, spill, walls, outside, step, report, sleepers):
         """Sum the forces on the grains of a chunk and finish the step (``step.half`` 0 only evaluates); returns the first grain that is not finite, or -1.
 
-        In, as plain tuples: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``Outside``, ``Step``, ``Sleepers`` (of ``dem.scheme``); ``Spill`` holds
-        what lower chunks added to these grains, and is zeroed here.
+        In, as plain tuples: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``Outside``, ``Step``, ``Sleepers`` of ``dem.scheme``;
+        ``Spill`` holds what lower chunks added to these grains, and is zeroed here.
         Out: ``A``, ``E``, ``W``; histories of the walls; ``report`` (REPORT,).
         With ``sleep``: a grain that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain awake
         ``near`` it is marked (``asleep`` 2) when ``held`` exceeds ``wake`` times gravity.
@@ -194,19 +186,14 @@ def kick_loop(scheme: Scheme) -> Any:
                         if fresh and touch - d > 2.0 * abs(meeting.un) * dt + 1e-3 * radius:
                             wall_history[i, w, OFFSET] = d - touch
                             continue
-                    s = kind[i]
-                    numbers = Numbers(
-                        wall_tables[w, s, DAMPING_N], wall_tables[w, s, DAMPING_T], wall_tables[w, s, FRICTION], wall_tables[w, s, SHAPE],
-                        wall_tables[w, s, ROLLING], wall_tables[w, s, TWISTING], wall_tables[w, s, RATIO], wall_tables[w, s, MODULUS],
-                        wall_tables[w, s, COHESION],
-                    )  # fmt: skip
+                    numbers = numbers_of(wall_tables, w, kind[i])
                     springs = Springs(
                         wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2], wall_history[i, w, ROLL],
                         wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2], wall_history[i, w, TWIST], wall_history[i, w, TOUCHING],
                         wall_history[i, w, laid_column],
                     )  # fmt: skip
                     bodies = Bodies(stiffness, m, radius, radius, 0.0, 0.0)
-                    fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(meeting, bodies, numbers, springs, dt, tail, laws)
+                    fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(meeting, bodies, numbers, springs, dt, tail, scheme)
                     wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2] = h.sx, h.sy, h.sz
                     wall_history[i, w, ROLL], wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2] = h.ax, h.ay, h.az
                     wall_history[i, w, TWIST], wall_history[i, w, TOUCHING] = h.phi, h.flag

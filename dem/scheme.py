@@ -12,22 +12,22 @@ import numpy as np
 from dem.columns import HISTORY, LAID, USUAL
 from dem.laws import tangential_spring
 
-# normal laws, and cohesion
-HOOKE, HERTZ = 0, 1
-NO_COHESION, ZHANG, SJKR = 0, 1, 2
-
 
 class Scheme(NamedTuple):
     """The choices; each is a constant to the compiler, so that a case pays for no law that it does not use.
 
-    ``normal`` HOOKE or HERTZ; ``mindlin`` rule of ``tangential_mindlin`` (0: springs of constant stiffness); ``cohesion`` NO_COHESION, ZHANG or SJKR;
-    ``sliding`` rule of ``tangential_spring``; ``offset`` 1: contacts carry an offset to their overlap (``dem.spring_change``); ``sleep`` 1: rows
-    without a grain awake near them are skipped (``dem.sleeping``); ``attract`` 1: grains attract each other (``dem.self_gravity``).
+    ``normal``, ``tangential``, ``rolling``, ``twisting``, ``cohesion``: numbers of the laws in their families (``dem.laws.dispatch``); ``mindlin`` rule of
+    ``tangential_mindlin`` (0: springs of constant stiffness); ``sliding`` rule of ``tangential_spring``;
+    ``offset`` 1: contacts carry an offset to their overlap (``dem.spring_change``); ``sleep`` 1: rows without a grain awake near them are skipped
+    (``dem.sleeping``); ``attract`` 1: grains attract each other (``dem.self_gravity``).
     """
 
-    normal: int = HOOKE
+    normal: int = 0
+    tangential: int = 0
+    rolling: int = 0
+    twisting: int = 0
+    cohesion: int = 0
     mindlin: int = 0
-    cohesion: int = NO_COHESION
     sliding: int = tangential_spring.CAP
     offset: int = 0
     sleep: int = 0

@@ -24,7 +24,7 @@ import numpy as np
 
 from dem import contact
 from dem.assembly import Assembly
-from dem.columns import COHESION, OFFSET, RADIUS, SHAPE, STIFFNESS, TOUCHING, USUAL
+from dem.columns import OFFSET, RADIUS, STIFFNESS, TOUCHING, USUAL
 from matter.jit import kernel
 
 MEMORY = 4.0
@@ -34,7 +34,8 @@ _CROSSING = 0.45
 
 
 class Loaded(NamedTuple):
-    """Contacts of one kind (pairs or walls): ``history[at]`` their rows; overlap [m] with its offset, k_n [N/m], R [m], and rows of the contact table."""
+    """Contacts of one kind (pairs or walls): ``history[at]`` their rows; overlap [m] with its offset, k_n [N/m], R [m], rows of the contact table, and
+    the ``pull`` [N] of cohesion, which is constant where springs can change."""
 
     history: np.ndarray
     at: tuple[np.ndarray, ...]
@@ -42,12 +43,13 @@ class Loaded(NamedTuple):
     stiffness: np.ndarray
     radius: np.ndarray
     table: np.ndarray
+    pull: np.ndarray
 
     def energy(self, q: float = 1.0, stretch: np.ndarray | float = 1.0) -> float:
         """Energy of the springs [J] with k_n times ``q`` and all displacements times ``stretch``, with the pull of a constant cohesion."""
         k, x, h = self.stiffness * q, self.overlap * stretch, self.history[self.at]
         turned = contact.turned_energy(h, k, self.radius, self.table)
-        return float(np.sum(0.5 * k * x**2 + stretch**2 * turned - self.table[:, COHESION] * 4.0 * (self.table[:, SHAPE] * self.radius) ** 2 * x))
+        return float(np.sum(0.5 * k * x**2 + stretch**2 * turned - self.pull * x))
 
     def stretches(self, q: float) -> np.ndarray:
         """x' / x of each contact in a change by ``q``: p / q."""
@@ -65,9 +67,11 @@ def loaded(bed: Assembly) -> tuple[Loaded, Loaded]:
     overlap = x1[:, RADIUS] + x2[:, RADIUS] + bed.hist[here, OFFSET] - np.linalg.norm(x2[:, :3] - x1[:, :3], axis=1)
     radius = x1[:, RADIUS] * x2[:, RADIUS] / (x1[:, RADIUS] + x2[:, RADIUS])
     stiffness = np.minimum(bed.V[first, STIFFNESS], bed.V[second, STIFFNESS])
-    pairs = Loaded(bed.hist, (here,), overlap, stiffness, radius, bed.pair_table[bed.kind[first], bed.kind[second]])
+    rows = bed.pair_table[bed.kind[first], bed.kind[second]]
+    pairs = Loaded(bed.hist, (here,), overlap, stiffness, radius, rows, contact.pulls(radius, rows, bed.scheme))
     grain, wall, overlap = bed.wall_overlaps()
-    walls = Loaded(bed.wall_history, (grain, wall), overlap, bed.V[grain, STIFFNESS], bed.X[grain, RADIUS], bed.wall_tables[wall, bed.kind[grain]])
+    radius, rows = bed.X[grain, RADIUS], bed.wall_tables[wall, bed.kind[grain]]
+    walls = Loaded(bed.wall_history, (grain, wall), overlap, bed.V[grain, STIFFNESS], radius, rows, contact.pulls(radius, rows, bed.scheme))
     return pairs, walls
 
 

@@ -32,7 +32,7 @@ idle_sources = used_laws.of_collapse
 def _raised(settings: Settings) -> float | None:
     """Expected step [s] in springs for the speeds handed over (``dem.stiffening``), at most the bed's; None where springs stay, or nothing is known."""
     target, impact, asked = settings.target, settings.impact, settings.springs_for
-    if not (settings.bed_step and settings.bed_radius and target and impact and settings.contact.normal == "hooke") or asked == "bed":
+    if not (settings.bed_step and settings.bed_radius and target and impact and settings.contact.linear) or asked == "bed":
         return None
     if asked == "auto" and not target.flat:
         return None

@@ -43,8 +43,7 @@ def springs_for(asked: float | Literal["auto", "bed"], start: Particles, contact
 
     Laws whose springs cannot change (``hertz``, cohesion by ``sjkr``) leave ``auto`` at the bed's.
     """
-    changeable = contact.normal == "hooke" and contact.cohesion != "sjkr"
-    if asked == "bed" or (asked == "auto" and not (flat and changeable)):
+    if asked == "bed" or (asked == "auto" and not (flat and contact.springs_can_change)):
         return Springs()
     compact = start.select(_compact(start))
     if len(compact) == 0:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from dem.contact_settings import Contact
+from dem.laws.dispatch import FAMILIES
 
 ROOM = Path(__file__).parent
 TREE = ROOM.parent / "matter" / "tree.py"
@@ -16,10 +17,8 @@ PACKING = ("beds/packing.py", "beds/relaxation.py")
 
 def _laws(contact: Contact) -> set[Path]:
     """Contact laws that are not taken, and the shear cell where no friction angle is asked for."""
-    taken = set(contact.as_attribute()["laws"])
-    if "tangential_mindlin" in taken:
-        taken.add("tangential_spring")  # its slider
-    idle = {file for file in (ROOM / "laws").glob("*.py") if file.stem not in taken}
+    taken = {law.__file__ for module in contact.laws() for law in (module, *getattr(module, "RESTS_ON", ()))}
+    idle = {Path(str(module.__file__)) for family in FAMILIES for module in family.laws if module.__file__ not in taken}
     return idle | ({ROOM / "trials" / "shear_cell.py"} if contact.friction_angle is None else set())
 
 

@@ -26,7 +26,7 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any
 
 from matter.jit import law
@@ -86,11 +86,11 @@ class Family:
         """Files of the laws whose numbers are not in ``taken``."""
         return {Path(str(module.__file__)) for number, module in enumerate(self.laws, self.first) if number not in taken}
 
-    def choose(self, function: str, arguments: str, *, about: str, otherwise: str | None = None, rows: bool = True) -> Callable[..., Any]:
+    def choose(self, function: str, arguments: str, *, about: str, otherwise: str | None = None, rows: bool = True, inline: bool = False) -> Callable[..., Any]:
         """The compiled ``function(kind, row, arguments)``, or without ``row`` where ``rows`` is False, of the law with the number ``kind``.
 
         ``otherwise``: the expression that stands for laws without such a function and for ``none``; without it each law must have the function. ``about`` is
-        the docstring. Raises ``TypeError`` naming the law that lacks it.
+        the docstring; ``inline``: always in the caller's code. Raises ``TypeError`` naming the law that lacks it.
         """
         having = [module for module in self.laws if hasattr(module, function)]
         if otherwise is None and (self.first or len(having) < len(self.laws)):
@@ -106,11 +106,7 @@ class Family:
             lines += [f"    return {title}({given})"] if last else [f"    if kind == {number}:", f"        return {title}({given})"]
         if otherwise is not None:
             lines.append(f"    return {otherwise}")
-        frame = sys._getframe(1)  # the compiled code is kept, and thrown away, with the family's own file
-        text = "\n" * (frame.f_lineno - 1) + "\n".join(lines) + "\n"
-        exec(compile(text, frame.f_code.co_filename, "exec"), names)
-        names[function].__doc__, names[function].__module__ = about, frame.f_globals["__name__"]
-        return law(names[function])
+        return made(function, lines, names, about, inline, sys._getframe(1))
 
     def _row_text(self, module: ModuleType, names: dict[str, Any]) -> str:
         row = _row_type(module)
@@ -118,6 +114,17 @@ class Family:
             return "row"
         names[f"{self.title(module)}_row"] = row
         return f"{self.title(module)}_row({', '.join(f'row[{i}]' for i in range(len(row._fields)))})"
+
+
+def made(function: str, lines: Sequence[str], names: dict[str, Any], about: str, inline: bool, frame: FrameType) -> Callable[..., Any]:
+    """The compiled ``function`` whose ``lines`` are written by a program, with the ``names`` that it reads; ``frame`` is that of its caller.
+
+    The compiled code is kept, and thrown away, with the caller's file.
+    """
+    text = "\n" * (frame.f_lineno - 1) + "\n".join(lines) + "\n"
+    exec(compile(text, frame.f_code.co_filename, "exec"), names)
+    names[function].__doc__, names[function].__module__ = about, frame.f_globals["__name__"]
+    return law(names[function], forceinline=True) if inline else law(names[function])
 
 
 def _row_type(module: ModuleType) -> Any:

@@ -45,7 +45,7 @@ def static_contact(bed: Assembly, first: np.ndarray, second: np.ndarray, overlap
     """Normal (tangent) stiffness [N/m] and normal force [N], cohesion included, of contacts at rest between the grains of these indices."""
     radii = np.column_stack([bed.X[first, RADIUS], bed.X[second, RADIUS]])
     k = np.minimum(bed.V[first, STIFFNESS], bed.V[second, STIFFNESS])
-    return contact.at_rest(overlap, radii, k, bed.pair_table[bed.kind[first], bed.kind[second]], bed.scheme.normal, bed.scheme.cohesion)
+    return contact.at_rest(overlap, radii, k, bed.pair_table[bed.kind[first], bed.kind[second]], bed.scheme)
 
 
 def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

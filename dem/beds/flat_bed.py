@@ -48,7 +48,7 @@ def container_of(settings: Settings, ground: FlatGround) -> Container:
 
 def maker(settings: Settings, ground: FlatGround) -> Callable[[Path], None]:
     """Check the settings against the ground; what is returned makes the bed in a folder."""
-    if settings.contact.normal != "hooke":
+    if not settings.contact.linear:
         raise InputError(f'[bed] flat ground is settled with springs of constant stiffness: normal = "{settings.contact.normal}" is not for it')
     container = container_of(settings, ground)
     return lambda out: make(settings, ground, container, out)

@@ -21,14 +21,18 @@ from typing import Annotated, NamedTuple
 from pydantic import Field
 
 from matter.jit import law
+from matter.quantity import Pressure
 
 SOURCES = ("Johnson1971",)
 
 
-class Parameters(NamedTuple):
-    """``density``: k [J/m^3]."""
+EXAMPLE = {"cohesion": 2000.0}
 
-    density: Annotated[float, Field(ge=0.0)] = 0.0
+
+class Parameters(NamedTuple):
+    """``cohesion``: k [J/m^3]."""
+
+    cohesion: Annotated[Pressure, Field(ge=0.0, description="Cohesion energy density k.")] = 0.0
 
 
 @law
@@ -46,3 +50,15 @@ def volume(overlap, first, second):
     """Integral of A over the overlap [m^3]: three Gauss points, since the closed form loses its digits at small overlaps."""
     low, high = 0.5 - math.sqrt(0.15), 0.5 + math.sqrt(0.15)
     return overlap * (5.0 * area(low * overlap, first, second) + 8.0 * area(0.5 * overlap, first, second) + 5.0 * area(high * overlap, first, second)) / 18.0
+
+
+@law(forceinline=True)
+def pull(overlap, bodies, p):
+    """k A [N]."""
+    return p.cohesion * area(overlap, bodies.first, bodies.second)
+
+
+@law(forceinline=True)
+def binding_energy(overlap, bodies, p):
+    """k times the integral of A over the overlap [J]."""
+    return p.cohesion * volume(overlap, bodies.first, bodies.second)

@@ -16,21 +16,44 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
 from pydantic import Field
 
+from dem.laws.rolling_sds import Shape
 from matter.jit import law
+from matter.quantity import Pressure
 
 SOURCES = ("Zhang2018",)
 
 
+EXAMPLE = {"cohesion": 100.0, "shape": 0.5}
+
+
 class Parameters(NamedTuple):
-    """``strength``: c [Pa]."""
+    """``cohesion``: c [Pa]; ``shape``: beta."""
 
-    strength: Annotated[float, Field(ge=0.0)] = 0.0
+    cohesion: Annotated[Pressure, Field(ge=0.0, description="Interparticle tensile strength c.")] = 0.0
+    shape: Shape = 0.4
 
 
-@law
-def pull(strength, shape, radius):
-    """F_c [N] from c [Pa], beta and R [m]."""
-    side = 2.0 * shape * radius
-    return strength * side * side
+def fault(p: Parameters) -> str:
+    """What is wrong with the values together."""
+    return "pulls over an area (2 beta R)^2: a species with cohesion needs shape above zero" if p.cohesion > 0.0 and p.shape == 0.0 else ""
+
+
+def constant_pull(radius: np.ndarray, p: Parameters) -> np.ndarray:
+    """F_c [N] of two equal grains, whatever their overlap."""
+    return np.asarray(p.cohesion * (p.shape * radius) ** 2)
+
+
+@law(forceinline=True)
+def pull(overlap, bodies, p):
+    """F_c [N] at any overlap."""
+    side = 2.0 * p.shape * bodies.radius
+    return p.cohesion * side * side
+
+
+@law(forceinline=True)
+def binding_energy(overlap, bodies, p):
+    """F_c x [J]."""
+    return pull(overlap, bodies, p) * overlap

@@ -27,16 +27,41 @@ from pydantic import Field
 
 from dem.laws import normal_hooke
 from matter.jit import law
+from matter.quantity import PositivePressure
 
 SOURCES = ("Hertz1882", "AntypovElliott2011")
+
+LINEAR = False
+TANGENTIAL = "mindlin"
+STIFF = ("elastic_modulus",)
+"""Values that ``stiffness_factor`` multiplies."""
+EXAMPLE = {"elastic_modulus": 1e7}
 
 
 class Parameters(NamedTuple):
     """``restitution``: e_n in (0, 1]; ``elastic_modulus``: E [Pa]; ``poisson_ratio``: nu."""
 
-    restitution: Annotated[float, Field(gt=0.0, le=1.0)] = 0.55
-    elastic_modulus: Annotated[float, Field(gt=0.0)] = 1e9
-    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.25
+    restitution: normal_hooke.Restitution = 0.55
+    elastic_modulus: Annotated[
+        PositivePressure | None, Field(description="Young's modulus E, for ``normal = \"hertz\"``; an ocean without one takes the shell's.")
+    ] = None
+    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5, description='Poisson\'s ratio nu, for ``normal = "hertz"``.')] = 0.25
+
+
+class Row(NamedTuple):
+    """``modulus``: E* [Pa]."""
+
+    modulus: float
+
+
+def row(one: Parameters, two: Parameters | None) -> tuple[float, ...]:
+    """E* of two bodies; of one against a rigid wall (``two`` None) E / (1 - nu^2), twice that of two like it."""
+    return (2.0 * effective_modulus(one, one) if two is None else effective_modulus(one, two),)
+
+
+def fault(p: Parameters) -> str:
+    """What is missing."""
+    return "needs shell.elastic_modulus (Young's modulus)" if p.elastic_modulus is None else ""
 
 
 def damping_number(restitution: float) -> float:
@@ -44,9 +69,15 @@ def damping_number(restitution: float) -> float:
     return math.sqrt(5.0 / 6.0) * normal_hooke.damping_number(restitution)
 
 
-def effective_modulus(first: tuple[float, float], second: tuple[float, float]) -> float:
-    """E* [Pa] of two bodies, each (E [Pa], nu)."""
-    return 1.0 / sum((1.0 - nu * nu) / modulus for modulus, nu in (first, second))
+def elastic_constants(p: Parameters) -> tuple[float, float]:
+    """E [Pa] and nu."""
+    assert p.elastic_modulus is not None
+    return p.elastic_modulus, p.poisson_ratio
+
+
+def effective_modulus(first: Parameters, second: Parameters) -> float:
+    """E* [Pa] of two bodies."""
+    return 1.0 / sum((1.0 - nu * nu) / modulus for modulus, nu in map(elastic_constants, (first, second)))
 
 
 def deepest(modulus: float, radius: float, reduced_mass: float, speed: float) -> float:
@@ -76,6 +107,41 @@ def contact_time(modulus: float, radius: float, reduced_mass: float, speed: floa
 def rayleigh_time(radius: np.ndarray, density: np.ndarray, shear_modulus: float, poisson_ratio: float) -> np.ndarray:
     """Time [s] in which a Rayleigh wave runs half round a grain; explicit steps stay well below it (Thornton & Randall 1988)."""
     return np.pi * radius * np.sqrt(density / shear_modulus) / (0.1631 * poisson_ratio + 0.8766)
+
+
+def grain_stiffness(radius: np.ndarray, overlap: float, p: Parameters) -> np.ndarray:
+    """Tangent stiffness [N/m] of two equal grains at an overlap of ``overlap`` radii."""
+    return np.asarray(2.0 * effective_modulus(p, p) * radius * np.sqrt(0.5 * overlap))
+
+
+def longest_step(radius: np.ndarray, mass: np.ndarray, speed: float, p: Parameters, rayleigh_fraction: float, steps_per_contact: int) -> float:
+    """Longest step [s] for grains of one species: the ``rayleigh_fraction`` of the Rayleigh time, and the shortest undamped contact with a rigid wall at
+    ``speed`` [m/s] over ``steps_per_contact``."""
+    modulus, nu = elastic_constants(p)
+    density = mass / (4.0 / 3.0 * np.pi * radius**3)
+    step = rayleigh_fraction * float(np.min(rayleigh_time(radius, density, modulus / (2.0 * (1.0 + nu)), nu)))
+    if speed > 0.0:
+        quick = int(np.argmin(mass**2 / radius))
+        step = min(step, contact_time(modulus / (1.0 - nu * nu), float(radius[quick]), float(mass[quick]), speed) / steps_per_contact)
+    return step
+
+
+@law(forceinline=True)
+def stiffness(overlap, bodies, p):
+    """k = 2 E* sqrt(R x) [N/m]."""
+    return 2.0 * p.modulus * math.sqrt(bodies.radius * overlap)
+
+
+@law(forceinline=True)
+def elastic_force(overlap, stiffness):
+    """(2/3) k x [N]."""
+    return 2.0 / 3.0 * stiffness * overlap
+
+
+@law(forceinline=True)
+def elastic_energy(overlap, stiffness):
+    """(4/15) k x^2 [J]."""
+    return 4.0 / 15.0 * stiffness * overlap * overlap
 
 
 @law

@@ -26,11 +26,27 @@ from matter.jit import law
 
 SOURCES = ("CundallStrack1979", "Schwartz2012")
 
+LINEAR = True
+"""k_n is a grain's own, so that it may change in the run (``dem.spring_change``)."""
+TANGENTIAL = "spring"
+"""The tangential law that goes with it."""
+
+Restitution = Annotated[float, Field(gt=0.0, le=1.0, description="Normal coefficient of restitution, e_n.")]
+
 
 class Parameters(NamedTuple):
     """``restitution``: e_n in (0, 1]."""
 
-    restitution: Annotated[float, Field(gt=0.0, le=1.0)] = 0.55
+    restitution: Restitution = 0.55
+
+
+Row, WIDTH = None, 0
+"""The spring takes no number of the pair: k_n is that of the softer grain."""
+
+
+def row(one: Parameters, two: Parameters | None) -> tuple[float, ...]:
+    """No numbers."""
+    return ()
 
 
 def damping_number(restitution: float) -> float:
@@ -43,6 +59,24 @@ def contact_time(stiffness: float, reduced_mass: float, restitution: float = 1.0
     """Duration t_c of a binary contact [s]."""
     number = damping_number(restitution)
     return math.pi / math.sqrt(stiffness / reduced_mass * (1.0 - 0.25 * number * number))
+
+
+@law(forceinline=True)
+def stiffness(overlap, bodies, row):
+    """k_n [N/m]."""
+    return bodies.stiffness
+
+
+@law(forceinline=True)
+def elastic_force(overlap, stiffness):
+    """k_n x [N]."""
+    return stiffness * overlap
+
+
+@law(forceinline=True)
+def elastic_energy(overlap, stiffness):
+    """k_n x^2 / 2 [J]."""
+    return 0.5 * stiffness * overlap * overlap
 
 
 @law

@@ -27,11 +27,14 @@ from matter.jit import law
 SOURCES = ("Zhang2017", "Jiang2015", "BagiKuhn2004")
 
 
-class Parameters(NamedTuple):
-    """``friction``: mu_r; ``shape``: beta."""
+Shape = Annotated[float, Field(ge=0.0, le=2.0, description="Shape parameter beta: 0 is a sphere, 1 is strongly angular.")]
 
-    friction: Annotated[float, Field(ge=0.0, le=5.0)] = 1.05
-    shape: Annotated[float, Field(ge=0.0, le=2.0)] = 0.4
+
+class Parameters(NamedTuple):
+    """``shape``: beta; ``rolling``: mu_r."""
+
+    shape: Shape = 0.4
+    rolling: Annotated[float, Field(ge=0.0, le=5.0, description="Rolling friction, mu_r.")] = 1.05
 
 
 @law

@@ -19,11 +19,7 @@ Source: Mindlin 1949, J. Appl. Mech. 16, 259; rules: Walton & Braun 1986, J. Rhe
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
-
-from pydantic import Field
-
-from dem.laws import tangential_spring
+from dem.laws import normal_hertz, tangential_spring
 from matter.jit import law
 
 SOURCES = ("Mindlin1949", "WaltonBraun1986", "Thornton2013")
@@ -31,19 +27,20 @@ SOURCES = ("Mindlin1949", "WaltonBraun1986", "Thornton2013")
 FORCE, DISPLACEMENT = 1, 2
 RULES = {"force": FORCE, "displacement": DISPLACEMENT}
 
-force = tangential_spring.force
+RESTS_ON = (tangential_spring,)
+"""Laws whose files act in this one."""
+
+Parameters, force = tangential_spring.Parameters, tangential_spring.force
 
 
-class Parameters(NamedTuple):
-    """``friction``: mu_s; ``restitution``: e_t in (0, 1]; E [Pa] and nu are those of the normal law."""
-
-    friction: Annotated[float, Field(ge=0.0, le=2.0)] = 0.5
-    restitution: Annotated[float, Field(gt=0.0, le=1.0)] = 0.55
+def effective_shear_modulus(first: normal_hertz.Parameters, second: normal_hertz.Parameters) -> float:
+    """G* [Pa] of two bodies."""
+    return 1.0 / sum(2.0 * (2.0 - nu) * (1.0 + nu) / modulus for modulus, nu in map(normal_hertz.elastic_constants, (first, second)))
 
 
-def effective_shear_modulus(first: tuple[float, float], second: tuple[float, float]) -> float:
-    """G* [Pa] of two bodies, each (E [Pa], nu)."""
-    return 1.0 / sum(2.0 * (2.0 - nu) * (1.0 + nu) / modulus for modulus, nu in (first, second))
+def stiffness_ratio(one: normal_hertz.Parameters, two: normal_hertz.Parameters, given: float) -> float:
+    """k_t / k = 4 G* / E* of two species, whatever is ``given`` for springs of constant stiffness."""
+    return 4.0 * effective_shear_modulus(one, two) / normal_hertz.effective_modulus(one, two)
 
 
 @law

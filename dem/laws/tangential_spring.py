@@ -37,11 +37,17 @@ RULES = {"clamp": CLAMP, "reset": RESET, "cap": CAP}
 
 
 class Parameters(NamedTuple):
-    """``friction``: mu_s; ``restitution``: e_t in (0, 1]; ``stiffness_ratio``: k_t / k_n."""
+    """``friction``: mu_s; ``restitution_tangential``: e_t in (0, 1]."""
 
-    friction: Annotated[float, Field(ge=0.0, le=2.0)] = 0.5
-    restitution: Annotated[float, Field(gt=0.0, le=1.0)] = 0.55
-    stiffness_ratio: Annotated[float, Field(gt=0.0, le=1.0)] = 2.0 / 7.0
+    friction: Annotated[float, Field(ge=0.0, le=2.0, description="Coulomb friction, mu_s.")] = 0.5
+    restitution_tangential: Annotated[float, Field(gt=0.0, le=1.0, description="Tangential coefficient of restitution, e_t: sets the tangential dashpot.")] = (
+        0.55
+    )
+
+
+def stiffness_ratio(one: object, two: object, given: float) -> float:
+    """k_t / k_n of two species: the one that is ``given`` for all (``tangential_stiffness_ratio``)."""
+    return given
 
 
 @law

@@ -23,9 +23,9 @@ SOURCES = ("Zhang2017", "Jiang2015")
 
 
 class Parameters(NamedTuple):
-    """``friction``: mu_t."""
+    """``twisting``: mu_t."""
 
-    friction: Annotated[float, Field(ge=0.0, le=5.0)] = 1.3
+    twisting: Annotated[float, Field(ge=0.0, le=5.0, description="Twisting friction, mu_t.")] = 1.3
 
 
 @law

@@ -37,10 +37,11 @@ from dem.columns import (
     WY,
     WZ,
 )
-from dem.contact import Ball, Bodies, Springs, contact, meeting_of_grains, numbers_of
+from dem.contact import Bodies, Springs, contact, numbers_of
 from dem.contact_settings import Contact
 from dem.laws.tangential_spring import RULES
-from dem.scheme import HOOKE, NO_COHESION
+from dem.meeting import Ball, meeting_of_grains
+from dem.scheme import Scheme
 from matter.errors import UnphysicalState
 from matter.jit import kernel
 
@@ -68,7 +69,7 @@ class Sample(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """The half list ``row`` (n + 1,), ``col`` (m,), histories ``hist`` (m, 8), and ``table`` (columns,) the numbers of every contact."""
+    """The half list ``row`` (n + 1,), ``col`` (m,), histories ``hist`` (m, 8), and ``table`` (1, 1, columns) the numbers of every contact."""
 
     row: np.ndarray
     col: np.ndarray
@@ -128,8 +129,8 @@ def _pairs(sample, touching, frame, drive, shift, slide, stress):
     X, V, F = sample.X, sample.V, sample.F
     row, col, hist, table = touching
     period, slab = frame.period, frame.slab
-    laws = (HOOKE, 0, NO_COHESION, drive.rule)
-    numbers = numbers_of(table)
+    scheme = Scheme(0, 0, 0, 0, 0, 0, drive.rule, 0, 0, 0)  # the first law of each family, no cohesion
+    numbers = numbers_of(table, 0, 0)
     n = X.shape[0]
     F[:] = 0.0
     sxx, syy, szz, sxz, found = 0.0, 0.0, 0.0, 0.0, 0
@@ -161,7 +162,7 @@ def _pairs(sample, touching, frame, drive, shift, slide, stress):
                 hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2], hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST], hist[e, TOUCHING], 0.0
             )
             bodies = Bodies(min(ki, V[j, STIFFNESS]), mi * mj / (mi + mj), ri * rj / (ri + rj), ri, rj, 0.0)
-            fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(meeting, bodies, numbers, springs, drive.dt, drive.tail, laws)
+            fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(meeting, bodies, numbers, springs, drive.dt, drive.tail, scheme)
             hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2] = h.sx, h.sy, h.sz
             hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST], hist[e, TOUCHING] = h.ax, h.ay, h.az, h.phi, h.flag
             found += 1
@@ -258,7 +259,7 @@ def _advance(steps, sample, touching, frame, drive, sums):
 
 def _table(contact_law: Contact) -> np.ndarray:
     """Parameters of two solid grains: springs of constant stiffness and no cohesion, whatever the case takes."""
-    return np.ascontiguousarray(contact_law.model_copy(update={"normal": "hooke", "tangential": "spring", "cohesion": "none"}).pair_table()[0, 0])
+    return np.ascontiguousarray(contact_law.model_copy(update={"normal": "hooke", "tangential": "spring", "cohesion": "none"}).pair_table()[:1, :1])
 
 
 class Cell:

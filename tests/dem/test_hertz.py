@@ -182,7 +182,7 @@ def test_springs_survive_rebuilds_threads_order_and_snapshots():
 def test_a_mixed_pair_has_springs_in_series_and_a_wall_is_rigid():
     table = HERTZ.pair_table()
     assert table[0, 1, 7] == pytest.approx(1 / ((1 - 0.25**2) / 3e6 + (1 - 0.4**2) / 1e6))
-    shear = tangential_mindlin.effective_shear_modulus((3e6, 0.25), (1e6, 0.4))
+    shear = tangential_mindlin.effective_shear_modulus(*(normal_hertz.Parameters(0.5, *constants) for constants in ((3e6, 0.25), (1e6, 0.4))))
     assert shear == pytest.approx(1 / ((2 - 0.25) / (3e6 / 2.5) + (2 - 0.4) / (1e6 / 2.8)))
     assert table[0, 1, 6] == pytest.approx(4 * shear / table[0, 1, 7])
     bed = Assembly(grains([[0, 0, 2.0]]), HERTZ, [Wall(PLANE, species=1)])

@@ -1,17 +1,12 @@
 """Every contact law against its analytic result for one pair."""
 
-import importlib
 import math
-import pkgutil
-from typing import get_args
 
 import numpy as np
 import pytest
 
-from dem import laws
 from dem.contact_settings import Contact, GrainLaw
 from dem.laws import normal_hooke, rolling_sds, tangential_spring, twisting_sds
-from pipeline import bibliography
 from tests.dem.scenes import SMOOTH, assembly, grains
 
 STIFFNESS = 1e4
@@ -84,28 +79,6 @@ def test_sliders_carry_exactly_their_limit():
     mx, my, mz, ax, ay, az = rolling_sds.moment(0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 100.0, 1.0, 5.0, tangential_spring.CLAMP)
     assert (mx, my, mz) == pytest.approx((3.0, 4.0, 0.0)) and (ax, ay, az) == pytest.approx((0.03, 0.04, 0.0))
     assert twisting_sds.moment(-1.0, 0.0, 10.0, 1.0, 4.0, tangential_spring.CLAMP) == pytest.approx((-4.0, -0.4))
-
-
-LAWS = [importlib.import_module(info.name) for info in pkgutil.iter_modules(laws.__path__, "dem.laws.")]
-
-
-def test_no_law_file_is_left_out_of_the_settings():
-    """Every file of the folder is a law that a case can name, or one that every case takes; every name has its file."""
-    chosen = {f"{kind}_{name}" for kind in ("normal", "tangential", "cohesion") for name in get_args(Contact.model_fields[kind].annotation) if name != "none"}
-    always = {name for name in Contact().as_attribute()["laws"] if name.startswith(("rolling", "twisting"))}
-    assert {module.__name__.rpartition(".")[2] for module in LAWS} == chosen | always
-
-
-@pytest.mark.parametrize("module", LAWS, ids=lambda module: module.__name__.rpartition(".")[2])
-def test_a_law_file_has_a_source_and_bounded_parameters(module):
-    from pydantic import TypeAdapter, ValidationError
-
-    assert all(word in module.__doc__ for word in ("Source:", "LIGGGHTS", "LAMMPS"))
-    assert module.SOURCES and set(module.SOURCES) <= set(bibliography.entries())
-    adapter = TypeAdapter(module.Parameters)
-    adapter.validate_python({})
-    with pytest.raises(ValidationError):
-        adapter.validate_python({module.Parameters._fields[0]: -1.0})
 
 
 def test_the_weaker_partner_rules_a_mixed_contact():

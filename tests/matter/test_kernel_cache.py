@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from dem import forces, scheme
+from dem import forces
 from matter import kernel_cache
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -142,8 +142,8 @@ def names_within(loop) -> set[str]:
 def test_the_content_of_a_closure_is_that_of_its_scheme():
     content = lambda **flags: kernel_cache.content_of(forces.pair_loop.__wrapped__(forces.Scheme(**flags)).py_func, str)  # noqa: E731
     assert content() == content()
-    assert len({content(), content(normal=scheme.HERTZ), content(sleep=1), content(cohesion=scheme.ZHANG)}) == 4
+    assert len({content(), content(normal=1), content(sleep=1), content(cohesion=1)}) == 4
     # a flag that only closures within read
     one, other = (forces.pair_loop.__wrapped__(forces.Scheme(sliding=rule)) for rule in (0, 1))
-    assert "laws" not in one.py_func.__code__.co_freevars and "laws" in names_within(one)
+    assert "scheme" not in one.py_func.__code__.co_freevars and "scheme" in names_within(one)
     assert kernel_cache.content_of(one.py_func, str) != kernel_cache.content_of(other.py_func, str)
