@@ -55,7 +55,7 @@ def settled(grains: int, run: Path) -> Particles:
     shot = {"material": "copper", "radius": 0.065}
     impact = Impact.model_validate({"speed": 2000.0, "angle_from_vertical": 0.0, "projectile": shot, "expected_transient_diameter": 14.5})
     settings = bed_stage.Settings(
-        target=target, impact=impact, contact=CONTACT, count=grains, arc_radius=BOWL, shape="bowl", share=False, headroom_fraction=0.0
+        target=target, impact=impact, contact=CONTACT, count=grains, arc_radius=BOWL, shape="bowl", headroom_fraction=0.0
     )
     for name in ("2_sph", "3_bed", "4_handoff", "5_dem"):
         (run / name).mkdir(parents=True, exist_ok=True)

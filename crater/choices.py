@@ -3,6 +3,7 @@ choices gives the same numbers; the stage keeps its own in ``measures.json``, an
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -139,7 +140,7 @@ def _of_attributes(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
     if not isinstance(carried, Mapping):
         return None
     size = float(carried["expected_transient_diameter_m"])
-    before = path.parent / str(carried["before"])
+    before = Path(os.path.normpath(path.parent / str(carried["before"])))  # by names: a run's stages may be links to where they lie
     missing = () if before.is_file() else (f"the ground before the impact ({carried['before']} beside it)",)
     whole = attributes.get("stage") == "sph"
     return Choices(

@@ -7,6 +7,7 @@ crater of that kind, taken at the moment that the observation names (``at``), el
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -168,7 +169,8 @@ def _of_observation(known: observations.Observation) -> Crater:
 
 
 def _run_of(folder: Path) -> Path:
-    return folder.resolve().parent if folder.resolve().name == "6_crater" else folder
+    named = Path(os.path.abspath(folder))  # not resolved: a run's stages may be links to where they lie
+    return named.parent if named.name == "6_crater" else folder
 
 
 def _of_run(item: str, run: Path, folder: Path) -> Item:

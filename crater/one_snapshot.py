@@ -29,7 +29,7 @@ def measure_snapshot(path: Path, datum: str | None = None, datum_radius: float |
 def _measured(path: Path, datum: str | None, datum_radius: float | None, centre: Point | None, out: Path | None) -> int:
     particles = snapshot.read(path)
     known = choices.of_snapshot(path, particles.attributes)
-    folder = archive.check_folder(Path(out) if out is not None else path.with_name(f"{path.stem}_crater"))
+    folder = archive.check_folder(Path(out) if out is not None else _beside(path))
     given = [f"--{name}" for name, value in (("datum", datum), ("datum-radius", datum_radius), ("centre", centre)) if value is not None]
     if known is not None and not given:
         measures, said = known.measured(particles, known.ground_before(), str(path)), _said(known)
@@ -47,6 +47,13 @@ def _measured(path: Path, datum: str | None, datum_radius: float | None, centre:
     print("\n".join(said))
     print(f"written to {folder}")
     return 0
+
+
+def _beside(path: Path) -> Path:
+    """Where the results of a snapshot go: beside it, and where it lies in a finished stage, in which nothing is written, beside that stage."""
+    name = f"{path.stem}_crater"
+    stage = path.parent
+    return stage.parent / f"{stage.name}_{name}" if (stage / "done.json").is_file() else stage / name
 
 
 def _content(measures: Measures, path: Path, time: Any, said: list[str]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, create_model, field_validator
 
 from matter import quantity
-from matter.body import Impact, Model, Target
+from matter.body import Impact, Model, Target, View
 from matter.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
 from matter.quantity import Length, PositiveLength, Speed, Volume
 
@@ -59,7 +59,7 @@ class Published(Model):
     """Lower error with unit."""
     source: str
     """The publication."""
-    note: str = ""
+    note: Annotated[str, View()] = ""
     """A remark that stands beside the number."""
 
     @field_validator("value", "plus", "minus")
@@ -94,5 +94,5 @@ class Settings(Model):
     """Seed of the bootstrap over azimuth."""
     chain: ChainError | None = None
     """Chain errors of the measures; those of a shipped case come from its ``expected.toml``."""
-    particles: Annotated[int, Field(gt=0)] = 15_000
+    particles: Annotated[int, Field(gt=0), View()] = 15_000
     """Size of the shock stage's snapshots, for the prediction of ``--check`` only."""

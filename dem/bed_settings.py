@@ -8,16 +8,16 @@ from pydantic import Field
 
 from dem.beds import extent
 from dem.contact_settings import Contact
-from matter.body import Impact, Model, Target
+from matter.body import Impact, Model, Target, View
 from matter.quantity import PositiveLength, PositiveSpeed
 
 
 class Settings(Model):
     """Settings of the bed."""
 
-    target: Target
+    target: Annotated[Target, View()]
     """The body or ground that is hit, ``[target]``."""
-    impact: Impact
+    impact: Annotated[Impact, View(but=("expected_transient_diameter",))]
     """How the projectile hits, ``[impact]``; the bed takes its size from ``expected_transient_diameter``."""
     contact: Contact = Contact()
     """How grains touch; by default that of the collapse, ``[dem.contact]``."""
@@ -47,5 +47,3 @@ class Settings(Model):
     none is (whole layers that lift are an accident of their direction)."""
     largest_speed: PositiveSpeed | None = None
     """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only (``dem.beds.flat_settling.stiffness``)."""
-    share: bool = True
-    """Keep the settled bed in ``<run folder>/../beds`` and take it from there."""

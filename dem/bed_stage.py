@@ -3,19 +3,14 @@
 Random points in the domain are relaxed to a close packing (frictionless, no gravity), loaded with the body's own gravity, and the grains above
 the datum (the *headroom*, from which a crater's rim can later be carved) are made weightless again, so that taking them away leaves the stress of
 the bed as it is. Then friction is switched on, masses are set from the measured packing fraction so that the bulk density is that of
-the body, and the bed comes to rest. A settled bed is kept in ``<run folder>/../beds/<hash>`` and shared by every run that asks for the same one.
+the body, and the bed comes to rest.
 """
 
 from __future__ import annotations
 
-import fcntl
-import hashlib
 import json
 import math
-import os
-import shutil
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -30,13 +25,8 @@ from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.columns import MASS, RADIUS, STIFFNESS
 from dem.contact_settings import SPECIES
-from matter import archive, checkpoint, jit, progress, readable, snapshot
+from matter import archive, checkpoint, readable, snapshot
 from matter.errors import InputError, Unsound
-
-_VERSION = 1
-_FILES = ("bed_report.json", "bed.png", "bed.vtkhdf")
-_HASHES = "hashes.json"
-"""Part of the key of a kept bed: raise it when the physics of settling changes."""
 
 STEPS = 3600
 """Steps to settle a bed of 20,000 grains, from random points to rest (8640 for 100,000: as the number's root, see docs/results)."""
@@ -86,7 +76,7 @@ def steps(settings: Settings) -> float:
 
 
 def predict(settings: Settings) -> dict[str, float]:
-    """Wall time with warm kernels [s], memory and disk [bytes], the grains' number below the datum and their time step; a kept bed costs nothing."""
+    """Wall time with warm kernels [s], memory and disk [bytes], the grains' number below the datum and their time step."""
     n = settings.count
     threads = settling.threads_for(n)
     grains = expected_grains.expected(settings)
@@ -111,48 +101,18 @@ def explain(settings: Settings) -> list[str]:
     ]
 
 
+def threads(settings: Settings) -> int:
+    """Threads that the bits of a settled bed depend on."""
+    return settling.threads_for(settings.count)
+
+
 def run(settings: Settings, inputs: Path, out: Path) -> None:
-    """Make the bed, or take the kept one: ``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``.
+    """Make the bed: ``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``.
 
     Raises ``InputError`` when ``2_sph/target.json`` is missing or the domain does not fit, ``Unsound`` when the bed did not come to rest.
     """
-    target = Path(inputs) / "2_sph" / "target.json"
     settings = settings.model_copy(update={"contact": friction_angle.resolved(settings.contact)})
-    make = maker(settings, target)
-    if not settings.share:
-        make(out)
-        return
-    kept = Path(inputs).resolve().parent / "beds" / _key(settings, target)
-    with _locked(kept.with_suffix(".lock")):
-        if not _whole(kept):
-            make(out)
-            kept.mkdir(parents=True, exist_ok=True)
-            (kept / _HASHES).unlink(missing_ok=True)
-            for name in _FILES:
-                _link(out / name, kept / name)
-            archive.write_text(kept / _HASHES, json.dumps({name: _sha256(kept / name) for name in _FILES}, indent=1))  # last: the folder is whole
-            return
-    for name in _FILES:
-        _link(kept / name, out / name)
-
-
-def _whole(kept: Path) -> bool:
-    """Whether a kept bed is there as it was made; one that is not is made anew, and said."""
-    if not (kept / _HASHES).is_file():
-        return False
-    try:
-        hashes = archive.read_json(kept / _HASHES)
-        damaged = [name for name in _FILES if _sha256(kept / name) != hashes.get(name)]
-    except (InputError, OSError) as reason:
-        damaged = [str(reason)]
-    if damaged:
-        progress.tell(f"the bed kept in {kept} is damaged ({', '.join(damaged)}): it is made anew")
-    return not damaged
-
-
-def _sha256(path: Path) -> str:
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    maker(settings, Path(inputs) / "2_sph" / "target.json")(out)
 
 
 def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
@@ -166,42 +126,6 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
         raise InputError(f'[bed] packing = "{settings.packing}" and largest_speed are for flat ground (bowl, box, cylinder)')
     domain = domain_of(settings, body)
     return lambda out: _make(settings, body, domain, out)
-
-
-def _key(settings: Settings, target: Path) -> str:
-    """Hash of everything that the settled bed depends on."""
-    own = settings.model_dump(mode="json", exclude={"target", "impact", "share"})
-    for name, usual in (("shape", "auto"), ("packing", "rcp"), ("largest_speed", None)):
-        if own[name] == usual:  # beds that were kept before these settings came keep their place
-            del own[name]
-    own["headroom"] = settings.headroom_fraction * settings.impact.expected_transient_diameter
-    digest = hashlib.sha256(json.dumps([_VERSION, settling.threads_for(settings.count), own], sort_keys=True).encode())
-    digest.update(target.read_bytes())
-    digest.update(jit.source_key(Path(__file__).resolve()).encode())
-    return digest.hexdigest()[:16]
-
-
-def _link(source: Path, place: Path) -> None:
-    """A hard link, or a copy where the file system has none; whole or absent."""
-    part = place.with_name(f".{place.name}.part")
-    part.unlink(missing_ok=True)
-    try:
-        os.link(source, part)
-    except OSError:
-        shutil.copyfile(source, part)
-    os.replace(part, place)
-
-
-@contextmanager
-def _locked(path: Path) -> Iterator[None]:
-    """Hold a lock file: a second run that wants the same bed waits for it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with open(path, "w") as handle:
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        try:
-            yield
-        finally:
-            fcntl.flock(handle, fcntl.LOCK_UN)
 
 
 def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> None:

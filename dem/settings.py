@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from dem import durations
 from dem.contact_settings import Contact
 from dem.engines.deviations import Deviation
-from matter.body import Impact, Model, Target
+from matter.body import Impact, Model, Target, View
 from matter.quantity import PositiveLength, PositiveSpeed, PositiveTime
 
 
@@ -34,19 +34,19 @@ class Settings(Model):
     """Simulated time between snapshots; by default a sixth of the formation time."""
     history_interval: PositiveTime = Field(default_factory=lambda given: durations.HISTORY * given["snapshot_interval"])
     """Simulated time between rows of ``history.csv``; by default a twelfth of that between snapshots."""
-    grains: Annotated[int, Field(ge=1)] = 20_000
+    grains: Annotated[int, Field(ge=1), View()] = 20_000
     """Expected number of grains, for the prediction of the cost only."""
-    bed_grains: Annotated[int, Field(ge=1)] | None = None
+    bed_grains: Annotated[Annotated[int, Field(ge=1)] | None, View()] = None
     """Expected number of grains below the datum, for the prediction of the cost only."""
-    bed_step: PositiveTime | None = None
+    bed_step: Annotated[PositiveTime | None, View()] = None
     """Expected time step of the bed, for the prediction of the cost only."""
-    bed_radius: PositiveLength | None = None
+    bed_radius: Annotated[PositiveLength | None, View()] = None
     """Expected mean radius of the bed's grains, for the prediction of the cost only."""
     step_factor: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     """Multiplies the time step (a sensitivity test halves it)."""
     engine: Literal["native", "lammps", "liggghts"] = "native"
     """Who does the stepping: this project, or a program that is installed beside it."""
-    ranks: Annotated[int, Field(ge=1, le=4096)] = 1
+    ranks: Annotated[int, Field(ge=1, le=4096), View()] = 1
     """MPI processes of another engine."""
     accept: tuple[Deviation, ...] = ()
     """Deviations that another engine may make, by name (``dem.engines.deviations``); each is refused otherwise."""

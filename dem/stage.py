@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numba
 import numpy as np
 
 from dem import durations, friction_angle, used_laws
@@ -74,6 +75,11 @@ def explain(settings: Settings) -> list[str]:
         f"{n:,.0f} grains, {steps(settings):,.0f} steps to end_time = {readable.clock(settings.end_time)} (at most to latest_time = "
         f"{readable.clock(settings.latest_time)}): the step follows from the contacts' stiffness and steps_per_contact = {settings.contact.steps_per_contact}"
     ]
+
+
+def threads(settings: Settings) -> int:
+    """Threads that the bits of a collapse may depend on (they do from 10,000 grains on)."""
+    return numba.get_num_threads() if settings.engine == "native" else 1
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
 from handoff import control as controls
 from handoff import surface
 from handoff.ledger import check_waivers
+from matter.body import View
 from matter.quantity import PositiveTime
 
 
@@ -26,13 +27,13 @@ class Settings(surface.Rules):
     """A control run instead: ``at_rest``, the carved bed without motion or ejecta; ``uncarved``, the bed carved at the datum (the ledger is the handoff's)."""
     waive: Mapping[str, str] = Field(default_factory=dict)
     """Ledger rows that do not bind this case, each with its reason."""
-    pictures: bool = True
+    pictures: Annotated[bool, View()] = True
     """Whether the report gets its pictures."""
-    particles: int = Field(15_000, gt=0)
+    particles: Annotated[int, Field(gt=0), View()] = 15_000
     """Size of the source, for the prediction of ``--check`` only."""
-    grains: int = Field(20_000, gt=0)
+    grains: Annotated[int, Field(gt=0), View()] = 20_000
     """Size of the bed, for the prediction of ``--check`` only."""
-    snapshots: int = Field(61, gt=0)
+    snapshots: Annotated[int, Field(gt=0), View()] = 61
     """Number of source snapshots, for the prediction of ``--check`` only."""
 
     @field_validator("waive")

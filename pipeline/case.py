@@ -8,7 +8,6 @@ declare a field of that name, the shared ``target``, ``impact`` and ``contact`` 
 
 from __future__ import annotations
 
-import hashlib
 import json
 import tomllib
 from collections.abc import Iterable
@@ -60,15 +59,6 @@ class Case:
         """Keys of the bibliography that the case names."""
         table = self.document.get("case", {})
         return tuple(table.get("sources", ())) if isinstance(table, dict) else ()
-
-    @property
-    def hash8(self) -> str:
-        """Eight digits that name the run folder: composed case without its citations, preset, overrides."""
-        table = self.document.get("case")
-        named = {key: value for key, value in table.items() if key != "sources"} if isinstance(table, dict) else table
-        document = {**self.document, "case": named} if "case" in self.document else self.document
-        content = json.dumps([document, self.preset, self.overrides], sort_keys=True, default=str)
-        return hashlib.sha256(content.encode()).hexdigest()[:8]
 
     @property
     def pinned(self) -> bool:

@@ -1,6 +1,6 @@
 """The chain error of a case: the same case with other draws, a coarser size, an earlier and a later handoff, each run and measured; kept in ``expected.toml``.
 
-Members, in the order in which they are made (what is done is not made again, stages whose inputs agree are shared by links):
+Members, in the order in which they are made (what is done is not made again, stages that agree are made once):
 
 ``reference``      the case as it is, with its preset
 ``handoff_x0.5``   handed over half as late        (from the handoff on)
@@ -37,7 +37,7 @@ from matter import archive
 from matter.crater_measures import COMPARED, UNITS
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
-from pipeline import expected, folder, provenance, run_process, sensitivity, stages
+from pipeline import expected, folder, provenance, run_process, stages
 from pipeline.compose import compose
 from pipeline.run import Request
 
@@ -49,11 +49,10 @@ DRAWS_PER_SHOCK = 2
 
 @dataclass(frozen=True)
 class Member:
-    """One run: the case with ``overrides`` (texts of ``--set``), the stages it takes from another member, and for a draw the number of its shock stage."""
+    """One run: the case with ``overrides`` (texts of ``--set``), and for a draw the number of its shock stage."""
 
     name: str
     overrides: tuple[str, ...] = ()
-    takes: tuple[tuple[str, str], ...] = ()
     shock: int | None = None
 
 
@@ -91,19 +90,14 @@ def others(study: Study) -> list[Member]:
     members = []
     if "handoff" in case.stages:
         record = folder.record(stages.folder(study.run_folder(reference()), "handoff") / "handoff.json")
-        shared = tuple((stage, "reference") for stage in ("nbody", "sph", "bed") if stage in case.stages)
-        members += [Member(f"handoff_x{factor:g}", (f'handoff.time="{factor * record["time_s"]!r} s"',), shared) for factor in (0.5, 2.0)]
-    encounters = (("nbody", "reference"),) if "nbody" in case.stages else ()
-    members.append(Member("coarser", _coarser(settings), encounters))
+        members += [Member(f"handoff_x{factor:g}", (f'handoff.time="{factor * record["time_s"]!r} s"',)) for factor in (0.5, 2.0)]
+    members.append(Member("coarser", _coarser(settings)))
     bed = getattr(settings.get("bed"), "seed", None)
     shock = getattr(settings.get("sph"), "seed", None)
-    first: dict[int, str] = {1: "reference"}
     for k in range(2, study.draws + 1):
         group = 1 + (k - 1) // (DRAWS_PER_SHOCK if bed is not None else 1)
         seeds = (() if bed is None else (f"bed.seed={bed + k - 1}",)) + (() if group == 1 or shock is None else (f"sph.seed={shock + group - 1}",))
-        taken = (*encounters, ("sph", first[group])) if group in first else encounters
-        first.setdefault(group, f"draw_{k}")
-        members.append(Member(f"draw_{k}", seeds, taken, group))
+        members.append(Member(f"draw_{k}", seeds, group))
     return members
 
 
@@ -122,27 +116,22 @@ def make(study: Study, threads: int | None = None, say=print) -> list[str]:
     """Run every member that is not done; names of those that could not be made. Raises ``InputError``, and ``Stopped`` when stopped on request."""
     first = reference()
     failed: list[str] = []
-    _run(study, first, {}, threads, say)
+    _run(study, first, threads, say)
     if not study.done(first):
         raise InputError(f"the reference run in {study.run_folder(first)} could not be made: see its run.log")
-    places = {first.name: study.run_folder(first)}
     for member in others(study):
-        _run(study, member, places, threads, say)
-        places[member.name] = study.run_folder(member)
+        _run(study, member, threads, say)
         if not study.done(member):
             failed.append(member.name)
             say(f"{member.name}: could not be made")
     return failed
 
 
-def _run(study: Study, member: Member, places: dict[str, Path], threads: int | None, say) -> None:
+def _run(study: Study, member: Member, threads: int | None, say) -> None:
     if study.done(member):
         say(f"{member.name}: done before")
         return
-    request = Request(study.read(member), study.out)
-    for stage, source in member.takes:
-        sensitivity.share(places[source], request, (stage,))
-    say(f"{member.name}: {', '.join(member.overrides) or 'as shipped'} ({request.run_folder.name})")
+    say(f"{member.name}: {', '.join(member.overrides) or 'as shipped'} ({study.run_folder(member).name})")
     arguments = [str(study.case), "--out", str(study.out)] + (["--preset", study.preset] if study.preset else [])
     arguments += [part for text in member.overrides for part in ("--set", text)] + (["--threads", str(threads)] if threads else [])
     if run_process.as_process(arguments) == run_process.STOPPED:

@@ -47,6 +47,10 @@ def _run_case(
     ] = False,
     names: Annotated[bool, typer.Option("--list", help="List cases, materials, observed craters and laws, or one kind: run_case --list materials.")] = False,
     schema: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON schema of case files, for editors.")] = None,
+    prune: Annotated[
+        bool, typer.Option("--prune", help="Remove stages that no run shows from the store of --out (CASE: the name of one; --check: only say which).")
+    ] = False,
+    budget: Annotated[str | None, typer.Option(metavar="SIZE", help="With --prune: only the oldest, until the store takes at most this, '20 GB'.")] = None,
 ) -> None:
     """Run or resume the stages nbody sph bed handoff dem crater of a case.
 
@@ -56,6 +60,8 @@ def _run_case(
     def action() -> int:
         if describe or names or schema:
             return _told(case, describe, names, schema)
+        if prune or budget:
+            return _pruned(case, out or RUNS, prune, budget, check)
         from matter import archive
         from pipeline import going_on
         from pipeline.run import Request, run, settings_of
@@ -114,18 +120,34 @@ def _told(topic: str | None, describe: bool, names: bool, file: Path | None) -> 
     return 0
 
 
+def _pruned(name: str | None, out: Path, prune: bool, budget: str | None, only_say: bool) -> int:
+    from matter.errors import InputError
+    from pipeline import prune as pruning
+
+    if not prune:
+        raise InputError("--budget goes with --prune")
+    found = pruning.held(out)
+    going = pruning.chosen(found, [name] if name else [], pruning.size_of(budget) if budget else None)
+    print(pruning.table(found, going), flush=True)
+    if not only_say:
+        for one in pruning.remove(out, going):
+            print(f"{one} is being made: it stays")
+    return 0
+
+
 def _draw_movie(run: Path, field: str) -> None:
     from crater import movie
+    from pipeline import view
 
     name = "movie" if field == "material" else f"movie_{field}"
     paths = [run / "6_crater" / f"{name}{ending}" for ending in movie.endings()]
-    paths[0].parent.mkdir(exist_ok=True)
+    view.own(run, "crater").mkdir(exist_ok=True)
     note = "" if len(paths) > 1 else " (for an .mp4: pip install imageio-ffmpeg)"
     print(f"{movie.write(run, paths, colour=field)} frames: {', '.join(map(str, paths))}{note}")
 
 
 def _checked(request: Any, settings: Any) -> int:
-    from pipeline import other_presets, prediction
+    from pipeline import other_presets, plan, prediction
     from pipeline.run import sensible
 
     warnings = sensible(request, settings)
@@ -135,7 +157,7 @@ def _checked(request: Any, settings: Any) -> int:
         print("speed and angle will come from the encounters; the predictions use placeholders")
     if words := prediction.words(request, settings):
         print(words)
-    print(prediction.table(request, prediction.predictions(request, settings)))
+    print(prediction.table(request, prediction.predictions(request, settings), plan.plan(request, settings)))
     for text in [*warnings, *other_presets.faults(request.case)]:
         print(f"WARNING: {text}")
     return 0
@@ -166,6 +188,7 @@ def _inspect_handoff(
     def action() -> int:
         from handoff import report
         from matter.errors import InputError
+        from pipeline import view
 
         for option, given in (("--only", only), ("--draws", draws), ("--threads", threads)):
             if given and not sensitivity:
@@ -175,6 +198,7 @@ def _inspect_handoff(
             from pipeline import sensitivity as runs
 
             runs.run(place, only, threads, draws or runs.DRAWS)
+        view.own(place, "handoff")
         return report.print_ledger(place, pictures)
 
     guarded(action)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Iterable
 from dataclasses import replace
 
-from matter.body import Model
+from matter.body import Model, deciding
 from matter.errors import InputError
-from pipeline import checking, expected, stages
+from pipeline import checking, expected, outside, provenance, stages
 from pipeline.case import Case
 
 
@@ -33,3 +35,14 @@ def _measures_with_chain() -> bool:
         return "chain" in stages.load("crater").Settings.model_fields
     except InputError:
         return False
+
+
+def hash8(case: Case) -> str:
+    """Eight digits that name a run folder: a hash of the composed values that decide results, and of files from elsewhere by content; never of what was typed.
+
+    Raises ``InputError`` with every complaint about the case.
+    """
+    settings = checking.settings_of(case, case.stages)
+    values = {stage: deciding(settings[stage]) for stage in case.stages if stage in settings and stage not in case.outside}
+    files = {stage: [provenance.file_sha256(path) for path in outside.taken(stage, file)] for stage, file in case.outside.items()}
+    return hashlib.sha256(json.dumps([values, files], sort_keys=True).encode()).hexdigest()[:8]

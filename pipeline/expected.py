@@ -29,7 +29,7 @@ from typing import Annotated, Any, Generic, TypeVar
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from crater.settings import of_each_measure
-from matter.body import Model
+from matter.body import Model, deciding
 from matter.crater_measures import BY_NAME, COMPARED, UNITS
 from matter.errors import InputError
 from matter.quantity import REQUIRED
@@ -43,20 +43,6 @@ NO_PRESET = "case"
 PARTS = ("draws", "handoff", "size")
 AGREES = 2.0
 """A run agrees with what is expected within this many standard errors."""
-# keys of the stages that are only looked at: predictions and pictures
-_IDLE = {
-    ("handoff", "pictures"),
-    ("handoff", "particles"),
-    ("handoff", "grains"),
-    ("handoff", "snapshots"),
-    ("dem", "grains"),
-    ("dem", "bed_grains"),
-    ("dem", "bed_step"),
-    ("dem", "bed_radius"),
-    ("sph", "particles"),
-    ("crater", "particles"),
-}
-
 Q = TypeVar("Q")
 
 
@@ -178,8 +164,8 @@ def as_shipped(case: cases.Case) -> bool:
 
 
 def _deciding(case: cases.Case, carried: set[tuple[str, str]]) -> dict[str, Any]:
-    settings, idle = checking.settings_of(case), _IDLE | carried
-    return {stage: {key: value for key, value in json.loads(one.model_dump_json()).items() if (stage, key) not in idle} for stage, one in settings.items()}
+    settings = checking.settings_of(case)
+    return {stage: {key: value for key, value in deciding(one).items() if (stage, key) not in carried} for stage, one in settings.items()}
 
 
 def chain_of(case: cases.Case) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What a run folder says about its stages: done, begun, or neither, and with which inputs.
+"""What the folder of a stage says: done, begun, or neither, and with which inputs.
 
 ``done.json`` is written last, by rename: a stage is done when it exists and the hash of the stage's inputs matches. ``begun.json`` is
 written first: checkpoints are only continued under the inputs that they were made with.
@@ -6,7 +6,6 @@ written first: checkpoints are only continued under the inputs that they were ma
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 import time
@@ -15,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from matter import archive
-from matter.body import Model
+from matter.body import Model, deciding
 from matter.errors import InputError
-from pipeline import provenance, stages
+from pipeline import provenance
 
 DONE, BEGUN = "done.json", "begun.json"
 
@@ -41,77 +40,38 @@ def mark(path: Path) -> dict[str, Any]:
     try:
         return dict(archive.read_json(path))
     except InputError as reason:
-        stage = path.parent.name.partition("_")[2]
+        stage = path.parent.name.partition("_")[2] or path.parent.name.partition("-")[0]
         raise InputError(f"{reason}; the results of {stage} are still there: restore the file, or recompute them with --from {stage}") from None
 
 
 def settings_text(settings: Model) -> str:
-    """Settings as canonical JSON: equal texts are equal settings, to the last bit of every number."""
-    return json.dumps(settings.model_dump(mode="json"), sort_keys=True)
+    """What of settings decides a result as canonical JSON: equal texts are equal settings, to the last bit of every number."""
+    return json.dumps(deciding(settings), sort_keys=True)
 
 
-def inputs_sha256(run: Path, stage: str, settings: Model | None, outside: Path | None) -> str:
-    """Hash of all that decides the result of a stage: its settings, what it reads of earlier stages, or its file from elsewhere."""
-    digest = hashlib.sha256(stage.encode())
-    if outside is not None:
-        digest.update(b"outside" + provenance.file_sha256(outside).encode())
-        return digest.hexdigest()
-    assert settings is not None
-    digest.update(settings_text(settings).encode())
-    for item in stages.READS[stage]:
-        digest.update(f"\n{item} {_state_of(run, item)}".encode())
-    return digest.hexdigest()
+def is_done(place: Path, inputs: str) -> bool:
+    """Whether a stage's folder holds its result with these inputs."""
+    return mark(place / DONE).get("inputs_sha256") == inputs
 
 
-def _state_of(run: Path, item: str) -> str:
-    """Hash of a boundary file, or of the inputs of a finished stage; a folder filled by hand counts by its files."""
-    stage, _, name = item.partition("/")
-    place = stages.folder(run, stage)
-    if name:
-        return provenance.file_sha256(place / name) if (place / name).is_file() else "absent"
-    if inputs := mark(place / DONE).get("inputs_sha256"):
-        return str(inputs)
-    files = sorted(path for path in place.glob("*") if path.is_file()) if place.is_dir() else []
-    return hashlib.sha256("".join(path.name + provenance.file_sha256(path) for path in files).encode()).hexdigest() if files else "absent"
+def begin(place: Path, inputs: str, made_by: Mapping[str, Any]) -> tuple[float, bool]:
+    """Open the folder of a stage that is not done: the wall time [s] already spent, and whether it is continued.
 
-
-def is_done(run: Path, stage: str, inputs: str) -> bool:
-    """Whether the stage is done with these inputs."""
-    return mark(stages.folder(run, stage) / DONE).get("inputs_sha256") == inputs
-
-
-def begin(run: Path, stage: str, inputs: str, program: Mapping[str, Any] | None = None) -> tuple[Path, float, bool]:
-    """Open a stage's folder: its path, the wall time [s] already spent, and whether it is continued.
-
-    ``program``: hash of the sources that go on (``sources_sha256``), and their commit; a checkpoint belongs to the program that wrote it. What an earlier
-    attempt with other inputs left is removed. Raises ``InputError`` when the folder holds files that no run made,
-    or checkpoints of another version of the code.
+    ``made_by``: the stage's key, the sources that make it (``sources_sha256``) and their commit. What an earlier attempt with other inputs left is removed.
     """
-    place = stages.folder(run, stage)
     before = mark(place / BEGUN)
-    if not before and not (place / DONE).exists() and place.is_dir() and any(place.iterdir()):
-        after = stages.ORDER[stages.ORDER.index(stage) + 1 :]
-        use = f"--from {after[0]} uses them" if after else "move them away"
-        raise InputError(f"{place} holds files that were not made by a run: {use}, --fresh replaces them")
-    continued = before.get("inputs_sha256") == inputs
-    if continued and before.get("sources_sha256") not in (None, (program or {}).get("sources_sha256")):
-        commit = f" (commit {before['commit'][:10]})" if isinstance(before.get("commit"), str) else ""
-        raise InputError(
-            f"{place.name} was begun by another version of the code{commit}, and its checkpoints are that version's: finish it with that one, "
-            f"or begin it anew with --from {stage}"
-        )
+    continued = before.get("inputs_sha256") == inputs and before.get("key") == made_by.get("key")
     if place.exists() and not continued:
         shutil.rmtree(place)
     place.mkdir(parents=True, exist_ok=True)
-    (place / DONE).unlink(missing_ok=True)
     spent = float(before.get("wall_s", 0.0)) if continued else 0.0
-    note_spent(place, inputs, spent, program)
-    return place, spent, continued
+    note_spent(place, inputs, spent, made_by)
+    return spent, continued
 
 
-def note_spent(place: Path, inputs: str, wall_s: float, program: Mapping[str, Any] | None = None) -> None:
+def note_spent(place: Path, inputs: str, wall_s: float, made_by: Mapping[str, Any]) -> None:
     """Keep the wall time [s] of an unfinished stage, and the program that makes it."""
-    archive.write_text(place / BEGUN, json.dumps({"inputs_sha256": inputs, "wall_s": round(wall_s, 3), **(program or {})}))
+    archive.write_text(place / BEGUN, json.dumps({"inputs_sha256": inputs, "wall_s": round(wall_s, 3), **made_by}))
 
 
 def finish(place: Path, stage: str, inputs: str, wall_s: float, **more: Any) -> None:
@@ -128,25 +88,9 @@ def finish(place: Path, stage: str, inputs: str, wall_s: float, **more: Any) -> 
     (place / BEGUN).unlink(missing_ok=True)
 
 
-def forget(run: Path, first: str) -> None:
-    """Make ``first`` and every stage after it undone, so that they are made anew (their files stay until then)."""
-    for stage in stages.ORDER[stages.ORDER.index(first) :]:
-        place = stages.folder(run, stage)
-        if (place / DONE).exists() or (place / BEGUN).exists():
-            note_spent(place, "stale", 0.0)
-            (place / DONE).unlink(missing_ok=True)
-
-
-def forget_after(run: Path, stage: str) -> None:
-    """Make every stage after ``stage`` undone."""
-    for later in stages.ORDER[stages.ORDER.index(stage) + 1 :][:1]:
-        forget(run, later)
-
-
-def remove(run: Path, first: str) -> None:
-    """Remove the folders of ``first`` and of every stage after it."""
-    for stage in stages.ORDER[stages.ORDER.index(first) :]:
-        shutil.rmtree(stages.folder(run, stage), ignore_errors=True)
+def remove(place: Path) -> None:
+    """Remove what an unfinished stage left."""
+    shutil.rmtree(place, ignore_errors=True)
 
 
 def size_bytes(place: Path) -> int:

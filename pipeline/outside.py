@@ -37,6 +37,11 @@ def install(stage: str, file: Path, out: Path) -> None:
         shutil.copyfile(_beside(file), out / "target.json")
 
 
+def taken(stage: str, file: Path) -> tuple[Path, ...]:
+    """The files that ``install`` copies."""
+    return (file, _beside(file)) if stage == "sph" else (file,)
+
+
 def _beside(file: Path) -> Path:
     beside = file.with_name("target.json")
     if not beside.is_file():

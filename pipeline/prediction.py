@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from matter.body import Model
-from pipeline import folder, provenance, sense, stages
+from pipeline import provenance, sense, stages
 from pipeline.run import Request
 from pipeline.screen import duration
 
@@ -52,11 +52,12 @@ def _sized(settings: Model, sizes: dict[str, float]) -> Model:
     return settings.model_copy(update=fill)
 
 
-def table(request: Request, rows: dict[str, dict[str, float]]) -> str:
-    """The predictions as a table, with a total and a word on what this machine has."""
+def table(request: Request, rows: dict[str, dict[str, float]], planned: Mapping[str, str]) -> str:
+    """The predictions as a table, with what is ``planned`` for each stage, a total and a word on what this machine has."""
     lines = [f"{'stage':<12}{'time':>14}{'memory':>12}{'disk':>12}"]
     for stage, row in rows.items():
-        note = "  from elsewhere" if stage in request.case.outside else _done(request, stage)
+        origin = "from elsewhere, " if stage in request.case.outside else ""
+        note = f"  {origin}{planned[stage]}" if stage in planned else ""
         lines.append(f"{stage:<12}{duration(row['wall_s']):>14}{size(row['memory_bytes']):>12}{size(row['disk_bytes']):>12}{note}")
     wall, disk = (sum(row[key] for row in rows.values()) for key in ("wall_s", "disk_bytes"))
     memory = max((row["memory_bytes"] for row in rows.values()), default=0.0)
@@ -71,10 +72,6 @@ def threads() -> str:
 
     count = numba.get_num_threads()
     return "one thread" if count == 1 else f"{count} threads"
-
-
-def _done(request: Request, stage: str) -> str:
-    return "  done before" if folder.record(stages.folder(request.run_folder, stage) / folder.DONE) else ""
 
 
 def shortages(memory: float, disk: float, out: Path) -> list[str]:

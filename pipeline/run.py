@@ -1,7 +1,8 @@
 """Running a case: the six stages in order, resumed after any kind of stop, each done once.
 
-A stage is skipped when it is done with the same inputs, continued from its checkpoint when it was begun with the same inputs, and made
-anew otherwise; whatever is made anew makes the stages after it undone. SIGINT and SIGTERM ask the running stage to save and stop.
+A stage that the run shows is skipped when it is done with the same inputs. Else it is taken from the store by its key (``pipeline.identity``), and made there
+where the store has it not: continued from its checkpoint when it was begun, or waited for while another run makes it. ``--from`` makes anew what the store has.
+SIGINT and SIGTERM ask the running stage to save and stop.
 """
 
 from __future__ import annotations
@@ -10,21 +11,25 @@ import resource
 import sys
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import dataclass
 from dataclasses import field as item
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 from matter import progress
 from matter.body import Model
 from matter.errors import InputError, Stopped, Unsound
-from pipeline import folder, intact, lock, outside, provenance, sense, stages, used
+from pipeline import folder, identity, intact, lock, outside, sense, stages, used, view
 from pipeline.case import Case, with_impact
 from pipeline.checking import listed
-from pipeline.compose import compose
+from pipeline.compose import compose, hash8
 from pipeline.describe import describe
+from pipeline.identity import Identity
 from pipeline.journal import Journal, Screen, signals
 from pipeline.left_open import FROM_ENCOUNTERS
+from pipeline.store import Entry
 
 
 @dataclass(frozen=True)
@@ -38,9 +43,10 @@ class Request:
     fresh: bool = False
     threads: int | None = None
 
-    @property
+    @cached_property
     def run_folder(self) -> Path:
-        return self.case.run or self.out / f"{self.case.name}-{self.case.hash8}"
+        """Where the run is; raises ``InputError`` with every complaint about the case."""
+        return self.case.run or self.out / f"{self.case.name}-{hash8(self.case)}"
 
     @property
     def wanted(self) -> tuple[str, ...]:
@@ -53,6 +59,13 @@ class Request:
         if not wanted:
             raise InputError(f"{self.case.file} has none of these stages: it has {' '.join(self.case.stages)}")
         return wanted
+
+    def with_impact_of(self, nbody: Path) -> Case:
+        """The case with the impact that the stage of the encounters has left in its folder. Raises ``InputError``."""
+        case = with_impact(self.case, impact_of(nbody))
+        if not case.pinned:
+            raise InputError(f"{impact_of(nbody)} lacks {' or '.join(FROM_ENCOUNTERS)}: it does not say how the projectile hits")
+        return case
 
 
 @dataclass
@@ -85,17 +98,18 @@ def sensible(request: Request, settings: dict[str, Model]) -> list[str]:
     return warnings
 
 
+def impact_of(nbody: Path) -> Path:
+    """The file in which the stage of the encounters leaves the impact."""
+    return nbody / outside.PLACES["nbody"]
+
+
 def _impact_file(request: Request) -> Path:
-    return stages.folder(request.run_folder, "nbody") / outside.PLACES["nbody"]
+    return impact_of(stages.folder(request.run_folder, "nbody"))
 
 
 def _after_the_encounters(request: Request) -> dict[str, Model]:
-    found, case = _impact_file(request), request.case
-    if found.is_file():
-        case = with_impact(case, found)
-        if not case.pinned:
-            raise InputError(f"{found} lacks {' or '.join(FROM_ENCOUNTERS)}: it does not say how the projectile hits")
-    return compose(case, request.wanted)
+    nbody = stages.folder(request.run_folder, "nbody")
+    return compose(request.with_impact_of(nbody) if impact_of(nbody).is_file() else request.case, request.wanted)
 
 
 def run(request: Request, screen: Screen) -> Outcome:
@@ -110,6 +124,8 @@ def run(request: Request, screen: Screen) -> Outcome:
     screen.say(f"run folder: {run_folder}")
     for text in warnings:
         screen.say(f"WARNING: {text}")
+    if old := view.of_old_layout(run_folder):
+        return _of_old_layout(request, old, screen)
     with lock.held(run_folder / "run.lock", str(run_folder)), signals(screen):
         progress.clear_stop()
         threads = _threads(request.threads)
@@ -146,66 +162,155 @@ def _to_do(request: Request) -> list[str]:
     return [stage for stage in before if stage in request.case.outside] + list(request.wanted)
 
 
-def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal: Journal, outcome: Outcome) -> None:
-    """Skip, install or run one stage and mark it done."""
-    run_folder, source = request.run_folder, request.case.outside.get(stage)
-    inputs = folder.inputs_sha256(run_folder, stage, settings.get(stage), source)
-    label = stages.folder(run_folder, stage).name
-    if folder.is_done(run_folder, stage, inputs):
-        done = folder.record(stages.folder(run_folder, stage) / folder.DONE)
+def _of_old_layout(request: Request, old: list[str], screen: Screen) -> Outcome:
+    """A run that an older version made, with its stages in the run folder: it can be read, not gone on with. Raises ``InputError`` where something is to be
+    made."""
+    outcome, run_folder = Outcome(request.run_folder), request.run_folder
+    if request.start or request.fresh or any(stage not in old or not _record(run_folder, stage) for stage in request.wanted):
+        raise InputError(
+            f"{run_folder} was made by an older version, with the stages in the run folder itself: what is done there can be read, not gone on with. "
+            f"Finish it with that version, or make it anew: cp {run_folder / 'case.used.toml'} mine.toml; run_case mine.toml"
+        )
+    for stage in request.wanted:
+        done = _record(run_folder, stage)
         intact.check(stages.folder(run_folder, stage), stage, done.get("files", {}), content=False)
-        journal.screen.ends(stage, f"{label}: up to date ({done.get('wall_s', 0):.1f} s){_by_other_sources(stage, done)}")
+        screen.ends(stage, f"{stages.folder(run_folder, stage).name}: up to date ({done.get('wall_s', 0):.1f} s), made by an older version")
         if done.get("unsound"):
             outcome.unsound[stage] = done["unsound"]
+    return outcome
+
+
+def _record(run_folder: Path, stage: str) -> dict[str, Any]:
+    return folder.mark(stages.folder(run_folder, stage) / folder.DONE)
+
+
+def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal: Journal, outcome: Outcome) -> None:
+    """Skip, take from the store, install or make one stage."""
+    run_folder, source = request.run_folder, request.case.outside.get(stage)
+    who = identity.of(stage, settings.get(stage), source, partial(stages.folder, run_folder))
+    mine, label = stages.folder(run_folder, stage), stages.folder(run_folder, stage).name
+    anew = view.to_make_anew(run_folder)
+    entry = Entry.of(run_folder, stage, who.key)
+    if stage not in anew:
+        if folder.is_done(mine, who.inputs):
+            _there(request, stage, folder.mark(mine / folder.DONE), f"up to date{_by_other_sources(mine, who, stage)}", journal, outcome)
+            return
+        _check_begun(mine, stage, who, journal)
+    view.refuse_foreign(run_folder, stage)
+    with entry.held(_waiting(label, journal)):
+        done = folder.record(entry.place / folder.DONE) if stage in anew else entry.done
+        if done and stage not in anew:
+            view.show(run_folder, stage, entry.place)
+            _there(request, stage, done, f"taken from the store, {entry.name}", journal, outcome)
+            return
+        for earlier in dict.fromkeys(file.partition("/")[0] for file in stages.READS[stage] if source is None):
+            there = stages.folder(run_folder, earlier)
+            intact.check(there, earlier, folder.record(there / folder.DONE).get("files", {}), content=True)
+        place = entry.anew if done else entry.place
+        if stage in anew and not anew[stage]:
+            folder.remove(place)
+            view.make_anew(run_folder, {**anew, stage: True})
+        _make(request, stage, who, settings.get(stage), place, journal, outcome)
+        view.show(run_folder, stage, entry.finished(place))
+        view.make_anew(run_folder, {other: begun for other, begun in anew.items() if other != stage})
+
+
+def _check_begun(place: Path, stage: str, who: Identity, journal: Journal) -> None:
+    """Whether what this run has begun of a stage can be gone on with. Raises ``InputError`` where another version of the code began it: a checkpoint belongs to
+    the program that wrote it."""
+    before = folder.mark(place / folder.BEGUN)
+    if before.get("inputs_sha256") != who.inputs:
         return
-    for earlier in dict.fromkeys(file.partition("/")[0] for file in stages.READS[stage]):
-        there = stages.folder(run_folder, earlier)
-        intact.check(there, earlier, folder.record(there / folder.DONE).get("files", {}), content=True)
-    program = {"sources_sha256": provenance.source_key(stages.MODULES[stage]), "commit": provenance.commit().get("commit")} if source is None else {}
-    place, spent, continued = folder.begin(run_folder, stage, inputs, program)
-    folder.forget_after(run_folder, stage)
+    if before.get("sources_sha256", "") != who.sources:
+        commit = f" (commit {before['commit'][:10]})" if isinstance(before.get("commit"), str) else ""
+        raise InputError(
+            f"{place.name} was begun by another version of the code{commit}, and its checkpoints are that version's: finish it with that one, "
+            f"or begin it anew with --from {stage}"
+        )
+    if before.get("threads") != who.threads:
+        journal.screen.say(f"{place.name}: begun with --threads {before.get('threads')}, which its bits depend on; with {who.threads} it is made anew")
+
+
+def _there(request: Request, stage: str, done: dict[str, Any], how: str, journal: Journal, outcome: Outcome) -> None:
+    """A stage is done already: look at its files, and say so."""
+    place = stages.folder(request.run_folder, stage)
+    intact.check(place, stage, done.get("files", {}), content=False)
+    words = f"{place.name}: {how.partition(',')[0]} ({done.get('wall_s', 0):.1f} s){''.join(how.partition(',')[1:])}"
+    journal.screen.ends(stage, words)
+    journal.log(words)
+    if done.get("unsound"):
+        outcome.unsound[stage] = str(done["unsound"]).replace(_RUN, str(request.run_folder))
+
+
+_RUN = "<run>"
+"""Stands for the run folder in what a stage said and another run may repeat."""
+
+
+def _waiting(label: str, journal: Journal) -> Callable[[str], None]:
+    """What to do while another run makes the stage: say it once, and give up when asked to stop."""
+    said: list[str] = []
+
+    def wait(message: str) -> None:
+        if not said:
+            said.append(message)
+            journal.screen.say(f"{label}: waits, {message}")
+            journal.log(f"{label} waits: {message}")
+        if progress.stop_requested():
+            raise Stopped(f"stopped while {label} was made by another run; the same command resumes")
+
+    return wait
+
+
+def _make(request: Request, stage: str, who: Identity, settings: Model | None, place: Path, journal: Journal, outcome: Outcome) -> None:
+    """Make a stage, or go on with it, in a folder of the store."""
+    run_folder, source = request.run_folder, request.case.outside.get(stage)
+    label, made_by = stages.folder(run_folder, stage).name, who.as_record()
+    spent, continued = folder.begin(place, who.inputs, made_by)
+    out = view.show(run_folder, stage, place)
     journal.opens(stage)
     journal.screen.begins(stage, f"{label}: {'continued' if continued else 'begins'}")
-    journal.log(f"{label} {'continued' if continued else 'begins'}, inputs {inputs}")
+    journal.log(f"{label} {'continued' if continued else 'begins'}, {place.name}")
     began = time.monotonic()
-    more: dict[str, Any] = {}
+    more: dict[str, Any] = dict(made_by)
     try:
         if source is not None:
-            outside.install(stage, source, place)
+            outside.install(stage, source, out)
             more["from"] = str(source.resolve())
         else:
-            more["sources_sha256"] = program["sources_sha256"]
-            module = stages.load(stage)
             with _one_blas_thread():
-                module.run(settings[stage], run_folder, place)
+                stages.load(stage).run(settings, run_folder, out)
     except Unsound as reason:
-        more["unsound"] = outcome.unsound[stage] = str(reason)
+        outcome.unsound[stage] = str(reason)
+        more["unsound"] = str(reason).replace(str(run_folder), _RUN)
     except BaseException:
-        folder.note_spent(place, inputs, spent + time.monotonic() - began, program)
+        folder.note_spent(place, who.inputs, spent + time.monotonic() - began, made_by)
         raise
     wall_s = spent + time.monotonic() - began
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     sizes = {"process_peak_memory_bytes": peak, "disk_bytes": folder.size_bytes(place), "files": intact.files_of(place)}
-    folder.finish(place, stage, inputs, wall_s, **more, **sizes)
-    note = f"; UNSOUND: {more['unsound']}" if "unsound" in more else "; taken from a file" if source else ""
+    folder.finish(place, stage, who.inputs, wall_s, **more, **sizes)
+    note = f"; UNSOUND: {outcome.unsound[stage]}" if "unsound" in more else "; taken from a file" if source else ""
     journal.screen.ends(stage, f"{label}: done in {wall_s:.1f} s{note}")
     journal.log(f"{label} done, {wall_s:.1f} s{note}")
 
 
-def _by_other_sources(stage: str, done: dict[str, Any]) -> str:
+def _by_other_sources(place: Path, who: Identity, stage: str) -> str:
     """A word of warning when the program has changed since a stage was done: its settings are the same, its physics may not be."""
-    made_by = done.get("sources_sha256")
-    if made_by in (None, provenance.source_key(stages.MODULES[stage])):
+    made_by = folder.record(place / folder.DONE).get("sources_sha256")
+    if made_by in (None, who.sources):
         return ""
     return f", but computed by another version of the code; --from {stage} recomputes it"
 
 
 def _clear_the_way(request: Request, interrupted: bool) -> None:
-    """``--fresh`` removes the wanted stages; ``--from`` makes them undone, unless the same command was interrupted and now goes on."""
+    """``--fresh`` and ``--from`` ask for stages anew that the store has, unless the same command was interrupted and now goes on."""
+    first = request.wanted[0] if request.fresh else request.start
+    if first is None or (interrupted and not request.fresh):
+        return
+    later = stages.ORDER[stages.ORDER.index(first) :]
     if request.fresh:
-        folder.remove(request.run_folder, request.wanted[0])
-    elif request.start and not interrupted:
-        folder.forget(request.run_folder, request.start)
+        view.forget(request.run_folder, later)
+    view.make_anew(request.run_folder, view.to_make_anew(request.run_folder) | dict.fromkeys(later, False))
 
 
 def _one_blas_thread():

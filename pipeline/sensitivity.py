@@ -1,7 +1,7 @@
 """How much the final crater depends on how it was handed over: variants of a finished run, each from the handoff on, and two control runs.
 
-``RUN/sensitivity/`` holds the run folders of the variants; the stages before the handoff are links to those of the run, so that only the handoff (for
-another bed, the bed too), the collapse and the measuring are made. What is done is not made again: the same command continues after any stop.
+``RUN/sensitivity/`` holds the run folders of the variants; the stages before the handoff are those of the run, so that only the handoff (for another bed, the
+bed too), the collapse and the measuring are made. What is done is not made again: the same command continues after any stop.
 Results: ``RUN/4_handoff/sensitivity.json``, the rows of the ledger that need further runs, and a table in the report.
 
 Times are those of the run x0.5 and x2, speed limits x0.5 and x2, alpha x0.67 and x1.5; every variant changes one of them and keeps the run's own
@@ -14,10 +14,10 @@ from __future__ import annotations
 import csv
 import json
 import math
-import os
 import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,8 @@ from matter import archive
 from matter.crater_measures import BY_NAME, RATIOS, UNITS
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
-from pipeline import folder, going_on, provenance, run_process, stages
+from pipeline import folder, going_on, identity, run_process, stages, view
+from pipeline.compose import compose
 from pipeline.run import Request, settings_of
 
 FOLDER, FILE = "sensitivity", "sensitivity.json"
@@ -127,19 +128,16 @@ def make(run: Path, only: Iterable[str] | None = None, threads: int | None = Non
 
 
 def share(run: Path, request: Request, shared: Iterable[str]) -> Path:
-    """Make the run folder of a request with links to the stages that another run has done for it. Raises ``InputError`` when those are of other settings
-    than the request's."""
+    """Make the run folder of a request show the stages that another run has done for it, whatever has become of the code since. Raises ``InputError`` when they
+    are of other settings than the request's."""
     place = request.run_folder
     place.mkdir(parents=True, exist_ok=True)
-    for stage in shared:
-        link = stages.folder(place, stage)
-        if not link.exists():
-            link.unlink(missing_ok=True)
-            os.symlink(os.path.relpath(stages.folder(run, stage).resolve(), place.resolve()), link)
     settings = settings_of(request)
     for stage in shared:
-        inputs = folder.inputs_sha256(place, stage, settings.get(stage), request.case.outside.get(stage))
-        if not folder.is_done(place, stage, inputs):
+        if stages.folder(run, stage).exists():
+            view.show(place, stage, stages.folder(run, stage))
+        who = identity.of(stage, settings.get(stage), request.case.outside.get(stage), partial(stages.folder, place))
+        if not folder.is_done(stages.folder(place, stage), who.inputs):
             raise InputError(f"the stage {stage} of {run} is not done with the settings of its case.used.toml: run the case again, then its sensitivity")
     return place
 
@@ -150,8 +148,9 @@ def place_of(variant: Variant, run: Path) -> Path:
 
 
 def _by_today(run: Path) -> bool:
+    settings = compose(going_on.read(run))
     done = {stage: folder.record(stages.folder(run, stage) / folder.DONE).get("sources_sha256") for stage in _MINE}
-    return all(made_by == provenance.source_key(stages.MODULES[stage]) for stage, made_by in done.items())
+    return all(stage in settings and made_by == identity.sources_of(stage, settings[stage]) for stage, made_by in done.items())
 
 
 def is_done(variant: Variant, run: Path) -> bool:
@@ -345,7 +344,7 @@ def run(folder_of_run: Path, only: Iterable[str] | None = None, threads: int | N
 
     make(folder_of_run, only, threads, say=lambda words: print(words, flush=True), draws=draws)
     found = compare(folder_of_run, draws)
-    out = stages.folder(Path(folder_of_run), "handoff")
+    out = view.own(Path(folder_of_run), "handoff")
     archive.write_text(out / FILE, json.dumps(found, indent=1))
     book = ledgers.read(out / "ledger.json")
     enter(found, book)

@@ -26,10 +26,11 @@ MODULES = {
 }
 
 # What a stage reads of the earlier ones: a whole stage ("sph"), or one small boundary file ("sph/target.json"), whose content alone
-# then decides whether the stage is up to date: the bed depends on the body, not on what hit it.
+# then decides whether the stage is up to date: the bed depends on the body, not on what hit it. The impact that the encounters find reaches the
+# other stages through the settings.
 READS = {
     "nbody": (),
-    "sph": ("nbody/impact.toml",),
+    "sph": (),
     "bed": ("sph/target.json",),
     "handoff": ("sph", "bed"),
     "dem": ("handoff", "sph/target.json"),

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from matter.body import Impact, Target
+from matter.body import Impact, Target, View
 from matter.errors import InputError
 from matter.quantity import PositiveLength, PositiveTime, Time
 from sph import durations, resolution
@@ -53,7 +53,7 @@ class Settings(Numerics):
     """Whether solids have shear strength."""
     damage: bool = True
     """Whether solids break."""
-    particles: Annotated[int, Field(ge=500, le=100_000_000)] = resolution.PARTICLES
+    particles: Annotated[int, Field(ge=500, le=100_000_000), View()] = resolution.PARTICLES
     """About how many particles the target has, where ``spacing_at_impact`` is not given: it is solved for this number (``sph.resolution``)."""
     fine_radius: PositiveLength = Field(default_factory=lambda given: resolution.fine_radius(given["impact"]))
     """Radius about the impact point inside which the spacing is ``spacing_at_impact``; by default 0.6 expected diameters, at least 3 projectile radii."""

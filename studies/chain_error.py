@@ -2,7 +2,7 @@
 
     python studies/chain_error.py --case cases/valhalla_980km --preset quick --members 8 --out runs/chain_error [--threads T] [--only-evaluate] [--dry]
 
-Each member is a run of ``run_case`` in OUT; stages whose inputs agree are links. What is done is not made again: the same command continues after any stop,
+Each member is a run of ``run_case`` in OUT; stages that agree are made once. What is done is not made again: the same command continues after any stop,
 and the table holds what is there so far. Formulas: ``pipeline/chain_error.py``.
 """
 

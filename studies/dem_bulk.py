@@ -94,7 +94,7 @@ def one_bowl(packing: str, grains: int, work: Path) -> carved_bowl.Relaxed:
     impact = Impact.model_validate({"speed": 2000.0, "angle_from_vertical": 0.0, "projectile": shot, "expected_transient_diameter": 18.0})
     spread = 0.15 if packing == "rcp" else 0.0
     settings = bed_stage.Settings(
-        target=target, impact=impact, contact=SOFT, count=grains, arc_radius=BOWL_RADIUS, shape="bowl", packing=packing, radius_spread=spread, share=False,
+        target=target, impact=impact, contact=SOFT, count=grains, arc_radius=BOWL_RADIUS, shape="bowl", packing=packing, radius_spread=spread,
         headroom_fraction=0.1,
     )  # fmt: skip
     run = work / f"bowl_{packing}_{grains}"

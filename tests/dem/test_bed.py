@@ -1,7 +1,6 @@
 """The settled bed: at rest, as heavy as the body, and indifferent to losing its headroom."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -113,21 +112,6 @@ def test_a_stopped_bed_resumes_bit_for_bit(tmp_path, bed_settings, monkeypatch):
         files.append(snapshot.read(out / "bed.vtkhdf"))
         assert not list(out.glob("checkpoint_*"))
     same_grains(*files)
-
-
-def test_a_settled_bed_is_kept_and_shared(tmp_path, bed_settings):
-    settings = bed_settings.model_copy(update={"count": 300, "arc_radius": 5e5, "residual_speed": 0.05, "share": True})
-    for name in ("one", "two"):
-        bodies.write_callisto(tmp_path / name / "2_sph" / "target.json")
-        (tmp_path / name / "3_bed").mkdir()
-        bed_stage.run(settings, tmp_path / name, tmp_path / name / "3_bed")
-    first, second = (tmp_path / name / "3_bed" / "bed.vtkhdf" for name in ("one", "two"))
-    assert first.samefile(second)
-    other = settings.model_copy(update={"seed": 2})
-    shutil.rmtree(tmp_path / "two" / "3_bed")
-    (tmp_path / "two" / "3_bed").mkdir()
-    bed_stage.run(other, tmp_path / "two", tmp_path / "two" / "3_bed")
-    assert not first.samefile(second)
 
 
 def test_bad_settings_and_inputs(tmp_path, bed_settings):

@@ -41,7 +41,7 @@ def write_ground(path, depth=10.0, gravity=1.0, density=1500.0):
 def settled(folder, **settings):
     write_ground(folder / "2_sph" / "target.json", depth=settings.get("arc_radius", 10.0))
     (folder / "3_bed").mkdir(exist_ok=True)
-    usual = dict(target=TARGET, impact=IMPACT, count=1300, arc_radius=10.0, depth=settings.get("arc_radius", 10.0), share=False, headroom_fraction=0.2)
+    usual = dict(target=TARGET, impact=IMPACT, count=1300, arc_radius=10.0, depth=settings.get("arc_radius", 10.0), headroom_fraction=0.2)
     bed_stage.run(bed_stage.Settings(**{**usual, **settings}), folder, folder / "3_bed")
     return snapshot.read(folder / "3_bed" / "bed.vtkhdf"), json.loads((folder / "3_bed" / "bed_report.json").read_text())
 
@@ -197,7 +197,7 @@ def test_hexagonal_lattice_fits():
 
 def test_bad_settings_for_flat_ground(tmp_path):
     write_ground(tmp_path / "2_sph" / "target.json")
-    usual = dict(target=TARGET, impact=IMPACT, count=300, arc_radius=10.0, share=False)
+    usual = dict(target=TARGET, impact=IMPACT, count=300, arc_radius=10.0)
     for change, words in (
         ({"shape": "cap"}, "is for spherical targets"),
         ({"shape": "bowl", "arc_radius": 15.0}, "reaches 15 m down"),

@@ -11,7 +11,7 @@ from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import folder, stages, toml_lines, used
 from pipeline.complaints import dotted
-from pipeline.compose import compose
+from pipeline.compose import compose, hash8
 
 REAL = dict(stages.MODULES)
 
@@ -151,13 +151,17 @@ def test_a_stage_that_is_not_installed_matters_only_when_it_would_run(case_folde
 
 
 def test_the_run_folder_name_follows_what_is_computed(case_folder):
-    plain = cases.read(case_folder).hash8
+    plain = hash8(cases.read(case_folder))
     assert len(plain) == 8
-    assert plain != cases.read(case_folder, "quick").hash8
-    assert plain != cases.read(case_folder, None, ["sph.steps=7"]).hash8
+    assert plain != hash8(cases.read(case_folder, "quick"))
+    assert plain != hash8(cases.read(case_folder, None, ["sph.steps=7"]))
     file = case_folder / "case.toml"
-    file.write_text("# a comment\n" + file.read_text())
-    assert cases.read(case_folder).hash8 == plain
+    file.write_text("# a comment\n" + file.read_text().replace("A small impact", "A small impact."))
+    assert hash8(cases.read(case_folder)) == plain
+    # not what was typed: a value that holds, in another unit, in another order, by a preset or by options
+    assert hash8(cases.read(case_folder, None, ["impact.speed=18234 m/s", "sph.steps=60"])) == plain
+    assert hash8(cases.read(case_folder, None, ["sph.steps=60", "impact.speed=18.234 km/s"])) == plain
+    assert hash8(cases.read(case_folder, None, ["sph.steps=20"])) == hash8(cases.read(case_folder, "quick"))
 
 
 def test_the_used_case_is_a_case_with_the_same_settings(case_folder, tmp_path):

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 from fake_bed import Contact
 
-from matter.body import Model
+from matter.body import Model, View
 from matter.errors import UnphysicalState
 
 
 class Settings(Model):
     contact: Contact = Contact()
     failure: str = ""
+    ranks: Annotated[int, View()] = 1
 
 
 def predict(settings: Settings) -> dict:

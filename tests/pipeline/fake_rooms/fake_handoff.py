@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Annotated
 
 from pydantic import Field
 
-from matter.body import Model
+from matter.body import Model, View
 from matter.errors import InputError, Unsound
 from matter.quantity import PositiveSpeed, PositiveTime
 
@@ -18,6 +19,7 @@ class Settings(Model):
     alpha: float = 1.5
     control: str = "none"
     broken: bool = False
+    pictures: Annotated[bool, View()] = True
     waive: dict[str, str] = Field(default_factory=dict)
 
 

@@ -1,0 +1,50 @@
+"""What a request would find done and what it would make, before it runs (``run_case --check``)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from matter.body import Model
+from pipeline import folder, identity, stages, view
+from pipeline.compose import compose
+from pipeline.run import Request, impact_of
+from pipeline.store import Entry
+
+HERE, STORED, MADE, CONTINUED, UNKNOWN = "done before", "in the store", "to be made", "to be continued", "made or found when what it reads is there"
+
+
+def plan(request: Request, settings: Mapping[str, Model]) -> dict[str, str]:
+    """Each wanted stage with what would become of it; a stage that reads files of one that is still to be made may yet be found."""
+    run, found, places = request.run_folder, dict[str, str](), dict[str, Path]()
+    old, first = view.of_old_layout(run), request.wanted[0] if request.fresh else request.start
+    anew = {*view.to_make_anew(run), *(stages.ORDER[stages.ORDER.index(first) :] if first else ())}
+    for stage in stages.ORDER:
+        mine = stages.folder(run, stage)
+        if stage not in request.wanted:
+            if mine.exists():
+                places[stage] = mine
+            continue
+        if stage in old:
+            found[stage], places[stage] = f"{HERE}, by an older version", mine
+            continue
+        elsewhere = request.case.outside.get(stage)
+        if stage not in settings and elsewhere is None:
+            continue
+        missing = [item for item in stages.READS[stage] if item.partition("/")[0] in request.case.stages and item.partition("/")[0] not in places]
+        if missing and elsewhere is None:
+            found[stage] = MADE if stage in anew or any("/" not in item for item in missing) else UNKNOWN
+            continue
+        who = identity.of(stage, settings.get(stage), elsewhere, lambda earlier: places.get(earlier, stages.folder(run, earlier)))
+        entry = Entry.of(run, stage, who.key)
+        if stage in anew:
+            found[stage] = MADE
+        elif folder.is_done(mine, who.inputs):
+            found[stage], places[stage] = HERE, mine
+        elif entry.done:
+            found[stage], places[stage] = f"{STORED}, {entry.name}", entry.place
+        else:
+            found[stage] = CONTINUED if folder.record(entry.place / folder.BEGUN) else MADE
+        if stage == "nbody" and stage in places and impact_of(places[stage]).is_file():
+            settings = compose(request.with_impact_of(places[stage]), request.wanted)
+    return found
