@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from matter.errors import InputError
-from pipeline import overlay, sizes, stages, toml_lines
+from pipeline import overlay, shipped, sizes, stages, toml_lines
 from pipeline.complaints import Complaint, dotted
 from pipeline.left_open import FROM_ENCOUNTERS, completed
 from pipeline.toml_lines import KeyPath
@@ -91,12 +91,13 @@ def _contains(table: Any, path: KeyPath) -> bool:
 
 
 def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), size: str | None = None) -> Case:
-    """Read a case: a folder with ``case.toml``, or the file itself; ``size`` takes the place of its resolution (``pipeline.sizes``).
+    """Read a case: a folder with ``case.toml``, the file itself, or the name of a shipped case; ``size`` takes the place of its resolution
+    (``pipeline.sizes``).
 
     Complaints about overlays and files from elsewhere are kept in the case, for ``pipeline.compose`` to report with the others. Raises
     ``InputError`` when there is no such file, it is not TOML, or it has no preset of that name.
     """
-    where = Path(where)
+    where = shipped.found(where)
     file = where / "case.toml" if where.is_dir() else where
     if not file.is_file():
         raise InputError(f"no case at {where}: give a folder that holds case.toml, or the file itself")

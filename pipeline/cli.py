@@ -22,7 +22,11 @@ RUNS = Path("runs")
 def _run_case(
     case: Annotated[
         str | None,
-        typer.Argument(metavar="CASE", help="A folder with case.toml, or the file; or the folder of a run, to continue it.", autocompletion=paths),
+        typer.Argument(
+            metavar="CASE",
+            help="A folder with case.toml, or the file; the name of a shipped case; or the folder of a run, to continue it.",
+            autocompletion=paths,
+        ),
     ] = None,
     preset: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Apply [preset.NAME] of the case.", autocompletion=presets)] = None,
     size: Annotated[
@@ -47,6 +51,7 @@ def _run_case(
     ] = False,
     names: Annotated[bool, typer.Option("--list", help="List cases, materials, observed craters and laws, or one kind: run_case --list materials.")] = False,
     schema: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON schema of case files, for editors.")] = None,
+    copy: Annotated[str | None, typer.Option(metavar="NAME", help="Copy a shipped case into the folder CASE, to change it.")] = None,
     prune: Annotated[
         bool, typer.Option("--prune", help="Remove stages that no run shows from the store of --out (CASE: the name of one; --check: only say which).")
     ] = False,
@@ -60,6 +65,8 @@ def _run_case(
     def action() -> int:
         if describe or names or schema:
             return _told(case, describe, names, schema)
+        if copy:
+            return _copied(copy, case)
         if prune or budget:
             return _pruned(case, out or RUNS, prune, budget, check)
         from matter import archive
@@ -117,6 +124,16 @@ def _told(topic: str | None, describe: bool, names: bool, file: Path | None) -> 
 
         schema.write(file)
         print(f"schema of case files: {file} (first line of a case for taplo: #:schema {file})")
+    return 0
+
+
+def _copied(name: str, to: str | None) -> int:
+    from matter.errors import InputError
+    from pipeline import shipped
+
+    if to is None:
+        raise InputError(f"a folder is missing: run_case --copy {name} FOLDER")
+    print(f"{shipped.copy(name, Path(to))}: run_case {to} runs it")
     return 0
 
 

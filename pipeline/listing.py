@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from matter.errors import InputError
-from pipeline import stages
+from pipeline import shipped, stages
 
 CASES = Path("cases")
 Rows = list[tuple[str, str]]
@@ -27,18 +27,17 @@ def _block(name: str, rows: Rows) -> str:
 
 
 def cases() -> Rows:
-    """Cases in ``cases`` here and in the checkout that this program runs from, with their presets."""
-    from pipeline.command import HOUSE
-
+    """Cases in ``cases`` here and those that ship with the project, by their names, with their presets."""
     found: dict[Path, tuple[str, str]] = {}
-    for file in [*sorted(CASES.glob("*/case.toml")), *sorted((HOUSE / CASES).glob("*/case.toml"))]:
+    named = [(str(file.parent), file) for file in sorted(CASES.glob("*/case.toml"))]
+    for name, file in [*((name, folder / "case.toml") for name, folder in shipped.folders().items()), *named]:
         try:
             content = tomllib.loads(file.read_text())
         except (OSError, ValueError):
             continue  # who runs it is told
         presets = ", ".join(content.get("preset", {}))
         title = str(content.get("case", {}).get("title", ""))
-        found.setdefault(file.resolve(), (str(file.parent), title + (f" (presets: {presets})" if presets else "")))
+        found.setdefault(file.resolve(), (name, title + (f" (presets: {presets})" if presets else "")))
     return list(found.values())
 
 

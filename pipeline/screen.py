@@ -57,6 +57,25 @@ class PlainScreen:
         """Nothing is left on the screen."""
 
 
+class SilentScreen:
+    """Nothing: for whoever asks for no words."""
+
+    def say(self, text: str) -> None:
+        """Nothing."""
+
+    def begins(self, stage: str, text: str) -> None:
+        """Nothing."""
+
+    def moves(self, stage: str, state: Progress) -> None:
+        """Nothing."""
+
+    def ends(self, stage: str, text: str) -> None:
+        """Nothing."""
+
+    def close(self) -> None:
+        """Nothing."""
+
+
 class BarScreen:
     """One moving line per stage on a terminal."""
 

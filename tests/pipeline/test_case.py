@@ -9,11 +9,12 @@ import pytest
 
 from matter.errors import InputError
 from pipeline import case as cases
-from pipeline import folder, stages, toml_lines, used
+from pipeline import folder, shipped, stages, toml_lines, used
 from pipeline.complaints import dotted
 from pipeline.compose import compose, hash8
 
 REAL = dict(stages.MODULES)
+VALHALLA = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km"
 
 
 def composed(place: Path, *overrides: str, preset: str | None = None):
@@ -295,3 +296,19 @@ def test_a_value_of_several_kinds_is_one_complaint():
     ):
         assert words in message, message
     assert "5 errors" in message and "functools" not in message and "function" not in message
+
+
+def test_a_shipped_case_is_known_by_its_name_and_can_be_copied(tmp_path, monkeypatch, call):
+    monkeypatch.chdir(tmp_path)
+    assert cases.read(Path("valhalla_980km"), "tiny").file == VALHALLA / "case.toml"
+    with pytest.raises(InputError, match=r"no case at valhala_980km.*did you mean 'valhalla_980km'"):
+        cases.read(Path("valhala_980km"))
+    done = call("run_case", "--copy", "valhalla_980km", "mine", cwd=tmp_path)
+    assert done.returncode == 0 and (tmp_path / "mine" / "case.toml").read_text() == (VALHALLA / "case.toml").read_text(), done.stderr
+    (tmp_path / "valhalla_980km").mkdir()  # what is there comes before what ships
+    with pytest.raises(InputError, match="no case at valhalla_980km"):
+        cases.read(Path("valhalla_980km"))
+    with pytest.raises(InputError, match="is there already"):
+        shipped.copy("valhalla_980km", Path("mine"))
+    with pytest.raises(InputError, match="did you mean 'valhalla_980km'"):
+        shipped.copy("valhala_980km", Path("new"))

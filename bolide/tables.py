@@ -1,0 +1,74 @@
+"""What the project knows without a run: materials, and crater sizes by scaling laws."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from matter.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class Materials(Mapping[str, Mapping[str, Mapping[str, Any]]]):
+    """Every material by name: its sections by the law that uses them, values in SI; ``bolide.materials["ice"]["tillotson"]["rho0"]``."""
+
+    def __getitem__(self, name: str) -> Mapping[str, Mapping[str, Any]]:
+        from matter import material
+
+        if name not in material.names():
+            raise KeyError(f"no material {name!r} (known: {', '.join(material.names())})")
+        return material.load(name)
+
+    def __iter__(self) -> Iterator[str]:
+        from matter import material
+
+        return iter(material.names())
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __repr__(self) -> str:
+        return f"bolide.materials: {', '.join(self)}"
+
+
+materials = Materials()
+"""Every material by name."""
+
+
+def scaling(
+    projectile: str,
+    radius: float | str,
+    speed: float | str,
+    target: str,
+    gravity: float | str,
+    angle_from_vertical: float | str = 0.0,
+    ground: str | None = None,
+) -> pandas.DataFrame:
+    """Transient apparent diameter by scaling laws (``crater.scaling``), a row per law.
+
+    ``projectile`` and ``target`` are names of materials; ``radius``, ``speed``, ``gravity`` and the angle are SI numbers or texts with units; ``ground``: only
+    the laws for ``fluid``, ``rock`` or ``sand``. Raises ``InputError``.
+    """
+    import pandas
+
+    from crater import scaling as laws
+    from matter import material, quantity
+
+    def si(value: float | str, unit: str, what: str) -> float:
+        try:
+            return quantity.parse(value, unit) if isinstance(value, str) else float(value)
+        except ValueError as reason:
+            raise InputError(f"{what}: {reason}") from None
+
+    if ground is not None and ground not in laws.GROUNDS:
+        raise InputError(f"no ground {ground!r} (there are {', '.join(laws.GROUNDS)})")
+    strike = laws.Strike(
+        si(radius, "m", "radius"), si(speed, "m/s", "speed"), si(angle_from_vertical, "rad", "angle_from_vertical"), si(gravity, "m/s^2", "gravity"),
+        material.reference_density(projectile), material.reference_density(target),
+    )  # fmt: skip
+    found = {name: size for name, size in laws.diameters(strike).items() if ground is None or name in laws.GROUNDS[ground]}
+    table = pandas.DataFrame({"law": [laws.NAMES[name] for name in found], "diameter_m": list(found.values())}, index=pandas.Index(list(found), name="name"))
+    table.attrs["units"] = {"diameter_m": "m"}
+    return table
