@@ -87,7 +87,7 @@ def test_numbers_are_shown_as_people_write_them():
 def test_the_list_names_what_can_be_named(call):
     done = call("run_case", "--list", cwd=ROOT)
     assert done.returncode == 0, done.stderr
-    for words in ("cases/valhalla_980km", "presets: thesis, quick, tiny", "granite", "thesis_980km", "tillotson | murnaghan | ideal_gas", "hooke | hertz"):
+    for words in ("valhalla_980km ", "presets: thesis, quick, tiny", "granite", "thesis_980km", "tillotson | murnaghan | ideal_gas", "hooke | hertz"):
         assert words in done.stdout
     assert "granite" not in call("run_case", "--list", "observed", cwd=ROOT).stdout
     done = call("run_case", "--list", "material")
