@@ -27,7 +27,7 @@ DEFAULT_PRESET = "thesis"
 @dataclass(frozen=True)
 class Case:
     """A case after its overlays; ``document`` is the composed TOML without the presets, with what it leaves open (``pipeline.left_open``), of which ``filled``
-    depends on the impact. ``run``: the run folder that goes on with it, where there is one."""
+    depends on the impact. ``run``: the run folder that goes on with it, where there is one; ``sweep``: its table ``[sweep]``."""
 
     file: Path
     name: str
@@ -41,6 +41,7 @@ class Case:
     run: Path | None = None
     filled: tuple[KeyPath, ...] = ()
     size: str | None = None
+    sweep: dict[str, Any] = field(default_factory=dict, repr=False)
 
     @property
     def title(self) -> str:
@@ -126,7 +127,10 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         except InputError as reason:
             found.append(Complaint((), str(reason)))
     name = file.resolve().parent.name if file.name == "case.toml" else file.stem
-    case = Case(file, name, preset, tuple(overrides), document, {}, toml_lines.key_lines(text), table, tuple(found), size=size)
+    swept = document.pop("sweep", {})
+    if not isinstance(swept, dict):
+        raise InputError(f"{file}: sweep is a table: write [sweep]")
+    case = Case(file, name, preset, tuple(overrides), document, {}, toml_lines.key_lines(text), table, tuple(found), size=size, sweep=swept)
     return _completed(_outside_taken(case))
 
 

@@ -78,7 +78,7 @@ def _causes(found: list[Complaint]) -> list[Complaint]:
 
 
 def _tables(document: dict[str, Any]) -> list[Complaint]:
-    valid = ["case", *stages.SHARED_TABLES, *stages.ORDER, "preset"]
+    valid = ["case", *stages.SHARED_TABLES, *stages.ORDER, "sweep", "preset"]
     found = []
     for name, value in document.items():
         if name not in valid:

@@ -51,6 +51,14 @@ def _run_case(
     ] = False,
     names: Annotated[bool, typer.Option("--list", help="List cases, materials, observed craters and laws, or one kind: run_case --list materials.")] = False,
     schema: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON schema of case files, for editors.")] = None,
+    sweep: Annotated[bool, typer.Option("--sweep", help="Run every member of [sweep] of the case, side by side, and end in a table and a page.")] = False,
+    vary: Annotated[
+        list[str] | None, typer.Option(metavar="KEY.PATH=A,B,C", help="Vary a key (repeatable): a sweep over these values, '...=15,40,65 deg'.")
+    ] = None,
+    status: Annotated[bool, typer.Option("--status", help="Say where every member of a sweep stands; run nothing.")] = False,
+    emit: Annotated[
+        str | None, typer.Option(metavar="slurm-array|snakemake", help="Write the job files of a sweep for a cluster into its folder; run nothing.")
+    ] = None,
     copy: Annotated[str | None, typer.Option(metavar="NAME", help="Copy a shipped case into the folder CASE, to change it.")] = None,
     prune: Annotated[
         bool, typer.Option("--prune", help="Remove stages that no run shows from the store of --out (CASE: the name of one; --check: only say which).")
@@ -78,6 +86,8 @@ def _run_case(
         if threads is not None and "numba" not in sys.modules:
             os.environ["NUMBA_NUM_THREADS"] = str(threads)
         read = going_on.read(Path(_needed(case)), _single("--preset", preset), overrides or (), out, size)
+        if sweep or vary or status or emit:
+            return _swept(read, out or RUNS, vary or [], until, threads, [(check, "--check"), (status, "--status"), (emit, "--emit")], start or fresh)
         request = Request(read, out or RUNS, start, until, fresh, threads)
         if check:
             return _checked(request, settings_of(request))
@@ -125,6 +135,32 @@ def _told(topic: str | None, describe: bool, names: bool, file: Path | None) -> 
         schema.write(file)
         print(f"schema of case files: {file} (first line of a case for taplo: #:schema {file})")
     return 0
+
+
+def _swept(case: Any, out: Path, vary: list[str], until: str | None, threads: int | None, instead: list[tuple[Any, str]], anew: Any) -> int:
+    """Run a sweep, or what was asked for ``instead``."""
+    from matter.errors import InputError
+    from pipeline import sweep as sweeps
+    from pipeline import sweep_jobs, sweep_run, sweep_table
+
+    asked = [(value, option) for value, option in instead if value]
+    if not vary and not case.sweep:
+        raise InputError(f"{' and '.join(option for _, option in asked) or '--sweep'} goes with [sweep] in the case or with --vary: nothing is varied")
+    if anew:
+        raise InputError("--from and --fresh are for one run: a sweep makes what is not there")
+    if case.run:
+        raise InputError(f"{case.run} is a run: sweep its case, or its case.used.toml copied elsewhere")
+    members = sweeps.members(sweeps.read_table(case.sweep, vary))
+    made = sweeps.Sweep(case.file, case.preset, case.size, case.overrides, out, tuple(members), until)
+    each = threads or max(1, sweep_run.cores() // len(members))
+    for value, option in asked:
+        print(sweep_jobs.write(made, value, each) if option == "--emit" else sweep_run.status(made) if option == "--status" else sweep_run.checked(made, each))
+        return 0
+    print(f"sweep folder: {made.folder}", flush=True)
+    sweep_run.links(made)
+    failed = sweep_run.Runner(made, each, sweep_run.side_by_side(made, each), lambda words: print(words, flush=True)).run()
+    print(f"\n{sweep_table.text(sweep_table.write(made))}\n\nresult: {made.folder}", flush=True)
+    return 1 if failed else 0
 
 
 def _copied(name: str, to: str | None) -> int:

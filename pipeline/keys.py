@@ -18,6 +18,7 @@ from matter.errors import InputError
 from matter.quantity import Unit
 from pipeline import experimental, plain, stages
 from pipeline.case_table import CaseTable
+from pipeline.sweep_keys import SweepTable
 
 SHARED: dict[str, type[Model]] = {"target": Target, "impact": Impact}
 # keys that take the place of a whole stage (pipeline.outside): they stand in no settings
@@ -59,7 +60,7 @@ class Table(NamedTuple):
 
 def tables(first: str | None = None) -> Iterator[Table]:
     """Every table of a case file in the order of a case, or those that begin with ``first``; only these stages are imported."""
-    for name, kind in {"case": CaseTable, **SHARED}.items():
+    for name, kind in {"case": CaseTable, **SHARED, "sweep": SweepTable}.items():
         if first in (None, name):
             yield from _within((name,), kind)
     for stage in stages.ORDER:

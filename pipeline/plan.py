@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from matter.body import Model
@@ -16,7 +16,17 @@ HERE, STORED, MADE, CONTINUED, UNKNOWN = "done before", "in the store", "to be m
 
 def plan(request: Request, settings: Mapping[str, Model]) -> dict[str, str]:
     """Each wanted stage with what would become of it; a stage that reads files of one that is still to be made may yet be found."""
-    run, found, places = request.run_folder, dict[str, str](), dict[str, Path]()
+    return {stage: word for stage, word, _ in _looked_through(request, settings)}
+
+
+def first_to_make(request: Request, settings: Mapping[str, Model]) -> str:
+    """The name in the store of the first stage that is to be made or continued; empty where there is none."""
+    return next((name for _, word, name in _looked_through(request, settings) if word in (MADE, CONTINUED)), "")
+
+
+def _looked_through(request: Request, settings: Mapping[str, Model]) -> Iterator[tuple[str, str, str]]:
+    """Wanted stage, what would become of it, and its name in the store where that is known."""
+    run, places = request.run_folder, dict[str, Path]()
     old, first = view.of_old_layout(run), request.wanted[0] if request.fresh else request.start
     anew = {*view.to_make_anew(run), *(stages.ORDER[stages.ORDER.index(first) :] if first else ())}
     for stage in stages.ORDER:
@@ -26,25 +36,25 @@ def plan(request: Request, settings: Mapping[str, Model]) -> dict[str, str]:
                 places[stage] = mine
             continue
         if stage in old:
-            found[stage], places[stage] = f"{HERE}, by an older version", mine
+            places[stage] = mine
+            yield stage, f"{HERE}, by an older version", ""
             continue
         elsewhere = request.case.outside.get(stage)
         if stage not in settings and elsewhere is None:
             continue
         missing = [item for item in stages.READS[stage] if item.partition("/")[0] in request.case.stages and item.partition("/")[0] not in places]
         if missing and elsewhere is None:
-            found[stage] = MADE if stage in anew or any("/" not in item for item in missing) else UNKNOWN
+            yield stage, MADE if stage in anew or any("/" not in item for item in missing) else UNKNOWN, ""
             continue
         who = identity.of(stage, settings.get(stage), elsewhere, lambda earlier: places.get(earlier, stages.folder(run, earlier)))
         entry = Entry.of(run, stage, who.key)
+        word = CONTINUED if folder.record(entry.place / folder.BEGUN) else MADE
         if stage in anew:
-            found[stage] = MADE
+            word = MADE
         elif folder.is_done(mine, who.inputs):
-            found[stage], places[stage] = HERE, mine
+            word, places[stage] = HERE, mine
         elif entry.done:
-            found[stage], places[stage] = f"{STORED}, {entry.name}", entry.place
-        else:
-            found[stage] = CONTINUED if folder.record(entry.place / folder.BEGUN) else MADE
+            word, places[stage] = f"{STORED}, {entry.name}", entry.place
+        yield stage, word, entry.name
         if stage == "nbody" and stage in places and impact_of(places[stage]).is_file():
             settings = compose(request.with_impact_of(places[stage]), request.wanted)
-    return found

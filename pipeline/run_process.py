@@ -11,9 +11,14 @@ STOPPED = 75
 _COMMAND = "from pipeline.cli import run_case; run_case()"
 
 
+def command(arguments: list[str]) -> list[str]:
+    """The words that start ``run_case`` with these arguments as a process."""
+    return [sys.executable, "-c", _COMMAND, *arguments]
+
+
 def as_process(arguments: list[str]) -> int:
     """``run_case`` with these arguments as its own process; its exit code. SIGTERM and SIGINT are handed on."""
-    child = subprocess.Popen([sys.executable, "-c", _COMMAND, *arguments])
+    child = subprocess.Popen(command(arguments))
     before = {number: signal.signal(number, lambda n, _: child.send_signal(n)) for number in (signal.SIGTERM, signal.SIGINT)}
     try:
         return child.wait()

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
 import stat
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
+from matter import progress
 from matter.errors import InputError, UnphysicalState
 from pipeline import case as cases
-from pipeline import folder, going_on, identity, plan, prune, stages, store, view
+from pipeline import folder, going_on, identity, lock, plan, prune, stages, store, view
 from pipeline.compose import compose, hash8
 from pipeline.run import Request, run
 
@@ -286,18 +289,24 @@ def test_a_run_of_the_old_layout_is_read_or_refused(go, case_folder, tmp_path):
     assert (old / "5_dem" / "last.txt").is_file()
 
 
-def test_two_runs_that_want_one_stage_make_it_once(go, drive, case_folder, tmp_path):
-    """Two processes of different runs: the second waits for the first one's shock stage."""
-    first = drive(case_folder, "--out", tmp_path / "runs", "--set", "sph.sleep_s=0.04", wait=False)
-    end = time.monotonic() + 60
-    while not list((tmp_path / "runs").glob("small-*/2_sph/checkpoint_*")):
-        assert first.poll() is None and time.monotonic() < end
-        time.sleep(0.01)
-    _, screen = go("sph.sleep_s=0.04", "dem.contact.friction=0.4")
-    assert any(line.startswith("2_sph: waits, sph-") and f"in use by process {first.pid}" in line for line in screen.lines)
-    assert screen.taken() == ["nbody", "sph"] and screen.made() == LATE
-    assert first.communicate(timeout=60)[0] and first.returncode == 0
-    assert [(path / "starts.txt").read_text() for path in (tmp_path / "runs" / store.STORE).glob("sph-*")] == ["0\n"]
+def test_two_runs_that_want_one_stage_make_it_once(go, monkeypatch):
+    """The first makes the shock stage until the second has said that it waits for it."""
+    begun, heard, make, made = threading.Event(), threading.Event(), stages.load("sph").run, []
+
+    def slow(settings, inputs, out):
+        begun.set()
+        made.append(heard.wait(60))
+        make(settings, inputs, out)
+
+    monkeypatch.setattr(stages.load("sph"), "run", slow)
+    monkeypatch.setattr(Recorder, "say", lambda self, text: (self.lines.append(text), heard.set() if ": waits, " in text else None))
+    first = threading.Thread(target=go)
+    first.start()
+    assert begun.wait(60)
+    _, screen = go("dem.contact.friction=0.4")
+    first.join()
+    assert any(line.startswith("2_sph: waits, sph-") and f"in use by process {os.getpid()} on" in line for line in screen.lines)
+    assert made == [True] and "sph" in screen.taken() and "sph" not in screen.made()
 
 
 def test_a_stage_whose_maker_is_gone_is_continued_by_whoever_wants_it(go, monkeypatch):
@@ -351,3 +360,32 @@ def test_prune_by_name_takes_what_a_run_shows_and_the_run_makes_it_again(drive, 
         prune.held(tmp_path)
     with pytest.raises(InputError, match="--budget"):
         prune.size_of("20 km")
+
+
+def test_without_kernel_locks_an_owner_file_stands_and_a_silent_one_is_taken_over(go, monkeypatch, tmp_path):
+    def refused(*_):
+        raise OSError(errno.ENOLCK, "no locks available")
+
+    monkeypatch.setattr(lock.fcntl, "flock", refused)
+    monkeypatch.setattr(lock, "BEAT_S", 0.01)
+    path = tmp_path / "lock"
+    owner = tmp_path / "lock.owner"
+    told = []
+    progress.hear(told.append)
+    try:
+        with lock.held(path, "x"):
+            os.utime(owner, (1.0, 1.0))
+            while owner.stat().st_mtime == 1.0:  # its heart beats
+                time.sleep(0.01)
+            with pytest.raises(InputError, match=f"x is in use by process {os.getpid()}"), lock.held(path, "x"):
+                pass
+            assert lock.taken(path)
+        assert not owner.exists() and not lock.taken(path) and not told
+        owner.write_text('{"pid": 7, "host": "gone", "since": "then"}')
+        os.utime(owner, (1.0, 1.0))
+        with lock.held(path, "x"):
+            assert "process 7 on gone" in told[0] and json.loads(owner.read_text())["pid"] == os.getpid()
+        assert sorted(one.name for one in tmp_path.glob("lock*")) == ["lock"]
+    finally:
+        progress.silence()
+    assert go()[1].made() == ALL

@@ -1,79 +1,171 @@
-"""Variants of shipped cases: where their runs lie, what is made again, and that every one of the example scripts composes."""
+"""Sweeps: which members there are, how they run side by side, and the table in which they end."""
 
 from __future__ import annotations
 
-import importlib.util
-import json
+import csv
+import os
+import shlex
+import signal
+import subprocess
+import threading
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from matter.errors import InputError
-from pipeline.compose import compose
-from studies.winter_2017 import variants as sweep
+from matter import archive
+from matter.errors import InputError, Stopped
+from pipeline import run_process, sweep_jobs, sweep_run, sweep_table
+from pipeline.store import STORE
+from pipeline.sweep import Member, Sweep, members, parsed, read_table
 
+FAKES = Path(__file__).resolve().parent / "fake_rooms"
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def script(name: str):
-    spec = importlib.util.spec_from_file_location(name, ROOT / "studies" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def test_the_text_of_a_variation():
+    assert parsed("impact.angle_from_vertical=15,40,65 deg") == ("impact.angle_from_vertical", ["15 deg", "40 deg", "65 deg"])
+    assert parsed("impact.speed = 900 m/s, 1.2 km/s") == ("impact.speed", ["900 m/s", "1.2 km/s"])
+    assert parsed("bed.seed=1,2") == ("bed.seed", [1, 2]) and parsed("handoff.alpha=1,1.5") == ("handoff.alpha", [1, 1.5])
+    assert parsed("sph.damage=true,false") == ("sph.damage", [True, False]) and parsed("handoff.method=mapped,direct")[1] == ["mapped", "direct"]
+    for wrong in ("bed.seed", "=1,2", "bed.seed=1,,2"):
+        with pytest.raises(InputError, match="write it as key=a,b,c"):
+            parsed(wrong)
 
 
-def all_variants() -> list:
-    claims, convergence = script("valhalla_claims"), script("valhalla_convergence")
-    return [*claims.matrix("quick"), *claims.matrix("thesis"), *convergence.variants()]
+def values(content, *options):
+    return [dict(member.values) for member in members(read_table(content, options))]
 
 
-@pytest.mark.parametrize("variant", all_variants(), ids=lambda v: f"{v.preset}-{v.name}")
-def test_every_variant_composes(variant):
-    assert compose(variant.read())["sph"].end_time > 0
+def test_grids_and_lists():
+    grid = values({}, "a.x=1,2", "b=3,4,5")
+    assert len(grid) == 6 and grid[0] == {"a.x": 1, "b": 3} and grid[-1] == {"a.x": 2, "b": 5}
+    assert values({"kind": "list", "vary": {"a": {"x": [1, 2]}, "b": [3, 4]}}) == [{"a.x": 1, "b": 3}, {"a.x": 2, "b": 4}]
+    assert Member("m01", {"impact.speed": "15 km/s", "bed.seed": 2, "sph.damage": False}).overrides == (
+        'impact.speed="15 km/s"', "bed.seed=2", "sph.damage=false",
+    )  # fmt: skip
 
 
-def test_the_matrix_holds_every_run_that_a_claim_needs():
-    from studies.winter_2017 import valhalla
-
-    variants = script("valhalla_claims").matrix("quick")
-    assert {name for claim in valhalla.CLAIMS for name in claim.needs} <= {v.name for v in variants}
-    assert len({v.run_folder(Path("runs")) for v in variants}) == len(variants)
-
-
-def test_equal_energy_holds_in_the_matrix():
-    variants = {v.name: v for v in script("valhalla_claims").matrix("quick")}
-    for case in ("350", "980"):
-        energy = {}
-        for name in ("base", "v1", "v3", "v4"):
-            impact = compose(variants[f"{case}_{name}"].read())["sph"].impact
-            energy[name] = impact.projectile.radius**3 * impact.speed**2
-        assert [energy[n] / energy["base"] for n in energy] == pytest.approx([1.0] * 4, rel=2e-3)
+@pytest.mark.parametrize("kind", ["lhs", "sobol"])
+def test_draws_fill_the_space_between_limits(kind):
+    found = values({"kind": kind, "members": 16, "seed": 3, "vary": {"a": [0.0, 1.0], "b": ["10 km/s", "20 km/s"], "n": [1, 4]}})
+    assert len(found) == 16 and found == values({"kind": kind, "members": 16, "seed": 3, "vary": {"a": [0.0, 1.0], "b": ["10 km/s", "20 km/s"], "n": [1, 4]}})
+    assert sorted(int(16 * one["a"]) for one in found) == list(range(16))  # one in every sixteenth
+    speeds = [float(one["b"].removesuffix(" km/s")) for one in found]
+    assert min(speeds) < 11.0 and max(speeds) > 19.0 and {one["n"] for one in found} == {1, 2, 3, 4}
 
 
-def test_names_are_chosen_in_their_own_order_and_misspelt_ones_are_told():
-    variants = script("valhalla_claims").matrix("quick")
-    assert [v.name for v in sweep.chosen(variants, ["980_base", "350_base"])] == ["350_base", "980_base"]
-    assert len(sweep.chosen(variants, None)) == len(variants)
-    with pytest.raises(InputError, match="did you mean '350_base'"):
-        sweep.chosen(variants, ["350_bse"])
+def test_what_cannot_be_varied_is_told_at_once():
+    for content, words in (
+        ({}, "nothing is varied"),
+        ({"kind": "gird", "vary": {"a": [1]}}, "kind"),
+        ({"kind": "list", "vary": {"a": [1], "b": [1, 2]}}, "equally many"),
+        ({"kind": "lhs", "vary": {"a": [1, 2, 3]}}, "two limits"),
+        ({"memebers": 3, "vary": {"a": [1]}}, "did you mean 'members'"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_table(content, [])
+    for low, high, words in (("1 km", "x", "cannot read"), ("1 km", 2.0, "one limit has a unit"), (True, False, "limits are numbers")):
+        with pytest.raises(InputError, match=words):
+            values({"kind": "lhs", "vary": {"a": [low, high]}})
 
 
-def test_an_unfinished_run_is_not_measured_and_a_finished_one_once(tmp_path, monkeypatch):
-    from crater import stage
-    from studies.winter_2017 import follow_run
+@pytest.fixture
+def sweep(case_folder, tmp_path, fake_stages, monkeypatch):
+    """``sweep(*options)`` of the fake stages, whose members are processes with fake stages too."""
+    monkeypatch.setattr(run_process, "_COMMAND", "import drive; drive.cli.run_case()")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), str(FAKES)]))
+    monkeypatch.setattr(sweep_run, "EVERY_S", 0.05)
 
-    variant = sweep.Variant("350_base", ROOT / "cases" / "valhalla_350km", "quick")
-    assert sweep.measure(variant, tmp_path) is None
-    place = variant.run_folder(tmp_path) / "2_sph"
-    place.mkdir(parents=True)
-    (place / "done.json").write_text(json.dumps({"inputs_sha256": "abc"}))
-    asked: list[float] = []
-    monkeypatch.setattr(stage, "run", lambda settings, inputs, out: (out / "measures.json").write_text('{"transient": {}}'))
-    monkeypatch.setattr(follow_run, "write", lambda run, radius, time, out: asked.append(radius))
-    assert sweep.measure(variant, tmp_path) == tmp_path / "measured" / "350_base"
-    sweep.measure(variant, tmp_path)
-    assert asked == [175e3]  # half of the expected diameter, once
-    assert (tmp_path / "measured" / "350_base" / "run" / "2_sph").resolve() == place.resolve()
-    (place / "done.json").write_text(json.dumps({"inputs_sha256": "other"}))
-    sweep.measure(variant, tmp_path)
-    assert len(asked) == 2
+    def make(*options, overrides=(), kind="grid"):
+        return Sweep(case_folder, None, None, tuple(overrides), tmp_path / "runs", tuple(members(read_table({"kind": kind}, options))))
+
+    return make
+
+
+def begun(sweep) -> list[str]:
+    """How often each shock stage was begun."""
+    return [path.read_text() for path in (sweep.out / STORE).glob("sph-*/starts.txt")]
+
+
+def test_members_share_what_comes_before_and_end_in_one_table(sweep):
+    """Two at once, one shock stage: the second member is not begun before that is there. One member cannot be made, and is named."""
+    one = sweep("dem.contact.friction=0.3,0.4,0.4", "handoff.time=60,60,120 s", kind="list")
+    heard = []
+    failed = sweep_run.Runner(one, 1, 2, heard.append).run()
+    assert failed == {"m03": 2}  # 120 s: the fake handoff has no such snapshot
+    assert "no snapshot near" in (one.folder / "logs" / "m03.log").read_text()
+    assert begun(one) == ["0\n"] and not any("waits" in path.read_text() for path in (one.folder / "logs").glob("*.log"))
+    sweep_run.links(one)
+    rows = sweep_table.write(one)
+    with open(one.folder / sweep_table.CSV, newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [row["state"] for row in table] == ["done", "done", "failed"] and table[1]["dem.contact.friction"] == "0.4"
+    assert [row["final/depth_m"] for row in table] == ["12000.0", "12000.0", ""] and table[0]["handoff.time"] == "60 s"
+    arrays = archive.read(one.folder / sweep_table.HDF5)[0]
+    assert arrays["final.depth_m_sigma"][0] == 2.6e4 and np.isnan(arrays["final.depth_m"][2])
+    assert arrays["dem.contact.friction"].tolist() == [0.3, 0.4, 0.4]
+    page = (one.folder / sweep_table.PAGE).read_text()
+    assert "2 of 3 members are done" in page and "Against dem.contact.friction" in page and "<img" in page
+    assert (one.folder / "m02" / "6_crater" / "measures.json").is_file() and "m03" in sweep_table.text(rows)
+    status = sweep_run.status(one)
+    assert "3 members, 2 done, 1 failed" in status and "handoff.time = 120 s" in status
+    # the same again makes only what failed, and ends in the same table
+    before = (one.folder / sweep_table.CSV).read_text()
+    again = []
+    sweep_run.Runner(one, 1, 2, again.append).run()
+    assert sum("begins" in line for line in again) == 1
+    sweep_table.write(one)
+    assert (one.folder / sweep_table.CSV).read_text() == before
+
+
+def test_a_stopped_sweep_continues(sweep):
+    slow = sweep("dem.contact.friction=0.3,0.4", overrides=("sph.sleep_s=0.05",))
+
+    def stop():
+        while not list((slow.out / STORE).glob("sph-*/checkpoint_*")):
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    threading.Thread(target=stop).start()
+    with pytest.raises(Stopped, match="the same command continues"):
+        sweep_run.Runner(slow, 1, 1, lambda text: None).run()
+    assert sweep_run.state_of(slow, slow.members[0]).word == "stopped" and sweep_run.state_of(slow, slow.members[1]).word == "to do"
+    assert sweep_run.Runner(slow, 1, 1, lambda text: None).run() == {}
+    (starts,) = begun(slow)
+    assert len(starts.split()) == 2 and starts.split()[1] != "0"  # continued, not begun anew
+
+
+def test_the_name_of_a_sweep_follows_from_what_it_computes(sweep):
+    assert sweep("sph.steps=7,9").folder == sweep("sph.steps=7,9", overrides=("impact.speed=18234 m/s",)).folder != sweep("sph.steps=7,8").folder
+    with pytest.raises(InputError, match=r"(?s)member m02 \(sph\.steps=.*must be a whole number"):
+        assert sweep("sph.steps=7,x").folder
+
+
+def test_axes_of_what_is_varied():
+    places, unit, words = sweep_table.axis_of(["15 deg", "40 deg"])
+    assert places.tolist() == [15.0, 40.0] and unit == "deg" and not words
+    assert sweep_table.axis_of(["900 m", "1 km"])[0].tolist() == [900.0, 1000.0]
+    assert sweep_table.axis_of(["a", "b", "a"])[0].tolist() == [0.0, 1.0, 0.0] and sweep_table.axis_of([True, False])[2] == ["True", "False"]
+
+
+def test_the_command_checks_and_says(drive, case_folder, tmp_path):
+    options = (case_folder, "--out", tmp_path / "runs", "--vary", "dem.contact.friction=0.3,0.4", "--until", "nbody")
+    code, out, err = drive(*options, "--check")
+    assert code == 0 and "2 members" in out and "m02" in out and "at once" in out and not (tmp_path / "runs").exists(), err
+    code, _, err = drive(case_folder, "--out", tmp_path / "runs", "--sweep", "--status")
+    assert code == 2 and "nothing is varied" in err and "Traceback" not in err
+
+
+@pytest.mark.parametrize(("kind", "file", "words"), [("slurm-array", "slurm.sh", "#SBATCH --array=1-2"), ("snakemake", "Snakefile", "range(1, 2 + 1)")])
+def test_job_files_hold_a_command_for_each_member(sweep, kind, file, words):
+    one = sweep("impact.speed=10,20 km/s")
+    assert str(one.folder.resolve() / file) in sweep_jobs.write(one, kind, 4)
+    assert words in (one.folder / file).read_text()
+    first = (one.folder / "commands.txt").read_text().splitlines()[0]
+    assert shlex.split(first)[-2:] == ["--set", 'impact.speed="10 km/s"'] and "--threads 4" in first
+    done = subprocess.run(["bash", str(one.folder / "member.sh"), "1", "--"], capture_output=True, text=True, env={**os.environ, "COLUMNS": "200"}, timeout=60)
+    assert "cannot be used" in done.stderr and done.returncode == 2  # the real stages do not know the fake ones' keys: the command was understood
+    with pytest.raises(InputError, match="did you mean 'slurm-array'"):
+        sweep_jobs.write(one, "slurm", 1)

@@ -1,0 +1,173 @@
+"""A sweep: one case with some of its keys varied, each combination a run of its own; what they have in common is made once (``pipeline.store``).
+
+    [sweep]
+    kind = "grid"                                  # every combination; "list": in step; "lhs", "sobol": drawn between two limits
+    [sweep.vary]
+    "dem.contact.shell.friction" = [0.3, 0.5, 0.7]
+    "impact.angle_from_vertical" = ["15 deg", "40 deg", "65 deg"]
+
+or ``--vary "impact.angle_from_vertical=15,40,65 deg"`` on the command line (a unit at the end is that of all). A sweep has a folder in the folder of runs with
+links to its members, their table and a page; its name follows from what the members compute.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from matter import quantity
+from matter.errors import InputError
+from pipeline import case as cases
+from pipeline.complaints import complaints, dotted
+from pipeline.run import Request
+from pipeline.sweep_keys import SweepTable, flat
+
+Number = bool | int | float | str
+
+
+def read_table(content: Mapping[str, Any], options: Iterable[str]) -> SweepTable:
+    """``[sweep]`` of a case with the ``--vary`` options laid over it. Raises ``InputError`` with every mistake."""
+    vary, varied = content.get("vary", {}), dict(parsed(option) for option in options)
+    try:
+        return SweepTable.model_validate({**content, "vary": {**flat(vary), **varied} if isinstance(vary, Mapping) else vary})
+    except ValidationError as error:
+        found = [f"  {dotted(('sweep', *path))}: {message}" for path, message in complaints(SweepTable, error)]
+        raise InputError(f"[sweep] cannot be used, {len(found)} error{'s' if len(found) > 1 else ''}:\n" + "\n".join(found)) from None
+
+
+QUANTITY = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.].*)$")
+"""A number and its unit."""
+
+
+def parsed(option: str) -> tuple[str, list[Number]]:
+    """Key and values of one ``--vary`` text, ``key=a,b,c``; a unit after the last value is that of all that have none.
+
+    Raises ``InputError`` when there is no ``=`` or a value is empty.
+    """
+    key, equals, text = option.partition("=")
+    parts = [part.strip() for part in text.split(",")]
+    if not equals or not key.strip() or not all(parts):
+        raise InputError(f'--vary {option!r}: write it as key=a,b,c, --vary "impact.angle_from_vertical=15,40,65 deg" for example')
+    unit = found.group(2).strip() if (found := QUANTITY.match(parts[-1])) else ""
+    return key.strip(), [_value(f"{part} {unit}" if unit and _number(part) is not None else part) for part in parts]
+
+
+def _number(text: str) -> int | float | None:
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return None
+
+
+def _value(text: str) -> Number:
+    number = _number(text)
+    if number is not None:
+        return number
+    return {"true": True, "false": False}.get(text, text.strip("\"'"))
+
+
+@dataclass(frozen=True)
+class Member:
+    """One run of a sweep: its ``name`` and the ``values`` of what is varied, by key."""
+
+    name: str
+    values: Mapping[str, Number]
+
+    @property
+    def overrides(self) -> tuple[str, ...]:
+        """Its values as texts of ``--set``."""
+        return tuple(f"{key}={json.dumps(value)}" for key, value in self.values.items())
+
+
+def members(table: SweepTable) -> list[Member]:
+    """The members, in order. Raises ``InputError`` where a limit is no number or the two are of different units."""
+    keys = list(table.vary)
+    rows: Iterable[Sequence[Number]]
+    if table.kind == "grid":
+        rows = itertools.product(*table.vary.values())
+    elif table.kind == "list":
+        rows = zip(*table.vary.values(), strict=True)
+    else:
+        rows = _drawn(table)
+    found = [dict(zip(keys, row, strict=True)) for row in rows]
+    width = max(2, len(str(len(found))))
+    return [Member(f"m{number:0{width}d}", values) for number, values in enumerate(found, 1)]
+
+
+def _drawn(table: SweepTable) -> list[list[Number]]:
+    """Values between the limits of each key, evenly spread in all of them together."""
+    from scipy.stats import qmc
+
+    kind = qmc.LatinHypercube if table.kind == "lhs" else qmc.Sobol
+    points = kind(d=len(table.vary), rng=table.seed).random(table.members)
+    columns = [_between(key, low, high, points[:, k]) for k, (key, (low, high)) in enumerate(table.vary.items())]
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def _between(key: str, low: Number, high: Number, share: Any) -> list[Number]:
+    """Values at the ``share`` (n,) of the way between two limits; whole numbers where both limits are."""
+    if isinstance(low, bool) or isinstance(high, bool):
+        raise InputError(f"[sweep] vary {key}: limits are numbers")
+    if isinstance(low, int) and isinstance(high, int):
+        return [low + min(int(s * (high - low + 1)), high - low) for s in share]
+    if isinstance(low, str) and isinstance(high, str):
+        unit = found.group(2).strip() if (found := QUANTITY.match(high)) else ""
+        try:
+            first, one, last = quantity.parse(low), quantity.parse(f"1 {unit}"), quantity.parse(high)
+        except ValueError as reason:
+            raise InputError(f"[sweep] vary {key}: {reason}") from None
+        return [f"{(first + s * (last - first)) / one:.6g} {unit}" for s in share]
+    if isinstance(low, str) or isinstance(high, str):
+        raise InputError(f"[sweep] vary {key}: one limit has a unit, the other has none")
+    return [float(f"{low + s * (high - low):.6g}") for s in share]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A case (``where``, with ``preset`` and ``overrides``) and its members, in the folder of runs ``out``; ``until``: the last stage of each."""
+
+    where: Path
+    preset: str | None
+    size: str | None
+    overrides: tuple[str, ...]
+    out: Path
+    members: tuple[Member, ...]
+    until: str | None = None
+
+    @cached_property
+    def requests(self) -> dict[str, Request]:
+        """The request of each member, by its name. Raises ``InputError`` with every complaint about the first that cannot be."""
+        found = {}
+        for member in self.members:
+            try:
+                read = cases.read(self.where, self.preset, [*self.overrides, *member.overrides], self.size)
+                request = Request(read, self.out, until=self.until)
+                assert request.run_folder
+            except InputError as reason:
+                raise InputError(f"member {member.name} ({', '.join(member.overrides)}): {reason}") from None
+            found[member.name] = request
+        return found
+
+    @cached_property
+    def folder(self) -> Path:
+        """Where table, page and links are; the name follows from what the members compute."""
+        runs = [request.run_folder.name for request in self.requests.values()]
+        name = next(iter(self.requests.values())).case.name
+        return self.out / f"{name}-sweep-{hashlib.sha256(json.dumps(runs).encode()).hexdigest()[:8]}"
+
+    def arguments(self, member: Member, threads: int | None) -> list[str]:
+        """What ``run_case`` is given for a member."""
+        options = [("--preset", self.preset), ("--size", self.size), ("--until", self.until), ("--threads", threads and str(threads))]
+        given = [part for option, value in options if value for part in (option, str(value))]
+        return [str(self.where), *given, "--out", str(self.out), *(part for text in (*self.overrides, *member.overrides) for part in ("--set", text))]
