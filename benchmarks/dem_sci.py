@@ -54,9 +54,7 @@ def settled(grains: int, run: Path) -> Particles:
     target = Target.model_validate({"layers": [layer], "shape": "half_sphere", "gravity": GRAVITY})
     shot = {"material": "copper", "radius": 0.065}
     impact = Impact.model_validate({"speed": 2000.0, "angle_from_vertical": 0.0, "projectile": shot, "expected_transient_diameter": 14.5})
-    settings = bed_stage.Settings(
-        target=target, impact=impact, contact=CONTACT, count=grains, arc_radius=BOWL, shape="bowl", headroom_fraction=0.0
-    )
+    settings = bed_stage.Settings(target=target, impact=impact, contact=CONTACT, count=grains, arc_radius=BOWL, shape="bowl", headroom_fraction=0.0)
     for name in ("2_sph", "3_bed", "4_handoff", "5_dem"):
         (run / name).mkdir(parents=True, exist_ok=True)
     heights = [-BOWL, -1e-3 * BOWL]
