@@ -1,7 +1,9 @@
 """What the shock stage will cost, before it runs, and what that follows from.
 
 Steps: the Courant limit of the finest particles at rest, C (support / 2) d / ((1 + 0.6 alpha) c_l), layer by layer; fast ejecta and the impact itself ask for a
-fifth more. Measured: 4,557 steps where this gives 4,550 (Valhalla, quick), 0.74 to 0.83 us per particle and step of one thread on a busy machine.
+fifth more. Measured: 4,557 steps where this gives 4,550 (Valhalla, quick), 0.74 to 0.83 us per particle and step of one thread on a busy machine, with
+supports of 2 spacings and Monaghan's viscosity. A step goes by the neighbours, as the cube of the support; slopes and the terms of the supports make a visit
+1.6 times as long (24 ns for 12.5, ``benchmarks/sph_rates.py --compare``, less what does not go by pairs).
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from sph.settings import Settings
 
 # of one thread, warm: seconds per particle and step, per particle of one gravity evaluation, per pair of the direct sum, per particle written
 _PER_STEP, _PER_GRAVITY, _PER_PAIR, _PER_OUTPUT = 8.0e-7, 1.8e-6, 7.0e-10, 8.0e-6
+_RECONSTRUCTED = 1.6
 _MORE_STEPS = 1.18
 _EFFICIENCY = 0.85
 """Threads count as their number to this power."""
@@ -44,6 +47,11 @@ def steps(settings: Settings) -> tuple[float, float]:
     return settings.relaxation_time / quiet if settings.relaxes else 0.0, number * (3.0 if settings.integrator == "rk3" else 1.0)
 
 
+def per_step(settings: Settings) -> float:
+    """Seconds per particle and step of one thread."""
+    return _PER_STEP * (0.5 * settings.support) ** 3 * (_RECONSTRUCTED if settings.viscosity == "reconstructed" else 1.0)
+
+
 def projectile_particles(settings: Settings) -> float:
     """About how many particles the projectile has."""
     if settings.control:
@@ -66,7 +74,7 @@ def predict(settings: Settings) -> dict[str, float]:
     rows = settings.end_time / settings.history_interval
     energies = (_PER_PAIR * n**2 if n <= DIRECT else 1e-5 * n) * attracts
     snapshots = settings.end_time / settings.snapshot_interval + 2.0
-    work = n * (_PER_STEP * (number + relax) + _PER_GRAVITY * evaluations) + rows * energies
+    work = n * (per_step(settings) * (number + relax) + _PER_GRAVITY * evaluations) + rows * energies
     wall = work / numba.get_num_threads() ** _EFFICIENCY + _PER_OUTPUT * n * snapshots + 3.0
     return {"wall_s": wall, "memory_bytes": 3e8 + 2800.0 * n, "disk_bytes": snapshots * 190.0 * n, "particles": n, "snapshots": snapshots}
 
