@@ -9,8 +9,8 @@ from crater.datum import Datum
 from crater.shape import Ruler
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.tree import G
 
-GRAVITATIONAL = 6.6743e-11
 INNER, OUTER = 1.1, 3.0
 """The blanket is fitted between these many rim radii."""
 
@@ -40,7 +40,7 @@ def leaving(particles: Particles, body_mass: float, projectile_momentum: np.ndar
     """
     particles.need("position", "velocity", "mass")
     r = np.linalg.norm(particles.position, axis=1)
-    energy = 0.5 * (particles.velocity**2).sum(axis=1) - GRAVITATIONAL * body_mass / np.maximum(r, 1.0)
+    energy = 0.5 * (particles.velocity**2).sum(axis=1) - G * body_mass / np.maximum(r, 1.0)
     outwards = np.einsum("ij,ij->i", particles.velocity, particles.position) > 0.0
     return _lost(particles, (energy > 0.0) & outwards, projectile_momentum)
 

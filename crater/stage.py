@@ -25,6 +25,7 @@ from matter.crater_measures import MAXIMA
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.progress import Progress
+from matter.tree import G
 
 __all__ = ["Published", "Settings", "grain_datum", "measure_snapshot", "predict", "run"]
 
@@ -102,7 +103,7 @@ def _ground(settings: Settings, inputs: Path) -> tuple[Datum, float]:
         mass += 4.0 / 3.0 * np.pi * (outer**3 - inner**3) * material.reference_density(layer.material)
         inner = outer
     radius = settings.target.radius
-    return datums.sphere(radius, source="uniform layers of the case"), ejecta.GRAVITATIONAL * mass / radius**2
+    return datums.sphere(radius, source="uniform layers of the case"), G * mass / radius**2
 
 
 def _choices(setting: Setting, datum: Datum, before: Path | None, reach: float | None) -> Choices:

@@ -1,7 +1,7 @@
 """A granular assembly: grains, their contacts and walls, and one step of time.
 
 The arrays are kept in the order of the search cells: first the grains in the contact search, then the ballistic ones, last those that have
-left. ``identity`` finds a grain again. All of the state can be saved and restored bit for bit (``state``, ``restore``).
+left. ``identity`` finds a grain again. All of the state can be saved and restored bit for bit (``saved``, ``restore``).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from dem.contact_settings import Contact, shortest_contact_time
 from dem.gravity import Field
 from dem.scheme import Boundaries, Chunk, Grains, Listed, Outside, Sleepers, Spill, Step
 from dem.self_gravity import SelfGravity
-from matter import gather
+from matter import checkpoint, gather
 from matter.errors import InputError, UnphysicalState
 from matter.particles import Particles
 
@@ -52,7 +52,7 @@ _PER_GRAIN = (
     "wall_history", "reference",
 )  # fmt: skip
 _SLEEPERS = ("asleep", "quiet", "wall_energy", "held", "rest")
-_REST = ("row", "col", "hist", "report", "booked")
+_LISTED = ("row", "col", "hist", "report", "booked")
 
 
 class Extras(NamedTuple):
@@ -498,22 +498,20 @@ class Assembly:
             )
         return Particles({name: values[order] for name, values in fields.items()}, attributes, history)
 
+    def saved(self) -> dict[str, Any]:
+        """The whole state, everything that a checkpoint must hold: arrays and numbers."""
+        return {name: getattr(self, name) for name in (*self._saved, *_NUMBERS)}
+
     @property
     def _saved(self) -> tuple[str, ...]:
-        return self._per_grain + _REST + (("near", "live", "row_energy") if self.scheme.sleep else ())
+        return self._per_grain + _LISTED + (("near", "live", "row_energy") if self.scheme.sleep else ())
 
-    def state_arrays(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Everything that a checkpoint must hold: arrays and scalars."""
-        arrays = {name: getattr(self, name) for name in self._saved}
-        scalars = {name: getattr(self, name) for name in _SCALARS}
-        return arrays, scalars
-
-    def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
-        """Take over the state that ``state_arrays`` gave, bit for bit."""
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up what was ``saved``, bit for bit."""
         for name in self._saved:
-            setattr(self, name, np.ascontiguousarray(arrays[name]))
-        for name in _SCALARS:
-            setattr(self, name, scalars[name])
+            setattr(self, name, np.ascontiguousarray(saved[name]))
+        for name in _NUMBERS:
+            setattr(self, name, saved[name])
         self.first = contacts.first_of(self.row)
         self.V, self.hist = gather.aligned(self.V), gather.aligned(self.hist)
         self._known = self._not_empty()
@@ -522,7 +520,7 @@ class Assembly:
         self._cut()
 
 
-_SCALARS = (
+_NUMBERS = (
     "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed", "active", "moving",
     "mean_radius", "softness", "rest_energy", "stiffness_energy", "weight_energy", "stiffness_excess", "lost_in_flight", "wake", "memory", "full_pass",
 )  # fmt: skip

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ import numpy as np
 
 from dem import flight, flight_collisions, sleeping, stiffening
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly, Extras
+from dem.balance import Balance, handed_energy
 from dem.beds import settling
 from dem.beds.container import Container
 from dem.beds.domain import Domain
@@ -19,17 +22,12 @@ from dem.beds.layered_body import LayeredBody
 from dem.columns import (
     ANGULAR_GONE,
     ANGULAR_IMPULSE,
-    AT_WALLS,
-    DISSIPATED,
-    DRAGGED,
     ENERGY_GONE,
     GRAINS_GONE,
     IMPULSE,
     MASS_GONE,
     MOMENTUM_GONE,
-    RADIUS,
     SPENT,
-    WX,
 )
 from dem.following_stiffness import LIMIT as STIFFNESS_LIMIT
 from dem.following_stiffness import Following
@@ -59,6 +57,16 @@ COLUMNS = (
 )  # fmt: skip
 
 
+@dataclass
+class Due:
+    """Times [s] at which the next ``row`` of the history, ``look`` at the profile and ``snapshot`` fall due, and the ``snapshots`` that are written."""
+
+    row: float
+    look: float
+    snapshot: float
+    snapshots: int = 0
+
+
 class Collapse:
     """One run of the stage: the assembly and what is remembered about it."""
 
@@ -81,23 +89,15 @@ class Collapse:
         if stiffer:
             self.springs_energy = stiffening.stiffen(self.bed, self.springs)
             self.domain = stiffening.damped_for(self.domain, self.springs)
-        self.handed = handed_energy(self.bed, body.surface_gravity)
+        handed = handed_energy(self.bed, body.surface_gravity)
         floor = self.domain.floor if isinstance(self.domain, Container) else self.domain.core_radius
-        self.following = Following(self.bed, float(body.pressure(np.array(floor))), self.handed) if settings.stiffness == "following" else None
+        self.following = Following(self.bed, float(body.pressure(np.array(floor))), handed) if settings.stiffness == "following" else None
         self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")} | {"domain": self.domain.as_attribute()}
         self.still = Stillness(settings.still_interval)
-        self.change, self.snapshots = np.inf, 0
         self.rows: list[list[float]] = []
-        self.next_row = self.next_look = self.next_snapshot = self.bed.start_time
-        self.start_momentum, self.start_angular = self.bed.momentum(), self.bed.angular_momentum()
-        self.start_energy = sum(self.bed.energies().values())
-        m, speed = self.bed.mass, np.linalg.norm(self.bed.W[:, :3], axis=1)
-        if not speed.any():  # a control run: errors count against sqrt(g r), what a fall by half a radius gives
-            gravity = body.surface_gravity
-            speed = np.full(len(m), np.sqrt(gravity * self.bed.mean_radius))
-        self.scale_p = float(np.sum(m * speed))
-        self.scale_l = float(np.sum(m * np.linalg.norm(self.bed.X[:, :3], axis=1) * speed))
-        self.worst_overlap, self.returned = 0.0, 0
+        self.due = Due(*3 * (self.bed.start_time,))
+        self.balance = Balance.begin(self.bed, body.surface_gravity, handed)
+        self.worst_overlap = 0.0
 
     # -- time ----------------------------------------------------------------------------------------------------------------
 
@@ -109,7 +109,7 @@ class Collapse:
         while True:
             self._due()
             now = bed.time
-            if now >= settings.latest_time or (now >= settings.end_time and self.change < settings.still_change):
+            if now >= settings.latest_time or (now >= settings.end_time and self.still.change < settings.still_change):
                 return
             if bed.steps % flight.EVERY == 0:
                 flight_collisions.collide(bed, flight.EVERY * bed.dt)
@@ -132,30 +132,25 @@ class Collapse:
     def _due(self) -> None:
         """Write what falls due at this step: a look at the profile, a row of the history, a snapshot."""
         now, settings = self.bed.time, self.settings
-        if now >= self.next_look:
-            self.change = self.still.look(surface_profile(self.bed, self.domain), self.bed.mean_radius)
-            self.next_look += self.still.every
-        if now >= self.next_row:
+        if now >= self.due.look:
+            self.still.look(surface_profile(self.bed, self.domain), self.bed.mean_radius)
+            self.due.look += self.still.every
+        if now >= self.due.row:
             self.rows.append(self._row())
-            self.next_row += settings.history_interval
-        if now >= self.next_snapshot:
-            self._snapshot(f"snap_{self.snapshots:04d}", tables=False)
-            self.snapshots += 1
-            self.next_snapshot += settings.snapshot_interval
+            self.due.row += settings.history_interval
+        if now >= self.due.snapshot:
+            self._snapshot(f"snap_{self.due.snapshots:04d}", tables=False)
+            self.due.snapshots += 1
+            self.due.snapshot += settings.snapshot_interval
 
     def _row(self) -> list[float]:
         bed = self.bed
         energies, booked = bed.energies(), bed.booked.sum(axis=0)
-        p, l = bed.momentum(), bed.angular_momentum()
-        total = sum(energies.values()) + float(bed.report[SPENT].sum()) + booked[ENERGY_GONE] - bed.weight_energy
-        spent = float(bed.report[[DISSIPATED, DRAGGED, AT_WALLS]].sum()) - bed.lost_in_flight  # what fast ejecta lose would hide errors of the bed
-        error_p = np.linalg.norm(p + booked[MOMENTUM_GONE] - bed.report[IMPULSE] - self.start_momentum) / max(self.scale_p, 1e-300)
-        error_l = np.linalg.norm(l + booked[ANGULAR_GONE] - bed.report[ANGULAR_IMPULSE] - self.start_angular) / max(self.scale_l, 1e-300)
-        error_e = (total - self.start_energy) / max(self.handed + spent, 1e-300)
+        p, l, off = bed.momentum(), bed.angular_momentum(), self.balance.errors(bed)
         return [
-            bed.time, bed.dt, float(bed.mass[: bed.moving].sum()), *p, *l, *energies.values(), *bed.report[SPENT], booked[ENERGY_GONE], total,
-            *bed.report[IMPULSE], *bed.report[ANGULAR_IMPULSE], error_p, error_l, error_e, bed.worst, bed.over_warn, bed.contacts, bed.speed, bed.active,
-            bed.moving - bed.active, len(bed.X) - bed.moving, booked[MASS_GONE], self.change,
+            bed.time, bed.dt, float(bed.mass[: bed.moving].sum()), *p, *l, *energies.values(), *bed.report[SPENT], booked[ENERGY_GONE], off.total,
+            *bed.report[IMPULSE], *bed.report[ANGULAR_IMPULSE], *off[1:], bed.worst, bed.over_warn, bed.contacts, bed.speed, bed.active,
+            bed.moving - bed.active, len(bed.X) - bed.moving, booked[MASS_GONE], self.still.change,
             bed.stiffness_energy, bed.softness, int(np.count_nonzero(bed.asleep)), bed.stiffness_excess, bed.lost_in_flight,
         ]  # fmt: skip
 
@@ -174,27 +169,24 @@ class Collapse:
 
     def save(self) -> None:
         """Write a checkpoint (the whole state) and the history so far."""
-        arrays, scalars = self.bed.state_arrays()
+        state = checkpoint.under("bed", self.bed.saved()) | checkpoint.under("still", self.still.state())
+        state |= checkpoint.under("balance", self.balance.state()) | checkpoint.under("due", asdict(self.due))
         if self.following:
-            arrays = {**arrays, **self.following.state()}
-        arrays = {**arrays, "history_rows": np.array(self.rows), "profiles": np.array(self.still.kept)}
-        for name in ("start_momentum", "start_angular"):
-            arrays[name] = getattr(self, name)
-        own = {f"own_{name}": getattr(self, name) for name in _OWN}
-        checkpoint.save(self.out, self.bed.steps, arrays, {**scalars, **own})
+            state |= checkpoint.under("following", self.following.state())
+        state |= {"rows": np.array(self.rows), "worst_overlap": self.worst_overlap}
+        checkpoint.save(self.out, self.bed.steps, *checkpoint.parted(state))
         self._write_history()
 
-    def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
+    def restore(self, arrays: Mapping[str, np.ndarray], scalars: Mapping[str, Any]) -> None:
         """Continue from a checkpoint, bit for bit."""
-        self.bed.restore(arrays, scalars)
-        self.rows = [list(row) for row in arrays["history_rows"]]
-        self.still.kept = list(arrays["profiles"])
-        for name in ("start_momentum", "start_angular"):
-            setattr(self, name, arrays[name])
-        for name in _OWN:
-            setattr(self, name, scalars[f"own_{name}"])
+        saved = checkpoint.Both(arrays, scalars)
+        self.bed.restore(checkpoint.Part(saved, "bed"))
+        self.still.restore(checkpoint.Part(saved, "still"))
+        self.balance = Balance.restored(checkpoint.Part(saved, "balance"))
         if self.following:
-            self.following.restore(arrays)
+            self.following.restore(checkpoint.Part(saved, "following"))
+        self.due = Due(**{name: saved[f"due/{name}"] for name in Due.__dataclass_fields__})
+        self.rows, self.worst_overlap = [list(row) for row in saved["rows"]], saved["worst_overlap"]
 
     def finish(self) -> None:
         """Write the last files; raise ``Unsound`` when a balance is broken."""
@@ -222,9 +214,9 @@ class Collapse:
             notes.append(f"Overlaps reached {self.worst_overlap:.3f} radii (warning above {self.settings.contact.overlap_warn:g}).")
         if last["dissipated_returning_J"] > 0.0:
             notes.append(f"Returning ejecta above the contact speed limit lost {last['dissipated_returning_J']:.3g} J in scaled contacts.")
-        still = self.change < self.settings.still_change
+        still = self.still.change < self.settings.still_change
         if not still:
-            notes.append(f"Stopped at latest_time while the profile still changed by {self.change:.3g} radii.")
+            notes.append(f"Stopped at latest_time while the profile still changed by {self.still.change:.3g} radii.")
         return {
             "time_s": bed.time,
             "steps": bed.steps,
@@ -232,31 +224,25 @@ class Collapse:
             "list_builds": bed.builds,
             "grains": len(bed.X),
             "still": bool(still),
-            "profile_change_radii": self.change if np.isfinite(self.change) else None,
+            "profile_change_radii": self.still.change if np.isfinite(self.still.change) else None,
             "overlap_max": self.worst_overlap,
             "overlap_warning": self.settings.contact.overlap_warn,
             "dissipated_returning_J": last["dissipated_returning_J"],
             "energy_error": last["energy_error"],
-            "kinetic_handed_J": self.handed,
+            "kinetic_handed_J": self.balance.handed,
             "springs": {
                 "for_speed_m_s": self.springs.speed or None,
                 "stiffness_over_bed": self.springs.factor,
                 "elastic_before_J": self.springs_energy[0],
                 "elastic_after_J": self.springs_energy[1],
             },
-            "stiffness_excess": bed.stiffness_excess / max(self.handed, 1e-300),
+            "stiffness_excess": bed.stiffness_excess / max(self.balance.handed, 1e-300),
             **worst,
             "ballistic_at_end": int((bed.state == BALLISTIC).sum()),
             "left": int((bed.state == LEFT).sum()),
             "booked": {reason: _book(row) for reason, row in zip(REASONS, bed.booked)},
             "notes": notes,
         }  # fmt: skip
-
-
-_OWN = (
-    "change", "snapshots", "next_row", "next_look", "next_snapshot", "start_energy", "handed", "scale_p", "scale_l", "worst_overlap",
-    "returned",
-)  # fmt: skip
 
 
 def _book(row: np.ndarray) -> dict[str, Any]:
@@ -272,14 +258,6 @@ def _check(start: Particles, settings: Settings) -> None:
     time_now = float(start.attributes.get("time", 0.0))
     if time_now >= settings.end_time:
         raise InputError(f"[dem] end_time = {settings.end_time:g} s is not after the handoff at {time_now:g} s")
-
-
-def handed_energy(bed: Assembly, gravity: float) -> float:
-    """Kinetic energy [J] of the compact grains, what errors of energy count against; where nothing moves that of a fall by half a radius, m g r / 2."""
-    compact = bed.returned == 0
-    m, r, w = bed.mass[compact], bed.X[compact, RADIUS], bed.W[compact]
-    moving = 0.5 * m @ np.sum(w[:, :3] ** 2, axis=1) + 0.2 * (m * r**2) @ np.sum(w[:, WX:] ** 2, axis=1)
-    return float(moving if moving > 0.0 else 0.5 * gravity * (m @ r))
 
 
 def capped_stiffness(start: Particles) -> np.ndarray:

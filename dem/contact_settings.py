@@ -103,11 +103,12 @@ class Contact(Model):
         strengths = {key for law in dispatch.COHESION.laws for key, least in law.Parameters._field_defaults.items() if least == 0.0}
         sticky = {key: name for name in SPECIES for key in sorted(strengths) if getattr(getattr(self, name), key) > 0.0}
         law = self.law(dispatch.COHESION)
-        if law is None and sticky:
-            laws = " or ".join(f'"{name}"' for name in dispatch.COHESION.names[1:])
-            raise ValueError(f'{", ".join(sticky.values())}: {", ".join(sticky)} is given, but cohesion = "none" names no law for it ({laws})')
-        if law is not None and not strengths & set(law.Parameters._fields) & set(sticky):
-            own = " and ".join(sorted(strengths & set(law.Parameters._fields)))
+        read = set(law.Parameters._fields) if law else set()
+        if idle := sorted(set(sticky) - read):
+            laws = [f'"{name}"' for name, other in zip(dispatch.COHESION.names[1:], dispatch.COHESION.laws) if idle[0] in other.Parameters._fields]
+            raise ValueError(f'{sticky[idle[0]]}: {idle[0]} is given, but cohesion = "{self.cohesion}" names no law for it ({" or ".join(laws)})')
+        if law is not None and not strengths & read & set(sticky):
+            own = " and ".join(sorted(strengths & read))
             raise ValueError(f'cohesion = "{self.cohesion}" needs {" or ".join(f"{name}.{own}" for name in SPECIES)} above zero')
 
     def name(self, family: Family) -> str:

@@ -23,6 +23,7 @@ import numpy as np
 from dem import spring_change
 from dem.assembly import Assembly
 from dem.columns import MASS, RADIUS, STIFFNESS
+from matter import checkpoint
 from matter.jit import kernel
 
 MEMORY = 20
@@ -90,11 +91,11 @@ class Following:
 
     def state(self) -> dict[str, np.ndarray]:
         """What a checkpoint must hold besides the bed."""
-        return {"following": np.array(self.seen).reshape(-1, 2)}
+        return {"seen": np.array(self.seen).reshape(-1, 2)}
 
-    def restore(self, arrays: dict[str, np.ndarray]) -> None:
-        """Take over what ``state`` gave."""
-        self.seen = [(float(a), float(d)) for a, d in arrays["following"]]
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up a ``state``."""
+        self.seen = [(float(a), float(d)) for a, d in saved["seen"]]
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Pictures of grains: a thin slab through the x-z plane, the profiles of a bed, the stages of a collapse."""
+"""Pictures of grains: a thin slab through the x-z plane, the profiles of a bed."""
 
 from __future__ import annotations
 
@@ -79,21 +79,6 @@ def bed(assembly: Assembly, domain: Domain, report: dict[str, Any], path: Path) 
         axes.set_ylabel(f"depth below the datum [{unit}]")
         axes.legend(frameon=False)
     figure.savefig(path, dpi=110)
-
-
-def collapse(frames: list[Particles], domain: Domain, path: Path) -> None:
-    """The same cut at several times, one below the other."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    rows = (len(frames) + 1) // 2
-    figure = Figure(figsize=(15, 3.6 * rows), layout="constrained")
-    FigureCanvasAgg(figure)
-    for k, frame in enumerate(frames):
-        axes = figure.add_subplot(rows, 2, k + 1)
-        slab(axes, frame, domain)
-        axes.set_title(f"t = {readable.clock(float(frame.attributes['time']))}", fontsize=10)
-    figure.savefig(path, dpi=100)
 
 
 def flat_slab(axes: Any, grains: Particles, container: Container) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from dem.assembly import ACTIVE, Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.columns import RADIUS
+from matter import checkpoint
 
 COLUMN = 2.0
 """Width of a column and of a ring, in mean grain radii."""
@@ -56,12 +59,21 @@ class Stillness:
         self.every = interval / samples
         self.samples = samples
         self.kept: list[np.ndarray] = []
+        self.change = np.inf
 
     def look(self, profile: np.ndarray, radius: float) -> float:
-        """Add a profile (every ``self.every`` seconds); returns the change, inf until the interval is full."""
+        """Add a profile (every ``self.every`` seconds); returns, and keeps, the ``change``, inf until the interval is full."""
         self.kept.append(profile)
-        if len(self.kept) <= self.samples:
-            return np.inf
-        self.kept = self.kept[-self.samples - 1 :]
-        changes = [np.sqrt(np.nanmean((profile - old) ** 2)) for old in self.kept[:-1]]
-        return float(np.nanmax(changes) / radius)
+        if len(self.kept) > self.samples:
+            self.kept = self.kept[-self.samples - 1 :]
+            changes = [np.sqrt(np.nanmean((profile - old) ** 2)) for old in self.kept[:-1]]
+            self.change = float(np.nanmax(changes) / radius)
+        return self.change
+
+    def state(self) -> dict[str, Any]:
+        """What a checkpoint must hold."""
+        return {"profiles": np.array(self.kept), "change": self.change}
+
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up a ``state``."""
+        self.kept, self.change = list(saved["profiles"]), float(saved["change"])

@@ -6,7 +6,7 @@ Each holds a checksum (BLAKE2b) over the names, types, shapes and bytes of all t
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,28 @@ def under(name: str, state: Mapping[str, Any]) -> dict[str, Any]:
     return {f"{name}/{key}": value for key, value in state.items()}
 
 
+def parted(state: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """The arrays of a state, and its numbers and texts, as ``save`` takes them."""
+    arrays = {name: value for name, value in state.items() if isinstance(value, np.ndarray)}
+    return arrays, {name: value for name, value in state.items() if name not in arrays}
+
+
+class Both(Mapping[str, Any]):
+    """Arrays and numbers of a checkpoint as one state; it asks the numbers for what neither has, which say so."""
+
+    def __init__(self, arrays: Mapping[str, np.ndarray], scalars: Mapping[str, Any]) -> None:
+        self.arrays, self.scalars = arrays, scalars
+
+    def __getitem__(self, key: str) -> Any:
+        return self.arrays[key] if key in self.arrays else self.scalars[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((*self.arrays, *self.scalars))
+
+    def __len__(self) -> int:
+        return len(self.arrays) + len(self.scalars)
+
+
 class Part:
     """What a checkpoint holds ``under`` a name."""
 
@@ -46,6 +68,9 @@ class Part:
 
     def __getitem__(self, key: str) -> Any:
         return self.saved[f"{self.name}/{key}"]
+
+    def __contains__(self, key: str) -> bool:
+        return f"{self.name}/{key}" in self.saved
 
 
 State = Mapping[str, Any] | Part

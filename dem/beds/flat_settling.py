@@ -11,6 +11,7 @@ stay in contact while their overlaps go. Lengths of phases count in sqrt(r/g) wh
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -105,7 +106,7 @@ class FlatSettling(Settling):
             self.bed.gravity = self.gravity
             self.bed.drag[:] = self.drag_rate * root * least
 
-    def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
+    def restore(self, arrays: Mapping[str, np.ndarray], scalars: Mapping[str, Any]) -> None:
         """Continue from a checkpoint, bit for bit."""
         super().restore(arrays, scalars)
         self._pull(self.pull)

@@ -18,6 +18,7 @@ import math
 import numpy as np
 
 from dem.assembly import Assembly
+from matter import checkpoint
 
 SOURCES = ("Bitzek2006",)
 
@@ -57,11 +58,11 @@ class Fire:
 
     def state(self) -> dict[str, float]:
         """What a checkpoint must hold besides the assembly."""
-        return {"fire_unit": self.unit, "fire_alpha": self.alpha, "fire_patience": self.patience}
+        return {"unit": self.unit, "alpha": self.alpha, "patience": self.patience}
 
-    def restore(self, saved: dict[str, float]) -> None:
-        """Take over what ``state`` gave."""
-        self.unit, self.alpha, self.patience = saved["fire_unit"], saved["fire_alpha"], int(saved["fire_patience"])
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up a ``state``."""
+        self.unit, self.alpha, self.patience = saved["unit"], saved["alpha"], int(saved["patience"])
 
     def imbalance(self) -> float:
         """Rms acceleration [m/s^2]: what is left of the forces on a grain, over its mass."""

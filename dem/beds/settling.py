@@ -20,6 +20,7 @@ can lean on them, and carving them later changes nothing.
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -288,31 +289,33 @@ class Settling:
 
     def save(self, out: Path) -> None:
         """Write a checkpoint."""
-        arrays, scalars = self.bed.state_arrays()
-        for label, kept in (("aside", self.aside), ("rested", self.rested)):
-            if kept is not None:
-                arrays = {**arrays, **{f"{label}_fields/{k}": v for k, v in kept.items()}, **{f"{label}_tables/{k}": v for k, v in kept.tables.items()}}
-        own = {name: getattr(self, name) for name in self.own}
-        checkpoint.save(out, self.total, arrays, {**{f"bed_{k}": v for k, v in scalars.items()}, **own, **self.fire.state()})
-
-    def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
-        """Continue from a checkpoint, bit for bit."""
-        self.phase = int(scalars["phase"])
+        state = checkpoint.under("bed", self.bed.saved()) | checkpoint.under("fire", self.fire.state())
         for label in ("aside", "rested"):
-            fields = {k.split("/", 1)[1]: v for k, v in arrays.items() if k.startswith(f"{label}_fields/")}
-            tables = {k.split("/", 1)[1]: v for k, v in arrays.items() if k.startswith(f"{label}_tables/")}
+            kept = getattr(self, label)
+            if kept is not None:
+                state |= checkpoint.under(f"{label}/fields", kept) | checkpoint.under(f"{label}/tables", kept.tables)
+        state |= {name: getattr(self, name) for name in self.own}
+        checkpoint.save(out, self.total, *checkpoint.parted(state))
+
+    def restore(self, arrays: Mapping[str, np.ndarray], scalars: Mapping[str, Any]) -> None:
+        """Continue from a checkpoint, bit for bit."""
+        saved = checkpoint.Both(arrays, scalars)
+        self.phase = int(saved["phase"])
+        for label in ("aside", "rested"):
+            fields, tables = ({k.split("/", 2)[2]: v for k, v in saved.items() if k.startswith(f"{label}/{part}/")} for part in ("fields", "tables"))
             if fields:
                 setattr(self, label, Particles(fields, {"time": 0.0}, tables))
         # with the grains of the checkpoint: random points would not pass the limit on overlaps of the later phases
-        x, v, w = arrays["X"], arrays["V"], arrays["W"]
+        bed = checkpoint.Part(saved, "bed")
+        x, v, w = bed["X"], bed["V"], bed["W"]
         names = {"identity": "identity", "material": "material", "species": "kind", "density": "density", "headroom": "headroom"}
         fields = {"position": x[:, :3], "radius": x[:, RADIUS], "velocity": w[:, :3], "angular_velocity": w[:, WX:]}
         fields |= {"mass": v[:, MASS], "stiffness": v[:, STIFFNESS]}
-        self._begin(Particles({**fields, **{name: arrays[here] for name, here in names.items()}}, {"time": 0.0}))
+        self._begin(Particles({**fields, **{name: bed[here] for name, here in names.items()}}, {"time": 0.0}))
         for name in self.own:
-            setattr(self, name, scalars[name])
-        self.bed.restore(arrays, {k[4:]: v for k, v in scalars.items() if k.startswith("bed_")})
-        self.fire.restore(scalars)
+            setattr(self, name, saved[name])
+        self.bed.restore(bed)
+        self.fire.restore(checkpoint.Part(saved, "fire"))
 
     # -- grains --------------------------------------------------------------------------------------------------------------
 

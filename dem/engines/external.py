@@ -119,7 +119,7 @@ class ExternalCollapse(Collapse):
                 if bed.time > settings.end_time:
                     progress.total = settings.latest_time
                 progress.update(bed.time, f"{settings.engine}: {bed.speed:.3g} m/s", force=True)
-                if bed.time >= settings.end_time and self.change < settings.still_change:
+                if bed.time >= settings.end_time and self.still.change < settings.still_change:
                     break
         finally:
             running.end()
@@ -199,7 +199,7 @@ class ExternalCollapse(Collapse):
     def _row(self) -> list[float]:
         bed = self.bed
         booked = float(bed.booked[:, ENERGY_GONE].sum())
-        bed.report[DISSIPATED] = self.start_energy - sum(bed.energies().values()) - booked
+        bed.report[DISSIPATED] = self.balance.energy - sum(bed.energies().values()) - booked
         row = super()._row()
         for k in _UNKNOWN:
             row[k] = float("nan")
@@ -242,7 +242,7 @@ def run(settings: Settings, start: Particles, body: LayeredBody | FlatGround, ou
     """Run or resume the collapse on ``settings.engine`` in ``out``."""
     collapse = ExternalCollapse(settings, start, body, out)
     saved = checkpoint.newest(out)
-    if saved is not None and (out / FOLDER / f"restart.{saved[1]['steps']}").is_file():
+    if saved is not None and (out / FOLDER / f"restart.{saved[1]['bed/steps']}").is_file():
         collapse.restore(*saved)
     collapse.advance()
     collapse.finish()

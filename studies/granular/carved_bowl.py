@@ -88,7 +88,7 @@ def relax(
     run = Assembly(start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads, extras=Extras(sleep=sleep))
     saved = checkpoint.newest(out) if out else None
     if saved is not None:
-        run.restore(*saved)
+        run.restore(checkpoint.Both(*saved))
     radius = run.mean_radius
     unit = math.sqrt(radius / g)
     cell, reach = 2.5 * radius, min(1.5 * width, box.radius - 2.0 * radius)
@@ -103,7 +103,7 @@ def relax(
         still = run.time > 10.0 * unit and speed < 0.002 * math.sqrt(g * radius)
         progress.update(run.time / unit, f"{speed:.3g} m/s")
         if out and (stop_requested() or time.monotonic() - last_saved > CHECKPOINT_EVERY_S):
-            checkpoint.save(out, run.steps, *run.state_arrays())
+            checkpoint.save(out, run.steps, *checkpoint.parted(run.saved()))
             last_saved = time.monotonic()
         stop_here("carved bowl")
     end = run.particles({}, tables=False)

@@ -5,7 +5,7 @@ import pytest
 
 from dem import flight, following_stiffness, sleeping, spring_change
 from dem.assembly import ACTIVE, BALLISTIC, Assembly, Extras
-from dem.collapse import handed_energy
+from dem.balance import handed_energy
 from dem.contact_settings import Contact, GrainLaw
 from dem.gravity import Field
 from dem.walls import PLANE, Wall
@@ -238,19 +238,17 @@ def test_sleep_and_softness_resume_bit_for_bit(settled):
     whole = made(scene, options)
     follow = following_stiffness.Following(whole, 1.0, 10.0)
     run(whole, follow, 800)
-    arrays, scalars = whole.state_arrays()
-    arrays, kept = {k: v.copy() for k, v in arrays.items()}, dict(scalars)
+    kept = {k: np.copy(v) if isinstance(v, np.ndarray) else v for k, v in whole.saved().items()}
     saved = follow.state()
     other = made(scene, options)
     following = following_stiffness.Following(other, 1.0, 10.0)
-    other.restore(arrays, kept)
+    other.restore(kept)
     following.restore(saved)
     run(whole, follow, 400)
     run(other, following, 400)
     assert whole.softness < 1.0 and whole.asleep.any()
-    one, two = whole.state_arrays(), other.state_arrays()
-    assert all(np.array_equal(one[0][name], two[0][name]) for name in one[0])
-    assert one[1] == two[1]
+    one, two = whole.saved(), other.saved()
+    assert all(np.array_equal(one[name], two[name]) for name in one)
 
 
 def test_what_cannot_soften_is_refused():

@@ -153,7 +153,7 @@ def test_a_contact_at_rest_pushes_with_its_spring_less_its_pull():
 
 def test_a_strength_and_a_law_of_cohesion_come_together():
     for name in dispatch.COHESION.names[1:]:
-        with pytest.raises(ValueError, match=f'cohesion = "{name}" needs shell.cohesion or ocean.cohesion above zero'):
+        with pytest.raises(ValueError, match=rf'cohesion = "{name}" needs shell\.(\w+) or ocean\.\1 above zero'):
             Contact(cohesion=name)
     with pytest.raises(ValueError, match='shell: cohesion is given, but cohesion = "none" names no law for it'):
         Contact(shell=GrainLaw(cohesion=1.0))
