@@ -12,7 +12,7 @@ from sph.settings import Settings
 
 MONAGHAN = {
     "viscosity": "monaghan", "alpha": 2.0, "beta": 10.0, "courant": 0.3, "kernel": "cubic_spline", "support": 2.0, "volumes": "present", "smoothing": "fixed",
-    "length_terms": False, "gradients": "plain",
+    "shortest": 0.5, "length_terms": False, "gradients": "plain",
 }  # fmt: skip
 """What results kept under this name were made with: it never changes."""
 
@@ -25,7 +25,7 @@ def test_monaghan_is_what_kept_results_stand_on():
 
 def test_reconstructed_is_compiled_for_its_viscosity_and_first_volumes():
     got = Numerics(numerics="reconstructed")
-    assert got.scheme.reconstructed and got.scheme.start_volumes and got.length_terms and got.limits_of_length == (0.5, 2.0)
+    assert got.scheme.reconstructed and got.scheme.start_volumes and got.length_terms and got.limits_of_length == (0.7, 2.0)
     assert got.gradient_scale == pytest.approx(1.006, abs=0.002)
 
 
