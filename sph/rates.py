@@ -279,4 +279,6 @@ def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Dam
     """
     if scheme.switched and len(out.curl) == 0:
         raise ValueError("a switch of the viscosity asks for the curl: Rates(n, curl=True)")
+    if scheme.reconstructed and len(out.strain_rate) == 0:
+        raise ValueError("a reconstructed viscosity keeps the velocity gradient: Rates(n, strain_rate=True)")
     pair_loop(scheme)(rows, Pairs.of(neighbours), matter, damping, out.sums)

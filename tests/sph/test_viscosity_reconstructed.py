@@ -90,6 +90,13 @@ def test_a_piston_keeps_its_plateau_in_a_narrower_front():
     assert got.width < 0.75 * before.width
 
 
+def test_rates_without_room_for_the_gradient_are_refused():
+    """The compiled loop would write beyond its arrays."""
+    c = _Cloud(500)
+    with pytest.raises(ValueError, match="strain_rate=True"):
+        c.summed(scheme.Scheme(reconstructed=True), scheme.rows(c.rows(), np.zeros((500, 8))), rates.Rates(500), rates.Damping(1.0, 2.0))
+
+
 @pytest.mark.parametrize("walled", [False, True])
 def test_images_carry_the_slopes(walled):
     """A box whose images are made by planes, against the same matter beside it laid out in full: periodic, and mirrored at a wall."""
