@@ -7,14 +7,16 @@
     run.measures["final"]["depth_m"]          # Value(value=..., sigma=..., unit="m")
     run.profile("final"), run.history("sph")  # pandas, units in their attrs
     run.snapshot("10 min").position           # arrays, or form="pyvista"
+    bolide.sweep("cases/valhalla_980km", {"dem.contact.shell.friction": [0.3, 0.5, 0.7]}, preset="quick")
 
 The rooms of the project (``sph``, ``dem``, ``crater`` ...) lie beside this package and can be imported too; users need this one alone. Importing it is quick:
 what computes or draws is imported when it is asked for.
 """
 
 from bolide.runs import Run, open, run
+from bolide.sweeps import sweep
 from bolide.tables import materials, scaling
 from bolide.values import Value
 from matter.errors import InputError, Stopped, UnphysicalState, Unsound
 
-__all__ = ["InputError", "Run", "Stopped", "UnphysicalState", "Unsound", "Value", "materials", "open", "run", "scaling"]
+__all__ = ["InputError", "Run", "Stopped", "UnphysicalState", "Unsound", "Value", "materials", "open", "run", "scaling", "sweep"]

@@ -220,7 +220,7 @@ def run(
     from pipeline.run import run as made
 
     place = Path(out)
-    read = going_on.read(Path(case), preset, [f"{key}={_toml(value)}" for key, value in settings.items()], place if place != Path("runs") else None, size)
+    read = going_on.read(Path(case), preset, [f"{key}={toml(value)}" for key, value in settings.items()], place if place != Path("runs") else None, size)
     display = screen.SilentScreen() if quiet else screen.screen()
     try:
         outcome = made(Request(read, place, start, until, threads=threads), display)
@@ -229,7 +229,7 @@ def run(
     return Run(outcome.run, outcome.unsound)
 
 
-def _toml(value: Any) -> str:
+def toml(value: Any) -> str:
     """A value as TOML writes it."""
     import tomlkit
 

@@ -183,11 +183,14 @@ def evaluate(study: Study) -> list[Row]:
     members = [reference(), *others(study)]
     found = {member.name: expected.values(study.run_folder(member)) for member in members if study.done(member)}
     draws = [member for member in members if member.shock is not None and member.name in found]
-    rows = [_row(crater, name, found, draws) for crater in expected.CRATERS for name in COMPARED]
-    return [row for row in rows if row is not None]
+    rows = [row(crater, name, found, draws) for crater in expected.CRATERS for name in COMPARED]
+    return [one for one in rows if one is not None]
 
 
-def _row(crater: str, name: str, found: dict[str, Any], draws: list[Member]) -> Row | None:
+def row(crater: str, name: str, found: dict[str, Any], draws: list[Member]) -> Row | None:
+    """The chain error of one measure of one crater; ``found``: member -> crater -> measure -> entry, ``draws``: the members that are draws, the reference among
+    them. None where the reference has not measured it."""
+
     def value(member: str) -> float | None:
         return found.get(member, {}).get(crater, {}).get(name, {}).get("value")
 
@@ -214,7 +217,7 @@ def _measuring(entries: list[dict[str, Any]]) -> float:
     return math.sqrt(max(0.0, float(np.mean(squares))))
 
 
-def text(rows: list[Row]) -> str:
+def text(rows: Sequence[Row]) -> str:
     """The rows as a table in km and km^3."""
     lines = [f"{'':<30}{'':<22}{'mean':>12}{'measuring':>12}{'draws':>12}{'handoff':>12}{'size':>12}{'chain':>12}"]
     for row in rows:

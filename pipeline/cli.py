@@ -55,6 +55,7 @@ def _run_case(
     vary: Annotated[
         list[str] | None, typer.Option(metavar="KEY.PATH=A,B,C", help="Vary a key (repeatable): a sweep over these values, '...=15,40,65 deg'.")
     ] = None,
+    ensemble: Annotated[int | None, typer.Option(metavar="N", help="Run N draws of particles and grains; their spread becomes the error of the first.")] = None,
     status: Annotated[bool, typer.Option("--status", help="Say where every member of a sweep stands; run nothing.")] = False,
     emit: Annotated[
         str | None, typer.Option(metavar="slurm-array|snakemake", help="Write the job files of a sweep for a cluster into its folder; run nothing.")
@@ -86,8 +87,9 @@ def _run_case(
         if threads is not None and "numba" not in sys.modules:
             os.environ["NUMBA_NUM_THREADS"] = str(threads)
         read = going_on.read(Path(_needed(case)), _single("--preset", preset), overrides or (), out, size)
-        if sweep or vary or status or emit:
-            return _swept(read, out or RUNS, vary or [], until, threads, [(check, "--check"), (status, "--status"), (emit, "--emit")], start or fresh)
+        if sweep or vary or status or emit or ensemble is not None:
+            instead = [(check, "--check"), (status, "--status"), (emit, "--emit")]
+            return _swept(read, out or RUNS, vary or [], ensemble, until, threads, instead, start or fresh)
         request = Request(read, out or RUNS, start, until, fresh, threads)
         if check:
             return _checked(request, settings_of(request))
@@ -137,20 +139,25 @@ def _told(topic: str | None, describe: bool, names: bool, file: Path | None) -> 
     return 0
 
 
-def _swept(case: Any, out: Path, vary: list[str], until: str | None, threads: int | None, instead: list[tuple[Any, str]], anew: Any) -> int:
-    """Run a sweep, or what was asked for ``instead``."""
+def _swept(
+    case: Any, out: Path, vary: list[str], ensemble: int | None, until: str | None, threads: int | None, instead: list[tuple[Any, str]], anew: Any
+) -> int:
+    """Run a sweep or an ensemble, or what was asked for ``instead``."""
     from matter.errors import InputError
+    from pipeline import ensemble as ensembles
+    from pipeline import run_process, sweep_jobs, sweep_run, sweep_table
     from pipeline import sweep as sweeps
-    from pipeline import sweep_jobs, sweep_run, sweep_table
 
     asked = [(value, option) for value, option in instead if value]
-    if not vary and not case.sweep:
+    if ensemble is not None and vary:
+        raise InputError("--ensemble varies the seeds alone: leave out --vary")
+    if ensemble is None and not vary and not case.sweep:
         raise InputError(f"{' and '.join(option for _, option in asked) or '--sweep'} goes with [sweep] in the case or with --vary: nothing is varied")
     if anew:
         raise InputError("--from and --fresh are for one run: a sweep makes what is not there")
     if case.run:
         raise InputError(f"{case.run} is a run: sweep its case, or its case.used.toml copied elsewhere")
-    members = sweeps.members(sweeps.read_table(case.sweep, vary))
+    members = ensembles.members(case, ensemble) if ensemble is not None else sweeps.members(sweeps.read_table(case.sweep, vary))
     made = sweeps.Sweep(case.file, case.preset, case.size, case.overrides, out, tuple(members), until)
     each = threads or max(1, sweep_run.cores() // len(members))
     for value, option in asked:
@@ -159,7 +166,14 @@ def _swept(case: Any, out: Path, vary: list[str], until: str | None, threads: in
     print(f"sweep folder: {made.folder}", flush=True)
     sweep_run.links(made)
     failed = sweep_run.Runner(made, each, sweep_run.side_by_side(made, each), lambda words: print(words, flush=True)).run()
-    print(f"\n{sweep_table.text(sweep_table.write(made))}\n\nresult: {made.folder}", flush=True)
+    print(f"\n{sweep_table.text(sweep_table.write(made))}", flush=True)
+    if ensemble is not None and (rows := ensembles.spread(made)):
+        print(f"\nspread of the draws\n{ensembles.text(rows)}\n", flush=True)
+        request, arguments = ensembles.measured(made, rows, each)
+        code = run_process.as_process(arguments)
+        if code != 0 and not request.run_folder.is_dir():
+            return code
+    print(f"\nresult: {made.folder}", flush=True)
     return 1 if failed else 0
 
 

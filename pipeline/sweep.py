@@ -34,11 +34,16 @@ from pipeline.sweep_keys import SweepTable, flat
 Number = bool | int | float | str
 
 
+def laid(content: Mapping[str, Any], given: Mapping[str, Any], varied: Mapping[str, Any]) -> dict[str, Any]:
+    """``[sweep]`` of a case with other keys (``given``) and values (``varied``) laid over it."""
+    vary = content.get("vary", {})
+    return {**content, **given, "vary": {**flat(vary), **varied} if isinstance(vary, Mapping) else vary}
+
+
 def read_table(content: Mapping[str, Any], options: Iterable[str]) -> SweepTable:
     """``[sweep]`` of a case with the ``--vary`` options laid over it. Raises ``InputError`` with every mistake."""
-    vary, varied = content.get("vary", {}), dict(parsed(option) for option in options)
     try:
-        return SweepTable.model_validate({**content, "vary": {**flat(vary), **varied} if isinstance(vary, Mapping) else vary})
+        return SweepTable.model_validate(laid(content, {}, dict(parsed(option) for option in options)))
     except ValidationError as error:
         found = [f"  {dotted(('sweep', *path))}: {message}" for path, message in complaints(SweepTable, error)]
         raise InputError(f"[sweep] cannot be used, {len(found)} error{'s' if len(found) > 1 else ''}:\n" + "\n".join(found)) from None

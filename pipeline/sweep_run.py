@@ -9,6 +9,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -91,7 +92,8 @@ class Runner:
     def run(self) -> dict[str, int]:
         """Run every member; exit codes of those that could not be made. Raises ``Stopped`` when asked to stop, after the members have saved."""
         waiting = [member for member in self.sweep.members if state_of(self.sweep, member).word != "done"]
-        before = {number: signal.signal(number, self._stop) for number in (signal.SIGTERM, signal.SIGINT)}
+        ours = threading.current_thread() is threading.main_thread()  # elsewhere signals are somebody else's
+        before = {number: signal.signal(number, self._stop) for number in (signal.SIGTERM, signal.SIGINT)} if ours else {}
         try:
             while (waiting or self.running) and not (self.stopping and not self.running):
                 self._gather()

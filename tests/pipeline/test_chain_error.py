@@ -46,7 +46,7 @@ def test_a_row_from_known_members():
         "handoff_x0.5": measured(80.0), "handoff_x2": measured(130.0), "coarser": measured(88.0),
     }  # fmt: skip
     draws = [Member("reference", shock=1), Member("draw_2", shock=1), Member("draw_3", shock=2), Member("draw_4", shock=2)]
-    row = chain_error._row("final", "depth_m", found, draws)
+    row = chain_error.row("final", "depth_m", found, draws)
     # within (18 + 18)/2; between 2 (103 - 102)^2 + 2 (101 - 102)^2 = 4 over 1, less than within
     assert row.mean == 102.0 and row.draws == pytest.approx(math.sqrt(18.0)) and row.measuring == 3.0
     assert row.handoff == pytest.approx(math.sqrt(25.0**2 - chain_error.HALF_RANGE_OF_THREE * 18.0))
@@ -54,10 +54,10 @@ def test_a_row_from_known_members():
     assert row.chain == pytest.approx(math.sqrt(row.draws**2 + row.handoff**2 + row.size**2))
     # what is within the scatter of the draws is no further error, what is missing is not measured
     quiet = found | {"handoff_x0.5": measured(99.0), "handoff_x2": measured(101.0), "coarser": measured(102.0)}
-    assert (chain_error._row("final", "depth_m", quiet, draws).handoff, chain_error._row("final", "depth_m", quiet, draws).size) == (0.0, 0.0)
-    alone = chain_error._row("final", "depth_m", {"reference": measured(100.0)}, draws)
+    assert (chain_error.row("final", "depth_m", quiet, draws).handoff, chain_error.row("final", "depth_m", quiet, draws).size) == (0.0, 0.0)
+    alone = chain_error.row("final", "depth_m", {"reference": measured(100.0)}, draws)
     assert (alone.draws, alone.handoff, alone.size, alone.values) == (None, None, None, (100.0,))
-    assert chain_error._row("final", "rim_height_m", found, draws) is None
+    assert chain_error.row("final", "rim_height_m", found, draws) is None
 
 
 @pytest.fixture

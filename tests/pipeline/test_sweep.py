@@ -14,14 +14,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import bolide
 from matter import archive
 from matter.errors import InputError, Stopped
-from pipeline import run_process, sweep_jobs, sweep_run, sweep_table
+from pipeline import case as cases
+from pipeline import ensemble, run_process, sweep_jobs, sweep_run, sweep_table
+from pipeline.compose import compose
 from pipeline.store import STORE
 from pipeline.sweep import Member, Sweep, members, parsed, read_table
 
 FAKES = Path(__file__).resolve().parent / "fake_rooms"
 ROOT = Path(__file__).resolve().parents[2]
+VALHALLA = ROOT / "cases" / "valhalla_980km"
 
 
 def test_the_text_of_a_variation():
@@ -141,6 +145,42 @@ def test_the_name_of_a_sweep_follows_from_what_it_computes(sweep):
     assert sweep("sph.steps=7,9").folder == sweep("sph.steps=7,9", overrides=("impact.speed=18234 m/s",)).folder != sweep("sph.steps=7,8").folder
     with pytest.raises(InputError, match=r"(?s)member m02 \(sph\.steps=.*must be a whole number"):
         assert sweep("sph.steps=7,x").folder
+
+
+def test_a_sweep_from_python_is_a_table(sweep, case_folder, tmp_path):
+    table = bolide.sweep(case_folder, {"dem.contact.friction": [0.3]}, out=tmp_path / "runs", quiet=True, **{"sph.steps": 7})
+    assert table.loc["m01", "state"] == "done" and table.loc["m01", "final/depth_m"] == 1.2e4 and table.attrs["units"]["final/depth_m"] == "m"
+    assert bolide.open(Path(table.attrs["folder"]) / "m01").settings["sph"]["steps"] == 7 and table.attrs["failed"] == {}
+    with pytest.raises(InputError, match="nothing is varied"):
+        bolide.sweep(case_folder)
+
+
+def test_an_ensemble_draws_grains_anew_in_each_member_and_the_shock_in_every_second():
+    case = cases.read(VALHALLA, "tiny")
+    found = ensemble.members(case, 4)
+    assert [dict(member.values) for member in found] == [
+        {"sph.seed": 1, "bed.seed": 1}, {"sph.seed": 1, "bed.seed": 2}, {"sph.seed": 2, "bed.seed": 3}, {"sph.seed": 2, "bed.seed": 4},
+    ]  # fmt: skip
+    assert [member.values["sph.seed"] for member in ensemble.members(cases.read(ROOT / "cases" / "deep_impact", "tiny"), 3)] == [1, 2, 3]  # no grains
+    with pytest.raises(InputError, match="at least 2"):
+        ensemble.members(case, 1)
+
+
+def test_its_spread_becomes_the_error_of_the_first(tmp_path, monkeypatch):
+    """Four depths, 100, 106, 98 and 104 m, in two shock stages: within (18 + 18) / 2, between no more than that: sqrt(18) m."""
+    case = cases.read(VALHALLA, "tiny")
+    one = Sweep(VALHALLA, "tiny", None, (), tmp_path, tuple(ensemble.members(case, 4)))
+    depth = dict(zip((one.requests[member.name].run_folder for member in one.members), (100.0, 106.0, 98.0, 104.0), strict=True))
+    cell = {"sigma": 3.0, "unit": "m", "sigma_parts": {}}
+    monkeypatch.setattr(ensemble.expected, "values", lambda run: {"final": {"depth_m": {**cell, "value": depth[run]}}})
+    (row,) = ensemble.spread(one)
+    assert (row.crater, row.measure, row.mean, row.measuring) == ("final", "depth_m", 102.0, 3.0) and row.draws == pytest.approx(18.0**0.5)
+    request, arguments = ensemble.measured(one, [row], 2)
+    settings = compose(request.case)
+    assert settings["crater"].chain.final.depth_m == pytest.approx(18.0**0.5) and settings["crater"].chain.transient.depth_m is None
+    assert arguments[-2:] == ["--set", "bed.seed=1"] and "--threads" in arguments
+    monkeypatch.setattr(ensemble.expected, "values", lambda run: {})
+    assert ensemble.spread(one) == []
 
 
 def test_axes_of_what_is_varied():
