@@ -56,6 +56,9 @@ def _run_case(
         list[str] | None, typer.Option(metavar="KEY.PATH=A,B,C", help="Vary a key (repeatable): a sweep over these values, '...=15,40,65 deg'.")
     ] = None,
     ensemble: Annotated[int | None, typer.Option(metavar="N", help="Run N draws of particles and grains; their spread becomes the error of the first.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Run a sweep on workers of dask.distributed: tcp://host:port, or local for workers on this machine.")
+    ] = None,
     status: Annotated[bool, typer.Option("--status", help="Say where every member of a sweep stands; run nothing.")] = False,
     emit: Annotated[
         str | None, typer.Option(metavar="slurm-array|snakemake", help="Write the job files of a sweep for a cluster into its folder; run nothing.")
@@ -79,6 +82,7 @@ def _run_case(
         if prune or budget:
             return _pruned(case, out or RUNS, prune, budget, check)
         from matter import archive
+        from matter.errors import InputError
         from pipeline import going_on
         from pipeline.run import Request, run, settings_of
         from pipeline.screen import screen
@@ -89,7 +93,9 @@ def _run_case(
         read = going_on.read(Path(_needed(case)), _single("--preset", preset), overrides or (), out, size)
         if sweep or vary or status or emit or ensemble is not None:
             instead = [(check, "--check"), (status, "--status"), (emit, "--emit")]
-            return _swept(read, out or RUNS, vary or [], ensemble, until, threads, instead, start or fresh)
+            return _swept(read, out or RUNS, vary or [], ensemble, until, threads, instead, start or fresh, scheduler)
+        if scheduler:
+            raise InputError("--scheduler goes with --sweep, --vary or --ensemble")
         request = Request(read, out or RUNS, start, until, fresh, threads)
         if check:
             return _checked(request, settings_of(request))
@@ -140,12 +146,20 @@ def _told(topic: str | None, describe: bool, names: bool, file: Path | None) -> 
 
 
 def _swept(
-    case: Any, out: Path, vary: list[str], ensemble: int | None, until: str | None, threads: int | None, instead: list[tuple[Any, str]], anew: Any
+    case: Any,
+    out: Path,
+    vary: list[str],
+    ensemble: int | None,
+    until: str | None,
+    threads: int | None,
+    instead: list[tuple[Any, str]],
+    anew: Any,
+    scheduler: str | None,
 ) -> int:
     """Run a sweep or an ensemble, or what was asked for ``instead``."""
     from matter.errors import InputError
     from pipeline import ensemble as ensembles
-    from pipeline import run_process, sweep_jobs, sweep_run, sweep_table
+    from pipeline import run_process, sweep_dask, sweep_jobs, sweep_run, sweep_table
     from pipeline import sweep as sweeps
 
     asked = [(value, option) for value, option in instead if value]
@@ -165,7 +179,14 @@ def _swept(
         return 0
     print(f"sweep folder: {made.folder}", flush=True)
     sweep_run.links(made)
-    failed = sweep_run.Runner(made, each, sweep_run.side_by_side(made, each), lambda words: print(words, flush=True)).run()
+
+    def say(words: str) -> None:
+        print(words, flush=True)
+
+    if scheduler:
+        failed = sweep_dask.run(made, each, scheduler, say)
+    else:
+        failed = sweep_run.Runner(made, each, sweep_run.side_by_side(made, each), say).run()
     print(f"\n{sweep_table.text(sweep_table.write(made))}", flush=True)
     if ensemble is not None and (rows := ensembles.spread(made)):
         print(f"\nspread of the draws\n{ensembles.text(rows)}\n", flush=True)

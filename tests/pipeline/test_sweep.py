@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import shlex
 import signal
@@ -18,9 +19,9 @@ import bolide
 from matter import archive
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
-from pipeline import ensemble, run_process, sweep_jobs, sweep_run, sweep_table
+from pipeline import ensemble, run_process, sweep_dask, sweep_jobs, sweep_run, sweep_table
 from pipeline.compose import compose
-from pipeline.store import STORE
+from pipeline.store import LOCKS, STORE
 from pipeline.sweep import Member, Sweep, members, parsed, read_table
 
 FAKES = Path(__file__).resolve().parent / "fake_rooms"
@@ -139,6 +140,36 @@ def test_a_stopped_sweep_continues(sweep):
     assert sweep_run.Runner(slow, 1, 1, lambda text: None).run() == {}
     (starts,) = begun(slow)
     assert len(starts.split()) == 2 and starts.split()[1] != "0"  # continued, not begun anew
+
+
+def test_workers_of_dask_one_of_them_killed(sweep, monkeypatch):
+    """Two local workers; the one that makes the shock stage is killed: its member goes on elsewhere, and the table is that of any other sweep."""
+    distributed = pytest.importorskip("distributed")
+    one = sweep("dem.contact.friction=0.3,0.4", overrides=("sph.sleep_s=0.05",))
+    monkeypatch.setattr(sweep_dask, "side_by_side", lambda *_: 2)
+    monkeypatch.setattr(sweep_dask, "PATIENCE_S", 1.0)
+    clusters, killed, make = [], [], distributed.LocalCluster
+    monkeypatch.setattr(distributed, "LocalCluster", lambda **given: clusters.append(make(**given)) or clusters[-1])
+
+    def kill():
+        while not (found := list(one.out.glob("small-*/2_sph/checkpoint_*"))):
+            time.sleep(0.05)
+        maker = int(json.loads((one.out / STORE / LOCKS / found[0].resolve().parent.name).read_text())["pid"])
+        parents = {nanny.pid for nanny in clusters[0].workers.values()}
+        parent = int(Path(f"/proc/{maker}/stat").read_text().rpartition(")")[2].split()[1])
+        if parent in parents:
+            os.kill(parent, signal.SIGKILL)
+            killed.append(parent)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    assert sweep_dask.run(one, 1, sweep_dask.LOCAL, lambda text: None) == {}
+    killer.join()
+    assert len(killed) == 1
+    rows = sweep_table.write(one)
+    assert [row["state"] for row in rows] == ["done", "done"] and len(begun(one)) == 1
+    with pytest.raises(InputError, match="no scheduler answers"):
+        sweep_dask.run(one, 1, "tcp://127.0.0.1:1", lambda text: None)
 
 
 def test_the_name_of_a_sweep_follows_from_what_it_computes(sweep):
