@@ -117,8 +117,16 @@ class Runner:
         states = {member.name: state_of(self.sweep, member).word for member in waiting}
         others = [member for member in self.sweep.members if member.name in self.running or states.get(member.name) == "running"]
         free = [member for member in waiting if states[member.name] != "running"]
-        busy = {first_to_make(self.sweep, member) for member in others}
-        return next((member for member in free if not others or first_to_make(self.sweep, member) not in busy), None)
+        if not others:
+            return free[0] if free else None
+
+        def busy() -> set[str]:
+            return {first_to_make(self.sweep, member) for member in others}
+
+        before = busy()
+        found = next((member for member in free if first_to_make(self.sweep, member) not in before), None)
+        # asked again: meanwhile one of the others may have gone on to the stage that this one wants
+        return found if found is not None and first_to_make(self.sweep, found) not in busy() else None
 
     def _begin(self, member: Member) -> None:
         log = self.sweep.folder / "logs" / f"{member.name}.log"

@@ -24,12 +24,13 @@ Row = dict[str, Any]
 
 
 def rows_of(sweep: Sweep) -> list[Row]:
-    """A row per member: name, run folder, where it stands, values of what is varied, then measures as ``final/depth_m`` with ``..._sigma`` [SI], and the
-    transient apparent diameter by the scaling laws for its ground as ``law/<name>`` [m]."""
+    """A row per member: name, run folder, where it stands, values of what is varied, whether its last crater is at rest (``settled``), then measures as
+    ``final/depth_m`` with ``..._sigma`` [SI], and the transient apparent diameter by the scaling laws for its ground as ``law/<name>`` [m]."""
     rows = []
     for member in sweep.members:
         request = sweep.requests[member.name]
         row: Row = {"member": member.name, "run": request.run_folder.name, "state": state_of(sweep, member).word, **member.values}
+        row["settled"] = (folder.record(stages.folder(request.run_folder, "crater") / "measures.json").get("final") or {}).get("settled")
         for crater, cells in expected.values(request.run_folder).items():
             for name, cell in cells.items():
                 row[f"{crater}/{name}"], row[f"{crater}/{name}{_SIGMA}"] = cell.get("value"), cell.get("sigma")
@@ -108,7 +109,10 @@ def axis_of(values: Sequence[Number]) -> tuple[np.ndarray, str, list[str]]:
 def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
     done = [row for row in rows if row["state"] == "done"]
     keys = [key for key in sweep.members[0].values if len({str(row[key]) for row in rows}) > 1]
-    parts = [f"<p>{len(done)} of {len(rows)} members are done. Errors are one standard deviation; dashed: scaling laws for the transient diameter.</p>"]
+    parts = [
+        f"<p>{len(done)} of {len(rows)} members are done. Errors are one standard deviation; dashed: scaling laws for the transient diameter; open symbols: "
+        "the last snapshot of a crater that is not at rest.</p>"
+    ]
     for key in keys:
         file = sweep.folder / f"against_{key.replace('.', '_')}.png"
         if done and _draw(done, key, file):
@@ -148,7 +152,11 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
         axis = fig.add_subplot(-(-len(shown) // 3), 3, number + 1)
         factor, symbol = readable.scale(max(abs(float(row[name])) for row in rows if row.get(name) is not None), unit_of(name))
         value, error = (np.array([np.nan if row.get(column) is None else factor * float(row[column]) for row in rows]) for column in (name, f"{name}{_SIGMA}"))
-        axis.errorbar(places, value, np.nan_to_num(error), fmt="o", color=INK[name.startswith("final")], markersize=4, capsize=2, linewidth=1.0)
+        final = name.startswith("final")
+        for at_rest in (True, False):
+            mine = np.array([(not final or row.get("settled") is not False) == at_rest for row in rows])
+            look = {"color": INK[final], "markersize": 4, "capsize": 2, "linewidth": 1.0, "markerfacecolor": INK[final] if at_rest else "white"}
+            axis.errorbar(places[mine], value[mine], np.nan_to_num(error)[mine], fmt="o", **look)
         if name == "transient/diameter_apparent_m":
             for k, law in enumerate(sorted({column for row in rows for column in row if column.startswith(_LAW)})):
                 sizes = np.array([factor * float(row.get(law, np.nan)) for row in rows])
