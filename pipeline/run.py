@@ -169,7 +169,8 @@ def _of_old_layout(request: Request, old: list[str], screen: Screen) -> Outcome:
     if request.start or request.fresh or any(stage not in old or not _record(run_folder, stage) for stage in request.wanted):
         raise InputError(
             f"{run_folder} was made by an older version, with the stages in the run folder itself: what is done there can be read, not gone on with. "
-            f"Finish it with that version, or make it anew: cp {run_folder / 'case.used.toml'} mine.toml; run_case mine.toml"
+            f"Finish it with that version, or make it anew: cp {run_folder / 'case.used.toml'} mine.toml; run_case mine.toml "
+            "(a key that is gone, such as [bed] share, is named and can be left out)"
         )
     for stage in request.wanted:
         done = _record(run_folder, stage)

@@ -26,7 +26,7 @@ _OUTER = ("case.used.toml", "provenance.json")
 
 def beside(run: Path) -> Path:
     """The store of a run folder: in the folder that holds it; a run inside another run (``RUN/sensitivity/...``) shares the other's."""
-    run = Path(os.path.abspath(run))
+    run = Path(os.path.realpath(run))  # a sweep shows its members as links
     outer = next((above for above in list(run.parents)[:2] if all((above / name).is_file() for name in _OUTER)), run)
     return outer.parent / STORE
 

@@ -202,6 +202,18 @@ def test_what_is_written_later_belongs_to_the_run(go):
     assert screen.made() == [] and (place / "ledger.json").read_text() == "[]"
 
 
+def test_a_run_inside_a_run_or_behind_a_link_has_the_store_of_the_run(go, tmp_path):
+    first, _ = go()
+    inside = first / "sensitivity" / "small-12345678"
+    (tmp_path / "runs" / "sweep").mkdir()
+    (tmp_path / "runs" / "sweep" / "m01").symlink_to(Path("..") / ".." / "runs" / first.name)
+    places = {store.beside(place) for place in (first, inside, tmp_path / "runs" / "sweep" / "m01")}
+    assert places == {(tmp_path / "runs" / store.STORE).resolve()}
+    screen = Recorder()
+    run(Request(going_on.read(tmp_path / "runs" / "sweep" / "m01"), tmp_path / "runs"), screen)
+    assert screen.made() == []
+
+
 def test_large_files_of_a_stage_of_its_own_are_links(go):
     first, _ = go()
     place = view.own(first, "sph")
