@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from matter import hdf5_input
 from matter.errors import InputError, Stopped
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -117,14 +118,9 @@ def write(path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Any] |
 
 
 def read(path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Read every dataset (by its path) and the attributes of an HDF5 file."""
-    import h5py
-
-    arrays: dict[str, np.ndarray] = {}
-    with h5py.File(path, "r") as file:
-        file.visititems(lambda name, item: arrays.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-        attributes = {name: plain(value) for name, value in file.attrs.items()}
-    return arrays, attributes
+    """Read every dataset (by its path) and the attributes of an HDF5 file. Raises ``InputError`` when it is missing or damaged."""
+    with hdf5_input.opened(path) as file:
+        return hdf5_input.arrays(file, deep=True, numbers=False), {name: plain(value) for name, value in file.attrs.items()}
 
 
 def plain(value: Any) -> Any:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from matter import archive
+from matter import archive, hdf5_input
 from matter.errors import InputError
 from matter.particles import FIELDS, Particles
 
@@ -99,47 +99,37 @@ def read(path: Path, only: Collection[str] | None = None) -> Particles:
 
     Raises ``InputError`` when the file is missing, is not HDF5, or holds no ``/particles``.
     """
-    import h5py
-
     path = Path(path)
     if not path.is_file():
         raise InputError(f"no snapshot at {path}")
-    try:
-        with h5py.File(path, "r") as file:
-            if "particles" not in file:
-                raise InputError(f"{path} holds no group '/particles': not a snapshot of this project (see import_snapshot)")
-            fields = {name: dataset[()] for name, dataset in file["particles"].items() if only is None or name in only}
-            tables: dict[str, np.ndarray] = {}
-            if "tables" in file:
-                file["tables"].visititems(lambda name, item: tables.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-            attributes = {name: _restored(value) for name, value in file.attrs.items()}
-    except OSError as reason:
-        raise InputError(f"{path} is not a readable HDF5 file ({reason})") from None
+    with hdf5_input.opened(path) as file:
+        _known(file, path)
+        fields = {name: hdf5_input.array(file["particles"], name) for name in file["particles"] if only is None or name in only}
+        tables = hdf5_input.arrays(file["tables"], deep=True) if "tables" in file else {}
+        attributes = {name: _restored(value) for name, value in file.attrs.items()}
     return Particles(fields, attributes, tables)
 
 
 def names(path: Path) -> set[str]:
     """The names of a snapshot's fields, without its particles. Raises ``InputError`` like ``read``."""
-    import h5py
-
-    attributes(path)
-    with h5py.File(path, "r") as file:
-        if "particles" not in file:
-            raise InputError(f"{path} holds no group '/particles': not a snapshot of this project (see import_snapshot)")
+    if not Path(path).is_file():
+        raise InputError(f"no snapshot at {path}")
+    with hdf5_input.opened(path) as file:
+        _known(file, path)
         return set(file["particles"])
 
 
 def attributes(path: Path) -> dict[str, Any]:
     """The attributes of a snapshot (``time``, ``materials`` ...) without its particles. Raises ``InputError`` like ``read``."""
-    import h5py
-
     if not Path(path).is_file():
         raise InputError(f"no snapshot at {path}")
-    try:
-        with h5py.File(path, "r") as file:
-            return {name: _restored(value) for name, value in file.attrs.items()}
-    except OSError as reason:
-        raise InputError(f"{path} is not a readable HDF5 file ({reason})") from None
+    with hdf5_input.opened(path) as file:
+        return {name: _restored(value) for name, value in file.attrs.items()}
+
+
+def _known(file: Any, path: Path) -> None:
+    if "particles" not in file or not hasattr(file["particles"], "keys"):
+        raise InputError(f"{path} holds no group '/particles': not a snapshot of this project (see import_snapshot)")
 
 
 def _restored(value: Any) -> Any:

@@ -116,10 +116,7 @@ def read(path: Path) -> tuple[dict[str, np.ndarray], dict]:
     """Table and attributes of an ``encounters.h5``; raises ``InputError`` when it is missing or lacks columns."""
     if not Path(path).is_file():
         raise InputError(f"no table of encounters at {path}")
-    try:
-        table, attributes = archive.read(path)
-    except OSError as reason:
-        raise InputError(f"{path} is not a readable HDF5 file ({reason})") from None
+    table, attributes = archive.read(path)
     missing = [name for name in TABLE if name not in table]
     if missing:
         raise InputError(f"{path} is not a table of encounters: it lacks {', '.join(missing)}")

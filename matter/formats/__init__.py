@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from matter import snapshot
+import numpy as np
+
+from matter import hdf5_input, snapshot
 from matter.errors import InputError
 from matter.formats import delimited, hdf5_columns, lammps_data, lammps_dump, miluphcuda, opensph, plausible, ply_points, vtk_legacy
 from matter.particles import Particles
@@ -99,9 +101,7 @@ def _hdf5(path: Path) -> Path:
 
 
 def _kind_of_hdf5(path: Path) -> str:
-    import h5py
-
-    with h5py.File(path, "r") as file:
+    with hdf5_input.opened(path) as file:
         names = set(file)
     return "snapshot" if {"particles", "VTKHDF"} <= names else "miluphcuda" if miluphcuda.is_one(names) else "hdf5"
 
@@ -125,11 +125,15 @@ def save(particles: Particles, path: Path) -> None:
 def export(particles: Particles, path: Path, form: str | None = None) -> str:
     """Write particles for another program, in one of the formats of ``WRITTEN`` (by default: what the name says); the format taken.
 
-    Raises ``InputError`` for an unknown format and for fields that the format needs and the particles lack.
+    Raises ``InputError`` for an unknown format, for fields that the format needs and the particles lack, and for values that are not finite.
     """
     form = form or _OUT_BY_SUFFIX.get(Path(path).suffix.lower())
     if form not in WRITTEN:
         ends = ", ".join(f"{suffix} {name}" for suffix, name in _OUT_BY_SUFFIX.items())
         raise InputError(f"--out {path}: name the format with --format (formats: {', '.join(WRITTEN)}; by the name's end: {ends})")
+    for name in particles:
+        bad = ~np.isfinite(particles[name])
+        if bad.any():
+            raise InputError(f"field {name!r} has {int(np.count_nonzero(bad))} values that are not finite: no other program could read them")
     WRITTEN[form](particles, Path(path))
     return form

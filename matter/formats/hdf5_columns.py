@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from matter import hdf5_input
 from matter.errors import InputError
 from matter.formats import columns as named
 from matter.particles import FIELDS, Particles
@@ -23,13 +24,13 @@ def read(path: Path, columns: str | None = None) -> Particles:
     """Particles of an HDF5 file. Raises ``InputError`` naming the datasets that are there."""
     import h5py
 
-    with h5py.File(path, "r") as file:
+    with hdf5_input.opened(path) as file:
         there: dict[str, h5py.Dataset] = {}
         file.visititems(lambda name, item: there.update({name: item}) if isinstance(item, h5py.Dataset) and item.ndim in (1, 2) else None)
         wanted = _given(columns, there, str(path)) if columns else _guessed(there, str(path))
         parts: dict[tuple[str, int | None], np.ndarray] = {}
         for name, dataset, unit in wanted:
-            _take(parts, name, there[dataset][()], unit, f"{path}: {dataset}")
+            _take(parts, name, hdf5_input.array(file, dataset), unit, f"{path}: {dataset}")
         time = file.attrs.get("time")
     lengths = {len(values) for values in parts.values()}
     if len(lengths) > 1:

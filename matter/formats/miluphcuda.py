@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from matter import hdf5_input
 from matter.errors import InputError
 from matter.formats import numbers
 from matter.particles import Particles
@@ -59,22 +60,20 @@ def read(path: Path, columns: str | None = None) -> Particles:
 
 
 def _read_hdf5(path: Path) -> Particles:
-    import h5py
-
-    with h5py.File(path, "r") as file:
+    with hdf5_input.opened(path) as file:
         missing = [name for name in ("x", "v", "m", "rho", "material_type") if name not in file]
         if missing:
             raise InputError(f"{path} lacks the dataset{'s' if len(missing) > 1 else ''} {', '.join(missing)}: not miluphcuda's output")
         if file["x"].ndim != 2 or file["x"].shape[1] != _DIM:
             raise InputError(f"{path}: positions of shape {file['x'].shape}; only runs in three dimensions can be used")
-        fields = {field: file[name][()] for name, field in _DATASETS.items() if name in file}
+        fields = {field: hdf5_input.array(file, name) for name, field in _DATASETS.items() if name in file}
         if "deviatoric_stress" in file:
-            fields["deviatoric_stress"] = file["deviatoric_stress"][()].reshape(-1, 9)[:, _UPPER]
+            fields["deviatoric_stress"] = hdf5_input.array(file, "deviatoric_stress").reshape(-1, 9)[:, _UPPER]
         if "damage_total_porjutzi" in file:
-            fields["damage"] = np.minimum(file["damage_total_porjutzi"][()], 1.0)
+            fields["damage"] = np.minimum(hdf5_input.array(file, "damage_total_porjutzi"), 1.0)
         elif "DIM_root_of_damage_tensile" in file:
-            fields["damage"] = np.minimum(file["DIM_root_of_damage_tensile"][()] ** _DIM, 1.0)
-        time = float(np.ravel(file["time"][()])[0]) if "time" in file else _time_beside(path.with_suffix(""))
+            fields["damage"] = np.minimum(hdf5_input.array(file, "DIM_root_of_damage_tensile") ** _DIM, 1.0)
+        time = float(np.ravel(hdf5_input.array(file, "time"))[0]) if "time" in file else _time_beside(path.with_suffix(""))
     return _active(fields, time)
 
 
