@@ -49,7 +49,7 @@ def campaign(draws: range, one: Callable[[random.Random, int], tuple[str, Said, 
     assert not wrong, f"{len(wrong)} of {len(draws)}:\n\n" + "\n\n".join(wrong[:10])
 
 
-@sizes(8, 1000)
+@sizes(5, 1000)
 def test_mutated_cases(draws, tmp_path):
     def one(rng: random.Random, draw: int) -> tuple[str, Said, tuple[int, ...]]:
         base = rng.choice(SHIPPED)
@@ -115,7 +115,7 @@ def test_the_snapshot_can_be_measured(crater, tmp_path):
     assert said.code == 0 and "apparent diameter" in said.text, said.text
 
 
-@sizes(8, 500)
+@sizes(5, 500)
 def test_mutated_snapshots(draws, crater, tmp_path):
     def one(rng: random.Random, draw: int) -> tuple[str, Said, tuple[int, ...]]:
         file = tmp_path / "bad.vtkhdf"
@@ -126,7 +126,7 @@ def test_mutated_snapshots(draws, crater, tmp_path):
     campaign(draws, one)
 
 
-@sizes(12, 400)
+@sizes(8, 400)
 def test_mutated_ledgers(draws, tmp_path):
     book = Ledger()
     for k, (name, limit) in enumerate(LIMITS.items()):
@@ -150,7 +150,7 @@ HEIGHTS = [(r, -50.0 + 0.5 * r if r < 100 else 20.0 * (100 / r) ** 3) for r in r
 PROFILE = "# stage = final\nradius_m,height_m\n" + "".join(f"{r}e3,{h:.3f}e3\n" for r, h in HEIGHTS)
 
 
-@sizes(12, 200)
+@sizes(8, 200)
 def test_mutated_files_of_others(draws, tmp_path):
     """Profiles for comparison, and tables of particles to import."""
     rng0 = np.random.default_rng(3)

@@ -1,10 +1,14 @@
 """Damage growth laws: what each says, and that they agree where they must."""
 
+import itertools
+
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import stats
 
-from sph.damage import growth, growth_linear
+from sph.damage import grady_kipp, growth, growth_linear
 
 CRACK, RADIUS, SUPPORT = 1500.0, 10.0, 32.0
 
@@ -49,3 +53,29 @@ def test_the_fit_goes_through_both_ends():
 def test_cracks_slow_down_in_damaged_rock():
     whole, broken = (growth_linear.crack_speed(0.0, 26.7e9, 22.7e9, 2700.0, D) for D in (0.0, 1.0))
     assert whole == pytest.approx(1837.3, abs=0.1) and broken == pytest.approx(0.4 * (26.7e9 / 2700) ** 0.5)
+
+
+def test_the_weakest_flaws_of_a_graded_body():
+    """A Poisson process in each particle: k V eps^m of the weakest flaw is exponential, the j-th lies near j, large particles keep equal numbers."""
+    rng = np.random.default_rng(5)
+    volumes = np.exp(rng.uniform(0.0, np.log(1e7), 9000))
+    weibull = grady_kipp.Parameters(k=3e20, m=9.5)
+    start, strains = grady_kipp.weakest(volumes, weibull, 400_000, rng)
+    count = np.diff(start)
+    assert count.min() >= 1 and 0.95 * 400_000 < count.sum() <= 400_000 + len(volumes)
+    assert np.all(count[volumes > 1e4] == count.max()) and count[volumes < 2.0].max() < count.max()
+    assert all(np.all(np.diff(strains[a:b]) >= 0.0) for a, b in itertools.pairwise(start))
+    first, last = strains[start[:-1]].astype(float), strains[start[1:] - 1].astype(float)
+    assert stats.kstest(weibull.k * volumes * first**weibull.m, "expon").pvalue > 1e-3
+    number = (weibull.k * volumes * last**weibull.m)[count == count.max()]
+    assert number.mean() == pytest.approx(count.max(), rel=5.0 / np.sqrt(count.max() * len(number)) + 1e-3)
+
+
+def test_kept_flaws_are_those_of_the_whole_draw():
+    """Equal particles: as many flaws, and weakest ones as strong, as where flaws are dealt out one by one."""
+    volumes, weibull = np.full(4000, 2.0), grady_kipp.Parameters(k=1e22, m=8.0)
+    all_start, all_strains = grady_kipp.flaws(volumes, weibull, np.random.default_rng(1))
+    start, strains = grady_kipp.weakest(volumes, weibull, 10**9, np.random.default_rng(2))
+    assert len(strains) == pytest.approx(len(all_strains), rel=0.3)
+    one, two = all_strains[all_start[:-1]], strains[start[:-1]]
+    assert stats.ks_2samp(one, two).pvalue > 1e-3

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from matter.errors import InputError
 from sph.cloud import Cloud
 from sph.damage import grady_kipp, seeding
 from sph.material_settings import Choice
@@ -65,15 +64,19 @@ def test_flaws_go_to_volume_and_do_not_depend_on_anything_else():
     assert counts[300:].mean() / counts[:300].mean() == pytest.approx(8.0, rel=0.1)
 
 
-def test_broken_material_has_no_flaws_and_too_many_are_refused():
-    """A graded body: the flaws that the smallest particle waits for go to the largest ones."""
+def test_broken_material_has_no_flaws_and_of_too_many_the_weakest_are_kept(monkeypatch):
+    """A graded body: the flaws that the smallest particle waits for would go to the largest ones."""
+    monkeypatch.setattr(seeding, "KEPT", 1000)
     place, volume = np.random.default_rng(1).normal(size=(200, 3)), np.geomspace(1e-9, 1.0, 200)
     body = Body(place, 2700.0 * volume, np.full(200, 2700.0), np.full(200, 1.0), np.zeros(200, np.int32), np.zeros(200, np.int32), np.ones(200))
     broken, whole = Cloud.of(body), Cloud.of(body)
     seeding.seed_flaws(broken, collect(("basalt",), {"basalt": Choice(strength="drucker_prager", predamaged=True)}), 1)
     assert len(broken.flaw_strain) == 0 and (broken.root_damage == 1.0).all()
-    with pytest.raises(InputError, match=r"basalt: .*flaws.*spacing_far"):
-        seeding.seed_flaws(whole, collect(("basalt",)), 1)
+    assert grady_kipp.expected(volume) > seeding.MOST
+    seeding.seed_flaws(whole, collect(("basalt",)), 1)
+    held = whole.flaw_last - whole.flaw_first
+    assert held.min() >= 1 and seeding.KEPT_EACH * 190 < held.sum() <= seeding.KEPT_EACH * 200 + 200 == 200 + 10_000
+    assert len(whole.flaw_strain) == held.sum() and np.median(held[-50:]) == held.max()
     n = 3000
     start, _ = grady_kipp.flaws(np.full(n, 1.0), grady_kipp.Parameters(4e35, 9.0), np.random.default_rng(1))
     assert start[-1] == pytest.approx(grady_kipp.expected(np.full(n, 1.0)), rel=0.3)
