@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import compare, domain, force_network, shock
+from handoff import compare, domain, force_network, shock_rows
 from handoff.direct import Direct, enter
 from handoff.handed import Handoff
-from handoff.handoff_time import Choice
 from handoff.hydrostatic import Column
-from handoff.ledger import LIMITS, Ledger, volume_limit, volume_scatter
+from handoff.ledger import Ledger, volume_limit, volume_scatter
 from handoff.offset import by_one_factor
 from handoff.surface import Rules
 from matter import readable
@@ -31,7 +30,7 @@ def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, 
     _fields(ledger, made, source, bed, region, column)
     _overlaps(ledger, made)
     _surface(ledger, made, bed, region)
-    _shock(ledger, made, source, region, column)
+    shock_rows.enter(ledger, made, source, region, column)
     if "residual_speed_over_sqrt_g_r" in bed.attributes:
         ledger.measure("bed_residual_speed_over_sqrt_g_r", bed.attributes["residual_speed_over_sqrt_g_r"])
     _layers(ledger, made, source)
@@ -55,7 +54,7 @@ def ledger_of_direct(direct: Direct, made: Handoff, source: Particles, bed: Part
         )
     else:
         ledger.skip("cavity_radius_over_r_DEM_min", "not_applicable", "there is no cavity")
-    _shock(ledger, made, source, domain.read(bed.attributes), column)
+    shock_rows.enter(ledger, made, source, domain.read(bed.attributes), column)
     ledger.skip("bed_residual_speed_over_sqrt_g_r", "not_applicable", "no grain of the bed is handed over")
     outside = made.sums.outside
     ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
@@ -91,7 +90,7 @@ def _sums(ledger: Ledger, made: Handoff) -> None:
     note = f"source {before.kinetic:.4e} J, grains {after.kinetic:.4e} J"
     ledger.measure("kinetic_energy_change_min", change, note)
     ledger.measure("kinetic_energy_change_max", change, note)
-    thrown = ejecta_energy(made)
+    thrown = made.ejecta_energy
     begun, left = before.kinetic - thrown, after.kinetic - thrown
     ledger.measure(
         "kinetic_energy_compact_change",
@@ -99,11 +98,6 @@ def _sums(ledger: Ledger, made: Handoff) -> None:
         f"compact matter {begun:.4e} J, its grains {left:.4e} J ({'gained' if left > begun else 'lost'})",
     )
     ledger.state("kinetic_energy_ejecta", thrown, "J", f"{thrown / before.kinetic:.2%} of all" if before.kinetic > 0.0 else "nothing moves")
-
-
-def ejecta_energy(made: Handoff) -> float:
-    """Kinetic energy of the ejecta [J]: the same before and after, since each particle becomes one grain of its mass and velocity."""
-    return 0.5 * float(made.ejecta.mass @ np.einsum("ij,ij->i", made.ejecta.velocity, made.ejecta.velocity))
 
 
 def _relative(difference, scale: float) -> float:
@@ -263,51 +257,6 @@ def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domai
         f"moves it by {scatter:.1%}",
         bound=volume_limit(*cut),
     )
-
-
-def _shock(ledger: Ledger, made: Handoff, source: Particles, region: domain.Domain, column: Column) -> None:
-    left = shock.residual(source, region, column)
-    if left is None:
-        for name in ("residual_pressure_over_bulk_modulus", "elastic_over_kinetic_energy"):
-            ledger.skip(name, "not_measured", "the source carries no field 'pressure'")
-        return
-    here = made.compact.places[made.compact.share > 0.5]
-    pressure = left.pressure[here]
-    weight = shock.by_weight(source.select(made.compact.places), made.compact.share, made.carving.size.radius, column)
-    ledger.measure(
-        "residual_pressure_over_bulk_modulus",
-        float(np.max(pressure)),
-        f"99 % below {np.percentile(pressure, 99):.3g}, median {np.median(pressure):.3g}; weight, rho g R, alone does {weight.pressure:.3g}",
-        bound=max(LIMITS["residual_pressure_over_bulk_modulus"].limit, weight.pressure),
-    )
-    elastic = float(np.sum(left.elastic[made.compact.places] * made.compact.share))
-    moving = made.sums.before.kinetic - ejecta_energy(made)
-    note = f"{elastic:.4e} J over {moving:.4e} J, both of the compact matter inside the domain; weight alone stores {weight.energy:.4e} J"
-    moves = moving > 1e-12 * made.sums.before.kinetic
-    ledger.measure(
-        "elastic_over_kinetic_energy",
-        elastic / moving if moves else 0.0,
-        note,
-        bound=max(LIMITS["elastic_over_kinetic_energy"].limit, weight.energy / moving if moves else 0.0),
-    )
-
-
-def time_row(ledger: Ledger, made: Handoff, time: float, choice: Choice | None, column: Column) -> None:
-    """The row on the time of the handoff over the crater's own; T from the largest cavity of the series, or from this cavity.
-
-    Where the rule chose the time because its window is empty, no moment meets this limit: the row is waived with that reason, and what the time decides is
-    shown by the rows of the sensitivity.
-    """
-    volume = max([made.carving.size.volume] + ([row.volume for row in choice.series[: choice.deepest + 1]] if choice else []))
-    if volume <= 0.0:
-        ledger.skip("t_handoff_over_T_crater_max", "not_applicable", "there is no cavity")
-        return
-    crater = 0.8 * float(np.sqrt(np.cbrt(volume) / column.surface_gravity))
-    note = f"handed over at {readable.clock(time)}, T = {readable.clock(crater)}" + (f"; {choice.reason}" if choice else "; time given")
-    if choice is not None and choice.window_is_empty:
-        waive = {"t_handoff_over_T_crater_max": "the shock is still there at 0.1 T, so that no time has both behind it", **ledger.waive}
-        ledger = Ledger(waive, ledger.rows)
-    ledger.measure("t_handoff_over_T_crater_max", time / crater, note)
 
 
 def _layers(ledger: Ledger, made: Handoff, source: Particles) -> None:

@@ -79,3 +79,8 @@ class Handoff:
     mapped: Mapped
     ejecta: Ejecta
     sums: Balance
+
+    @property
+    def ejecta_energy(self) -> float:
+        """Kinetic energy of the ejecta [J]: the same before and after, since each particle becomes one grain of its mass and velocity."""
+        return 0.5 * float(self.ejecta.mass @ np.einsum("ij,ij->i", self.ejecta.velocity, self.ejecta.velocity))

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from handoff import account, compare, direct, handoff_time, heights, hydrostatic, report, surface, transfer
+from handoff import account, compare, direct, handoff_time, heights, hydrostatic, report, shock_rows, surface, transfer
 from handoff import control as controls
 from handoff import domain as domains
 from handoff.handed import Handoff
@@ -59,7 +59,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     ledger = mapped
     if settings.method == "direct":
         ledger = account.ledger_of_direct(_needed(straight), made, source, bed, column, settings.waive)
-    account.time_row(ledger, made, float(source.attributes.get("time", 0.0)), choice, column)
+    shock_rows.time_row(ledger, made, float(source.attributes.get("time", 0.0)), choice, column)
     ledger.complete()
     progress.update(0.85, "writing", force=True)
     start = _needed(straight).start if settings.method == "direct" else made.start
@@ -105,7 +105,7 @@ def hand_over(
     column = column or column_of(source, bed)
     made = transfer.hand_over(source, bed, rules, column)
     ledger = account.ledger_of(made, source, bed, column, waive or {})
-    account.time_row(ledger, made, float(source.attributes.get("time", 0.0)), None, column)
+    shock_rows.time_row(ledger, made, float(source.attributes.get("time", 0.0)), None, column)
     ledger.complete()
     return made.start, ledger
 

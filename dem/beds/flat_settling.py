@@ -21,7 +21,8 @@ from dem.beds import bed_measures
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.packing import FRACTION, HEXAGONAL
-from dem.beds.settling import PHASES, Phase, Settling
+from dem.beds.phases import PHASES, Phase
+from dem.beds.settling import Settling
 from dem.columns import MASS, RADIUS, STIFFNESS
 from dem.contact_settings import Contact
 from dem.gravity import Field

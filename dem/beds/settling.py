@@ -1,16 +1,4 @@
-"""From random points to a bed at rest: the phases of settling, resumable at any step.
-
-======= ======== ========== ======================= ====================================================================
-phase   friction steering   weight above the datum  purpose
-======= ======== ========== ======================= ====================================================================
-pack    off      FIRE       (no gravity, a lid)     random points become a stable close packing (radii change places)
-load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it without load
-trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks for
-grip    on       drag       (headroom taken away)   friction and its springs
-rest    on       drag       (headroom taken away)   until grains move at a tenth of the limit in their cages, and none faster than half of it
-free    on       none       (headroom taken away)   proof: by itself the bed stays below the limit, no grain beyond four times it
-lay     off      FIRE       0                       the headroom is laid back onto the bed, which is held still: touching, no load
-======= ======== ========== ======================= ====================================================================
+"""From random points to a bed at rest, in the phases of ``dem.beds.phases``, resumable at any step.
 
 Weight is switched by the place of a grain (below or above the datum). Masses are set after ``load`` and once more after the first
 ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the bed comes to rest, so that no bed grain
@@ -22,7 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
 import numpy as np
@@ -32,6 +20,7 @@ from dem.assembly import Assembly
 from dem.beds import bed_measures, packing
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
+from dem.beds.phases import PHASES, Phase
 from dem.beds.relaxation import Fire
 from dem.columns import MASS, RADIUS, STIFFNESS, WX
 from dem.contact_settings import OCEAN, SPECIES, Contact
@@ -40,8 +29,6 @@ from matter import checkpoint
 from matter.particles import Particles
 from matter.progress import Progress, stop_here, stop_requested
 
-LIGHT = 1e-3
-"""Weight of the headroom while it settles onto the bed: its load moves the bed's surface by less than 1e-4 radii."""
 CHECKPOINT_EVERY_S = 15.0
 LOOK_EVERY = 10
 """Steps between two looks at which grains are above the datum."""
@@ -54,34 +41,6 @@ LOOSE = 4.0
 """Largest speed of any one grain after ``free``, over the limit on the rms speed."""
 QUIET = 0.1
 """Rms speed of grains against their neighbours at the end of ``rest``, over the limit: slow modes that creep under the drag run faster without it."""
-
-
-class Phase(NamedTuple):
-    """``length`` in travel times of a wave through the bed at the collision step; ``light`` weight above the datum at start and end."""
-
-    name: str
-    length: float
-    fire: bool
-    light: tuple[float, float]
-    masses: bool = False
-    exchange: bool = False
-
-    @property
-    def friction(self) -> bool:
-        """FIRE phases have none."""
-        return not self.fire
-
-
-PHASES = (
-    Phase("pack", 3.0, True, (0.0, 0.0), exchange=True),
-    Phase("load", 3.0, True, (0.5, LIGHT), masses=True, exchange=True),
-    Phase("trim", 2.0, True, (LIGHT, LIGHT), masses=True),
-    Phase("trim", 3.0, True, (LIGHT, LIGHT)),
-    Phase("grip", 1.5, False, (0.0, 0.0)),
-    Phase("rest", 1.5, False, (0.0, 0.0)),
-    Phase("free", 1.0, False, (0.0, 0.0)),
-    Phase("lay", 1.0, True, (0.0, 0.0)),
-)
 
 
 def threads_for(count: int) -> int:

@@ -104,7 +104,7 @@ def test_compact_matter_and_ejecta_count_apart(thrown):
     source, bed, column, made = thrown
     start = made.start
     ejecta = np.arange(len(start)) >= int(made.carving.stays.sum())
-    energy = account.ejecta_energy(made)
+    energy = made.ejecta_energy
     assert energy == pytest.approx(0.5 * np.sum(start.mass[ejecta, None] * start.velocity[ejecta] ** 2))
     own = 1e-3 * energy
     for kept, verdict in ((0.0, "fail"), (0.89, "fail"), (0.95, "pass"), (1.05, "pass"), (1.11, "fail")):

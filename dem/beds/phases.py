@@ -1,0 +1,49 @@
+"""The phases in which a bed settles.
+
+======= ======== ========== ======================= ====================================================================
+phase   friction steering   weight above the datum  purpose
+======= ======== ========== ======================= ====================================================================
+pack    off      FIRE       (no gravity, a lid)     random points become a stable close packing (radii change places)
+load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it without load
+trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks for
+grip    on       drag       (headroom taken away)   friction and its springs
+rest    on       drag       (headroom taken away)   until grains move at a tenth of the limit in their cages, and none faster than half of it
+free    on       none       (headroom taken away)   proof: by itself the bed stays below the limit, no grain beyond four times it
+lay     off      FIRE       0                       the headroom is laid back onto the bed, which is held still: touching, no load
+======= ======== ========== ======================= ====================================================================
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+LIGHT = 1e-3
+"""Weight of the headroom while it settles onto the bed: its load moves the bed's surface by less than 1e-4 radii."""
+
+
+class Phase(NamedTuple):
+    """``length`` in travel times of a wave through the bed at the collision step; ``light`` weight above the datum at start and end."""
+
+    name: str
+    length: float
+    fire: bool
+    light: tuple[float, float]
+    masses: bool = False
+    exchange: bool = False
+
+    @property
+    def friction(self) -> bool:
+        """FIRE phases have none."""
+        return not self.fire
+
+
+PHASES = (
+    Phase("pack", 3.0, True, (0.0, 0.0), exchange=True),
+    Phase("load", 3.0, True, (0.5, LIGHT), masses=True, exchange=True),
+    Phase("trim", 2.0, True, (LIGHT, LIGHT), masses=True),
+    Phase("trim", 3.0, True, (LIGHT, LIGHT)),
+    Phase("grip", 1.5, False, (0.0, 0.0)),
+    Phase("rest", 1.5, False, (0.0, 0.0)),
+    Phase("free", 1.0, False, (0.0, 0.0)),
+    Phase("lay", 1.0, True, (0.0, 0.0)),
+)
