@@ -40,8 +40,8 @@ def rows(name: str, entry: dict[str, Any]) -> Iterator[tuple[str, str, str, bool
         yield "... width of the front, supports", f"{entry['front_width_h']:.2f}", "", None
     elif kind == "sod":
         layers = float(name.split("/")[1].split()[0])
-        limit, value = tube_limit(layers), f"L1 {100.0 * entry['L1_density']:.2f} %, speed {100.0 * (entry['shock_speed'] / SOD - 1.0):+.1f} %"
-        yield f"Sod's tube, {layers:g} layers", value, f"{100.0 * limit:g} %", entry["L1_density"] < limit
+        most, value = tube_limit(layers), f"L1 {100.0 * entry['L1_density']:.2f} %, speed {100.0 * (entry['shock_speed'] / SOD - 1.0):+.1f} %"
+        yield f"Sod's tube, {layers:g} layers", value, f"{100.0 * most:g} %", entry["L1_density"] < most
     elif kind == "quiet":
         yield f"quiet end, pulse of {entry['sigma_spacings']:g} spacings", f"{100.0 * entry['returned']:.2f} %", "", None
     else:
