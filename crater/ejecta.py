@@ -7,9 +7,9 @@ import numpy as np
 from crater import cloud as clouds
 from crater.datum import Datum
 from crater.shape import Ruler
+from matter.constants import G
 from matter.errors import InputError
 from matter.particles import Particles
-from matter.tree import G
 
 INNER, OUTER = 1.1, 3.0
 """The blanket is fitted between these many rim radii."""

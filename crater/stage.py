@@ -21,11 +21,11 @@ from crater.findings import LATE_SHOCK, Ejected, Findings, GrainFindings, LastCr
 from crater.one_snapshot import measure_snapshot
 from crater.settings import Published, Settings
 from matter import archive, material, snapshot
+from matter.constants import G
 from matter.crater_measures import MAXIMA
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.progress import Progress
-from matter.tree import G
 
 __all__ = ["Published", "Settings", "grain_datum", "measure_snapshot", "predict", "run"]
 

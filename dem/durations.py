@@ -16,7 +16,7 @@ from typing import Any
 
 from matter import formation_time, material
 from matter.body import Target
-from matter.tree import G
+from matter.constants import G
 
 END, LATEST, STILL, SNAPSHOT, HISTORY = 5.0, 10.0, 5.0 / 6.0, 1.0 / 6.0, 1.0 / 12.0
 UNKNOWN = 720.0

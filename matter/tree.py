@@ -15,11 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from matter.constants import G
 from matter.jit import kernel, parallel_kernel, prange
 
 SOURCES = ("BarnesHut1986", "Barnes1990")
 
-G = 6.6743e-11  # CODATA 2018 [m^3/(kg s^2)]
 
 # columns of a node's moments, after its centre of mass: mass, traceless quadrupole, mean eps^2; of a near particle, after its place: mass, eps^2 / 2
 MASS, XX, XY, XZ, YY, YZ, ZZ, EPS2, WIDTH = range(3, 12)

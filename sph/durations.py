@@ -15,7 +15,7 @@ from collections.abc import Mapping
 
 from matter import formation_time
 from matter.body import Impact, Target
-from matter.tree import G
+from matter.constants import G
 from sph import ground_strength
 from sph.material_settings import Choice
 from sph.materials import Materials, collect

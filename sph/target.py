@@ -17,9 +17,9 @@ import numpy as np
 
 from matter import packing
 from matter.body import Impact, Target
+from matter.constants import G
 from matter.errors import InputError
 from matter.jit import kernel
-from matter.tree import G
 from sph.materials import Materials, collect
 from sph.porosity import dispatch as porosity
 

@@ -8,7 +8,7 @@ import pytest
 from dem.assembly import Assembly, Extras
 from dem.contact_settings import Contact, GrainLaw
 from dem.self_gravity import SelfGravity
-from matter.tree import G
+from matter.constants import G
 from tests.dem.scenes import cluster, grains
 
 LAW = Contact(shell=GrainLaw(friction=0.5, shape=0.4), sliding="cap", overlap_stop=1.5)

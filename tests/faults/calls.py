@@ -55,7 +55,7 @@ def call(name: str, words: list[str], log: Path, cwd: Path | None = None) -> Sai
 
 def forked(work: Callable[[], object], log: Path) -> Said:
     """``work`` in a child of this process."""
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    before = int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()  # not the most that this process ever had
     sys.stdout.flush()
     sys.stderr.flush()
     child = os.fork()

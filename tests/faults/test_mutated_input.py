@@ -137,7 +137,7 @@ def test_mutated_ledgers(draws, tmp_path):
     (place / "handoff.json").write_text("{}")
     text = (place / "ledger.json").read_text()
     sound = call("inspect_handoff", [str(place.parent)], tmp_path / "said", tmp_path)
-    assert sound.code == 0, sound.text
+    assert "mass_total_rel" in sound.text and not sound.faults(), sound.text  # there is no run around it to draw pictures of
 
     def one(rng: random.Random, draw: int) -> tuple[str, Said, tuple[int, ...]]:
         (place / "ledger.json").write_text(mutations.json_text(text, rng))
