@@ -107,7 +107,10 @@ def read(path: Path, only: Collection[str] | None = None) -> Particles:
         fields = {name: hdf5_input.array(file["particles"], name) for name in file["particles"] if only is None or name in only}
         tables = hdf5_input.arrays(file["tables"], deep=True) if "tables" in file else {}
         attributes = {name: _restored(value) for name, value in file.attrs.items()}
-    return Particles(fields, attributes, tables)
+    try:
+        return Particles(fields, attributes, tables)
+    except InputError as reason:
+        raise InputError(f"{path}: {reason}") from None
 
 
 def names(path: Path) -> set[str]:

@@ -70,6 +70,13 @@ class Engine(subprocess.Popen[bytes]):
         words = ["/bin/sh", "-c", _GUARD, str(self.pid)]
         self._guard = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
 
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for its end, and dismiss the guard."""
+        code = super().wait(timeout)
+        if self._guard.poll() is None:
+            self._guard.communicate(b"well\n")
+        return code
+
     def end(self) -> None:
         """End the engine and its ranks, if they still run, and dismiss the guard."""
         if self.poll() is None:
@@ -78,8 +85,7 @@ class Engine(subprocess.Popen[bytes]):
                 self.wait(timeout=10)
             except subprocess.TimeoutExpired:
                 os.killpg(self.pid, signal.SIGKILL)
-                self.wait()
-        self._guard.communicate(b"well\n")
+        self.wait()
 
 
 def start(engine: str, deck: str, ranks: int, folder: Path, log: str) -> Engine:

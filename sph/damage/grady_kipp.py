@@ -17,7 +17,6 @@ SOURCES = ("BenzAsphaug1994", "BenzAsphaug1995", "LawnWilshaw1975")
 
 CRACK_SPEED = 0.4  # of the longitudinal wave speed: Lawn & Wilshaw 1975, as used by Benz & Asphaug 1994
 _PIECE = 1 << 16  # flaws handled at a time
-_PARTICLES = 1 << 12  # particles handled at a time
 
 
 class Parameters(NamedTuple):
@@ -46,31 +45,22 @@ def expected(volumes: np.ndarray) -> float:
     return float(volumes.sum()) / least * (math.log(np.count_nonzero(volumes < 1.5 * least)) + 0.6)
 
 
-def weakest(volumes: np.ndarray, parameters: Parameters, most: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """The weakest flaws of each particle, where all of them are too many: some ``most`` in all, the same number in every large particle.
+def flaws_by_size(volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Seed the flaws of a strongly graded body: each particle gets those that it would have in a uniform body of n particles of its size.
 
-    Flaws at random places are a Poisson process in each particle: the j-th weakest of a volume V activates at eps = (S_j / (k V))^(1/m), S_j a sum of j
-    exponential deviates of mean one. Particles that ``flaws`` would give fewer keep their expected number. What is left out activates at strains at which
-    a particle's weakest flaws broke it before. Arguments and results as for ``flaws``.
+    In a uniform body ``flaws`` deals out about n (ln n + 0.6), so that a particle of volume V has a Poisson number of mean ln n + 0.6, at least one, whose
+    strains are those of k V eps^m uniform between 0 and that mean. Particles of equal size come out as with ``flaws``. In a graded body ``flaws`` gives
+    the large ones more flaws, in proportion to their volume, so that their last opens at the same strain as that of the smallest particles. Here large
+    particles are wholly broken at lower strains, eps ~ V^(-1/m), as they are in a coarser run. Arguments and results as for ``flaws``.
     """
-    least = float(volumes.min())
-    wanted = np.maximum(volumes / least * (math.log(np.count_nonzero(volumes < 1.5 * least)) + 0.6), 1.0)
-    low, high = 1.0, float(wanted.max())
-    for _ in range(60):  # the number that every large particle keeps
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if np.minimum(wanted, middle).sum() <= most else (low, middle)
-    count = np.ceil(np.minimum(wanted, low)).astype(np.int64)
+    mean = math.log(max(len(volumes), 2)) + 0.6
+    count = np.maximum(rng.poisson(mean, len(volumes)), 1)
     start = np.concatenate([[0], np.cumsum(count)])
-    strains = np.empty(int(start[-1]), dtype=np.float32)
-    for first in range(0, len(volumes), _PARTICLES):
-        last = min(first + _PARTICLES, len(volumes))
-        begin = start[first]
-        sums = np.cumsum(rng.standard_exponential(int(start[last] - begin)))
-        before = np.concatenate([[0.0], sums])[start[first:last] - begin]  # what the particles before it took
-        own = np.maximum(sums - np.repeat(before, count[first:last]), 1e-300)
-        logs = np.log(own) - math.log(parameters.k) - np.log(np.repeat(volumes[first:last], count[first:last]))
-        strains[begin : start[last]] = np.exp(logs / parameters.m)
-    return start, strains
+    owner = np.repeat(np.arange(len(volumes)), count)
+    opens = mean * (1.0 - rng.random(len(owner)))  # k V eps^m, never 0
+    opens = opens[np.lexsort((opens, owner))]
+    strains = np.exp((np.log(opens) - math.log(parameters.k) - np.log(volumes[owner])) / parameters.m)
+    return start, strains.astype(np.float32)
 
 
 def flaws(volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

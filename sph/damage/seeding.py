@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from matter import progress
 from sph.cloud import Cloud
 from sph.damage import grady_kipp
 from sph.materials import Materials
 
 MOST = 3e8
-"""Flaws of one material: 1.2 GB. Where more would be needed, the weakest are kept."""
-KEPT, KEPT_EACH = 20_000_000, 50
-"""Of these: in all, and in the mean of the particles at least."""
+"""Flaws of one material that are dealt out one by one: 1.2 GB. A body so graded that it would need more has them by the size of its particles."""
 
 
 def seed_flaws(cloud: Cloud, materials: Materials, seed: int) -> None:
@@ -32,8 +31,13 @@ def seed_flaws(cloud: Cloud, materials: Materials, seed: int) -> None:
         rng, weibull = np.random.default_rng(streams[index]), materials.weibull(name)
         if grady_kipp.expected(solid[mine]) <= MOST:
             start, strain = grady_kipp.flaws(solid[mine], weibull, rng)
-        else:  # a graded body: its large particles hold their volume's share of what gives every small one a flaw
-            start, strain = grady_kipp.weakest(solid[mine], weibull, max(KEPT, KEPT_EACH * len(mine)), rng)
+        else:
+            start, strain = grady_kipp.flaws_by_size(solid[mine], weibull, rng)
+            spread = float(solid[mine].max() / solid[mine].min())
+            progress.tell(
+                f"{name}: its particles differ by {spread:.2g} in volume, too much to deal out flaws one by one: each has those of a uniform body of its size, "
+                "and large ones break as in a coarser run"
+            )
         cloud.flaw_first[mine], cloud.flaw_last[mine] = start[:-1] + offset, start[1:] + offset
         strains.append(strain)
         offset += len(strain)

@@ -462,6 +462,17 @@ def test_flat_ground_on_an_engine(ground, engine):
     assert height[1] == pytest.approx(height[0], abs=0.5 * float(last.radius.mean()))
 
 
+def test_what_the_stage_flies_over_flat_ground(ground, tmp_path, engine):
+    """The grain that comes down beside the bowl; the one that comes down inside only where that is too late. The box holds what is back in time."""
+    start, flat = snapshot.read(ground / "4_handoff" / "start.vtkhdf"), ground_of(ground / "2_sph" / "target.json")
+    accept = tuple(deviations.SENTENCES)
+    for latest, aloft in ((14.0, [10_001]), (2.0, [10_000, 10_001])):
+        settings = stage.Settings(engine=engine, accept=accept, end_time=1.0, latest_time=latest)
+        collapse = external.ExternalCollapse(settings, start, flat, tmp_path)
+        assert collapse.aloft.tolist() == aloft
+        assert collapse.scene.reach >= collapse.domain.top + latest**2 / 8.0 and collapse.scene.reach >= 9.0  # g = 1 m/s^2, a bowl of 9 m
+
+
 def test_springs_softer_than_asked_are_a_deviation(ground, tmp_path, engine):
     start, flat = snapshot.read(ground / "4_handoff" / "start.vtkhdf"), ground_of(ground / "2_sph" / "target.json")
     accept = tuple(name for name in deviations.SENTENCES if name != "springs_of_the_bed")

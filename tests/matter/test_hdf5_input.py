@@ -1,0 +1,71 @@
+"""HDF5 files of others: what is not an array of numbers that the file holds is refused with its name."""
+
+import h5py
+import numpy as np
+import pytest
+
+from matter import archive, formats, hdf5_input, snapshot
+from matter.errors import InputError
+from matter.particles import Particles
+
+
+@pytest.fixture
+def cloud(tmp_path):
+    path = tmp_path / "cloud.vtkhdf"
+    rng = np.random.default_rng(1)
+    snapshot.write(Particles({"position": rng.normal(size=(200, 3)), "mass": np.zeros(200)}, {"time": 0.0}), path)
+    return path
+
+
+def spoil(path, name, make):
+    with h5py.File(path, "r+") as file:
+        del file[f"particles/{name}"]
+        make(file["particles"])
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda group: group.create_group("mass"), "mass is a group, and an array is needed"),
+        (lambda group: group.__setitem__("mass", h5py.ExternalLink("/etc/passwd", "/x")), "mass is a link to another file"),
+        (lambda group: group.create_dataset("mass", data=[b"abc"] * 200), "mass holds no numbers"),
+        (lambda group: group.create_dataset("mass", shape=(10**11,), dtype="f8", chunks=(1024,)), "mass claims to hold 800 GB, and 0 MB are stored"),
+    ],
+)
+def test_what_is_no_array_of_this_file_is_refused(cloud, make, words):
+    spoil(cloud, "mass", make)
+    with pytest.raises(InputError, match=words):
+        snapshot.read(cloud)
+    assert "position" in snapshot.read(cloud, only=("position",))  # what is sound can still be read
+
+
+def test_what_was_squeezed_well_is_read(tmp_path):
+    """64 MB and more of zeros, as they compress best, are there."""
+    many = np.zeros(3 * 10**7)
+    archive.write(tmp_path / "zeros.h5", {"a": many})
+    with hdf5_input.opened(tmp_path / "zeros.h5") as file:
+        assert file["a"].id.get_storage_size() < many.nbytes / 100
+        assert hdf5_input.array(file, "a").shape == many.shape
+
+
+def test_whatever_the_library_raises_is_one_message(cloud):
+    """Every byte of the header flipped in turn: particles or a message, nothing else."""
+    content = cloud.read_bytes()
+    ends = set()
+    for place in range(0, 2048, 5):
+        cloud.write_bytes(content[:place] + bytes([content[place] ^ 0x41]) + content[place + 1 :])
+        try:
+            snapshot.read(cloud)
+            ends.add("read")
+        except InputError as reason:
+            ends.add("refused")
+            assert str(cloud) in str(reason)
+    assert ends == {"read", "refused"}
+
+
+def test_values_that_are_not_finite_are_not_exported(tmp_path):
+    mass = np.ones(5)
+    mass[3] = np.nan
+    with pytest.raises(InputError, match="field 'mass' has 1 values that are not finite"):
+        formats.export(Particles({"position": np.zeros((5, 3)), "mass": mass}, {}), tmp_path / "out.csv")
+    assert not (tmp_path / "out.csv").exists()
