@@ -55,12 +55,17 @@ def call(name: str, words: list[str], log: Path, cwd: Path | None = None) -> Sai
 
 def forked(work: Callable[[], object], log: Path) -> Said:
     """``work`` in a child of this process."""
-    before = int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()  # not the most that this process ever had
     sys.stdout.flush()
     sys.stderr.flush()
+    read, write = os.pipe()
     child = os.fork()
     if child == 0:
+        os.write(write, str(_resident()).encode())
+        os.close(write)
         _child(work, log)
+    os.close(write)
+    with open(read, "rb") as pipe:
+        before = int(pipe.read() or 0)
     until = time.monotonic() + _KILL_AFTER
     while True:
         ended, status, usage = os.wait4(child, os.WNOHANG)
@@ -73,6 +78,11 @@ def forked(work: Callable[[], object], log: Path) -> Said:
         time.sleep(0.002)
     text = log.read_text(errors="replace") if log.is_file() else ""
     return Said(os.waitstatus_to_exitcode(status), text, usage.ru_utime + usage.ru_stime, max(0, usage.ru_maxrss * 1024 - before))
+
+
+def _resident() -> int:
+    """Memory [bytes] that this process holds. Asked in the child: a fork does not take the pages of files along."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
 
 
 def _child(work: Callable[[], object], log: Path) -> None:
