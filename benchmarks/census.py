@@ -1,9 +1,11 @@
-"""Speed of the n-body census: entries into Callisto's Hill sphere per second, fast path, weighted estimator, and as published.
+"""Speed of the n-body census: entries into Callisto's Hill sphere per second, fast path, weighted estimator, and as
+published.
 
     python benchmarks/census.py [--json] [--size PARTICLES] [--threads T]
 
-``fast`` counts entries; ``tube`` effective ones, (sum w)^2 / sum w^2; ``rkck`` gives the cost of a particle followed to the end, as in the thesis.
-The last line printed with ``--json`` is one object; its ``entries_per_s`` is that of ``mode``, ``fast``.
+``fast`` counts entries; ``tube`` effective ones, (sum w)^2 / sum w^2; ``rkck`` gives the cost of a particle followed
+to the end, as in the thesis. The last line printed with ``--json`` is one object; its ``entries_per_s`` is that of
+``mode``, ``fast``.
 """
 
 from __future__ import annotations
@@ -69,7 +71,9 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--size", type=int, default=32 * conditions.CHUNK, help="particles for fast; tube takes a quarter")
+    parser.add_argument(
+        "--size", type=int, default=32 * conditions.CHUNK, help="particles for fast; tube takes a quarter"
+    )
     parser.add_argument("--threads", type=int, default=None)
     given = parser.parse_args()
     threads = set_threads(given.threads)
@@ -79,12 +83,14 @@ def main() -> None:
     for name, numbers in (("fast", fast), ("tube", tube)):
         print(
             f"{name}: {numbers['microseconds_per_particle']:.1f} us per particle on {threads} threads "
-            f"({numbers['cpu_microseconds_per_particle']:.1f} us of one core), {numbers['entries_per_s']:.1f} entries/s, "
+            f"({numbers['cpu_microseconds_per_particle']:.1f} us of one core), {numbers['entries_per_s']:.1f} "
+            f"entries/s, "
             f"the published census ({PUBLISHED_ENTRIES} entries) in {numbers['published_census_s']:.0f} s"
         )
     print(
         f"rkck: {published['milliseconds_per_particle']:.2f} ms per particle to the end "
-        f"({published['cpu_milliseconds_per_particle']:.2f} ms of one core), {published['steps_per_particle']:.0f} steps"
+        f"({published['cpu_milliseconds_per_particle']:.2f} ms of one core), {published['steps_per_particle']:.0f} "
+        f"steps"
     )
     if given.json:
         result = {"entries_per_s": fast["entries_per_s"], "mode": "fast", "threads": threads}

@@ -1,13 +1,15 @@
-"""Grain steps per second of the contact loop on a settled bed: full four-component law, wall history, list rebuilds included.
+"""Grain steps per second of the contact loop on a settled bed: full four-component law, wall history, list rebuilds
+included.
 
     python benchmarks/dem_bed.py [--json] [--size N] [--threads T] [--peers] [--ranks N]
 
-With ``--peers`` LAMMPS and LIGGGHTS step the same bed in between the same rounds, where installed: the same grains, walls and step, as many ranks as
-threads, each with the best of three skins, with every component of the contact that it has (LIGGGHTS no twist). A peer is timed by its own log, without
-start and output; it begins 50 steps before the clock.
+With ``--peers`` LAMMPS and LIGGGHTS step the same bed in between the same rounds, where installed: the same grains,
+walls and step, as many ranks as threads, each with the best of three skins, with every component of the contact that
+it has (LIGGGHTS no twist). A peer is timed by its own log, without start and output; it begins 50 steps before the
+clock.
 
-A box of grains (radii +-10 %, friction 0.5) is packed without overlap, settled under uniform gravity with damping, then stepped in rounds;
-the median round counts.
+A box of grains (radii +-10 %, friction 0.5) is packed without overlap, settled under uniform gravity with damping,
+then stepped in rounds; the median round counts.
 """
 
 from __future__ import annotations
@@ -50,7 +52,8 @@ def settled_box(count: int, threads: int) -> tuple[Any, list[Any]]:
     stiffness = 3.5 * 0.6 * 0.24 * height / 0.002 * radius
     points = rng.uniform(radius[:, None], box - radius[:, None])
     fields = dict(
-        identity=np.arange(count), position=points, velocity=zero, angular_velocity=zero, mass=mass, radius=radius, material=np.zeros(count),
+        identity=np.arange(count), position=points, velocity=zero, angular_velocity=zero, mass=mass, radius=radius,
+        material=np.zeros(count),
         species=np.zeros(count), stiffness=stiffness,
     )  # fmt: skip
     smooth = Contact(shell=OCEAN.model_copy(update={"restitution": 0.5}))
@@ -60,7 +63,9 @@ def settled_box(count: int, threads: int) -> tuple[Any, list[Any]]:
         fire.step()
     fields = dict(loose.particles({}, tables=False))
     fields["velocity"] = zero
-    bed = Assembly(Particles(fields), Contact(), walls, Field.constant((0.0, 0.0, -1.0)), threads=threads, overlap_limit=np.inf)
+    bed = Assembly(
+        Particles(fields), Contact(), walls, Field.constant((0.0, 0.0, -1.0)), threads=threads, overlap_limit=np.inf
+    )
     # lighter steps while it falls together: the drag holds the speed at a few radii per unit time
     bed.drag[:] = 0.2 * np.sqrt(1.0 / height)
     steps = int(2.5 * np.sqrt(2 * 0.04 * height) / bed.dt)
@@ -112,7 +117,8 @@ def installed_peers() -> list[str]:
 
 
 def measure(count: int, threads: int, ranks: int = 0) -> dict:
-    """Median grain steps per second, and the bytes that the arrays of a grain and its contacts take; ``ranks`` 0 leaves the peers out."""
+    """Median grain steps per second, and the bytes that the arrays of a grain and its contacts take; ``ranks`` 0
+    leaves the peers out."""
     bed, walls = settled_box(count, threads)
     peers = installed_peers() if ranks else []
     skins = {}
@@ -145,7 +151,8 @@ def measure(count: int, threads: int, ranks: int = 0) -> dict:
         "worst_overlap": bed.worst,
         "peers": {
             engine: {
-                "particle_steps_per_s": statistics.median(found), "best": max(found), "ratio": mine / statistics.median(found), "skin_radii": skins[engine],
+                "particle_steps_per_s": statistics.median(found), "best": max(found),
+                "ratio": mine / statistics.median(found), "skin_radii": skins[engine],
                 "ranks": ranks,
             }
             for engine, found in peer_rates.items()
@@ -167,7 +174,10 @@ def main() -> None:
     for name, value in result.items():
         if name == "peers":
             for engine, row in value.items():
-                print(f"{engine:28} {row['particle_steps_per_s']:.6g} (skin {row['skin_radii']:g} r, {row['ranks']} ranks): native over it {row['ratio']:.2f}")
+                print(
+                    f"{engine:28} {row['particle_steps_per_s']:.6g} (skin {row['skin_radii']:g} r, {row['ranks']} "
+                    f"ranks): native over it {row['ratio']:.2f}"
+                )
             continue
         print(f"{name:28} {value:.6g}" if isinstance(value, float) else f"{name:28} {value}")
     if given.json:

@@ -1,16 +1,19 @@
-"""The late stage of a small impact on Ryugu: native with every economy switched on, against fixed stiffness on LIGGGHTS.
+"""The late stage of a small impact on Ryugu: native with every economy switched on, against fixed stiffness on
+LIGGGHTS.
 
-    python benchmarks/dem_sci.py --out runs/dem_sci                                  # bed, then the native run: goes on where it was stopped
-    python benchmarks/dem_sci.py --out runs/dem_sci --rates                          # afterwards, on a quiet machine: steps per second of both, and the ratio
-    python benchmarks/dem_sci.py --out runs/small --grains 4000 --duration 60 --fixed  # springs that stay as they are, no sleep: to compare with
+    python benchmarks/dem_sci.py --out runs/dem_sci            # bed, then the native run: goes on where it was stopped
+    python benchmarks/dem_sci.py --out runs/dem_sci --rates
+        # afterwards, on a quiet machine: steps per second of both, and the ratio
+    python benchmarks/dem_sci.py --out runs/small --grains 4000 --duration 60 --fixed
+        # springs that stay as they are, no sleep: to compare with
 
-A bowl of 22 m radius (10,000 grains unless told otherwise, bulk density 1190 kg/m^3) under 1.2e-4 m/s^2 has the flow of Maxwell's Z-model (Z = 3): 1 m/s at
-the centre, u_r = 1 m/s (``CORE`` / r)^3 farther out, u_theta = u_r sin(theta) / (1 + cos(theta)), theta from straight down (Maxwell 1977, eqs 1-2).
-Followed for 600 s.
+A bowl of 22 m radius (10,000 grains unless told otherwise, bulk density 1190 kg/m^3) under 1.2e-4 m/s^2 has the flow
+of Maxwell's Z-model (Z = 3): 1 m/s at the centre, u_r = 1 m/s (``CORE`` / r)^3 farther out, u_theta = u_r sin(theta) /
+(1 + cos(theta)), theta from straight down (Maxwell 1977, eqs 1-2). Followed for 600 s.
 
-The bed settles in springs for its weight; the collapse begins in springs that 1 m/s overlaps by 1 % of a radius (``springs_for``). The native run has
-following stiffness, sleeping grains and free flight; LIGGGHTS steps what the native engine still has in its search, with the step of the start, in
-stretches at four times.
+The bed settles in springs for its weight; the collapse begins in springs that 1 m/s overlaps by 1 % of a radius
+(``springs_for``). The native run has following stiffness, sleeping grains and free flight; LIGGGHTS steps what the
+native engine still has in its search, with the step of the start, in stretches at four times.
 """
 
 from __future__ import annotations
@@ -53,15 +56,27 @@ def settled(grains: int, run: Path) -> Particles:
     layer = {"name": "soil", "material": "basalt", "thickness": BOWL}
     target = Target.model_validate({"layers": [layer], "shape": "half_sphere", "gravity": GRAVITY})
     shot = {"material": "copper", "radius": 0.065}
-    impact = Impact.model_validate({"speed": 2000.0, "angle_from_vertical": 0.0, "projectile": shot, "expected_transient_diameter": 14.5})
-    settings = bed_stage.Settings(target=target, impact=impact, contact=CONTACT, count=grains, arc_radius=BOWL, shape="bowl", headroom_fraction=0.0)
+    impact = Impact.model_validate(
+        {"speed": 2000.0, "angle_from_vertical": 0.0, "projectile": shot, "expected_transient_diameter": 14.5}
+    )
+    settings = bed_stage.Settings(
+        target=target,
+        impact=impact,
+        contact=CONTACT,
+        count=grains,
+        arc_radius=BOWL,
+        shape="bowl",
+        headroom_fraction=0.0,
+    )
     for name in ("2_sph", "3_bed", "4_handoff", "5_dem"):
         (run / name).mkdir(parents=True, exist_ok=True)
     heights = [-BOWL, -1e-3 * BOWL]
     ground = {
-        "frame": "plane", "shape": "half_sphere", "depth_m": BOWL, "half_width_m": BOWL, "surface_gravity_m_s2": GRAVITY,
+        "frame": "plane", "shape": "half_sphere", "depth_m": BOWL, "half_width_m": BOWL,
+        "surface_gravity_m_s2": GRAVITY,
         "layers": [{"name": "soil", "material": "basalt", "bottom_m": -BOWL, "top_m": 0.0}],
-        "profile": {"height_m": heights, "density_kg_m3": [DENSITY] * 2, "pressure_Pa": [-DENSITY * GRAVITY * h for h in heights], "layer": [0, 0]},
+        "profile": {"height_m": heights, "density_kg_m3": [DENSITY] * 2,
+        "pressure_Pa": [-DENSITY * GRAVITY * h for h in heights], "layer": [0, 0]},
     }  # fmt: skip
     (run / "2_sph" / "target.json").write_text(json.dumps(ground))
     if not (run / "3_bed" / "bed.vtkhdf").is_file():
@@ -90,7 +105,8 @@ def flow(place: np.ndarray) -> np.ndarray:
 def settings(duration: float, economies: bool = True) -> stage.Settings:
     """The collapse of this benchmark."""
     return stage.Settings(
-        contact=CONTACT, end_time=duration, latest_time=duration, snapshot_interval=10.0, history_interval=2.0, still_interval=duration,
+        contact=CONTACT, end_time=duration, latest_time=duration, snapshot_interval=10.0, history_interval=2.0,
+        still_interval=duration,
         stiffness="following" if economies else "fixed", sleeping=economies, springs_for=SPEED,
     )  # fmt: skip
 
@@ -109,12 +125,16 @@ def run_native(grains: int, duration: float, run: Path, economies: bool = True) 
     try:
         stage.run(settings(duration, economies), run, run / "5_dem")
     finally:
-        clock = {"wall_s": clock["wall_s"] + time.perf_counter() - wall, "cpu_s": clock["cpu_s"] + time.process_time() - cpu}
+        clock = {
+            "wall_s": clock["wall_s"] + time.perf_counter() - wall,
+            "cpu_s": clock["cpu_s"] + time.process_time() - cpu,
+        }
         kept.write_text(json.dumps(clock))
 
 
 def at(run: Path, moment: float) -> Particles:
-    """The snapshot nearest to ``moment`` [s], without grains that have left or fly, or came back into another, which springs of full stiffness throw."""
+    """The snapshot nearest to ``moment`` [s], without grains that have left or fly, or came back into another, which
+    springs of full stiffness throw."""
     paths = list(snapshot.series(run / "5_dem"))
     times = [float(snapshot.read(path).attributes["time"]) for path in paths]
     grains = snapshot.read(paths[int(np.argmin(np.abs(np.array(times) - moment)))])
@@ -122,7 +142,9 @@ def at(run: Path, moment: float) -> Particles:
         grains = grains.select(grains.state == 0)
     pairs = cKDTree(grains.position).query_pairs(2.0 * float(grains.radius.max()), output_type="ndarray")
     r1, r2 = grains.radius[pairs[:, 0]], grains.radius[pairs[:, 1]]
-    deep = r1 + r2 - np.linalg.norm(grains.position[pairs[:, 0]] - grains.position[pairs[:, 1]], axis=1) > 0.02 * np.minimum(r1, r2)
+    deep = r1 + r2 - np.linalg.norm(
+        grains.position[pairs[:, 0]] - grains.position[pairs[:, 1]], axis=1
+    ) > 0.02 * np.minimum(r1, r2)
     keep = np.ones(len(grains), dtype=bool)
     keep[pairs[deep, 0]] = False
     return grains.select(keep)
@@ -133,7 +155,9 @@ def liggghts_rate(grains: Particles, box: Container, dt: float, skin: float, ran
     scene = Scene(grains, CONTACT, box.walls()[:1], Field.constant((0.0, 0.0, -GRAVITY)), dt, 1.1 * BOWL, skin=skin)
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
-        external.ENGINES["liggghts"].write(scene, Plan(WARM + STEPS, STEPS, dumps=False, settle=WARM), place, "in.deck")
+        external.ENGINES["liggghts"].write(
+            scene, Plan(WARM + STEPS, STEPS, dumps=False, settle=WARM), place, "in.deck"
+        )
         if program.start("liggghts", "in.deck", ranks, place, "log").wait() != 0:
             raise SystemExit(f"liggghts: {program.complaint(place, 'log')}")
         seconds = re.findall(rb"Loop time of ([0-9.e+-]+)", (place / "log").read_bytes())
@@ -169,7 +193,15 @@ def rates(run: Path, ranks: int) -> dict:
         skin = max(SKINS, key=lambda s, grains=grains: liggghts_rate(grains, box, dt, s, ranks))
         peer = statistics.median(liggghts_rate(grains, box, dt, skin, ranks) for _ in range(ROUNDS))
         own = statistics.median(native_rate(grains, box, ranks) for _ in range(ROUNDS))
-        rows.append({"time_s": moment, "grains": len(grains), "liggghts_steps_per_s": peer, "skin_radii": skin, "native_fixed_steps_per_s": own})
+        rows.append(
+            {
+                "time_s": moment,
+                "grains": len(grains),
+                "liggghts_steps_per_s": peer,
+                "skin_radii": skin,
+                "native_fixed_steps_per_s": own,
+            }
+        )
         print(rows[-1], flush=True)
         kept.write_text(json.dumps(rows))
     # the time between two stretches goes at the mean of their costs
@@ -179,8 +211,10 @@ def rates(run: Path, ranks: int) -> dict:
     peer_s = sum(0.5 * (cost[k] + cost[k + 1]) * (edges[k + 1] - edges[k]) / dt for k in range(len(rows)))
     clock = json.loads((run / "clock.json").read_text())
     return {
-        "grains": len(start), "duration_s": duration, "dt_fixed_s": dt, "steps_fixed": duration / dt, "steps_native": report.get("steps"), "ranks": ranks,
-        "stretches": rows, "liggghts_hours": peer_s / 3600.0, "native_hours": clock["wall_s"] / 3600.0, "native_cpu_hours": clock["cpu_s"] / 3600.0,
+        "grains": len(start), "duration_s": duration, "dt_fixed_s": dt, "steps_fixed": duration / dt,
+        "steps_native": report.get("steps"), "ranks": ranks,
+        "stretches": rows, "liggghts_hours": peer_s / 3600.0, "native_hours": clock["wall_s"] / 3600.0,
+        "native_cpu_hours": clock["cpu_s"] / 3600.0,
         "times_faster": peer_s / clock["wall_s"], "times_faster_by_cpu": peer_s * ranks / clock["cpu_s"],
     }  # fmt: skip
 

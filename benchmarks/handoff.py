@@ -1,6 +1,7 @@
 """Time and memory of a handoff: a synthetic source with a bowl and a curtain onto a synthetic bed, ledger included.
 
-``python benchmarks/handoff.py [--json] [--size N] [--threads T]``; ``--size`` is the number of source particles (a third as many grains stay).
+``python benchmarks/handoff.py [--json] [--size N] [--threads T]``; ``--size`` is the number of source particles (a
+third as many grains stay).
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ def lattice(radius: float, low: float, high: float, spacing: float, disorder: fl
 
 
 def source_and_bed(size: int):
-    """A source of about ``size`` particles with a hemispherical cavity of radius 1, and a bed whose domain holds a third of it."""
+    """A source of about ``size`` particles with a hemispherical cavity of radius 1, and a bed whose domain holds a
+    third of it."""
     from matter.particles import Particles
 
     spacing = (np.pi * 2.6**2 * 2.4 / size) ** (1.0 / 3.0)
@@ -45,7 +47,8 @@ def source_and_bed(size: int):
     n = len(position)
     source = Particles(
         {
-            "identity": np.arange(n), "position": position, "velocity": velocity, "mass": np.full(n, 1000.0 * spacing**3),
+            "identity": np.arange(n), "position": position, "velocity": velocity, "mass": np.full(n,
+            1000.0 * spacing**3),
             "density": np.full(n, 1000.0), "smoothing_length": np.full(n, 2.0 * spacing), "material": np.zeros(n),
         },
         {"time": 1.0, "materials": ["ice"]},
@@ -56,8 +59,10 @@ def source_and_bed(size: int):
     radius = 0.45 * grain_spacing * np.random.default_rng(4).uniform(0.85, 1.15, m)
     bed = Particles(
         {
-            "identity": np.arange(m), "position": grains, "velocity": np.zeros((m, 3)), "angular_velocity": np.zeros((m, 3)),
-            "mass": np.full(m, 1000.0 * grain_spacing**3), "radius": radius, "material": np.zeros(m), "species": np.zeros(m),
+            "identity": np.arange(m), "position": grains, "velocity": np.zeros((m, 3)),
+            "angular_velocity": np.zeros((m, 3)),
+            "mass": np.full(m, 1000.0 * grain_spacing**3), "radius": radius, "material": np.zeros(m),
+            "species": np.zeros(m),
             "headroom": grains[:, 2] > 0.0, "density": np.full(m, 1000.0), "stiffness": np.full(m, 1e6),
         },
         {
@@ -85,10 +90,19 @@ def main() -> None:
     start, ledger = stage.hand_over(source, bed, column=column)
     seconds, work = time.perf_counter() - begun, time.process_time() - used
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    print(f"{len(source)} particles, {len(bed)} grains in the bed, {len(start)} at the start: {seconds:.1f} s ({work:.1f} core-s), {peak / 1e9:.2f} GB")
+    print(
+        f"{len(source)} particles, {len(bed)} grains in the bed, {len(start)} at the start: {seconds:.1f} s "
+        f"({work:.1f} core-s), {peak / 1e9:.2f} GB"
+    )
     print(f"beyond the limit: {', '.join(ledger.failures) or 'nothing'}")
     if options.json:
-        result = {"seconds": seconds, "core_seconds": work, "peak_bytes": peak, "particles": len(source), "grains": len(start)}
+        result = {
+            "seconds": seconds,
+            "core_seconds": work,
+            "peak_bytes": peak,
+            "particles": len(source),
+            "grains": len(start),
+        }
         print(json.dumps(result))
 
 

@@ -1,12 +1,14 @@
-"""Speed of the shock stage without gravity: list, state, pairs, step limit and update, full physics, about 60 neighbours.
+"""Speed of the shock stage without gravity: list, state, pairs, step limit and update, full physics, about 60
+neighbours.
 
     python benchmarks/sph_rates.py [--json] [--size N] [--threads T] [--snapshot FILE] [--porous] [--numerics NAME]
-    python benchmarks/sph_rates.py --compare --threads 1 --size 30000        # the pair loop and a whole step of both sets of numerics, in turns
+    python benchmarks/sph_rates.py --compare --threads 1 --size 30000
+        # the pair loop and a whole step of both sets of numerics, in turns
 
-A disordered block of three materials (basalt, water, ice) with strength, damage and explicit flaws, or the particles of a run's snapshot
-(``2_sph/snap_0006.vtkhdf``) with the materials that it names. ``--porous``: P-alpha in the ice (alpha0 = 1.1). A neighbour visit is a directed pair inside
-the support, counted once per evaluation of the forces. ``--compare`` takes CPU time and the least of many short turns: what else runs on the machine
-counts little.
+A disordered block of three materials (basalt, water, ice) with strength, damage and explicit flaws, or the particles
+of a run's snapshot (``2_sph/snap_0006.vtkhdf``) with the materials that it names. ``--porous``: P-alpha in the ice
+(alpha0 = 1.1). A neighbour visit is a directed pair inside the support, counted once per evaluation of the forces.
+``--compare`` takes CPU time and the least of many short turns: what else runs on the machine counts little.
 """
 
 from __future__ import annotations
@@ -38,11 +40,20 @@ def cloud_of(size: int, porous: bool) -> tuple[Cloud, Materials]:
     """A cube of jittered particles, 1 km apart, h for about 60 neighbours."""
     side = round(size ** (1 / 3))
     rng = np.random.default_rng(1)
-    place = np.stack(np.meshgrid(*(np.arange(side),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.25, 0.25, (side**3, 3))
+    place = np.stack(np.meshgrid(*(np.arange(side),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(
+        -0.25, 0.25, (side**3, 3)
+    )
     material = np.minimum((3 * place[:, 2] / side).astype(np.int32).clip(0), 2)
     materials = collect(("basalt", "water", "ice"), POROUS_ICE if porous else None)
     rho = materials.rho0[material] * rng.uniform(1.0, 1.02, len(place))
-    body = bodies.Body((place - 0.5 * side) * 1e3, rho * 1e9, rho, np.full(len(place), 2.43e3), material.astype(np.int32), material.astype(np.int32))
+    body = bodies.Body(
+        (place - 0.5 * side) * 1e3,
+        rho * 1e9,
+        rho,
+        np.full(len(place), 2.43e3),
+        material.astype(np.int32),
+        material.astype(np.int32),
+    )
     cloud = Cloud.of(body)
     cloud.velocity[:] = rng.normal(size=cloud.velocity.shape) * 20.0
     _open_pores(cloud, materials, porous)
@@ -51,11 +62,19 @@ def cloud_of(size: int, porous: bool) -> tuple[Cloud, Materials]:
 
 
 def cloud_of_snapshot(path: Path, porous: bool) -> tuple[Cloud, Materials]:
-    """The particles of a snapshot, in the order of the file's identities mixed up once: what a run leaves sorted is sorted anew."""
+    """The particles of a snapshot, in the order of the file's identities mixed up once: what a run leaves sorted is
+    sorted anew."""
     shot = snapshot.read(path)
     names = tuple(shot.attributes["materials"])
     materials = collect(names, POROUS_ICE if porous else None)
-    body = bodies.Body(shot.position, shot.mass, shot.density, shot.smoothing_length, shot.material.astype(np.int32), shot.layer.astype(np.int32))
+    body = bodies.Body(
+        shot.position,
+        shot.mass,
+        shot.density,
+        shot.smoothing_length,
+        shot.material.astype(np.int32),
+        shot.layer.astype(np.int32),
+    )
     cloud = Cloud.of(body)
     cloud.velocity[:], cloud.specific_energy[:] = shot.velocity, shot.specific_energy
     cloud.stress[:], cloud.root_damage[:] = shot.deviatoric_stress[:, :5], np.cbrt(shot.damage)
@@ -96,7 +115,8 @@ def begin(cloud: Cloud, materials: Materials, numerics: str) -> WithoutGravity:
 
 
 def compared(size: int, porous: bool, turns: int = 15) -> dict[str, dict[str, float]]:
-    """CPU time [ns] a neighbour visit of the pair loop alone and of a whole step, the least over turns that alternate between the sets; same clouds."""
+    """CPU time [ns] a neighbour visit of the pair loop alone and of a whole step, the least over turns that alternate
+    between the sets; same clouds."""
     found = {name: begin(*cloud_of(size, porous), name) for name in SETS}
     least = {name: {"pair_loop_ns": np.inf, "step_ns": np.inf} for name in SETS}
     for _ in range(turns):
@@ -127,7 +147,10 @@ def main() -> None:
     if options.compare:
         costs = compared(options.size, options.porous)
         for name, cost in costs.items():
-            print(f"{name:16s} {cost['pair_loop_ns']:.1f} ns a visit in the pair loop, {cost['step_ns']:.1f} in the whole step")
+            print(
+                f"{name:16s} {cost['pair_loop_ns']:.1f} ns a visit in the pair loop, {cost['step_ns']:.1f} in the "
+                f"whole step"
+            )
         if options.json:
             print(json.dumps(costs))
         return
@@ -135,7 +158,11 @@ def main() -> None:
     if options.snapshot:
         snapshot.read(options.snapshot, only=("neighbours",))  # nor is the library that reads it
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    cloud, materials = cloud_of_snapshot(options.snapshot, options.porous) if options.snapshot else cloud_of(options.size, options.porous)
+    cloud, materials = (
+        cloud_of_snapshot(options.snapshot, options.porous)
+        if options.snapshot
+        else cloud_of(options.size, options.porous)
+    )
     integrator = begin(cloud, materials, options.numerics)
     steps, visits, builds = 20, 0, integrator.neighbourhood.builds
     begun = time.perf_counter()

@@ -9,8 +9,8 @@
     run.snapshot("10 min").position           # arrays, or form="pyvista"
     bolide.sweep("cases/valhalla_980km", {"dem.contact.shell.friction": [0.3, 0.5, 0.7]}, preset="quick")
 
-The rooms of the project (``sph``, ``dem``, ``crater`` ...) lie beside this package and can be imported too; users need this one alone. Importing it is quick:
-what computes or draws is imported when it is asked for.
+The rooms of the project (``sph``, ``dem``, ``crater`` ...) lie beside this package and can be imported too; users need
+this one alone. Importing it is quick: what computes or draws is imported when it is asked for.
 """
 
 from bolide.runs import Run, open, run
@@ -19,4 +19,16 @@ from bolide.tables import materials, scaling
 from bolide.values import Value
 from matter.errors import InputError, Stopped, UnphysicalState, Unsound
 
-__all__ = ["InputError", "Run", "Stopped", "UnphysicalState", "Unsound", "Value", "materials", "open", "run", "scaling", "sweep"]
+__all__ = [
+    "InputError",
+    "Run",
+    "Stopped",
+    "UnphysicalState",
+    "Unsound",
+    "Value",
+    "materials",
+    "open",
+    "run",
+    "scaling",
+    "sweep",
+]

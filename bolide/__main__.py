@@ -1,4 +1,5 @@
-"""``python -m bolide COMMAND ...``: the commands where their scripts are not on the path, ``python -m bolide run_case --help`` for example."""
+"""``python -m bolide COMMAND ...``: the commands where their scripts are not on the path, ``python -m bolide run_case
+--help`` for example."""
 
 from __future__ import annotations
 
@@ -6,7 +7,15 @@ import sys
 
 from pipeline import cli
 
-COMMANDS = ("run_case", "inspect_handoff", "compare_profiles", "measure_crater", "impact_census", "import_snapshot", "export_snapshot")
+COMMANDS = (
+    "run_case",
+    "inspect_handoff",
+    "compare_profiles",
+    "measure_crater",
+    "impact_census",
+    "import_snapshot",
+    "export_snapshot",
+)
 
 
 def main() -> None:

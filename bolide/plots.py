@@ -19,7 +19,8 @@ class Plots:
     name: str
 
     def profile(self, stage: str = "final", axes: Axes | None = None) -> Axes:
-        """Height against radius [km] with its band over azimuth; drawn into ``axes``, or into a new figure. Raises ``InputError`` as ``Run.profile``."""
+        """Height against radius [km] with its band over azimuth; drawn into ``axes``, or into a new figure. Raises
+        ``InputError`` as ``Run.profile``."""
         import matplotlib.pyplot as plt
 
         table = self.table(stage)
@@ -27,7 +28,14 @@ class Plots:
             axes = plt.figure(figsize=(7.0, 3.5), layout="constrained").add_subplot()
         radius = 1e-3 * table["radius_m"]
         (line,) = axes.plot(radius, 1e-3 * table["height_m"], label=f"{self.name}, {stage.replace('_', ' ')}")
-        axes.fill_between(radius, 1e-3 * table["height_p16_m"], 1e-3 * table["height_p84_m"], color=line.get_color(), alpha=0.25, linewidth=0.0)
+        axes.fill_between(
+            radius,
+            1e-3 * table["height_p16_m"],
+            1e-3 * table["height_p84_m"],
+            color=line.get_color(),
+            alpha=0.25,
+            linewidth=0.0,
+        )
         axes.set(xlabel="distance along the datum [km]", ylabel="height above the datum [km]")
         axes.legend()
         return axes

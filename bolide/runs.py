@@ -35,7 +35,8 @@ _FOLDERS = {"sph": "2_sph", "dem": "5_dem"}
 
 @dataclass(frozen=True)
 class Run:
-    """A run folder. ``unsound``: what stages said that ended with a check of their own soundness failed, when it was made in this session."""
+    """A run folder. ``unsound``: what stages said that ended with a check of their own soundness failed, when it was
+    made in this session."""
 
     folder: Path
     unsound: Mapping[str, str] = field(default_factory=dict)
@@ -45,12 +46,16 @@ class Run:
 
     @cached_property
     def measures(self) -> dict[str, dict[str, Value]]:
-        """The measured craters: ``transient`` (at its largest volume), ``transient_at_maximum_depth``, ``final``, each with its measures by name
-        (``depth_m``, ``diameter_apparent_m`` ...). Raises ``InputError`` where the crater was not measured."""
+        """The measured craters: ``transient`` (at its largest volume), ``transient_at_maximum_depth``, ``final``, each
+        with its measures by name (``depth_m``, ``diameter_apparent_m`` ...). Raises ``InputError`` where the crater
+        was not measured."""
         content = self._json("6_crater/measures.json", "the crater was not measured")
         entries = {"transient": content.get("transient") or {}, "final": content.get("final") or {}}
         entries["transient_at_maximum_depth"] = entries["transient"].get("at_maximum_depth") or {}
-        found = {name: {key: value for key, cell in entry.items() if (value := values.of_entry(cell))} for name, entry in entries.items()}
+        found = {
+            name: {key: value for key, cell in entry.items() if (value := values.of_entry(cell))}
+            for name, entry in entries.items()
+        }
         return {name: row for name, row in found.items() if row}
 
     @cached_property
@@ -59,13 +64,14 @@ class Run:
         return tomllib.loads((self.folder / "case.used.toml").read_text())
 
     def profile(self, stage: str = "final") -> pandas.DataFrame:
-        """The radial profile of a crater (``final``, ``transient``, ``transient_at_maximum_depth``, ``sph``): ``radius_m``, ``height_m``, its band over azimuth
-        and the number of columns; ``attrs`` holds ``units`` and what the file says of itself. Raises ``InputError`` where there is none."""
+        """The radial profile of a crater (``final``, ``transient``, ``transient_at_maximum_depth``, ``sph``):
+        ``radius_m``, ``height_m``, its band over azimuth and the number of columns; ``attrs`` holds ``units`` and what
+        the file says of itself. Raises ``InputError`` where there is none."""
         return self._table(f"6_crater/{_of(_PROFILES, stage, 'profile')}")
 
     def history(self, stage: str = "sph") -> pandas.DataFrame:
-        """What a stage kept in time: ``sph`` and ``dem`` (energies, momenta), ``crater`` (the measures of every snapshot); ``attrs["units"]``. Raises
-        ``InputError`` where there is none."""
+        """What a stage kept in time: ``sph`` and ``dem`` (energies, momenta), ``crater`` (the measures of every
+        snapshot); ``attrs["units"]``. Raises ``InputError`` where there is none."""
         return self._table(_of(_HISTORIES, stage, "history"))
 
     @cached_property
@@ -74,13 +80,18 @@ class Run:
         from matter import snapshot
 
         found = [
-            (stage, float(snapshot.attributes(path).get("time", 0.0)), path) for stage, name in _FOLDERS.items() for path in snapshot.series(self.folder / name)
+            (stage, float(snapshot.attributes(path).get("time", 0.0)), path)
+            for stage, name in _FOLDERS.items()
+            for path in snapshot.series(self.folder / name)
         ]
         return sorted(found, key=lambda one: one[1])
 
-    def snapshot(self, time: float | str, stage: str | None = None, form: Literal["arrays", "pyvista"] = "arrays") -> Particles | pyvista.PolyData:
-        """The snapshot nearest to a ``time`` after the impact ([s], or a text with unit), of one ``stage`` (``sph``, ``dem``) or of either: arrays by field
-        (``particles.position``), or a pyvista mesh. Raises ``InputError`` where there is none."""
+    def snapshot(
+        self, time: float | str, stage: str | None = None, form: Literal["arrays", "pyvista"] = "arrays"
+    ) -> Particles | pyvista.PolyData:
+        """The snapshot nearest to a ``time`` after the impact ([s], or a text with unit), of one ``stage`` (``sph``,
+        ``dem``) or of either: arrays by field (``particles.position``), or a pyvista mesh. Raises ``InputError`` where
+        there is none."""
         from matter import snapshot
 
         moment = _si(time, "s", "time")
@@ -97,14 +108,16 @@ class Run:
 
     @property
     def ledger(self) -> pandas.DataFrame:
-        """The handoff's ledger, a row per criterion: value, limit, verdict, unit, note. Raises ``InputError`` where nothing was handed over."""
+        """The handoff's ledger, a row per criterion: value, limit, verdict, unit, note. Raises ``InputError`` where
+        nothing was handed over."""
         import pandas
 
         rows = self._json("4_handoff/ledger.json", "nothing was handed over")
         return pandas.DataFrame(rows).set_index("name")
 
     def compare(self, *others: Run | str | Path, stage: str | None = None) -> pandas.DataFrame:
-        """This run beside others, profiles (CSV) and observed craters (by name), like with like as ``compare_profiles`` does: a row per crater and measure."""
+        """This run beside others, profiles (CSV) and observed craters (by name), like with like as
+        ``compare_profiles`` does: a row per crater and measure."""
         import pandas
 
         from crater import craters
@@ -113,7 +126,15 @@ class Run:
         items = [craters.holdings(str(other.folder if isinstance(other, Run) else other)) for other in (self, *others)]
         chosen, said = craters.chosen(items, stage)
         rows = [
-            {"crater": crater.label, "stage": crater.stage, "measure": name, "value": value, "minus": minus, "plus": plus, "unit": UNITS.get(name, "")}
+            {
+                "crater": crater.label,
+                "stage": crater.stage,
+                "measure": name,
+                "value": value,
+                "minus": minus,
+                "plus": plus,
+                "unit": UNITS.get(name, ""),
+            }
             for crater in chosen
             for name, (value, minus, plus) in crater.values.items()
         ]
@@ -142,7 +163,9 @@ class Run:
         parts = []
         for name, noun in words.items():
             sizes = [
-                f"{word} {found[name][key]}" for key, word in (("diameter_apparent_m", "apparent diameter"), ("depth_m", "depth")) if key in found.get(name, {})
+                f"{word} {found[name][key]}"
+                for key, word in (("diameter_apparent_m", "apparent diameter"), ("depth_m", "depth"))
+                if key in found.get(name, {})
             ]
             if sizes:
                 parts.append(f"{noun}: {', '.join(sizes)}")
@@ -165,7 +188,9 @@ class Run:
             raise InputError(f"{self.folder} holds no {name}")
         table = pandas.read_csv(path, comment="#")
         lines = [line for line in path.read_text().splitlines() if line.startswith("#") and "=" in line]
-        facts = [(key.strip(), value.strip()) for key, _, value in (line.lstrip("# ").partition("=") for line in lines)]
+        facts = [
+            (key.strip(), value.strip()) for key, _, value in (line.lstrip("# ").partition("=") for line in lines)
+        ]
         table.attrs = {**dict(facts), "units": {column: values.of_column(column) for column in table.columns}}
         return table
 
@@ -208,8 +233,8 @@ def run(
 ) -> Run:
     """Run or resume a case as ``run_case`` does, and open the run; a run folder as ``case`` goes on.
 
-    ``settings`` are keys of the case with values in its form, ``**{"impact.speed": "15 km/s"}``; ``start`` and ``until`` name stages (``--from``, ``--until``);
-    ``quiet``: nothing is printed.
+    ``settings`` are keys of the case with values in its form, ``**{"impact.speed": "15 km/s"}``; ``start`` and
+    ``until`` name stages (``--from``, ``--until``); ``quiet``: nothing is printed.
 
     Raises ``InputError`` (bad input), ``Stopped`` (interrupted: the same call resumes), ``UnphysicalState``.
     """
@@ -220,7 +245,13 @@ def run(
     from pipeline.run import run as made
 
     place = Path(out)
-    read = going_on.read(Path(case), preset, [f"{key}={toml(value)}" for key, value in settings.items()], place if place != Path("runs") else None, size)
+    read = going_on.read(
+        Path(case),
+        preset,
+        [f"{key}={toml(value)}" for key, value in settings.items()],
+        place if place != Path("runs") else None,
+        size,
+    )
     display = screen.SilentScreen() if quiet else screen.screen()
     try:
         outcome = made(Request(read, place, start, until, threads=threads), display)

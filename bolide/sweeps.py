@@ -30,11 +30,13 @@ def sweep(
 ) -> pandas.DataFrame:
     """Run every member of a sweep as ``run_case CASE --sweep`` does, side by side; a row per member.
 
-    ``vary``: key of the case -> its values, ``{"dem.contact.shell.friction": [0.3, 0.5]}``, laid over ``[sweep]`` of the case; ``kind``, ``members`` and
-    ``seed`` as there. ``settings`` are keys that all members share, as for ``bolide.run``. What is done is not made again.
+    ``vary``: key of the case -> its values, ``{"dem.contact.shell.friction": [0.3, 0.5]}``, laid over ``[sweep]`` of
+    the case; ``kind``, ``members`` and ``seed`` as there. ``settings`` are keys that all members share, as for
+    ``bolide.run``. What is done is not made again.
 
-    Columns: the keys that were varied, the run folder and where it stands, measures as ``final/depth_m`` with ``final/depth_m_sigma`` [SI]; ``attrs`` holds
-    ``units``, the sweep's ``folder`` (table, page, links to the runs) and the exit codes of members that ``failed``. Raises ``InputError``, ``Stopped``.
+    Columns: the keys that were varied, the run folder and where it stands, measures as ``final/depth_m`` with
+    ``final/depth_m_sigma`` [SI]; ``attrs`` holds ``units``, the sweep's ``folder`` (table, page, links to the runs)
+    and the exit codes of members that ``failed``. Raises ``InputError``, ``Stopped``.
     """
     import pandas
 
@@ -44,14 +46,22 @@ def sweep(
 
     overrides = tuple(f"{key}={toml(value)}" for key, value in settings.items())
     read = cases.read(Path(case), preset, overrides)
-    given = {name: value for name, value in (("kind", kind), ("members", members), ("seed", seed)) if value is not None}
+    given = {
+        name: value for name, value in (("kind", kind), ("members", members), ("seed", seed)) if value is not None
+    }
     varied = {key: list(values) for key, values in (vary or {}).items()}
     table = sweeps.read_table(sweeps.laid(read.sweep, given, varied), ())
     made = sweeps.Sweep(read.file, read.preset, None, overrides, Path(out), tuple(sweeps.members(table)), until)
     each = threads or max(1, sweep_run.cores() // len(made.members))
     sweep_run.links(made)
-    failed = sweep_run.Runner(made, each, sweep_run.side_by_side(made, each), lambda words: None if quiet else print(words, flush=True)).run()
+    failed = sweep_run.Runner(
+        made, each, sweep_run.side_by_side(made, each), lambda words: None if quiet else print(words, flush=True)
+    ).run()
     rows = sweep_table.write(made)
     found = pandas.DataFrame(rows, columns=sweep_table.columns_of(rows)).set_index("member")
-    found.attrs = {"units": {name: sweep_table.unit_of(name) for name in found.columns}, "folder": str(made.folder), "failed": failed}
+    found.attrs = {
+        "units": {name: sweep_table.unit_of(name) for name in found.columns},
+        "folder": str(made.folder),
+        "failed": failed,
+    }
     return found

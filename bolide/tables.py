@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
 
 class Materials(Mapping[str, Mapping[str, Mapping[str, Any]]]):
-    """Every material by name: its sections by the law that uses them, values in SI; ``bolide.materials["ice"]["tillotson"]["rho0"]``."""
+    """Every material by name: its sections by the law that uses them, values in SI;
+    ``bolide.materials["ice"]["tillotson"]["rho0"]``."""
 
     def __getitem__(self, name: str) -> Mapping[str, Mapping[str, Any]]:
         from matter import material
@@ -48,8 +49,8 @@ def scaling(
 ) -> pandas.DataFrame:
     """Transient apparent diameter by scaling laws (``crater.scaling``), a row per law.
 
-    ``projectile`` and ``target`` are names of materials; ``radius``, ``speed``, ``gravity`` and the angle are SI numbers or texts with units; ``ground``: only
-    the laws for ``fluid``, ``rock`` or ``sand``. Raises ``InputError``.
+    ``projectile`` and ``target`` are names of materials; ``radius``, ``speed``, ``gravity`` and the angle are SI
+    numbers or texts with units; ``ground``: only the laws for ``fluid``, ``rock`` or ``sand``. Raises ``InputError``.
     """
     import pandas
 
@@ -65,10 +66,16 @@ def scaling(
     if ground is not None and ground not in laws.GROUNDS:
         raise InputError(f"no ground {ground!r} (there are {', '.join(laws.GROUNDS)})")
     strike = laws.Strike(
-        si(radius, "m", "radius"), si(speed, "m/s", "speed"), si(angle_from_vertical, "rad", "angle_from_vertical"), si(gravity, "m/s^2", "gravity"),
+        si(radius, "m", "radius"), si(speed, "m/s", "speed"), si(angle_from_vertical, "rad", "angle_from_vertical"),
+        si(gravity, "m/s^2", "gravity"),
         material.reference_density(projectile), material.reference_density(target),
     )  # fmt: skip
-    found = {name: size for name, size in laws.diameters(strike).items() if ground is None or name in laws.GROUNDS[ground]}
-    table = pandas.DataFrame({"law": [laws.NAMES[name] for name in found], "diameter_m": list(found.values())}, index=pandas.Index(list(found), name="name"))
+    found = {
+        name: size for name, size in laws.diameters(strike).items() if ground is None or name in laws.GROUNDS[ground]
+    }
+    table = pandas.DataFrame(
+        {"law": [laws.NAMES[name] for name in found], "diameter_m": list(found.values())},
+        index=pandas.Index(list(found), name="name"),
+    )
     table.attrs["units"] = {"diameter_m": "m"}
     return table

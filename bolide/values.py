@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 
 class Value(NamedTuple):
-    """``value`` and its standard error ``sigma`` (None: not known) in the SI ``unit``; ``parts``: what the error is made of."""
+    """``value`` and its standard error ``sigma`` (None: not known) in the SI ``unit``; ``parts``: what the error is
+    made of."""
 
     value: float
     sigma: float | None
@@ -25,8 +26,15 @@ def of_entry(cell: Any) -> Value | None:
     if not isinstance(cell, Mapping) or not isinstance(cell.get("value"), int | float):
         return None
     sigma = cell.get("sigma")
-    parts = {name: float(part) for name, part in (cell.get("sigma_parts") or {}).items() if isinstance(part, int | float)}
-    return Value(float(cell["value"]), float(sigma) if isinstance(sigma, int | float) else None, str(cell.get("unit", "1")), parts)
+    parts = {
+        name: float(part) for name, part in (cell.get("sigma_parts") or {}).items() if isinstance(part, int | float)
+    }
+    return Value(
+        float(cell["value"]),
+        float(sigma) if isinstance(sigma, int | float) else None,
+        str(cell.get("unit", "1")),
+        parts,
+    )
 
 
 def of_column(name: str) -> str:

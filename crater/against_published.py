@@ -24,12 +24,15 @@ def compared(findings: Findings) -> Compared:
         reasons["scaling"] = "the scaling laws here are those of the gravity regime, and this run has no gravity"
     reference = tuple(_verdict(findings, published) for published in findings.settings.reference)
     shock, grains = findings.late_sph, findings.settled_grains
-    difference = _late_difference(shock.measures, grains.measures) if shock is not None and grains is not None else None
+    difference = (
+        _late_difference(shock.measures, grains.measures) if shock is not None and grains is not None else None
+    )
     return Compared(laws, reference, difference, reasons)
 
 
 def _by_scaling(findings: Findings) -> dict[str, Any]:
-    """Diameters by every law, the range of those that are usual for the ground, final diameters and the time of formation."""
+    """Diameters by every law, the range of those that are usual for the ground, final diameters and the time of
+    formation."""
     shot, laws = findings.setting.strike, scaling.GROUNDS[findings.settings.ground]
     sizes = scaling.diameters(shot)
     usual = [sizes[name] for name in laws]
@@ -45,7 +48,8 @@ def _by_scaling(findings: Findings) -> dict[str, Any]:
 
 
 def _late_difference(shock: Measures, grains: Measures) -> dict[str, Any]:
-    """The two late stages: profiles inside 1.5 rim radii of the larger crater, the largest difference with its place, depth and diameter with their ratio."""
+    """The two late stages: profiles inside 1.5 rim radii of the larger crater, the largest difference with its place,
+    depth and diameter with their ratio."""
     difference = profile_difference(shock.profile, grains.profile, rim=_larger_rim(shock, grains))
     for name in ("depth_m", "diameter_apparent_m"):
         pair = [measures[name].value for measures in (shock, grains)]
@@ -55,7 +59,8 @@ def _late_difference(shock: Measures, grains: Measures) -> dict[str, Any]:
 
 
 def _larger_rim(*craters: Measures) -> float | None:
-    """The larger rim radius [m]; where no rim could be stated, the larger apparent radius; None where there is neither."""
+    """The larger rim radius [m]; where no rim could be stated, the larger apparent radius; None where there is
+    neither."""
     for name in ("diameter_rim_m", "diameter_apparent_m"):
         sizes = [0.5 * measures[name].value for measures in craters if measures[name].value is not None]  # type: ignore[operator]
         if sizes:
@@ -82,7 +87,11 @@ def _verdict(findings: Findings, published: Published) -> dict[str, Any]:
         return {**row, "met": None, "why": ours.reason}
     apart = ours.value - value
     allowed = float(np.hypot(plus if apart > 0 else minus, ours.sigma or 0.0))
-    return {**row, "met": bool(abs(apart) <= allowed), "difference_over_error": apart / allowed if allowed > 0 else None}
+    return {
+        **row,
+        "met": bool(abs(apart) <= allowed),
+        "difference_over_error": apart / allowed if allowed > 0 else None,
+    }
 
 
 def _moment(findings: Findings, published: Published) -> str:
@@ -108,5 +117,7 @@ def _ours(findings: Findings, published: Published) -> Quantity:
         return Quantity(last.time, 0.0, "s") if published.quantity == TIME else last.measures[published.quantity]
     moment = findings.transient.get(published.at)
     if moment is None or moment.measures is None:
-        return Quantity(None, None, missing, findings.reasons.get("transient", f"no maximum of {published.at} in the series"))
+        return Quantity(
+            None, None, missing, findings.reasons.get("transient", f"no maximum of {published.at} in the series")
+        )
     return time_of(findings, moment) if published.quantity == TIME else moment.measures[published.quantity]

@@ -1,17 +1,20 @@
-"""The ballistic profile: every particle of the snapshot that was handed over flies freely, and the mass is balanced ring by ring.
+"""The ballistic profile: every particle of the snapshot that was handed over flies freely, and the mass is balanced
+ring by ring.
 
 A particle at the height z with the velocity v under gravity g comes down on the level of the ground, z = 0, after
 
     t = (v_z + sqrt(v_z^2 + 2 g z)) / g,    at x + v_xy t;
 
-below the ground only what rises and gets as far as z = 0 (v_z^2 >= 2 g |z|) flies, the rest stays where it is. What is faster than the escape speed, where
-there is one, leaves. With the mass before (at the places of the particles before the impact) and after in a ring of area A, in ground of density rho,
+below the ground only what rises and gets as far as z = 0 (v_z^2 >= 2 g |z|) flies, the rest stays where it is. What is
+faster than the escape speed, where there is one, leaves. With the mass before (at the places of the particles before
+the impact) and after in a ring of area A, in ground of density rho,
 
     height = (mass after - mass before) / (rho A)
 
-which leaves out compaction. No collision, no friction, no collapse: where the flow is nearly free, as on an asteroid, its diameter is that of the crater, and
-what follows cannot change it by much; its depth is that of the matter thrown out, whether its slopes stand or not. An independent check of what is handed
-over: matter taken for ejecta that is none, or grains that gain energy, show as a diameter that differs.
+which leaves out compaction. No collision, no friction, no collapse: where the flow is nearly free, as on an asteroid,
+its diameter is that of the crater, and what follows cannot change it by much; its depth is that of the matter thrown
+out, whether its slopes stand or not. An independent check of what is handed over: matter taken for ejecta that is
+none, or grains that gain energy, show as a diameter that differs.
 """
 
 from __future__ import annotations
@@ -34,7 +37,8 @@ AGREE = 0.1
 RINGS = 40
 SECTORS = 12
 _POINTS = 16
-"""A particle's mass is spread over so many points of a disc as wide as it is: the same before and after, so that what has not moved leaves no trace."""
+"""A particle's mass is spread over so many points of a disc as wide as it is: the same before and after, so that what
+has not moved leaves no trace."""
 
 
 @dataclass(frozen=True)
@@ -69,19 +73,25 @@ def _disc() -> np.ndarray:
 
 
 def _cells(place: np.ndarray, mass: np.ndarray, width: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Mass [kg] in rings and sectors (rings, sectors) about the origin; every particle is a disc of radius ``width``."""
+    """Mass [kg] in rings and sectors (rings, sectors) about the origin; every particle is a disc of radius
+    ``width``."""
     total = np.zeros((len(edges) - 1, SECTORS))
     for offset in _disc():
         points = place + width[:, None] * offset
         ring = np.searchsorted(edges, np.hypot(points[:, 0], points[:, 1]), side="right") - 1
-        sector = np.floor((np.arctan2(points[:, 1], points[:, 0]) / (2.0 * np.pi) + 0.5) * SECTORS).astype(int) % SECTORS
+        sector = (
+            np.floor((np.arctan2(points[:, 1], points[:, 0]) / (2.0 * np.pi) + 0.5) * SECTORS).astype(int) % SECTORS
+        )
         inside = (ring >= 0) & (ring < len(edges) - 1)
         np.add.at(total, (ring[inside], sector[inside]), mass[inside] / _POINTS)
     return total
 
 
-def profile_of(particles: Particles, gravity: float, density: float, reach: float, escape_speed: float = 0.0) -> tuple[Profile, float]:
-    """The profile out to ``reach`` [m] about the impact point (the origin) in ground of ``density`` [kg/m^3], and the mass that leaves [kg].
+def profile_of(
+    particles: Particles, gravity: float, density: float, reach: float, escape_speed: float = 0.0
+) -> tuple[Profile, float]:
+    """The profile out to ``reach`` [m] about the impact point (the origin) in ground of ``density`` [kg/m^3], and the
+    mass that leaves [kg].
 
     Raises ``InputError`` without ``initial_position``, velocity, mass and density.
     """
@@ -91,7 +101,11 @@ def profile_of(particles: Particles, gravity: float, density: float, reach: floa
     width = np.cbrt(3.0 * mass / (4.0 * np.pi * density))
     velocity = particles.velocity[target]
     place, flies = landing(particles.position[target], velocity, gravity)
-    leaves = flies & (np.linalg.norm(velocity, axis=1) > escape_speed) if escape_speed > 0.0 else np.zeros(len(mass), dtype=bool)
+    leaves = (
+        flies & (np.linalg.norm(velocity, axis=1) > escape_speed)
+        if escape_speed > 0.0
+        else np.zeros(len(mass), dtype=bool)
+    )
     edges = np.linspace(0.0, reach, RINGS + 1)
     area = np.pi * np.diff(edges**2)
     after = _cells(place[~leaves], mass[~leaves], width[~leaves], edges)
@@ -100,11 +114,14 @@ def profile_of(particles: Particles, gravity: float, density: float, reach: floa
     low, high = np.percentile(height, (16.0, 84.0), axis=1)
     middle = 0.5 * (edges[1:] + edges[:-1])
     count = np.full(RINGS, SECTORS)
-    return Profile(middle, height.mean(axis=1), low, high, count, {"of": "ballistic: free flight of the snapshot handed over"}), float(mass[leaves].sum())
+    return Profile(
+        middle, height.mean(axis=1), low, high, count, {"of": "ballistic: free flight of the snapshot handed over"}
+    ), float(mass[leaves].sum())
 
 
 def of_run(inputs: Path, gravity: float, density: float, reach: float, escape_speed: float) -> Ballistic | None:
-    """The ballistic profile of a run's handed-over snapshot (the last one where nothing was handed over), None without a shock stage.
+    """The ballistic profile of a run's handed-over snapshot (the last one where nothing was handed over), None without
+    a shock stage.
 
     Raises ``InputError`` when the snapshot lacks a field.
     """
@@ -119,7 +136,13 @@ def of_run(inputs: Path, gravity: float, density: float, reach: float, escape_sp
     profile, left = profile_of(particles, gravity, density, reach, escape_speed)
     if not np.any(profile.height < 0.0):
         raise InputError("free flight takes nothing away from the impact point")
-    return Ballistic(profile, measure_profile(profile), left, float(particles.attributes.get("time", np.nan)), f"2_sph/{chosen.name}")
+    return Ballistic(
+        profile,
+        measure_profile(profile),
+        left,
+        float(particles.attributes.get("time", np.nan)),
+        f"2_sph/{chosen.name}",
+    )
 
 
 def words(ballistic: Ballistic, diameter: float | None, of: str) -> str:

@@ -1,7 +1,8 @@
-"""The crater as a block that the reader turns, inside the page: height map cut open along the impact plane, coloured by depth of origin.
+"""The crater as a block that the reader turns, inside the page: height map cut open along the impact plane, coloured
+by depth of origin.
 
-The numbers go into the page as a few arrays of bytes (some 60 kB), drawn by ``block_view.js`` in the reader's browser: no server, no network, no library.
-Without WebGL nothing of it shows, and the page's pictures stand alone.
+The numbers go into the page as a few arrays of bytes (some 60 kB), drawn by ``block_view.js`` in the reader's browser:
+no server, no network, no library. Without WebGL nothing of it shows, and the page's pictures stand alone.
 """
 
 from __future__ import annotations
@@ -31,26 +32,38 @@ _COLOURS = 254
 
 
 def of_findings(findings: Findings, title: str) -> str:
-    """The block of the last crater, called ``title``, as HTML; empty where there is none, or where its snapshot is gone."""
+    """The block of the last crater, called ``title``, as HTML; empty where there is none, or where its snapshot is
+    gone."""
     last = findings.final
     if last is None or not last.path.is_file():
         return ""
     particles = snapshot.read(last.path)
-    return html(data(last.measures, particles, sections.places_before(particles, findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}")), title)
+    return html(
+        data(
+            last.measures,
+            particles,
+            sections.places_before(particles, findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"),
+        ),
+        title,
+    )
 
 
 def data(measures: Measures, particles: Particles, places: np.ndarray | None) -> dict[str, Any]:
-    """What the viewer draws. ``places`` (n, 3) [m]: where each particle lay before the impact, NaN where that is unknown; None: known for none.
+    """What the viewer draws. ``places`` (n, 3) [m]: where each particle lay before the impact, NaN where that is
+    unknown; None: known for none.
 
-    Heights are measured above the datum, on a square of ``half`` [m] to each side of the crater's centre along the datum; ``radius`` [m] is the datum's,
-    0 for a plane. The section is the plane through the centre and the downrange direction, each cell with the origin of its nearest particle.
+    Heights are measured above the datum, on a square of ``half`` [m] to each side of the crater's centre along the
+    datum; ``radius`` [m] is the datum's, 0 for a plane. The section is the plane through the centre and the downrange
+    direction, each cell with the origin of its nearest particle.
     """
     ground = measures.ground
     apparent = measures["diameter_apparent_m"].value
     half = min(float(ground.columns.edges[-1]), 1.5 * apparent) if apparent else float(ground.columns.edges[-1])
     x = np.linspace(-half, half, GRID)
     height = _heights(measures, *np.meshgrid(x, x))
-    origin = np.full(len(particles), np.nan) if places is None else -ground.datum.polar(np.nan_to_num(places, nan=1e30))[2]
+    origin = (
+        np.full(len(particles), np.nan) if places is None else -ground.datum.polar(np.nan_to_num(places, nan=1e30))[2]
+    )
     if places is not None:
         origin[~np.isfinite(places).all(axis=1)] = np.nan
     size = sections.size_of(particles, half)
@@ -62,7 +75,8 @@ def data(measures: Measures, particles: Particles, places: np.ndarray | None) ->
     step = max(highest - lowest, 1e-9) / (NO_HEIGHT - 1)
     counts = np.where(np.isfinite(height), np.round((np.nan_to_num(height) - lowest) / step), NO_HEIGHT).astype("<u2")
     return {
-        "grid": GRID, "half": half, "radius": ground.datum.radius if ground.datum.is_sphere else 0.0, "circle": 0.5 * apparent if apparent else 0.0,
+        "grid": GRID, "half": half, "radius": ground.datum.radius if ground.datum.is_sphere else 0.0,
+        "circle": 0.5 * apparent if apparent else 0.0,
         "height": {"low": lowest, "step": step, "counts": _text(counts)}, "top": _text(top),
         "section": {"along": ALONG, "down": DOWN, "low": low, "high": high, "cells": _text(section)},
         "deepest": deepest, "limit": float(np.quantile(np.abs(known), 0.995)) if len(known) else 1.0,
@@ -72,26 +86,33 @@ def data(measures: Measures, particles: Particles, places: np.ndarray | None) ->
 
 def heights(content: Mapping[str, Any]) -> np.ndarray:
     """The height map [m] (rows along y, columns along x) as the viewer decodes it; NaN where nothing was measured."""
-    counts = np.frombuffer(base64.b64decode(content["height"]["counts"]), dtype="<u2").reshape(content["grid"], content["grid"])
+    counts = np.frombuffer(base64.b64decode(content["height"]["counts"]), dtype="<u2").reshape(
+        content["grid"], content["grid"]
+    )
     return np.where(counts == NO_HEIGHT, np.nan, content["height"]["low"] + counts * content["height"]["step"])
 
 
 def html(content: Mapping[str, Any], title: str = "The crater") -> str:
     """The viewer with its data: hidden until its own script finds WebGL."""
     scale, unit = readable.length_unit(content["half"])
-    apparent = f"; black circle: apparent diameter {readable.length(2.0 * content['circle'])}" if content["circle"] else ""
+    apparent = (
+        f"; black circle: apparent diameter {readable.length(2.0 * content['circle'])}" if content["circle"] else ""
+    )
     words = (
         f"{title}, in three dimensions, {readable.length(2.0 * content['half'])} across{apparent}. "
-        "The face is the plane of the impact, downrange to the right; each point of it has the depth of origin of the nearest particle "
+        "The face is the plane of the impact, downrange to the right; each point of it has the depth of origin of the "
+        "nearest particle "
         "(grey: unknown, as for ejecta). Drag to turn, scroll or pinch to zoom, double-click to reset."
     )
     facts = json.dumps({**content, "scale": scale, "unit": unit}, separators=(",", ":"))
     script = Path(__file__).with_suffix(".js").read_text()
     return (
         "<figure class=live id=block hidden><div class=block-bar>"
-        "<label>surface <select id=block-colour><option value=origin>depth of origin</option><option value=height>height</option></select></label>"
+        "<label>surface <select id=block-colour><option value=origin>depth of origin</option><option "
+        "value=height>height</option></select></label>"
         "<label><input type=checkbox id=block-cut checked> cut open</label>"
-        "<label>heights × <select id=block-stretch><option>1</option><option>2</option><option>4</option></select></label>"
+        "<label>heights × <select "
+        "id=block-stretch><option>1</option><option>2</option><option>4</option></select></label>"
         "<span id=block-key></span></div><canvas id=block-canvas aria-label='interactive view of the crater'></canvas>"
         f"<figcaption>{page.escape(words)}</figcaption></figure>\n"
         f"<script type='application/json' id=block-data>{facts}</script>\n<script>\n{script}</script>"
@@ -118,7 +139,9 @@ def _position(datum: Datum, x: np.ndarray, y: np.ndarray, height: np.ndarray) ->
     distance = np.hypot(x, y)
     share = np.sinc(distance / datum.radius / np.pi)  # sin(psi) / psi
     r = 1.0 + height / datum.radius
-    return datum.outside(np.column_stack([x * share * r, y * share * r, (datum.radius + height) * np.cos(distance / datum.radius)]))
+    return datum.outside(
+        np.column_stack([x * share * r, y * share * r, (datum.radius + height) * np.cos(distance / datum.radius)])
+    )
 
 
 def _deepest(datum: Datum, particles: Particles, half: float) -> float:
@@ -151,7 +174,9 @@ def _origin_at(datum, particles, origin, deepest, x, y, height) -> np.ndarray:
     """Bytes of the origin of what lies at the surface."""
     from scipy.spatial import cKDTree
 
-    _, nearest = cKDTree(particles.position).query(_position(datum, x.ravel(), y.ravel(), np.nan_to_num(height).ravel()))
+    _, nearest = cKDTree(particles.position).query(
+        _position(datum, x.ravel(), y.ravel(), np.nan_to_num(height).ravel())
+    )
     return _byte(origin[nearest], deepest)
 
 

@@ -1,5 +1,6 @@
-"""What a measuring stands on: the datum, the ground before the impact, what counts as in flight, how far to look. One crater measured twice on the same
-choices gives the same numbers; the stage keeps its own in ``measures.json``, and every snapshot of a run carries enough to make them again."""
+"""What a measuring stands on: the datum, the ground before the impact, what counts as in flight, how far to look. One
+crater measured twice on the same choices gives the same numbers; the stage keeps its own in ``measures.json``, and
+every snapshot of a run carries enough to make them again."""
 
 from __future__ import annotations
 
@@ -19,15 +20,16 @@ from matter import archive, readable, snapshot
 from matter.particles import Particles
 
 REACH, WITHIN = 2.5, 0.5
-"""In expected transient diameters: how far the columns of a whole body go, and how far from the axis the crater is looked for. The far field of the crater is
-wanted, not the far side of the body."""
+"""In expected transient diameters: how far the columns of a whole body go, and how far from the axis the crater is
+looked for. The far field of the crater is wanted, not the far side of the body."""
 ATTRIBUTE = "measuring"
 """Attribute of a snapshot that holds its datum, gravity, expected crater and ground before the impact."""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """``before``: snapshot of the undisturbed ground; ``gravity`` [m/s^2], ``rise_limit`` [m], ``reach`` [m] (None: as far as the cloud goes), ``within`` [m].
+    """``before``: snapshot of the undisturbed ground; ``gravity`` [m/s^2], ``rise_limit`` [m], ``reach`` [m] (None: as
+    far as the cloud goes), ``within`` [m].
 
     ``unknown``: what a measuring on these choices lacks against that of its run, in words.
     """
@@ -54,7 +56,8 @@ class Choices:
         return locate.ground_before(particles, self.datum, self.reach, self.sectors)
 
     def measured(self, particles: Particles, before: Undisturbed | None, what: str) -> Measures:
-        """Measure ``particles`` on these choices, with the ground ``before`` as ``ground_before`` gave it. Raises ``InputError`` as ``measure``."""
+        """Measure ``particles`` on these choices, with the ground ``before`` as ``ground_before`` gave it. Raises
+        ``InputError`` as ``measure``."""
         return measure(particles, self.datum, before, self.search, what=what)
 
     @property
@@ -66,7 +69,8 @@ class Choices:
         """JSON-ready; ``before`` relative to the ``run`` folder."""
         before = None if self.before is None else self.before.relative_to(run).as_posix()
         return {
-            "datum": datum_facts(self.datum), "before": before, "gravity_m_s2": self.gravity, "rise_limit_m": self.rise_limit,
+            "datum": datum_facts(self.datum), "before": before, "gravity_m_s2": self.gravity,
+            "rise_limit_m": self.rise_limit,
             "reach_m": self.reach, "within_m": self.within, "sectors": self.sectors, "seed": self.seed,
         }  # fmt: skip
 
@@ -76,7 +80,10 @@ class Choices:
         if self.before is not None:
             ground = f"heights against the ground before the impact ({self.before.parent.name}/{self.before.name})"
         flying = f"what would rise above {readable.length(self.rise_limit)} is in flight"
-        return f"{ground}; {flying}; looked for within {readable.length(self.within)} of the axis; {self.sectors} sectors, seed {self.seed}"
+        return (
+            f"{ground}; {flying}; looked for within {readable.length(self.within)} of the axis; {self.sectors} "
+            f"sectors, seed {self.seed}"
+        )
 
 
 def datum_facts(datum: Datum) -> dict[str, Any]:
@@ -90,7 +97,9 @@ def datum_facts(datum: Datum) -> dict[str, Any]:
 def datum_of(facts: Mapping[str, Any]) -> Datum:
     """The datum behind ``datum_facts``."""
     if facts["kind"] == "sphere":
-        datum = datums.sphere(float(facts["radius_m"]), tuple(facts["centre_m"]), source=str(facts.get("source", "given")))
+        datum = datums.sphere(
+            float(facts["radius_m"]), tuple(facts["centre_m"]), source=str(facts.get("source", "given"))
+        )
     else:
         x, y, z = (float(c) for c in facts["centre_m"])
         datum = datums.plane(z, (x, y), source=str(facts.get("source", "given")))
@@ -101,7 +110,8 @@ def datum_of(facts: Mapping[str, Any]) -> Datum:
 
 
 def of_snapshot(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
-    """The choices behind a snapshot: those of the run that it lies in, else those that it carries; None for a snapshot that says nothing of the kind."""
+    """The choices behind a snapshot: those of the run that it lies in, else those that it carries; None for a snapshot
+    that says nothing of the kind."""
     path = Path(path)
     stage = str(attributes.get("stage", ""))
     return _of_run(path, stage) or _of_attributes(path, attributes)
@@ -118,18 +128,28 @@ def _of_run(path: Path, stage: str) -> Choices | None:
     before = run / facts["before"] if facts["before"] else None
     missing = () if before is None or before.is_file() else (f"the ground before the impact ({facts['before']})",)
     return Choices(
-        datum_of(facts["datum"]), before if not missing else None, float(facts["gravity_m_s2"]), float(facts["rise_limit_m"]), facts["reach_m"],
+        datum_of(facts["datum"]), before if not missing else None, float(facts["gravity_m_s2"]),
+        float(facts["rise_limit_m"]), facts["reach_m"],
         float(facts["within_m"]), int(facts["sectors"]), int(facts["seed"]), missing,
         _chain_of(measures, f"{path.parent.name}/{path.name}"),
     )  # fmt: skip
 
 
 def _chain_of(measures: Mapping[str, Any], name: str) -> dict[str, float]:
-    """Chain errors of the crater that the run measured in its snapshot ``name``: at the largest volume or final before any other moment."""
+    """Chain errors of the crater that the run measured in its snapshot ``name``: at the largest volume or final before
+    any other moment."""
     transient = measures.get("transient", {})
-    for entry in (measures.get("final", {}), transient, *(transient.get(f"at_maximum_{key}", {}) for key in ("depth", "diameter"))):
+    for entry in (
+        measures.get("final", {}),
+        transient,
+        *(transient.get(f"at_maximum_{key}", {}) for key in ("depth", "diameter")),
+    ):
         if entry.get("snapshot") == name:
-            parts = {key: (cell.get("sigma_parts") or {}).get("chain") for key, cell in entry.items() if isinstance(cell, Mapping) and "sigma" in cell}
+            parts = {
+                key: (cell.get("sigma_parts") or {}).get("chain")
+                for key, cell in entry.items()
+                if isinstance(cell, Mapping) and "sigma" in cell
+            }
             return {key: float(error) for key, error in parts.items() if error}
     return {}
 
@@ -140,10 +160,13 @@ def _of_attributes(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
     if not isinstance(carried, Mapping):
         return None
     size = float(carried["expected_transient_diameter_m"])
-    before = Path(os.path.normpath(path.parent / str(carried["before"])))  # by names: a run's stages may be links to where they lie
+    before = Path(
+        os.path.normpath(path.parent / str(carried["before"]))
+    )  # by names: a run's stages may be links to where they lie
     missing = () if before.is_file() else (f"the ground before the impact ({carried['before']} beside it)",)
     whole = attributes.get("stage") == "sph"
     return Choices(
-        datum_of(carried["datum"]), before if not missing else None, float(carried["gravity_m_s2"]), RISE_LIMIT * size, REACH * size if whole else None,
+        datum_of(carried["datum"]), before if not missing else None, float(carried["gravity_m_s2"]), RISE_LIMIT * size,
+        REACH * size if whole else None,
         WITHIN * size, unknown=missing,
     )  # fmt: skip

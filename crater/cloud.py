@@ -1,8 +1,8 @@
 """The cloud under the ruler: local spacing of every particle, and which particles carry a surface.
 
-A particle supports the surface when it is compact and belongs to the body: it is no projectile, has enough neighbours for its own
-spacing, hangs together with the largest group of such particles, and is not on a ballistic flight above the datum. Everything else
-is ejecta or debris and takes no part in heights.
+A particle supports the surface when it is compact and belongs to the body: it is no projectile, has enough neighbours
+for its own spacing, hangs together with the largest group of such particles, and is not on a ballistic flight above
+the datum. Everything else is ejecta or debris and takes no part in heights.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ FEWEST = 100
 RANDOM_PACKING = 0.62
 """Solid fraction assumed for grains that state neither a bulk density nor a packing fraction."""
 
-# A particle in the bulk has 4/3 pi 2^3 = 33 others within two spacings, one at a flat surface about 20, one in a spray a few.
+# A particle in the bulk has 4/3 pi 2^3 = 33 others within two spacings, one at a flat surface about 20, one in a spray
+# a few.
 CORE_NEIGHBOURS = 12
 BORDER_NEIGHBOURS = 6
 LINK = 1.5
@@ -31,7 +32,8 @@ LINK = 1.5
 
 @dataclass(frozen=True)
 class Cloud:
-    """Positions (n, 3) [m], volume each particle stands for (n,) [m^3], local spacing = volume^(1/3) (n,) [m]; velocity or None."""
+    """Positions (n, 3) [m], volume each particle stands for (n,) [m^3], local spacing = volume^(1/3) (n,) [m];
+    velocity or None."""
 
     position: np.ndarray
     volume: np.ndarray
@@ -51,8 +53,9 @@ class Cloud:
 def of(particles: Particles, what: str = "the snapshot") -> Cloud:
     """The cloud of a snapshot: projectile (layer -1) and booked particles (state other than 0) left out.
 
-    Spacing is that of a grain's radius and the packing fraction, else (mass / density)^(1/3), else half the kernel's support, else from the
-    distance to the twelfth neighbour. A density of shock-stage matter below half the median of its material marks expanded matter.
+    Spacing is that of a grain's radius and the packing fraction, else (mass / density)^(1/3), else half the kernel's
+    support, else from the distance to the twelfth neighbour. A density of shock-stage matter below half the median of
+    its material marks expanded matter.
 
     Raises ``InputError`` for fewer than 100 particles or a position that is not finite.
     """
@@ -64,13 +67,22 @@ def of(particles: Particles, what: str = "the snapshot") -> Cloud:
         keep &= particles.state == 0
     chosen = particles if keep.all() else particles.select(keep)
     if len(chosen) < FEWEST:
-        left_out = f" ({len(particles) - len(chosen)} of projectile or in flight left out)" if len(chosen) < len(particles) else ""
-        raise InputError(f"{what} holds {len(chosen)} particles{left_out}: at least {FEWEST} are needed to measure a surface")
+        left_out = (
+            f" ({len(particles) - len(chosen)} of projectile or in flight left out)"
+            if len(chosen) < len(particles)
+            else ""
+        )
+        raise InputError(
+            f"{what} holds {len(chosen)} particles{left_out}: at least {FEWEST} are needed to measure a surface"
+        )
     position = chosen.position
     finite = np.isfinite(position).all(axis=1)
     if not finite.all():
         first = int(np.flatnonzero(~finite)[0])
-        raise InputError(f"{what} has {int((~finite).sum())} positions that are not finite, the first is particle {first}: {position[first]}")
+        raise InputError(
+            f"{what} has {int((~finite).sum())} positions that are not finite, the first is particle {first}: "
+            f"{position[first]}"
+        )
     volume, low = _volumes(chosen, what)
     velocity = chosen.velocity if "velocity" in chosen else None
     return Cloud(position, volume, np.cbrt(volume), velocity, low)
@@ -78,7 +90,9 @@ def of(particles: Particles, what: str = "the snapshot") -> Cloud:
 
 def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
     low = np.zeros(len(particles), dtype=bool)
-    if "radius" in particles:  # a grain fills the space that its sphere takes in a packing, whatever the density of the matter it stands for
+    if (
+        "radius" in particles
+    ):  # a grain fills the space that its sphere takes in a packing, whatever the density of the matter it stands for
         packing = float(particles.attributes.get("packing_fraction", RANDOM_PACKING))
         if not packing > 0.0:  # a bed too small to hold any of it away from walls
             packing = RANDOM_PACKING
@@ -88,7 +102,8 @@ def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
             bad = np.flatnonzero(~(np.isfinite(particles[name]) & (particles[name] > 0.0)))
             if len(bad):
                 raise InputError(
-                    f"{what}: the {name} of {len(bad)} particles is not a positive number, the first is particle {bad[0]}: {particles[name][bad[0]]}"
+                    f"{what}: the {name} of {len(bad)} particles is not a positive number, the first is particle "
+                    f"{bad[0]}: {particles[name][bad[0]]}"
                 )
         density = particles.density
         group = particles.material if "material" in particles else np.zeros(len(particles), dtype=int)
@@ -104,7 +119,9 @@ def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
         volume = 4.0 / 3.0 * np.pi * np.maximum(distance[:, -1], 1e-300) ** 3 / 12.5
         volume[:] = np.minimum(volume, 2.0 * np.median(volume))  # at a surface half of the neighbours are missing
     if not (np.isfinite(volume).all() and (volume > 0.0).all()):
-        raise InputError(f"{what}: radius or smoothing length of {int((~(volume > 0.0)).sum())} particles is not a positive number")
+        raise InputError(
+            f"{what}: radius or smoothing length of {int((~(volume > 0.0)).sum())} particles is not a positive number"
+        )
     return volume, low
 
 
@@ -118,8 +135,8 @@ def supported(
 ) -> np.ndarray:
     """Mask of the particles that carry the surface.
 
-    ``height`` above the datum [m], ``speed_up`` along the local vertical [m/s], ``gravity`` [m/s^2] and ``rise_limit`` [m] switch on the
-    ballistic rule: above the datum, what would rise by more than ``rise_limit`` (v^2 / 2 g) flies.
+    ``height`` above the datum [m], ``speed_up`` along the local vertical [m/s], ``gravity`` [m/s^2] and ``rise_limit``
+    [m] switch on the ballistic rule: above the datum, what would rise by more than ``rise_limit`` (v^2 / 2 g) flies.
 
     Raises ``InputError`` when nothing compact is left.
     """
@@ -135,7 +152,10 @@ def supported(
         border &= ~flying
     near = distance <= LINK * np.maximum(d[:, None], d[neighbour])
     if not core.any():
-        raise InputError(f"{what} holds no compact material: all {len(cloud)} particles are ejecta (none has {CORE_NEIGHBOURS} neighbours)")
+        raise InputError(
+            f"{what} holds no compact material: all {len(cloud)} particles are ejecta (none has {CORE_NEIGHBOURS} "
+            f"neighbours)"
+        )
     linked = near & core[:, None] & core[neighbour]
     row, column = np.nonzero(linked)[0], neighbour[linked]
     graph = coo_matrix((np.ones(len(row), dtype=np.int8), (row, column)), shape=(len(cloud), len(cloud)))
@@ -145,5 +165,8 @@ def supported(
     touching = border & (near & body[neighbour]).any(axis=1)
     result = body | touching
     if result.sum() < FEWEST:
-        raise InputError(f"{what} holds no compact body: the largest connected group has {int(result.sum())} of {len(cloud)} particles, the rest is ejecta")
+        raise InputError(
+            f"{what} holds no compact body: the largest connected group has {int(result.sum())} of {len(cloud)} "
+            f"particles, the rest is ejecta"
+        )
     return result

@@ -1,4 +1,5 @@
-"""Compare craters, like with like: run folders, profiles in CSV files and observations, in one table and one picture."""
+"""Compare craters, like with like: run folders, profiles in CSV files and observations, in one table and one
+picture."""
 
 from __future__ import annotations
 
@@ -16,19 +17,34 @@ from matter.errors import InputError
 
 __all__ = ["Crater", "compare", "differences", "load", "profile_difference"]
 
-HEIGHTS = ("rms_inside_m", "inside_m", "rms_over_depth", "largest_m", "largest_at_m", "rms_m", "offset_m", "rms_aligned_m", "rms_shape")
+HEIGHTS = (
+    "rms_inside_m",
+    "inside_m",
+    "rms_over_depth",
+    "largest_m",
+    "largest_at_m",
+    "rms_m",
+    "offset_m",
+    "rms_aligned_m",
+    "rms_shape",
+)
 
 
-def compare(paths: list[str], observed: str | list[str] | None = None, out: Path | None = None, stage: str | None = None) -> int:
-    """The command ``compare_profiles``: prints a table, writes ``comparison.csv``, ``comparison_profiles.csv`` and ``comparison.png`` into ``out``; returns 0.
+def compare(
+    paths: list[str], observed: str | list[str] | None = None, out: Path | None = None, stage: str | None = None
+) -> int:
+    """The command ``compare_profiles``: prints a table, writes ``comparison.csv``, ``comparison_profiles.csv`` and
+    ``comparison.png`` into ``out``; returns 0.
 
-    Craters are matched by stage (``crater.craters.chosen``); ``stage`` chooses for every run. Profiles are compared on their own datums; where an offset is
-    taken out, the row says so and states it.
+    Craters are matched by stage (``crater.craters.chosen``); ``stage`` chooses for every run. Profiles are compared on
+    their own datums; where an offset is taken out, the row says so and states it.
     """
     extra = [observed] if isinstance(observed, str) else list(observed or [])
     items = [held.holdings(item) for item in [*map(str, paths), *extra]]
     if len(items) < 2:
-        raise InputError("compare_profiles needs at least two craters: run folders, profile.csv files or observed names")
+        raise InputError(
+            "compare_profiles needs at least two craters: run folders, profile.csv files or observed names"
+        )
     craters, said = held.chosen(items, stage)
     folder, picture = _destination(out)
     archive.check_folder(folder)
@@ -47,7 +63,10 @@ def compare(paths: list[str], observed: str | list[str] | None = None, out: Path
     if placed:
         plot_sections.draw_side_by_side(placed, folder / "cross_sections.png")
         written.append("cross_sections.png")
-    print(f"written to {folder}: {', '.join(written)} (each profile uses its own datum; nothing is shifted or scaled unless a row says so)")
+    print(
+        f"written to {folder}: {', '.join(written)} (each profile uses its own datum; nothing is shifted or scaled "
+        f"unless a row says so)"
+    )
     return 0
 
 
@@ -68,7 +87,8 @@ def _destination(out: Path | None) -> tuple[Path, str]:
 
 
 def differences(craters: Sequence[Crater]) -> list[dict[str, Any] | None]:
-    """Difference of every crater's profile from the first one of its stage that has a profile (None where there is no other)."""
+    """Difference of every crater's profile from the first one of its stage that has a profile (None where there is no
+    other)."""
     drawn = [crater for crater in craters if crater.profile is not None]
     result: list[dict[str, Any] | None] = []
     for crater in craters:
@@ -98,8 +118,17 @@ def verdicts(craters: Sequence[Crater]) -> list[dict[str, Any]]:
 
 
 def _table(craters: Sequence[Crater]) -> str:
-    head = ["name"] + [c for n in COMPARED for c in (n, f"{n}_minus", f"{n}_plus")] + ["depth_over_diameter", "rim_depth_over_rim_diameter"]
-    head += [c for n in RATIOS for c in (f"{n}_ratio", f"{n}_ratio_sigma", f"{n}_within_errors", f"{n}_match")] + [*HEIGHTS, "stage", "moment", "source"]
+    head = (
+        ["name"]
+        + [c for n in COMPARED for c in (n, f"{n}_minus", f"{n}_plus")]
+        + ["depth_over_diameter", "rim_depth_over_rim_diameter"]
+    )
+    head += [c for n in RATIOS for c in (f"{n}_ratio", f"{n}_ratio_sigma", f"{n}_within_errors", f"{n}_match")] + [
+        *HEIGHTS,
+        "stage",
+        "moment",
+        "source",
+    ]
     lines = [",".join(head)]
     for crater, difference, judged in zip(craters, differences(craters), verdicts(craters)):
         row = [_quoted(crater.name)]
@@ -108,9 +137,22 @@ def _table(craters: Sequence[Crater]) -> str:
         row += [_number(over[0], 4) if over else "" for over in (_apparent_ratio(crater), _rim_ratio(crater))]
         for name in RATIOS:
             j = judged.get(name)
-            row += [f"{j['ratio']:.4g}", _number(j["error"], 2), "yes" if j["within_errors"] else "no", "yes" if j["match"] else "no"] if j else [""] * 4
+            row += (
+                [
+                    f"{j['ratio']:.4g}",
+                    _number(j["error"], 2),
+                    "yes" if j["within_errors"] else "no",
+                    "yes" if j["match"] else "no",
+                ]
+                if j
+                else [""] * 4
+            )
         row += [f"{difference[key]:.6g}" if difference and difference[key] is not None else "" for key in HEIGHTS]
-        lines.append(",".join([*row, crater.stage, _quoted(f"{crater.title}, {crater.when}".strip(", ")), _quoted(crater.source)]))
+        lines.append(
+            ",".join(
+                [*row, crater.stage, _quoted(f"{crater.title}, {crater.when}".strip(", ")), _quoted(crater.source)]
+            )
+        )
     return "\n".join(lines) + "\n"
 
 
@@ -143,7 +185,11 @@ def _over(crater: Crater, depth: str, diameter: str) -> tuple[float, float] | No
 def _printed(craters: Sequence[Crater], said: str) -> str:
     """The table: a column for each crater, as wide as its widest cell."""
     words = {name: BY_NAME[name].symbol for name in COMPARED}
-    rows = [("", [c.name for c in craters]), ("stage", [c.title or "-" for c in craters]), ("", [c.when for c in craters])]
+    rows = [
+        ("", [c.name for c in craters]),
+        ("stage", [c.title or "-" for c in craters]),
+        ("", [c.when for c in craters]),
+    ]
     rows += [(word, [_shown(c.values.get(key), key) for c in craters]) for key, word in words.items()]
     rows.append(("d/D apparent", [_ratio_text(_apparent_ratio(c)) for c in craters]))
     rims = [_ratio_text(_rim_ratio(c)) for c in craters]
@@ -152,17 +198,34 @@ def _printed(craters: Sequence[Crater], said: str) -> str:
     rows += [(f"{words[key]} / 1st", [_ratio_shown(j.get(key)) for j in judged]) for key in RATIOS]
     apart = differences(craters)
     rows += [("RMS to first", [_rms_shown(d) for d in apart]), ("  largest", [_largest_shown(d) for d in apart])]
-    aligned = [f"{readable.length(d['rms_aligned_m'])} ({readable.length(d['offset_m'])} out)" if d and d["offset_m"] is not None else "-" for d in apart]
+    aligned = [
+        f"{readable.length(d['rms_aligned_m'])} ({readable.length(d['offset_m'])} out)"
+        if d and d["offset_m"] is not None
+        else "-"
+        for d in apart
+    ]
     shapes = [f"{d['rms_shape']:.3f}" if d and d["rms_shape"] is not None else "-" for d in apart]
     rows += [("  outside level", aligned), ("  RMS of shape", shapes)]
-    kept = [row for row in rows if not row[0] or row[0] in ("stage", *words.values(), "d/D apparent") or any(cell != "-" for cell in row[1])]
+    kept = [
+        row
+        for row in rows
+        if not row[0] or row[0] in ("stage", *words.values(), "d/D apparent") or any(cell != "-" for cell in row[1])
+    ]
     widths = [max(len(cells[k]) for _, cells in kept) + 2 for k in range(len(craters))]
     lines = [f"{word:<16}" + "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths)) for word, cells in kept]
     limits = ", ".join(f"{key.split('_m')[0].replace('_', ' ')} {limit:.0%}" for key, limit in MATCH.items())
     lines += [f"  {said}"] if said else []
-    lines.append("  d/D apparent: depth below the datum over apparent diameter; d/D rim to rim: crest to floor over rim diameter")
-    lines.append("  / 1st: over the first column of the same stage; RMS: inside 1.5 rim radii of the larger of the two")
-    lines.append(f"  ratios: = within the joint error, ~ within the match limits ({limits}), ! neither; shape: z / depth over r / R")
+    lines.append(
+        "  d/D apparent: depth below the datum over apparent diameter; d/D rim to rim: crest to floor over rim "
+        "diameter"
+    )
+    lines.append(
+        "  / 1st: over the first column of the same stage; RMS: inside 1.5 rim radii of the larger of the two"
+    )
+    lines.append(
+        f"  ratios: = within the joint error, ~ within the match limits ({limits}), ! neither; shape: z / depth over "
+        f"r / R"
+    )
     lines += [f"  {crater.label}: {note}" for crater in craters for note in crater.notes]
     return "\n".join(lines)
 
@@ -170,11 +233,18 @@ def _printed(craters: Sequence[Crater], said: str) -> str:
 def _rms_shown(difference: dict[str, Any] | None) -> str:
     if not difference or difference["rms_over_depth"] is None:
         return "-"
-    return f"{readable.length(difference['rms_inside_m'])} = {difference['rms_over_depth']:.3f} depth, r < {readable.length(difference['inside_m'])}"
+    return (
+        f"{readable.length(difference['rms_inside_m'])} = {difference['rms_over_depth']:.3f} depth, r < "
+        f"{readable.length(difference['inside_m'])}"
+    )
 
 
 def _largest_shown(difference: dict[str, Any] | None) -> str:
-    return f"{readable.length(difference['largest_m'])} at r = {readable.length(difference['largest_at_m'])}" if difference else "-"
+    return (
+        f"{readable.length(difference['largest_m'])} at r = {readable.length(difference['largest_at_m'])}"
+        if difference
+        else "-"
+    )
 
 
 def _ratio_text(over: tuple[float, float] | None) -> str:

@@ -1,7 +1,9 @@
-"""Craters to be compared: what a run folder, a profile or an observation holds, and which of a run's craters is like the others.
+"""Craters to be compared: what a run folder, a profile or an observation holds, and which of a run's craters is like
+the others.
 
-A run holds several: transient at the maxima of volume, depth and diameter, and final. An observation says of which kind it is; a run is set against it by the
-crater of that kind, taken at the moment that the observation names (``at``), else at the maximum of volume.
+A run holds several: transient at the maxima of volume, depth and diameter, and final. An observation says of which
+kind it is; a run is set against it by the crater of that kind, taken at the moment that the observation names
+(``at``), else at the maximum of volume.
 """
 
 from __future__ import annotations
@@ -23,17 +25,23 @@ from matter.errors import InputError
 STAGES = ("transient", "final")
 STAGE_OF_KIND = {"transient": "transient", "final": "final", "laboratory": "final", "zones": "final", "trend": "final"}
 """The stage of a crater that an observation of a kind is of."""
-PROFILES = {"final": "profile.csv", "transient/volume": "profile_transient.csv", "transient/depth": "profile_transient_depth.csv"}
+PROFILES = {
+    "final": "profile.csv",
+    "transient/volume": "profile_transient.csv",
+    "transient/depth": "profile_transient_depth.csv",
+}
 """Files of a run's crater stage that hold the profiles of its craters."""
 Values = dict[str, tuple[float, float, float]]
 
 
 @dataclass
 class Crater:
-    """One crater of a comparison: ``values`` maps a measure to (value, minus, plus) [SI], NaN where no error is known; ``profile`` may be missing.
+    """One crater of a comparison: ``values`` maps a measure to (value, minus, plus) [SI], NaN where no error is known;
+    ``profile`` may be missing.
 
-    ``stage`` is transient, final or empty where nobody says; ``at`` the maximum at which a transient one is taken; ``title`` and ``when`` say it for people.
-    ``snapshot`` and ``datum`` (axis through the crater) are known for craters of runs.
+    ``stage`` is transient, final or empty where nobody says; ``at`` the maximum at which a transient one is taken;
+    ``title`` and ``when`` say it for people. ``snapshot`` and ``datum`` (axis through the crater) are known for
+    craters of runs.
     """
 
     name: str
@@ -52,13 +60,18 @@ class Crater:
     @property
     def label(self) -> str:
         """Name and stage, for legends and headers; a name that says the stage is only told the moment."""
-        title = self.title.removeprefix(self.stage).strip(", ") if self.stage and self.stage in self.name.lower() else self.title
+        title = (
+            self.title.removeprefix(self.stage).strip(", ")
+            if self.stage and self.stage in self.name.lower()
+            else self.title
+        )
         return self.name if not title or title in self.name else f"{self.name}: {title}"
 
 
 @dataclass
 class Item:
-    """What one argument of a comparison holds: the craters of a run (``is_run``), or the one of a profile or an observation."""
+    """What one argument of a comparison holds: the craters of a run (``is_run``), or the one of a profile or an
+    observation."""
 
     text: str
     craters: list[Crater]
@@ -66,15 +79,18 @@ class Item:
     reasons: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, stage: str, at: str = "") -> Crater | None:
-        """The crater of a stage, at the maximum ``at`` of a transient one (its volume where ``at`` is empty or not held)."""
+        """The crater of a stage, at the maximum ``at`` of a transient one (its volume where ``at`` is empty or not
+        held)."""
         mine = [crater for crater in self.craters if crater.stage == stage]
         return next((crater for crater in mine if crater.at == at), mine[0] if mine else None)
 
 
 def load(item: str, stage: str | None = None) -> Crater:
-    """One crater by run folder, ``6_crater`` folder, profile CSV, observation file (TOML) or the name of an observation that ships with the project.
+    """One crater by run folder, ``6_crater`` folder, profile CSV, observation file (TOML) or the name of an
+    observation that ships with the project.
 
-    Of a run its ``stage``, by default the final crater. Raises ``InputError`` saying what was looked for, or that the run holds no crater of that stage.
+    Of a run its ``stage``, by default the final crater. Raises ``InputError`` saying what was looked for, or that the
+    run holds no crater of that stage.
     """
     held = holdings(item)
     if not held.is_run:
@@ -88,7 +104,9 @@ def holdings(item: str) -> Item:
     if path.is_dir():
         folder = path / "6_crater" if (path / "6_crater").is_dir() else path
         if not (folder / "measures.json").is_file():
-            raise InputError(f"{item} holds no measured crater (no 6_crater/measures.json): run the stage 'crater' first")
+            raise InputError(
+                f"{item} holds no measured crater (no 6_crater/measures.json): run the stage 'crater' first"
+            )
         return _of_run(item, path if folder != path else _run_of(folder), folder)
     if path.is_file() and path.suffix == ".toml":
         return Item(item, [_of_observation(observations.read(path))])
@@ -96,14 +114,19 @@ def holdings(item: str) -> Item:
         return Item(item, [_of_file(path)])
     if item in observations.names():
         return Item(item, [_of_observation(observations.load(item))])
-    raise InputError(f"{item!r} is neither a run folder, nor a profile, nor an observation (known: {', '.join(observations.names())})")
+    raise InputError(
+        f"{item!r} is neither a run folder, nor a profile, nor an observation (known: "
+        f"{', '.join(observations.names())})"
+    )
 
 
 def chosen(items: Sequence[Item], stage: str | None = None) -> tuple[list[Crater], str]:
-    """The craters to compare, like with like, and a sentence on how they were chosen (empty where there was nothing to choose).
+    """The craters to compare, like with like, and a sentence on how they were chosen (empty where there was nothing to
+    choose).
 
-    ``stage`` chooses for every run. Else the observations and profiles decide, each run showing one crater for every kind among them; else the
-    final craters where every run has one, else the transient ones. Raises ``InputError`` for a run without a crater of the chosen ``stage``.
+    ``stage`` chooses for every run. Else the observations and profiles decide, each run showing one crater for every
+    kind among them; else the final craters where every run has one, else the transient ones. Raises ``InputError`` for
+    a run without a crater of the chosen ``stage``.
     """
     if stage is not None and stage not in STAGES:
         raise InputError(f"--stage {stage!r} is not known: take transient or final")
@@ -118,7 +141,11 @@ def chosen(items: Sequence[Item], stage: str | None = None) -> tuple[list[Crater
     else:
         common = [name for name in ("final", "transient") if all(item.of(name) for item in runs)]
         wanted = [(common[0], "")] if common else []
-        said = f"{common[0]} with {common[0]}: every run has one" if common else "no stage is common to all runs: each shows what it has, without ratios"
+        said = (
+            f"{common[0]} with {common[0]}: every run has one"
+            if common
+            else "no stage is common to all runs: each shows what it has, without ratios"
+        )
     picked: list[Crater] = []
     for item in items:
         if not item.is_run:
@@ -154,7 +181,8 @@ def _matching(item: Item, wanted: Sequence[tuple[str, str]]) -> list[Crater]:
 
 
 def reference_of(crater: Crater, craters: Sequence[Crater]) -> Crater | None:
-    """The first crater that ``crater`` may be set against: of its stage, or where one of the two does not say its stage; None for the first itself."""
+    """The first crater that ``crater`` may be set against: of its stage, or where one of the two does not say its
+    stage; None for the first itself."""
     first = next(other for other in craters if not other.stage or not crater.stage or other.stage == crater.stage)
     return None if first is crater else first
 
@@ -179,7 +207,15 @@ def _of_run(item: str, run: Path, folder: Path) -> Item:
         return Item(item, [_single(run, folder, content["final"])])
     craters = []
     for head, entry in _separate(content):
-        crater = Crater(run.resolve().name, values_of(entry), _profile(folder, head.key), str(folder), stage=head.stage, title=head.title, when=head.when)
+        crater = Crater(
+            run.resolve().name,
+            values_of(entry),
+            _profile(folder, head.key),
+            str(folder),
+            stage=head.stage,
+            title=head.title,
+            when=head.when,
+        )
         crater.at = head.key.partition("/")[2]
         _place(crater, run, entry)
         if head.stage == "final" and "diameter_apparent_m" not in crater.values:
@@ -191,7 +227,10 @@ def _of_run(item: str, run: Path, folder: Path) -> Item:
         craters.append(crater)
     reasons = {stage: _reason(content.get(stage, {})) for stage in STAGES}
     if not craters:
-        raise InputError(f"{item} holds no measured crater: {'; '.join(reason for reason in reasons.values() if reason) or 'measures.json is empty'}")
+        raise InputError(
+            f"{item} holds no measured crater: "
+            f"{'; '.join(reason for reason in reasons.values() if reason) or 'measures.json is empty'}"
+        )
     return Item(item, craters, True, reasons)
 
 
@@ -235,7 +274,14 @@ def values_of(entry: Mapping[str, Any]) -> Values:
 
 def _single(run: Path, folder: Path, entry: Mapping[str, Any]) -> Crater:
     head = heads.final(entry)
-    crater = Crater(run.resolve().name, values_of(entry), _profile(folder, "final"), str(folder), title="one snapshot", when=head.when)
+    crater = Crater(
+        run.resolve().name,
+        values_of(entry),
+        _profile(folder, "final"),
+        str(folder),
+        title="one snapshot",
+        when=head.when,
+    )
     _place(crater, run, entry)
     return crater
 
@@ -269,5 +315,11 @@ def _of_profile(path: Path) -> Crater:
         raise InputError(f"{path}: '# stage = {stage}' is not known: transient or final")
     name = path.stem if path.stem != "profile" else f"{path.parent.name}/{path.stem}"
     return Crater(
-        name, values, profile, str(path), stage=stage, title=profile.header.get("of", stage or "profile, stage not stated"), when="read off its points"
+        name,
+        values,
+        profile,
+        str(path),
+        stage=stage,
+        title=profile.header.get("of", stage or "profile, stage not stated"),
+        when="read off its points",
     )

@@ -1,7 +1,7 @@
 """The datum: the plane or sphere that heights are measured from, fitted robustly to the ground far from the crater.
 
-Canonical coordinates: the crater's axis is +z. On a plane the height is z and the distance the radius in the plane; on a sphere of
-radius R (centre at the origin of these coordinates) the height is |x| - R and the distance the arc R psi.
+Canonical coordinates: the crater's axis is +z. On a plane the height is z and the distance the radius in the plane; on
+a sphere of radius R (centre at the origin of these coordinates) the height is |x| - R and the distance the arc R psi.
 """
 
 from __future__ import annotations
@@ -17,10 +17,12 @@ from matter.errors import InputError
 
 @dataclass(frozen=True)
 class Datum:
-    """A plane (``radius`` infinite, ``centre`` a point on it) or a sphere about ``centre``; rows of ``axes`` are x', y', z' (the axis).
+    """A plane (``radius`` infinite, ``centre`` a point on it) or a sphere about ``centre``; rows of ``axes`` are x',
+    y', z' (the axis).
 
-    ``sigma`` [m] is the uncertainty of its level on the axis, ``source`` how it was found. ``errors`` are the independent ways (c, k) [m] in which its
-    height may be off: by c + k cos(s / radius) at a distance s, one standard deviation each.
+    ``sigma`` [m] is the uncertainty of its level on the axis, ``source`` how it was found. ``errors`` are the
+    independent ways (c, k) [m] in which its height may be off: by c + k cos(s / radius) at a distance s, one standard
+    deviation each.
     """
 
     kind: str
@@ -64,7 +66,8 @@ class Datum:
         return np.einsum("ij,ij->i", v, x) / np.maximum(np.linalg.norm(x, axis=1), 1e-300)
 
     def moved(self, east: float, north: float) -> Datum:
-        """The same surface with the crater's axis shifted by ``east`` along x' and ``north`` along y' [m along the datum]."""
+        """The same surface with the crater's axis shifted by ``east`` along x' and ``north`` along y' [m along the
+        datum]."""
         axes = np.asarray(self.axes)
         if not self.is_sphere:
             return replace(self, centre=tuple(np.asarray(self.centre) + east * axes[0] + north * axes[1]))
@@ -107,7 +110,9 @@ def sphere(radius: float, centre=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), source: 
     """A spherical datum whose crater lies in the direction ``axis`` from its ``centre``."""
     if not radius > 0.0:
         raise InputError(f"the radius of the datum sphere must be positive, got {radius}")
-    return Datum("sphere", float(radius), _triple(centre), _axes(np.asarray(axis, float), np.array([1.0, 0, 0])), 0.0, source)
+    return Datum(
+        "sphere", float(radius), _triple(centre), _axes(np.asarray(axis, float), np.array([1.0, 0, 0])), 0.0, source
+    )
 
 
 def plane(level: float = 0.0, origin=(0.0, 0.0), normal=(0.0, 0.0, 1.0), source: str = "given") -> Datum:
@@ -124,16 +129,24 @@ def of_frame(given: Datum | frame.Sphere | frame.Plane) -> Datum:
         return sphere(given.radius, given.centre)
     if isinstance(given, frame.Plane):
         return plane(given.level, given.origin)
-    raise InputError(f"a datum is a matter.frame.Sphere, a matter.frame.Plane or a crater.datum.Datum, not {type(given).__name__}")
+    raise InputError(
+        f"a datum is a matter.frame.Sphere, a matter.frame.Plane or a crater.datum.Datum, not {type(given).__name__}"
+    )
 
 
-def fit_sphere(points: np.ndarray, scale: float, radius: float | None = None, centre: tuple[float, float, float] | None = None) -> Datum:
-    """Sphere through ``points`` (n, 3) by least squares with soft_l1 loss beyond ``scale`` [m]; a ``radius`` or ``centre`` that is given is kept.
+def fit_sphere(
+    points: np.ndarray, scale: float, radius: float | None = None, centre: tuple[float, float, float] | None = None
+) -> Datum:
+    """Sphere through ``points`` (n, 3) by least squares with soft_l1 loss beyond ``scale`` [m]; a ``radius`` or
+    ``centre`` that is given is kept.
 
     Raises ``InputError`` when the points do not determine a sphere (too flat a patch): give radius or centre.
     """
     if len(points) < 8:
-        raise InputError(f"too few points to fit a datum: {len(points)} in the far field; give its level or its radius (measure_crater --datum-radius)")
+        raise InputError(
+            f"too few points to fit a datum: {len(points)} in the far field; give its level or its radius "
+            f"(measure_crater --datum-radius)"
+        )
     c0, r0 = _first_sphere(points, scale)
     c0 = np.asarray(centre, float) if centre is not None else c0
     r0 = radius or (float(np.median(np.linalg.norm(points - c0, axis=1))) if centre is not None else r0)
@@ -153,7 +166,9 @@ def fit_sphere(points: np.ndarray, scale: float, radius: float | None = None, ce
     fit = least_squares(residual, np.zeros(count), x_scale=scale, loss="soft_l1", max_nfev=200)
     c, r = unpack(fit.x)
     if not r > 0.0 or r > 1e3 * np.ptp(points):
-        raise InputError("the far field is too flat to fit a sphere to it: give the datum's radius or centre, or take a plane")
+        raise InputError(
+            "the far field is too flat to fit a sphere to it: give the datum's radius or centre, or take a plane"
+        )
     return sphere(r, c, source="fitted to the far field")
 
 

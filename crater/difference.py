@@ -1,8 +1,10 @@
-"""How two craters differ: heights resampled on common rings, ratios of diameter, depth and volume with errors, and a verdict.
+"""How two craters differ: heights resampled on common rings, ratios of diameter, depth and volume with errors, and a
+verdict.
 
-Nothing is shifted or scaled unless the name says so: ``rms_inside_m`` compares heights on each one's own datum inside 1.5 rim radii of the larger crater,
-``rms_m`` as far as both go (flat ground far out makes it small), ``rms_aligned_m`` after taking out the mean difference of the ground outside both
-craters (``offset_m``, stated), ``rms_shape`` compares z / depth over r / R.
+Nothing is shifted or scaled unless the name says so: ``rms_inside_m`` compares heights on each one's own datum inside
+1.5 rim radii of the larger crater, ``rms_m`` as far as both go (flat ground far out makes it small), ``rms_aligned_m``
+after taking out the mean difference of the ground outside both craters (``offset_m``, stated), ``rms_shape`` compares
+z / depth over r / R.
 """
 
 from __future__ import annotations
@@ -26,12 +28,14 @@ INSIDE = 1.5
 
 
 def profile_difference(a: Profile, b: Profile, depth: float | None = None, rim: float | None = None) -> dict[str, Any]:
-    """Height differences (b minus a) of two profiles resampled on the coarser one's rings [m], area-weighted, where both exist.
+    """Height differences (b minus a) of two profiles resampled on the coarser one's rings [m], area-weighted, where
+    both exist.
 
-    ``rms_inside_m`` within ``inside_m`` = 1.5 rim radii of the larger crater, and ``rms_over_depth``, the same over the depth of the deeper one (or ``depth``
-    [m]); ``largest_m`` and ``largest_at_m``, the largest difference and its radius; ``rms_m`` and ``mean_m`` as far as both go, ``offset_m`` the mean
-    outside both craters (None where they end before) and ``rms_aligned_m`` without it; ``rms_shape`` [1] of z / depth over r / apparent radius. ``rim`` [m]
-    is the larger rim radius where it is known better than the profiles say it.
+    ``rms_inside_m`` within ``inside_m`` = 1.5 rim radii of the larger crater, and ``rms_over_depth``, the same over
+    the depth of the deeper one (or ``depth`` [m]); ``largest_m`` and ``largest_at_m``, the largest difference and its
+    radius; ``rms_m`` and ``mean_m`` as far as both go, ``offset_m`` the mean outside both craters (None where they end
+    before) and ``rms_aligned_m`` without it; ``rms_shape`` [1] of z / depth over r / apparent radius. ``rim`` [m] is
+    the larger rim radius where it is known better than the profiles say it.
 
     Raises ``InputError`` when they overlap in fewer than three radii.
     """
@@ -40,7 +44,11 @@ def profile_difference(a: Profile, b: Profile, depth: float | None = None, rim: 
     known = np.isfinite(fine.height)
     if known.sum() < 3:
         raise InputError("one of the profiles has fewer than three heights: nothing to compare")
-    inside = np.isfinite(coarse.height) & (coarse.radius >= fine.radius[known][0]) & (coarse.radius <= fine.radius[known][-1])
+    inside = (
+        np.isfinite(coarse.height)
+        & (coarse.radius >= fine.radius[known][0])
+        & (coarse.radius <= fine.radius[known][-1])
+    )
     if inside.sum() < 3:
         raise InputError("the profiles overlap in fewer than three radii: nothing to compare")
     r = coarse.radius[inside]
@@ -69,7 +77,8 @@ def profile_difference(a: Profile, b: Profile, depth: float | None = None, rim: 
 
 
 def _inside(a: Profile, b: Profile, r: np.ndarray, rim: float | None) -> tuple[np.ndarray, float]:
-    """Mask of the radii ``r`` inside 1.5 rim radii of the larger crater, and where that ends [m]: at the end of ``r`` where neither is a crater."""
+    """Mask of the radii ``r`` inside 1.5 rim radii of the larger crater, and where that ends [m]: at the end of ``r``
+    where neither is a crater."""
     sizes = [size for size in ([rim] if rim else [rim_radius(profile) for profile in (a, b)]) if np.isfinite(size)]
     reach = min(INSIDE * max(sizes), float(r[-1])) if sizes else float(r[-1])
     inner = r <= reach
@@ -77,7 +86,8 @@ def _inside(a: Profile, b: Profile, r: np.ndarray, rim: float | None) -> tuple[n
 
 
 def rim_radius(profile: Profile) -> float:
-    """Radius of the crest as read off a profile, or of the apparent rim where no crest stands up [m]; NaN without a crater."""
+    """Radius of the crest as read off a profile, or of the apparent rim where no crest stands up [m]; NaN without a
+    crater."""
     quantities = measure_profile(profile)
     for name in ("diameter_rim_m", "diameter_apparent_m"):
         if name in quantities and quantities[name].value is not None:
@@ -108,7 +118,8 @@ def _offset(a: Profile, b: Profile, r: np.ndarray, difference: np.ndarray, weigh
 
 
 def _rms_of_shape(a: Profile, b: Profile) -> float | None:
-    """RMS of z / depth over r / R between the axis (or the first ring of either) and the end of the shorter profile, at most two radii."""
+    """RMS of z / depth over r / R between the axis (or the first ring of either) and the end of the shorter profile,
+    at most two radii."""
     scaled = []
     for profile in (a, b):
         radius, depth = radius_and_depth(profile)
@@ -123,7 +134,8 @@ def _rms_of_shape(a: Profile, b: Profile) -> float | None:
 
 
 def resampled(profiles: list[Profile]) -> tuple[np.ndarray, np.ndarray]:
-    """Common radii (n,) [m], as fine as the finest profile (at most 400), and heights (n, profiles) [m]; NaN where one has no ground."""
+    """Common radii (n,) [m], as fine as the finest profile (at most 400), and heights (n, profiles) [m]; NaN where one
+    has no ground."""
     far = max(float(p.radius[np.isfinite(p.height)][-1]) for p in profiles)
     step = max(min(float(np.median(np.diff(p.radius))) for p in profiles), far / 400.0)
     r = np.arange(0.0, far + 0.5 * step, step)
@@ -136,7 +148,8 @@ def resampled(profiles: list[Profile]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def ratio(a: tuple[float, float, float], b: tuple[float, float, float]) -> tuple[float, float, bool]:
-    """b / a, its error, and whether they agree within one joint error; a and b are (value, minus, plus) and the errors facing each other count.
+    """b / a, its error, and whether they agree within one joint error; a and b are (value, minus, plus) and the errors
+    facing each other count.
 
     An error that is not known (NaN) counts as none; the error of the ratio is NaN where neither has one.
     """
@@ -148,13 +161,24 @@ def ratio(a: tuple[float, float, float], b: tuple[float, float, float]) -> tuple
     return value, abs(value) * float(np.hypot(*shares)) if known else float("nan"), bool(abs(a[0] - b[0]) <= joint)
 
 
-def verdict(a: dict[str, tuple[float, float, float]], b: dict[str, tuple[float, float, float]], heights: dict[str, Any] | None) -> dict[str, Any]:
-    """Ratios of what both state, each with ``error``, ``within_errors`` and ``match`` (limits in ``MATCH``), and the same for the RMS over depth."""
+def verdict(
+    a: dict[str, tuple[float, float, float]], b: dict[str, tuple[float, float, float]], heights: dict[str, Any] | None
+) -> dict[str, Any]:
+    """Ratios of what both state, each with ``error``, ``within_errors`` and ``match`` (limits in ``MATCH``), and the
+    same for the RMS over depth."""
     result: dict[str, Any] = {}
     for name in RATIOS:
         if name in a and name in b and a[name][0] > 0.0:
             value, error, agree = ratio(a[name], b[name])
-            result[name] = {"ratio": value, "error": error, "within_errors": agree, "match": abs(value - 1.0) <= MATCH[name]}
+            result[name] = {
+                "ratio": value,
+                "error": error,
+                "within_errors": agree,
+                "match": abs(value - 1.0) <= MATCH[name],
+            }
     if heights is not None and heights["rms_over_depth"] is not None:
-        result["rms_over_depth"] = {"value": heights["rms_over_depth"], "match": heights["rms_over_depth"] <= MATCH["rms_over_depth"]}
+        result["rms_over_depth"] = {
+            "value": heights["rms_over_depth"],
+            "match": heights["rms_over_depth"] <= MATCH["rms_over_depth"],
+        }
     return result

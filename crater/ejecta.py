@@ -16,10 +16,11 @@ INNER, OUTER = 1.1, 3.0
 
 
 def blanket(mean: np.ndarray, ruler: Ruler, rim: float) -> tuple[float, float]:
-    """Exponent n and height t0 [m] of h = t0 (r / R)^-n beyond the crest at ``rim`` = R [m]; NaN where fewer than five rings stand up.
+    """Exponent n and height t0 [m] of h = t0 (r / R)^-n beyond the crest at ``rim`` = R [m]; NaN where fewer than five
+    rings stand up.
 
-    Least squares of log h on log(r / R), weights area, from 1.1 R to 3 R or to the first ring at or below the datum (McGetchin et al. 1973: n = 3;
-    t0 holds the uplift of the rim as well as what was thrown on it).
+    Least squares of log h on log(r / R), weights area, from 1.1 R to 3 R or to the first ring at or below the datum
+    (McGetchin et al. 1973: n = 3; t0 holds the uplift of the rim as well as what was thrown on it).
     """
     ring = np.flatnonzero((ruler.s > INNER * rim) & (ruler.s < OUTER * rim))
     low = np.flatnonzero(mean[ring] <= 0.0)
@@ -33,10 +34,12 @@ def blanket(mean: np.ndarray, ruler: Ruler, rim: float) -> tuple[float, float]:
 
 
 def leaving(particles: Particles, body_mass: float, projectile_momentum: np.ndarray | None = None) -> dict[str, float]:
-    """Mass that leaves a body of ``body_mass`` [kg]: more kinetic than potential energy and moving outwards; target and projectile apart.
+    """Mass that leaves a body of ``body_mass`` [kg]: more kinetic than potential energy and moving outwards; target
+    and projectile apart.
 
-    ``target_mass_kg``, ``projectile_mass_kg``, ``momentum_x .. z`` [kg m/s] of what leaves, and ``beta`` = 1 - (p_out . p) / p^2 with the projectile's
-    momentum p where it is given: the momentum that stays with the body, in units of what was brought.
+    ``target_mass_kg``, ``projectile_mass_kg``, ``momentum_x .. z`` [kg m/s] of what leaves, and ``beta`` = 1 - (p_out
+    . p) / p^2 with the projectile's momentum p where it is given: the momentum that stays with the body, in units of
+    what was brought.
     """
     particles.need("position", "velocity", "mass")
     r = np.linalg.norm(particles.position, axis=1)
@@ -45,12 +48,17 @@ def leaving(particles: Particles, body_mass: float, projectile_momentum: np.ndar
     return _lost(particles, (energy > 0.0) & outwards, projectile_momentum)
 
 
-def leaving_ground(particles: Particles, datum: Datum, escape_speed: float, projectile_momentum: np.ndarray | None = None) -> dict[str, float]:
-    """The same for flat ground: what is above the ``datum``, rises, and is faster than ``escape_speed`` [m/s] of the body that the ground stands for."""
+def leaving_ground(
+    particles: Particles, datum: Datum, escape_speed: float, projectile_momentum: np.ndarray | None = None
+) -> dict[str, float]:
+    """The same for flat ground: what is above the ``datum``, rises, and is faster than ``escape_speed`` [m/s] of the
+    body that the ground stands for."""
     particles.need("position", "velocity", "mass")
     fast = (particles.velocity**2).sum(axis=1) > escape_speed**2
     above = datum.polar(particles.position)[2] > 0.0
-    return _lost(particles, fast & above & (datum.vertical(particles.position, particles.velocity) > 0.0), projectile_momentum)
+    return _lost(
+        particles, fast & above & (datum.vertical(particles.position, particles.velocity) > 0.0), projectile_momentum
+    )
 
 
 def _lost(particles: Particles, gone: np.ndarray, projectile_momentum: np.ndarray | None) -> dict[str, float]:
@@ -71,9 +79,11 @@ SPEEDS = 25
 
 
 def mass_above(particles: Particles, datum: Datum, fastest: float) -> dict[str, list[float]]:
-    """M(>v): ``mass_kg`` of the target's matter that flies (above the ``datum``, rising, no part of the ground) faster than each of ``speed_m_s``.
+    """M(>v): ``mass_kg`` of the target's matter that flies (above the ``datum``, rising, no part of the ground) faster
+    than each of ``speed_m_s``.
 
-    Speeds are spaced evenly in the logarithm from a thousandth of ``fastest`` [m/s] to it. Empty where the snapshot has no ground or lacks mass and velocity.
+    Speeds are spaced evenly in the logarithm from a thousandth of ``fastest`` [m/s] to it. Empty where the snapshot
+    has no ground or lacks mass and velocity.
     """
     if not {"mass", "velocity"} <= set(particles):
         return {}

@@ -1,4 +1,5 @@
-"""What every picture has in common: a matplotlib figure without a window, colours, grid, how it is written. matplotlib is loaded only when one is drawn."""
+"""What every picture has in common: a matplotlib figure without a window, colours, grid, how it is written. matplotlib
+is loaded only when one is drawn."""
 
 from __future__ import annotations
 

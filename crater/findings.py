@@ -1,4 +1,5 @@
-"""What the stage found, in parts that do not change once they are there: impact and ground, shock stage, grains, and what both are compared with."""
+"""What the stage found, in parts that do not change once they are there: impact and ground, shock stage, grains, and
+what both are compared with."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ LATE_SHOCK = "all-SPH late stage"
 
 @dataclass(frozen=True)
 class Setting:
-    """What was hit by what: the stage's ``settings``, the run folder ``inputs``, the ``datum`` of the undisturbed ground and its ``gravity`` [m/s^2].
+    """What was hit by what: the stage's ``settings``, the run folder ``inputs``, the ``datum`` of the undisturbed
+    ground and its ``gravity`` [m/s^2].
 
     ``densities`` [kg/m^3]: of the projectile, and of the ground at its surface.
     """
@@ -39,7 +41,9 @@ class Setting:
     def strike(self) -> scaling.Strike:
         """The impact as the scaling laws take it."""
         impact = self.settings.impact
-        return scaling.Strike(impact.projectile.radius, impact.speed, impact.angle_from_vertical, self.gravity, *self.densities)
+        return scaling.Strike(
+            impact.projectile.radius, impact.speed, impact.angle_from_vertical, self.gravity, *self.densities
+        )
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,8 @@ class LastCrater:
 
 @dataclass(frozen=True)
 class Ejected:
-    """What the crater threw out: what leaves the body, mass against speed, and speed and angle against the place of launch; each empty where unknown."""
+    """What the crater threw out: what leaves the body, mass against speed, and speed and angle against the place of
+    launch; each empty where unknown."""
 
     leaving: Mapping[str, float] = field(default_factory=dict)
     faster_than: Mapping[str, Any] = field(default_factory=dict)
@@ -64,9 +69,9 @@ class Ejected:
 
 @dataclass(frozen=True)
 class ShockFindings:
-    """The shock stage in time: every snapshot measured, the ``transient`` crater by the maximum at which it is taken, those that are still ``growing`` at the
-    end, the ``last`` snapshot (of ``end_time`` [s]; None where it could not be measured), ejecta, what the measuring stands on, and ``reasons`` for what is
-    missing."""
+    """The shock stage in time: every snapshot measured, the ``transient`` crater by the maximum at which it is taken,
+    those that are still ``growing`` at the end, the ``last`` snapshot (of ``end_time`` [s]; None where it could not be
+    measured), ejecta, what the measuring stands on, and ``reasons`` for what is missing."""
 
     moments: tuple[series.Moment, ...]
     transient: Mapping[str, series.Moment]
@@ -81,7 +86,8 @@ class ShockFindings:
 
 @dataclass(frozen=True)
 class GrainFindings:
-    """The settled grains: every snapshot measured, the ``last`` one (None where it could not be), the ``choices`` behind it, ``reasons`` for what is not."""
+    """The settled grains: every snapshot measured, the ``last`` one (None where it could not be), the ``choices``
+    behind it, ``reasons`` for what is not."""
 
     moments: tuple[series.Moment, ...]
     last: LastCrater | None
@@ -91,7 +97,8 @@ class GrainFindings:
 
 @dataclass(frozen=True)
 class Compared:
-    """The crater beside others: the ``scaling`` laws, the published numbers (``reference``), the late stage in grains against that in SPH."""
+    """The crater beside others: the ``scaling`` laws, the published numbers (``reference``), the late stage in grains
+    against that in SPH."""
 
     scaling: Mapping[str, Any] = field(default_factory=dict)
     reference: tuple[Mapping[str, Any], ...] = ()
@@ -103,8 +110,8 @@ class Compared:
 class Findings:
     """Everything that the stage found, for its files, pictures and page. A stage that the run does not have is None.
 
-    ``ballistic``: free flight of what was handed over, on flat ground under gravity. ``soundness``: resolution, pressures and cautions
-    (``crater.soundness.facts``). ``flight_reasons``: why nothing was flown.
+    ``ballistic``: free flight of what was handed over, on flat ground under gravity. ``soundness``: resolution,
+    pressures and cautions (``crater.soundness.facts``). ``flight_reasons``: why nothing was flown.
     """
 
     setting: Setting
@@ -163,18 +170,25 @@ class Findings:
     @property
     def choices(self) -> dict[str, Choices]:
         """What the measuring of each stage (sph, dem) stands on."""
-        return {name: stage.choices for name, stage in (("sph", self.shock), ("dem", self.grains)) if stage is not None}
+        return {
+            name: stage.choices for name, stage in (("sph", self.shock), ("dem", self.grains)) if stage is not None
+        }
 
     @property
     def reasons(self) -> dict[str, str]:
         """Why something is missing, by what it is."""
         none = {} if self.shock is not None else {"transient": "no shock-stage snapshots in this run"}
         held = [stage.reasons for stage in (self.shock, self.grains) if stage is not None]
-        return {name: reason for part in (none, *held, self.flight_reasons, self.compared.reasons) for name, reason in part.items()}
+        return {
+            name: reason
+            for part in (none, *held, self.flight_reasons, self.compared.reasons)
+            for name, reason in part.items()
+        }
 
 
 def densities(settings: Settings, inputs: Path, first: Path | None) -> tuple[float, float]:
-    """Densities of projectile and ground [kg/m^3] as the shock stage began with them (pores, changed materials); of their materials where it left none."""
+    """Densities of projectile and ground [kg/m^3] as the shock stage began with them (pores, changed materials); of
+    their materials where it left none."""
     ball = material.reference_density(settings.impact.projectile.material)
     ground = material.reference_density(settings.target.layers[-1].material)
     path = inputs / "2_sph" / "target.json"
@@ -189,20 +203,28 @@ def densities(settings: Settings, inputs: Path, first: Path | None) -> tuple[flo
 
 
 def with_chain_errors(findings: Findings, known: ChainError | None) -> Findings:
-    """The measured craters of a run with their chain errors, where its settings carry them; the all-SPH late stage has none."""
+    """The measured craters of a run with their chain errors, where its settings carry them; the all-SPH late stage has
+    none."""
     if known is None:
         return findings
     shock, grains = findings.shock, findings.grains
     if shock is not None:
         transient = {
-            key: replace(moment, measures=chain.with_chain(moment.measures, known.transient_at_maximum_depth if key == "depth" else known.transient))
+            key: replace(
+                moment,
+                measures=chain.with_chain(
+                    moment.measures, known.transient_at_maximum_depth if key == "depth" else known.transient
+                ),
+            )
             if moment.measures is not None
             else moment
             for key, moment in shock.transient.items()
         }
         shock = replace(shock, transient=transient)
     if grains is not None and grains.last is not None:
-        grains = replace(grains, last=replace(grains.last, measures=chain.with_chain(grains.last.measures, known.final)))
+        grains = replace(
+            grains, last=replace(grains.last, measures=chain.with_chain(grains.last.measures, known.final))
+        )
     return replace(findings, shock=shock, grains=grains)
 
 
@@ -221,8 +243,16 @@ def final_entry(last: LastCrater) -> dict[str, Any]:
 def columns(findings: Findings, moments: tuple[str, ...] = MOMENTS) -> list[tuple[heads.Head, Measures]]:
     """Every crater that was measured under its head: transient, the shock stage's own end, final."""
     # after the collapse a wide trough may look widest: measured closely it has no diameter, and no maximum of it
-    seen = [(key, findings.transient[key]) for key in moments if key in findings.transient and findings.transient[key].value(MAXIMA[key]) > 0.0]
-    shots = [heads.Moment(key, m.time, m.stage, key in findings.growing, m.measures) for key, m in seen if m.measures is not None]
+    seen = [
+        (key, findings.transient[key])
+        for key in moments
+        if key in findings.transient and findings.transient[key].value(MAXIMA[key]) > 0.0
+    ]
+    shots = [
+        heads.Moment(key, m.time, m.stage, key in findings.growing, m.measures)
+        for key, m in seen
+        if m.measures is not None
+    ]
     final, late = findings.final, findings.late_sph
     result = heads.arranged(shots, final.time if final is not None else None)
     if late is not None and late is not final:

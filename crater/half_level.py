@@ -12,8 +12,9 @@ from matter.jit import kernel
 
 
 class Rings(NamedTuple):
-    """Columns on rings over a plane, or over a sphere of ``radius`` [m] about the origin: ``distance`` of each ring (n,) [m], its ``first`` column, how
-    many ``columns``, and the ``place`` of every one (m, 3): on the plane [m], or its direction from the centre of the sphere."""
+    """Columns on rings over a plane, or over a sphere of ``radius`` [m] about the origin: ``distance`` of each ring
+    (n,) [m], its ``first`` column, how many ``columns``, and the ``place`` of every one (m, 3): on the plane [m], or
+    its direction from the centre of the sphere."""
 
     sphere: bool
     radius: float
@@ -24,7 +25,8 @@ class Rings(NamedTuple):
 
 
 class Levels(NamedTuple):
-    """Heights at which the field is summed: ``lowest`` and ``step`` [m], and the number of the level at which each column begins."""
+    """Heights at which the field is summed: ``lowest`` and ``step`` [m], and the number of the level at which each
+    column begins."""
 
     lowest: float
     step: float
@@ -33,7 +35,8 @@ class Levels(NamedTuple):
 
 @kernel(fastmath=True)
 def _columns_within(half, azimuth, count):
-    """First and last of the ``count`` columns of a ring that lie within the angle ``half`` of an ``azimuth`` [rad]; either may need to wrap."""
+    """First and last of the ``count`` columns of a ring that lie within the angle ``half`` of an ``azimuth`` [rad];
+    either may need to wrap."""
     step = 2.0 * np.pi / count
     k0 = int(np.floor((azimuth - half) / step - 0.5))
     k1 = int(np.ceil((azimuth + half) / step - 0.5))
@@ -50,7 +53,8 @@ def _half_angle(reach, rho):
 
 @kernel(fastmath=True)
 def _beside_and_above(point, r, rings, column):
-    """Square of the distance of a point (``r`` from the centre) from a column [m^2], and its height along that column [m]."""
+    """Square of the distance of a point (``r`` from the centre) from a column [m^2], and its height along that column
+    [m]."""
     place = rings.place
     if rings.sphere:
         along = place[column, 0] * point[0] + place[column, 1] * point[1] + place[column, 2] * point[2]
@@ -83,7 +87,8 @@ def _tops(x, spacing, rings, highest):
 
 @kernel(fastmath=True)
 def _splat(x, volume, spacing, rings, levels, ring_low, colour):
-    """Add every particle's kernel to the columns within its support, from the first level of each column upwards (``ring_low``: the lowest of a ring)."""
+    """Add every particle's kernel to the columns within its support, from the first level of each column upwards
+    (``ring_low``: the lowest of a ring)."""
     sphere, radius = rings.sphere, rings.radius
     t_lo, dt, low = levels.lowest, levels.step, levels.first
     for j in range(len(x)):
@@ -125,9 +130,11 @@ def _splat(x, volume, spacing, rings, levels, ring_low, colour):
 
 @kernel
 def _crossing(colour, levels, thickness, out):
-    """From above: the first crossing of 1/2 with ``thickness`` of matter above 1/2 under it; columns are known from their first level upwards.
+    """From above: the first crossing of 1/2 with ``thickness`` of matter above 1/2 under it; columns are known from
+    their first level upwards.
 
-    Gaps thinner than that (voids between disordered particles) do not count as an end of the matter; thin sheets over a wider gap are skipped.
+    Gaps thinner than that (voids between disordered particles) do not count as an end of the matter; thin sheets over
+    a wider gap are skipped.
     """
     t_lo, dt, low = levels.lowest, levels.step, levels.first
     number = colour.shape[1]
@@ -152,16 +159,21 @@ def _crossing(colour, levels, thickness, out):
 
 
 BELOW_TOP = 4.0
-"""Spacings below the highest particle of a column down to which the colour field is first summed: nearly every column's ground lies there."""
+"""Spacings below the highest particle of a column down to which the colour field is first summed: nearly every
+column's ground lies there."""
 
 
-def half_level(near: Cloud, datum: Datum, rings: Rings, of_ring: np.ndarray, t_lo: float, t_hi: float) -> tuple[np.ndarray, np.ndarray]:
+def half_level(
+    near: Cloud, datum: Datum, rings: Rings, of_ring: np.ndarray, t_lo: float, t_hi: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Height [m] of every column by the colour field, and of its highest particle; NaN where there is none.
 
-    ``of_ring`` is the local spacing of every one of the ``rings`` [m]; the ground lies between the heights ``t_lo`` and ``t_hi`` [m].
+    ``of_ring`` is the local spacing of every one of the ``rings`` [m]; the ground lies between the heights ``t_lo``
+    and ``t_hi`` [m].
 
-    Matter deep below the ground says nothing of its height: the field is summed from a little below the top, and to the bottom only in those columns
-    where no ground was found there (thin sheets over gaps). The result is the same to the last bit as that of whole columns.
+    Matter deep below the ground says nothing of its height: the field is summed from a little below the top, and to
+    the bottom only in those columns where no ground was found there (thin sheets over gaps). The result is the same to
+    the last bit as that of whole columns.
     """
     dt = 0.25 * float(of_ring.min())
     number, total = int(np.ceil((t_hi - t_lo) / dt)) + 1, len(rings.place)

@@ -1,7 +1,8 @@
-"""What a column of measures is of: the stage, the moment and the time, in the same words on the page, the terminal and in comparisons.
+"""What a column of measures is of: the stage, the moment and the time, in the same words on the page, the terminal and
+in comparisons.
 
-A crater is *transient* at the first maximum of its volume, depth or diameter, and *final* only where it has come to rest; anything else is the last
-snapshot, and its head says so.
+A crater is *transient* at the first maximum of its volume, depth or diameter, and *final* only where it has come to
+rest; anything else is the last snapshot, and its head says so.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ METHODS = {"sph": "SPH", "dem": "grains"}
 
 
 class Head(NamedTuple):
-    """``key`` of the column (``transient/volume``, ``final``), its ``stage`` (transient or final), and two lines: what it is, and when."""
+    """``key`` of the column (``transient/volume``, ``final``), its ``stage`` (transient or final), and two lines: what
+    it is, and when."""
 
     key: str
     stage: str
@@ -29,7 +31,8 @@ class Head(NamedTuple):
 
 
 class Moment(NamedTuple):
-    """One maximum of the transient crater: ``of`` volume, depth or diameter, ``time`` [s], stage (sph, dem), whether it still grows, and what was measured."""
+    """One maximum of the transient crater: ``of`` volume, depth or diameter, ``time`` [s], stage (sph, dem), whether
+    it still grows, and what was measured."""
 
     of: str
     time: float | None
@@ -39,7 +42,8 @@ class Moment(NamedTuple):
 
 
 def transient(moments: Sequence[str], time: float | None, stage: str, growing: Sequence[str] = ()) -> Head:
-    """Head of the transient crater at the maxima of ``moments`` (they may fall on one snapshot); ``growing``: those of them that still grow at the end."""
+    """Head of the transient crater at the maxima of ``moments`` (they may fall on one snapshot); ``growing``: those of
+    them that still grow at the end."""
     title = f"last snapshot, {_listed(growing)} still growing" if growing else f"transient, maximum {_listed(moments)}"
     return Head(f"transient/{moments[0]}", "transient", title, when(time, METHODS.get(stage, stage)))
 
@@ -49,8 +53,11 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def final(entry: Mapping[str, Any]) -> Head:
-    """Head of the ``final`` entry of ``measures.json``: *final* where it is settled (or the file is too old to say), else the last snapshot and its state."""
-    title = "final" if entry.get("settled", True) else f"last snapshot, {entry.get('state', 'not known to be at rest')}"
+    """Head of the ``final`` entry of ``measures.json``: *final* where it is settled (or the file is too old to say),
+    else the last snapshot and its state."""
+    title = (
+        "final" if entry.get("settled", True) else f"last snapshot, {entry.get('state', 'not known to be at rest')}"
+    )
     return Head("final", "final", title, when(_time(entry), str(entry.get("from", ""))))
 
 
@@ -60,7 +67,8 @@ def when(time: float | None, what: str) -> str:
 
 
 def arranged(moments: Sequence[Moment], end: float | None = None) -> list[tuple[Head, Any]]:
-    """Columns of the transient crater: maxima that fall on one snapshot share one; what still grows at the time ``end`` [s] of the last column has none."""
+    """Columns of the transient crater: maxima that fall on one snapshot share one; what still grows at the time
+    ``end`` [s] of the last column has none."""
     groups: dict[float | None, list[Moment]] = {}
     for moment in moments:
         groups.setdefault(moment.time, []).append(moment)
@@ -73,7 +81,9 @@ def arranged(moments: Sequence[Moment], end: float | None = None) -> list[tuple[
     return heads
 
 
-def columns(measures: Mapping[str, Any], moments: tuple[str, ...] = ("volume", "depth")) -> list[tuple[Head, Mapping[str, Any]]]:
+def columns(
+    measures: Mapping[str, Any], moments: tuple[str, ...] = ("volume", "depth")
+) -> list[tuple[Head, Mapping[str, Any]]]:
     """Heads and entries of ``measures.json`` for these ``moments`` and the final crater."""
     held, last = measures.get("transient", {}), measures.get("final", {})
     seen = []
@@ -83,7 +93,9 @@ def columns(measures: Mapping[str, Any], moments: tuple[str, ...] = ("volume", "
             seen.append(Moment(name, _time(entry), str(entry.get("stage", "")), bool(entry.get("growing")), entry))
     has_last = any(isinstance(cell, Mapping) and "value" in cell for cell in last.values())
     heads = arranged(seen, _time(last) if has_last else None)
-    if not seen and any(isinstance(cell, Mapping) and isinstance(cell.get("value"), (int, float)) for cell in held.values()):
+    if not seen and any(
+        isinstance(cell, Mapping) and isinstance(cell.get("value"), (int, float)) for cell in held.values()
+    ):
         heads.append((Head("transient/volume", "transient", "transient", when(_time(held), "")), held))
     return [*heads, (final(last), last)] if has_last else heads
 

@@ -1,7 +1,9 @@
-"""Where ejecta leave the ground, how fast and how steeply: read from snapshots of the shock stage on flat ground, beside the law of Housen & Holsapple 2011.
+"""Where ejecta leave the ground, how fast and how steeply: read from snapshots of the shock stage on flat ground,
+beside the law of Housen & Holsapple 2011.
 
-A particle of the target is launched when it first stands higher than ``above`` and rises. From there it is led back to the datum along its parabola.
-Distances are those from the vertical through the impact point: for an oblique impact no longer the crater's axis.
+A particle of the target is launched when it first stands higher than ``above`` and rises. From there it is led back to
+the datum along its parabola. Distances are those from the vertical through the impact point: for an oblique impact no
+longer the crater's axis.
 """
 
 from __future__ import annotations
@@ -23,7 +25,8 @@ ABOVE = 1.5
 
 
 class Launched(NamedTuple):
-    """Distance from the axis [m], azimuth [rad], speed [m/s] and angle above the horizontal [rad] at the datum, mass [kg]; one row a particle."""
+    """Distance from the axis [m], azimuth [rad], speed [m/s] and angle above the horizontal [rad] at the datum, mass
+    [kg]; one row a particle."""
 
     distance: np.ndarray
     azimuth: np.ndarray
@@ -33,7 +36,8 @@ class Launched(NamedTuple):
 
 
 def launched(frames: Iterable[Particles], gravity: float, above: float) -> Launched:
-    """Ejecta of ``frames`` in the order of time (the same particles in each), with the height ``above`` [m] at which they count as flying.
+    """Ejecta of ``frames`` in the order of time (the same particles in each), with the height ``above`` [m] at which
+    they count as flying.
 
     Raises ``InputError`` for a body that is not flat, and where nothing flies.
     """
@@ -53,7 +57,13 @@ def launched(frames: Iterable[Particles], gravity: float, above: float) -> Launc
         origin = place - flat * since[:, None]
         across = np.hypot(flat[:, 0], flat[:, 1])
         parts.append(
-            (np.hypot(origin[:, 0], origin[:, 1]), np.arctan2(origin[:, 1], origin[:, 0]), np.hypot(across, rise), np.arctan2(rise, across), frame.mass[new])
+            (
+                np.hypot(origin[:, 0], origin[:, 1]),
+                np.arctan2(origin[:, 1], origin[:, 0]),
+                np.hypot(across, rise),
+                np.arctan2(rise, across),
+                frame.mass[new],
+            )
         )
     if not parts or not sum(len(part[0]) for part in parts):
         raise InputError(f"nothing of the target flies higher than {readable.length(above)}")
@@ -61,7 +71,8 @@ def launched(frames: Iterable[Particles], gravity: float, above: float) -> Launc
 
 
 class Fit(NamedTuple):
-    """mu and C1 of v(x) with their errors, and the table they were fitted to: median x / a, v / U, angle [rad] and number of each ring."""
+    """mu and C1 of v(x) with their errors, and the table they were fitted to: median x / a, v / U, angle [rad] and
+    number of each ring."""
 
     mu: float
     mu_sigma: float
@@ -70,11 +81,21 @@ class Fit(NamedTuple):
     table: np.ndarray
 
 
-def fit(ejecta: Launched, strike: scaling.Strike, radius: float, inner: float = 1.2, outer: float = 0.9, rings: int = 12, sectors: int = 24) -> Fit:
-    """mu and C1 of ``scaling.launch_speed`` (its p and n2 of dry sand) through the medians of rings between ``inner`` a and ``outer`` ``radius``.
+def fit(
+    ejecta: Launched,
+    strike: scaling.Strike,
+    radius: float,
+    inner: float = 1.2,
+    outer: float = 0.9,
+    rings: int = 12,
+    sectors: int = 24,
+) -> Fit:
+    """mu and C1 of ``scaling.launch_speed`` (its p and n2 of dry sand) through the medians of rings between ``inner``
+    a and ``outer`` ``radius``.
 
-    ``radius`` [m] : apparent radius of the crater. Rings of fewer than eight particles are left out. The errors are those of leaving out one of
-    ``sectors`` in azimuth after the other (jackknife). Raises ``InputError`` where fewer than three rings are left.
+    ``radius`` [m] : apparent radius of the crater. Rings of fewer than eight particles are left out. The errors are
+    those of leaving out one of ``sectors`` in azimuth after the other (jackknife). Raises ``InputError`` where fewer
+    than three rings are left.
     """
     edges = np.geomspace(inner * strike.radius, outer * radius, rings + 1)
     ring = np.digitize(ejecta.distance, edges) - 1
@@ -85,10 +106,16 @@ def fit(ejecta: Launched, strike: scaling.Strike, radius: float, inner: float = 
         for k in range(rings):
             here = kept & (ring == k)
             if here.sum() >= 8:
-                rows.append([np.median(part[here]) for part in (ejecta.distance, ejecta.speed, ejecta.angle)] + [float(here.sum())])
+                rows.append(
+                    [np.median(part[here]) for part in (ejecta.distance, ejecta.speed, ejecta.angle)]
+                    + [float(here.sum())]
+                )
         table = np.array(rows)
         if len(table) < 3:
-            raise InputError(f"a fit of launch speeds needs ejecta in at least 3 of the {rings} rings between {inner:g} a and {outer:g} R; found {len(table)}")
+            raise InputError(
+                f"a fit of launch speeds needs ejecta in at least 3 of the {rings} rings between {inner:g} a and "
+                f"{outer:g} R; found {len(table)}"
+            )
         x, v = table[:, 0], table[:, 1]
         bent = np.maximum(1.0 - x / (scaling.SAND_EDGE * radius), 1e-9) ** scaling.SAND_BEND
         place = x / strike.radius * (strike.target_density / strike.projectile_density) ** scaling.NU

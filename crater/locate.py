@@ -1,4 +1,5 @@
-"""Find the crater in a cloud: which particles carry the ground, where the axis stands, where the datum lies, how far to look."""
+"""Find the crater in a cloud: which particles carry the ground, where the axis stands, where the datum lies, how far
+to look."""
 
 from __future__ import annotations
 
@@ -34,8 +35,9 @@ class Scene:
 class Search(NamedTuple):
     """How the ground is looked at.
 
-    ``gravity`` [m/s^2] with ``rise_limit`` [m] tells ejecta in flight from ground, the columns go out to ``reach`` [m] (None: as far as the cloud does), the
-    crater is looked for ``within`` [m] of the datum's axis; number of ``sectors``, ``seed`` of the bootstrap over them.
+    ``gravity`` [m/s^2] with ``rise_limit`` [m] tells ejecta in flight from ground, the columns go out to ``reach`` [m]
+    (None: as far as the cloud does), the crater is looked for ``within`` [m] of the datum's axis; number of
+    ``sectors``, ``seed`` of the bootstrap over them.
     """
 
     gravity: float | None = None
@@ -90,7 +92,8 @@ EDGE_SECTORS = 48
 def edge_of(cloud: Cloud, datum: Datum) -> float:
     """Distance to which the ground is known at every azimuth [m] (a quarter of the circumference at most on a sphere).
 
-    The kernel's support inside the outermost particles: nearer to the edge the colour field lacks the matter beyond it and stands low.
+    The kernel's support inside the outermost particles: nearer to the edge the colour field lacks the matter beyond it
+    and stands low.
     """
     distance, azimuth, _ = datum.polar(cloud.position)
     sector = (azimuth / (2.0 * np.pi) * EDGE_SECTORS).astype(int) % EDGE_SECTORS
@@ -107,11 +110,12 @@ def look(scene: Scene, datum: Datum, sectors: int, methods: str = "two", coarse:
 
 
 def depression(ground: Relief, within: float = np.inf) -> tuple[float, float, float]:
-    """Shift (along x', y') from the axis to the middle of the deepest hollow (in local spacings), and its radius, all [m]; radius 0 where there is none.
+    """Shift (along x', y') from the axis to the middle of the deepest hollow (in local spacings), and its radius, all
+    [m]; radius 0 where there is none.
 
-    The hollow is what lies below half of the deepest smoothed height, taken about its centroid; it is looked for ``within`` [m] of the axis.
-    It is deeper than the noise: that of the undisturbed ground where it is known (what a crater throws on the ground, whole layers of a lattice even,
-    is no noise), else that of the ground itself.
+    The hollow is what lies below half of the deepest smoothed height, taken about its centroid; it is looked for
+    ``within`` [m] of the axis. It is deeper than the noise: that of the undisturbed ground where it is known (what a
+    crater throws on the ground, whole layers of a lattice even, is no noise), else that of the ground itself.
     """
     columns = ground.columns
     ring = columns.ring
@@ -150,14 +154,21 @@ def _smooth(x: np.ndarray, y: np.ndarray, h: np.ndarray) -> np.ndarray:
     return np.median(h[near], axis=1)
 
 
-def ground_before(particles: Particles, datum: Datum, reach: float | None = None, sectors: int = 24) -> surface.Undisturbed:
-    """The ground of the undisturbed target out to ``reach`` [m] (default: as far as the cloud covers every azimuth)."""
-    body = supported_part(clouds.of(particles, "the snapshot before the impact"), datum, None, None, "the snapshot before the impact")
+def ground_before(
+    particles: Particles, datum: Datum, reach: float | None = None, sectors: int = 24
+) -> surface.Undisturbed:
+    """The ground of the undisturbed target out to ``reach`` [m] (default: as far as the cloud covers every
+    azimuth)."""
+    body = supported_part(
+        clouds.of(particles, "the snapshot before the impact"), datum, None, None, "the snapshot before the impact"
+    )
     edge = edge_of(body, datum)
     return surface.undisturbed(body, datum, min(edge, reach) if reach else edge, sectors)
 
 
-def prepare(particles: Particles, datum: Datum, before: surface.Undisturbed | None, search: Search, what: str = "the snapshot") -> Scene:
+def prepare(
+    particles: Particles, datum: Datum, before: surface.Undisturbed | None, search: Search, what: str = "the snapshot"
+) -> Scene:
     """The supported part of a snapshot, the ground before the impact, and how far the columns go."""
     body = supported_part(clouds.of(particles, what), datum, search.gravity, search.rise_limit, what)
     return scene_of(body, datum, before, search)

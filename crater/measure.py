@@ -1,8 +1,10 @@
-"""Measures of a crater: diameters, depths, rim, volume, each with an error made of azimuth, resolution, datum and method in quadrature.
+"""Measures of a crater: diameters, depths, rim, volume, each with an error made of azimuth, resolution, datum and
+method in quadrature.
 
-Definitions (Melosh 1989; Turtle et al. 2005; Robbins et al. 2018):
-apparent diameter: twice the distance at which the wall meets the datum (of equal area where the crater is an ellipse); rim diameter: twice the
-distance of the crest; depth: datum to floor; rim-to-floor depth: crest to floor; volume: between datum and ground inside the apparent diameter.
+Definitions (Melosh 1989; Turtle et al. 2005; Robbins et al. 2018): apparent diameter: twice the distance at which the
+wall meets the datum (of equal area where the crater is an ellipse); rim diameter: twice the distance of the crest;
+depth: datum to floor; rim-to-floor depth: crest to floor; volume: between datum and ground inside the apparent
+diameter.
 """
 
 from __future__ import annotations
@@ -37,7 +39,8 @@ SHALLOWEST = 0.5
 
 @dataclass(frozen=True)
 class Measures:
-    """Named ``quantities`` of one crater, its ``profile``, the ``datum`` (axis through the crater's centre) and the ``ground``."""
+    """Named ``quantities`` of one crater, its ``profile``, the ``datum`` (axis through the crater's centre) and the
+    ``ground``."""
 
     quantities: dict[str, Quantity]
     profile: Profile
@@ -68,10 +71,10 @@ def measure(
 ) -> Measures:
     """Measure the crater in a cloud of particles.
 
-    ``datum`` is a ``matter.frame.Sphere`` or ``Plane``, a ``crater.datum.Datum``, or ``"sphere"`` / ``"plane"`` to be fitted to the far field
-    (``centre`` and ``datum_radius`` [m] are kept where given). ``before`` is the same target before the impact: heights are then taken
-    relative to it, place by place, and relative to the far field now (a ringing body moves as a whole). The centre is found, not assumed;
-    how far and where is the ``search``.
+    ``datum`` is a ``matter.frame.Sphere`` or ``Plane``, a ``crater.datum.Datum``, or ``"sphere"`` / ``"plane"`` to be
+    fitted to the far field (``centre`` and ``datum_radius`` [m] are kept where given). ``before`` is the same target
+    before the impact: heights are then taken relative to it, place by place, and relative to the far field now (a
+    ringing body moves as a whole). The centre is found, not assumed; how far and where is the ``search``.
 
     Raises ``InputError`` for clouds that cannot be measured (fewer than 100 particles, not finite, all ejecta).
     """
@@ -83,16 +86,31 @@ def measure(
         start = locate.first_datum(body, datum, centre, datum_radius)
     else:
         start = of_frame(datum)
-    ground = locate.ground_before(before, start, search.reach, search.sectors) if isinstance(before, Particles) else before
-    if body is not None and not (search.gravity and search.rise_limit):  # the height over a datum decides on nothing that carries the ground
+    ground = (
+        locate.ground_before(before, start, search.reach, search.sectors) if isinstance(before, Particles) else before
+    )
+    if body is not None and not (
+        search.gravity and search.rise_limit
+    ):  # the height over a datum decides on nothing that carries the ground
         scene = locate.scene_of(body, start, ground, search)
     else:
         scene = locate.prepare(particles, start, ground, search, what)
-    refit = (lambda relief, current, radius, rough: far_field.refit(relief, current, radius, centre, datum_radius, rough)) if fitted else None
+    refit = (
+        (lambda relief, current, radius, rough: far_field.refit(relief, current, radius, centre, datum_radius, rough))
+        if fitted
+        else None
+    )
     return measure_scene(scene, refit, search.seed, search.sectors)
 
 
-def measure_scene(scene: locate.Scene, refit: Refit | None = None, seed: int = 1, sectors: int = 24, turns: int = 8, methods: str = "four") -> Measures:
+def measure_scene(
+    scene: locate.Scene,
+    refit: Refit | None = None,
+    seed: int = 1,
+    sectors: int = 24,
+    turns: int = 8,
+    methods: str = "four",
+) -> Measures:
     """Measure a prepared scene: centre and datum are iterated until neither moves, then the profile is read off.
 
     ``methods`` of the last look as in ``surface.measure_heights``.
@@ -101,9 +119,14 @@ def measure_scene(scene: locate.Scene, refit: Refit | None = None, seed: int = 1
     notes: dict[str, Any] = {}
     errors = ground.datum.errors
     if refit is None:
-        # the datum is not this method's own far field: take out how the colour field stands to the volume, and how the whole body moved
+        # the datum is not this method's own far field: take out how the colour field stands to the volume, and how the
+        # whole body moved
         size = radius or 0.2 * scene.reach
-        level, sigma = far_field.level_of_far_field(ground, size) if scene.before is not None else far_field.level_of_method(ground, size)
+        level, sigma = (
+            far_field.level_of_far_field(ground, size)
+            if scene.before is not None
+            else far_field.level_of_method(ground, size)
+        )
         errors = ((sigma, 0.0),)
         ground = replace(ground, methods={k: v - level for k, v in ground.methods.items()}, rays=ground.rays - level)
         notes["far_field_level_m" if scene.before is not None else "method_level_m"] = level
@@ -118,7 +141,9 @@ def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int, 
     for turn in range(turns):
         if turn < rough:
             # the first look may go anywhere within reach; later ones stay with the hollow that was found
-            east, north, radius = locate.depression(ground, scene.within if turn == 0 else max(2.0 * radius, 0.1 * scene.reach))
+            east, north, radius = locate.depression(
+                ground, scene.within if turn == 0 else max(2.0 * radius, 0.1 * scene.reach)
+            )
         else:
             east, north, closer = _recentre(ground, radius)
             radius = closer or radius
@@ -126,7 +151,11 @@ def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int, 
             break
         new = datum if refit is None else refit(ground, datum, max(radius, NO_HOLLOW * scene.reach), turn < rough)
         new = new.moved(east, north)
-        rise = abs(new.radius - datum.radius) if new.is_sphere else abs(np.dot(np.subtract(new.centre, datum.centre), new.axes[2]))
+        rise = (
+            abs(new.radius - datum.radius)
+            if new.is_sphere
+            else abs(np.dot(np.subtract(new.centre, datum.centre), new.axes[2]))
+        )
         still = max(float(np.hypot(east, north)), float(rise)) < 0.05 * float(ground.columns.spacing[0])
         datum = new
         edge = locate.edge_of(scene.body, datum)
@@ -139,7 +168,8 @@ def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int, 
 
 
 def _recentre(ground: Relief, radius: float) -> tuple[float, float, float]:
-    """Shift of the axis to the centre of the apparent rim, and its mean radius [m]; zeros where too few sectors close."""
+    """Shift of the axis to the centre of the apparent rim, and its mean radius [m]; zeros where too few sectors
+    close."""
     cells = closed(ground.cell)
     ruler = make_ruler(ground, radius, cells.mean(axis=1))
     radii = sector_radii(cells, ruler, radius)
@@ -151,11 +181,16 @@ def _recentre(ground: Relief, radius: float) -> tuple[float, float, float]:
     return float(east * scale), float(north * scale), float(mean)
 
 
-def read_off(ground: Relief, radius: float, errors: tuple[tuple[float, float], ...], seed: int, notes: dict[str, object]) -> Measures:
-    """All measures of a settled relief with their errors; ``errors`` are the ways in which the datum may be off (``Datum.errors``)."""
+def read_off(
+    ground: Relief, radius: float, errors: tuple[tuple[float, float], ...], seed: int, notes: dict[str, object]
+) -> Measures:
+    """All measures of a settled relief with their errors; ``errors`` are the ways in which the datum may be off
+    (``Datum.errors``)."""
     profile = profile_of(ground)
     if radius <= 0.0:
-        return _none(ground, profile, notes, "no hollow: the ground departs from the datum by less than its own scatter")
+        return _none(
+            ground, profile, notes, "no hollow: the ground departs from the datum by less than its own scatter"
+        )
     cells = closed(ground.cell)
     ruler = make_ruler(ground, radius, cells.mean(axis=1))
     outermost = 0.9 * radius
@@ -173,12 +208,18 @@ def read_off(ground: Relief, radius: float, errors: tuple[tuple[float, float], .
     notes["by_azimuth"] = forms.by_azimuth(cells, ruler, outermost, base.rim)
     shallow = _shallow_reason(quantities.depth_m(hollow), hollow)
     missing = {"": "", "diameter": shallow, "rim": shallow or _rim_reason(quantities.rim_height_m(hollow), hollow)}
-    measured = {row.name: Quantity(None, None, row.unit, missing[row.needs]) if missing[row.needs] else getattr(quantities, row.name)(hollow) for row in TABLE}
+    measured = {
+        row.name: Quantity(None, None, row.unit, missing[row.needs])
+        if missing[row.needs]
+        else getattr(quantities, row.name)(hollow)
+        for row in TABLE
+    }
     return Measures(measured, profile, ground.datum, ground, notes)
 
 
 def _round(cells: np.ndarray, ruler: Ruler, apparent: float) -> tuple[np.ndarray, Quantity]:
-    """Cells stretched along the radius so that an elliptical crater becomes the circle of equal area, where the ellipse is significant."""
+    """Cells stretched along the radius so that an elliptical crater becomes the circle of equal area, where the
+    ellipse is significant."""
     radii = sector_radii(cells, ruler, apparent)
     if np.isfinite(radii).sum() < 0.75 * len(radii):
         return cells, Quantity(None, None, "1", "the apparent rim is not closed")
@@ -192,11 +233,14 @@ def _round(cells: np.ndarray, ruler: Ruler, apparent: float) -> tuple[np.ndarray
     azimuth = (np.arange(cells.shape[1]) + 0.5) * 2.0 * np.pi / cells.shape[1]
     local = mean + c2 * np.cos(2.0 * azimuth) + s2 * np.sin(2.0 * azimuth)
     equal = np.sqrt(np.mean(local**2))
-    return np.column_stack([np.interp(ruler.s * local[k] / equal, ruler.s, cells[:, k]) for k in range(cells.shape[1])]), ellipticity
+    return np.column_stack(
+        [np.interp(ruler.s * local[k] / equal, ruler.s, cells[:, k]) for k in range(cells.shape[1])]
+    ), ellipticity
 
 
 def _relief_facts(ground: Relief, ruler: Ruler, mean: np.ndarray, apparent: float) -> dict[str, object]:
-    """RMS height of the profile inside 1.5 apparent radii [m] (of a smaller hollow: the innermost ring), and the number of spacings across the radius."""
+    """RMS height of the profile inside 1.5 apparent radii [m] (of a smaller hollow: the innermost ring), and the
+    number of spacings across the radius."""
     matter = ruler.area > 0.0
     inside = matter & (ruler.s <= max(1.5 * apparent, float(ruler.s[matter].min(initial=np.inf))))
     if not inside.any():
@@ -210,7 +254,10 @@ def _shallow_reason(depth: Quantity, hollow: Hollow) -> str:
     limit = max(SHALLOWEST * hollow.spacing, 2.0 * (depth.sigma or 0.0))
     if depth.value is not None and depth.value >= limit:
         return ""
-    return f"a trough {readable.length(hollow.base.depth)} deep, less than the {readable.length(limit)} that this spacing resolves, has no diameter"
+    return (
+        f"a trough {readable.length(hollow.base.depth)} deep, less than the {readable.length(limit)} that this "
+        f"spacing resolves, has no diameter"
+    )
 
 
 def _rim_reason(height: Quantity, hollow: Hollow) -> str:
@@ -222,7 +269,11 @@ def _rim_reason(height: Quantity, hollow: Hollow) -> str:
         return f"no rim: the crest stands {readable.length(height.value)} above the datum, within its error"
     near = (ruler.s > base.apparent) & (ruler.s < max(1.8 * base.apparent, base.rim))
     share = float(np.mean((ruler.fine @ hollow.cells)[near].max(axis=0) > 0.0)) if near.any() else 0.0
-    return "" if share >= CLOSED_RIM else f"no closed rim: only {share:.0%} of the sectors rise above the datum outside the crater"
+    return (
+        ""
+        if share >= CLOSED_RIM
+        else f"no closed rim: only {share:.0%} of the sectors rise above the datum outside the crater"
+    )
 
 
 def _none(ground: Relief, profile: Profile, notes: dict[str, object], reason: str) -> Measures:
@@ -234,4 +285,6 @@ def _none(ground: Relief, profile: Profile, notes: dict[str, object], reason: st
     deepest = float(-np.min(mean[known])) if known.any() else float("nan")
     facts = {**notes, "rms_relief_m": rms, "deepest_ring_m": deepest}
     text = f"{reason} (RMS of the profile {readable.length(rms)}, deepest ring {readable.length(deepest)})"
-    return Measures({name: Quantity(None, None, unit, text) for name, unit in UNITS.items()}, profile, ground.datum, ground, facts)
+    return Measures(
+        {name: Quantity(None, None, unit, text) for name, unit in UNITS.items()}, profile, ground.datum, ground, facts
+    )

@@ -1,7 +1,9 @@
-"""A movie of a run: the cross-section through the impact plane, shock stage and then grains, drawn off-screen frame by frame.
+"""A movie of a run: the cross-section through the impact plane, shock stage and then grains, drawn off-screen frame by
+frame.
 
-An animated GIF needs nothing but matplotlib; an MP4 is written where imageio-ffmpeg is installed. Every frame says its stage and time and names its colours.
-Grains fill a part of the target only: what lies outside is drawn faded, as the shock stage left it at the handoff.
+An animated GIF needs nothing but matplotlib; an MP4 is written where imageio-ffmpeg is installed. Every frame says its
+stage and time and names its colours. Grains fill a part of the target only: what lies outside is drawn faded, as the
+shock stage left it at the handoff.
 """
 
 from __future__ import annotations
@@ -28,7 +30,8 @@ FADED = 0.4
 
 
 def shots(run: Path) -> list[Path]:
-    """The snapshots of both stages in the order of their time: shock stage up to the first of the grains, then the grains; at most ``MOST_FRAMES``.
+    """The snapshots of both stages in the order of their time: shock stage up to the first of the grains, then the
+    grains; at most ``MOST_FRAMES``.
 
     The first and the last state of the run are always among them.
     """
@@ -36,7 +39,10 @@ def shots(run: Path) -> list[Path]:
     first = _time(grains[0]) if grains else np.inf
     chosen = [path for path in shock if _time(path) < first] + grains
     if not chosen:
-        raise InputError(f"{run} holds no snapshots to make a movie of (2_sph/snap_*{snapshot.SUFFIX}, 5_dem/snap_*{snapshot.SUFFIX})")
+        raise InputError(
+            f"{run} holds no snapshots to make a movie of (2_sph/snap_*{snapshot.SUFFIX}, "
+            f"5_dem/snap_*{snapshot.SUFFIX})"
+        )
     if len(chosen) <= MOST_FRAMES:
         return chosen
     return [chosen[k] for k in np.unique(np.linspace(0, len(chosen) - 1, MOST_FRAMES).round().astype(int))]
@@ -54,7 +60,8 @@ def _time(path: Path) -> float:
 
 @dataclass(frozen=True)
 class _Film:
-    """What all frames share: half of the width [m], the field, the clock's factor and unit, legend entries, what surrounds the grains, their bed."""
+    """What all frames share: half of the width [m], the field, the clock's factor and unit, legend entries, what
+    surrounds the grains, their bed."""
 
     half: float
     field: str
@@ -66,7 +73,8 @@ class _Film:
 
 
 def frames(run: Path, half: float | None = None, colour: str = "material") -> Iterator[np.ndarray]:
-    """Pictures (height, width, 3) of every snapshot, all at the scale ``half`` [m] (half of the width; default: 1.1 of the largest measured diameter).
+    """Pictures (height, width, 3) of every snapshot, all at the scale ``half`` [m] (half of the width; default: 1.1 of
+    the largest measured diameter).
 
     ``colour`` is one of ``FIELDS``; snapshots that lack the field are shown by material.
     """
@@ -85,14 +93,19 @@ def _film(run: Path, paths: list[Path], half: float, colour: str) -> _Film:
     before = snapshot.read(bed, only=("identity", "position")) if colour == "origin" and bed.is_file() else None
     fastest = 0.0
     if colour == "speed":
-        fastest = max(float(np.quantile(np.linalg.norm(p.velocity, axis=1), 0.99)) for p in map(snapshot.read, paths[1::4] or paths) if "velocity" in p)
+        fastest = max(
+            float(np.quantile(np.linalg.norm(p.velocity, axis=1), 0.99))
+            for p in map(snapshot.read, paths[1::4] or paths)
+            if "velocity" in p
+        )
     around = _surroundings(snapshot.series(run / "2_sph"), grains[0]) if grains else None
     marks = sections.material_marks(ends + ([around] if around else []))
     return _Film(half, colour, readable.time_unit(_time(paths[-1])), marks, around, before, max(fastest, 1e-9))
 
 
 def _surroundings(shock: list[Path], first: Path) -> Particles | None:
-    """Matter of the shock stage outside the domain of the grains, as it was when the ``first`` grains began; None where that is not known."""
+    """Matter of the shock stage outside the domain of the grains, as it was when the ``first`` grains began; None
+    where that is not known."""
     domain = snapshot.attributes(first).get("domain")
     if not shock or not isinstance(domain, dict):
         return None
@@ -102,19 +115,28 @@ def _surroundings(shock: list[Path], first: Path) -> Particles | None:
     if "core_radius_m" in domain:
         distance = np.linalg.norm(x, axis=1)
         angle = np.arctan2(np.hypot(x[:, 0], x[:, 1]), x[:, 2])
-        outside = (distance < domain["core_radius_m"]) | ((angle > domain["cone_half_angle_rad"]) & (distance < domain["datum_radius_m"]))
+        outside = (distance < domain["core_radius_m"]) | (
+            (angle > domain["cone_half_angle_rad"]) & (distance < domain["datum_radius_m"])
+        )
     elif "floor_m" in domain:
-        outside = (x[:, 2] < domain["floor_m"]) | ((np.hypot(x[:, 0], x[:, 1]) > domain["radius_m"]) & (x[:, 2] < domain.get("datum_m", 0.0)))
+        outside = (x[:, 2] < domain["floor_m"]) | (
+            (np.hypot(x[:, 0], x[:, 1]) > domain["radius_m"]) & (x[:, 2] < domain.get("datum_m", 0.0))
+        )
     else:
         return None
     return matter.select(outside) if outside.any() else None
 
 
 def _half_width(run: Path, paths: list[Path]) -> float:
-    """1.1 of the largest diameter that the run's ``measures.json`` states [m]; without it, what holds nine tenths of the last snapshot."""
+    """1.1 of the largest diameter that the run's ``measures.json`` states [m]; without it, what holds nine tenths of
+    the last snapshot."""
     file = run / "6_crater" / "measures.json"
     content = archive.read_json(file) if file.is_file() else {}
-    cells = [content.get(phase, {}).get(name) for phase in ("transient", "final") for name in ("diameter_rim_m", "diameter_apparent_m")]
+    cells = [
+        content.get(phase, {}).get(name)
+        for phase in ("transient", "final")
+        for name in ("diameter_rim_m", "diameter_apparent_m")
+    ]
     sizes = [float(cell["value"]) for cell in cells if isinstance(cell, dict) and cell.get("value") is not None]
     return 1.1 * max(sizes) if sizes else float(np.quantile(np.abs(snapshot.read(paths[-1]).position[:, 0]), 0.9))
 
@@ -122,7 +144,12 @@ def _half_width(run: Path, paths: list[Path]) -> float:
 def _colouring(particles: Particles, film: _Film) -> sections.Colouring | None:
     """How these particles are coloured; None: by material."""
     deepest, bed = 0.6 * film.half, film.bed
-    if film.field == "origin" and "initial_position" not in particles and bed is not None and {"identity"} <= set(bed) & set(particles):
+    if (
+        film.field == "origin"
+        and "initial_position" not in particles
+        and bed is not None
+        and {"identity"} <= set(bed) & set(particles)
+    ):
         return sections.depth_of_origin(deepest, lambda grains: sections.places_of(grains, bed))
     known: dict[str, tuple[Callable[[], sections.Colouring], str]] = {
         "damage": (sections.damage, "damage"),
@@ -147,7 +174,9 @@ def _frame(particles: Particles, film: _Film, time: float) -> np.ndarray:
     axis, bar = fig.add_axes((0.085, 0.11, 0.79, 0.76)), fig.add_axes((0.9, 0.2, 0.018, 0.58))
     colouring = _colouring(particles, film)
     if grains and film.surroundings is not None:
-        sections.draw(axis, film.surroundings, seen, _colouring(film.surroundings, film) if colouring else None, edge="none").set_alpha(FADED)
+        sections.draw(
+            axis, film.surroundings, seen, _colouring(film.surroundings, film) if colouring else None, edge="none"
+        ).set_alpha(FADED)
         fig.text(0.875, 0.025, "faded: outside the grains, as at the handoff", ha="right", fontsize=8, color="#55606c")
     drawn = sections.draw(axis, particles, seen, colouring, edge="none")
     bar.set_visible(colouring is not None)
@@ -155,7 +184,14 @@ def _frame(particles: Particles, film: _Film, time: float) -> np.ndarray:
         fig.colorbar(drawn, cax=bar, label=colouring.label)
     marks = film.marks if colouring is None else film.marks[-1:]
     fig.legend(
-        handles=marks, loc="upper right", bbox_to_anchor=(0.88, 0.99), ncols=min(len(marks), 5), fontsize=9, frameon=False, columnspacing=1.0, handletextpad=0.3
+        handles=marks,
+        loc="upper right",
+        bbox_to_anchor=(0.88, 0.99),
+        ncols=min(len(marks), 5),
+        fontsize=9,
+        frameon=False,
+        columnspacing=1.0,
+        handletextpad=0.3,
     )
     axis.set_xlabel(f"x, downrange [{seen.unit}]")
     axis.set_ylabel(f"height over the summit of the datum [{seen.unit}]")
@@ -173,7 +209,8 @@ def endings() -> tuple[str, ...]:
 
 
 def write(run: Path, path: Path | Sequence[Path], half: float | None = None, colour: str = "material") -> int:
-    """Write the movie of a run to one file or several (``.gif``, or ``.mp4`` where imageio-ffmpeg is installed), drawn once; returns the number of frames.
+    """Write the movie of a run to one file or several (``.gif``, or ``.mp4`` where imageio-ffmpeg is installed), drawn
+    once; returns the number of frames.
 
     Raises ``InputError`` for a run without snapshots, an unknown colour, or an ending that cannot be written here.
     """
@@ -182,10 +219,15 @@ def write(run: Path, path: Path | Sequence[Path], half: float | None = None, col
         if entry.suffix not in (".gif", ".mp4"):
             raise InputError(f"a movie is a .gif or an .mp4, not {entry.name}")
         if entry.suffix not in endings():
-            raise InputError("an .mp4 needs the package imageio-ffmpeg (pip install imageio-ffmpeg); a .gif needs nothing more")
+            raise InputError(
+                "an .mp4 needs the package imageio-ffmpeg (pip install imageio-ffmpeg); a .gif needs nothing more"
+            )
     count = 0
     with ExitStack() as stack:
-        takers = [(_gif if entry.suffix == ".gif" else _mp4)(stack.enter_context(archive.replacing(entry))) for entry in paths]
+        takers = [
+            (_gif if entry.suffix == ".gif" else _mp4)(stack.enter_context(archive.replacing(entry)))
+            for entry in paths
+        ]
         for taker in takers:
             next(taker)
         for picture in frames(Path(run), half, colour):
@@ -205,7 +247,9 @@ def _gif(path: Path) -> Generator[None, np.ndarray | None, None]:
     while (picture := (yield)) is not None:
         # rare colours are kept: the legend's have to be those of the particles
         images.append(Image.fromarray(picture).quantize(96, method=Image.Quantize.MAXCOVERAGE))
-    images[0].save(path, format="GIF", save_all=True, append_images=images[1:], duration=1000 // FRAMES_PER_SECOND, loop=0)
+    images[0].save(
+        path, format="GIF", save_all=True, append_images=images[1:], duration=1000 // FRAMES_PER_SECOND, loop=0
+    )
 
 
 def _mp4(path: Path) -> Generator[None, np.ndarray | None, None]:
@@ -217,7 +261,9 @@ def _mp4(path: Path) -> Generator[None, np.ndarray | None, None]:
         while (picture := (yield)) is not None:
             if writer is None:
                 size, options = picture.shape[1::-1], ["-f", "mp4", "-movflags", "+faststart"]
-                writer = imageio_ffmpeg.write_frames(str(path), size, fps=FRAMES_PER_SECOND, macro_block_size=2, output_params=options)
+                writer = imageio_ffmpeg.write_frames(
+                    str(path), size, fps=FRAMES_PER_SECOND, macro_block_size=2, output_params=options
+                )
                 writer.send(None)
             writer.send(np.ascontiguousarray(picture))
     finally:

@@ -21,7 +21,8 @@ FOLDER = Path(__file__).parent / "observed"
 
 @dataclass(frozen=True)
 class Zone:
-    """A mapped zone or a range of a trend: ``inner`` and ``outer`` diameter [m], ``depth_over_diameter`` with its error where one is stated."""
+    """A mapped zone or a range of a trend: ``inner`` and ``outer`` diameter [m], ``depth_over_diameter`` with its
+    error where one is stated."""
 
     name: str
     inner: float
@@ -31,10 +32,12 @@ class Zone:
 
 @dataclass(frozen=True)
 class Observation:
-    """``values``: measure -> (value, minus, plus) [SI]; ``profile`` where one is published; ``kind``: transient, final, zones, trend or laboratory.
+    """``values``: measure -> (value, minus, plus) [SI]; ``profile`` where one is published; ``kind``: transient,
+    final, zones, trend or laboratory.
 
-    ``at``: of a transient crater, the maximum (volume, depth or diameter) at which its numbers were taken, where the source says it.
-    ``impact``: what made it, where that is known: ``radius``, ``mass``, ``speed``, ``gravity``, densities [SI].
+    ``at``: of a transient crater, the maximum (volume, depth or diameter) at which its numbers were taken, where the
+    source says it. ``impact``: what made it, where that is known: ``radius``, ``mass``, ``speed``, ``gravity``,
+    densities [SI].
     """
 
     name: str
@@ -81,20 +84,37 @@ def read(path: Path) -> Observation:
         raise InputError(f"{path.name}: {reason}") from None
     for key in ("title", "source"):
         if not str(content.get(key, "")).strip():
-            raise InputError(f"{path.name} states no {key}: an observation needs title, source and at least one measure, zone or profile")
+            raise InputError(
+                f"{path.name} states no {key}: an observation needs title, source and at least one measure, zone or "
+                f"profile"
+            )
     kind, at = str(content.get("kind", "final")), str(content.get("at", ""))
     for key, word, known in (("kind", kind, KINDS), ("at", at, ("", *MOMENTS))):
         if word not in known:
             near = difflib.get_close_matches(word, known, n=1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
-            raise InputError(f"{path.name}: {key} = {word!r} is not known{hint} (known: {', '.join(name for name in known if name)})")
+            raise InputError(
+                f"{path.name}: {key} = {word!r} is not known{hint} (known: "
+                f"{', '.join(name for name in known if name)})"
+            )
     values = {key: _measure(path, key, entry) for key, entry in content.get("measures", {}).items()}
     zones = tuple(_zone(path, entry) for entry in content.get("zones", ()))
     profile = _profile(path, content)
     if not values and not zones and profile is None:
         raise InputError(f"{path.name} states no measure, no zone and no profile")
     impact = {key: _number(path, f"impact.{key}", text) for key, text in content.get("impact", {}).items()} or None
-    return Observation(path.stem, content["title"], kind, values, profile, content["source"], content.get("note", ""), zones, impact, at)
+    return Observation(
+        path.stem,
+        content["title"],
+        kind,
+        values,
+        profile,
+        content["source"],
+        content.get("note", ""),
+        zones,
+        impact,
+        at,
+    )
 
 
 def _number(path: Path, key: str, text: Any) -> float:
@@ -114,11 +134,14 @@ def _measure(path: Path, key: str, entry: Any) -> tuple[float, float, float]:
 def _zone(path: Path, entry: dict[str, Any]) -> Zone:
     ratio = entry.get("depth_over_diameter")
     inner, outer = (_number(path, f"zones.{key}", entry.get(key, "0 m")) for key in ("inner", "outer"))
-    return Zone(str(entry["name"]), inner, outer, None if ratio is None else (float(ratio["value"]), float(ratio["error"])))
+    return Zone(
+        str(entry["name"]), inner, outer, None if ratio is None else (float(ratio["value"]), float(ratio["error"]))
+    )
 
 
 def _profile(path: Path, content: dict) -> Profile | None:
-    """The profile file that the observation names, or the paraboloid of its depth and diameter where it says ``shape = "paraboloid"``."""
+    """The profile file that the observation names, or the paraboloid of its depth and diameter where it says ``shape =
+    "paraboloid"``."""
     if "profile" in content:
         return radial_profile.read_csv(path.parent / content["profile"])
     if content.get("shape") != "paraboloid":

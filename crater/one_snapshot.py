@@ -1,4 +1,5 @@
-"""The crater in one snapshot (the command ``measure_crater``): on the choices of the run that it comes from, or on those that are given."""
+"""The crater in one snapshot (the command ``measure_crater``): on the choices of the run that it comes from, or on
+those that are given."""
 
 from __future__ import annotations
 
@@ -15,22 +16,35 @@ from matter.particles import Particles
 Point = tuple[float, float, float]
 
 
-def measure_snapshot(path: Path, datum: str | None = None, datum_radius: float | None = None, centre: Point | None = None, out: Path | None = None) -> int:
-    """Measure one snapshot of any origin: prints the measures and what they stand on, writes them and pictures to ``out``.
+def measure_snapshot(
+    path: Path,
+    datum: str | None = None,
+    datum_radius: float | None = None,
+    centre: Point | None = None,
+    out: Path | None = None,
+) -> int:
+    """Measure one snapshot of any origin: prints the measures and what they stand on, writes them and pictures to
+    ``out``.
 
-    A snapshot of a run is measured on that run's choices and gives its numbers to the last digit. ``datum`` (``plane`` or ``sphere``), ``datum_radius`` [m] and
-    ``centre`` [m] override them: a sphere keeps the centre and the radius that are given and fits the rest to the far field, as for a snapshot
-    that says nothing.
+    A snapshot of a run is measured on that run's choices and gives its numbers to the last digit. ``datum`` (``plane``
+    or ``sphere``), ``datum_radius`` [m] and ``centre`` [m] override them: a sphere keeps the centre and the radius
+    that are given and fits the rest to the far field, as for a snapshot that says nothing.
     """
     with jit.one_blas_thread():
         return _measured(Path(path), datum, datum_radius, centre, out)
 
 
-def _measured(path: Path, datum: str | None, datum_radius: float | None, centre: Point | None, out: Path | None) -> int:
+def _measured(
+    path: Path, datum: str | None, datum_radius: float | None, centre: Point | None, out: Path | None
+) -> int:
     particles = snapshot.read(path)
     known = choices.of_snapshot(path, particles.attributes)
     folder = archive.check_folder(Path(out) if out is not None else _beside(path))
-    given = [f"--{name}" for name, value in (("datum", datum), ("datum-radius", datum_radius), ("centre", centre)) if value is not None]
+    given = [
+        f"--{name}"
+        for name, value in (("datum", datum), ("datum-radius", datum_radius), ("centre", centre))
+        if value is not None
+    ]
     if known is not None and not given:
         measures, said = known.measured(particles, known.ground_before(), str(path)), _said(known)
         measures = chain.with_errors(measures, known.chain)
@@ -50,23 +64,35 @@ def _measured(path: Path, datum: str | None, datum_radius: float | None, centre:
 
 
 def _beside(path: Path) -> Path:
-    """Where the results of a snapshot go: beside it, and where it lies in a finished stage, in which nothing is written, beside that stage."""
+    """Where the results of a snapshot go: beside it, and where it lies in a finished stage, in which nothing is
+    written, beside that stage."""
     name = f"{path.stem}_crater"
     stage = path.parent
     return stage.parent / f"{stage.name}_{name}" if (stage / "done.json").is_file() else stage / name
 
 
 def _content(measures: Measures, path: Path, time: Any, said: list[str]) -> dict[str, Any]:
-    """``measures.json`` of one snapshot: under ``final``, though one snapshot cannot tell whether its crater is at rest."""
+    """``measures.json`` of one snapshot: under ``final``, though one snapshot cannot tell whether its crater is at
+    rest."""
     entry = {
-        **measures.as_dict(), "time_s": Quantity(float(time or 0.0), 0.0, "s").as_dict(), "from": path.name, "settled": False,
-        "state": "one snapshot", "settled_reason": "one snapshot cannot tell whether the crater is at rest", "datum": choices.datum_facts(measures.datum),
+        **measures.as_dict(), "time_s": Quantity(float(time or 0.0), 0.0, "s").as_dict(), "from": path.name,
+        "settled": False,
+        "state": "one snapshot", "settled_reason": "one snapshot cannot tell whether the crater is at "
+                                                   "rest", "datum": choices.datum_facts(measures.datum),
     }  # fmt: skip
     return {"final": entry, "transient": {}, "reference": [], "single_snapshot": True, "stands_on": said}
 
 
-def _on_own_datum(particles: Particles, known: Choices | None, datum: str | None, radius: float | None, centre: Point | None, what: str) -> Measures:
-    """Measures over a datum that is given or fitted to the far field; the rest of the choices as the run had them, where there was one."""
+def _on_own_datum(
+    particles: Particles,
+    known: Choices | None,
+    datum: str | None,
+    radius: float | None,
+    centre: Point | None,
+    what: str,
+) -> Measures:
+    """Measures over a datum that is given or fitted to the far field; the rest of the choices as the run had them,
+    where there was one."""
     frame = particles.attributes.get("frame")
     kind = datum or ("sphere" if radius or centre or frame == "sphere" else "plane")
     if kind not in ("plane", "sphere"):
@@ -88,6 +114,8 @@ def _overridden(known: Choices | None, given: list[str]) -> list[str]:
         how = f"{', '.join(given)} given" if given else "datum fitted to the far field"
         return [f"the snapshot does not say how its run measured: {how}, nothing is taken to be in flight"]
     return [
-        f"not measured as its run does: {', '.join(given)} given, so heights are over that datum alone and not against the ground before the impact "
-        f"(run: {known.datum.kind}{f' of radius {known.datum.radius:.7g} m' if known.datum.is_sphere else ''}, {known.datum.source})"
+        f"not measured as its run does: {', '.join(given)} given, so heights are over that datum alone and not "
+        f"against the ground before the impact "
+        f"(run: {known.datum.kind}{f' of radius {known.datum.radius:.7g} m' if known.datum.is_sphere else ''}, "
+        f"{known.datum.source})"
     ]

@@ -1,4 +1,5 @@
-"""Pictures of craters: profiles, time series, height map, cross-sections. matplotlib is loaded only when a picture is drawn."""
+"""Pictures of craters: profiles, time series, height map, cross-sections. matplotlib is loaded only when a picture is
+drawn."""
 
 from __future__ import annotations
 
@@ -25,7 +26,14 @@ def _profile_line(axis, profile: Profile, scale: float, colour: str, label: str)
     axis.plot(profile.radius[known] * scale, profile.height[known] * scale, color=colour, linewidth=1.8, label=label)
     band = np.isfinite(profile.p16) & np.isfinite(profile.p84)
     if band.any():
-        axis.fill_between(profile.radius[band] * scale, profile.p16[band] * scale, profile.p84[band] * scale, color=colour, alpha=0.15, linewidth=0)
+        axis.fill_between(
+            profile.radius[band] * scale,
+            profile.p16[band] * scale,
+            profile.p84[band] * scale,
+            color=colour,
+            alpha=0.15,
+            linewidth=0,
+        )
 
 
 def draw_all(findings: Findings, out: Path) -> None:
@@ -53,7 +61,9 @@ def draw_one(measures: Measures, name: str, folder: Path) -> None:
     _profile_line(axis, measures.profile, scale, INK[0], name)
     _mark(axis, measures, scale, INK[0])
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
-    axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
+    axis.set(
+        xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]"
+    )
     axis.legend(frameon=False)
     grid(axis)
     save(fig, folder / "profile.png")
@@ -74,7 +84,15 @@ def _mark(axis, measures: Measures, scale: float, colour: str) -> None:
             capsize=3,
         )
     if depth.value is not None:
-        axis.errorbar([0.0], [-depth.value * scale], yerr=[(depth.sigma or 0.0) * scale], fmt="o", color=colour, markersize=4, capsize=3)
+        axis.errorbar(
+            [0.0],
+            [-depth.value * scale],
+            yerr=[(depth.sigma or 0.0) * scale],
+            fmt="o",
+            color=colour,
+            markersize=4,
+            capsize=3,
+        )
     rim, height = measures["diameter_rim_m"], measures["rim_height_m"]
     if rim.value is not None and height.value is not None:
         axis.errorbar(
@@ -117,10 +135,16 @@ def draw_profiles(findings: Findings, path: Path) -> None:
     _published_box(axis, findings, scale)
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
     axis.set_xlim(-0.015 * reach * scale, reach * scale)
-    axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
+    axis.set(
+        xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]"
+    )
     axis.legend(frameon=False, fontsize=8, loc="lower right")
     if late is not None and grains is not None:
-        axis.set_title("The two late stages differ in method and in rheology: continuum with yield strength / grains with friction", fontsize=9)
+        axis.set_title(
+            "The two late stages differ in method and in rheology: continuum with yield strength / grains with "
+            "friction",
+            fontsize=9,
+        )
     grid(axis)
     save(fig, path)
 
@@ -128,7 +152,11 @@ def draw_profiles(findings: Findings, path: Path) -> None:
 def _interesting(findings: Findings, reach: float) -> float:
     sizes = [moment.value("diameter_apparent_m") for key, moment in findings.transient.items() if key != "diameter"]
     known = [size for size in sizes if np.isfinite(size)]
-    return min(reach, max(2.0 * max(known), 1.2 * findings.settings.impact.expected_transient_diameter)) if known else reach
+    return (
+        min(reach, max(2.0 * max(known), 1.2 * findings.settings.impact.expected_transient_diameter))
+        if known
+        else reach
+    )
 
 
 def _published_box(axis, findings: Findings, scale: float) -> None:
@@ -139,16 +167,30 @@ def _published_box(axis, findings: Findings, scale: float) -> None:
         low, high = row["minus"] * scale, row["plus"] * scale
         if "diameter" in row["name"]:
             r = 0.5 * row["value"] * scale
-            axis.errorbar([r], [0.0], xerr=[[0.5 * low], [0.5 * high]], fmt="s", color="black", markersize=4, capsize=3, label="published transient")
+            axis.errorbar(
+                [r],
+                [0.0],
+                xerr=[[0.5 * low], [0.5 * high]],
+                fmt="s",
+                color="black",
+                markersize=4,
+                capsize=3,
+                label="published transient",
+            )
         elif row["name"].endswith("depth_m"):
-            axis.errorbar([0.0], [-row["value"] * scale], yerr=[[low], [high]], fmt="s", color="black", markersize=4, capsize=3)
+            axis.errorbar(
+                [0.0], [-row["value"] * scale], yerr=[[low], [high]], fmt="s", color="black", markersize=4, capsize=3
+            )
 
 
 def draw_series(findings: Findings, path: Path) -> None:
     """D(t), depth(t) and V(t) with errors; the published transient values as bands, the scaling laws as a bracket."""
     fig = figure(9.0, 8.0)
     axes = fig.subplots(3, 1, sharex=True)
-    widest = max((abs(m.value("diameter_apparent_m")) for m in findings.moments if np.isfinite(m.value("diameter_apparent_m"))), default=2e3)
+    widest = max(
+        (abs(m.value("diameter_apparent_m")) for m in findings.moments if np.isfinite(m.value("diameter_apparent_m"))),
+        default=2e3,
+    )
     length, unit = readable.length_unit(widest)
     minute, clock = readable.time_unit(max((m.time for m in findings.moments), default=120.0))
     cubes = (1e-6 * length**3, "$10^6$ ") if unit == "km" and widest >= 1e5 else (length**3, "")
@@ -165,7 +207,18 @@ def draw_series(findings: Findings, path: Path) -> None:
             if np.isfinite(y).any():
                 t = [m.time * minute for m in chosen]
                 e = np.array([m.sigma(name) * scale for m in chosen])
-                axis.errorbar(t, y, yerr=e, fmt="o-", color=colour, markersize=3, linewidth=1.2, elinewidth=0.7, capsize=2, label=word)
+                axis.errorbar(
+                    t,
+                    y,
+                    yerr=e,
+                    fmt="o-",
+                    color=colour,
+                    markersize=3,
+                    linewidth=1.2,
+                    elinewidth=0.7,
+                    capsize=2,
+                    label=word,
+                )
         axis.set_ylabel(label)
         grid(axis)
     for row in findings.compared.reference:
@@ -181,7 +234,13 @@ def draw_series(findings: Findings, path: Path) -> None:
     for key, colour in (("volume", INK[1]), ("depth", INK[3])):
         if key in findings.transient:
             for axis in axes:
-                axis.axvline(findings.transient[key].time * minute, color=colour, linewidth=0.8, linestyle="--", label=f"first maximum of {key}")
+                axis.axvline(
+                    findings.transient[key].time * minute,
+                    color=colour,
+                    linewidth=0.8,
+                    linestyle="--",
+                    label=f"first maximum of {key}",
+                )
     for axis in axes:
         axis.relim()
         axis.autoscale_view()
@@ -199,7 +258,9 @@ def draw_ejecta(findings: Findings, path: Path) -> None:
     axis = fig.add_subplot()
     speed, mass = np.array(curve["speed_m_s"]), np.array(curve["mass_kg"])
     some = mass > 0.0
-    axis.loglog(speed[some], mass[some], "o-", color=INK[0], markersize=3, label=f"this run, {readable.clock(curve['time_s'])}")
+    axis.loglog(
+        speed[some], mass[some], "o-", color=INK[0], markersize=3, label=f"this run, {readable.clock(curve['time_s'])}"
+    )
     for (name, law), colour in zip(curve["housen_holsapple_2011_kg"].items(), (INK[4], INK[2])):
         axis.loglog(speed, law, "--", color=colour, linewidth=1.0, label=f"Housen & Holsapple 2011, {name}")
     if some.any():
@@ -216,7 +277,10 @@ def draw_launches(findings: Findings, path: Path) -> None:
     fig = figure(6.6, 6.0)
     speed, angle = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     x, rim = np.array(row["x_over_a"]), row["apparent_radius_m"] / findings.settings.impact.projectile.radius
-    words = f"this run: mu = {row['mu']['value']:.3f} ± {row['mu']['sigma']:.3f}, C1 = {row['C1']['value']:.2f} ± {row['C1']['sigma']:.2f}"
+    words = (
+        f"this run: mu = {row['mu']['value']:.3f} ± {row['mu']['sigma']:.3f}, C1 = {row['C1']['value']:.2f} ± "
+        f"{row['C1']['sigma']:.2f}"
+    )
     speed.loglog(x, row["v_over_U"], "o-", color=INK[0], markersize=4, label=words)
     speed.loglog(x, row["sand_v_over_U"], "--", color=INK[4], label="Housen & Holsapple 2011, dry sand: 0.41, 0.55")
     speed.set_ylabel("launch speed / normal impact speed")
@@ -245,7 +309,9 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
     diameters = [c.values["diameter_apparent_m"][0] for c in craters if "diameter_apparent_m" in c.values]
     reach = min(longest, 1.6 * max(diameters)) if diameters else longest
     scale, unit = readable.length_unit(reach)
-    span = max([zone.outer for crater in craters for zone in crater.zones] + [1.1 * size for size in diameters] + [1e-300])
+    span = max(
+        [zone.outer for crater in craters for zone in crater.zones] + [1.1 * size for size in diameters] + [1e-300]
+    )
     for k, crater in enumerate(craters):
         colour = INK[k % len(INK)]
         if crater.profile is not None:
@@ -253,15 +319,22 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
         for measure in TABLE:
             if measure.marker and measure.name in crater.values:
                 value, minus, plus = (float(x) * scale for x in np.nan_to_num(crater.values[measure.name]))
-                sizes.errorbar([value], [-k], xerr=[[minus], [plus]], fmt=measure.marker, color=colour, markersize=5, capsize=3)
+                sizes.errorbar(
+                    [value], [-k], xerr=[[minus], [plus]], fmt=measure.marker, color=colour, markersize=5, capsize=3
+                )
         _zones(sizes, crater.zones, -k, scale, span, colour)
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
     axis.set_xlim(0.0, reach * scale)
-    axis.set(xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
+    axis.set(
+        xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]"
+    )
     axis.legend(frameon=False, fontsize=8)
     sizes.set_yticks([-k for k in range(len(craters))], [textwrap.fill(c.label, 46) for c in craters], fontsize=8)
     sizes.set_ylim(-len(craters) + 0.5, 0.5)
-    sizes.set_xlabel(f"circle: apparent diameter; triangles: rim diameter (up), depth (down); bars: zones by diameter [{unit}]", fontsize=8)
+    sizes.set_xlabel(
+        f"circle: apparent diameter; triangles: rim diameter (up), depth (down); bars: zones by diameter [{unit}]",
+        fontsize=8,
+    )
     sizes.set_xlim(left=0.0)
     grid(axis)
     grid(sizes)
@@ -269,11 +342,19 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
 
 
 def _zones(axis, zones: Sequence[Zone], level: float, scale: float, span: float, colour: str) -> None:
-    """Mapped zones as bars with their names in them; where one is too narrow on an axis ``span`` [m] long, all names stand behind the last."""
+    """Mapped zones as bars with their names in them; where one is too narrow on an axis ``span`` [m] long, all names
+    stand behind the last."""
     names = [zone.name.split(",")[0].split(" (")[0].replace(" ", "\n", 1) for zone in zones]
     lengths = [max(map(len, name.split("\n"))) for name in names]
     for n, zone in enumerate(zones):
-        axis.barh([level], [(zone.outer - zone.inner) * scale], left=[zone.inner * scale], height=0.7, color=colour, alpha=0.2 + 0.2 * (n % 3))
+        axis.barh(
+            [level],
+            [(zone.outer - zone.inner) * scale],
+            left=[zone.inner * scale],
+            height=0.7,
+            color=colour,
+            alpha=0.2 + 0.2 * (n % 3),
+        )
     options: dict[str, Any] = dict(va="center", fontsize=6, clip_on=True, in_layout=False)
     if all(zone.outer - zone.inner > 0.006 * length * span for length, zone in zip(lengths, zones)):
         for name, zone in zip(names, zones):

@@ -1,4 +1,5 @@
-"""Pictures of cross-sections: by material, in time by damage, pressure and depth of origin, and several runs side by side with their measures drawn in."""
+"""Pictures of cross-sections: by material, in time by damage, pressure and depth of origin, and several runs side by
+side with their measures drawn in."""
 
 from __future__ import annotations
 
@@ -34,16 +35,22 @@ def _shots_of_shock(findings: Findings) -> list[tuple[str, Path]]:
 
 
 def _datum_of(findings: Findings, particles: Particles) -> Datum:
-    """The undisturbed surface about the stage's z axis (not about the crater's centre: the picture shows where the impact was aimed)."""
+    """The undisturbed surface about the stage's z axis (not about the crater's centre: the picture shows where the
+    impact was aimed)."""
     if particles.attributes.get("frame") == "plane":
         return datums.plane()
     domain = particles.attributes.get("domain")
-    radius = float(domain["datum_radius_m"]) if isinstance(domain, dict) and "datum_radius_m" in domain else findings.settings.target.radius
+    radius = (
+        float(domain["datum_radius_m"])
+        if isinstance(domain, dict) and "datum_radius_m" in domain
+        else findings.settings.target.radius
+    )
     return datums.sphere(float(particles.attributes.get("target_radius_m", radius)))
 
 
 def draw_cross_sections(findings: Findings, path: Path) -> None:
-    """Slabs through the impact plane: shock stage at the transient and at the end, grains at the start and at the end, by material."""
+    """Slabs through the impact plane: shock stage at the transient and at the end, grains at the start and at the end,
+    by material."""
     panels = [(title, snapshot.read(file)) for title, file in _shots_of_shock(findings)]
     for folder, word in zip(GRAINS, ("grains, handoff", "grains, end")):
         file = findings.inputs / f"{folder}{snapshot.SUFFIX}"
@@ -79,7 +86,8 @@ def _label(grid: np.ndarray, seen: sections.View) -> None:
 
 
 def draw_in_time(findings: Findings, path: Path) -> None:
-    """The shock stage at four times (columns) by damage, pressure, material and depth of origin (rows); rows that the snapshots lack are left out."""
+    """The shock stage at four times (columns) by damage, pressure, material and depth of origin (rows); rows that the
+    snapshots lack are left out."""
     shots = snapshot.series(findings.inputs / "2_sph")
     if len(shots) < 2:
         return
@@ -104,7 +112,9 @@ def draw_grains_in_time(findings: Findings, path: Path) -> None:
         return
     middle = snapshot.series(findings.inputs / "5_dem")
     files = [files[0]] * files[0].is_file() + ([middle[len(middle) // 2]] if len(middle) > 2 else []) + [files[1]]
-    panels = [(f"grains, {float(p.attributes.get('time', np.nan)) / 60:.1f} min", p) for p in map(snapshot.read, files)]
+    panels = [
+        (f"grains, {float(p.attributes.get('time', np.nan)) / 60:.1f} min", p) for p in map(snapshot.read, files)
+    ]
     half = 0.9 * findings.settings.impact.expected_transient_diameter
     rows: list[sections.Colouring | None] = [None]
     bed = findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
@@ -118,7 +128,13 @@ def draw_grains_in_time(findings: Findings, path: Path) -> None:
     _grid_of(findings, panels, rows, half, path)
 
 
-def _grid_of(findings: Findings, panels: Sequence[tuple[str, Particles]], rows: Sequence[sections.Colouring | None], half: float, path: Path) -> None:
+def _grid_of(
+    findings: Findings,
+    panels: Sequence[tuple[str, Particles]],
+    rows: Sequence[sections.Colouring | None],
+    half: float,
+    path: Path,
+) -> None:
     width = 2.6 * len(panels) + 1.2  # narrow: words stay readable when the picture shrinks to a page
     fig = figure(width, 0.8 + 1.45 * len(rows))
     grid = fig.subplots(len(rows), len(panels), sharex=True, sharey=True, squeeze=False)
@@ -143,7 +159,8 @@ def _grid_of(findings: Findings, panels: Sequence[tuple[str, Particles]], rows: 
 
 
 def draw_side_by_side(craters: Sequence[Crater], path: Path) -> None:
-    """Cross-sections of the craters of runs beside each other on one scale: original surface and axis dashed, rim diameter, diameter and depth drawn in.
+    """Cross-sections of the craters of runs beside each other on one scale: original surface and axis dashed, rim
+    diameter, diameter and depth drawn in.
 
     Raises ``InputError`` naming a crater that has no snapshot or no datum.
     """
@@ -161,7 +178,14 @@ def draw_side_by_side(craters: Sequence[Crater], path: Path) -> None:
         axis.axvline(0.0, color="black", linewidth=0.8, linestyle="--")
         _draw_measures(axis, seen, panel["values"])
         axis.set_title(panel["title"], fontsize=9, loc="left")
-        axis.text(0.02, 0.04, panel["facts"], transform=axis.transAxes, fontsize=8, bbox=dict(facecolor="white", edgecolor="none", alpha=0.8, pad=2))
+        axis.text(
+            0.02,
+            0.04,
+            panel["facts"],
+            transform=axis.transAxes,
+            fontsize=8,
+            bbox=dict(facecolor="white", edgecolor="none", alpha=0.8, pad=2),
+        )
     _label(grid, seen)
     marks = sections.material_marks([panel["particles"] for panel in panels])
     fig.legend(handles=marks, fontsize=8, ncols=len(marks), frameon=False, loc="outside upper center")
@@ -178,12 +202,23 @@ def _section_of(crater: Crater) -> dict[str, Any]:
     reach = min(0.95 * max(known), float(distance.max())) if known else 0.5 * float(np.quantile(distance, 0.9))
     size = np.median(sections.size_of(particles, reach))
     packing = particles.attributes.get("packing_fraction")
-    words = [f"N = {len(particles):,}", f"{'r' if 'radius' in particles else 'spacing'} = {readable.length(0.5 * size if 'radius' in particles else size)}"]
+    words = [
+        f"N = {len(particles):,}",
+        f"{'r' if 'radius' in particles else 'spacing'} = "
+        f"{readable.length(0.5 * size if 'radius' in particles else size)}",
+    ]
     words += [f"packing {float(packing):.2f}"] if packing is not None else []
     kind = "grains" if "radius" in particles else "SPH"
     when = readable.clock(float(particles.attributes.get("time", np.nan)))
     title = f"{crater.name}\n{crater.title} ({kind}, {when})"
-    return {"datum": crater.datum, "particles": particles, "values": values, "reach": reach, "title": title, "facts": ", ".join(words)}
+    return {
+        "datum": crater.datum,
+        "particles": particles,
+        "values": values,
+        "reach": reach,
+        "title": title,
+        "facts": ", ".join(words),
+    }
 
 
 def _draw_measures(axis, seen: sections.View, values: dict[str, float]) -> None:
@@ -194,7 +229,9 @@ def _draw_measures(axis, seen: sections.View, values: dict[str, float]) -> None:
     rim, crest = values.get("diameter_rim_m"), values.get("rim_height_m", 0.0)
     apparent, depth = values.get("diameter_apparent_m"), values.get("depth_m")
     if rim is not None:
-        (left, right), (foot, _) = sections.on_section(seen, np.array([-0.5 * rim, 0.5 * rim]), np.array([crest, crest]))
+        (left, right), (foot, _) = sections.on_section(
+            seen, np.array([-0.5 * rim, 0.5 * rim]), np.array([crest, crest])
+        )
         for x in (left, right):
             axis.plot([x, x], [foot, top * seen.scale], color=MEASURE_COLOUR, linewidth=0.8, linestyle=":")
         axis.annotate("", xy=(left, top * seen.scale), xytext=(right, top * seen.scale), arrowprops=arrow)
@@ -208,5 +245,11 @@ def _draw_measures(axis, seen: sections.View, values: dict[str, float]) -> None:
     if depth is not None:
         axis.annotate("", xy=(0.0, 0.0), xytext=(0.0, -depth * seen.scale), arrowprops=arrow)
         axis.text(
-            0.02 * seen.half * seen.scale, min(-0.5 * depth * seen.scale, level), f"d {readable.length(depth)}", ha="left", va="top", fontsize=8, bbox=box
+            0.02 * seen.half * seen.scale,
+            min(-0.5 * depth * seen.scale, level),
+            f"d {readable.length(depth)}",
+            ha="left",
+            va="top",
+            fontsize=8,
+            bbox=box,
         )

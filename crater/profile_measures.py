@@ -12,8 +12,8 @@ from crater.shape import apparent_radius
 def measure_profile(profile: Profile) -> dict[str, Quantity]:
     """Measures of a radial profile alone (no cloud): read off its points; sigma from the band, None where it has none.
 
-    ``depth_m``, ``diameter_apparent_m``, ``diameter_rim_m``, ``rim_height_m``, ``depth_rim_to_floor_m`` and ``volume_m3`` (of revolution, on a
-    plane).
+    ``depth_m``, ``diameter_apparent_m``, ``diameter_rim_m``, ``rim_height_m``, ``depth_rim_to_floor_m`` and
+    ``volume_m3`` (of revolution, on a plane).
     """
     known = np.isfinite(profile.height)
     s, h = profile.radius[known], profile.height[known]
@@ -35,7 +35,9 @@ def measure_profile(profile: Profile) -> dict[str, Quantity]:
             step = float(np.gradient(s)[crest])
             result["diameter_rim_m"] = Quantity(2.0 * float(s[crest]), step, "m")
             result["rim_height_m"] = Quantity(float(h[crest]), _known(band[crest]), "m")
-            result["depth_rim_to_floor_m"] = Quantity(float(h[crest] - h[floor]), _known(np.hypot(band[crest], band[floor])), "m")
+            result["depth_rim_to_floor_m"] = Quantity(
+                float(h[crest] - h[floor]), _known(np.hypot(band[crest], band[floor])), "m"
+            )
     return result
 
 

@@ -1,4 +1,5 @@
-"""The functions that measure a hollow, each named like its row in ``matter/crater_measures.py``: one argument, the ``Hollow``, one ``Quantity`` back."""
+"""The functions that measure a hollow, each named like its row in ``matter/crater_measures.py``: one argument, the
+``Hollow``, one ``Quantity`` back."""
 
 from __future__ import annotations
 
@@ -14,9 +15,10 @@ from crater.shape import CrestFinder, Ruler, Shape, shape_of
 from crater.uncertainty import Quantity, by_every_method, deviation, method_error, of_datum, quantity
 from matter.crater_measures import UNITS
 
-# What the steps from ring means to measures get wrong without any noise, in local spacings: found by passing known profiles through the colour
-# field's rounding and measuring them, 7 to 30 spacings per radius (rms; tests/crater/test_resolution.py). Scatter of particles is not in it.
-# The crest's holds another 0.05: on walls of 45 degrees the half level does not follow the linear map, and a sharp crest is found so much inside.
+# What the steps from ring means to measures get wrong without any noise, in local spacings: found by passing known
+# profiles through the colour field's rounding and measuring them, 7 to 30 spacings per radius (rms;
+# tests/crater/test_resolution.py). Scatter of particles is not in it. The crest's holds another 0.05: on walls of 45
+# degrees the half level does not follow the linear map, and a sharp crest is found so much inside.
 RESOLUTION_HEIGHT = 0.047
 RESOLUTION_DIAMETER = 0.027
 STEEP_WALL = 0.05
@@ -31,11 +33,12 @@ RESOLUTION_SLOPE = 2.0
 
 @dataclass(frozen=True)
 class Hollow:
-    """A hollow that has been found: the relief ``ground`` and first ``radius`` [m], heights in ``cells`` (rings, sectors) [m] made round, their ``ruler``,
-    the crest's ``finder``, the ``base`` shape of the mean profile with its floor inside ``outermost`` [m].
+    """A hollow that has been found: the relief ``ground`` and first ``radius`` [m], heights in ``cells`` (rings,
+    sectors) [m] made round, their ``ruler``, the crest's ``finder``, the ``base`` shape of the mean profile with its
+    floor inside ``outermost`` [m].
 
-    ``draws`` (trials, sectors): the bootstrap; ``datum_errors``: the ways in which the datum may be off (``Datum.errors``); ``flattening``: of the ellipse
-    that was made round.
+    ``draws`` (trials, sectors): the bootstrap; ``datum_errors``: the ways in which the datum may be off
+    (``Datum.errors``); ``flattening``: of the ellipse that was made round.
     """
 
     ground: Relief
@@ -61,9 +64,13 @@ class Hollow:
 
     @cached_property
     def spread(self) -> dict[str, float]:
-        """Standard deviation of every number of the shape over the bootstrap; the floor's is at least that of its particles."""
+        """Standard deviation of every number of the shape over the bootstrap; the floor's is at least that of its
+        particles."""
         datum = self.ground.datum
-        trials = [shape_of(self.cells[:, pick].mean(axis=1), self.ruler, datum, self.finder, self.outermost).as_array() for pick in self.draws]
+        trials = [
+            shape_of(self.cells[:, pick].mean(axis=1), self.ruler, datum, self.finder, self.outermost).as_array()
+            for pick in self.draws
+        ]
         deviations = dict(zip(Shape.__dataclass_fields__, deviation(np.array(trials))))
         return {**deviations, "depth": max(deviations["depth"], _floor_noise(self.cells, self.ruler, self.base))}
 
@@ -71,7 +78,10 @@ class Hollow:
     def shifts(self) -> dict[str, np.ndarray]:
         """Change of every number of the shape (ways,) with the datum off in each of its ways."""
         datum = self.ground.datum
-        rows = of_datum(self.datum_errors, self.mean, self.ruler, datum, self.finder, self.outermost) - self.base.as_array()
+        rows = (
+            of_datum(self.datum_errors, self.mean, self.ruler, datum, self.finder, self.outermost)
+            - self.base.as_array()
+        )
         return dict(zip(Shape.__dataclass_fields__, rows.T))
 
     @cached_property
@@ -90,19 +100,28 @@ class Hollow:
     def crest_resolution(self) -> float:
         """What the fit of the crest gets wrong in height without any noise [m]."""
         base = self.base
-        rounded_off = max(0.0, base.rim_height - float(np.interp(base.rim, self.ruler.s, self.mean))) if np.isfinite(base.rim) else 0.0
+        rounded_off = (
+            max(0.0, base.rim_height - float(np.interp(base.rim, self.ruler.s, self.mean)))
+            if np.isfinite(base.rim)
+            else 0.0
+        )
         return RESOLUTION_RIM * rounded_off
 
     def stated(self, name: str, value: float, azimuth: float, resolution: float, datum: float) -> Quantity:
-        """A measure with its four errors: what half the distance to the other methods is more than ``azimuth`` and ``resolution`` comes last."""
+        """A measure with its four errors: what half the distance to the other methods is more than ``azimuth`` and
+        ``resolution`` comes last."""
         method = method_error(self.by_method, name, np.hypot(azimuth, resolution))
-        return quantity(value, {"azimuth": azimuth, "resolution": resolution, "datum": datum, "method": method}, UNITS[name])
+        return quantity(
+            value, {"azimuth": azimuth, "resolution": resolution, "datum": datum, "method": method}, UNITS[name]
+        )
 
     def size(self, name: str, number: str, resolution: float) -> Quantity:
         """The measure ``name`` that is a number of the shape, or twice that: a diameter."""
         value = self.base.sizes()[name]
         factor = 2.0 if number in ("apparent", "rim") else 1.0
-        return self.stated(name, value, factor * self.spread[number], factor * resolution, factor * _norm(self.shifts[number]))
+        return self.stated(
+            name, value, factor * self.spread[number], factor * resolution, factor * _norm(self.shifts[number])
+        )
 
 
 def _norm(shifts: np.ndarray) -> float:
@@ -110,9 +129,11 @@ def _norm(shifts: np.ndarray) -> float:
 
 
 def _floor_noise(cells: np.ndarray, ruler: Ruler, base: Shape) -> float:
-    """Error of the floor [m] where sectors are smaller than particles and say nothing: scatter of outer rings carried over by area.
+    """Error of the floor [m] where sectors are smaller than particles and say nothing: scatter of outer rings carried
+    over by area.
 
-    var(mean of ring i) = v d^2 / A_i with v from the sectors of the rings between 0.3 and 1 apparent radii, times ``RINGS_SHARE``.
+    var(mean of ring i) = v d^2 / A_i with v from the sectors of the rings between 0.3 and 1 apparent radii, times
+    ``RINGS_SHARE``.
     """
     ring = (ruler.s > 0.3 * base.apparent) & (ruler.s < base.apparent)
     if ring.sum() < 2:
@@ -146,7 +167,9 @@ def depth_rim_to_floor_m(hollow: Hollow) -> Quantity:
     azimuth = np.hypot(spread["depth"], spread["rim_height"])
     resolution = np.hypot(RESOLUTION_HEIGHT * hollow.spacing, hollow.crest_resolution)
     value = hollow.base.sizes()["depth_rim_to_floor_m"]
-    return hollow.stated("depth_rim_to_floor_m", value, azimuth, resolution, _norm(shifts["depth"] + shifts["rim_height"]))
+    return hollow.stated(
+        "depth_rim_to_floor_m", value, azimuth, resolution, _norm(shifts["depth"] + shifts["rim_height"])
+    )
 
 
 def rim_height_m(hollow: Hollow) -> Quantity:
@@ -162,7 +185,9 @@ def volume_m3(hollow: Hollow) -> Quantity:
 def depth_over_diameter(hollow: Hollow) -> Quantity:
     """Depth over apparent diameter, their errors taken as independent."""
     depth, diameter = depth_m(hollow), diameter_apparent_m(hollow)
-    relative = np.hypot((depth.sigma or 0.0) / hollow.base.depth, (diameter.sigma or 0.0) / (2.0 * hollow.base.apparent))
+    relative = np.hypot(
+        (depth.sigma or 0.0) / hollow.base.depth, (diameter.sigma or 0.0) / (2.0 * hollow.base.apparent)
+    )
     ratio = hollow.base.depth / (2.0 * hollow.base.apparent)
     return Quantity(ratio, float(ratio * relative), "1")
 
@@ -174,14 +199,22 @@ def wall_slope_deg(hollow: Hollow) -> Quantity:
 
 def floor_diameter_m(hollow: Hollow) -> Quantity:
     """Twice the distance at which the wall has risen by a tenth of the depth."""
-    return hollow.stated("floor_diameter_m", 2.0 * hollow.base.floor_radius, 2.0 * hollow.spread["floor_radius"], 1.0 * hollow.spacing, 0.0)
+    return hollow.stated(
+        "floor_diameter_m",
+        2.0 * hollow.base.floor_radius,
+        2.0 * hollow.spread["floor_radius"],
+        1.0 * hollow.spacing,
+        0.0,
+    )
 
 
 def central_peak_m(hollow: Hollow) -> Quantity:
     """Highest point inside the floor above it, where that stands out of the noise."""
     height = hollow.base.peak_height
     if height > 3.0 * (depth_m(hollow).sigma or 0.0) and height > 0.5 * hollow.spacing:
-        return quantity(height, {"azimuth": hollow.spread["peak_height"], "resolution": RESOLUTION_HEIGHT * hollow.spacing}, "m")
+        return quantity(
+            height, {"azimuth": hollow.spread["peak_height"], "resolution": RESOLUTION_HEIGHT * hollow.spacing}, "m"
+        )
     return Quantity(None, None, "m", "no peak above the noise of the floor")
 
 

@@ -1,4 +1,5 @@
-"""From heights on columns to one profile: sectors in azimuth, the mean of rings, the band between the 16th and 84th percentile."""
+"""From heights on columns to one profile: sectors in azimuth, the mean of rings, the band between the 16th and 84th
+percentile."""
 
 from __future__ import annotations
 
@@ -15,8 +16,9 @@ from matter import archive
 from matter.errors import InputError
 
 RINGS_SHARE = 3.1
-"""Neighbouring rings share particles, so that the variance of a mean over rings is this many times that of independent ones: 1 + 2 (0.70 + 0.29 + 0.06),
-the correlations with the next three rings, measured on 79 clouds of three packings."""
+"""Neighbouring rings share particles, so that the variance of a mean over rings is this many times that of independent
+ones: 1 + 2 (0.70 + 0.29 + 0.06), the correlations with the next three rings, measured on 79 clouds of three
+packings."""
 COLUMN_NAMES = ("radius_m", "height_m", "height_p16_m", "height_p84_m", "count")
 
 
@@ -24,8 +26,8 @@ COLUMN_NAMES = ("radius_m", "height_m", "height_p16_m", "height_p84_m", "count")
 class Relief:
     """Heights relative to the datum (and to a reference surface on the same columns, where there is one).
 
-    ``methods`` maps the method's name to its heights (rings, sectors) [m]; ``rays`` are the colour-field heights (columns,) [m];
-    ``scatter`` is that of the undisturbed ground [local spacings], where it is known.
+    ``methods`` maps the method's name to its heights (rings, sectors) [m]; ``rays`` are the colour-field heights
+    (columns,) [m]; ``scatter`` is that of the undisturbed ground [local spacings], where it is known.
     """
 
     datum: Datum
@@ -57,14 +59,17 @@ def relief(now: Heights, before: Undisturbed | None = None) -> Relief:
         cell = now.cell
         if before is not None:
             s, a = np.broadcast_arrays(columns.distance[:, None], azimuth[None, :])
-            cell = cell - before.at("column", before.nearest(column_points(datum, s.ravel(), a.ravel())), cell.ravel()).reshape(cell.shape)
+            cell = cell - before.at(
+                "column", before.nearest(column_points(datum, s.ravel(), a.ravel())), cell.ravel()
+            ).reshape(cell.shape)
         methods["column"] = cell
     return Relief(datum, columns, methods, rays["colour"], None if before is None else before.scatter)
 
 
 @dataclass(frozen=True)
 class Profile:
-    """Radial profile: ``radius`` [m] along the datum, ``height`` [m], the band ``p16`` to ``p84`` [m] over azimuth, ``count`` of columns."""
+    """Radial profile: ``radius`` [m] along the datum, ``height`` [m], the band ``p16`` to ``p84`` [m] over azimuth,
+    ``count`` of columns."""
 
     radius: np.ndarray
     height: np.ndarray
@@ -92,7 +97,8 @@ def closed(cells: np.ndarray) -> np.ndarray:
 
 
 def profile_of(ground: Relief, header: dict[str, str] | None = None) -> Profile:
-    """Profile of a relief: mean of each ring of the colour field with its rounding undone, band of the single columns."""
+    """Profile of a relief: mean of each ring of the colour field with its rounding undone, band of the single
+    columns."""
     columns = ground.columns
     mean = ring_mean(ground.cell)
     known = np.isfinite(mean)
@@ -125,9 +131,11 @@ def write_csv(profile: Profile, path: Path) -> None:
 
 
 def read_csv(path: Path) -> Profile:
-    """Read a profile, one's own too: ``radius_m`` and ``height_m`` (or ``radius_km``, ``height_km``) are needed, comment lines may carry ``# key = value``.
+    """Read a profile, one's own too: ``radius_m`` and ``height_m`` (or ``radius_km``, ``height_km``) are needed,
+    comment lines may carry ``# key = value``.
 
-    The band is ``height_p16_m`` and ``height_p84_m``, or ``height_sigma_m`` about the height; ``count`` is optional. Empty heights are gaps.
+    The band is ``height_p16_m`` and ``height_p84_m``, or ``height_sigma_m`` about the height; ``count`` is optional.
+    Empty heights are gaps.
 
     Raises ``InputError`` naming the file, and the line where a number cannot be read.
     """
@@ -136,7 +144,9 @@ def read_csv(path: Path) -> Profile:
         raise InputError(f"no profile at {path}")
     header, rows = _parts(path)
     if len(rows) < 3:
-        raise InputError(f"{path} holds no profile: a header line with radius_m, height_m and at least two rows are needed")
+        raise InputError(
+            f"{path} holds no profile: a header line with radius_m, height_m and at least two rows are needed"
+        )
     names = [name.strip() for name in next(csv.reader([rows[0][1]]))]
     values: dict[str, list[float]] = {name: [] for name in names}
     for number, text in rows[1:]:
@@ -152,7 +162,9 @@ def read_csv(path: Path) -> Profile:
     for name in [name for name in columns if name.endswith("_km")]:
         columns[f"{name[:-3]}_m"] = 1e3 * columns[name]
     if "radius_m" not in columns or "height_m" not in columns:
-        raise InputError(f"{path}: the first line names {', '.join(names)}; a profile needs the columns radius_m and height_m")
+        raise InputError(
+            f"{path}: the first line names {', '.join(names)}; a profile needs the columns radius_m and height_m"
+        )
     radius, height = columns["radius_m"], columns["height_m"]
     if not np.isfinite(radius).all() or (np.diff(radius) <= 0.0).any():
         raise InputError(f"{path}: radius_m must increase from row to row")

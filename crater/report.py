@@ -26,8 +26,16 @@ def shown(quantity: Quantity | None) -> str:
 def as_text(measures: Measures) -> str:
     """The measures as lines of text."""
     datum = measures.datum
-    lines = [f"datum: {datum.kind}" + (f" of radius {datum.radius / 1e3:.6g} km" if datum.is_sphere else "") + f" ({datum.source})"]
-    lines += [f"  {row.words:<44} {readable.terminal(shown(measures[row.name]))}" for row in TABLE if row.name in measures.quantities]
+    lines = [
+        f"datum: {datum.kind}"
+        + (f" of radius {datum.radius / 1e3:.6g} km" if datum.is_sphere else "")
+        + f" ({datum.source})"
+    ]
+    lines += [
+        f"  {row.words:<44} {readable.terminal(shown(measures[row.name]))}"
+        for row in TABLE
+        if row.name in measures.quantities
+    ]
     return "\n".join(lines)
 
 
@@ -37,7 +45,10 @@ def write(findings: Findings, out: Path) -> None:
     when = readable.clock(findings.final.time) if findings.final is not None else ""
     parts = [
         _summary(findings),
-        page.picture(out / "profile.png", "Profiles: the mean of each ring; shaded: the 16th to 84th percentile of single columns over azimuth."),
+        page.picture(
+            out / "profile.png",
+            "Profiles: the mean of each ring; shaded: the 16th to 84th percentile of single columns over azimuth.",
+        ),
         "<h2>Measures</h2>",
         _measures_table(findings),
         "<h2>Published numbers</h2>",
@@ -46,25 +57,33 @@ def write(findings: Findings, out: Path) -> None:
         "<h2>In time</h2>",
         page.picture(
             out / "time_series.png",
-            "Errors: azimuth, resolution, method and datum in quadrature. Once the collapse has begun the diameter is that of a wide trough.",
+            "Errors: azimuth, resolution, method and datum in quadrature. Once the collapse has begun the diameter is "
+            "that of a wide trough.",
         ),
         "<h2>Cross-sections through the impact plane</h2>",
         page.picture(out / "cross_section.png", "Particles within half a spacing of the plane y = 0, by material."),
         page.picture(
             out / "sections_in_time.png",
-            "The shock stage in time: material, damage, pressure (tension in the lowest colour) and the depth that the matter came from.",
+            "The shock stage in time: material, damage, pressure (tension in the lowest colour) and the depth that "
+            "the matter came from.",
         ),
-        page.picture(out / "sections_grains.png", "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed."),
+        page.picture(
+            out / "sections_grains.png",
+            "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed.",
+        ),
         f"<h2>{'The final crater' if _at_rest(findings) else 'The last snapshot'}</h2>",
         block_view.of_findings(findings, f"{last} ({when})"),
         page.picture(
             out / "heightmap.png",
-            f"{last}, seen from above at {when}: heights above the datum, distances from the crater's centre along it. "
+            f"{last}, seen from above at {when}: heights above the datum, distances from the crater's centre along "
+            f"it. "
             "The dashed circle has the apparent diameter; the line is where the surface crosses the datum.",
             narrow=True,
         ),
         _ejecta(findings, out),
-        *report_evidence.all_parts(findings.inputs, findings.setting.strike.mass * findings.settings.impact.speed, _lever(findings)),
+        *report_evidence.all_parts(
+            findings.inputs, findings.setting.strike.mass * findings.settings.impact.speed, _lever(findings)
+        ),
     ]
     archive.write_text(out / "report.html", page.document(f"Crater: {_title(findings)}", parts))
 
@@ -82,7 +101,8 @@ def _at_rest(findings: Findings) -> bool:
 
 
 def _lever(findings: Findings) -> tuple[float, str]:
-    """What momentum is multiplied with to give a scale of angular momentum [m], and its name: one that is never zero, at any angle."""
+    """What momentum is multiplied with to give a scale of angular momentum [m], and its name: one that is never zero,
+    at any angle."""
     if not findings.settings.target.flat:
         return findings.settings.target.radius, "the target's radius"
     moment = findings.transient.get("volume")
@@ -96,8 +116,14 @@ def _ejecta(findings: Findings, out: Path) -> str:
     if not (out / "ejecta.png").is_file():
         return ""
     when = f"{readable.clock(findings.ejected.faster_than['time_s'])}"
-    words = f"Target mass above the datum, not part of the ground and rising, faster than v, at {when}; the laws are for vertical impacts into half-spaces."
-    where = "Speed and angle at the level of the ground against the place of launch (medians); dotted: the apparent radius."
+    words = (
+        f"Target mass above the datum, not part of the ground and rising, faster than v, at {when}; the laws are for "
+        f"vertical impacts into half-spaces."
+    )
+    where = (
+        "Speed and angle at the level of the ground against the place of launch (medians); dotted: the apparent "
+        "radius."
+    )
     return (
         "<h2>Ejecta</h2>"
         + page.picture(out / "ejecta.png", words, narrow=True)
@@ -108,14 +134,16 @@ def _ejecta(findings: Findings, out: Path) -> str:
 def _title(findings: Findings) -> str:
     impact = findings.settings.impact
     return (
-        f"{impact.projectile.material} projectile of radius {readable.length(impact.projectile.radius)}, {impact.speed / 1e3:.5g} km/s, "
+        f"{impact.projectile.material} projectile of radius {readable.length(impact.projectile.radius)}, "
+        f"{impact.speed / 1e3:.5g} km/s, "
         f"{np.degrees(impact.angle_from_vertical):.3g}° from vertical"
     )
 
 
 def _summary(findings: Findings) -> str:
     lines = [
-        f"{_capital(head.title)} ({page.escape(head.when)}): {_in_words('apparent diameter', m['diameter_apparent_m'])}, {_in_words('depth', m['depth_m'])}."
+        f"{_capital(head.title)} ({page.escape(head.when)}): "
+        f"{_in_words('apparent diameter', m['diameter_apparent_m'])}, {_in_words('depth', m['depth_m'])}."
         for head, m in columns(findings, ("depth", "volume"))
     ]
     if findings.final is not None and not findings.final.rest.settled:
@@ -126,17 +154,27 @@ def _summary(findings: Findings) -> str:
         lines.append(_late_sentence(findings))
     if lost := findings.ejected.leaving:
         lines.append(
-            f"Mass that escapes, at the end of the shock stage: {readable.amount(lost['target_mass_kg'], 'kg', 3)} of the target and "
-            f"{readable.amount(lost['projectile_mass_kg'], 'kg', 3)} of the projectile. Momentum enhancement &beta; = {lost['beta']:.3f}: the momentum that "
+            f"Mass that escapes, at the end of the shock stage: {readable.amount(lost['target_mass_kg'], 'kg', 3)} of "
+            f"the target and "
+            f"{readable.amount(lost['projectile_mass_kg'], 'kg', 3)} of the projectile. Momentum enhancement &beta; = "
+            f"{lost['beta']:.3f}: the momentum that "
             "the body keeps over that of the projectile, along its flight."
         )
     lines += [f"{page.escape(key)}: {page.escape(reason)}." for key, reason in findings.reasons.items()]
-    cautions = [f"<b class=waived>Caution:</b> {page.escape(words)}." for words in findings.soundness.get("cautions", ())]
-    return "<p>" + "<br>".join(lines) + "</p>" + ("<p class=note>" + "<br>".join(cautions) + "</p>" if cautions else "")
+    cautions = [
+        f"<b class=waived>Caution:</b> {page.escape(words)}." for words in findings.soundness.get("cautions", ())
+    ]
+    return (
+        "<p>" + "<br>".join(lines) + "</p>" + ("<p class=note>" + "<br>".join(cautions) + "</p>" if cautions else "")
+    )
 
 
 def _in_words(name: str, quantity: Quantity) -> str:
-    return f"{name} {page.escape(shown(quantity))}" if quantity.value is not None else f"no {name} {page.escape(shown(quantity))}"
+    return (
+        f"{name} {page.escape(shown(quantity))}"
+        if quantity.value is not None
+        else f"no {name} {page.escape(shown(quantity))}"
+    )
 
 
 def _capital(text: str) -> str:
@@ -152,10 +190,14 @@ def _late_sentence(findings: Findings) -> str:
     share = d["depth_m"]["sph_over_dem"]
     over = f", a ratio of {share:.2f}" if share is not None else ""
     return (
-        f"The two late stages, which differ in method and in rheology: depth {page.escape(shown(shock['depth_m']))} in SPH "
-        f"({readable.clock(late.time)}) against {page.escape(shown(grains['depth_m']))} in grains ({readable.clock(last.time)}){over}. "
-        f"Inside {readable.length(d['inside_m'])} (1.5 rim radii of the larger crater) their profiles differ by {readable.length(d['rms_inside_m'])} RMS, "
-        f"{d['rms_over_depth']:.2f} of the deeper one's depth; most at {readable.length(d['largest_at_m'])} from the axis, where the grains' ground lies "
+        f"The two late stages, which differ in method and in rheology: depth {page.escape(shown(shock['depth_m']))} "
+        f"in SPH "
+        f"({readable.clock(late.time)}) against {page.escape(shown(grains['depth_m']))} in grains "
+        f"({readable.clock(last.time)}){over}. "
+        f"Inside {readable.length(d['inside_m'])} (1.5 rim radii of the larger crater) their profiles differ by "
+        f"{readable.length(d['rms_inside_m'])} RMS, "
+        f"{d['rms_over_depth']:.2f} of the deeper one's depth; most at {readable.length(d['largest_at_m'])} from the "
+        f"axis, where the grains' ground lies "
         f"{readable.length(abs(d['largest_m']))} {'lower' if d['largest_m'] < 0.0 else 'higher'}."
     )
 
@@ -171,9 +213,11 @@ def _ballistic_words(findings: Findings) -> str:
     last = findings.final
     final = last.measures["diameter_apparent_m"].value if last is not None else None
     return (
-        f"Ballistic crater (every particle of the snapshot of {readable.clock(flown.time)} in free flight, mass balanced in rings; "
+        f"Ballistic crater (every particle of the snapshot of {readable.clock(flown.time)} in free flight, mass "
+        f"balanced in rings; "
         "neither collapse nor compaction): "
-        f"apparent diameter {shown(m.get('diameter_apparent_m'))}, depth {shown(m.get('depth_m'))}, volume {shown(m.get('volume_m3'))}. "
+        f"apparent diameter {shown(m.get('diameter_apparent_m'))}, depth {shown(m.get('depth_m'))}, volume "
+        f"{shown(m.get('volume_m3'))}. "
         + html.escape(ballistic.words(flown, final, f"{_named(findings)} ({last.origin if last is not None else ''})"))
     )
 
@@ -186,11 +230,15 @@ def _measures_table(findings: Findings) -> str:
     rows = [[row.words, *(_measure_cell(measures, row.name, reasons) for _, measures in held)] for row in TABLE]
     notes = "".join(f"<br>({k + 1}) {page.escape(reason)}" for k, reason in enumerate(reasons))
     titles = [f"{page.escape(head.title)}<br>({page.escape(head.when)})" for head, _ in held]
-    return page.table(["", *titles], rows) + f"<p class=note>Errors are one standard deviation; {_chain_words(findings)}.{notes}</p>"
+    return (
+        page.table(["", *titles], rows)
+        + f"<p class=note>Errors are one standard deviation; {_chain_words(findings)}.{notes}</p>"
+    )
 
 
 def _chain_words(findings: Findings) -> str:
-    """What the errors hold of the scatter of the whole chain, with its size for the first measures of the final (else the transient) crater."""
+    """What the errors hold of the scatter of the whole chain, with its size for the first measures of the final (else
+    the transient) crater."""
     if findings.settings.chain is None:
         return chain.UNKNOWN
     volume = findings.transient.get("volume")
@@ -221,7 +269,9 @@ def _published_table(findings: Findings) -> str:
     rows = []
     for row in findings.compared.reference:
         ours = Quantity(row["ours"]["value"], row["ours"]["sigma"], row["unit"], row["ours"].get("reason", ""))
-        word, style = {True: ("yes", "met"), False: ("no", "unmet"), None: ("not measured", "not_measured")}[row["met"]]
+        word, style = {True: ("yes", "met"), False: ("no", "unmet"), None: ("not measured", "not_measured")}[
+            row["met"]
+        ]
         name = f"{row['name'].replace('_m3', '').replace('_m', '').replace('_', ' ')}, {row['at']}"
         published = readable.between(row["value"], row["plus"], row["minus"], row["unit"])
         note = f"{page.escape(row['source'])} {page.escape(row['note'])}"
@@ -244,12 +294,18 @@ def _scaling_table(findings: Findings) -> str:
     low, high = (readable.amount(size, "m", 3) for size in findings.compared.scaling["range_m"])
     least, most = min(laws.values()), max(laws.values())
     named = [scaling.NAMES[name] for name in findings.compared.scaling["range_of"]]
-    here = f" This run: {shown(ours.measures['diameter_apparent_m'])}." if ours is not None and ours.measures is not None else ""
+    here = (
+        f" This run: {shown(ours.measures['diameter_apparent_m'])}."
+        if ours is not None and ours.measures is not None
+        else ""
+    )
     return (
         "<h2>Scaling laws</h2>"
         + page.table(["law", "transient apparent diameter", "measured / predicted", "final rim diameter"], rows)
-        + f"<p>{page.escape(', '.join(named[:-1]))} and {page.escape(named[-1])} span {low} to {high}; all laws together {readable.amount(least, 'm', 3)} to "
-        f"{readable.amount(most, 'm', 3)}, a factor of {most / least:.1f}, which is the spread between target materials.{here} "
+        + f"<p>{page.escape(', '.join(named[:-1]))} and {page.escape(named[-1])} span {low} to {high}; all laws "
+        f"together {readable.amount(least, 'm', 3)} to "
+        f"{readable.amount(most, 'm', 3)}, a factor of {most / least:.1f}, which is the spread between target "
+        f"materials.{here} "
         f"Predicted time of growth: {readable.clock(findings.compared.scaling['formation_time_s'])}. "
         "None of these laws accounts for layers, strength or the curvature of the body.</p>"
     )

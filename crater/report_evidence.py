@@ -1,4 +1,5 @@
-"""What stands behind the numbers of a page: handoff ledger, conservation, what limited the step, provenance, references."""
+"""What stands behind the numbers of a page: handoff ledger, conservation, what limited the step, provenance,
+references."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ VERDICTS = ("fail", "waived", "not_measured", "pass", "not_applicable")
 
 
 def all_parts(run: Path, projectile_momentum: float, lever: tuple[float, str]) -> list[str]:
-    """Every section that the files of a run folder give material for; momentum [kg m/s] and lever [m, name] are the scales of what was conserved."""
+    """Every section that the files of a run folder give material for; momentum [kg m/s] and lever [m, name] are the
+    scales of what was conserved."""
     return [
         rows_of("Resolution and peak pressure", soundness.resolution_rows(run)),
         ledger(run / "4_handoff" / "ledger.json"),
@@ -41,7 +43,12 @@ def ledger(path: Path) -> str:
 
 def rows_of(title: str, rows: list[tuple[str, str]]) -> str:
     """A section of words and values; empty where there are none."""
-    return f"<h2>{page.escape(title)}</h2>{page.table([], [[page.escape(word), page.escape(value)] for word, value in rows])}" if rows else ""
+    return (
+        f"<h2>{page.escape(title)}</h2>"
+        f"{page.table([], [[page.escape(word), page.escape(value)] for word, value in rows])}"
+        if rows
+        else ""
+    )
 
 
 def steps(run: Path) -> str:
@@ -49,7 +56,9 @@ def steps(run: Path) -> str:
     rows = []
     shock, grains = (run / folder / "stage_report.json" for folder in ("2_sph", "5_dem"))
     if shock.is_file():
-        counts = {str(name): int(count) for name, count in archive.read_json(shock).get("step_limits", {}).items() if count}
+        counts = {
+            str(name): int(count) for name, count in archive.read_json(shock).get("step_limits", {}).items() if count
+        }
         total = sum(counts.values())
         for name in sorted(counts, key=lambda key: -counts[key]):
             rows.append([f"SPH: {page.escape(name)}", readable.number(counts[name]), f"{counts[name] / total:.0%}"])
@@ -57,7 +66,13 @@ def steps(run: Path) -> str:
         facts = archive.read_json(grains)
         if "time_step_s" in facts:
             step = readable.clock(float(facts["time_step_s"]))
-            rows.append([f"grains: a fixed fraction of the contact time ({step})", readable.number(float(facts.get("steps", 0))), "100%"])
+            rows.append(
+                [
+                    f"grains: a fixed fraction of the contact time ({step})",
+                    readable.number(float(facts.get("steps", 0))),
+                    "100%",
+                ]
+            )
     if not rows:
         return ""
     return f"<h2>What limited the time step</h2>{page.table(['limit', 'steps', 'share'], rows)}"
@@ -69,7 +84,12 @@ def provenance(path: Path) -> str:
         return ""
     facts = archive.read_json(path)
     program, case = facts.get("distribution", {}), facts.get("case", {})
-    lines = [("program", f"{program.get('name', '')} {program.get('version', '')}, commit {program.get('commit', 'unknown')}")]
+    lines = [
+        (
+            "program",
+            f"{program.get('name', '')} {program.get('version', '')}, commit {program.get('commit', 'unknown')}",
+        )
+    ]
     if program.get("uncommitted_changes"):
         lines.append(("", "with uncommitted changes"))
     name = "/".join(Path(str(case.get("file", ""))).parts[-2:])
@@ -77,16 +97,30 @@ def provenance(path: Path) -> str:
     if case.get("overrides"):
         lines.append(("overrides", ", ".join(map(str, case["overrides"]))))
     if case.get("from_elsewhere"):
-        lines.append(("from elsewhere", ", ".join(f"{key}: {page.local(value)}" for key, value in case["from_elsewhere"].items())))
+        lines.append(
+            (
+                "from elsewhere",
+                ", ".join(f"{key}: {page.local(value)}" for key, value in case["from_elsewhere"].items()),
+            )
+        )
     lines.append(("libraries", ", ".join(f"{key} {value}" for key, value in facts.get("libraries", {}).items())))
-    lines.append(("sources (SHA-256)", ", ".join(f"{key} {str(value)[:10]}" for key, value in facts.get("sources_sha256", {}).items())))
+    lines.append(
+        (
+            "sources (SHA-256)",
+            ", ".join(f"{key} {str(value)[:10]}" for key, value in facts.get("sources_sha256", {}).items()),
+        )
+    )
     for session in facts.get("sessions", []):
         command = " ".join(page.local(word) for word in session.get("command", []))
         memory = float(session.get("memory_bytes", 0)) / 2**30
         lines.append(
-            (f"session {session.get('started_at', '')}", f"{command}; {session.get('threads')} threads of {session.get('cores')} cores, {memory:.0f} GiB")
+            (
+                f"session {session.get('started_at', '')}",
+                f"{command}; {session.get('threads')} threads of {session.get('cores')} cores, {memory:.0f} GiB",
+            )
         )
-    return f"<h2>Provenance</h2>{page.table([], [[page.escape(word), page.breakable(value)] for word, value in lines], notes=(1,))}"
+    rows = [[page.escape(word), page.breakable(value)] for word, value in lines]
+    return f"<h2>Provenance</h2>{page.table([], rows, notes=(1,))}"
 
 
 def references(path: Path) -> str:
@@ -100,10 +134,20 @@ def references(path: Path) -> str:
             names = [name.split(",")[0] for name in author.split(" and ")]
             who = names[0] + (f" & {names[1]}" if len(names) == 2 else " et al." if len(names) > 2 else "")
             where = " ".join(
-                part for part in (_field(entry, "journal") or _field(entry, "publisher") or _field(entry, "school"), _field(entry, "volume")) if part
+                part
+                for part in (
+                    _field(entry, "journal") or _field(entry, "publisher") or _field(entry, "school"),
+                    _field(entry, "volume"),
+                )
+                if part
             )
             items.append(f"<li>{html.escape(f'{who} {year}: {title}. {where}'.strip())}</li>")
-    return f"<h2>References</h2><p class=note>BibTeX: references.bib of the run folder.</p><ul class=refs>{''.join(items)}</ul>" if items else ""
+    return (
+        f"<h2>References</h2><p class=note>BibTeX: references.bib of the run folder.</p><ul "
+        f"class=refs>{''.join(items)}</ul>"
+        if items
+        else ""
+    )
 
 
 def _field(entry: str, name: str) -> str:
@@ -112,7 +156,18 @@ def _field(entry: str, name: str) -> str:
     if match is None:
         return ""
     text = match.group(1)
-    accents = {r"\"a": "ä", r"\"o": "ö", r"\"u": "ü", r"\'e": "é", r"\'a": "á", r"\`e": "è", r"\c c": "ç", r"\~n": "ñ", r"\v s": "š", r"\v c": "č"}
+    accents = {
+        r"\"a": "ä",
+        r"\"o": "ö",
+        r"\"u": "ü",
+        r"\'e": "é",
+        r"\'a": "á",
+        r"\`e": "è",
+        r"\c c": "ç",
+        r"\~n": "ñ",
+        r"\v s": "š",
+        r"\v c": "č",
+    }
     for mark, letter in accents.items():
         text = text.replace("{" + mark + "}", letter).replace(mark, letter)
     return re.sub(r"[{}]", "", text).replace("--", "–").replace("~", " ")

@@ -1,7 +1,8 @@
 """Whether a crater has come to rest: only then is it called final.
 
-Grains are at rest by the collapse's own rule (``5_dem/stage_report.json``: the profile stopped changing). The shock stage has no such rule: its last fifth is
-looked at, and what changed there by more than 2 % (heights: and by more than a tenth of a spacing) still moves.
+Grains are at rest by the collapse's own rule (``5_dem/stage_report.json``: the profile stopped changing). The shock
+stage has no such rule: its last fifth is looked at, and what changed there by more than 2 % (heights: and by more than
+a tenth of a spacing) still moves.
 """
 
 from __future__ import annotations
@@ -30,7 +31,11 @@ class Rest(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """What ``measures.json`` holds of it."""
-        return {"settled": True} if self.settled else {"settled": False, "state": self.state, "settled_reason": self.reason}
+        return (
+            {"settled": True}
+            if self.settled
+            else {"settled": False, "state": self.state, "settled_reason": self.reason}
+        )
 
 
 UNKNOWN = Rest(False, "not known to be at rest", "not measured")
@@ -62,7 +67,8 @@ def of_series(moments: Sequence[Moment]) -> Rest:
 
 
 def changes(moments: Sequence[Moment]) -> dict[str, float] | None:
-    """Measure -> its relative change over the last fifth of the time, of those that still move; None where fewer than three snapshots can tell."""
+    """Measure -> its relative change over the last fifth of the time, of those that still move; None where fewer than
+    three snapshots can tell."""
     seen = [moment for moment in moments if moment.measures is not None]
     if len(seen) < FEWEST:
         return None

@@ -13,7 +13,14 @@ from crater.datum import Datum
 from matter import readable, snapshot
 from matter.particles import Particles
 
-MATERIAL_COLOURS = {"ice": "#9fd3ea", "water": "#2f6fb2", "basalt": "#8a7563", "iron": "#4d4d4d", "sand": "#d9c38c", "copper": "#b87333"}
+MATERIAL_COLOURS = {
+    "ice": "#9fd3ea",
+    "water": "#2f6fb2",
+    "basalt": "#8a7563",
+    "iron": "#4d4d4d",
+    "sand": "#d9c38c",
+    "copper": "#b87333",
+}
 OTHER_COLOURS = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
 PROJECTILE_COLOUR = "#d62828"
 UNKNOWN_COLOUR = "#bdbdbd"
@@ -23,7 +30,8 @@ HALF_THICKNESS = 0.6
 
 @dataclass(frozen=True)
 class View:
-    """What is shown: x within ``half`` [m] of the axis, heights over the datum's summit from ``low`` to ``high`` [m]; ``scale`` to the axis' unit."""
+    """What is shown: x within ``half`` [m] of the axis, heights over the datum's summit from ``low`` to ``high`` [m];
+    ``scale`` to the axis' unit."""
 
     datum: Datum
     half: float
@@ -34,14 +42,16 @@ class View:
 
 
 def view(datum: Datum, half: float, below: float = 0.5, above: float = 0.35) -> View:
-    """A view of half width ``half`` [m], from ``below`` half widths under the summit of the datum to ``above`` over it."""
+    """A view of half width ``half`` [m], from ``below`` half widths under the summit of the datum to ``above`` over
+    it."""
     scale, unit = readable.length_unit(half)
     return View(datum, half, -below * half, above * half, scale, unit)
 
 
 @dataclass(frozen=True)
 class Colouring:
-    """A field to colour by: ``of(particles, datum)`` gives values (n,), shown between ``low`` and ``high``; ``label`` with its unit."""
+    """A field to colour by: ``of(particles, datum)`` gives values (n,), shown between ``low`` and ``high``; ``label``
+    with its unit."""
 
     name: str
     label: str
@@ -57,7 +67,9 @@ class Colouring:
         """The matplotlib norm."""
         from matplotlib.colors import LogNorm, Normalize
 
-        return LogNorm(self.low, self.high, clip=True) if self.logarithmic else Normalize(self.low, self.high, clip=True)
+        return (
+            LogNorm(self.low, self.high, clip=True) if self.logarithmic else Normalize(self.low, self.high, clip=True)
+        )
 
 
 def damage() -> Colouring:
@@ -67,11 +79,20 @@ def damage() -> Colouring:
 
 def pressure() -> Colouring:
     """Pressure on a logarithmic scale; tension shows as the lowest colour."""
-    return Colouring("pressure", "pressure [GPa]", lambda particles, datum: np.maximum(particles.pressure, 1.0) * 1e-9, 1e-3, 10.0, True, "magma")
+    return Colouring(
+        "pressure",
+        "pressure [GPa]",
+        lambda particles, datum: np.maximum(particles.pressure, 1.0) * 1e-9,
+        1e-3,
+        10.0,
+        True,
+        "magma",
+    )
 
 
 def depth_of_origin(deepest: float, origin: Callable[[Particles], np.ndarray] | None = None) -> Colouring:
-    """Depth below the datum at which matter lay before the impact, 0 to ``deepest`` [m]; ``origin`` gives those places (n, 3) [m]."""
+    """Depth below the datum at which matter lay before the impact, 0 to ``deepest`` [m]; ``origin`` gives those places
+    (n, 3) [m]."""
     places = origin or (lambda particles: particles.initial_position)
     scale, unit = readable.length_unit(deepest)
 
@@ -82,7 +103,15 @@ def depth_of_origin(deepest: float, origin: Callable[[Particles], np.ndarray] | 
         return values
 
     missing = PROJECTILE_COLOUR if origin is None else UNKNOWN_COLOUR
-    return Colouring("depth of origin", f"depth of origin [{unit}]", depth, 0.0, deepest * scale, colours="viridis_r", missing=missing)
+    return Colouring(
+        "depth of origin",
+        f"depth of origin [{unit}]",
+        depth,
+        0.0,
+        deepest * scale,
+        colours="viridis_r",
+        missing=missing,
+    )
 
 
 def places_of(grains: Particles, before: Particles) -> np.ndarray:
@@ -96,7 +125,8 @@ def places_of(grains: Particles, before: Particles) -> np.ndarray:
 
 
 def places_before(particles: Particles, bed: Path) -> np.ndarray | None:
-    """Places [m] of particles before the impact, NaN for those of the projectile and for ejecta; None where files do not say.
+    """Places [m] of particles before the impact, NaN for those of the projectile and for ejecta; None where files do
+    not say.
 
     SPH particles carry them; those of grains are in the snapshot ``bed``.
     """
@@ -133,7 +163,9 @@ def size_of(particles: Particles, half: float) -> np.ndarray:
 def material_colours(particles: Particles) -> np.ndarray:
     """Colour of each particle by material; the projectile's own."""
     names = list(particles.attributes.get("materials", []))
-    palette = [MATERIAL_COLOURS.get(name.split("_")[0], OTHER_COLOURS[k % len(OTHER_COLOURS)]) for k, name in enumerate(names)] or [UNKNOWN_COLOUR]
+    palette = [
+        MATERIAL_COLOURS.get(name.split("_")[0], OTHER_COLOURS[k % len(OTHER_COLOURS)]) for k, name in enumerate(names)
+    ] or [UNKNOWN_COLOUR]
     if "material" not in particles:
         return np.full(len(particles), UNKNOWN_COLOUR, dtype=object)
     colours = np.array(palette, dtype=object)[np.clip(particles.material, 0, len(palette) - 1)]
@@ -143,24 +175,33 @@ def material_colours(particles: Particles) -> np.ndarray:
 
 
 def draw(axis, particles: Particles, seen: View, colouring: Colouring | None = None, edge: str = "white") -> Any:
-    """Draw the slab and the original surface into ``axis``; by material, or by ``colouring`` (whose collection is returned for a colour bar)."""
+    """Draw the slab and the original surface into ``axis``; by material, or by ``colouring`` (whose collection is
+    returned for a colour bar)."""
     from matplotlib.collections import EllipseCollection
 
     size = size_of(particles, seen.half)
     x = seen.datum.local(particles.position)
     z = x[:, 2] - (seen.datum.radius if seen.datum.is_sphere else 0.0)
-    inside = (np.abs(x[:, 1]) < HALF_THICKNESS * size) & (np.abs(x[:, 0]) < seen.half) & (z > seen.low) & (z < seen.high)
+    inside = (
+        (np.abs(x[:, 1]) < HALF_THICKNESS * size) & (np.abs(x[:, 0]) < seen.half) & (z > seen.low) & (z < seen.high)
+    )
     if "state" in particles:
         inside &= particles.state < 2
     order = np.flatnonzero(inside)
     offsets = np.column_stack([x[order, 0], z[order]]) * seen.scale
-    shown: dict[str, Any] = dict(units="xy", offsets=offsets, offset_transform=axis.transData, edgecolors=edge, linewidths=0.25)
+    shown: dict[str, Any] = dict(
+        units="xy", offsets=offsets, offset_transform=axis.transData, edgecolors=edge, linewidths=0.25
+    )
     diameter = size[order] * seen.scale
     collection: EllipseCollection
     if colouring is None:
-        collection = EllipseCollection(diameter, diameter, np.zeros(len(order)), facecolors=list(material_colours(particles)[order]), **shown)
+        collection = EllipseCollection(
+            diameter, diameter, np.zeros(len(order)), facecolors=list(material_colours(particles)[order]), **shown
+        )
     else:
-        collection = EllipseCollection(diameter, diameter, np.zeros(len(order)), cmap=_colour_map(colouring), norm=colouring.norm(), **shown)
+        collection = EllipseCollection(
+            diameter, diameter, np.zeros(len(order)), cmap=_colour_map(colouring), norm=colouring.norm(), **shown
+        )
         collection.set_array(np.ma.masked_invalid(colouring.of(particles, seen.datum)[order]))
     axis.add_collection(collection)
     original_surface(axis, seen)
@@ -177,12 +218,15 @@ def _colour_map(colouring: Colouring):
 
 
 def on_section(seen: View, distance: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Place in the picture of points at a ``distance`` along the datum (negative: uprange) and a ``height`` over it [m]."""
+    """Place in the picture of points at a ``distance`` along the datum (negative: uprange) and a ``height`` over it
+    [m]."""
     s, h = np.asarray(distance, float), np.asarray(height, float)
     if not seen.datum.is_sphere:
         return s * seen.scale, h * seen.scale
     psi = s / seen.datum.radius
-    return (seen.datum.radius + h) * np.sin(psi) * seen.scale, ((seen.datum.radius + h) * np.cos(psi) - seen.datum.radius) * seen.scale
+    return (seen.datum.radius + h) * np.sin(psi) * seen.scale, (
+        (seen.datum.radius + h) * np.cos(psi) - seen.datum.radius
+    ) * seen.scale
 
 
 def original_surface(axis, seen: View, colour: str = "black") -> None:
@@ -201,6 +245,9 @@ def material_marks(shots: Sequence[Particles]) -> list[Any]:
             names.setdefault(name, MATERIAL_COLOURS.get(name.split("_")[0], OTHER_COLOURS[k % len(OTHER_COLOURS)]))
         if "layer" in particles and (particles.layer < 0).any():
             names.setdefault("projectile", PROJECTILE_COLOUR)
-    marks: list[Any] = [Line2D([], [], marker="o", linestyle="", color=colour, label=name, markersize=6) for name, colour in names.items()]
+    marks: list[Any] = [
+        Line2D([], [], marker="o", linestyle="", color=colour, label=name, markersize=6)
+        for name, colour in names.items()
+    ]
     marks.append(Line2D([], [], color="black", linestyle="--", linewidth=0.8, label="original surface"))
     return marks

@@ -1,4 +1,5 @@
-"""The crater in time: D(t), depth(t), V(t) from a folder of snapshots, and the moments at which the transient crater is largest."""
+"""The crater in time: D(t), depth(t), V(t) from a folder of snapshots, and the moments at which the transient crater
+is largest."""
 
 from __future__ import annotations
 
@@ -40,8 +41,15 @@ class Moment:
         return float("nan") if sigma is None else float(sigma)
 
 
-def follow(paths: Iterable[Path], stage: str, chosen: Choices, before: Undisturbed | None, heard: Callable[[Path], None] | None = None) -> list[Moment]:
-    """Measure every snapshot of a stage on the same choices and against the same undisturbed target, by two methods."""
+def follow(
+    paths: Iterable[Path],
+    stage: str,
+    chosen: Choices,
+    before: Undisturbed | None,
+    heard: Callable[[Path], None] | None = None,
+) -> list[Moment]:
+    """Measure every snapshot of a stage on the same choices and against the same undisturbed target, by two
+    methods."""
     moments = []
     for path in paths:
         particles = snapshot.read(path, clouds.FIELDS)
@@ -59,7 +67,11 @@ def follow(paths: Iterable[Path], stage: str, chosen: Choices, before: Undisturb
 
 def write_csv(moments: Sequence[Moment], path: Path) -> None:
     """One row per snapshot: stage, time and every measure with its sigma."""
-    head = ["stage", "time_s"] + [column for name in COLUMNS for column in (name, f"{name}_sigma")] + ["far_field_level_m", "note"]
+    head = (
+        ["stage", "time_s"]
+        + [column for name in COLUMNS for column in (name, f"{name}_sigma")]
+        + ["far_field_level_m", "note"]
+    )
     lines = [",".join(head)]
     for moment in moments:
         row = [moment.stage, f"{moment.time:.9g}"]
@@ -72,7 +84,8 @@ def write_csv(moments: Sequence[Moment], path: Path) -> None:
 
 
 def smoothed(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Savitzky-Golay smoothing of a series (window of 5, quadratic); short or gappy series are returned as they are."""
+    """Savitzky-Golay smoothing of a series (window of 5, quadratic); short or gappy series are returned as they
+    are."""
     good = np.isfinite(values)
     if good.sum() < 5:
         return values
@@ -83,7 +96,8 @@ def smoothed(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def first_maximum(time: np.ndarray, values: np.ndarray, lasting: float = 0.2) -> int | None:
-    """Index of the first maximum of a series that is not exceeded by more than ``lasting`` (relative) before it has fallen by that much.
+    """Index of the first maximum of a series that is not exceeded by more than ``lasting`` (relative) before it has
+    fallen by that much.
 
     None where the series has no value.
     """
@@ -101,7 +115,8 @@ def first_maximum(time: np.ndarray, values: np.ndarray, lasting: float = 0.2) ->
 
 
 def transient(moments: Sequence[Moment]) -> tuple[dict[str, Moment], list[str]]:
-    """The moments of the first maximum of ``volume``, ``depth`` and ``diameter`` (apparent), and the keys that still grow at the end."""
+    """The moments of the first maximum of ``volume``, ``depth`` and ``diameter`` (apparent), and the keys that still
+    grow at the end."""
     time = np.array([moment.time for moment in moments])
     maxima, growing = {}, []
     for key, name in MAXIMA.items():

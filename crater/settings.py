@@ -1,4 +1,5 @@
-"""The crater stage's keys: how a crater is measured, what it is compared with, and the errors that no single run can show."""
+"""The crater stage's keys: how a crater is measured, what it is compared with, and the errors that no single run can
+show."""
 
 from __future__ import annotations
 
@@ -18,9 +19,12 @@ _KINDS = {"m": Length, "m^3": Volume}
 
 
 def of_each_measure(name: str, words: str, kind: Callable[[Any, Measure], Any]) -> Any:
-    """A settings model called ``name`` that holds, or leaves out, one entry for each measure that is compared; ``kind(quantity, row)`` gives its type."""
+    """A settings model called ``name`` that holds, or leaves out, one entry for each measure that is compared;
+    ``kind(quantity, row)`` gives its type."""
     rows = [BY_NAME[measure] for measure in COMPARED]
-    fields: dict[str, Any] = {row.name: (kind(_KINDS[row.unit], row) | None, Field(None, description=f"Of the {row.words}.")) for row in rows}
+    fields: dict[str, Any] = {
+        row.name: (kind(_KINDS[row.unit], row) | None, Field(None, description=f"Of the {row.words}.")) for row in rows
+    }
     return create_model(name, __base__=Model, __module__=__name__, __doc__=words, **fields)
 
 

@@ -1,4 +1,5 @@
-"""Numbers read off one radial profile: floor, apparent radius, crest, volume, slope. Everything here is plain arithmetic on ring means."""
+"""Numbers read off one radial profile: floor, apparent radius, crest, volume, slope. Everything here is plain
+arithmetic on ring means."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ from crater.radial_profile import Relief
 class Ruler:
     """Linear maps prepared once for a set of rings ``s`` [m] of local spacing ``d`` [m] and ``area`` [m^2].
 
-    ``sharpen`` undoes the colour field's rounding, ``fine`` and ``broad`` are local quadratic regressions (widths for walls and for floors).
+    ``sharpen`` undoes the colour field's rounding, ``fine`` and ``broad`` are local quadratic regressions (widths for
+    walls and for floors).
     """
 
     s: np.ndarray
@@ -32,7 +34,8 @@ class Ruler:
 
 
 def make_ruler(ground: Relief, scale: float, mean: np.ndarray) -> Ruler:
-    """``scale`` [m] is a first guess of the crater's radius, ``mean`` the ring means: they set how far and where the floor may be smoothed."""
+    """``scale`` [m] is a first guess of the crater's radius, ``mean`` the ring means: they set how far and where the
+    floor may be smoothed."""
     columns = ground.columns
     s, d = columns.distance, columns.spacing
     area = ground.datum.area_between(columns.edges[:-1], columns.edges[1:])
@@ -53,7 +56,8 @@ def make_ruler(ground: Relief, scale: float, mean: np.ndarray) -> Ruler:
 
 
 def _local_quadratic(s: np.ndarray, area: np.ndarray, width: np.ndarray, power: int = 2) -> np.ndarray:
-    """Matrix of a local quadratic regression, weights area times (1 - u^2)^power, even about the axis: exact for paraboloids."""
+    """Matrix of a local quadratic regression, weights area times (1 - u^2)^power, even about the axis: exact for
+    paraboloids."""
     mirrored = np.concatenate([-s[::-1], s])
     weight = np.concatenate([area[::-1], area])
     n = len(s)
@@ -83,10 +87,11 @@ KNOTS = 51
 
 @dataclass(frozen=True)
 class CrestFinder:
-    """Crest of a profile as the colour field shows it: two parabolas that meet at a knot, each passed through the same rounding.
+    """Crest of a profile as the colour field shows it: two parabolas that meet at a knot, each passed through the same
+    rounding.
 
-    ``use`` are the rings, ``knots`` [m] the trial places; ``solve`` and ``reject`` the matrices of the least-squares fits;
-    the crest is looked for between ``low`` and ``high`` [m].
+    ``use`` are the rings, ``knots`` [m] the trial places; ``solve`` and ``reject`` the matrices of the least-squares
+    fits; the crest is looked for between ``low`` and ``high`` [m].
     """
 
     use: np.ndarray
@@ -98,7 +103,8 @@ class CrestFinder:
     scale: float
 
     def find(self, h: np.ndarray) -> tuple[float, float]:
-        """Distance and height of the crest [m], of the true profile: the best fit that has a crest inside the window; else NaN."""
+        """Distance and height of the crest [m], of the true profile: the best fit that has a crest inside the window;
+        else NaN."""
         y = h[self.use]
         misfit = ((self.reject @ y) ** 2).sum(axis=1)
         for k in np.argsort(misfit):
@@ -121,7 +127,8 @@ class CrestFinder:
 
 
 def _two_parabolas(knot: float, scale: float):
-    """Constant, and inner and outer powers of the distance to the knot in units of ``scale`` [m] (so that the fit is well conditioned)."""
+    """Constant, and inner and outer powers of the distance to the knot in units of ``scale`` [m] (so that the fit is
+    well conditioned)."""
     return (
         lambda s: np.ones_like(s),
         lambda s: np.minimum((s - knot) / scale, 0.0),
@@ -132,10 +139,11 @@ def _two_parabolas(knot: float, scale: float):
 
 
 def make_crest_finder(ruler: Ruler, mean: np.ndarray, apparent: float, depth: float) -> CrestFinder | None:
-    """Prepare the search for the crest of the profile ``mean`` beyond its ``apparent`` radius [m]; None where no ring rises above the datum.
+    """Prepare the search for the crest of the profile ``mean`` beyond its ``apparent`` radius [m]; None where no ring
+    rises above the datum.
 
-    The window starts on the wall a quarter of the ``depth`` below the datum, and ends 0.4 radii (at least four spacings) beyond the highest
-    ring.
+    The window starts on the wall a quarter of the ``depth`` below the datum, and ends 0.4 radii (at least four
+    spacings) beyond the highest ring.
     """
     d = float(np.interp(apparent, ruler.s, ruler.d))
     fine = ruler.fine @ mean
@@ -165,7 +173,8 @@ def make_crest_finder(ruler: Ruler, mean: np.ndarray, apparent: float, depth: fl
 
 
 def volume_below(ruler: Ruler, datum: Datum, h: np.ndarray, radius: float) -> float:
-    """Volume between the datum and the ground inside ``radius`` [m^3]; on a sphere dV = (R^3 - (R + h)^3) / 3 per solid angle."""
+    """Volume between the datum and the ground inside ``radius`` [m^3]; on a sphere dV = (R^3 - (R + h)^3) / 3 per
+    solid angle."""
     depth = -h * (1.0 + h / datum.radius + h**2 / (3.0 * datum.radius**2)) if datum.is_sphere else -h
     half = 0.5 * (ruler.s[1] - ruler.s[0]) if len(ruler.s) > 1 else 0.0
     edges = np.concatenate([[0.0], 0.5 * (ruler.s[1:] + ruler.s[:-1]), [ruler.s[-1] + half]])
@@ -207,9 +216,11 @@ class Shape:
 
 
 def shape_of(mean: np.ndarray, ruler: Ruler, datum: Datum, finder: CrestFinder | None, outermost: float) -> Shape:
-    """Numbers of the profile ``mean`` of ring means as the colour field shows them (gaps closed); the floor lies inside ``outermost`` [m].
+    """Numbers of the profile ``mean`` of ring means as the colour field shows them (gaps closed); the floor lies
+    inside ``outermost`` [m].
 
-    Floor radius: where the wall has risen by a tenth of the depth. Peak: highest point inside the floor over the floor.
+    Floor radius: where the wall has risen by a tenth of the depth. Peak: highest point inside the floor over the
+    floor.
     """
     sharp = ruler.sharpened(mean)
     fine, broad = ruler.fine @ sharp, ruler.broad @ sharp
@@ -244,10 +255,13 @@ def sector_radii(cells: np.ndarray, ruler: Ruler, floor_limit: float) -> np.ndar
 
 
 def harmonics(radii: np.ndarray) -> tuple[np.ndarray, float]:
-    """(mean, cos, sin, cos 2, sin 2) amplitudes of the radii over azimuth by a robust fit, and the scatter about it [m]."""
+    """(mean, cos, sin, cos 2, sin 2) amplitudes of the radii over azimuth by a robust fit, and the scatter about it
+    [m]."""
     good = np.isfinite(radii)
     azimuth = (np.arange(len(radii)) + 0.5) * 2.0 * np.pi / len(radii)
-    basis = np.column_stack([np.ones(len(radii)), np.cos(azimuth), np.sin(azimuth), np.cos(2 * azimuth), np.sin(2 * azimuth)])[good]
+    basis = np.column_stack(
+        [np.ones(len(radii)), np.cos(azimuth), np.sin(azimuth), np.cos(2 * azimuth), np.sin(2 * azimuth)]
+    )[good]
     r = radii[good]
     if len(r) < 8:
         return np.array([np.mean(r) if len(r) else np.nan, 0.0, 0.0, 0.0, 0.0]), float("nan")

@@ -1,9 +1,10 @@
 """What the colour field does to a profile, and its inverse.
 
-The half level of the colour field of a surface z = h(x, y) is, for slopes that change little over the kernel, h averaged with the kernel's
-slice W(x, y, 0): hollows are filled by sigma^2 laplacian(h) / 2 (sigma = 0.56 spacings for a support of two) and a sharp rim of slopes a, b
-loses about 0.22 (a + b) spacings. For surfaces of revolution this average is a linear map of the radial profile, known without any fit,
-so it can be applied to trial shapes or undone to first order. Measured on synthetic clouds it is right to 0.01 spacings.
+The half level of the colour field of a surface z = h(x, y) is, for slopes that change little over the kernel, h
+averaged with the kernel's slice W(x, y, 0): hollows are filled by sigma^2 laplacian(h) / 2 (sigma = 0.56 spacings for
+a support of two) and a sharp rim of slopes a, b loses about 0.22 (a + b) spacings. For surfaces of revolution this
+average is a linear map of the radial profile, known without any fit, so it can be applied to trial shapes or undone to
+first order. Measured on synthetic clouds it is right to 0.01 spacings.
 """
 
 from __future__ import annotations
@@ -37,7 +38,8 @@ def places(s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
 
 
 def smooth(profile: Callable[[np.ndarray], np.ndarray], s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
-    """What the colour field shows at distances ``s`` of a true ``profile`` (function of distance), ``spacing`` at ``s``; all [m]."""
+    """What the colour field shows at distances ``s`` of a true ``profile`` (function of distance), ``spacing`` at
+    ``s``; all [m]."""
     return averaged(profile, places(s, spacing))
 
 
@@ -47,7 +49,8 @@ def averaged(profile: Callable[[np.ndarray], np.ndarray], where: np.ndarray) -> 
 
 
 def matrix(s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
-    """The same map on ring values, linear in between, level inside the first and outside the last ring; shape (n, n)."""
+    """The same map on ring values, linear in between, level inside the first and outside the last ring; shape (n,
+    n)."""
     n = len(s)
     where = np.clip(places(s, spacing), s[0], s[-1])
     upper = np.clip(np.searchsorted(s, where), 1, n - 1)
@@ -61,7 +64,8 @@ def matrix(s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
 
 
 def inverse(s: np.ndarray, spacing: np.ndarray, turns: int = 2) -> np.ndarray:
-    """First ``turns`` terms of the Neumann series of the inverse map (van Cittert): I + (I - K) + ...; shape (n, n)."""
+    """First ``turns`` terms of the Neumann series of the inverse map (van Cittert): I + (I - K) + ...; shape (n,
+    n)."""
     identity = np.eye(len(s))
     lost = identity - matrix(s, spacing)
     result, term = identity.copy(), identity

@@ -1,5 +1,6 @@
-"""How far the numbers of a run can be relied on: how finely the projectile was resolved, the pressures beside the planar limit, what was conserved, what an
-edge or a correction took, how far grains overlapped. Read from the stages' reports; what is out of range is a caution, in words that say what it means."""
+"""How far the numbers of a run can be relied on: how finely the projectile was resolved, the pressures beside the
+planar limit, what was conserved, what an edge or a correction took, how far grains overlapped. Read from the stages'
+reports; what is out of range is a caution, in words that say what it means."""
 
 from __future__ import annotations
 
@@ -13,8 +14,9 @@ import numpy as np
 from matter import archive, readable
 
 FEWEST_PER_RADIUS = 5.0
-"""Below this many particles per projectile radius the shock in it is not resolved: it is some eight spacings wide, and with 7 of them a sphere of aluminium at
-5 km/s reached 27 of 59.9 GPa, with 20 of them 35 (docs/results/sph_benchmarks)."""
+"""Below this many particles per projectile radius the shock in it is not resolved: it is some eight spacings wide, and
+with 7 of them a sphere of aluminium at 5 km/s reached 27 of 59.9 GPa, with 20 of them 35
+(docs/results/sph_benchmarks)."""
 ABOVE, BELOW = 1.2, 0.8
 """Largest pressure over the planar limit: more is no shock, less is one that the spacing smears out."""
 REMOVED = 0.01
@@ -28,8 +30,9 @@ def read(run: Path) -> dict[str, dict[str, Any]]:
 
 
 def facts(run: Path) -> dict[str, Any]:
-    """What ``measures.json`` says of it: ``projectile_particles``, ``particles_per_radius``, ``peak_pressure_Pa``, ``planar_limit_Pa`` and their ratio,
-    the share of angular momentum removed, the largest overlap; and ``cautions``, sentences. Keys of what is not known are left out."""
+    """What ``measures.json`` says of it: ``projectile_particles``, ``particles_per_radius``, ``peak_pressure_Pa``,
+    ``planar_limit_Pa`` and their ratio, the share of angular momentum removed, the largest overlap; and ``cautions``,
+    sentences. Keys of what is not known are left out."""
     reports = read(run)
     ball, reached = reports["sph"].get("projectile", {}), reports["sph"].get("peak_pressure", {})
     known: dict[str, Any] = {
@@ -54,32 +57,58 @@ def _of_shock(known: Mapping[str, Any]) -> list[str]:
     fine, count = known.get("particles_per_radius"), known.get("projectile_particles")
     if fine is not None and fine < FEWEST_PER_RADIUS:
         said.append(
-            f"the projectile has {fine:.2g} particles per radius ({count} in all), fewer than about {FEWEST_PER_RADIUS:g}: the shock in it is not resolved; "
+            f"the projectile has {fine:.2g} particles per radius ({count} in all), fewer than about "
+            f"{FEWEST_PER_RADIUS:g}: the shock in it is not resolved; "
             "peak pressures, melt and vapour are rough, crater sizes less so"
         )
     over = known.get("peak_over_planar_limit")
     if over is not None and not BELOW <= over <= ABOVE:
         limit = f"the planar limit of {readable.amount(known['planar_limit_Pa'] * 1e-9, 'GPa', 3)}"
-        peak = f"the largest pressure of a single particle, {readable.amount(known['peak_pressure_Pa'] * 1e-9, 'GPa', 3)}, is {over:.2g} times {limit}"
-        why = "more than any shock of this impact: single particles that struck others" if over > ABOVE else "the spacing smears the first shock out"
+        peak = (
+            f"the largest pressure of a single particle, "
+            f"{readable.amount(known['peak_pressure_Pa'] * 1e-9, 'GPa', 3)}, is {over:.2g} times {limit}"
+        )
+        why = (
+            "more than any shock of this impact: single particles that struck others"
+            if over > ABOVE
+            else "the spacing smears the first shock out"
+        )
         said.append(f"{peak}: {why}")
     removed = known.get("removed_angular_momentum_over_projectile")
     if removed is not None and removed > REMOVED:
-        said.append(f"correcting the tree's forces removed {removed:.1%} of the projectile's angular momentum; the drift of angular momentum does not show it")
+        said.append(
+            f"correcting the tree's forces removed {removed:.1%} of the projectile's angular momentum; the drift of "
+            f"angular momentum does not show it"
+        )
     return said
 
 
 def _of_collapse(report: Mapping[str, Any]) -> list[str]:
-    """Overlaps beyond the warning and energy taken from returning ejecta: by the report's numbers, else by its notes."""
-    overlap, limit, lost = report.get("overlap_max"), report.get("overlap_warning"), report.get("dissipated_returning_J")
+    """Overlaps beyond the warning and energy taken from returning ejecta: by the report's numbers, else by its
+    notes."""
+    overlap, limit, lost = (
+        report.get("overlap_max"),
+        report.get("overlap_warning"),
+        report.get("dissipated_returning_J"),
+    )
     said = []
     if limit is not None and overlap is not None:
         if overlap > limit:
-            said.append(f"grains overlapped by up to {overlap:.3g} radii, more than the {limit:g} up to which contacts are stiff enough")
+            said.append(
+                f"grains overlapped by up to {overlap:.3g} radii, more than the {limit:g} up to which contacts are "
+                f"stiff enough"
+            )
     if lost:
-        said.append(f"returning ejecta faster than the contacts can take lost {readable.amount(lost, 'J', 3)} in scaled contacts")
+        said.append(
+            f"returning ejecta faster than the contacts can take lost {readable.amount(lost, 'J', 3)} in scaled "
+            f"contacts"
+        )
     if limit is None:
-        said += [note.rstrip(".") for note in report.get("notes", []) if note.startswith(("Overlaps reached", "Returning ejecta"))]
+        said += [
+            note.rstrip(".")
+            for note in report.get("notes", [])
+            if note.startswith(("Overlaps reached", "Returning ejecta"))
+        ]
     return said
 
 
@@ -94,7 +123,13 @@ def resolution_rows(run: Path) -> list[tuple[str, str]]:
     limit = reached.get("planar_limit_Pa")
     speed = reached.get("planar_speed_m_s")
     if limit:
-        rows.append((f"planar limit at the vertical speed of {readable.number(speed * 1e-3, 4)} km/s (impedance match of both materials)", _pressure(limit)))
+        rows.append(
+            (
+                f"planar limit at the vertical speed of {readable.number(speed * 1e-3, 4)} km/s (impedance match of "
+                f"both materials)",
+                _pressure(limit),
+            )
+        )
     elif "planar_limit_note" in reached:
         rows.append(("planar limit", f"none: {reached['planar_limit_note']}"))
     words = {
@@ -105,7 +140,13 @@ def resolution_rows(run: Path) -> list[tuple[str, str]]:
     }
     for name, word in words.items():
         if name in reached:
-            rows.append((word, _pressure(reached[name]) + (f" ({reached[name] / limit:.2f} of the planar limit)" if limit else "")))
+            rows.append(
+                (
+                    word,
+                    _pressure(reached[name])
+                    + (f" ({reached[name] / limit:.2f} of the planar limit)" if limit else ""),
+                )
+            )
     if "peak_pressure_Pa" in report and not reached:
         rows.append(("largest pressure of a single particle", _pressure(report["peak_pressure_Pa"])))
     return rows
@@ -124,11 +165,14 @@ def _columns(path: Path) -> dict[str, list[str]]:
 
 
 def _vector(columns: Mapping[str, list[str]], name: str, row: int) -> np.ndarray:
-    return np.array([float(columns[f"{name}_{axis}"][row]) for axis in "xyz"]) if f"{name}_x" in columns else np.zeros(3)
+    return (
+        np.array([float(columns[f"{name}_{axis}"][row]) for axis in "xyz"]) if f"{name}_x" in columns else np.zeros(3)
+    )
 
 
 def conservation_rows(run: Path, projectile_momentum: float, lever: tuple[float, str]) -> list[tuple[str, str]]:
-    """Energy, mass, momentum and angular momentum of the shock stage against stated scales, never against an initial value that may be zero.
+    """Energy, mass, momentum and angular momentum of the shock stage against stated scales, never against an initial
+    value that may be zero.
 
     ``projectile_momentum`` [kg m/s]; ``lever`` [m] and its name: angular momentum is given over momentum times lever.
     """
@@ -144,20 +188,33 @@ def conservation_rows(run: Path, projectile_momentum: float, lever: tuple[float,
         ("total energy, at the end, over the initial kinetic energy", f"{drift[-1]:+.3%}"),
         ("mass, relative change", readable.number(mass[1] / mass[0] - 1.0, 3)),
     ]
-    moved = float(np.linalg.norm(_vector(columns, "momentum", -1) - _vector(columns, "momentum", 0))) / projectile_momentum
+    moved = (
+        float(np.linalg.norm(_vector(columns, "momentum", -1) - _vector(columns, "momentum", 0))) / projectile_momentum
+    )
     turned = float(np.linalg.norm(_vector(columns, "angular_momentum", -1) - _vector(columns, "angular_momentum", 0)))
     size, name = lever
     scale = f"over the projectile's momentum times {name} ({readable.length(size)})"
     edges = _edges(run)
     if edges:
-        rows.append((f"linear momentum that the edges took ({edges}), net of the weight that they carry, over the projectile's", _share(moved)))
+        rows.append(
+            (
+                f"linear momentum that the edges took ({edges}), net of the weight that they carry, over the "
+                f"projectile's",
+                _share(moved),
+            )
+        )
         rows.append((f"angular momentum that the edges took, {scale}", _share(turned / (projectile_momentum * size))))
     else:
         rows.append(("linear momentum, change over the projectile's", _share(moved)))
         rows.append((f"angular momentum, change {scale}", _share(turned / (projectile_momentum * size))))
     removed = float(np.linalg.norm(_vector(columns, "removed_angular_momentum", -1)))
     if removed:
-        rows.append((f"angular momentum that the correction of the tree's forces removed, {scale}", _share(removed / (projectile_momentum * size))))
+        rows.append(
+            (
+                f"angular momentum that the correction of the tree's forces removed, {scale}",
+                _share(removed / (projectile_momentum * size)),
+            )
+        )
         own = read(run)["sph"].get("removed_angular_momentum_over_projectile")
         if own is not None:
             rows.append(("the same over the projectile's angular momentum about the target's centre", _share(own)))
@@ -174,7 +231,13 @@ def _edges(run: Path) -> str:
     report = read(run)["sph"]
     if "edges" in report:
         held = report["edges"]
-        return "" if held is None else ", ".join(f"{name} {held[name]}" for name in ("sides", "floor") if held[name] not in ("free", "periodic"))
+        return (
+            ""
+            if held is None
+            else ", ".join(
+                f"{name} {held[name]}" for name in ("sides", "floor") if held[name] not in ("free", "periodic")
+            )
+        )
     target = run / "2_sph" / "target.json"
     flat = target.is_file() and archive.read_json(target).get("frame") == "plane"
     return "and the ground's own weight, where nothing holds it" if flat else ""
@@ -186,15 +249,39 @@ def collapse_rows(run: Path) -> list[tuple[str, str]]:
     rows = []
     if "overlap_max" in report:
         limit = report.get("overlap_warning")
-        rows.append(("largest overlap of two grains, in radii" + (f" (warning above {limit:g})" if limit else ""), readable.number(report["overlap_max"], 3)))
+        rows.append(
+            (
+                "largest overlap of two grains, in radii" + (f" (warning above {limit:g})" if limit else ""),
+                readable.number(report["overlap_max"], 3),
+            )
+        )
     columns = _columns(run / "5_dem" / "history.csv")
     if "dissipated_returning_J" in columns and float(columns.get("kinetic_J", ["0"])[0]) > 0.0:
         lost, first = float(columns["dissipated_returning_J"][-1]), float(columns["kinetic_J"][0])
-        rows.append(("energy taken from returning ejecta by scaled contacts, over the kinetic energy handed over", f"{lost / first:.3%}"))
-    for key, word in (("energy_error", "energy balance"), ("momentum_error", "momentum balance"), ("angular_momentum_error", "angular momentum balance")):
+        rows.append(
+            (
+                "energy taken from returning ejecta by scaled contacts, over the kinetic energy handed over",
+                f"{lost / first:.3%}",
+            )
+        )
+    for key, word in (
+        ("energy_error", "energy balance"),
+        ("momentum_error", "momentum balance"),
+        ("angular_momentum_error", "angular momentum balance"),
+    ):
         if isinstance(report.get(key), (int, float)):
-            rows.append((f"{word}, largest error" if key != "energy_error" else f"{word}, error at the end", readable.number(report[key], 2)))
+            rows.append(
+                (
+                    f"{word}, largest error" if key != "energy_error" else f"{word}, error at the end",
+                    readable.number(report[key], 2),
+                )
+            )
     for key, book in report.get("booked", {}).items():
         if book.get("grains"):
-            rows.append((f"left the bed: {key.replace('_', ' ')}", f"{book['grains']} grains, {readable.amount(book['mass_kg'], 'kg', 3)}"))
+            rows.append(
+                (
+                    f"left the bed: {key.replace('_', ' ')}",
+                    f"{book['grains']} grains, {readable.amount(book['mass_kg'], 'kg', 3)}",
+                )
+            )
     return rows

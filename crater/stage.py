@@ -1,7 +1,8 @@
 """Stage 6: from particles to a crater.
 
-Reads ``2_sph`` (time series and transient crater, all-SPH late stage) and ``5_dem`` (final crater from settled grains), whichever exist;
-leaves ``measures.json``, ``profile.csv``, ``profile_sph.csv``, ``time_series.csv``, ``compare.json``, ``heightmap.h5``, pictures and ``report.html``.
+Reads ``2_sph`` (time series and transient crater, all-SPH late stage) and ``5_dem`` (final crater from settled
+grains), whichever exist; leaves ``measures.json``, ``profile.csv``, ``profile_sph.csv``, ``time_series.csv``,
+``compare.json``, ``heightmap.h5``, pictures and ``report.html``.
 """
 
 from __future__ import annotations
@@ -13,11 +14,34 @@ from typing import Any
 
 import numpy as np
 
-from crater import against_published, ballistic, choices, ejecta, launch, plot, report, rest, scaling, series, soundness, tables
+from crater import (
+    against_published,
+    ballistic,
+    choices,
+    ejecta,
+    launch,
+    plot,
+    report,
+    rest,
+    scaling,
+    series,
+    soundness,
+    tables,
+)
 from crater import datum as datums
 from crater.choices import Choices
 from crater.datum import Datum
-from crater.findings import LATE_SHOCK, Ejected, Findings, GrainFindings, LastCrater, Setting, ShockFindings, densities, with_chain_errors
+from crater.findings import (
+    LATE_SHOCK,
+    Ejected,
+    Findings,
+    GrainFindings,
+    LastCrater,
+    Setting,
+    ShockFindings,
+    densities,
+    with_chain_errors,
+)
 from crater.one_snapshot import measure_snapshot
 from crater.settings import Published, Settings
 from matter import archive, material, snapshot
@@ -30,7 +54,8 @@ from matter.progress import Progress
 __all__ = ["Published", "Settings", "grain_datum", "measure_snapshot", "predict", "run"]
 
 SECONDS_PER_SNAPSHOT = 0.42
-"""Wall time per snapshot of 15,000 particles on one of 2 cores of a 2.1 GHz server; 2.4 s at 300,000 (168 s for 70 snapshots, pictures included)."""
+"""Wall time per snapshot of 15,000 particles on one of 2 cores of a 2.1 GHz server; 2.4 s at 300,000 (168 s for 70
+snapshots, pictures included)."""
 
 
 def idle_sources(settings: Settings) -> set[Path]:
@@ -54,7 +79,10 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     shots = snapshot.series(inputs / "2_sph")[:: settings.every]
     grains = inputs / "5_dem" / f"last{snapshot.SUFFIX}"
     if not shots and not grains.is_file():
-        raise InputError(f"nothing to measure: {inputs} holds neither 2_sph/snap_0000{snapshot.SUFFIX} nor 5_dem/last{snapshot.SUFFIX}")
+        raise InputError(
+            f"nothing to measure: {inputs} holds neither 2_sph/snap_0000{snapshot.SUFFIX} nor "
+            f"5_dem/last{snapshot.SUFFIX}"
+        )
     settled = snapshot.series(inputs / "5_dem")
     progress = Progress("crater", total=float(len(shots) + len(settled) + 4))
     count = iter(range(1, len(shots) + len(settled) + 2))
@@ -62,7 +90,9 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     def heard(path: Path) -> None:
         progress.update(next(count), path.name)
 
-    setting = Setting(settings, inputs, *_ground(settings, inputs), densities(settings, inputs, shots[0] if shots else None))
+    setting = Setting(
+        settings, inputs, *_ground(settings, inputs), densities(settings, inputs, shots[0] if shots else None)
+    )
     shock = _follow_shock(setting, shots, heard) if shots else None
     findings = Findings(setting, shock, _measure_grains(setting, settled, grains, heard) if grains.is_file() else None)
     findings = with_chain_errors(_flown(findings), settings.chain)
@@ -76,26 +106,35 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
 
 
 def _flown(findings: Findings) -> Findings:
-    """With the free flight of what was handed over: an independent check of the crater's size on flat ground under gravity."""
+    """With the free flight of what was handed over: an independent check of the crater's size on flat ground under
+    gravity."""
     chosen, setting = findings.settings, findings.setting
     if not chosen.target.flat or not setting.gravity > 0.0:
         return findings
     size = chosen.impact.expected_transient_diameter
     try:
-        return replace(findings, ballistic=ballistic.of_run(findings.inputs, setting.gravity, setting.densities[1], size, chosen.escape_speed))
+        return replace(
+            findings,
+            ballistic=ballistic.of_run(
+                findings.inputs, setting.gravity, setting.densities[1], size, chosen.escape_speed
+            ),
+        )
     except InputError as reason:
         return replace(findings, flight_reasons={"ballistic": str(reason)})
 
 
 def _ground(settings: Settings, inputs: Path) -> tuple[Datum, float]:
-    """The datum of the undisturbed ground, and gravity there [m/s^2]: as the shock stage states them, else of the case's layers."""
+    """The datum of the undisturbed ground, and gravity there [m/s^2]: as the shock stage states them, else of the
+    case's layers."""
     path = inputs / "2_sph" / "target.json"
     if path.is_file():
         facts = archive.read_json(path)
         if facts.get("frame") == "plane":
             return datums.plane(source="undisturbed ground"), float(facts["surface_gravity_m_s2"])
         radius, gravity = float(facts["radius_m"]), float(facts["surface_gravity_m_s2"])
-        return datums.sphere(radius, facts.get("centre", (0.0, 0.0, 0.0)), source="radius of the relaxed target"), gravity
+        return datums.sphere(
+            radius, facts.get("centre", (0.0, 0.0, 0.0)), source="radius of the relaxed target"
+        ), gravity
     if settings.target.flat:
         return datums.plane(source="flat ground of the case"), settings.target.gravity
     mass, inner = 0.0, 0.0
@@ -110,13 +149,15 @@ def _choices(setting: Setting, datum: Datum, before: Path | None, reach: float |
     """What the measuring of one stage stands on: lengths in expected transient diameters."""
     size, chosen = setting.settings.impact.expected_transient_diameter, setting.settings
     return Choices(
-        datum, before, setting.gravity, chosen.rise_limit_over_diameter * size, None if reach is None else reach * size, choices.WITHIN * size,
+        datum, before, setting.gravity, chosen.rise_limit_over_diameter * size,
+        None if reach is None else reach * size, choices.WITHIN * size,
         chosen.sectors, chosen.seed,
     )  # fmt: skip
 
 
 def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path], None]) -> ShockFindings:
-    """Every snapshot of the shock stage measured, the transient crater and the last snapshot once more by all methods, and the ejecta."""
+    """Every snapshot of the shock stage measured, the transient crater and the last snapshot once more by all methods,
+    and the ejecta."""
     reasons: dict[str, str] = {}
     chosen = _choices(setting, setting.datum, shots[0], choices.REACH)
     start = chosen.ground_before()
@@ -124,7 +165,9 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
     largest, grows = series.transient(moments)
     moving = rest.changes(moments)
     growing = tuple(key for key in grows if moving is None or MAXIMA[key] in moving)
-    closely = {moment.path: series.again(moment, chosen, start) for moment in {m.path: m for m in largest.values()}.values()}
+    closely = {
+        moment.path: series.again(moment, chosen, start) for moment in {m.path: m for m in largest.values()}.values()
+    }
     transient = {key: closely[moment.path] for key, moment in largest.items()}
     if "volume" not in transient:
         reasons["transient"] = "no snapshot of the shock stage shows a crater"
@@ -161,15 +204,23 @@ def _leaving(setting: Setting, particles: Particles) -> dict[str, float]:
 
 def _faster_than(setting: Setting, moment: series.Moment | None) -> dict[str, Any]:
     """M(>v) when the crater is deepest: later much has landed, earlier much is not yet thrown."""
-    curve = ejecta.mass_above(snapshot.read(moment.path), setting.datum, setting.settings.impact.speed) if moment is not None else {}
+    curve = (
+        ejecta.mass_above(snapshot.read(moment.path), setting.datum, setting.settings.impact.speed)
+        if moment is not None
+        else {}
+    )
     if moment is None or not curve:
         return {}
-    laws = {name: [scaling.ejected_mass(setting.strike, v, *constants) for v in curve["speed_m_s"]] for name, constants in scaling.EJECTA.items()}
+    laws = {
+        name: [scaling.ejected_mass(setting.strike, v, *constants) for v in curve["speed_m_s"]]
+        for name, constants in scaling.EJECTA.items()
+    }
     return {"time_s": moment.time, **curve, "housen_holsapple_2011_kg": laws}
 
 
 def _launches(setting: Setting, moment: series.Moment | None, shots: Sequence[Path]) -> dict[str, Any]:
-    """Speed and angle of ejecta against where they left flat ground, with the law of dry sand; empty without a crater. Raises ``InputError``."""
+    """Speed and angle of ejecta against where they left flat ground, with the law of dry sand; empty without a crater.
+    Raises ``InputError``."""
     radius = 0.5 * moment.value("diameter_apparent_m") if moment else float("nan")
     if not radius > 0.0:
         return {}
@@ -178,9 +229,12 @@ def _launches(setting: Setting, moment: series.Moment | None, shots: Sequence[Pa
     fit = launch.fit(launched, shot, radius)
     place, speed, angle, number = fit.table.T
     return {
-        "mu": {"value": fit.mu, "sigma": fit.mu_sigma}, "C1": {"value": fit.c1, "sigma": fit.c1_sigma}, "apparent_radius_m": radius,
-        "x_over_a": place.tolist(), "v_over_U": speed.tolist(), "angle_deg": np.degrees(angle).tolist(), "particles": number.astype(int).tolist(),
-        "sand_v_over_U": (scaling.launch_speed(shot, place * shot.radius, radius) / (shot.speed * np.cos(shot.angle))).tolist(),
+        "mu": {"value": fit.mu, "sigma": fit.mu_sigma}, "C1": {"value": fit.c1, "sigma": fit.c1_sigma},
+        "apparent_radius_m": radius,
+        "x_over_a": place.tolist(), "v_over_U": speed.tolist(), "angle_deg": np.degrees(angle).tolist(),
+        "particles": number.astype(int).tolist(),
+        "sand_v_over_U": (scaling.launch_speed(shot, place * shot.radius,
+        radius) / (shot.speed * np.cos(shot.angle))).tolist(),
     }  # fmt: skip
 
 
@@ -192,7 +246,9 @@ def grain_datum(grains: Particles, fallback: Datum) -> Datum:
     return fallback
 
 
-def _measure_grains(setting: Setting, settled: Sequence[Path], last: Path, heard: Callable[[Path], None]) -> GrainFindings:
+def _measure_grains(
+    setting: Setting, settled: Sequence[Path], last: Path, heard: Callable[[Path], None]
+) -> GrainFindings:
     """Every snapshot of the grains measured, and the last one by all methods."""
     particles = snapshot.read(last)
     bed = setting.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"

@@ -2,12 +2,12 @@
 
 ``colour``   the colour field c(x) = sum_j V_j W(x - x_j) crosses 1/2 (kernel support two spacings),
 ``highest``  the highest particle within half a spacing of the column, plus half a spacing,
-``column``   the volume standing above a level one to three spacings below the ground, spread over the cell's area: linear in the particles,
-             hence without the smoothing that rounds a rim off in the other two,
+``column``   the volume standing above a level one to three spacings below the ground, spread over the cell's area:
+             linear in the particles, hence without the smoothing that rounds a rim off in the other two,
 ``alpha``    the alpha-shape's outer surface, where asked for.
 
-Columns stand on rings whose distance follows the local spacing (graded targets), so that no column is finer than what the particles
-know. All heights are along the local vertical of the datum, with its sphericity kept.
+Columns stand on rings whose distance follows the local spacing (graded targets), so that no column is finer than what
+the particles know. All heights are along the local vertical of the datum, with its sphericity kept.
 """
 
 from __future__ import annotations
@@ -64,7 +64,8 @@ class Columns:
 
 @dataclass(frozen=True)
 class Heights:
-    """Heights above ``datum`` [m]: ``cell`` (rings, sectors) of the column method; ``colour``, ``highest`` (columns,) of the rays.
+    """Heights above ``datum`` [m]: ``cell`` (rings, sectors) of the column method; ``colour``, ``highest`` (columns,)
+    of the rays.
 
     NaN where there is no ground. ``alpha`` is None unless asked for.
     """
@@ -101,7 +102,11 @@ def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24, co
     """
     distance, _, height = datum.polar(cloud.position)
     d = cloud.spacing
-    smallest = float(np.quantile(d[distance < max(0.3 * reach, 4.0 * np.quantile(d, 0.05))], 0.1)) if (distance < 0.3 * reach).any() else 0.0
+    smallest = (
+        float(np.quantile(d[distance < max(0.3 * reach, 4.0 * np.quantile(d, 0.05))], 0.1))
+        if (distance < 0.3 * reach).any()
+        else 0.0
+    )
     smallest = smallest or float(np.quantile(d, 0.05))
     bins = np.arange(0.0, reach + 2.0 * smallest, 2.0 * smallest)
     which = np.digitize(distance, bins) - 1
@@ -128,7 +133,8 @@ def make_columns(cloud: Cloud, datum: Datum, reach: float, sectors: int = 24, co
 def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str = "two") -> Heights:
     """Heights of the supported ``cloud`` above ``datum``.
 
-    ``methods``: ``"two"`` (colour field, highest particle), ``"three"`` (and the column method) or ``"four"`` (and the alpha-shape).
+    ``methods``: ``"two"`` (colour field, highest particle), ``"three"`` (and the column method) or ``"four"`` (and the
+    alpha-shape).
     """
     distance, _, height = datum.polar(cloud.position)
     inside = distance < columns.edges[-1] + 2.0 * columns.spacing[-1]
@@ -136,7 +142,9 @@ def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str =
     inside &= (height > t_lo - 2.0 * cloud.spacing) & (height < t_hi + 2.0 * cloud.spacing)
     near = cloud.select(inside)
     radius = datum.radius if datum.is_sphere else 1.0
-    rings = Rings(datum.is_sphere, radius, columns.distance, columns.start[:-1], columns.count, _places(datum, columns))
+    rings = Rings(
+        datum.is_sphere, radius, columns.distance, columns.start[:-1], columns.count, _places(datum, columns)
+    )
     crossing, highest = half_level(near, datum, rings, columns.spacing, t_lo, t_hi)
     result = Heights(datum, columns, None, crossing, highest)
     if methods == "two":
@@ -156,7 +164,8 @@ def _places(datum: Datum, columns: Columns) -> np.ndarray:
 
 
 def _window(distance: np.ndarray, height: np.ndarray, columns: Columns) -> tuple[float, float]:
-    """Heights between which the ground of every column lies [m]: from four spacings below the lowest ring's top upwards."""
+    """Heights between which the ground of every column lies [m]: from four spacings below the lowest ring's top
+    upwards."""
     ring = np.digitize(distance, columns.edges) - 1
     good = ring < len(columns.distance)
     top = np.full(len(columns.distance), -np.inf)
@@ -182,8 +191,8 @@ def _filled(cells: np.ndarray) -> np.ndarray:
 def column_heights(cloud: Cloud, datum: Datum, columns: Columns, guess: np.ndarray) -> np.ndarray:
     """Height of the ground in each (ring, sector) cell from the volume standing above a level below the ``guess`` [m].
 
-    The level is spread as a ramp from 3 to 1 local spacings below the guess, so that no layer of a lattice is in or out as a whole:
-    h = z_mid + sum_j w_j V_j (R / r_j)^2 / A with w the ramp, A the cell's area on the datum.
+    The level is spread as a ramp from 3 to 1 local spacings below the guess, so that no layer of a lattice is in or
+    out as a whole: h = z_mid + sum_j w_j V_j (R / r_j)^2 / A with w the ramp, A the cell's area on the datum.
     """
     distance, azimuth, height = datum.polar(cloud.position)
     ring = np.digitize(distance, columns.edges) - 1
@@ -206,13 +215,18 @@ def column_heights(cloud: Cloud, datum: Datum, columns: Columns, guess: np.ndarr
 
 
 def alpha_heights(cloud: Cloud, datum: Datum, columns: Columns, above: float) -> np.ndarray:
-    """Height at which each column, coming from ``above`` [m], meets the alpha-shape grown by half a spacing; NaN where it meets none."""
+    """Height at which each column, coming from ``above`` [m], meets the alpha-shape grown by half a spacing; NaN where
+    it meets none."""
     from trimesh.ray.ray_pyembree import RayMeshIntersector
 
     solid = alpha_shape(cloud.position, cloud.spacing, ALPHA).only(1)
     mesh = solid.offset(0.5 * cloud.spacing).mesh
     place = column_points(datum, columns.distance[columns.ring], columns.azimuth)
-    up = place - np.asarray(datum.centre) if datum.is_sphere else np.broadcast_to(np.asarray(datum.axes)[2], place.shape)
+    up = (
+        place - np.asarray(datum.centre)
+        if datum.is_sphere
+        else np.broadcast_to(np.asarray(datum.axes)[2], place.shape)
+    )
     up = up / np.linalg.norm(up, axis=1)[:, None]
     scale = float(np.median(cloud.spacing))  # embree works in single precision: spacings from a near origin
     middle = place.mean(axis=0)
@@ -233,9 +247,11 @@ WIDE = 250
 
 @dataclass(frozen=True)
 class Undisturbed:
-    """The ground before the impact, measured once: places in space, ``excess`` over the datum there per method [m], local ``spacing`` [m].
+    """The ground before the impact, measured once: places in space, ``excess`` over the datum there per method [m],
+    local ``spacing`` [m].
 
-    ``wide`` is the excess averaged over some six spacings, ``scatter`` the robust deviation of medians over nine columns from it [local spacings].
+    ``wide`` is the excess averaged over some six spacings, ``scatter`` the robust deviation of medians over nine
+    columns from it [local spacings].
     """
 
     tree: cKDTree
@@ -245,7 +261,8 @@ class Undisturbed:
     scatter: float
 
     def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The four nearest columns of every one of ``points`` (n, 3), in the frame of the snapshot, and their weights; both (n, 4)."""
+        """The four nearest columns of every one of ``points`` (n, 3), in the frame of the snapshot, and their weights;
+        both (n, 4)."""
         distance, near = self.tree.query(points, k=4)
         weight = 1.0 / np.maximum(distance, 1e-3 * np.maximum(distance[:, -1:], 1e-300)) ** 2
         return near, weight / weight.sum(axis=1)[:, None]
@@ -253,9 +270,9 @@ class Undisturbed:
     def at(self, method: str, nearest: tuple[np.ndarray, np.ndarray], height: np.ndarray) -> np.ndarray:
         """Excess to be taken from the ``height`` (n,) found where ``nearest`` was asked for.
 
-        Ground that has hardly moved still shows the imprint of its own particles: there the excess is that of the nearest columns. Ground that
-        has moved by a spacing is made of other particles, and the old imprint would only add its scatter: there it is the mean of the
-        wider surroundings.
+        Ground that has hardly moved still shows the imprint of its own particles: there the excess is that of the
+        nearest columns. Ground that has moved by a spacing is made of other particles, and the old imprint would only
+        add its scatter: there it is the mean of the wider surroundings.
         """
         near, weight = nearest
         local = (weight * self.excess[method][near]).sum(axis=1)
@@ -269,7 +286,9 @@ def column_points(datum: Datum, distance: np.ndarray, azimuth: np.ndarray) -> np
     """Places on the datum, in the frame of the snapshot (n, 3) [m]."""
     if datum.is_sphere:
         psi = distance / datum.radius
-        local = datum.radius * np.column_stack([np.sin(psi) * np.cos(azimuth), np.sin(psi) * np.sin(azimuth), np.cos(psi)])
+        local = datum.radius * np.column_stack(
+            [np.sin(psi) * np.cos(azimuth), np.sin(psi) * np.sin(azimuth), np.cos(psi)]
+        )
     else:
         local = np.column_stack([distance * np.cos(azimuth), distance * np.sin(azimuth), np.zeros(len(distance))])
     return datum.outside(local)

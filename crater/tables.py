@@ -36,16 +36,27 @@ def measures_json(findings: Findings) -> dict[str, Any]:
     final: dict[str, Any] = {"reason": findings.reasons.get("final", "not measured")}
     last, late = findings.final, findings.late_sph
     if last is not None:
-        place = {"datum": choices.datum_facts(last.measures.datum), "snapshot": last.path.relative_to(findings.inputs).as_posix()}
+        place = {
+            "datum": choices.datum_facts(last.measures.datum),
+            "snapshot": last.path.relative_to(findings.inputs).as_posix(),
+        }
         final = {**last.measures.as_dict(), **final_entry(last), **place}
-    content: dict[str, Any] = {"transient": {**default, **transient}, "final": final, "reference": findings.compared.reference}
+    content: dict[str, Any] = {
+        "transient": {**default, **transient},
+        "final": final,
+        "reference": findings.compared.reference,
+    }
     content["measured_with"] = {stage: chosen.as_dict(findings.inputs) for stage, chosen in findings.choices.items()}
     if engine := _engine_of(findings.inputs / "5_dem" / "stage_report.json"):
         content["engine"] = engine
     if findings.soundness:
         content["soundness"] = findings.soundness
     ejected = findings.ejected
-    content |= {name: part for name, part in (("leaving", ejected.leaving), ("ejecta", ejected.faster_than), ("launch", ejected.launch)) if part}
+    content |= {
+        name: part
+        for name, part in (("leaving", ejected.leaving), ("ejecta", ejected.faster_than), ("launch", ejected.launch))
+        if part
+    }
     if findings.ballistic is not None:
         content["ballistic"] = findings.ballistic.as_dict()
     if late is not None:
@@ -54,7 +65,8 @@ def measures_json(findings: Findings) -> dict[str, Any]:
 
 
 def _engine_of(report: Path) -> dict[str, Any]:
-    """Which program stepped the grains, and the deviations that the case accepted from it; empty for this project's own stepping."""
+    """Which program stepped the grains, and the deviations that the case accepted from it; empty for this project's
+    own stepping."""
     if not report.is_file():
         return {}
     engine = archive.read_json(report).get("engine", {})
@@ -66,7 +78,11 @@ def write_tables(findings: Findings, out: Path) -> None:
     write_json(out / "measures.json", measures_json(findings))
     write_json(
         out / "compare.json",
-        {"scaling": findings.compared.scaling, "published": findings.compared.reference, "late_stage_sph_against_dem": findings.compared.late_difference},
+        {
+            "scaling": findings.compared.scaling,
+            "published": findings.compared.reference,
+            "late_stage_sph_against_dem": findings.compared.late_difference,
+        },
     )
     if findings.moments:
         series.write_csv(findings.moments, out / "time_series.csv")
@@ -87,11 +103,14 @@ def write_tables(findings: Findings, out: Path) -> None:
 def headed(measures: Measures, time: float, what: str) -> radial_profile.Profile:
     """The profile with what it is of, and when, in its header."""
     old = measures.profile
-    return radial_profile.Profile(old.radius, old.height, old.p16, old.p84, old.count, {"of": what, "time_s": f"{time:.6g}", **old.header})
+    return radial_profile.Profile(
+        old.radius, old.height, old.p16, old.p84, old.count, {"of": what, "time_s": f"{time:.6g}", **old.header}
+    )
 
 
 def write_heightmap(measures: Measures, path: Path) -> None:
-    """Heights on (distance, azimuth) cells and on the single columns, with their places in the frame of the snapshot."""
+    """Heights on (distance, azimuth) cells and on the single columns, with their places in the frame of the
+    snapshot."""
     ground = measures.ground
     columns = ground.columns
     ring = columns.ring
@@ -105,7 +124,11 @@ def write_heightmap(measures: Measures, path: Path) -> None:
     }
     for name, cells in ground.methods.items():
         arrays[f"height/{name}"] = (cells, "m", f"height by the method '{name}' (rings, sectors)")
-    attributes = {"datum": ground.datum.kind, "datum_radius_m": ground.datum.radius, "datum_centre_m": np.asarray(ground.datum.centre)}
+    attributes = {
+        "datum": ground.datum.kind,
+        "datum_radius_m": ground.datum.radius,
+        "datum_centre_m": np.asarray(ground.datum.centre),
+    }
     archive.write(path, arrays, {**attributes, "axes": np.asarray(ground.datum.axes)})
 
 

@@ -1,9 +1,12 @@
 """The errors of a crater's measures, each counted once, in quadrature.
 
-``azimuth``     what the particles scatter: bootstrap over sectors; for the floor, where sectors are smaller than particles, carried over from outer rings,
+``azimuth``     what the particles scatter: bootstrap over sectors; for the floor, where sectors are smaller than
+                particles, carried over from outer rings,
 ``resolution``  what the steps from heights to measures get wrong even without noise,
-``datum``       the ways in which the datum may be off, passed through the same measuring: depth, diameter and volume err together,
-``method``      by how much half of the distance to the other methods is more than the scatter and the resolution, which are most of it.
+``datum``       the ways in which the datum may be off, passed through the same measuring: depth, diameter and volume
+                err together,
+``method``      by how much half of the distance to the other methods is more than the scatter and the resolution,
+                which are most of it.
 """
 
 from __future__ import annotations
@@ -38,15 +41,24 @@ class Quantity:
         return result
 
 
-def of_datum(errors: tuple[tuple[float, float], ...], mean: np.ndarray, ruler: Ruler, datum: Datum, finder: CrestFinder | None, outermost: float) -> np.ndarray:
-    """The profile's numbers (ways, numbers) with the datum off in each of the ways of ``Datum.errors``: so a depth, a diameter and a volume err together."""
+def of_datum(
+    errors: tuple[tuple[float, float], ...],
+    mean: np.ndarray,
+    ruler: Ruler,
+    datum: Datum,
+    finder: CrestFinder | None,
+    outermost: float,
+) -> np.ndarray:
+    """The profile's numbers (ways, numbers) with the datum off in each of the ways of ``Datum.errors``: so a depth, a
+    diameter and a volume err together."""
     cosine = np.cos(ruler.s / datum.radius) if datum.is_sphere else np.ones(len(ruler.s))
     shapes = [shape_of(mean + c + k * cosine, ruler, datum, finder, outermost).as_array() for c, k in errors]
     return np.array(shapes).reshape(len(errors), len(Shape.__dataclass_fields__))
 
 
 def deviation(trials: np.ndarray) -> np.ndarray:
-    """Standard deviation of each column over the trials in which it exists; NaN where it exists in fewer than half of them."""
+    """Standard deviation of each column over the trials in which it exists; NaN where it exists in fewer than half of
+    them."""
     number = np.isfinite(trials).sum(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = np.nansum(trials, axis=0) / number
@@ -54,8 +66,11 @@ def deviation(trials: np.ndarray) -> np.ndarray:
     return np.where(2 * number >= len(trials), deviation, np.nan)
 
 
-def by_every_method(ground: Relief, radius: float, ruler: Ruler, base: Shape, outermost: float) -> dict[str, dict[str, float]]:
-    """Depth, diameters, rim height and volume by every method that was used, each over its own far field, in m and m^3."""
+def by_every_method(
+    ground: Relief, radius: float, ruler: Ruler, base: Shape, outermost: float
+) -> dict[str, dict[str, float]]:
+    """Depth, diameters, rim height and volume by every method that was used, each over its own far field, in m and
+    m^3."""
     far, _ = far_field.far_field(ground, radius)
     table: dict[str, dict[str, float]] = {}
     for name, cells in ground.methods.items():
@@ -71,7 +86,8 @@ def by_every_method(ground: Relief, radius: float, ruler: Ruler, base: Shape, ou
 
 
 def method_error(table: dict[str, dict[str, float]], name: str, counted: float) -> float:
-    """What half the distance between the colour field and the median of the other methods is more than the errors ``counted`` already [SI].
+    """What half the distance between the colour field and the median of the other methods is more than the errors
+    ``counted`` already [SI].
 
     Half, because the others are noisier (the volume method) or coarser (the highest particle); 0 where there are none.
     """
@@ -85,7 +101,8 @@ def method_error(table: dict[str, dict[str, float]], name: str, counted: float) 
 
 
 def quantity(value: float, parts: dict[str, float], unit: str, reason: str = "") -> Quantity:
-    """A measure with the parts of its error in quadrature, in ``unit``; without a value, and with the ``reason``, where ``value`` is not finite."""
+    """A measure with the parts of its error in quadrature, in ``unit``; without a value, and with the ``reason``,
+    where ``value`` is not finite."""
     if not np.isfinite(value):
         return Quantity(None, None, unit, reason or "not found in the profile")
     parts = {name: float(part) for name, part in parts.items() if np.isfinite(part) and part > 0.0}

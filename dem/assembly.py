@@ -44,8 +44,9 @@ REASONS = ("escaped", "landed_outside", "through_the_side")
 
 
 class Extras(NamedTuple):
-    """``offset``: contacts can carry an offset (``spring_change``: k_n changes in the run, or differs from that in which the bed settled); ``sleep``: grains
-    can sleep (``sleeping`` decides which); ``self_gravity``: the grains attract each other."""
+    """``offset``: contacts can carry an offset (``spring_change``: k_n changes in the run, or differs from that in
+    which the bed settled); ``sleep``: grains can sleep (``sleeping`` decides which); ``self_gravity``: the grains
+    attract each other."""
 
     offset: bool = False
     sleep: bool = False
@@ -55,9 +56,8 @@ class Extras(NamedTuple):
 class Assembly(GrainList):
     """Grains in contact.
 
-    Parameters
-    ----------
-    grains : fields identity position velocity angular_velocity mass radius material species stiffness (density, headroom, state
+    Parameters ---------- grains : fields identity position velocity angular_velocity mass radius material species
+    stiffness (density, headroom, state
         optional), tables ``contacts/*`` optional: history of the contacts by the identities of the grains.
     contact : laws and parameters.
     walls : boundaries, at rest.
@@ -80,13 +80,25 @@ class Assembly(GrainList):
         overlap_limit: float | None = None,
         extras: Extras = Extras(),  # noqa: B008  (a tuple)
     ):
-        grains.need("identity", "position", "velocity", "angular_velocity", "mass", "radius", "material", "species", "stiffness")
+        grains.need(
+            "identity",
+            "position",
+            "velocity",
+            "angular_velocity",
+            "mass",
+            "radius",
+            "material",
+            "species",
+            "stiffness",
+        )
         check(grains)
         n = len(grains)
         offset, sleep, self_gravity = extras
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
         self.walls = walls.rows(walls_, float(grains.radius.max()))
-        self.scheme = contact.scheme()._replace(offset=int(offset), sleep=int(sleep), attract=int(self_gravity is not None))
+        self.scheme = contact.scheme()._replace(
+            offset=int(offset), sleep=int(sleep), attract=int(self_gravity is not None)
+        )
         if offset and not contact.springs_can_change:
             raise InputError(f"a stiffness that changes in the run needs {contact.springs_that_change}")
         self._per_grain = PER_GRAIN + (SLEEPERS if sleep else ()) + (("pull_of_all",) if self_gravity else ())
@@ -104,8 +116,11 @@ class Assembly(GrainList):
         self.kind = grains.species.copy()
         self.state = grains.state.copy() if "state" in grains else np.zeros(n, dtype=np.int8)
         self.headroom = grains.headroom.copy() if "headroom" in grains else np.zeros(n, dtype=np.int8)
-        self.density = grains.density.copy() if "density" in grains else grains.mass / (4.0 / 3.0 * np.pi * grains.radius**3)
-        # ejecta, from the start or after their flight: light and fast, stopped by contacts scaled to them rather than by a limit on overlap
+        self.density = (
+            grains.density.copy() if "density" in grains else grains.mass / (4.0 / 3.0 * np.pi * grains.radius**3)
+        )
+        # ejecta, from the start or after their flight: light and fast, stopped by contacts scaled to them rather than
+        # by a limit on overlap
         ejecta = self.identity >= grains.attributes.get("bed_grains", np.iinfo(np.int64).max)
         self.returned = ((self.state == BALLISTIC) | ejecta).astype(np.int8)
         self.drag, self.weight = np.zeros(n), np.ones(n)
@@ -117,10 +132,16 @@ class Assembly(GrainList):
         self.wall_energy, self.row_energy, self.held = np.zeros(few), np.zeros((few, 2)), np.zeros((few, 6))
         self.rest = np.zeros((few, 6))
         self.wake, self.memory = np.inf, np.inf
-        # factor of k_n against its start; energy of the springs at rest at that start; what changes of k_n have put into springs, of that what the weight has
-        # taken, and the sum of the amounts of the rest [J]
+        # factor of k_n against its start; energy of the springs at rest at that start; what changes of k_n have put
+        # into springs, of that what the weight has taken, and the sum of the amounts of the rest [J]
         self.lost_in_flight = 0.0  # what collisions of flying grains have lost, part of what contacts dissipated [J]
-        self.softness, self.rest_energy, self.stiffness_energy, self.weight_energy, self.stiffness_excess = 1.0, 0.0, 0.0, 0.0, 0.0
+        self.softness, self.rest_energy, self.stiffness_energy, self.weight_energy, self.stiffness_excess = (
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        )
         self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
         self.first = np.zeros(0, dtype=np.int32)
         self.hist = np.zeros((0, self.scheme.history))
@@ -130,7 +151,8 @@ class Assembly(GrainList):
         self.steps, self.builds, self.since_build = 0, 0, 0
         self.start_time = float(grains.attributes.get("time", 0.0))
         self.overlap_limit = contact.overlap_stop if overlap_limit is None else overlap_limit
-        # sums over the run: dissipated in contacts, excess taken from returned grains, dissipated by drag and at walls, impulse (6)
+        # sums over the run: dissipated in contacts, excess taken from returned grains, dissipated by drag and at
+        # walls, impulse (6)
         self.report = np.zeros(SUMS)
         # of grains that left, by reason: count, mass, momentum (3), angular momentum (3), energy
         self.booked = np.zeros((len(REASONS), BOOKS))
@@ -146,7 +168,8 @@ class Assembly(GrainList):
             self._attract()
         self._forces(initial=True)
 
-    # -- lists ---------------------------------------------------------------------------------------------------------------
+    # -- lists
+    # ---------------------------------------------------------------------------------------------------------------
 
     def _workspace(self) -> None:
         n, c = len(self.X), self.threads
@@ -162,7 +185,8 @@ class Assembly(GrainList):
         self._rebuild((nobody, nobody, np.zeros((0, self.scheme.history))))
         self._forces(initial=True)
 
-    # -- time ----------------------------------------------------------------------------------------------------------------
+    # -- time
+    # ----------------------------------------------------------------------------------------------------------------
 
     def _each(self, function) -> list[Any]:
         """Run ``function(chunk)`` for all chunks, chunk 0 on this thread."""
@@ -216,30 +240,58 @@ class Assembly(GrainList):
         self.dt = dt
         self.start_time = now - self.steps * dt
 
-    # What the loops are given goes as plain tuples, which they name again: numba looks up the class of a named tuple at every call, a microsecond each.
+    # What the loops are given goes as plain tuples, which they name again: numba looks up the class of a named tuple
+    # at every call, a microsecond each.
 
     def _grains(self) -> tuple:
         return tuple(Grains(self.X, self.V, self.W, self.A, self.E, self.F, self.kind, self.returned))
 
     def _sleepers(self) -> tuple:
-        return tuple(Sleepers(self.asleep, self.near, self.live, self.row_energy, self.wall_energy, self.held, self.rest, float(self.wake), float(self.memory)))
+        return tuple(
+            Sleepers(
+                self.asleep,
+                self.near,
+                self.live,
+                self.row_energy,
+                self.wall_energy,
+                self.held,
+                self.rest,
+                float(self.wake),
+                float(self.memory),
+            )
+        )
 
     def _step_of(self, dt: float, over_speed: float = 0.0) -> tuple:
-        return tuple(Step(float(dt), 0.5 * float(dt), self.contact.attractive_tail, over_speed, self.contact.overlap_warn))
+        return tuple(
+            Step(float(dt), 0.5 * float(dt), self.contact.attractive_tail, over_speed, self.contact.overlap_warn)
+        )
 
     def _drift(self, c: int) -> float:
-        return self._drift_loop(self._moving_chunks[c], self._grains(), self.reference, float(self.dt), self._kick_report[c], self.asleep)
+        return self._drift_loop(
+            self._moving_chunks[c], self._grains(), self.reference, float(self.dt), self._kick_report[c], self.asleep
+        )
 
     def _pairs(self, c: int, step: tuple) -> None:
         listed = tuple(Listed(self.first, self.col, self._todo, self._known, self.hist, self.pair_table))
-        self._last[c] = self._pair_loop(self._chunks[c], self._grains(), listed, step, self._spill[c], self._pair_report[c], self._sleepers())
+        self._last[c] = self._pair_loop(
+            self._chunks[c], self._grains(), listed, step, self._spill[c], self._pair_report[c], self._sleepers()
+        )
 
     def _kick(self, c: int, step: tuple) -> int:
         g = self.gravity
         boundaries = tuple(Boundaries(self.walls, self.walled, self.wall_tables, self.wall_history))
         outside = tuple(Outside(g.uniform, g.table, float(g.radius), self.weight, self.drag, self.pull_of_all))
         spill = tuple(Spill(self._spill, self._last))
-        return self._kick_loop(self._moving_chunks[c], self._grains(), spill, boundaries, outside, step, self._kick_report[c], self._sleepers())
+        return self._kick_loop(
+            self._moving_chunks[c],
+            self._grains(),
+            spill,
+            boundaries,
+            outside,
+            step,
+            self._kick_report[c],
+            self._sleepers(),
+        )
 
     def _forces(self, initial: bool = False) -> None:
         step = self._step_of(0.0) if initial else self._step_of(self.dt, self.contact.returning_speed_limit)
@@ -247,7 +299,10 @@ class Assembly(GrainList):
         self._each(lambda c: self._pairs(c, step))
         bad = max(self._each(lambda c: self._kick(c, step)))
         if kept:  # a first evaluation only marks the contacts: springs are as they were given
-            self.hist[:, :TOUCHING], self.wall_history[:, :, :TOUCHING] = kept[0][:, :TOUCHING], kept[1][:, :, :TOUCHING]
+            self.hist[:, :TOUCHING], self.wall_history[:, :, :TOUCHING] = (
+                kept[0][:, :TOUCHING],
+                kept[1][:, :, :TOUCHING],
+            )
         pair, single = self._pair_report, self._kick_report
         self.elastic = float(pair[:, forces.ELASTIC].sum() + single[:, integrator.WALL_ELASTIC].sum())
         self.contacts = int(pair[:, forces.CONTACTS].sum())
@@ -270,7 +325,8 @@ class Assembly(GrainList):
             c = int(np.argmax(single[:, integrator.WALL_OVERLAP]))
             i = int(single[c, integrator.WALL_GRAIN])
             raise UnphysicalState(
-                f"grain {self.identity[i]} overlaps a wall by {single[c, integrator.WALL_OVERLAP]:.3f} of its radius (limit "
+                f"grain {self.identity[i]} overlaps a wall by {single[c, integrator.WALL_OVERLAP]:.3f} of its radius "
+                f"(limit "
                 f"{self.overlap_limit:g}): {self.where(i)}. The springs are too soft for this load or speed"
             )
 
@@ -279,19 +335,24 @@ class Assembly(GrainList):
         i, j = (int(self._pair_report[c, k]) for k in (forces.OVERLAP_I, forces.OVERLAP_J))
         closing = float(np.linalg.norm(self.W[j, :3] - self.W[i, :3]))
         raise UnphysicalState(
-            f"grains {self.identity[i]} and {self.identity[j]} overlap by {self.worst:.3f} of the smaller radius (limit "
-            f"{self.overlap_limit:g}) at a relative speed of {closing:.4g} m/s; first: {self.where(i)}; second: {self.where(j)}. "
+            f"grains {self.identity[i]} and {self.identity[j]} overlap by {self.worst:.3f} of the smaller radius "
+            f"(limit "
+            f"{self.overlap_limit:g}) at a relative speed of {closing:.4g} m/s; first: {self.where(i)}; second: "
+            f"{self.where(j)}. "
             "The springs are too soft for this load or speed, or the bed was started with overlaps"
         )
 
-    # -- what the state holds ------------------------------------------------------------------------------------------------
+    # -- what the state holds
+    # ------------------------------------------------------------------------------------------------
 
     def change_states(self, where: np.ndarray, state: int, reason: str = REASONS[0]) -> None:
-        """Move grains (mask in the present order) into or out of the contact search, or out of the run, at a full step.
+        """Move grains (mask in the present order) into or out of the contact search, or out of the run, at a full
+        step.
 
         The order of the grains changes: masks made before are void.
 
-        What leaves is booked under ``reason`` with the half kick that its contacts have just given it, so that the sums stay exact.
+        What leaves is booked under ``reason`` with the half kick that its contacts have just given it, so that the
+        sums stay exact.
         """
         where = where & (self.state != state)
         if not where.any():
@@ -306,7 +367,9 @@ class Assembly(GrainList):
             book[GRAINS_GONE] += where.sum()
             book[MASS_GONE] += m.sum()
             book[MOMENTUM_GONE] += p.sum(axis=0)
-            book[ANGULAR_GONE] += (np.cross(x, p) + inertia[:, None] * self.W[where, WX:] + half * self.F[where, WX:]).sum(axis=0)
+            book[ANGULAR_GONE] += (
+                np.cross(x, p) + inertia[:, None] * self.W[where, WX:] + half * self.F[where, WX:]
+            ).sum(axis=0)
             book[ENERGY_GONE] += energy.sum()
         if state == BALLISTIC:
             self.returned[where] = 1

@@ -24,11 +24,11 @@ class Settings(Model):
     count: Annotated[int, Field(ge=200, le=20_000_000)] = 20_000
     """Grains in the bed and its headroom together."""
     arc_radius: PositiveLength = Field(default_factory=lambda given: extent.radius(given["target"], given["impact"]))
-    """Radius of the bed along the datum (of a cone: half its angle times the body's radius); by default 1.25 expected transient diameters in flat ground, 1.5
-    on a body."""
+    """Radius of the bed along the datum (of a cone: half its angle times the body's radius); by default 1.25 expected
+    transient diameters in flat ground, 1.5 on a body."""
     depth: PositiveLength | None = None
-    """Depth of the bed below the datum; None: 0.75 expected transient diameters, and no deeper than flat ground or the innermost layer's surface (the core)
-    goes (``dem.beds.extent``)."""
+    """Depth of the bed below the datum; None: 0.75 expected transient diameters, and no deeper than flat ground or the
+    innermost layer's surface (the core) goes (``dem.beds.extent``)."""
     headroom_fraction: Annotated[float, Field(ge=0.0, le=1.0)] = 0.15
     """Height of the headroom above the datum, over ``impact.expected_transient_diameter``."""
     radius_spread: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.15
@@ -40,10 +40,12 @@ class Settings(Model):
     seed: int = 1
     """Seed of radii and first positions."""
     shape: Literal["auto", "cap", "bowl", "box", "cylinder"] = "auto"
-    """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or ``cylinder`` of flat ground, whose radius or
-    half width is ``arc_radius``. ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box)."""
+    """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or
+    ``cylinder`` of flat ground, whose radius or half width is ``arc_radius``. ``auto``: as the target is (half_sphere:
+    bowl, half_space: cylinder, block: box)."""
     packing: Literal["rcp", "hcp", "hcp_tilted"] = "rcp"
-    """Random close packing, or (flat ground only, equal grains) hexagonal close packing: its layers parallel to the ground, or ``hcp_tilted``, turned so that
-    none is (whole layers that lift are an accident of their direction)."""
+    """Random close packing, or (flat ground only, equal grains) hexagonal close packing: its layers parallel to the
+    ground, or ``hcp_tilted``, turned so that none is (whole layers that lift are an accident of their direction)."""
     largest_speed: PositiveSpeed | None = None
-    """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only (``dem.beds.flat_settling.stiffness``)."""
+    """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only
+    (``dem.beds.flat_settling.stiffness``)."""

@@ -1,9 +1,10 @@
-"""Stage 3, the bed: a settled random packing of grains that stands for the outer layers of the body without projectile.
+"""Stage 3, the bed: a settled random packing of grains that stands for the outer layers of the body without
+projectile.
 
-Random points in the domain are relaxed to a close packing (frictionless, no gravity), loaded with the body's own gravity, and the grains above
-the datum (the *headroom*, from which a crater's rim can later be carved) are made weightless again, so that taking them away leaves the stress of
-the bed as it is. Then friction is switched on, masses are set from the measured packing fraction so that the bulk density is that of
-the body, and the bed comes to rest.
+Random points in the domain are relaxed to a close packing (frictionless, no gravity), loaded with the body's own
+gravity, and the grains above the datum (the *headroom*, from which a crater's rim can later be carved) are made
+weightless again, so that taking them away leaves the stress of the bed as it is. Then friction is switched on, masses
+are set from the measured packing fraction so that the bulk density is that of the body, and the bed comes to rest.
 """
 
 from __future__ import annotations
@@ -29,12 +30,15 @@ from matter import archive, checkpoint, readable, snapshot
 from matter.errors import InputError, Unsound
 
 STEPS = 3600
-"""Steps to settle a bed of 20,000 grains, from random points to rest (8640 for 100,000: as the number's root, see docs/results)."""
+"""Steps to settle a bed of 20,000 grains, from random points to rest (8640 for 100,000: as the number's root, see
+docs/results)."""
 GRAIN_STEPS_PER_S = 2.4e6
-"""Grain steps per second of one core while settling, lists and measures included (measured on an AVX-512 core: 3.0e6 at 20,000 grains, 1.9e6 at 100,000)."""
+"""Grain steps per second of one core while settling, lists and measures included (measured on an AVX-512 core: 3.0e6
+at 20,000 grains, 1.9e6 at 100,000)."""
 FLAT_STEPS, FLAT_GROWTH, HEXAGONAL_SHARE = 32_000, 0.5, 0.54
-"""Steps to settle 20,000 grains in flat ground, how they grow with the number, and the share of a hexagonal packing. Measured: 24,900 at 20,000 grains in a
-cylinder; 21,500 at 5,000 and 51,700 at 14,000 in bowls, 27,700 of these in a hexagonal packing."""
+"""Steps to settle 20,000 grains in flat ground, how they grow with the number, and the share of a hexagonal packing.
+Measured: 24,900 at 20,000 grains in a cylinder; 21,500 at 5,000 and 51,700 at 14,000 in bowls, 27,700 of these in a
+hexagonal packing."""
 
 
 idle_sources = used_laws.of_bed
@@ -45,14 +49,19 @@ def domain_of(settings: Settings, body: LayeredBody) -> Domain:
     if settings.depth is not None:
         core = body.radius - settings.depth
         if core <= 0.0:
-            raise InputError(f"[bed] depth = {settings.depth:.6g} m reaches the body's centre (radius {body.radius:.6g} m)")
+            raise InputError(
+                f"[bed] depth = {settings.depth:.6g} m reaches the body's centre (radius {body.radius:.6g} m)"
+            )
     else:
         inner = float(body.outer[0]) if len(body.outer) > 1 else 0.1 * body.radius
         core = max(inner, body.radius - extent.DEPTH * settings.impact.expected_transient_diameter)
     angle = settings.arc_radius / body.radius
     if angle >= 0.5 * math.pi:
         limit = 0.5 * math.pi * body.radius
-        raise InputError(f"[bed] arc_radius = {settings.arc_radius:.6g} m must be below a quarter of the circumference, {limit:.6g} m")
+        raise InputError(
+            f"[bed] arc_radius = {settings.arc_radius:.6g} m must be below a quarter of the circumference, "
+            f"{limit:.6g} m"
+        )
     top = body.radius + settings.headroom_fraction * settings.impact.expected_transient_diameter
     floor_layer = int(body.layer_of(np.array([core]))[0])
     species = settings.contact.species_of(body.materials[floor_layer])
@@ -76,7 +85,8 @@ def steps(settings: Settings) -> float:
 
 
 def predict(settings: Settings) -> dict[str, float]:
-    """Wall time with warm kernels [s], memory and disk [bytes], the grains' number below the datum and their time step."""
+    """Wall time with warm kernels [s], memory and disk [bytes], the grains' number below the datum and their time
+    step."""
     n = settings.count
     threads = settling.threads_for(n)
     grains = expected_grains.expected(settings)
@@ -95,7 +105,8 @@ def explain(settings: Settings) -> list[str]:
     """What the grains are, and what the cost follows from, in words."""
     grains, crater = expected_grains.expected(settings), 0.5 * settings.impact.expected_transient_diameter
     return [
-        f"{settings.count:,} grains (count) of {readable.length(grains.radius)} in a bed of {readable.length(settings.arc_radius)} radius: "
+        f"{settings.count:,} grains (count) of {readable.length(grains.radius)} in a bed of "
+        f"{readable.length(settings.arc_radius)} radius: "
         f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
         f"{steps(settings):,.0f} steps to rest",
     ]
@@ -109,7 +120,8 @@ def threads(settings: Settings) -> int:
 def run(settings: Settings, inputs: Path, out: Path) -> None:
     """Make the bed: ``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``.
 
-    Raises ``InputError`` when ``2_sph/target.json`` is missing or the domain does not fit, ``Unsound`` when the bed did not come to rest.
+    Raises ``InputError`` when ``2_sph/target.json`` is missing or the domain does not fit, ``Unsound`` when the bed
+    did not come to rest.
     """
     settings = settings.model_copy(update={"contact": friction_angle.resolved(settings.contact)})
     maker(settings, Path(inputs) / "2_sph" / "target.json")(out)
@@ -121,9 +133,13 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
         return flat_bed.maker(settings, flat_ground.FlatGround.read(target))
     body = LayeredBody.read(target)
     if settings.shape not in ("auto", "cap"):
-        raise InputError(f'[bed] shape = "{settings.shape}" is for flat ground; a spherical target is filled as a "cap"')
+        raise InputError(
+            f'[bed] shape = "{settings.shape}" is for flat ground; a spherical target is filled as a "cap"'
+        )
     if settings.packing != "rcp" or settings.largest_speed is not None:
-        raise InputError(f'[bed] packing = "{settings.packing}" and largest_speed are for flat ground (bowl, box, cylinder)')
+        raise InputError(
+            f'[bed] packing = "{settings.packing}" and largest_speed are for flat ground (bowl, box, cylinder)'
+        )
     domain = domain_of(settings, body)
     return lambda out: _make(settings, body, domain, out)
 
@@ -156,7 +172,10 @@ def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> N
     checkpoint.clear(out)
     moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
     if moving > settings.residual_speed:
-        raise Unsound(f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {facts['steps']:.0f} steps (limit {settings.residual_speed:g})")
+        raise Unsound(
+            f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {facts['steps']:.0f} steps (limit "
+            f"{settings.residual_speed:g})"
+        )
 
 
 def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, float]) -> dict[str, Any]:

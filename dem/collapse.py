@@ -39,27 +39,39 @@ from matter.particles import Particles
 from matter.progress import Progress, stop_here, stop_requested
 
 MOMENTUM_LIMIT = 1e-9
-"""Largest error of the momentum balance (momentum + what left - impulses), over the sum of m |v| at the start (of m sqrt(g r) where nothing moves)."""
+"""Largest error of the momentum balance (momentum + what left - impulses), over the sum of m |v| at the start (of m
+sqrt(g r) where nothing moves)."""
 ENERGY_LIMIT = 0.05
-"""Largest error of the energy balance, over the kinetic energy that the compact grains were handed plus what was dissipated (not by ejecta in flight or in
-scaled contacts, which hold far more). Of what changing springs take
-up only the share of the weight is taken out (``dem.spring_change``)."""
-LIMITS = {"momentum_error": MOMENTUM_LIMIT, "angular_momentum_error": MOMENTUM_LIMIT, "energy_error": ENERGY_LIMIT, "stiffness_excess": STIFFNESS_LIMIT}
+"""Largest error of the energy balance, over the kinetic energy that the compact grains were handed plus what was
+dissipated (not by ejecta in flight or in scaled contacts, which hold far more). Of what changing springs take up only
+the share of the weight is taken out (``dem.spring_change``)."""
+LIMITS = {
+    "momentum_error": MOMENTUM_LIMIT,
+    "angular_momentum_error": MOMENTUM_LIMIT,
+    "energy_error": ENERGY_LIMIT,
+    "stiffness_excess": STIFFNESS_LIMIT,
+}
 CHECKPOINT_EVERY_S = 15.0
 
 _VECTORS = ("momentum", "angular_momentum")
 COLUMNS = (
-    "time_s", "dt_s", "mass_kg", *(f"{v}_{c}" for v in _VECTORS for c in "xyz"), "kinetic_J", "rotational_J", "gravitational_J", "elastic_J",
-    "dissipated_contacts_J", "dissipated_returning_J", "dissipated_damping_J", "dissipated_walls_J", "booked_J", "total_J",
-    *(f"impulse_{c}" for c in "xyz"), *(f"angular_impulse_{c}" for c in "xyz"), "momentum_error", "angular_momentum_error", "energy_error",
-    "overlap_max", "overlaps_above_warning", "contacts", "speed_max", "grains_active", "grains_ballistic", "grains_left", "booked_mass_kg",
-    "profile_change", "stiffness_change_J", "stiffness_over_start", "grains_asleep", "stiffness_excess_J", "dissipated_flight_J",
+    "time_s", "dt_s", "mass_kg", *(f"{v}_{c}" for v in _VECTORS for c in "xyz"), "kinetic_J", "rotational_J",
+    "gravitational_J", "elastic_J",
+    "dissipated_contacts_J", "dissipated_returning_J", "dissipated_damping_J", "dissipated_walls_J", "booked_J",
+    "total_J",
+    *(f"impulse_{c}" for c in "xyz"), *(f"angular_impulse_{c}" for c in "xyz"), "momentum_error",
+    "angular_momentum_error", "energy_error",
+    "overlap_max", "overlaps_above_warning", "contacts", "speed_max", "grains_active", "grains_ballistic",
+    "grains_left", "booked_mass_kg",
+    "profile_change", "stiffness_change_J", "stiffness_over_start", "grains_asleep", "stiffness_excess_J",
+    "dissipated_flight_J",
 )  # fmt: skip
 
 
 @dataclass
 class Due:
-    """Times [s] at which the next ``row`` of the history, ``look`` at the profile and ``snapshot`` fall due, and the ``snapshots`` that are written."""
+    """Times [s] at which the next ``row`` of the history, ``look`` at the profile and ``snapshot`` fall due, and the
+    ``snapshots`` that are written."""
 
     row: float
     look: float
@@ -79,10 +91,13 @@ class Collapse:
         self.domain: Domain | Container = (Container if flat else Domain).of_attribute(start.attributes["domain"])
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
-        self.springs = stiffening.springs_for(settings.springs_for if settings.engine == "native" else "bed", start, settings.contact, flat)
+        self.springs = stiffening.springs_for(
+            settings.springs_for if settings.engine == "native" else "bed", start, settings.contact, flat
+        )
         stiffer = self.springs.factor != 1.0
         self.bed = Assembly(
-            start, settings.contact, self.domain.walls(), body.gravity(), dt=dt, threads=settling.threads_for(len(start)), skin=0.3,
+            start, settings.contact, self.domain.walls(), body.gravity(), dt=dt,
+            threads=settling.threads_for(len(start)), skin=0.3,
             extras=Extras(stiffer or settings.stiffness == "following", settings.sleeping),
         )  # fmt: skip
         self.springs_energy = (self.bed.elastic, self.bed.elastic)
@@ -91,15 +106,22 @@ class Collapse:
             self.domain = stiffening.damped_for(self.domain, self.springs)
         handed = handed_energy(self.bed, body.surface_gravity)
         floor = self.domain.floor if isinstance(self.domain, Container) else self.domain.core_radius
-        self.following = Following(self.bed, float(body.pressure(np.array(floor))), handed) if settings.stiffness == "following" else None
-        self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")} | {"domain": self.domain.as_attribute()}
+        self.following = (
+            Following(self.bed, float(body.pressure(np.array(floor))), handed)
+            if settings.stiffness == "following"
+            else None
+        )
+        self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")} | {
+            "domain": self.domain.as_attribute()
+        }
         self.still = Stillness(settings.still_interval)
         self.rows: list[list[float]] = []
         self.due = Due(*3 * (self.bed.start_time,))
         self.balance = Balance.begin(self.bed, body.surface_gravity, handed)
         self.worst_overlap = 0.0
 
-    # -- time ----------------------------------------------------------------------------------------------------------------
+    # -- time
+    # ----------------------------------------------------------------------------------------------------------------
 
     def advance(self) -> None:
         """Step until the profile is still (not before ``end_time``) or ``latest_time`` is reached."""
@@ -123,7 +145,9 @@ class Collapse:
             self.worst_overlap = max(self.worst_overlap, bed.worst)
             if now > settings.end_time:
                 progress.total = settings.latest_time
-            progress.update(bed.time, f"t = {readable.clock(bed.time)}, {bed.speed:.3g} m/s, {bed.moving - bed.active} in flight")
+            progress.update(
+                bed.time, f"t = {readable.clock(bed.time)}, {bed.speed:.3g} m/s, {bed.moving - bed.active} in flight"
+            )
             if stop_requested() or time.monotonic() - last_saved > CHECKPOINT_EVERY_S:
                 self.save()
                 last_saved = time.monotonic()
@@ -148,13 +172,17 @@ class Collapse:
         energies, booked = bed.energies(), bed.booked.sum(axis=0)
         p, l, off = bed.momentum(), bed.angular_momentum(), self.balance.errors(bed)
         return [
-            bed.time, bed.dt, float(bed.mass[: bed.moving].sum()), *p, *l, *energies.values(), *bed.report[SPENT], booked[ENERGY_GONE], off.total,
-            *bed.report[IMPULSE], *bed.report[ANGULAR_IMPULSE], *off[1:], bed.worst, bed.over_warn, bed.contacts, bed.speed, bed.active,
+            bed.time, bed.dt, float(bed.mass[: bed.moving].sum()), *p, *l, *energies.values(), *bed.report[SPENT],
+            booked[ENERGY_GONE], off.total,
+            *bed.report[IMPULSE], *bed.report[ANGULAR_IMPULSE], *off[1:], bed.worst, bed.over_warn, bed.contacts,
+            bed.speed, bed.active,
             bed.moving - bed.active, len(bed.X) - bed.moving, booked[MASS_GONE], self.still.change,
-            bed.stiffness_energy, bed.softness, int(np.count_nonzero(bed.asleep)), bed.stiffness_excess, bed.lost_in_flight,
+            bed.stiffness_energy, bed.softness, int(np.count_nonzero(bed.asleep)), bed.stiffness_excess,
+            bed.lost_in_flight,
         ]  # fmt: skip
 
-    # -- files ---------------------------------------------------------------------------------------------------------------
+    # -- files
+    # ---------------------------------------------------------------------------------------------------------------
 
     def _particles(self, tables: bool) -> Particles:
         attributes = {**self.carried, "time": self.bed.time, "stage": "dem"}
@@ -199,21 +227,36 @@ class Collapse:
         report = self._report()
         archive.write_text(self.out / "stage_report.json", json.dumps(report, indent=1))
         checkpoint.clear(self.out)
-        broken = [f"{name} = {report[name]:.3g} (limit {limit:g})" for name, limit in LIMITS.items() if report[name] is not None and abs(report[name]) > limit]
+        broken = [
+            f"{name} = {report[name]:.3g} (limit {limit:g})"
+            for name, limit in LIMITS.items()
+            if report[name] is not None and abs(report[name]) > limit
+        ]
         if broken:
             raise Unsound("dem: " + "; ".join(broken))
 
     def _report(self) -> dict[str, Any]:
         bed, last = self.bed, dict(zip(COLUMNS, self.rows[-1]))
-        worst = {name: max((abs(row[COLUMNS.index(name)]) for row in self.rows), default=0.0) for name in ("momentum_error", "angular_momentum_error")}
+        worst = {
+            name: max((abs(row[COLUMNS.index(name)]) for row in self.rows), default=0.0)
+            for name in ("momentum_error", "angular_momentum_error")
+        }
         notes = [
-            "Ocean grains have no friction, rolling or twisting resistance; as spheres they still keep an angle of some 6 degrees.",
-            f"Sliding rule: {self.settings.contact.sliding}; attractive tail kept: {self.settings.contact.attractive_tail}.",
+            "Ocean grains have no friction, rolling or twisting resistance; as spheres they still keep an angle of "
+            "some 6 degrees.",
+            f"Sliding rule: {self.settings.contact.sliding}; attractive tail kept: "
+            f"{self.settings.contact.attractive_tail}.",
         ]
         if self.worst_overlap > self.settings.contact.overlap_warn:
-            notes.append(f"Overlaps reached {self.worst_overlap:.3f} radii (warning above {self.settings.contact.overlap_warn:g}).")
+            notes.append(
+                f"Overlaps reached {self.worst_overlap:.3f} radii (warning above "
+                f"{self.settings.contact.overlap_warn:g})."
+            )
         if last["dissipated_returning_J"] > 0.0:
-            notes.append(f"Returning ejecta above the contact speed limit lost {last['dissipated_returning_J']:.3g} J in scaled contacts.")
+            notes.append(
+                f"Returning ejecta above the contact speed limit lost {last['dissipated_returning_J']:.3g} J in "
+                f"scaled contacts."
+            )
         still = self.still.change < self.settings.still_change
         if not still:
             notes.append(f"Stopped at latest_time while the profile still changed by {self.still.change:.3g} radii.")
@@ -247,21 +290,32 @@ class Collapse:
 
 def _book(row: np.ndarray) -> dict[str, Any]:
     p, l = row[MOMENTUM_GONE].tolist(), row[ANGULAR_GONE].tolist()
-    return {"grains": int(row[GRAINS_GONE]), "mass_kg": row[MASS_GONE], "momentum_kg_m_s": p, "angular_momentum_kg_m2_s": l, "energy_J": row[ENERGY_GONE]}
+    return {
+        "grains": int(row[GRAINS_GONE]),
+        "mass_kg": row[MASS_GONE],
+        "momentum_kg_m_s": p,
+        "angular_momentum_kg_m2_s": l,
+        "energy_J": row[ENERGY_GONE],
+    }
 
 
 def _check(start: Particles, settings: Settings) -> None:
     """Refuse a start that cannot be run, naming what is missing."""
-    start.need("identity", "position", "velocity", "angular_velocity", "mass", "radius", "material", "species", "stiffness")
+    start.need(
+        "identity", "position", "velocity", "angular_velocity", "mass", "radius", "material", "species", "stiffness"
+    )
     if "domain" not in start.attributes:
-        raise InputError("the start lacks the attribute 'domain' (core, datum, cone): it must come from a bed of this project")
+        raise InputError(
+            "the start lacks the attribute 'domain' (core, datum, cone): it must come from a bed of this project"
+        )
     time_now = float(start.attributes.get("time", 0.0))
     if time_now >= settings.end_time:
         raise InputError(f"[dem] end_time = {settings.end_time:g} s is not after the handoff at {time_now:g} s")
 
 
 def capped_stiffness(start: Particles) -> np.ndarray:
-    """k_n of the start [N/m] with light ejecta softened: none may ask for a finer step than the bed does, within a factor sqrt(2).
+    """k_n of the start [N/m] with light ejecta softened: none may ask for a finer step than the bed does, within a
+    factor sqrt(2).
 
     A grain much lighter than the bed's (vapour, thin ejecta) would otherwise set the step of all.
     """

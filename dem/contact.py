@@ -1,10 +1,10 @@
-"""One contact of two bodies, all components: how they meet, what the laws give over a step, and what the springs hold. Grains, walls and the periodic cell all
-come here.
+"""One contact of two bodies, all components: how they meet, what the laws give over a step, and what the springs hold.
+Grains, walls and the periodic cell all come here.
 
-Conventions: n points from the first body to the second; u is the velocity of the second's surface relative to the first's at the contact,
-u = v_2 - v_1 - (l1 w_1 + l2 w_2) x n with l1 + l2 = d the lever arms to the contact plane of the two spheres, so that torques and
-forces conserve angular momentum exactly. Laws and sources: ``dem.laws``; the combination is that of Zhang et al. 2017, Icarus 294, 98
-(pkdgrav).
+Conventions: n points from the first body to the second; u is the velocity of the second's surface relative to the
+first's at the contact, u = v_2 - v_1 - (l1 w_1 + l2 w_2) x n with l1 + l2 = d the lever arms to the contact plane of
+the two spheres, so that torques and forces conserve angular momentum exactly. Laws and sources: ``dem.laws``; the
+combination is that of Zhang et al. 2017, Icarus 294, 98 (pkdgrav).
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from matter.law_family import made
 
 
 class Numbers(NamedTuple):
-    """The numbers of a contact, as in a row of the table of pairs (``dem.columns``); those of the normal law and of cohesion are rows of their families."""
+    """The numbers of a contact, as in a row of the table of pairs (``dem.columns``); those of the normal law and of
+    cohesion are rows of their families."""
 
     damping_n: float
     damping_t: float
@@ -36,8 +37,9 @@ class Numbers(NamedTuple):
 
 
 class Springs(NamedTuple):
-    """The history of a contact (``dem.columns``): tangential spring ``s`` [m], rolling spring ``a`` and twisting spring ``phi`` [rad], ``flag``, and the
-    stiffness that they were ``laid`` down for [N/m], where the scheme has it."""
+    """The history of a contact (``dem.columns``): tangential spring ``s`` [m], rolling spring ``a`` and twisting
+    spring ``phi`` [rad], ``flag``, and the stiffness that they were ``laid`` down for [N/m], where the scheme has
+    it."""
 
     sx: float
     sy: float
@@ -51,8 +53,9 @@ class Springs(NamedTuple):
 
 
 class Bodies(NamedTuple):
-    """``stiffness``: k_n [N/m], the smaller of the two (of no account with Hertz); ``mass``: the reduced mass [kg]; ``radius``: R [m]; ``first`` and ``second``
-    radius [m], the second 0 for a wall; ``over_speed``: closing speed [m/s] above which the excess is taken out by a further dashpot (0: none)."""
+    """``stiffness``: k_n [N/m], the smaller of the two (of no account with Hertz); ``mass``: the reduced mass [kg];
+    ``radius``: R [m]; ``first`` and ``second`` radius [m], the second 0 for a wall; ``over_speed``: closing speed
+    [m/s] above which the excess is taken out by a further dashpot (0: none)."""
 
     stiffness: float
     mass: float
@@ -63,8 +66,9 @@ class Bodies(NamedTuple):
 
 
 class Response(NamedTuple):
-    """What a contact gives: normal force ``fn`` (pushes apart), tangential force ``t`` [N] and moment ``m`` [N m] on the first body; energy ``stored`` in
-    springs, ``spent`` and taken out as ``excess`` in this step [J]; the ``springs`` after it."""
+    """What a contact gives: normal force ``fn`` (pushes apart), tangential force ``t`` [N] and moment ``m`` [N m] on
+    the first body; energy ``stored`` in springs, ``spent`` and taken out as ``excess`` in this step [J]; the
+    ``springs`` after it."""
 
     fn: float
     tx: float
@@ -101,12 +105,14 @@ def turned(sx, sy, sz, nx, ny, nz, angle):
 
 @law(forceinline=True)
 def edge_of_contact(overlap, un, flag, dt):
-    """Weight of the dashpots, time over which springs load, and the new flag, in a step in which a contact may begin or end.
+    """Weight of the dashpots, time over which springs load, and the new flag, in a step in which a contact may begin
+    or end.
 
-    The force of step n stands for the interval n - 1/2 .. n + 1/2. A contact that began tau = x / |u_n| before n lasted for
-    1/2 + tau/dt of it (above 1: the end of the interval before is made good), and one that ends tau after n likewise. Without this
-    weight the jump of the dashpot force makes the restitution depend on the phase of the step, by 2 % at t_c/30 and e_n = 0.55.
-    ``flag`` is 0 before the contact, else 1 + what the last step has already given to this one.
+    The force of step n stands for the interval n - 1/2 .. n + 1/2. A contact that began tau = x / |u_n| before n
+    lasted for 1/2 + tau/dt of it (above 1: the end of the interval before is made good), and one that ends tau after n
+    likewise. Without this weight the jump of the dashpot force makes the restitution depend on the phase of the step,
+    by 2 % at t_c/30 and e_n = 0.55. ``flag`` is 0 before the contact, else 1 + what the last step has already given to
+    this one.
     """
     if flag == 0.0:
         if -un * dt > 0.0:
@@ -122,10 +128,11 @@ def edge_of_contact(overlap, un, flag, dt):
 
 @law(forceinline=True)
 def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
-    """One contact over one step of ``dt`` [s]: a ``Response`` from ``Meeting``, ``Bodies``, ``Numbers`` and the ``Springs`` before it.
+    """One contact over one step of ``dt`` [s]: a ``Response`` from ``Meeting``, ``Bodies``, ``Numbers`` and the
+    ``Springs`` before it.
 
-    ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.scheme.Scheme``: which laws. With ``mindlin`` and friction the springs are
-    now laid down for the present tangent stiffness.
+    ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.scheme.Scheme``: which laws. With
+    ``mindlin`` and friction the springs are now laid down for the present tangent stiffness.
     """
     nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin = meeting
     sx, sy, sz, ax, ay, az, phi, flag, laid = springs
@@ -149,7 +156,8 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
         ct = numbers.damping_t * root
         turn = spin * dt
         sx, sy, sz = turned(sx, sy, sz, nx, ny, nz, turn)
-        # springs of changing stiffness: ``kept`` of each stays, ``old`` turns the new stiffness into the one it was laid down for
+        # springs of changing stiffness: ``kept`` of each stays, ``old`` turns the new stiffness into the one it was
+        # laid down for
         kept, old = 1.0, 1.0
         if mindlin != 0:
             kept, old = chosen.kept(scheme.tangential, k, laid, mindlin), laid / k
@@ -159,7 +167,9 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
             sx *= kept
             sy *= kept
             sz *= kept
-        tx, ty, tz, sx, sy, sz = chosen.tangential_force(scheme.tangential, sx + ux * span, sy + uy * span, sz + uz * span, ux, uy, uz, kt, ct, mu * load, rule)
+        tx, ty, tz, sx, sy, sz = chosen.tangential_force(
+            scheme.tangential, sx + ux * span, sy + uy * span, sz + uz * span, ux, uy, uz, kt, ct, mu * load, rule
+        )
         after = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
         spent += (tx * ux + ty * uy + tz * uz) * dt - (after - before)
         stored += after
@@ -175,7 +185,17 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
                     ay *= kept
                     az *= kept
                 mx, my, mz, ax, ay, az = chosen.rolling_moment(
-                    scheme.rolling, ax + rx * span, ay + ry * span, az + rz * span, rx, ry, rz, kr, damping * arm * arm, numbers.rolling * arm * load, rule
+                    scheme.rolling,
+                    ax + rx * span,
+                    ay + ry * span,
+                    az + rz * span,
+                    rx,
+                    ry,
+                    rz,
+                    kr,
+                    damping * arm * arm,
+                    numbers.rolling * arm * load,
+                    rule,
                 )
                 after = 0.5 * kr * (ax * ax + ay * ay + az * az)
                 spent += (mx * rx + my * ry + mz * rz) * dt - (after - before)
@@ -187,7 +207,13 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
                     before *= old
                     phi *= kept
                 mt, phi = chosen.twisting_moment(
-                    scheme.twisting, phi + twist_rate * span, twist_rate, kq, 2.0 * ct * arm * arm, numbers.twisting * mu * arm * load, rule
+                    scheme.twisting,
+                    phi + twist_rate * span,
+                    twist_rate,
+                    kq,
+                    2.0 * ct * arm * arm,
+                    numbers.twisting * mu * arm * load,
+                    rule,
                 )
                 after = 0.5 * kq * phi * phi
                 spent += mt * twist_rate * dt - (after - before)
@@ -206,11 +232,14 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
         # its jump at the edges of the contact weighs like that of the dashpots
         fn -= pull * share
         stored -= bound
-    return Response(fn, tx, ty, tz, mx, my, mz, stored, spent, excess, Springs(sx, sy, sz, ax, ay, az, phi, flag, laid))
+    return Response(
+        fn, tx, ty, tz, mx, my, mz, stored, spent, excess, Springs(sx, sy, sz, ax, ay, az, phi, flag, laid)
+    )
 
 
 def reader(arguments: str, place: str, first: int = 0) -> Any:
-    """The compiled ``numbers(arguments)``: the ``Numbers`` that stand at ``place``, a text with the column as ``{}``, from the column ``first`` on."""
+    """The compiled ``numbers(arguments)``: the ``Numbers`` that stand at ``place``, a text with the column as ``{}``,
+    from the column ``first`` on."""
     columns = [place.format(first + column) for column in range(PAIR_COLUMNS)]
     families = (f"({''.join(f'{column}, ' for column in columns[part])})" for part in (NORMAL, COHESION))
     text = ", ".join([*columns[DAMPING_N : RATIO + 1], *families])
@@ -219,12 +248,14 @@ def reader(arguments: str, place: str, first: int = 0) -> Any:
 
 
 numbers_of = reader("table, a, b", "table[a, b, {}]")
-"""``Numbers`` from a table of pairs, or of walls and species: an element of it is read where it stands, since a row cut out is counted atomically, twice."""
+"""``Numbers`` from a table of pairs, or of walls and species: an element of it is read where it stands, since a row
+cut out is counted atomically, twice."""
 
 
 @law
 def released(h, k, radius, table, mindlin):
-    """Energy [J] of the springs of a contact that opens, which is lost: history ``h`` and ``table`` rows of their tables, k_n [N/m], R [m]."""
+    """Energy [J] of the springs of a contact that opens, which is lost: history ``h`` and ``table`` rows of their
+    tables, k_n [N/m], R [m]."""
     if mindlin != 0:
         k = h[LAID]
     arm = table[SHAPE] * radius
@@ -235,7 +266,8 @@ def released(h, k, radius, table, mindlin):
 
 
 def turned_energy(h: np.ndarray, k: np.ndarray, radius: np.ndarray, table: np.ndarray) -> np.ndarray:
-    """Energy [J] of the tangential, rolling and twisting springs of many contacts, (c,): ``released`` for rows of histories and tables."""
+    """Energy [J] of the tangential, rolling and twisting springs of many contacts, (c,): ``released`` for rows of
+    histories and tables."""
     arm2, kt = (table[:, SHAPE] * radius) ** 2, k * table[:, RATIO]
     slip2, roll2 = np.sum(h[:, SLIP:ROLL] ** 2, axis=1), np.sum(h[:, ROLL:TWIST] ** 2, axis=1)
     return np.asarray(0.5 * (kt * slip2 + k * arm2 * roll2 + 2.0 * kt * arm2 * h[:, TWIST] ** 2))
@@ -245,8 +277,8 @@ def turned_energy(h: np.ndarray, k: np.ndarray, radius: np.ndarray, table: np.nd
 def at_rest(overlap, radii, stiffness, rows, scheme):
     """Contacts at rest: k_n (the tangent stiffness) [N/m] and normal force, cohesion included [N], each (c,).
 
-    ``overlap`` (c,) [m], ``radii`` (c, 2) [m], ``stiffness`` (c,) the smaller k_n [N/m], ``rows`` (c, columns) of the table of pairs, ``scheme`` a
-    ``dem.scheme.Scheme``.
+    ``overlap`` (c,) [m], ``radii`` (c, 2) [m], ``stiffness`` (c,) the smaller k_n [N/m], ``rows`` (c, columns) of the
+    table of pairs, ``scheme`` a ``dem.scheme.Scheme``.
     """
     k, push = np.empty(len(overlap)), np.empty(len(overlap))
     table = rows.reshape((1, len(overlap), PAIR_COLUMNS))
@@ -262,7 +294,8 @@ def at_rest(overlap, radii, stiffness, rows, scheme):
 
 @kernel
 def pulls(radius, rows, scheme):
-    """Pull of a cohesion that does not depend on the overlap [N], (c,): R (c,) [m], ``rows`` (c, columns) and ``scheme`` as in ``at_rest``."""
+    """Pull of a cohesion that does not depend on the overlap [N], (c,): R (c,) [m], ``rows`` (c, columns) and
+    ``scheme`` as in ``at_rest``."""
     out = np.empty(len(radius))
     table = rows.reshape((1, len(radius), PAIR_COLUMNS))
     for c in range(len(radius)):

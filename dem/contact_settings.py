@@ -29,14 +29,16 @@ if TYPE_CHECKING:
     TangentialName = str
     CohesionName = str
 else:
-    NormalName, TangentialName, CohesionName = (Literal.__getitem__(f.names) for f in (dispatch.NORMAL, dispatch.TANGENTIAL, dispatch.COHESION))
+    NormalName, TangentialName, CohesionName = (
+        Literal.__getitem__(f.names) for f in (dispatch.NORMAL, dispatch.TANGENTIAL, dispatch.COHESION)
+    )
 
 
 class Contact(Model):
     """How grains touch: one set of parameters for solid grains (``shell``), one for liquid ones (``ocean``).
 
-    A pair of different species takes the softer spring and the smaller of each friction, shape, restitution and cohesion: a solid grain
-    slides on water as water does. With ``hertz`` springs act in series.
+    A pair of different species takes the softer spring and the smaller of each friction, shape, restitution and
+    cohesion: a solid grain slides on water as water does. With ``hertz`` springs act in series.
     """
 
     normal: NormalName = "hooke"
@@ -55,7 +57,8 @@ class Contact(Model):
     liquids: tuple[str, ...] = ("water", "water_thesis")
     """Materials whose grains are of the species ``ocean``; all others are ``shell``."""
     friction_angle: Angle | None = None
-    """Friction angle by principal stresses; when it is set, ``shell.friction`` is chosen so that steady shear of the grains has it (``dem.friction_angle``)."""
+    """Friction angle by principal stresses; when it is set, ``shell.friction`` is chosen so that steady shear of the
+    grains has it (``dem.friction_angle``)."""
     tangential_stiffness_ratio: Fraction = 2.0 / 7.0
     """Tangential over normal stiffness, k_t / k_n."""
     sliding: Literal["cap", "clamp", "reset"] = "cap"
@@ -63,7 +66,8 @@ class Contact(Model):
     attractive_tail: bool = True
     """Whether the normal force may pull at the end of a contact (then the restitution is exact)."""
     stiffness_rule: Literal["elastic", "kinetic"] = "elastic"
-    """``elastic``: k_n = max(P_floor r / x_max, 2 K r). ``kinetic``: max(P_floor r / x_max, m (v / (x_max r))^2) with v = ``expected_speed`` (pkdgrav)."""
+    """``elastic``: k_n = max(P_floor r / x_max, 2 K r). ``kinetic``: max(P_floor r / x_max, m (v / (x_max r))^2) with
+    v = ``expected_speed`` (pkdgrav)."""
     static_overlap: Annotated[float, Field(gt=0.0, le=0.2)] = 0.02
     """Overlap under the static load, x_max of ``stiffness_rule``, in grain radii."""
     wave_speed_limit: Annotated[float, Field(gt=0.0, le=10.0)] = 2.0
@@ -77,10 +81,12 @@ class Contact(Model):
     overlap_stop: Annotated[float, Field(gt=0.0, lt=2.0)] = 0.5
     """An overlap of two bed grains above this, in radii of the smaller grain, stops the run."""
     returning_speed_limit: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3
-    """Closing speed of a returned ejecta grain, over the contact wave speed, above which the excess is taken out by a dashpot and booked."""
+    """Closing speed of a returned ejecta grain, over the contact wave speed, above which the excess is taken out by a
+    dashpot and booked."""
 
     expected_speed: PositiveSpeed | None = None
-    """Largest closing speed: of ``stiffness_rule = "kinetic"``, and that the step must resolve with ``hertz`` (the grains' own at the start where larger)."""
+    """Largest closing speed: of ``stiffness_rule = "kinetic"``, and that the step must resolve with ``hertz`` (the
+    grains' own at the start where larger)."""
     rayleigh_fraction: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
     """Largest step with ``hertz``, over the Rayleigh time of the smallest grain."""
 
@@ -88,9 +94,13 @@ class Contact(Model):
     def _combination(self) -> Contact:
         wanted = self.law(dispatch.NORMAL).TANGENTIAL
         if self.tangential != wanted:
-            raise ValueError(f'normal = "{self.normal}" goes with tangential = "{wanted}", not with "{self.tangential}"')
+            raise ValueError(
+                f'normal = "{self.normal}" goes with tangential = "{wanted}", not with "{self.tangential}"'
+            )
         if self.stiffness_rule == "kinetic" and (self.expected_speed is None or not self.linear):
-            raise ValueError(f'stiffness_rule = "kinetic" needs expected_speed, and normal = {_one_of(dispatch.NORMAL, "LINEAR")}')
+            raise ValueError(
+                f'stiffness_rule = "kinetic" needs expected_speed, and normal = {_one_of(dispatch.NORMAL, "LINEAR")}'
+            )
         self._check_cohesion()
         for family in FAMILIES:
             for species in range(len(SPECIES) if self.law(family) else 0):
@@ -100,16 +110,32 @@ class Contact(Model):
 
     def _check_cohesion(self) -> None:
         """A strength of cohesion and a law that reads it come together."""
-        strengths = {key for law in dispatch.COHESION.laws for key, least in law.Parameters._field_defaults.items() if least == 0.0}
-        sticky = {key: name for name in SPECIES for key in sorted(strengths) if getattr(getattr(self, name), key) > 0.0}
+        strengths = {
+            key
+            for law in dispatch.COHESION.laws
+            for key, least in law.Parameters._field_defaults.items()
+            if least == 0.0
+        }
+        sticky = {
+            key: name for name in SPECIES for key in sorted(strengths) if getattr(getattr(self, name), key) > 0.0
+        }
         law = self.law(dispatch.COHESION)
         read = set(law.Parameters._fields) if law else set()
         if idle := sorted(set(sticky) - read):
-            laws = [f'"{name}"' for name, other in zip(dispatch.COHESION.names[1:], dispatch.COHESION.laws) if idle[0] in other.Parameters._fields]
-            raise ValueError(f'{sticky[idle[0]]}: {idle[0]} is given, but cohesion = "{self.cohesion}" names no law for it ({" or ".join(laws)})')
+            laws = [
+                f'"{name}"'
+                for name, other in zip(dispatch.COHESION.names[1:], dispatch.COHESION.laws)
+                if idle[0] in other.Parameters._fields
+            ]
+            raise ValueError(
+                f'{sticky[idle[0]]}: {idle[0]} is given, but cohesion = "{self.cohesion}" names no law for it '
+                f"({' or '.join(laws)})"
+            )
         if law is not None and not strengths & read & set(sticky):
             own = " and ".join(sorted(strengths & read))
-            raise ValueError(f'cohesion = "{self.cohesion}" needs {" or ".join(f"{name}.{own}" for name in SPECIES)} above zero')
+            raise ValueError(
+                f'cohesion = "{self.cohesion}" needs {" or ".join(f"{name}.{own}" for name in SPECIES)} above zero'
+            )
 
     def name(self, family: Family) -> str:
         """The law that is taken of a family; a family of one law has no key."""
@@ -128,7 +154,8 @@ class Contact(Model):
         return [law for law in map(self.law, FAMILIES) if law is not None]
 
     def values(self, family: Family, species: int) -> Any:
-        """The ``Parameters`` of the law that is taken of a family, for a species; what an ocean leaves open is the shell's."""
+        """The ``Parameters`` of the law that is taken of a family, for a species; what an ocean leaves open is the
+        shell's."""
         law = self.law(family)
         own = {key: getattr(getattr(self, SPECIES[species]), key) for key in law.Parameters._fields}
         own = {key: getattr(self.shell, key) if value is None else value for key, value in own.items()}
@@ -149,13 +176,21 @@ class Contact(Model):
     @property
     def springs_that_change(self) -> str:
         """The laws that ``springs_can_change`` asks for, in words."""
-        varying = ", ".join(f'"{name}"' for name, law in zip(dispatch.COHESION.names[1:], dispatch.COHESION.laws) if not hasattr(law, "constant_pull"))
-        return f"normal = {_one_of(dispatch.NORMAL, 'LINEAR')}, and no cohesion that depends on the overlap ({varying})"
+        varying = ", ".join(
+            f'"{name}"'
+            for name, law in zip(dispatch.COHESION.names[1:], dispatch.COHESION.laws)
+            if not hasattr(law, "constant_pull")
+        )
+        return (
+            f"normal = {_one_of(dispatch.NORMAL, 'LINEAR')}, and no cohesion that depends on the overlap ({varying})"
+        )
 
     def scheme(self) -> Scheme:
         """What the kernels are compiled for."""
         kinds = {family.key: self.kind(family) for family in FAMILIES}
-        following = tangential_mindlin.RULES[self.mindlin_history] if hasattr(self.law(dispatch.TANGENTIAL), "kept") else 0
+        following = (
+            tangential_mindlin.RULES[self.mindlin_history] if hasattr(self.law(dispatch.TANGENTIAL), "kept") else 0
+        )
         return Scheme(**kinds, mindlin=following, sliding=tangential_spring.RULES[self.sliding])
 
     def species_of(self, name: str) -> int:
@@ -171,7 +206,8 @@ class Contact(Model):
                 row = table[a, b]
                 one, two = (self.values(dispatch.NORMAL, k) for k in (a, b))
                 sliding, rolling, twisting = (
-                    smaller(self.values(family, a), self.values(family, b)) for family in (dispatch.TANGENTIAL, dispatch.ROLLING, dispatch.TWISTING)
+                    smaller(self.values(family, a), self.values(family, b))
+                    for family in (dispatch.TANGENTIAL, dispatch.ROLLING, dispatch.TWISTING)
                 )
                 ratio = self.law(dispatch.TANGENTIAL).stiffness_ratio(one, two, self.tangential_stiffness_ratio)
                 row[DAMPING_N] = normal.damping_number(smaller(one, two).restitution)
@@ -187,10 +223,15 @@ class Contact(Model):
     def _between(self, family: Family, one: int, two: int | None) -> tuple[float, ...]:
         """The numbers of a family's law for two species, or for one and a rigid wall."""
         law = self.law(family)
-        return () if law is None else between(law, self.values(family, one), None if two is None else self.values(family, two))
+        return (
+            ()
+            if law is None
+            else between(law, self.values(family, one), None if two is None else self.values(family, two))
+        )
 
     def wall_table(self, walls_: Sequence[walls.Wall], pair_table: np.ndarray) -> np.ndarray:
-        """The walls' contact parameters (w, s, PAIR_COLUMNS), those of a rigid partner; a frictionless wall does not hold grains by cohesion."""
+        """The walls' contact parameters (w, s, PAIR_COLUMNS), those of a rigid partner; a frictionless wall does not
+        hold grains by cohesion."""
         tables = walls.tables(walls_, pair_table)
         for w, wall in enumerate(walls_):
             if wall.species < 0:
@@ -203,14 +244,18 @@ class Contact(Model):
         return tables
 
     def stiffness(self, radius: np.ndarray, mass: np.ndarray, material_name: str, floor_pressure: float) -> np.ndarray:
-        """k_n of grains of one material [N/m] by ``stiffness_rule``, at least F_c / (x_max r), limited by the contact wave speed.
+        """k_n of grains of one material [N/m] by ``stiffness_rule``, at least F_c / (x_max r), limited by the contact
+        wave speed.
 
-        ``floor_pressure`` = g rho H of the bed [Pa]. The wave speed of a chain of such grains is 2 r sqrt(k_n / m). F_c is the pull of two such
-        grains by a cohesion that does not depend on the overlap. With ``hertz`` it is the tangent stiffness of two such grains at the overlap x_max r.
+        ``floor_pressure`` = g rho H of the bed [Pa]. The wave speed of a chain of such grains is 2 r sqrt(k_n / m).
+        F_c is the pull of two such grains by a cohesion that does not depend on the overlap. With ``hertz`` it is the
+        tangent stiffness of two such grains at the overlap x_max r.
         """
         species = self.species_of(material_name)
         if not self.linear:
-            stiff = self.law(dispatch.NORMAL).grain_stiffness(radius, self.static_overlap, self.values(dispatch.NORMAL, species))
+            stiff = self.law(dispatch.NORMAL).grain_stiffness(
+                radius, self.static_overlap, self.values(dispatch.NORMAL, species)
+            )
             return np.asarray(stiff)
         bulk, sound = elastic(material_name)
         moving = 2.0 * bulk * radius
@@ -222,32 +267,47 @@ class Contact(Model):
         return np.minimum(k, self.stiffness_limit(radius, mass, sound)) * self.stiffness_factor
 
     def constant_pull(self, radius: np.ndarray, species: int = 0) -> np.ndarray:
-        """Pull [N] of two equal grains of a species by a cohesion that does not depend on the overlap; 0 for other laws."""
+        """Pull [N] of two equal grains of a species by a cohesion that does not depend on the overlap; 0 for other
+        laws."""
         law = self.law(dispatch.COHESION)
-        return np.asarray(law.constant_pull(radius, self.values(dispatch.COHESION, species))) if hasattr(law, "constant_pull") else np.zeros_like(radius)
+        return (
+            np.asarray(law.constant_pull(radius, self.values(dispatch.COHESION, species)))
+            if hasattr(law, "constant_pull")
+            else np.zeros_like(radius)
+        )
 
     def stiffness_limit(self, radius: np.ndarray, mass: np.ndarray, sound_speed: float) -> np.ndarray:
-        """Largest k_n [N/m] at which the contact wave speed stays below ``wave_speed_limit`` times ``sound_speed`` [m/s]."""
+        """Largest k_n [N/m] at which the contact wave speed stays below ``wave_speed_limit`` times ``sound_speed``
+        [m/s]."""
         return mass * (self.wave_speed_limit * sound_speed / (2.0 * radius)) ** 2
 
     def time_step(self, grains: Particles, gravity: Gravity | None = None) -> float:
         """Time step [s]: shortest contact time / ``steps_per_contact``.
 
-        ``hooke``: pi sqrt(m / 2 k_n), the undamped contact of two equal grains. ``hertz``: the undamped contact of a grain with a rigid wall at the
-        largest of ``expected_speed``, the grains' own speed and sqrt(2 g r), and at most ``rayleigh_fraction`` of the Rayleigh time.
+        ``hooke``: pi sqrt(m / 2 k_n), the undamped contact of two equal grains. ``hertz``: the undamped contact of a
+        grain with a rigid wall at the largest of ``expected_speed``, the grains' own speed and sqrt(2 g r), and at
+        most ``rayleigh_fraction`` of the Rayleigh time.
         """
         if self.linear:
             return shortest_contact_time(grains.mass, grains.stiffness) / self.steps_per_contact
         speed = float(np.sqrt(np.max(np.einsum("ij,ij->i", grains.velocity, grains.velocity))))
         if gravity is not None:
-            speed = max(speed, float(np.sqrt(2.0 * np.max(gravity.strength(np.linalg.norm(grains.position, axis=1)) * grains.radius))))
+            speed = max(
+                speed,
+                float(
+                    np.sqrt(2.0 * np.max(gravity.strength(np.linalg.norm(grains.position, axis=1)) * grains.radius))
+                ),
+            )
         speed = max(speed, self.expected_speed or 0.0)
         longest = np.inf
         for species in range(len(SPECIES)):
             here = grains.species == species
             if here.any():
                 limits = self.values(dispatch.NORMAL, species), self.rayleigh_fraction, self.steps_per_contact
-                longest = min(longest, self.law(dispatch.NORMAL).longest_step(grains.radius[here], grains.mass[here], speed, *limits))
+                longest = min(
+                    longest,
+                    self.law(dispatch.NORMAL).longest_step(grains.radius[here], grains.mass[here], speed, *limits),
+                )
         return longest
 
     def as_attribute(self) -> dict[str, Any]:

@@ -1,7 +1,8 @@
 """The history of contacts in a snapshot: tables by the identities of the grains, read and written.
 
-``contacts/pair`` (c, 2) the two identities, the smaller first, sorted; ``contacts/history`` (c, 7 or 8) the columns of ``dem.columns`` that a snapshot holds;
-``contacts/wall_pair`` (w, 2) grain's identity and number of the wall; ``contacts/wall_history`` (w, 7 or 8).
+``contacts/pair`` (c, 2) the two identities, the smaller first, sorted; ``contacts/history`` (c, 7 or 8) the columns of
+``dem.columns`` that a snapshot holds; ``contacts/wall_pair`` (w, 2) grain's identity and number of the wall;
+``contacts/wall_history`` (w, 7 or 8).
 """
 
 from __future__ import annotations
@@ -17,8 +18,14 @@ def columns(offset: bool) -> list[int]:
     return [*range(TOUCHING), OFFSET] if offset else [*range(TOUCHING)]
 
 
-def written(identity: np.ndarray, touching: tuple[np.ndarray, np.ndarray, np.ndarray], wall_history: np.ndarray, kept: list[int]) -> dict[str, np.ndarray]:
-    """The four tables of contacts between the grains of present indices, with their rows, and with walls (n, walls, columns)."""
+def written(
+    identity: np.ndarray,
+    touching: tuple[np.ndarray, np.ndarray, np.ndarray],
+    wall_history: np.ndarray,
+    kept: list[int],
+) -> dict[str, np.ndarray]:
+    """The four tables of contacts between the grains of present indices, with their rows, and with walls (n, walls,
+    columns)."""
     first, second, rows = touching
     pair = np.column_stack([identity[first], identity[second]])
     swap = pair[:, 0] > pair[:, 1]
@@ -36,8 +43,11 @@ def written(identity: np.ndarray, touching: tuple[np.ndarray, np.ndarray, np.nda
     }  # fmt: skip
 
 
-def pairs(grains: Particles, identity: np.ndarray, width: int, offset: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Contacts of a snapshot as present indices and history rows (c, ``width``); contacts of grains that are gone are left out."""
+def pairs(
+    grains: Particles, identity: np.ndarray, width: int, offset: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Contacts of a snapshot as present indices and history rows (c, ``width``); contacts of grains that are gone are
+    left out."""
     pair = grains.tables.get("contacts/pair")
     if pair is None or len(pair) == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, width))

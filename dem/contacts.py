@@ -1,8 +1,8 @@
 """Who may touch whom: cell-sorted grains, a Verlet half list, and the history that moves with it.
 
-The list holds every pair closer than r_i + r_j + skin, once. It stays valid until two grains could have closed the skin, that is
-until twice the largest displacement since it was built exceeds it. Grains are kept in the order of their cells, which makes the force loop three
-times faster than any other order at 100,000 grains.
+The list holds every pair closer than r_i + r_j + skin, once. It stays valid until two grains could have closed the
+skin, that is until twice the largest displacement since it was built exceeds it. Grains are kept in the order of their
+cells, which makes the force loop three times faster than any other order at 100,000 grains.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from matter.jit import kernel
 
 
 class Cells:
-    """A uniform grid over the grains; ``order`` sorts them by cell, ``start`` (cells + 1) is where each cell begins."""
+    """A uniform grid over the grains; ``order`` sorts them by cell, ``start`` (cells + 1) is where each cell
+    begins."""
 
     def __init__(self, position: np.ndarray, size: float):
         count = len(position)
@@ -39,7 +40,8 @@ class Cells:
 def half_list(X, index, start, shape, skin, row, col):
     """Fill ``row`` (n + 1) and ``col`` with the pairs i < j of cell-sorted grains closer than r_i + r_j + skin.
 
-    Returns the number of pairs; when it exceeds ``len(col)`` the list is incomplete and must be built again with room for it.
+    Returns the number of pairs; when it exceeds ``len(col)`` the list is incomplete and must be built again with room
+    for it.
     """
     n = index.shape[0]
     room = col.shape[0]
@@ -78,7 +80,8 @@ def first_of(row: np.ndarray) -> np.ndarray:
 
 @kernel
 def carry(first, second, history, row, col, hist):
-    """Put the history of the contacts (first, second) into the new list; the sign of vectors follows the order of the pair.
+    """Put the history of the contacts (first, second) into the new list; the sign of vectors follows the order of the
+    pair.
 
     Returns how many contacts found no place (they have moved apart beyond the skin).
     """

@@ -1,5 +1,6 @@
-"""How long a collapse is followed and how often it is looked at when a case does not say it, in units of the crater's formation time T
-(``matter.formation_time``; under gravity alone, since what strength holds is not followed with loose grains).
+"""How long a collapse is followed and how often it is looked at when a case does not say it, in units of the crater's
+formation time T (``matter.formation_time``; under gravity alone, since what strength holds is not followed with loose
+grains).
 
     earliest end    5 T       walls have slumped and waves in the bed have died: at Valhalla's size an hour
     latest end      10 T

@@ -18,14 +18,18 @@ ESCAPE_RADII = 1.5
 def look(bed: Assembly, domain: Domain | Container) -> None:
     """Move grains between the contact search, free flight and the books (at a full step).
 
-    The *shell* is the highest touching grain or the top of the domain, whichever is higher, and two radii more: above it a grain without contact flies
-    ballistically (gravity, and collisions by ``flight_collisions``), and comes back into the search before it can reach the shell again.
-    Booked are grains on an escape orbit, grains that come down beside the domain or across its side, and grains that have gone through its side. Beyond the
-    side the ground goes on: a sphere that comes down on the wall's upper edge lies on both, and would be in the wall by up to its radius at once.
+    The *shell* is the highest touching grain or the top of the domain, whichever is higher, and two radii more: above
+    it a grain without contact flies ballistically (gravity, and collisions by ``flight_collisions``), and comes back
+    into the search before it can reach the shell again. Booked are grains on an escape orbit, grains that come down
+    beside the domain or across its side, and grains that have gone through its side. Beyond the side the ground goes
+    on: a sphere that comes down on the wall's upper edge lies on both, and would be in the wall by up to its radius at
+    once.
     """
     flat = isinstance(domain, Container)
     distance = bed.X[:, 2] if flat else np.linalg.norm(bed.X[:, :3], axis=1)
-    top_level, floor_level = (domain.top, domain.floor) if isinstance(domain, Container) else (domain.top_radius, domain.core_radius)
+    top_level, floor_level = (
+        (domain.top, domain.floor) if isinstance(domain, Container) else (domain.top_radius, domain.core_radius)
+    )
     touching = np.zeros(len(bed.X), dtype=bool)
     first, second, _ = bed.touching()
     touching[first] = touching[second] = True
@@ -41,32 +45,56 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     reach = 2.0 * EVERY * bed.dt * np.sqrt(speed2) + 2.0 * largest
 
     aside = active & outside & (distance < top_level)
-    across = ~outside & (domain.side_depth(bed.X[:, :3]) < bed.X[:, RADIUS]) & ~outward & (distance >= top_level) & (distance < top_level + reach)
+    across = (
+        ~outside
+        & (domain.side_depth(bed.X[:, :3]) < bed.X[:, RADIUS])
+        & ~outward
+        & (distance >= top_level)
+        & (distance < top_level + reach)
+    )
     launched = active & ~touching & ~aside & (((distance - bed.X[:, RADIUS] > shell) & outward) | outside)
     # under uniform gravity nothing escapes
-    gone = flying & ~bound & (distance > ESCAPE_RADII * domain.datum_radius) if isinstance(domain, Domain) else np.zeros(len(flying), dtype=bool)
+    gone = (
+        flying & ~bound & (distance > ESCAPE_RADII * domain.datum_radius)
+        if isinstance(domain, Domain)
+        else np.zeros(len(flying), dtype=bool)
+    )
     beside = flying & outside & ~outward & (distance < top_level)
     beside |= flying & (distance < floor_level)
     beside |= across & (flying | (active & ~touching))
     back = flying & ~outside & ~outward & (distance < shell + reach)
     if back.any():
         back &= _free(bed, np.flatnonzero(back), distance > shell)
-    changed = np.where(aside, 1, 0) + np.where(launched, 2, 0) + np.where(gone, 3, 0) + np.where(beside, 4, 0) + np.where(back & ~beside, 5, 0)
+    changed = (
+        np.where(aside, 1, 0)
+        + np.where(launched, 2, 0)
+        + np.where(gone, 3, 0)
+        + np.where(beside, 4, 0)
+        + np.where(back & ~beside, 5, 0)
+    )
     if not changed.any():
         return
     by_identity = dict(zip(bed.identity[changed > 0].tolist(), changed[changed > 0].tolist()))
-    for code, state, reason in ((1, LEFT, "through_the_side"), (2, BALLISTIC, ""), (3, LEFT, "escaped"), (4, LEFT, "landed_outside"), (5, ACTIVE, "")):
+    for code, state, reason in (
+        (1, LEFT, "through_the_side"),
+        (2, BALLISTIC, ""),
+        (3, LEFT, "escaped"),
+        (4, LEFT, "landed_outside"),
+        (5, ACTIVE, ""),
+    ):
         wanted = [identity for identity, found in by_identity.items() if found == code]
         if wanted:
             bed.change_states(np.isin(bed.identity, wanted), state, reason)
 
 
 def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """Mask of the candidates that can be put among the grains of the search: in none of these, nor in a candidate that was taken before.
+    """Mask of the candidates that can be put among the grains of the search: in none of these, nor in a candidate that
+    was taken before.
 
-    Two that flew in one place from the start may share it still; springs would throw them apart with an energy that nothing had given them. One that
-    has sunk below the shell (``above`` false) has no time left: its contacts begin unloaded where contacts have offsets
-    (``Assembly.change_states``); elsewhere it may overlap by a tenth of the smaller radius.
+    Two that flew in one place from the start may share it still; springs would throw them apart with an energy that
+    nothing had given them. One that has sunk below the shell (``above`` false) has no time left: its contacts begin
+    unloaded where contacts have offsets (``Assembly.change_states``); elsewhere it may overlap by a tenth of the
+    smaller radius.
     """
     from scipy.spatial import cKDTree
 

@@ -1,16 +1,19 @@
 """Grains in free flight that meet each other: collisions of rigid spheres at their exact times.
 
-In flight gravity acts on all alike, so two grains approach on a straight line, and when and where they touch within the next ``dt`` is known. Normal
-restitution is that of their contact law; friction acts with at most mu times the normal impulse, and at most so far that the surfaces stick (they do not
-spring back sideways). With n from i to j, u the velocity of j's surface at the contact relative to i's, m = m_i m_j / (m_i + m_j):
+In flight gravity acts on all alike, so two grains approach on a straight line, and when and where they touch within
+the next ``dt`` is known. Normal restitution is that of their contact law; friction acts with at most mu times the
+normal impulse, and at most so far that the surfaces stick (they do not spring back sideways). With n from i to j, u
+the velocity of j's surface at the contact relative to i's, m = m_i m_j / (m_i + m_j):
 
     J_n = (1 + e_n) m |u_n|,   J_t = min(mu J_n, 2/7 m |u_t|).
 
-The new velocities count from the contact at t on, so the places now become x + (v_old - v_new) t: momentum, angular momentum and potential energy are
-kept exactly, and what is lost is booked with the contacts (and by itself in ``lost_in_flight``). Pairs that overlap already collide at once when they
-approach. A grain collides once per look; looks come every few steps.
+The new velocities count from the contact at t on, so the places now become x + (v_old - v_new) t: momentum, angular
+momentum and potential energy are kept exactly, and what is lost is booked with the contacts (and by itself in
+``lost_in_flight``). Pairs that overlap already collide at once when they approach. A grain collides once per look;
+looks come every few steps.
 
-Source: Walton 1993, in: Particulate Two-Phase Flow, ed. Roco (three-parameter hard spheres; here without tangential restitution).
+Source: Walton 1993, in: Particulate Two-Phase Flow, ed. Roco (three-parameter hard spheres; here without tangential
+restitution).
 """
 
 from __future__ import annotations
@@ -35,7 +38,17 @@ def collide(bed: Assembly, dt: float) -> int:
     reach = bed.X[flying, RADIUS] + float(bed.X[flying, RADIUS].max()) + 2.0 * way
     cells = _Cells(bed.X[flying, :3], float(np.median(reach)))
     order = cells.order
-    found = encounters(bed.X[flying[order]], bed.W[flying[order]], reach[order], way[order], cells.low, cells.size, cells.start, cells.shape, dt)
+    found = encounters(
+        bed.X[flying[order]],
+        bed.W[flying[order]],
+        reach[order],
+        way[order],
+        cells.low,
+        cells.size,
+        cells.start,
+        cells.shape,
+        dt,
+    )
     if len(found) == 0:
         return 0
     found = found[np.lexsort((found[:, 1], found[:, 0], found[:, 2]))]
@@ -50,7 +63,8 @@ def collide(bed: Assembly, dt: float) -> int:
 
 
 class _Cells:
-    """A grid over most of the grains; the few far away count to the cells at its edge, so that it needs no more cells than there are grains to fill it."""
+    """A grid over most of the grains; the few far away count to the cells at its edge, so that it needs no more cells
+    than there are grains to fill it."""
 
     def __init__(self, position: np.ndarray, size: float):
         self.low, high = np.quantile(position, (0.02, 0.98), axis=0)
@@ -64,7 +78,8 @@ class _Cells:
 
 @kernel
 def encounters(X, W, reach, way, low, size, start, shape, dt):
-    """Pairs of cell-sorted grains that touch within ``dt``: rows (i, j, time). Of each pair the grain with the longer ``way`` looks for the other."""
+    """Pairs of cell-sorted grains that touch within ``dt``: rows (i, j, time). Of each pair the grain with the longer
+    ``way`` looks for the other."""
     n = X.shape[0]
     found = [(0.0, 0.0, 0.0) for _ in range(0)]
     for i in range(n):
@@ -103,7 +118,8 @@ def encounters(X, W, reach, way, low, size, start, shape, dt):
 
 @kernel
 def bounce(first, second, time, X, W, V, kind, restitution, friction):
-    """Carry out the collisions in the order given, each grain in its first only; their number, and the energy lost [J]."""
+    """Carry out the collisions in the order given, each grain in its first only; their number, and the energy lost
+    [J]."""
     done, lost = 0, 0.0
     busy = np.zeros(X.shape[0], np.int8)
     for c in range(len(first)):
@@ -117,11 +133,18 @@ def bounce(first, second, time, X, W, V, kind, restitution, friction):
         distance = math.sqrt(np.sum(n * n))
         n /= distance
         # lever arms in the share of the radii, so that they add up to the distance also where the grains overlap
-        ri, rj = distance * X[i, RADIUS] / (X[i, RADIUS] + X[j, RADIUS]), distance * X[j, RADIUS] / (X[i, RADIUS] + X[j, RADIUS])
+        ri, rj = (
+            distance * X[i, RADIUS] / (X[i, RADIUS] + X[j, RADIUS]),
+            distance * X[j, RADIUS] / (X[i, RADIUS] + X[j, RADIUS]),
+        )
         mi, mj = V[i, MASS], V[j, MASS]
         m = mi * mj / (mi + mj)
         arm = ri * wi + rj * wj
-        u = vj - vi - np.array([arm[1] * n[2] - arm[2] * n[1], arm[2] * n[0] - arm[0] * n[2], arm[0] * n[1] - arm[1] * n[0]])
+        u = (
+            vj
+            - vi
+            - np.array([arm[1] * n[2] - arm[2] * n[1], arm[2] * n[0] - arm[0] * n[2], arm[0] * n[1] - arm[1] * n[0]])
+        )
         un = np.sum(u * n)
         across = u - un * n
         slip = math.sqrt(np.sum(across * across))
@@ -131,13 +154,22 @@ def bounce(first, second, time, X, W, V, kind, restitution, friction):
         if slip > 0.0:
             sticks = slip / (1.0 / m + ri * ri / inertia_i + rj * rj / inertia_j)
             push += min(friction[kind[i], kind[j]] * normal, sticks) / slip * across
-        turn = np.array([n[1] * push[2] - n[2] * push[1], n[2] * push[0] - n[0] * push[2], n[0] * push[1] - n[1] * push[0]])
-        before = mi * np.sum(vi * vi) + mj * np.sum(vj * vj) + inertia_i * np.sum(wi * wi) + inertia_j * np.sum(wj * wj)
+        turn = np.array(
+            [n[1] * push[2] - n[2] * push[1], n[2] * push[0] - n[0] * push[2], n[0] * push[1] - n[1] * push[0]]
+        )
+        before = (
+            mi * np.sum(vi * vi) + mj * np.sum(vj * vj) + inertia_i * np.sum(wi * wi) + inertia_j * np.sum(wj * wj)
+        )
         W[i, :3] = vi + push / mi
         W[j, :3] = vj - push / mj
         W[i, WX:] = wi + ri / inertia_i * turn
         W[j, WX:] = wj + rj / inertia_j * turn
-        after = mi * np.sum(W[i, :3] ** 2) + mj * np.sum(W[j, :3] ** 2) + inertia_i * np.sum(W[i, WX:] ** 2) + inertia_j * np.sum(W[j, WX:] ** 2)
+        after = (
+            mi * np.sum(W[i, :3] ** 2)
+            + mj * np.sum(W[j, :3] ** 2)
+            + inertia_i * np.sum(W[i, WX:] ** 2)
+            + inertia_j * np.sum(W[j, WX:] ** 2)
+        )
         lost += 0.5 * (before - after)
         X[i, :3] += t * (vi - W[i, :3])
         X[j, :3] += t * (vj - W[j, :3])

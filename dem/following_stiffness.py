@@ -1,17 +1,20 @@
 """Springs that become softer as the contacts of a collapse become slower, and the step longer with them.
 
-The overlap of a collision goes as v sqrt(m / k_n), that of a load as F / k_n. Every half contact time the bed is looked at: v sqrt(m_red / k_n) of
-the fastest approach among listed grains, and the deepest overlap, both over the smaller radius. k_n of all grains is then multiplied by one
-factor so that the first, as the largest of the last ``MEMORY`` looks, just stays below x_max (``static_overlap``) and the second below half of
-``overlap_stop`` (a few wedged grains carry more than ten times the mean force); k_n is never above its start nor below what carries the bed,
-g rho H r / x_max, and falls by at most a half at once. The time step follows as 1 / sqrt(k_n).
+The overlap of a collision goes as v sqrt(m / k_n), that of a load as F / k_n. Every half contact time the bed is
+looked at: v sqrt(m_red / k_n) of the fastest approach among listed grains, and the deepest overlap, both over the
+smaller radius. k_n of all grains is then multiplied by one factor so that the first, as the largest of the last
+``MEMORY`` looks, just stays below x_max (``static_overlap``) and the second below half of ``overlap_stop`` (a few
+wedged grains carry more than ten times the mean force); k_n is never above its start nor below what carries the bed, g
+rho H r / x_max, and falls by at most a half at once. The time step follows as 1 / sqrt(k_n).
 
-What a change does to each spring is ``dem.spring_change``: energy enters only where a load lasts. What enters beyond what the weight of the undisturbed
-bed would take (forces that are not yet told from weight) is summed up by its amount. Springs soften only while that sum stays
-below ``BUDGET`` of the kinetic energy that the compact grains were handed, of which every halving has its even share, and while the weight lies in them;
-else they wait until waves have died down. Springs that must stiffen always may: the stage ends as unsound above ``LIMIT``.
+What a change does to each spring is ``dem.spring_change``: energy enters only where a load lasts. What enters beyond
+what the weight of the undisturbed bed would take (forces that are not yet told from weight) is summed up by its
+amount. Springs soften only while that sum stays below ``BUDGET`` of the kinetic energy that the compact grains were
+handed, of which every halving has its even share, and while the weight lies in them; else they wait until waves have
+died down. Springs that must stiffen always may: the stage ends as unsound above ``LIMIT``.
 
-Source: k_n and step for the speeds at hand: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363; the change of springs is this project's own.
+Source: k_n and step for the speeds at hand: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363; the change of
+springs is this project's own.
 """
 
 from __future__ import annotations
@@ -29,22 +32,26 @@ from matter.jit import kernel
 MEMORY = 20
 """Looks whose largest overlaps count: ten contact times."""
 BUDGET = 0.005
-"""Largest energy that softening may put into springs beyond what the weight takes, over the kinetic energy of the compact grains at the start."""
+"""Largest energy that softening may put into springs beyond what the weight takes, over the kinetic energy of the
+compact grains at the start."""
 CARRIED = 0.75
-"""Share of the undisturbed bed's need (a carved one weighs less) that the springs must take up in a softening, where it counts beside ``BUDGET``."""
+"""Share of the undisturbed bed's need (a carved one weighs less) that the springs must take up in a softening, where
+it counts beside ``BUDGET``."""
 LIMIT = 0.01
 """The same of all changes, above which a run is unsound."""
 
 
 class Following:
-    """The decision when to change the stiffness of one bed; ``floor_pressure`` g rho H [Pa] of its load, ``handed`` [J] the kinetic energy of its compact
-    grains at the start."""
+    """The decision when to change the stiffness of one bed; ``floor_pressure`` g rho H [Pa] of its load, ``handed``
+    [J] the kinetic energy of its compact grains at the start."""
 
     def __init__(self, bed: Assembly, floor_pressure: float, handed: float):
         self.bed, contact = bed, bed.contact
         self.target = contact.static_overlap
         carries = floor_pressure * bed.X[:, RADIUS] / contact.static_overlap
-        carries = np.maximum(carries, contact.constant_pull(bed.X[:, RADIUS]) / (contact.static_overlap * bed.X[:, RADIUS]))
+        carries = np.maximum(
+            carries, contact.constant_pull(bed.X[:, RADIUS]) / (contact.static_overlap * bed.X[:, RADIUS])
+        )
         usual = bed.returned == 0
         ratio = (carries / bed.V[:, STIFFNESS])[usual] if usual.any() else np.ones(1)
         self.lowest = float(min(1.0, ratio.max()))
@@ -76,8 +83,9 @@ class Following:
             self.seen = self.seen[MEMORY // 2 :]  # ask again in five contact times
 
     def _affordable(self, q: float) -> bool:
-        """Whether a softening by ``q`` keeps the sum of what exceeds the need of the weight within the share of the halvings so far, and the weight lies in
-        the springs now: one that falls into soft springs later would compress them with energy of its own."""
+        """Whether a softening by ``q`` keeps the sum of what exceeds the need of the weight within the share of the
+        halvings so far, and the weight lies in the springs now: one that falls into soft springs later would compress
+        them with energy of its own."""
         bed = self.bed
         gain, need = spring_change.gain(bed, q), spring_change.need_of_weight(bed, q)
         excess = abs(gain - spring_change.taken_by_weight(bed, q, gain))
@@ -100,7 +108,8 @@ class Following:
 
 @kernel
 def fastest_approach(row, col, returned, X, W, V):
-    """Largest (v sqrt(m / k_n) / r)^2 of an approach among listed pairs: reduced mass, the smaller k_n and radius; returned grains are left out."""
+    """Largest (v sqrt(m / k_n) / r)^2 of an approach among listed pairs: reduced mass, the smaller k_n and radius;
+    returned grains are left out."""
     largest = 0.0
     for i in range(row.shape[0] - 1):
         for e in range(row[i], row[i + 1]):
@@ -111,5 +120,12 @@ def fastest_approach(row, col, returned, X, W, V):
                 continue
             m = V[i, MASS] * V[j, MASS] / (V[i, MASS] + V[j, MASS])
             r = min(X[i, RADIUS], X[j, RADIUS])
-            largest = max(largest, closing * closing / (dx * dx + dy * dy + dz * dz) * m / (min(V[i, STIFFNESS], V[j, STIFFNESS]) * r * r))
+            largest = max(
+                largest,
+                closing
+                * closing
+                / (dx * dx + dy * dy + dz * dz)
+                * m
+                / (min(V[i, STIFFNESS], V[j, STIFFNESS]) * r * r),
+            )
     return largest

@@ -1,14 +1,17 @@
 """The loop over the half list of pairs, compiled for the laws that a case names. One contact: ``dem.contact``.
 
-Every pair stands once in the list, in the row of the grain that comes first; its force goes to both grains. Threads take contiguous
-chunks of rows; what a chunk adds to grains beyond its own end goes into its spill buffer and is added afterwards in the order of the chunks.
-A result is therefore bitwise repeatable at one number of threads; between numbers of threads the last bits differ.
+Every pair stands once in the list, in the row of the grain that comes first; its force goes to both grains. Threads
+take contiguous chunks of rows; what a chunk adds to grains beyond its own end goes into its spill buffer and is added
+afterwards in the order of the chunks. A result is therefore bitwise repeatable at one number of threads; between
+numbers of threads the last bits differ.
 
-A chunk is worked on in blocks: the list is looked through for pairs that touch, what the laws need of 64 to 96 of them is turned into columns, the
-laws run over the columns (without arrays written or calls in between, so that the compiler takes eight contacts at once), and forces and histories
-go back in the order of the list. A step is 2.6 times as fast as with one contact after the other (100,000 grains, AVX-512).
+A chunk is worked on in blocks: the list is looked through for pairs that touch, what the laws need of 64 to 96 of them
+is turned into columns, the laws run over the columns (without arrays written or calls in between, so that the compiler
+takes eight contacts at once), and forces and histories go back in the order of the list. A step is 2.6 times as fast
+as with one contact after the other (100,000 grains, AVX-512).
 
-``pair_loop(scheme)`` compiles the loop for one ``Scheme``. Its flags are constants to the compiler, so a case pays for no law that it does not use.
+``pair_loop(scheme)`` compiles the loop for one ``Scheme``. Its flags are constants to the compiler, so a case pays for
+no law that it does not use.
 """
 
 from __future__ import annotations
@@ -51,11 +54,11 @@ ELASTIC, DISSIPATED, EXCESS, CONTACTS, OVERLAP, OVERLAP_I, OVERLAP_J, OVER_WARN 
 REPORT = 8
 
 
-# entries of the list are looked through by segments; a block of contacts so found is worked on at once, as columns of a scratch table that stays in the
-# nearest cache
+# entries of the list are looked through by segments; a block of contacts so found is worked on at once, as columns of
+# a scratch table that stays in the nearest cache
 SEGMENT, BLOCK = 32, 96
-# columns of the scratch: places and radii of both grains (8), V of the first (8) and of the second (8), history (9), pair table, limit on the closing speed;
-# and places and radii of a segment (8)
+# columns of the scratch: places and radii of both grains (8), V of the first (8) and of the second (8), history (9),
+# pair table, limit on the closing speed; and places and radii of a segment (8)
 _PLACE, _PLACE_TWO, _ONE, _TWO, _HISTORY = 0, 4, 8, 16, 24
 _SLIP, _ROLL, _TWIST, _TOUCHING = _HISTORY + SLIP, _HISTORY + ROLL, _HISTORY + TWIST, _HISTORY + TOUCHING
 _EIGHTH = _HISTORY + HISTORY
@@ -63,8 +66,8 @@ _TABLE = _EIGHTH + 1
 _FAST = _TABLE + PAIR_COLUMNS
 _FREE, _FREE_TWO = _FAST + 1, _FAST + 5
 _WIDTH = _FREE + 8
-# and of what comes out, in the place of what went in: force and moment on the first, elastic energy, overlap over the smaller radius;
-# force and moment on the second, dissipated, excess
+# and of what comes out, in the place of what went in: force and moment on the first, elastic energy, overlap over the
+# smaller radius; force and moment on the second, dissipated, excess
 _ON_ONE, _STORED, _RATIO = 0, 6, 7
 _ON_TWO, _SPENT, _EXCESS = 8, 14, 15
 
@@ -79,9 +82,14 @@ def pair_loop(scheme: Scheme) -> Any:
 
     @kernel(fastmath=True, forceinline=True)
     def apply_laws(count, s, dt, tail):
-        """The laws on ``count`` contacts in the columns of ``s``: places, velocities, histories, tables in; forces, energies, histories out."""
+        """The laws on ``count`` contacts in the columns of ``s``: places, velocities, histories, tables in; forces,
+        energies, histories out."""
         for k in range(count):
-            way = s[_PLACE_TWO, k] - s[_PLACE, k], s[_PLACE_TWO + 1, k] - s[_PLACE + 1, k], s[_PLACE_TWO + 2, k] - s[_PLACE + 2, k]
+            way = (
+                s[_PLACE_TWO, k] - s[_PLACE, k],
+                s[_PLACE_TWO + 1, k] - s[_PLACE + 1, k],
+                s[_PLACE_TWO + 2, k] - s[_PLACE + 2, k],
+            )
             ri, rj = s[_PLACE + RADIUS, k], s[_PLACE_TWO + RADIUS, k]
             one = Ball(ri, s[_ONE + WX, k], s[_ONE + WY, k], s[_ONE + WZ, k])
             two = Ball(rj, s[_TWO + WX, k], s[_TWO + WY, k], s[_TWO + WZ, k])
@@ -94,11 +102,21 @@ def pair_loop(scheme: Scheme) -> Any:
             reduced, radius = mi * mj * (ri + rj) * both, ri * rj * (mi + mj) * both
             numbers = _numbers(s, k)
             springs = Springs(
-                s[_SLIP, k], s[_SLIP + 1, k], s[_SLIP + 2, k], s[_ROLL, k], s[_ROLL + 1, k], s[_ROLL + 2, k], s[_TWIST, k], s[_TOUCHING, k], s[_EIGHTH, k]
+                s[_SLIP, k],
+                s[_SLIP + 1, k],
+                s[_SLIP + 2, k],
+                s[_ROLL, k],
+                s[_ROLL + 1, k],
+                s[_ROLL + 2, k],
+                s[_TWIST, k],
+                s[_TOUCHING, k],
+                s[_EIGHTH, k],
             )
             limit = s[_FAST, k]
             bodies = Bodies(k_n, reduced, radius, ri, rj, max(limit, 0.0))
-            fn, tx, ty, tz, mx, my, mz, stored, spent, beyond, h = contact(meeting, bodies, numbers, springs, dt, tail, scheme)
+            fn, tx, ty, tz, mx, my, mz, stored, spent, beyond, h = contact(
+                meeting, bodies, numbers, springs, dt, tail, scheme
+            )
             nx, ny, nz, overlap = meeting.nx, meeting.ny, meeting.nz, meeting.overlap
             tx -= fn * nx
             ty -= fn * ny
@@ -111,7 +129,13 @@ def pair_loop(scheme: Scheme) -> Any:
             s[_STORED, k], s[_SPENT, k], s[_EXCESS, k] = stored, spent, beyond
             s[_RATIO, k] = overlap / min(ri, rj) if limit < 0.0 else 0.0
             s[_SLIP, k], s[_SLIP + 1, k], s[_SLIP + 2, k] = h.sx, h.sy, h.sz
-            s[_ROLL, k], s[_ROLL + 1, k], s[_ROLL + 2, k], s[_TWIST, k], s[_TOUCHING, k] = h.ax, h.ay, h.az, h.phi, h.flag
+            s[_ROLL, k], s[_ROLL + 1, k], s[_ROLL + 2, k], s[_TWIST, k], s[_TOUCHING, k] = (
+                h.ax,
+                h.ay,
+                h.az,
+                h.phi,
+                h.flag,
+            )
             if mindlin != 0:
                 s[_EIGHTH, k] = h.laid
 
@@ -121,7 +145,9 @@ def pair_loop(scheme: Scheme) -> Any:
         ri, rj = X[i, RADIUS], X[j, RADIUS]
         lost = 0.0
         if hist[e, TOUCHING] != 0.0:
-            lost = released(hist[e], min(V[i, STIFFNESS], V[j, STIFFNESS]), ri * rj / (ri + rj), table[kind[i], kind[j]], mindlin)
+            lost = released(
+                hist[e], min(V[i, STIFFNESS], V[j, STIFFNESS]), ri * rj / (ri + rj), table[kind[i], kind[j]], mindlin
+            )
             for c in range(HISTORY):
                 hist[e, c] = 0.0
             if mindlin != 0 or (offset != 0 and hist[e, OFFSET] > 0.0):
@@ -138,21 +164,37 @@ def pair_loop(scheme: Scheme) -> Any:
     def pair_forces(chunk, grains, listed, step, spill, report, sleepers):
         """Forces and torques of all pairs whose first grain lies in the rows of a chunk.
 
-        In, as plain tuples: ``Chunk``, ``Grains`` (places, predicted velocities, species, returned), ``Listed``, ``Step``, ``Sleepers`` of ``dem.scheme``; with
-        ``sleep`` ``chunk.begin`` to ``end`` count in ``todo``.
-        Out: ``F`` of the chunk's own rows, set here; contributions to grains at and beyond ``chunk.hi`` in ``spill`` (n, 6), of which rows from there on must
-        be zero; histories and ``known``; ``report`` (REPORT,); with ``sleep`` the ``row_energy`` of its live rows.
-        Returns the highest grain index that was written, so that only that part of the spill need be added.
+        In, as plain tuples: ``Chunk``, ``Grains`` (places, predicted velocities, species, returned), ``Listed``,
+        ``Step``, ``Sleepers`` of ``dem.scheme``; with ``sleep`` ``chunk.begin`` to ``end`` count in ``todo``. Out:
+        ``F`` of the chunk's own rows, set here; contributions to grains at and beyond ``chunk.hi`` in ``spill`` (n,
+        6), of which rows from there on must be zero; histories and ``known``; ``report`` (REPORT,); with ``sleep`` the
+        ``row_energy`` of its live rows. Returns the highest grain index that was written, so that only that part of
+        the spill need be added.
         """
-        chunk, grains, listed, step, sleepers = Chunk(*chunk), Grains(*grains), Listed(*listed), Step(*step), Sleepers(*sleepers)
+        chunk, grains, listed, step, sleepers = (
+            Chunk(*chunk),
+            Grains(*grains),
+            Listed(*listed),
+            Step(*step),
+            Sleepers(*sleepers),
+        )
         lo, hi, begin, end = chunk.lo, chunk.hi, chunk.begin, chunk.end
         X, V, F, kind, returned = grains.X, grains.V, grains.F, grains.kind, grains.returned
         first, col, todo, known, hist, table = listed
         dt, tail, over_speed, warn = step.dt, step.tail, step.over_speed, step.warn
         live, row_energy = sleepers.live, sleepers.row_energy
         s = np.empty((_WIDTH, BLOCK))
-        entry, one, two = np.empty(BLOCK + WIDE, np.int32), np.empty(BLOCK + WIDE, np.int32), np.empty(BLOCK + WIDE, np.int32)
-        entries, left, right, near = np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int32), np.empty(SEGMENT, np.int8)
+        entry, one, two = (
+            np.empty(BLOCK + WIDE, np.int32),
+            np.empty(BLOCK + WIDE, np.int32),
+            np.empty(BLOCK + WIDE, np.int32),
+        )
+        entries, left, right, near = (
+            np.empty(SEGMENT, np.int32),
+            np.empty(SEGMENT, np.int32),
+            np.empty(SEGMENT, np.int32),
+            np.empty(SEGMENT, np.int8),
+        )
         pair, of_pair = np.empty(BLOCK, np.int32), table.reshape(-1, PAIR_COLUMNS)
         mixed, some_returned = False, False
         for i in range(lo, X.shape[0]):
@@ -187,7 +229,11 @@ def pair_loop(scheme: Scheme) -> Any:
                     take_row_pairs(X, left, right, k, s, _FREE)
                 parted = 0
                 for k in range(many):
-                    x, y, z = s[_FREE_TWO, k] - s[_FREE, k], s[_FREE_TWO + 1, k] - s[_FREE + 1, k], s[_FREE_TWO + 2, k] - s[_FREE + 2, k]
+                    x, y, z = (
+                        s[_FREE_TWO, k] - s[_FREE, k],
+                        s[_FREE_TWO + 1, k] - s[_FREE + 1, k],
+                        s[_FREE_TWO + 2, k] - s[_FREE + 2, k],
+                    )
                     touch = s[_FREE + RADIUS, k] + s[_FREE_TWO + RADIUS, k]
                     if offset != 0:
                         touch += hist[entries[k], OFFSET]
@@ -233,7 +279,11 @@ def pair_loop(scheme: Scheme) -> Any:
                     if returned[i] + returned[j] > 0:
                         mi, mj = V[i, MASS], V[j, MASS]
                         stiffness = min(V[i, STIFFNESS], V[j, STIFFNESS])
-                        s[_FAST, k] = over_speed * (X[i, RADIUS] + X[j, RADIUS]) * math.sqrt(0.5 * stiffness * (mi + mj) / (mi * mj))
+                        s[_FAST, k] = (
+                            over_speed
+                            * (X[i, RADIUS] + X[j, RADIUS])
+                            * math.sqrt(0.5 * stiffness * (mi + mj) / (mi * mj))
+                        )
             if mixed:
                 for k in range(filled):
                     pair[k] = kind[one[k]] * table.shape[1] + kind[two[k]]

@@ -1,4 +1,5 @@
-"""The values of one species of grain: the keys of ``[dem.contact.shell]`` and ``[dem.contact.ocean]``, composed from the ``Parameters`` of the laws."""
+"""The values of one species of grain: the keys of ``[dem.contact.shell]`` and ``[dem.contact.ocean]``, composed from
+the ``Parameters`` of the laws."""
 
 from __future__ import annotations
 
@@ -21,12 +22,23 @@ def _keys() -> dict[str, Any]:
             kinds = typing.get_type_hints(law.Parameters, include_extras=True)
             for key, default in law.Parameters._field_defaults.items():
                 found.setdefault(key, (kinds[key], default))
-                about = next((part.description for part in typing.get_args(kinds[key]) if isinstance(part, FieldInfo) and part.description), "")
+                about = next(
+                    (
+                        part.description
+                        for part in typing.get_args(kinds[key])
+                        if isinstance(part, FieldInfo) and part.description
+                    ),
+                    "",
+                )
                 words.setdefault(key, {}).setdefault(about, []).append(f'``{family.key} = "{name}"``')
     fields = {}
     for key, (kind, default) in found.items():
         said = words[key]
-        text = next(iter(said)) if len(said) == 1 else " ".join(f"With {' or '.join(laws)}: {about}" for about, laws in said.items())
+        text = (
+            next(iter(said))
+            if len(said) == 1
+            else " ".join(f"With {' or '.join(laws)}: {about}" for about, laws in said.items())
+        )
         fields[key] = (kind, FieldInfo(default=default, description=text))
     return fields
 
@@ -45,4 +57,6 @@ class GrainLaw(_Values):
 
 SPECIES = ("shell", "ocean")
 
-OCEAN = GrainLaw.model_validate({"restitution": 0.1, "restitution_tangential": 0.1, "friction": 0.0, "shape": 0.0, "rolling": 0.0, "twisting": 0.0})
+OCEAN = GrainLaw.model_validate(
+    {"restitution": 0.1, "restitution_tangential": 0.1, "friction": 0.0, "shape": 0.0, "rolling": 0.0, "twisting": 0.0}
+)

@@ -1,7 +1,7 @@
 """Grains in the order of their search cells, and the list of their pairs: what is sorted, saved and restored together.
 
-First stand the grains in the contact search, then the ballistic ones, last those that have left; ``identity`` finds a grain again. All of the state can be
-saved and restored bit for bit (``saved``, ``restore``).
+First stand the grains in the contact search, then the ballistic ones, last those that have left; ``identity`` finds a
+grain again. All of the state can be saved and restored bit for bit (``saved``, ``restore``).
 """
 
 from __future__ import annotations
@@ -22,19 +22,23 @@ from matter.particles import Particles
 ACTIVE, BALLISTIC, LEFT = 0, 1, 2
 # per-grain arrays that are sorted, saved and restored together
 PER_GRAIN = (
-    "X", "V", "W", "A", "E", "F", "identity", "material", "kind", "state", "returned", "drag", "weight", "density", "headroom",
+    "X", "V", "W", "A", "E", "F", "identity", "material", "kind", "state", "returned", "drag", "weight", "density",
+    "headroom",
     "wall_history", "reference",
 )  # fmt: skip
 SLEEPERS = ("asleep", "quiet", "wall_energy", "held", "rest")
 _LISTED = ("row", "col", "hist", "report", "booked")
 _NUMBERS = (
-    "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed", "active", "moving",
-    "mean_radius", "softness", "rest_energy", "stiffness_energy", "weight_energy", "stiffness_excess", "lost_in_flight", "wake", "memory", "full_pass",
+    "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed",
+    "active", "moving",
+    "mean_radius", "softness", "rest_energy", "stiffness_energy", "weight_energy", "stiffness_excess",
+    "lost_in_flight", "wake", "memory", "full_pass",
 )  # fmt: skip
 
 
 class GrainList:
-    """The arrays of the grains (``dem.columns``), which are where, and who may touch whom; ``dem.assembly.Assembly`` makes it and moves it."""
+    """The arrays of the grains (``dem.columns``), which are where, and who may touch whom; ``dem.assembly.Assembly``
+    makes it and moves it."""
 
     X: np.ndarray
     V: np.ndarray
@@ -81,7 +85,8 @@ class GrainList:
         """Time [s]: start + steps dt."""
         return self.start_time + self.steps * self.dt
 
-    # -- lists ---------------------------------------------------------------------------------------------------------------
+    # -- lists
+    # ---------------------------------------------------------------------------------------------------------------
 
     def touching(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Present indices of the two grains of each contact, and its history."""
@@ -98,7 +103,8 @@ class GrainList:
         self._adapt_skin(float(history[:, OFFSET].max(initial=0.0)) if self.scheme.offset else 0.0)
         by_state = np.argsort(self.state, kind="stable")
         active = int(np.count_nonzero(self.state == ACTIVE))
-        # grains of very different sizes: cells only order them, of the size of the mean grain; their pairs are found class by class
+        # grains of very different sizes: cells only order them, of the size of the mean grain; their pairs are found
+        # class by class
         mixed = size_levels.several(self.X[by_state[:active], RADIUS])
         reach = 2.0 * (self.mean_radius if mixed else float(self.X[:, RADIUS].max())) + self.skin
         cells = contacts.Cells(self.X[by_state[:active], :3], reach)
@@ -130,19 +136,22 @@ class GrainList:
         self.survey(all_rows=True)
 
     def _not_empty(self) -> np.ndarray:
-        """1 for entries of the list with a history: those in contact and, with offsets, open ones that remember one."""
+        """1 for entries of the list with a history: those in contact and, with offsets, open ones that remember
+        one."""
         filled = self.hist[:, TOUCHING] != 0.0
         return (filled | (self.hist[:, OFFSET] != 0.0) if self.scheme.offset else filled).astype(np.int8)
 
     def _near_walls(self) -> None:
-        """Which grains can reach a wall before the list is built again: none moves further than half a skin until then."""
+        """Which grains can reach a wall before the list is built again: none moves further than half a skin until
+        then."""
         self.walled = np.zeros(len(self.X), dtype=np.int8)
         walls.within_reach(self.reference, self.X[:, RADIUS], self.walls, self.skin, self.walled)
 
     def _adapt_skin(self, offset: float) -> None:
         """Set the skin of the list about to be built: a list should serve 10 to 60 steps.
 
-        A rebuild costs about three steps, and every entry beyond touch costs in each. Contacts with an ``offset`` [m] must stay in the list.
+        A rebuild costs about three steps, and every entry beyond touch costs in each. Contacts with an ``offset`` [m]
+        must stay in the list.
         """
         if self.builds > 1 and self.since_build < 10:
             self.skin = min(self.skin * 1.25, 0.5 * self.mean_radius)
@@ -165,7 +174,8 @@ class GrainList:
         self._moving_chunks = [*self._chunks[:-1], tuple(chunks[-1]._replace(hi=self.moving))]
 
     def survey(self, all_rows: bool = False) -> None:
-        """Which rows must be evaluated, after the list or the sleepers have changed; ``all_rows``: all of them, once."""
+        """Which rows must be evaluated, after the list or the sleepers have changed; ``all_rows``: all of them,
+        once."""
         if self.scheme.sleep:
             contacts.survey(self.row, self.col, self.asleep, self.near, self.live)
             if all_rows:
@@ -175,12 +185,17 @@ class GrainList:
     def _begin_unloaded(self) -> None:
         """Offsets for pairs that overlap without ever having been in contact, so that their springs begin at zero."""
         first = self.first
-        overlap = self.X[first, RADIUS] + self.X[self.col, RADIUS] - np.linalg.norm(self.X[first, :3] - self.X[self.col, :3], axis=1)
+        overlap = (
+            self.X[first, RADIUS]
+            + self.X[self.col, RADIUS]
+            - np.linalg.norm(self.X[first, :3] - self.X[self.col, :3], axis=1)
+        )
         fresh = (overlap > 0.0) & (self.hist[:, TOUCHING] == 0.0) & (self.hist[:, OFFSET] == 0.0)
         self.hist[fresh, OFFSET] = -overlap[fresh]
         self._known = self._not_empty()
 
-    # -- what the state holds ------------------------------------------------------------------------------------------------
+    # -- what the state holds
+    # ------------------------------------------------------------------------------------------------
 
     @property
     def mass(self) -> np.ndarray:
@@ -230,24 +245,31 @@ class GrainList:
         """Time, place and values of a grain, for a message."""
         x, v = self.X[i, :3], self.W[i, :3]
         return (
-            f"t = {self.time:.6g} s, place ({x[0]:.5g}, {x[1]:.5g}, {x[2]:.5g}) m, velocity ({v[0]:.4g}, {v[1]:.4g}, {v[2]:.4g}) m/s, "
+            f"t = {self.time:.6g} s, place ({x[0]:.5g}, {x[1]:.5g}, {x[2]:.5g}) m, velocity ({v[0]:.4g}, {v[1]:.4g}, "
+            f"{v[2]:.4g}) m/s, "
             f"radius {self.X[i, RADIUS]:.4g} m, mass {self.V[i, MASS]:.4g} kg, k_n {self.V[i, STIFFNESS]:.4g} N/m"
         )
 
-    # -- files ---------------------------------------------------------------------------------------------------------------
+    # -- files
+    # ---------------------------------------------------------------------------------------------------------------
 
     def particles(self, attributes: dict[str, Any], tables: bool = True) -> Particles:
         """The grains as a snapshot in the order of their identities; ``tables`` adds the contact history."""
         order = np.argsort(self.identity, kind="stable")
         fields = {
-            "identity": self.identity, "position": self.X[:, :3], "velocity": self.W[:, :3], "angular_velocity": self.W[:, WX:],
-            "mass": self.V[:, MASS], "radius": self.X[:, RADIUS], "material": self.material, "species": self.kind, "headroom": self.headroom,
+            "identity": self.identity, "position": self.X[:, :3], "velocity": self.W[:, :3],
+            "angular_velocity": self.W[:, WX:],
+            "mass": self.V[:, MASS], "radius": self.X[:, RADIUS], "material": self.material, "species": self.kind,
+            "headroom": self.headroom,
             "density": self.density, "stiffness": self.V[:, STIFFNESS], "state": self.state,
         }  # fmt: skip
         history: dict[str, np.ndarray] = {}
         if tables:
             history = contact_tables.written(
-                self.identity, self.touching(), self.wall_history[:, : len(self.walls)], contact_tables.columns(bool(self.scheme.offset))
+                self.identity,
+                self.touching(),
+                self.wall_history[:, : len(self.walls)],
+                contact_tables.columns(bool(self.scheme.offset)),
             )
         return Particles({name: values[order] for name, values in fields.items()}, attributes, history)
 
@@ -277,7 +299,10 @@ def check(grains: Particles) -> None:
         bad = ~(grains[name] > 0.0)
         if bad.any():
             i = int(np.flatnonzero(bad)[0])
-            raise InputError(f"{name} of grain {grains.identity[i]} is {grains[name][i]:.6g}: it must be positive ({bad.sum()} such grains)")
+            raise InputError(
+                f"{name} of grain {grains.identity[i]} is {grains[name][i]:.6g}: it must be positive ({bad.sum()} "
+                f"such grains)"
+            )
     for name in ("position", "velocity", "angular_velocity"):
         if not np.isfinite(grains[name]).all():
             i = int(np.flatnonzero(~np.isfinite(grains[name]).all(axis=1))[0])

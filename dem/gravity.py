@@ -2,8 +2,9 @@
 
     a = g_0 - g(|x|) x/|x|,   g linear between equidistant nodes, G M / r^2 beyond the last one
 
-The table comes from ``target.json`` (the body without projectile) and stays fixed: what the grains' own redistribution adds is of
-second order. The potential is the exact integral of the interpolated g, so that energy can be audited to the integrator's own error.
+The table comes from ``target.json`` (the body without projectile) and stays fixed: what the grains' own redistribution
+adds is of second order. The potential is the exact integral of the interpolated g, so that energy can be audited to
+the integrator's own error.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ NODES = 4096
 
 @dataclass(frozen=True)
 class Field:
-    """``uniform`` (3,) [m/s^2]; ``table`` g at equidistant radii from 0 to ``radius`` [m]; ``radius`` 0 means no central part."""
+    """``uniform`` (3,) [m/s^2]; ``table`` g at equidistant radii from 0 to ``radius`` [m]; ``radius`` 0 means no
+    central part."""
 
     uniform: np.ndarray
     table: np.ndarray
@@ -45,7 +47,9 @@ class Field:
         if self.radius == 0.0:
             return np.full(radius.shape, float(np.linalg.norm(self.uniform)))
         inside = np.interp(radius, np.linspace(0.0, self.radius, len(self.table)), self.table)
-        return np.where(radius <= self.radius, inside, self.table[-1] * (self.radius / np.maximum(radius, 1e-300)) ** 2)
+        return np.where(
+            radius <= self.radius, inside, self.table[-1] * (self.radius / np.maximum(radius, 1e-300)) ** 2
+        )
 
     def potential(self, position: np.ndarray) -> np.ndarray:
         """Energy per mass [J/kg]; the central part is zero at infinity, the uniform one at the origin."""

@@ -1,10 +1,11 @@
-"""Velocity Verlet for grains, with the forces that act on single grains (gravity, walls, damping) inside the second kick.
+"""Velocity Verlet for grains, with the forces that act on single grains (gravity, walls, damping) inside the second
+kick.
 
     v(n+1/2) = v(n) + a(n) dt/2,   x(n+1) = x(n) + v(n+1/2) dt,   v_pred(n+1) = v(n+1/2) + a(n) dt/2
     a(n+1) = forces(x(n+1), v_pred(n+1)),   v(n+1) = v(n+1/2) + a(n+1) dt/2
 
-and the same for spins. Velocities enter the contact forces as predicted for the full step (pkdgrav does the same). External impulses
-are summed with the same half steps, so that momentum + what left - impulses is constant to rounding.
+and the same for spins. Velocities enter the contact forces as predicted for the full step (pkdgrav does the same).
+External impulses are summed with the same half steps, so that momentum + what left - impulses is constant to rounding.
 
 Arrays: ``dem.scheme.Grains``, columns: ``dem.columns``.
 """
@@ -43,8 +44,8 @@ from dem.scheme import Chunk, Grains, Scheme, Step
 from dem.walls import distance_of
 from matter.jit import kernel
 
-# what the kick reports: dissipated by drag and at walls, elastic energy in walls, external impulse 3-8, worst overlap with a wall, its grain,
-# largest speed squared, grains to be woken
+# what the kick reports: dissipated by drag and at walls, elastic energy in walls, external impulse 3-8, worst overlap
+# with a wall, its grain, largest speed squared, grains to be woken
 DRAG, WALL_DISSIPATED, WALL_ELASTIC, IMPULSE, WALL_OVERLAP, WALL_GRAIN, SPEED, WOKEN = 0, 1, 2, 3, 9, 10, 11, 12
 REPORT = 13
 
@@ -56,7 +57,8 @@ def drift_loop(scheme: Scheme) -> Any:
 
     @kernel
     def drift(chunk, grains, reference, dt, report, asleep):
-        """First half kick, drift and prediction for the grains of a chunk; returns the largest squared displacement of an active grain.
+        """First half kick, drift and prediction for the grains of a chunk; returns the largest squared displacement of
+        an active grain.
 
         In: ``Chunk`` and ``Grains`` as plain tuples, places of the last list ``reference`` (n, 3), ``asleep`` (n,).
         Out: ``X``, ``V``, ``W``; the external impulse in ``report``.
@@ -109,13 +111,14 @@ def kick_loop(scheme: Scheme) -> Any:
 
     @kernel
     def kick(chunk, grains, spill, walls, outside, step, report, sleepers):
-        """Sum the forces on the grains of a chunk and finish the step (``step.half`` 0 only evaluates); returns the first grain that is not finite, or -1.
+        """Sum the forces on the grains of a chunk and finish the step (``step.half`` 0 only evaluates); returns the
+        first grain that is not finite, or -1.
 
-        In, as plain tuples: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``Outside``, ``Step``, ``Sleepers`` of ``dem.scheme``;
-        ``Spill`` holds what lower chunks added to these grains, and is zeroed here.
-        Out: ``A``, ``E``, ``W``; histories of the walls; ``report`` (REPORT,).
-        With ``sleep``: a grain that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain awake
-        ``near`` it is marked (``asleep`` 2) when ``held`` exceeds ``wake`` times gravity.
+        In, as plain tuples: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``Outside``,
+        ``Step``, ``Sleepers`` of ``dem.scheme``; ``Spill`` holds what lower chunks added to these grains, and is
+        zeroed here. Out: ``A``, ``E``, ``W``; histories of the walls; ``report`` (REPORT,). With ``sleep``: a grain
+        that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain
+        awake ``near`` it is marked (``asleep`` 2) when ``held`` exceeds ``wake`` times gravity.
         """
         chunk, step = Chunk(*chunk), Step(*step)
         lo, hi, active = chunk.lo, chunk.hi, chunk.active
@@ -169,7 +172,9 @@ def kick_loop(scheme: Scheme) -> Any:
                         touch += wall_history[i, w, OFFSET]
                     if d >= touch:
                         if wall_history[i, w, TOUCHING] != 0.0:
-                            wall_lost += released(wall_history[i, w], stiffness, radius, wall_tables[w, kind[i]], mindlin)
+                            wall_lost += released(
+                                wall_history[i, w], stiffness, radius, wall_tables[w, kind[i]], mindlin
+                            )
                             for k in range(HISTORY):
                                 wall_history[i, w, k] = 0.0
                             if mindlin != 0 or (offset != 0 and wall_history[i, w, OFFSET] > 0.0):
@@ -181,21 +186,39 @@ def kick_loop(scheme: Scheme) -> Any:
                         continue
                     meeting = meeting_with_wall((nx, ny, nz), d, (vx, vy, vz), Ball(radius, wx, wy, wz), touch - d)
                     if offset != 0:
-                        # deeper at once than it can have come within the step: it sank past the upper edge of the wall, and begins unloaded
-                        fresh = wall_history[i, w, TOUCHING] == 0.0 and wall_history[i, w, OFFSET] == 0.0 and not held_by_wall and half > 0.0
+                        # deeper at once than it can have come within the step: it sank past the upper edge of the
+                        # wall, and begins unloaded
+                        fresh = (
+                            wall_history[i, w, TOUCHING] == 0.0
+                            and wall_history[i, w, OFFSET] == 0.0
+                            and not held_by_wall
+                            and half > 0.0
+                        )
                         if fresh and touch - d > 2.0 * abs(meeting.un) * dt + 1e-3 * radius:
                             wall_history[i, w, OFFSET] = d - touch
                             continue
                     numbers = numbers_of(wall_tables, w, kind[i])
                     springs = Springs(
-                        wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2], wall_history[i, w, ROLL],
-                        wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2], wall_history[i, w, TWIST], wall_history[i, w, TOUCHING],
+                        wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2],
+                        wall_history[i, w, ROLL],
+                        wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2], wall_history[i, w, TWIST],
+                        wall_history[i, w, TOUCHING],
                         wall_history[i, w, laid_column],
                     )  # fmt: skip
                     bodies = Bodies(stiffness, m, radius, radius, 0.0, 0.0)
-                    fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(meeting, bodies, numbers, springs, dt, tail, scheme)
-                    wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2] = h.sx, h.sy, h.sz
-                    wall_history[i, w, ROLL], wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2] = h.ax, h.ay, h.az
+                    fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(
+                        meeting, bodies, numbers, springs, dt, tail, scheme
+                    )
+                    wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2] = (
+                        h.sx,
+                        h.sy,
+                        h.sz,
+                    )
+                    wall_history[i, w, ROLL], wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2] = (
+                        h.ax,
+                        h.ay,
+                        h.az,
+                    )
                     wall_history[i, w, TWIST], wall_history[i, w, TOUCHING] = h.phi, h.flag
                     if mindlin != 0:
                         wall_history[i, w, LAID] = h.laid

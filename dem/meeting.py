@@ -1,4 +1,5 @@
-"""How two bodies meet: overlap, normal, and the motion of their surfaces against each other. Conventions: ``dem.contact``."""
+"""How two bodies meet: overlap, normal, and the motion of their surfaces against each other. Conventions:
+``dem.contact``."""
 
 from __future__ import annotations
 
@@ -9,8 +10,9 @@ from matter.jit import law
 
 
 class Meeting(NamedTuple):
-    """How two bodies meet: unit vector ``n`` from the first to the second, ``overlap`` [m], separation speed ``un`` and slip velocity ``u`` in the contact
-    plane [m/s], rolling rate ``r``, relative spin ``twist`` and mean ``spin`` about n [rad/s]."""
+    """How two bodies meet: unit vector ``n`` from the first to the second, ``overlap`` [m], separation speed ``un``
+    and slip velocity ``u`` in the contact plane [m/s], rolling rate ``r``, relative spin ``twist`` and mean ``spin``
+    about n [rad/s]."""
 
     nx: float
     ny: float
@@ -36,12 +38,15 @@ class Ball(NamedTuple):
     wz: float
 
 
-@law(inline="always")  # in the caller's own code, with its fastmath: compiled by itself, its sums would be arranged otherwise
+@law(
+    inline="always"
+)  # in the caller's own code, with its fastmath: compiled by itself, its sums would be arranged otherwise
 def meeting_of_grains(way, velocity, one, two, offset):
     """How two grains meet: their ``Meeting``, and the lever arms l1, l2 [m].
 
-    ``way`` (3) from the first centre to the second [m], ``velocity`` (3) of the second relative to the first [m/s], ``one`` and ``two`` ``Ball``; ``offset``
-    [m] is added to the overlap (``dem.spring_change``). Rolling rate: ``dem.laws.rolling_sds``.
+    ``way`` (3) from the first centre to the second [m], ``velocity`` (3) of the second relative to the first [m/s],
+    ``one`` and ``two`` ``Ball``; ``offset`` [m] is added to the overlap (``dem.spring_change``). Rolling rate:
+    ``dem.laws.rolling_sds``.
     """
     nx, ny, nz = way
     ri, wxi, wyi, wzi = one
@@ -76,8 +81,8 @@ def meeting_of_grains(way, velocity, one, two, offset):
 def meeting_with_wall(n, distance, velocity, ball, overlap):
     """How a grain meets a wall, which is body 2 and at rest: u = -v - d w x n.
 
-    ``n`` (3) unit vector towards the wall, ``distance`` d [m] of the grain's centre, ``velocity`` (3) [m/s], ``ball``, ``overlap`` [m]. The rolling rate lacks
-    its second term, so that pure sliding raises no moment.
+    ``n`` (3) unit vector towards the wall, ``distance`` d [m] of the grain's centre, ``velocity`` (3) [m/s], ``ball``,
+    ``overlap`` [m]. The rolling rate lacks its second term, so that pure sliding raises no moment.
     """
     nx, ny, nz = n
     _, wx, wy, wz = ball
@@ -86,4 +91,18 @@ def meeting_with_wall(n, distance, velocity, ball, overlap):
     uz = -velocity[2] - distance * (wx * ny - wy * nx)
     un = ux * nx + uy * ny + uz * nz
     wn = wx * nx + wy * ny + wz * nz
-    return Meeting(nx, ny, nz, overlap, un, ux - un * nx, uy - un * ny, uz - un * nz, wn * nx - wx, wn * ny - wy, wn * nz - wz, -wn, wn)
+    return Meeting(
+        nx,
+        ny,
+        nz,
+        overlap,
+        un,
+        ux - un * nx,
+        uy - un * ny,
+        uz - un * nz,
+        wn * nx - wx,
+        wn * ny - wy,
+        wn * nz - wz,
+        -wn,
+        wn,
+    )

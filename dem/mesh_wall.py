@@ -1,16 +1,19 @@
 """Walls of triangles: the nearest point of a mesh, found through a grid, without counting an edge or a corner twice.
 
-A mesh is cut into *pieces* along its sharp edges (fold above ``SHARP``); each piece is one wall and touches a grain at its nearest point, so a
-grain that rolls over the edges inside a piece keeps one contact and its springs, and one that lies in a corner of a box touches three
-pieces. A grain lies on the side of the facets' normals. Where the nearest point of a piece is on an edge or a corner of it, it counts only
+A mesh is cut into *pieces* along its sharp edges (fold above ``SHARP``); each piece is one wall and touches a grain at
+its nearest point, so a grain that rolls over the edges inside a piece keeps one contact and its springs, and one that
+lies in a corner of a box touches three pieces. A grain lies on the side of the facets' normals. Where the nearest
+point of a piece is on an edge or a corner of it, it counts only
 
-* if no facet of the mesh that meets there comes nearer: never in a hollow fold, on a ridge only in the wedge between both facets;
+* if no facet of the mesh that meets there comes nearer: never in a hollow fold, on a ridge only in the wedge between
+  both facets;
 * for one of the pieces that share it (the first).
 
-The free edge of an open mesh is felt from all around. A piece is assumed to curve on a scale larger than a grain: a tube narrower than a grain's
-diameter is felt on one side only.
+The free edge of an open mesh is felt from all around. A piece is assumed to curve on a scale larger than a grain: a
+tube narrower than a grain's diameter is felt on one side only.
 
-Nearest point of a triangle: by the seven regions of its plane (Ericson 2005, Real-Time Collision Detection, section 5.1.5).
+Nearest point of a triangle: by the seven regions of its plane (Ericson 2005, Real-Time Collision Detection, section
+5.1.5).
 """
 
 from __future__ import annotations
@@ -29,27 +32,29 @@ SHARP = math.radians(30.0)
 MOST_PIECES = 48
 _MOST_CELLS = 400_000
 
-# a facet's record: corners (9), normal (3); of edge e (corner e to e + 1) four: rule, and the direction from it into the other facet;
-# of corner c three: rule, first and number of the directions that leave it in other pieces
+# a facet's record: corners (9), normal (3); of edge e (corner e to e + 1) four: rule, and the direction from it into
+# the other facet; of corner c three: rule, first and number of the directions that leave it in other pieces
 _NORMAL, _EDGE, _CORNER, _RECORD = 9, 12, 24, 33
 _EDGE_WIDTH, _CORNER_WIDTH = 4, 3
 NEVER, SMOOTH, FREE, RIDGE = 0.0, 1.0, 2.0, 3.0
 
-# header of a mesh's row: kind of the wall, low corner of the grid (3), cells per metre, cells along each axis (3), then where cells' starts, their
-# facets, facets' records and corners' directions begin
+# header of a mesh's row: kind of the wall, low corner of the grid (3), cells per metre, cells along each axis (3),
+# then where cells' starts, their facets, facets' records and corners' directions begin
 _KIND, _LOW, _PER_METRE, _CELLS, _STARTS, _LISTED, _RECORDS, _DIRECTIONS, _HEADER = 0, 1, 4, 5, 8, 9, 10, 11, 12
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A smooth part of a mesh: ``facets`` (f, 33) records and ``directions`` (k, 3) along the mesh's edges out of shared corners."""
+    """A smooth part of a mesh: ``facets`` (f, 33) records and ``directions`` (k, 3) along the mesh's edges out of
+    shared corners."""
 
     facets: np.ndarray
     directions: np.ndarray
 
 
 def read(source: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (v, 3) and faces (f, 3) of an STL or PLY file or a ``trimesh.Trimesh``, without facets of no area; ``InputError`` where that leaves none."""
+    """Vertices (v, 3) and faces (f, 3) of an STL or PLY file or a ``trimesh.Trimesh``, without facets of no area;
+    ``InputError`` where that leaves none."""
     import trimesh
 
     mesh: Any
@@ -64,7 +69,9 @@ def read(source: Any) -> tuple[np.ndarray, np.ndarray]:
         raise InputError(f"the mesh {source} holds no facets")
     mesh.merge_vertices()
     vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
-    area = np.linalg.norm(np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]), axis=1)
+    area = np.linalg.norm(
+        np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]), axis=1
+    )
     faces = faces[area > 1e-14 * np.ptp(vertices, axis=0).max() ** 2]
     if len(faces) == 0 or not np.isfinite(vertices).all():
         raise InputError(f"the mesh {source} holds no facet of finite area")
@@ -72,7 +79,8 @@ def read(source: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pieces(vertices: np.ndarray, faces: np.ndarray) -> list[Piece]:
-    """Cut a mesh, ``vertices`` (v, 3) [m] and ``faces`` (f, 3) turning left about their normals, into its smooth pieces."""
+    """Cut a mesh, ``vertices`` (v, 3) [m] and ``faces`` (f, 3) turning left about their normals, into its smooth
+    pieces."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -101,10 +109,13 @@ def pieces(vertices: np.ndarray, faces: np.ndarray) -> list[Piece]:
             rule[f, e] = rule[g, h] = NEVER if hollow else RIDGE
         other[f, e], other[g, h] = g, f
     pairs = np.array(joined).reshape(-1, 2)
-    count, piece = connected_components(coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(faces),) * 2), directed=False)
+    count, piece = connected_components(
+        coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(faces),) * 2), directed=False
+    )
     if count > MOST_PIECES:
         raise InputError(
-            f"the mesh has {count} smooth pieces (most: {MOST_PIECES}): its facets meet at more than {math.degrees(SHARP):.0f} degrees nearly everywhere. "
+            f"the mesh has {count} smooth pieces (most: {MOST_PIECES}): its facets meet at more than "
+            f"{math.degrees(SHARP):.0f} degrees nearly everywhere. "
             "Refine the mesh, or check that its facets are oriented alike"
         )
     return [_piece(k, vertices, faces, corner, normal, rule, other, piece) for k in range(count)]
@@ -155,7 +166,8 @@ def _piece(k, vertices, faces, corner, normal, rule, other, piece) -> Piece:
 
 
 def row(piece: Piece, reach: float, kind: int) -> np.ndarray:
-    """The piece as a wall's row: header, then each cell's first facet, the cells' facets, the records and the directions.
+    """The piece as a wall's row: header, then each cell's first facet, the cells' facets, the records and the
+    directions.
 
     A cell of the grid lists the facets that come within ``reach`` [m] of it.
     """
@@ -182,7 +194,8 @@ def row(piece: Piece, reach: float, kind: int) -> np.ndarray:
 
 @law
 def nearest(t, o, x, y, z):
-    """Nearest point of the triangle whose corners begin at ``t[o]``: the point and where it lies, 0-2 edge, 3-5 corner, 6 inside."""
+    """Nearest point of the triangle whose corners begin at ``t[o]``: the point and where it lies, 0-2 edge, 3-5
+    corner, 6 inside."""
     ax, ay, az = t[o], t[o + 1], t[o + 2]
     bx, by, bz = t[o + 3] - ax, t[o + 4] - ay, t[o + 5] - az
     cx, cy, cz = t[o + 6] - ax, t[o + 7] - ay, t[o + 8] - az
@@ -216,7 +229,8 @@ def nearest(t, o, x, y, z):
 
 @kernel
 def _list(facets, low, size, shape, reach, start, listed):
-    """Count into ``start`` (an empty ``listed``), or fill ``listed`` from ``start`` on, the facets within ``reach`` of each cell."""
+    """Count into ``start`` (an empty ``listed``), or fill ``listed`` from ``start`` on, the facets within ``reach`` of
+    each cell."""
     far = reach + 0.8660254037844387 * size
     corner = np.empty(_NORMAL)
     for f in range(facets.shape[0]):
@@ -243,7 +257,8 @@ def _list(facets, low, size, shape, reach, start, listed):
 
 @law
 def distance(wall, x, y, z):
-    """Distance of a point from the piece [m] (inf out of reach, behind it, or where another piece is to count) and the unit vector towards it."""
+    """Distance of a point from the piece [m] (inf out of reach, behind it, or where another piece is to count) and the
+    unit vector towards it."""
     scale = wall[_PER_METRE]
     fx, fy, fz = (x - wall[_LOW]) * scale, (y - wall[_LOW + 1]) * scale, (z - wall[_LOW + 2]) * scale
     if fx < 0.0 or fy < 0.0 or fz < 0.0 or fx >= wall[_CELLS] or fy >= wall[_CELLS + 1] or fz >= wall[_CELLS + 2]:

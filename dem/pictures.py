@@ -63,7 +63,9 @@ def bed(assembly: Assembly, domain: Domain, report: dict[str, Any], path: Path) 
     profile = report["profile"]
     depth = domain.datum_radius - np.array(profile["radius_m"])
     scale, unit = readable.length_unit(float(np.abs(depth).max(initial=0.0)))
-    stress, pascals = readable.pressure_unit(float(np.nanmax(np.array(profile["radial_stress_Pa"], dtype=float), initial=0.0)))
+    stress, pascals = readable.pressure_unit(
+        float(np.nanmax(np.array(profile["radial_stress_Pa"], dtype=float), initial=0.0))
+    )
     panels = (
         ("packing fraction", [("packing_fraction", "grains", "-")], 1.0),
         ("bulk density [kg/m$^3$]", [("density_kg_m3", "grains", "-"), ("density_target_kg_m3", "body", "--")], 1.0),
@@ -110,7 +112,8 @@ def flat_bed(assembly: Assembly, container: Container, report: dict[str, Any], p
     axes = figure.add_subplot()
     flat_slab(axes, assembly.particles({}, tables=False), container)
     axes.set_title(
-        f"{report['grains']} grains, fraction {report['packing_fraction']:.3f} (bulk), {report['coordination_number']:.2f} contacts, "
+        f"{report['grains']} grains, fraction {report['packing_fraction']:.3f} (bulk), "
+        f"{report['coordination_number']:.2f} contacts, "
         f"walls carry {report['weight_carried']:.4f} of the weight", fontsize=10,
     )  # fmt: skip
     figure.savefig(path, dpi=110)

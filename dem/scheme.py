@@ -1,6 +1,8 @@
-"""What the loops over grains and contacts are compiled for, and what they are given: arrays and numbers under one name each.
+"""What the loops over grains and contacts are compiled for, and what they are given: arrays and numbers under one name
+each.
 
-Columns of the tables: ``dem.columns``; n grains, the first of them in the contact search; m entries of the list of pairs.
+Columns of the tables: ``dem.columns``; n grains, the first of them in the contact search; m entries of the list of
+pairs.
 """
 
 from __future__ import annotations
@@ -16,10 +18,11 @@ from dem.laws import tangential_spring
 class Scheme(NamedTuple):
     """The choices; each is a constant to the compiler, so that a case pays for no law that it does not use.
 
-    ``normal``, ``tangential``, ``rolling``, ``twisting``, ``cohesion``: numbers of the laws in their families (``dem.laws.dispatch``); ``mindlin`` rule of
-    ``tangential_mindlin`` (0: springs of constant stiffness); ``sliding`` rule of ``tangential_spring``;
-    ``offset`` 1: contacts carry an offset to their overlap (``dem.spring_change``); ``sleep`` 1: rows without a grain awake near them are skipped
-    (``dem.sleeping``); ``attract`` 1: grains attract each other (``dem.self_gravity``).
+    ``normal``, ``tangential``, ``rolling``, ``twisting``, ``cohesion``: numbers of the laws in their families
+    (``dem.laws.dispatch``); ``mindlin`` rule of ``tangential_mindlin`` (0: springs of constant stiffness); ``sliding``
+    rule of ``tangential_spring``; ``offset`` 1: contacts carry an offset to their overlap (``dem.spring_change``);
+    ``sleep`` 1: rows without a grain awake near them are skipped (``dem.sleeping``); ``attract`` 1: grains attract
+    each other (``dem.self_gravity``).
     """
 
     normal: int = 0
@@ -40,7 +43,8 @@ class Scheme(NamedTuple):
 
 
 class Chunk(NamedTuple):
-    """What one thread works on: its ``number``, grains ``lo`` to ``hi``, and entries ``begin`` to ``end`` of the list; ``active`` grains are searched."""
+    """What one thread works on: its ``number``, grains ``lo`` to ``hi``, and entries ``begin`` to ``end`` of the list;
+    ``active`` grains are searched."""
 
     number: int
     lo: int
@@ -51,8 +55,9 @@ class Chunk(NamedTuple):
 
 
 class Step(NamedTuple):
-    """``dt`` [s] and ``half`` of it (0: forces are only evaluated); ``tail``: the normal force may pull at the end of a contact; ``over_speed``: limit
-    on the closing speed of a returned grain over the contact wave speed (0: none); ``warn``: overlaps above this are counted, in radii."""
+    """``dt`` [s] and ``half`` of it (0: forces are only evaluated); ``tail``: the normal force may pull at the end of
+    a contact; ``over_speed``: limit on the closing speed of a returned grain over the contact wave speed (0: none);
+    ``warn``: overlaps above this are counted, in radii."""
 
     dt: float
     half: float
@@ -62,7 +67,8 @@ class Step(NamedTuple):
 
 
 class Grains(NamedTuple):
-    """``X``, ``V``, ``W``, ``A``, ``E``, ``F``: tables of ``dem.columns``; ``kind`` (n,) species; ``returned`` (n,) 1 for grains that have been ballistic."""
+    """``X``, ``V``, ``W``, ``A``, ``E``, ``F``: tables of ``dem.columns``; ``kind`` (n,) species; ``returned`` (n,) 1
+    for grains that have been ballistic."""
 
     X: np.ndarray
     V: np.ndarray
@@ -75,8 +81,9 @@ class Grains(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """The half list: grains ``first`` and ``col`` (m,) of each entry, ``todo`` the entries of live rows (with sleepers), ``known`` (m,) 1 where the history
-    is not empty, ``hist`` (m, columns), ``table`` (species, species, columns) the numbers of a contact."""
+    """The half list: grains ``first`` and ``col`` (m,) of each entry, ``todo`` the entries of live rows (with
+    sleepers), ``known`` (m,) 1 where the history is not empty, ``hist`` (m, columns), ``table`` (species, species,
+    columns) the numbers of a contact."""
 
     first: np.ndarray
     col: np.ndarray
@@ -94,8 +101,8 @@ class Spill(NamedTuple):
 
 
 class Boundaries(NamedTuple):
-    """Walls: ``rows`` (w, columns; ``dem.walls``), ``near`` (n,) 1 for grains that can reach one before the next list, ``table`` (w, species, columns) the
-    numbers of a contact, ``hist`` (n, w, columns)."""
+    """Walls: ``rows`` (w, columns; ``dem.walls``), ``near`` (n,) 1 for grains that can reach one before the next list,
+    ``table`` (w, species, columns) the numbers of a contact, ``hist`` (n, w, columns)."""
 
     rows: np.ndarray
     near: np.ndarray
@@ -104,8 +111,9 @@ class Boundaries(NamedTuple):
 
 
 class Outside(NamedTuple):
-    """What acts on single grains: ``uniform`` (3,) gravity [m/s^2]; central gravity ``table`` up to ``radius`` [m] (``dem.gravity``), times ``weight``
-    (n,); ``drag`` (n,) linear damping of velocity and spin [1/s]; ``pull`` (n, 3) acceleration by all other grains."""
+    """What acts on single grains: ``uniform`` (3,) gravity [m/s^2]; central gravity ``table`` up to ``radius`` [m]
+    (``dem.gravity``), times ``weight`` (n,); ``drag`` (n,) linear damping of velocity and spin [1/s]; ``pull`` (n, 3)
+    acceleration by all other grains."""
 
     uniform: np.ndarray
     table: np.ndarray
@@ -116,9 +124,10 @@ class Outside(NamedTuple):
 
 
 class Sleepers(NamedTuple):
-    """Who sleeps (``dem.sleeping``): ``asleep`` (n,) 1, or 2 for those to be woken; ``near`` (n,) awake or beside one that is; ``live`` (n,) rows to
-    evaluate; ``row_energy`` (n, 2) elastic energy [J] and contacts of each row and ``wall_energy`` (n,) that at walls, when they last were; ``held`` (n, 6)
-    running mean of what the acceleration would be beyond ``rest`` (n, 6), that in which the grain fell asleep, over ``memory`` [s]; ``wake``: the share of
+    """Who sleeps (``dem.sleeping``): ``asleep`` (n,) 1, or 2 for those to be woken; ``near`` (n,) awake or beside one
+    that is; ``live`` (n,) rows to evaluate; ``row_energy`` (n, 2) elastic energy [J] and contacts of each row and
+    ``wall_energy`` (n,) that at walls, when they last were; ``held`` (n, 6) running mean of what the acceleration
+    would be beyond ``rest`` (n, 6), that in which the grain fell asleep, over ``memory`` [s]; ``wake``: the share of
     gravity at which it wakes."""
 
     asleep: np.ndarray

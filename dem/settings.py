@@ -27,12 +27,17 @@ class Settings(Model):
     latest_time: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.LATEST))
     """Latest end, counted from the impact; by default ten formation times."""
     still_interval: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.STILL))
-    """The run ends when the profile has changed by less than ``still_change`` over this time; by default 5/6 of the formation time."""
+    """The run ends when the profile has changed by less than ``still_change`` over this time; by default 5/6 of the
+    formation time."""
     still_change: Annotated[float, Field(gt=0.0, le=5.0)] = 0.1
     """RMS change of the profile, in mean grain radii, below which it counts as still."""
-    snapshot_interval: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.SNAPSHOT))
+    snapshot_interval: PositiveTime = Field(
+        default_factory=lambda given: durations.crater_times(given, durations.SNAPSHOT)
+    )
     """Simulated time between snapshots; by default a sixth of the formation time."""
-    history_interval: PositiveTime = Field(default_factory=lambda given: durations.HISTORY * given["snapshot_interval"])
+    history_interval: PositiveTime = Field(
+        default_factory=lambda given: durations.HISTORY * given["snapshot_interval"]
+    )
     """Simulated time between rows of ``history.csv``; by default a twelfth of that between snapshots."""
     grains: Annotated[int, Field(ge=1), View()] = 20_000
     """Expected number of grains, for the prediction of the cost only."""
@@ -52,8 +57,9 @@ class Settings(Model):
     """Deviations that another engine may make, by name (``dem.engines.deviations``); each is refused otherwise."""
 
     springs_for: PositiveSpeed | Literal["auto", "bed"] = "auto"
-    """Closing speed that the springs of the start are for, at x_max overlap: the bed settles in soft springs for its weight, and its contacts keep their forces
-    when k_n is raised (``dem.stiffening``). ``auto``: on flat ground the fastest approach handed over, on a body as ``bed``: the bed's own springs."""
+    """Closing speed that the springs of the start are for, at x_max overlap: the bed settles in soft springs for its
+    weight, and its contacts keep their forces when k_n is raised (``dem.stiffening``). ``auto``: on flat ground the
+    fastest approach handed over, on a body as ``bed``: the bed's own springs."""
     stiffness: Literal["fixed", "following"] = "fixed"
     """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.following_stiffness``."""
     sleeping: bool = False
@@ -62,12 +68,16 @@ class Settings(Model):
     @model_validator(mode="after")
     def _order(self) -> Settings:
         if self.target is not None and durations.surface_gravity(self.target) <= 0.0:
-            raise ValueError("without gravity no crater collapses: set [target] gravity, or leave out the stages bed, handoff and dem")
+            raise ValueError(
+                "without gravity no crater collapses: set [target] gravity, or leave out the stages bed, handoff and "
+                "dem"
+            )
         if self.latest_time < self.end_time:
             raise ValueError(f"latest_time ({self.latest_time:g} s) must not be before end_time ({self.end_time:g} s)")
         if self.engine != "native" and self.springs_for not in ("auto", "bed"):
             raise ValueError(
-                f"springs_for = {self.springs_for:g} m/s needs contacts with offsets, which {self.engine} has not: leave it out and settle the bed "
+                f"springs_for = {self.springs_for:g} m/s needs contacts with offsets, which {self.engine} has not: "
+                f"leave it out and settle the bed "
                 "in springs for that speed ([bed] largest_speed), or take the native engine"
             )
         return self

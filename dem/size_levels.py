@@ -1,8 +1,9 @@
 """The half list of grains of very different sizes: one grid of cells for each class of size.
 
-With one grid its cells must be as wide as two of the largest grains, and hold hundreds of the smallest. Here class k holds the radii between
-r_max / 2^(k+1) and r_max / 2^k and has its own grid; a grain meets its own class in half of the cells around it, and all of every smaller
-class in the cells that it can reach. Every pair is found once, from its larger class. Rows are sorted, so the list does not depend on the search.
+With one grid its cells must be as wide as two of the largest grains, and hold hundreds of the smallest. Here class k
+holds the radii between r_max / 2^(k+1) and r_max / 2^k and has its own grid; a grain meets its own class in half of
+the cells around it, and all of every smaller class in the cells that it can reach. Every pair is found once, from its
+larger class. Rows are sorted, so the list does not depend on the search.
 
 Source: Ogarko & Luding 2012, Comput. Phys. Commun. 183, 931 (hierarchical grids for polydisperse packings).
 """
@@ -18,7 +19,8 @@ from dem.contacts import Cells
 from matter.jit import kernel
 
 WORTH_IT = 3.0
-"""Largest over mean radius from which on classes are cheaper (20,000 grains: 6 ms alike; 15.5 against 13.2 ms at 3.4, 44 against 9.7 ms at 6.6)."""
+"""Largest over mean radius from which on classes are cheaper (20,000 grains: 6 ms alike; 15.5 against 13.2 ms at 3.4,
+44 against 9.7 ms at 6.6)."""
 
 
 def several(radius: np.ndarray) -> bool:
@@ -32,8 +34,8 @@ def classes(radius: np.ndarray) -> np.ndarray:
 
 
 class Grid(NamedTuple):
-    """Grains of one class in the order of their cells: numbers ``members`` (k,), ``cell`` (k, 3); where each cell begins ``start``; ``low`` corner (3,)
-    [m], ``size`` of a cell [m], ``shape`` (3,)."""
+    """Grains of one class in the order of their cells: numbers ``members`` (k,), ``cell`` (k, 3); where each cell
+    begins ``start``; ``low`` corner (3,) [m], ``size`` of a cell [m], ``shape`` (3,)."""
 
     members: np.ndarray
     cell: np.ndarray
@@ -45,7 +47,8 @@ class Grid(NamedTuple):
 
 @kernel
 def _own(X, grid, skin, found, first, second):
-    """Pairs within one class; returns how many there are with the ``found`` that came before (beyond the room they are only counted)."""
+    """Pairs within one class; returns how many there are with the ``found`` that came before (beyond the room they are
+    only counted)."""
     members, index, start, shape = grid.members, grid.cell, grid.start, grid.shape
     room = first.shape[0]
     for a in range(members.shape[0]):
@@ -76,7 +79,8 @@ def _own(X, grid, skin, found, first, second):
 
 @kernel
 def _across(X, large, grid, skin, found, first, second):
-    """Pairs of the grains ``large`` (their numbers) with those of a smaller class, sorted into ``grid``; returns as ``_own``."""
+    """Pairs of the grains ``large`` (their numbers) with those of a smaller class, sorted into ``grid``; returns as
+    ``_own``."""
     small, start, low, size, shape = grid.members, grid.start, grid.low, grid.size, grid.shape
     room = first.shape[0]
     lo, hi = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
@@ -137,7 +141,9 @@ def build(X: np.ndarray, skin: float, room: int) -> tuple[np.ndarray, np.ndarray
         members = np.flatnonzero(of == k)
         if len(members):
             cells = Cells(X[members, :3], 2.0 * float(X[members, RADIUS].max()) + skin)
-            grids.append(Grid(members[cells.order], cells.index, cells.start, cells.low, float(cells.size), cells.shape))
+            grids.append(
+                Grid(members[cells.order], cells.index, cells.start, cells.low, float(cells.size), cells.shape)
+            )
     while True:
         first, second = np.empty(room, dtype=np.int32), np.empty(room, dtype=np.int32)
         found = 0

@@ -1,14 +1,15 @@
 """Sleeping grains: what has come to rest is skipped until something near it moves or pushes.
 
-A grain that has been slow (speed and r times spin below ``SLOW`` sqrt(g r)) for a time of ``PATIENCE`` sqrt(r / g), and whose listed neighbours
-have been so too, falls asleep: it stays exactly where it is. What starts to slide at a > 2 ``SLOW`` g is too fast by then. A row of the pair
-list is evaluated only when a grain of it is awake or has an awake grain in the list, so the forces on every sleeper next to a moving grain are
-complete at every step. It wakes when its acceleration would change by more than ``WAKE`` g in the mean over ``MEMORY`` sqrt(r / g) (an impact that
-would give it a speed of ``WAKE`` ``MEMORY`` sqrt(g r) does that at once), and takes part from the next step on; the waves that run through a bed
-after an impact average out. Deep inside a sleeping region nothing can change.
+A grain that has been slow (speed and r times spin below ``SLOW`` sqrt(g r)) for a time of ``PATIENCE`` sqrt(r / g),
+and whose listed neighbours have been so too, falls asleep: it stays exactly where it is. What starts to slide at a > 2
+``SLOW`` g is too fast by then. A row of the pair list is evaluated only when a grain of it is awake or has an awake
+grain in the list, so the forces on every sleeper next to a moving grain are complete at every step. It wakes when its
+acceleration would change by more than ``WAKE`` g in the mean over ``MEMORY`` sqrt(r / g) (an impact that would give it
+a speed of ``WAKE`` ``MEMORY`` sqrt(g r) does that at once), and takes part from the next step on; the waves that run
+through a bed after an impact average out. Deep inside a sleeping region nothing can change.
 
-Balances: the speed that is lost in falling asleep is booked as an impulse and as damping, and what holds a sleeper (-F) as an external force, so
-momentum, angular momentum and energy are accounted for as without sleep.
+Balances: the speed that is lost in falling asleep is booked as an impulse and as damping, and what holds a sleeper
+(-F) as an external force, so momentum, angular momentum and energy are accounted for as without sleep.
 """
 
 from __future__ import annotations

@@ -16,9 +16,11 @@ from dem.settings import Settings
 from matter import checkpoint, readable, snapshot
 
 GRAIN_STEPS_PER_S = 2.2e6
-"""Grain steps per second of one thread in a collapse, with lists, looks and output (busy AVX-512 machine; 3.4e6 on a quiet one)."""
+"""Grain steps per second of one thread in a collapse, with lists, looks and output (busy AVX-512 machine; 3.4e6 on a
+quiet one)."""
 ENGINE_GRAIN_STEPS_PER_S = 0.6e6
-"""The same of LAMMPS or LIGGGHTS, per rank (65,000 grains; gravity by formula and walls cost as much as the contacts)."""
+"""The same of LAMMPS or LIGGGHTS, per rank (65,000 grains; gravity by formula and walls cost as much as the
+contacts)."""
 TIME_STEP_S = 0.9
 """Time step of the quick Valhalla bed, for the prediction only."""
 EJECTA_SHORTEN = 0.77
@@ -31,22 +33,38 @@ idle_sources = used_laws.of_collapse
 
 
 def _raised(settings: Settings) -> float | None:
-    """Expected step [s] in springs for the speeds handed over (``dem.stiffening``), at most the bed's; None where springs stay, or nothing is known."""
+    """Expected step [s] in springs for the speeds handed over (``dem.stiffening``), at most the bed's; None where
+    springs stay, or nothing is known."""
     target, impact, asked = settings.target, settings.impact, settings.springs_for
-    if not (settings.bed_step and settings.bed_radius and target and impact and settings.contact.linear) or asked == "bed":
+    if (
+        not (settings.bed_step and settings.bed_radius and target and impact and settings.contact.linear)
+        or asked == "bed"
+    ):
         return None
     if asked == "auto" and not target.flat:
         return None
     fall = np.sqrt(durations.surface_gravity(target) * impact.expected_transient_diameter)
     speed = APPROACH * fall if asked == "auto" else asked
     contact = settings.contact
-    step = np.pi / np.sqrt(2.0 * contact.stiffness_factor) * contact.static_overlap * settings.bed_radius / speed / contact.steps_per_contact
+    step = (
+        np.pi
+        / np.sqrt(2.0 * contact.stiffness_factor)
+        * contact.static_overlap
+        * settings.bed_radius
+        / speed
+        / contact.steps_per_contact
+    )
     return float(min(step, settings.bed_step))
 
 
 def steps(settings: Settings) -> float:
-    """Expected number of steps: ejecta at their softest still shorten the bed's step by a quarter (measured on Valhalla's beds)."""
-    dt = _raised(settings) or settings.bed_step or TIME_STEP_S * (20_000 / settings.grains) ** (1.0 / 3.0) / np.sqrt(settings.contact.stiffness_factor)
+    """Expected number of steps: ejecta at their softest still shorten the bed's step by a quarter (measured on
+    Valhalla's beds)."""
+    dt = (
+        _raised(settings)
+        or settings.bed_step
+        or TIME_STEP_S * (20_000 / settings.grains) ** (1.0 / 3.0) / np.sqrt(settings.contact.stiffness_factor)
+    )
     dt *= EJECTA_SHORTEN * settings.step_factor
     if not settings.bed_step:
         dt *= 30 / settings.contact.steps_per_contact
@@ -54,7 +72,8 @@ def steps(settings: Settings) -> float:
 
 
 def predict(settings: Settings) -> dict[str, float]:
-    """Wall time with warm kernels [s], memory and disk [bytes]; the step is that of the bed where it is known, else of Valhalla's scaled to ``grains``.
+    """Wall time with warm kernels [s], memory and disk [bytes]; the step is that of the bed where it is known, else of
+    Valhalla's scaled to ``grains``.
 
     Raises ``InputError`` when the engine's program is not installed.
     """
@@ -63,7 +82,11 @@ def predict(settings: Settings) -> dict[str, float]:
     native = settings.engine == "native"
     if not native:
         program.find(settings.engine)
-    rate = GRAIN_STEPS_PER_S * settling.threads_for(settings.grains) if native else ENGINE_GRAIN_STEPS_PER_S * settings.ranks
+    rate = (
+        GRAIN_STEPS_PER_S * settling.threads_for(settings.grains)
+        if native
+        else ENGINE_GRAIN_STEPS_PER_S * settings.ranks
+    )
     wall = 2.0 + n * steps(settings) / rate + 1e-5 * n * shots
     return {"wall_s": wall, "memory_bytes": 2.5e8 + 3000.0 * n, "disk_bytes": 70.0 * n * (shots + 4)}
 
@@ -72,8 +95,10 @@ def explain(settings: Settings) -> list[str]:
     """What the cost follows from, in words."""
     n = settings.bed_grains or 0.65 * settings.grains
     return [
-        f"{n:,.0f} grains, {steps(settings):,.0f} steps to end_time = {readable.clock(settings.end_time)} (at most to latest_time = "
-        f"{readable.clock(settings.latest_time)}): the step follows from the contacts' stiffness and steps_per_contact = {settings.contact.steps_per_contact}"
+        f"{n:,.0f} grains, {steps(settings):,.0f} steps to end_time = {readable.clock(settings.end_time)} (at most to "
+        f"latest_time = "
+        f"{readable.clock(settings.latest_time)}): the step follows from the contacts' stiffness and "
+        f"steps_per_contact = {settings.contact.steps_per_contact}"
     ]
 
 
@@ -85,8 +110,8 @@ def threads(settings: Settings) -> int:
 def run(settings: Settings, inputs: Path, out: Path) -> None:
     """Run the collapse: ``snap_*.vtkhdf``, ``history.csv``, ``last.vtkhdf``, ``stage_report.json`` in ``out``.
 
-    Raises ``InputError`` when an input file is missing or incomplete, ``UnphysicalState`` when grains overlap beyond the limit (the
-    snapshots until then stay), ``Unsound`` at the end when a balance is broken.
+    Raises ``InputError`` when an input file is missing or incomplete, ``UnphysicalState`` when grains overlap beyond
+    the limit (the snapshots until then stay), ``Unsound`` at the end when a balance is broken.
     """
     inputs, out = Path(inputs), Path(out)
     settings = settings.model_copy(update={"contact": friction_angle.resolved(settings.contact)})

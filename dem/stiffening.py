@@ -1,15 +1,20 @@
-"""Springs of the start for the speeds that were handed over: the bed settles in soft springs for its weight, the collapse begins in stiffer ones.
+"""Springs of the start for the speeds that were handed over: the bed settles in soft springs for its weight, the
+collapse begins in stiffer ones.
 
-Under weak gravity springs that carry a bed's weight at small overlaps are a thousand times too soft for the flow of an impact, and a bed that settled in
-springs for that flow would take a thousand times as long, since its overlaps at rest are as much smaller. So k_n is raised between bed and collapse
+Under weak gravity springs that carry a bed's weight at small overlaps are a thousand times too soft for the flow of an
+impact, and a bed that settled in springs for that flow would take a thousand times as long, since its overlaps at rest
+are as much smaller. So k_n is raised between bed and collapse
 
-    k_n = m (v / (x_max r))^2   in the mean of the compact grains,   x_max = ``static_overlap``,   times ``stiffness_factor``,
+    k_n = m (v / (x_max r))^2   in the mean of the compact grains,   x_max = ``static_overlap``,
+    times ``stiffness_factor``,
 
-by one factor q for all grains. Every contact keeps its forces: the overlap x in which it settled becomes x / q by an offset (``dem.spring_change``), so that
-the bed stays in balance; its springs hold 1 / q of the energy that they held. v is the fastest approach of two neighbouring compact grains at the handoff, or
-given. The contact wave speed stays below ``wave_speed_limit`` times the sound speed of the grains' material, and no bed is made softer.
+by one factor q for all grains. Every contact keeps its forces: the overlap x in which it settled becomes x / q by an
+offset (``dem.spring_change``), so that the bed stays in balance; its springs hold 1 / q of the energy that they held.
+v is the fastest approach of two neighbouring compact grains at the handoff, or given. The contact wave speed stays
+below ``wave_speed_limit`` times the sound speed of the grains' material, and no bed is made softer.
 
-Source of k_n: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, section 2.4; the offsets are this project's own.
+Source of k_n: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, section 2.4; the offsets are this project's
+own.
 """
 
 from __future__ import annotations
@@ -32,14 +37,16 @@ NEAR = 0.3
 
 
 class Springs(NamedTuple):
-    """``speed`` [m/s] that the springs of the start are for (0: the bed's own springs), and k_n over that of the bed."""
+    """``speed`` [m/s] that the springs of the start are for (0: the bed's own springs), and k_n over that of the
+    bed."""
 
     speed: float = 0.0
     factor: float = 1.0
 
 
 def springs_for(asked: float | Literal["auto", "bed"], start: Particles, contact: Contact, flat: bool) -> Springs:
-    """The springs that a start asks for. ``auto``: on flat ground for the fastest approach in it, on a body those of the bed, which its material gives.
+    """The springs that a start asks for. ``auto``: on flat ground for the fastest approach in it, on a body those of
+    the bed, which its material gives.
 
     Laws whose springs cannot change (``hertz``, cohesion by ``sjkr``) leave ``auto`` at the bed's.
     """
@@ -74,7 +81,8 @@ def fastest_approach(grains: Particles) -> float:
 
 
 def stiffen(bed: Assembly, springs: Springs) -> tuple[float, float]:
-    """Give the bed these springs, at the start; energy of all springs before and after [J]. What weight takes counts from here on."""
+    """Give the bed these springs, at the start; energy of all springs before and after [J]. What weight takes counts
+    from here on."""
     before = bed.elastic
     spring_change.at_rest(bed)
     spring_change.change(bed, springs.factor)

@@ -19,8 +19,8 @@ COLUMN = 2.0
 def surface_profile(bed: Assembly, domain: Domain | Container) -> np.ndarray:
     """Mean height [m] of the top of the bed above the datum in rings about the axis; nan where a ring is empty.
 
-    The surface is the highest touching grain of each column of an equal-area grid (Lambert's projection; on flat ground squares), so that grains in flight do
-    not count.
+    The surface is the highest touching grain of each column of an equal-area grid (Lambert's projection; on flat
+    ground squares), so that grains in flight do not count.
     """
     touching = np.zeros(len(bed.X), dtype=bool)
     first, second, _ = bed.touching()
@@ -39,7 +39,11 @@ def surface_profile(bed: Assembly, domain: Domain | Container) -> np.ndarray:
         level, inside = distance + x[:, RADIUS] - domain.datum_radius, angle <= domain.half_angle
         reach = 2.0 * domain.datum_radius * np.sin(0.5 * domain.half_angle)
     half = int(np.ceil(reach / size)) + 1
-    column = (np.floor(x[:, 0] * plan / size).astype(int) + half) * (2 * half + 1) + np.floor(x[:, 1] * plan / size).astype(int) + half
+    column = (
+        (np.floor(x[:, 0] * plan / size).astype(int) + half) * (2 * half + 1)
+        + np.floor(x[:, 1] * plan / size).astype(int)
+        + half
+    )
     top = np.full((2 * half + 1) ** 2, -np.inf)
     good = (column >= 0) & (column < len(top)) & inside
     np.maximum.at(top, column[good], level[good])
@@ -53,7 +57,8 @@ def surface_profile(bed: Assembly, domain: Domain | Container) -> np.ndarray:
 
 
 class Stillness:
-    """Remembers profiles over ``interval`` [s] and says by how much, in mean radii, the present one differs from any of them (RMS)."""
+    """Remembers profiles over ``interval`` [s] and says by how much, in mean radii, the present one differs from any
+    of them (RMS)."""
 
     def __init__(self, interval: float, samples: int = 10):
         self.every = interval / samples
@@ -62,7 +67,8 @@ class Stillness:
         self.change = np.inf
 
     def look(self, profile: np.ndarray, radius: float) -> float:
-        """Add a profile (every ``self.every`` seconds); returns, and keeps, the ``change``, inf until the interval is full."""
+        """Add a profile (every ``self.every`` seconds); returns, and keeps, the ``change``, inf until the interval is
+        full."""
         self.kept.append(profile)
         if len(self.kept) > self.samples:
             self.kept = self.kept[-self.samples - 1 :]

@@ -18,7 +18,9 @@ PACKING = ("beds/packing.py", "beds/relaxation.py")
 def _laws(contact: Contact) -> set[Path]:
     """Contact laws that are not taken, and the shear cell where no friction angle is asked for."""
     taken = {law.__file__ for module in contact.laws() for law in (module, *getattr(module, "RESTS_ON", ()))}
-    idle = {Path(str(module.__file__)) for family in FAMILIES for module in family.laws if module.__file__ not in taken}
+    idle = {
+        Path(str(module.__file__)) for family in FAMILIES for module in family.laws if module.__file__ not in taken
+    }
     return idle | ({ROOM / "trials" / "shear_cell.py"} if contact.friction_angle is None else set())
 
 

@@ -1,10 +1,11 @@
 """Walls: plane, sphere, cone about a body's centre, surface of revolution (cylinder, funnel, disc), triangle mesh.
 
-A wall is a row of numbers so that one kernel serves all kinds. The distance of a grain's centre from the wall is positive inside the domain;
-the overlap is r - distance. A wall is rigid and at rest: the contact uses the grain's own k_n and its whole mass.
+A wall is a row of numbers so that one kernel serves all kinds. The distance of a grain's centre from the wall is
+positive inside the domain; the overlap is r - distance. A wall is rigid and at rest: the contact uses the grain's own
+k_n and its whole mass.
 
-One wall touches a grain at one point at a time, the nearest. Walls that meet in a corner are therefore separate walls, and a mesh is cut into
-one wall for each of its smooth pieces (``walls_of``).
+One wall touches a grain at one point at a time, the nearest. Walls that meet in a corner are therefore separate walls,
+and a mesh is cut into one wall for each of its smooth pieces (``walls_of``).
 """
 
 from __future__ import annotations
@@ -28,9 +29,11 @@ PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED, MESH = range(6)
 COLUMNS = 16
 """Columns of a wall's row; that of a mesh goes on with its facets and their grid (``dem.mesh_wall``)."""
 KIND, POINT, DIRECTION, WALL_RADIUS, SINE, COSINE, TOP = 0, 1, 4, 7, 8, 9, 10
-"""Of them: ``PLANE`` ..., point and direction (three columns each), radius [m], sine and cosine of the half angle, top [m]."""
+"""Of them: ``PLANE`` ..., point and direction (three columns each), radius [m], sine and cosine of the half angle, top
+[m]."""
 LINE_P, LINE_A, LINE_DP, LINE_DA, LINE_LOW, LINE_HIGH, RIM_LOW, RIM_HIGH = range(7, 15)
-"""Of a surface of revolution: start of the line (p, a) [m], its direction, its ends along it [m], and whether they are rims."""
+"""Of a surface of revolution: start of the line (p, a) [m], its direction, its ends along it [m], and whether they are
+rims."""
 
 _mesh_distance = mesh_wall.distance
 
@@ -39,13 +42,14 @@ _mesh_distance = mesh_wall.distance
 class Wall:
     """One wall.
 
-    ``kind`` one of PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED, MESH; ``point`` a point of the plane, or the centre, apex or origin of
-    the axis; ``direction`` the normal of the plane into the domain, or the axis; ``radius`` of the sphere [m]; ``half_angle`` of the cone
-    [rad]; ``top`` distance from the apex above which the cone ends, or height along z above ``point`` above which a plane or the inside of
-    a sphere ends [m]; ``species`` index whose pair with the grain's species gives the
-    contact parameters, or -1 for a frictionless wall with the grain's own restitution; ``ends`` of the revolved line, (distance from
-    the axis, height along it) each [m], felt from the left of the way from the first to the second; ``rims`` whether each end is a free
-    edge that a grain can touch, rather than a joint with another wall; ``piece`` of a mesh.
+    ``kind`` one of PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED, MESH; ``point`` a point of the plane, or the
+    centre, apex or origin of the axis; ``direction`` the normal of the plane into the domain, or the axis; ``radius``
+    of the sphere [m]; ``half_angle`` of the cone [rad]; ``top`` distance from the apex above which the cone ends, or
+    height along z above ``point`` above which a plane or the inside of a sphere ends [m]; ``species`` index whose pair
+    with the grain's species gives the contact parameters, or -1 for a frictionless wall with the grain's own
+    restitution; ``ends`` of the revolved line, (distance from the axis, height along it) each [m], felt from the left
+    of the way from the first to the second; ``rims`` whether each end is a free edge that a grain can touch, rather
+    than a joint with another wall; ``piece`` of a mesh.
     """
 
     kind: int
@@ -60,7 +64,8 @@ class Wall:
     piece: Piece | None = None
 
     def row(self, reach: float = 0.0) -> np.ndarray:
-        """The numbers that the kernel reads, shape (COLUMNS,) or, of a mesh, longer; ``reach`` [m] the largest radius of a grain."""
+        """The numbers that the kernel reads, shape (COLUMNS,) or, of a mesh, longer; ``reach`` [m] the largest radius
+        of a grain."""
         length = float(np.linalg.norm(self.direction))
         if length == 0.0:
             raise InputError("a wall needs a direction of non-zero length")
@@ -80,14 +85,16 @@ class Wall:
         return row
 
     def cylinder(self) -> tuple[float, float, float] | None:
-        """Radius, bottom and top along the axis [m] of an upright cylinder about z that is felt from inside; None of any other wall."""
+        """Radius, bottom and top along the axis [m] of an upright cylinder about z that is felt from inside; None of
+        any other wall."""
         if self.kind != REVOLVED or self.ends is None or not np.allclose(self.direction, (0.0, 0.0, 1.0)):
             return None
         (p0, a0), (p1, a1) = self.ends
         return (p0, a0, a1) if p0 == p1 and a0 < a1 else None
 
     def _line(self) -> list[float]:
-        """Start, direction, lower and upper end along it, and whether the ends are rims, of the line that is revolved."""
+        """Start, direction, lower and upper end along it, and whether the ends are rims, of the line that is
+        revolved."""
         if self.ends is None:
             raise InputError("a wall of revolution needs the two ends of its line")
         (p0, a0), (p1, a1) = self.ends
@@ -111,16 +118,27 @@ def cylinder(
     rims: tuple[bool, bool] = (False, True),
     outside: bool = False,
 ) -> Wall:
-    """A cylinder of ``radius`` [m] between the heights ``bottom`` and ``top`` [m] along its axis, felt from inside, or from ``outside`` (a post).
+    """A cylinder of ``radius`` [m] between the heights ``bottom`` and ``top`` [m] along its axis, felt from inside, or
+    from ``outside`` (a post).
 
     ``rims``: whether a grain can touch the edge at the bottom, at the top.
     """
     if not radius > 0.0 or not bottom < top:
-        raise InputError(f"a cylinder needs a positive radius and bottom below top: radius {radius:.6g} m, {bottom:.6g} to {top:.6g} m")
+        raise InputError(
+            f"a cylinder needs a positive radius and bottom below top: radius {radius:.6g} m, {bottom:.6g} to "
+            f"{top:.6g} m"
+        )
     if math.isinf(bottom) != math.isinf(top):
         raise InputError("a cylinder is endless in both directions or in none")
     low, high = (radius, bottom), (radius, top)
-    return Wall(REVOLVED, point, axis, species=species, ends=(high, low) if outside else (low, high), rims=rims[::-1] if outside else rims)
+    return Wall(
+        REVOLVED,
+        point,
+        axis,
+        species=species,
+        ends=(high, low) if outside else (low, high),
+        rims=rims[::-1] if outside else rims,
+    )
 
 
 def funnel(
@@ -132,19 +150,28 @@ def funnel(
     rims: tuple[bool, bool] = (True, False),
     outside: bool = False,
 ) -> Wall:
-    """A cut cone between the circles ``lower`` and ``upper``, (radius, height) each [m], felt from inside, or from ``outside`` (a mound).
+    """A cut cone between the circles ``lower`` and ``upper``, (radius, height) each [m], felt from inside, or from
+    ``outside`` (a mound).
 
-    Equal heights give a flat disc, a floor with a hole, felt from above. ``rims``: whether a grain can touch the edge at the lower and upper
-    circle; not so at a joint with a cylinder.
+    Equal heights give a flat disc, a floor with a hole, felt from above. ``rims``: whether a grain can touch the edge
+    at the lower and upper circle; not so at a joint with a cylinder.
     """
-    return Wall(REVOLVED, point, axis, species=species, ends=(upper, lower) if outside else (lower, upper), rims=rims[::-1] if outside else rims)
+    return Wall(
+        REVOLVED,
+        point,
+        axis,
+        species=species,
+        ends=(upper, lower) if outside else (lower, upper),
+        rims=rims[::-1] if outside else rims,
+    )
 
 
 def walls_of(source: Path | str | Any, species: int = -1, flip: bool = False, scale: float = 1.0) -> list[Wall]:
     """The walls of a triangle mesh: an STL or PLY file, or a ``trimesh.Trimesh``; lengths are multiplied by ``scale``.
 
-    Grains lie on the side to which the facets' normals point, with ``flip`` on the other (the inside of a closed body).
-    Raises ``InputError`` when the file cannot be read, holds no facet of finite area, or has more than ``mesh_wall.MOST_PIECES`` smooth pieces.
+    Grains lie on the side to which the facets' normals point, with ``flip`` on the other (the inside of a closed
+    body). Raises ``InputError`` when the file cannot be read, holds no facet of finite area, or has more than
+    ``mesh_wall.MOST_PIECES`` smooth pieces.
     """
     vertices, faces = mesh_wall.read(source)
     vertices = vertices * scale
@@ -154,7 +181,8 @@ def walls_of(source: Path | str | Any, species: int = -1, flip: bool = False, sc
 
 
 def rows(walls: Sequence[Wall], reach: float = 0.0) -> np.ndarray:
-    """Rows of all walls, shape (w, COLUMNS or that of the largest mesh); ``reach`` [m] the largest radius of a grain."""
+    """Rows of all walls, shape (w, COLUMNS or that of the largest mesh); ``reach`` [m] the largest radius of a
+    grain."""
     made = [wall.row(reach) for wall in walls]
     out = np.zeros((len(walls), max([COLUMNS, *(len(row) for row in made)])))
     for w, row in enumerate(made):
@@ -175,7 +203,8 @@ def tables(walls: Sequence[Wall], pair_table: np.ndarray) -> np.ndarray:
 
 @law
 def distance(wall, x, y, z):
-    """Distance of a point from the wall [m] (inf where the wall does not reach) and the unit vector from the point towards the wall."""
+    """Distance of a point from the wall [m] (inf where the wall does not reach) and the unit vector from the point
+    towards the wall."""
     kind = int(wall[KIND])
     if kind == MESH:
         return _mesh_distance(wall, x, y, z)
@@ -185,7 +214,12 @@ def distance(wall, x, y, z):
     if kind == PLANE:
         if z > wall[TOP]:
             return np.inf, 0.0, 0.0, 1.0
-        return x * wall[DIRECTION] + y * wall[DIRECTION + 1] + z * wall[DIRECTION + 2], -wall[DIRECTION], -wall[DIRECTION + 1], -wall[DIRECTION + 2]
+        return (
+            x * wall[DIRECTION] + y * wall[DIRECTION + 1] + z * wall[DIRECTION + 2],
+            -wall[DIRECTION],
+            -wall[DIRECTION + 1],
+            -wall[DIRECTION + 2],
+        )
     if kind == REVOLVED:
         return _revolved(wall, x, y, z)
     r = math.sqrt(x * x + y * y + z * z)
@@ -205,12 +239,18 @@ def distance(wall, x, y, z):
         # a centre outside the cone has left the domain: it is booked, not pushed back
         return np.inf, 0.0, 0.0, 1.0
     q = wall[COSINE] / p
-    return gap, px * q - wall[SINE] * wall[DIRECTION], py * q - wall[SINE] * wall[DIRECTION + 1], pz * q - wall[SINE] * wall[DIRECTION + 2]
+    return (
+        gap,
+        px * q - wall[SINE] * wall[DIRECTION],
+        py * q - wall[SINE] * wall[DIRECTION + 1],
+        pz * q - wall[SINE] * wall[DIRECTION + 2],
+    )
 
 
 @law
 def distance_of(walls, w, x, y, z):
-    """``distance`` from row ``w`` of ``walls``; a plane is read where it stands, since a row cut out of a table is counted atomically, twice."""
+    """``distance`` from row ``w`` of ``walls``; a plane is read where it stands, since a row cut out of a table is
+    counted atomically, twice."""
     if walls[w, KIND] == PLANE:
         if z - walls[w, POINT + 2] > walls[w, TOP]:
             return np.inf, 0.0, 0.0, 1.0
@@ -231,7 +271,8 @@ def distances(walls, which, position):
 
 @law
 def _revolved(wall, x, y, z):
-    """``distance`` of a surface of revolution: the distance from a line, or its ends, in the half-plane (p, a) through the axis and the point."""
+    """``distance`` of a surface of revolution: the distance from a line, or its ends, in the half-plane (p, a) through
+    the axis and the point."""
     a = x * wall[DIRECTION] + y * wall[DIRECTION + 1] + z * wall[DIRECTION + 2]
     px, py, pz = x - a * wall[DIRECTION], y - a * wall[DIRECTION + 1], z - a * wall[DIRECTION + 2]
     p = math.sqrt(px * px + py * py + pz * pz)
@@ -266,7 +307,8 @@ def _revolved(wall, x, y, z):
 
 @kernel
 def within_reach(position, radius, walls, margin, out):
-    """Mark the grains (n,) whose surface is nearer to a wall than ``margin`` [m] and a tenth of their radius, or of which a wall says nothing."""
+    """Mark the grains (n,) whose surface is nearer to a wall than ``margin`` [m] and a tenth of their radius, or of
+    which a wall says nothing."""
     for i in range(len(radius)):
         out[i] = 0
         for w in range(walls.shape[0]):

@@ -1,6 +1,8 @@
-"""The contact forces that a handed-over bed starts with: python examples/handoff_forces.py RUN_or_SNAPSHOT [picture.png]
+"""The contact forces that a handed-over bed starts with: python examples/handoff_forces.py RUN_or_SNAPSHOT
+[picture.png]
 
-Draws the contacts within one grain diameter of the impact plane, thicker and darker the more they carry, and the spread of all forces.
+Draws the contacts within one grain diameter of the impact plane, thicker and darker the more they carry, and the
+spread of all forces.
 """
 
 import sys
@@ -27,14 +29,26 @@ middle = 0.5 * (grains.position[net.one, 1] + grains.position[net.other, 1])
 thin = np.flatnonzero(np.abs(middle) < 2.0 * grains.radius.mean())
 thin = thin[np.argsort(share[thin])]  # the strongest on top
 ends = np.stack([grains.position[net.one[thin]], grains.position[net.other[thin]]], axis=1)[:, :, [0, 2]] / unit
-lines = cut.add_collection(LineCollection(ends, array=share[thin], cmap="inferno_r", clim=(0.0, 5.0), linewidths=np.clip(0.8 * share[thin], 0.2, 5.0)))
+lines = cut.add_collection(
+    LineCollection(
+        ends, array=share[thin], cmap="inferno_r", clim=(0.0, 5.0), linewidths=np.clip(0.8 * share[thin], 0.2, 5.0)
+    )
+)
 figure.colorbar(lines, ax=cut, label="force / mean")
 cut.autoscale()
-cut.set(aspect="equal", xlabel=f"x [{name}]", ylabel=f"z [{name}]", title=f"{len(net.force)} contacts of {net.grains} grains; mean force {net.mean:.3g} N")
+cut.set(
+    aspect="equal",
+    xlabel=f"x [{name}]",
+    ylabel=f"z [{name}]",
+    title=f"{len(net.force)} contacts of {net.grains} grains; mean force {net.mean:.3g} N",
+)
 spread.hist(share, bins=np.linspace(0.0, 12.0, 100), density=True, histtype="step")
 spread.plot(ticks := np.linspace(0.0, 12.0, 50), np.exp(-ticks), ":", color="#999", label="exp(-f / mean)")
 spread.set(yscale="log", xlabel="force / mean", ylabel="share of contacts")
 spread.legend()
 picture = sys.argv[2] if len(sys.argv) > 2 else "handoff_forces.png"
 figure.savefig(picture, dpi=110)
-print(f"{net.contacts_per_grain:.2f} contacts per grain, mean {net.mean:.4g} N, 99 % below {net.spread:.2f} means, largest {share.max():.1f} means; {picture}")
+print(
+    f"{net.contacts_per_grain:.2f} contacts per grain, mean {net.mean:.4g} N, 99 % below {net.spread:.2f} means, "
+    f"largest {share.max():.1f} means; {picture}"
+)

@@ -1,7 +1,7 @@
 """Where a handoff lost or gained motion: python examples/handoff_residuals.py RUN [picture.png]
 
-Reads RUN/4_handoff: momentum by octant and by shell before the correction (handoff.json), and the velocity difference cell by cell (residuals.h5) on a
-map seen from above: distance along the datum against azimuth, and against depth.
+Reads RUN/4_handoff: momentum by octant and by shell before the correction (handoff.json), and the velocity difference
+cell by cell (residuals.h5) on a map seen from above: distance along the datum against azimuth, and against depth.
 """
 
 import json
@@ -18,7 +18,11 @@ from matplotlib import pyplot as plt
 
 out = Path(sys.argv[1]) / "4_handoff"
 record = json.loads((out / "handoff.json").read_text())
-cells = {name.removeprefix("cells/"): values for name, values in archive.read(out / "residuals.h5")[0].items() if name.startswith("cells/")}
+cells = {
+    name.removeprefix("cells/"): values
+    for name, values in archive.read(out / "residuals.h5")[0].items()
+    if name.startswith("cells/")
+}
 local = {row["region"]: row for row in record["local_momentum"]}
 
 figure, axes = plt.subplots(2, 2, figsize=(12, 9), layout="constrained")
@@ -28,14 +32,32 @@ shown = axes[0, 0].imshow(values, cmap="YlOrRd", vmin=0.0, vmax=5.0)
 for i, row in enumerate(octants):
     for j, name in enumerate(row):
         share = f"{100.0 * local[name]['share']:.0f} % of it" if name in local else "nothing"
-        axes[0, 0].text(j, i, f"{name.removeprefix('octant ')}\n{values[i, j]:.2f} %\n{share}", ha="center", va="center", fontsize=9)
-axes[0, 0].set(xticks=[], yticks=[0, 1], yticklabels=["upper", "lower"], title="|dp| / sum m|v| by octant, raw; share of sum m|v|")
+        axes[0, 0].text(
+            j,
+            i,
+            f"{name.removeprefix('octant ')}\n{values[i, j]:.2f} %\n{share}",
+            ha="center",
+            va="center",
+            fontsize=9,
+        )
+axes[0, 0].set(
+    xticks=[], yticks=[0, 1], yticklabels=["upper", "lower"], title="|dp| / sum m|v| by octant, raw; share of sum m|v|"
+)
 figure.colorbar(shown, ax=axes[0, 0], label="% (limit 5)")
 
-shells = [local[name] for name in sorted((name for name in local if name.startswith("shell")), key=lambda name: int(name.split()[1]))]
-axes[0, 1].bar([row["region"].split()[1] for row in shells], [100.0 * row["relative"] for row in shells], color="#3182bd")
+shells = [
+    local[name]
+    for name in sorted((name for name in local if name.startswith("shell")), key=lambda name: int(name.split()[1]))
+]
+axes[0, 1].bar(
+    [row["region"].split()[1] for row in shells], [100.0 * row["relative"] for row in shells], color="#3182bd"
+)
 axes[0, 1].axhline(5.0, color="#c0262d", lw=1)
-axes[0, 1].set(xlabel="shell around the impact, each with an eighth of sum m|v|", ylabel="|dp| / sum m|v| [%], raw", title="by shell")
+axes[0, 1].set(
+    xlabel="shell around the impact, each with an eighth of sum m|v|",
+    ylabel="|dp| / sum m|v| [%], raw",
+    title="by shell",
+)
 
 off = np.linalg.norm(cells["after"] - cells["before"], axis=1)
 rms = np.sqrt(np.sum(cells["mass"] * np.sum(cells["before"] ** 2, axis=1)) / cells["mass"].sum())
@@ -43,9 +65,24 @@ place, unit, name = cells["centre"], *((1e3, "km") if np.ptp(cells["centre"]) > 
 distance, azimuth = np.hypot(place[:, 0], place[:, 1]) / unit, np.degrees(np.arctan2(place[:, 1], place[:, 0]))
 order = np.argsort(off)
 for panel, height, label in ((axes[1, 0], azimuth, "azimuth [deg]"), (axes[1, 1], place[:, 2] / unit, f"z [{name}]")):
-    dots = panel.scatter(distance[order], height[order], c=off[order] / rms, s=12, cmap="viridis", vmin=0.0, vmax=float(np.percentile(off / rms, 99)))
+    dots = panel.scatter(
+        distance[order],
+        height[order],
+        c=off[order] / rms,
+        s=12,
+        cmap="viridis",
+        vmin=0.0,
+        vmax=float(np.percentile(off / rms, 99)),
+    )
     figure.colorbar(dots, ax=panel, label="|dv| / rms v of the source")
-    panel.set(xlabel=f"distance from the axis [{name}]", ylabel=label, title="velocity after against before, cell by cell (corrected)")
+    panel.set(
+        xlabel=f"distance from the axis [{name}]",
+        ylabel=label,
+        title="velocity after against before, cell by cell (corrected)",
+    )
 picture = sys.argv[2] if len(sys.argv) > 2 else "handoff_residuals.png"
 figure.savefig(picture, dpi=110)
-print(f"{len(off)} cells: |dv| {np.median(off):.3g} m/s median, {np.percentile(off, 99):.3g} m/s 99 %, rms v {rms:.3g} m/s; {picture}")
+print(
+    f"{len(off)} cells: |dv| {np.median(off):.3g} m/s median, {np.percentile(off, 99):.3g} m/s 99 %, rms v {rms:.3g} "
+    f"m/s; {picture}"
+)

@@ -1,6 +1,8 @@
-"""The velocity field before and after a handoff on the impact plane: python examples/handoff_velocity.py RUN [picture.png]
+"""The velocity field before and after a handoff on the impact plane: python examples/handoff_velocity.py RUN
+[picture.png]
 
-Above, the source's compact particles; below, the grains; both as colours (speed) and arrows, with the surface that carved the bed.
+Above, the source's compact particles; below, the grains; both as colours (speed) and arrows, with the surface that
+carved the bed.
 """
 
 import json
@@ -25,7 +27,9 @@ times = np.array([snapshot.attributes(path)["time"] for path in paths])
 source = snapshot.read(paths[int(np.argmin(np.abs(times - record["time_s"])))])
 start = snapshot.read(out / "start.vtkhdf")
 compact = archive.read(out / "residuals.h5")[0]["source/reason"] == 0
-edge = np.asarray(trimesh.intersections.mesh_plane(trimesh.load(out / "surface.ply", process=False), [0, 1, 0], [0, 0, 0]))[:, :, [0, 2]]
+edge = np.asarray(
+    trimesh.intersections.mesh_plane(trimesh.load(out / "surface.ply", process=False), [0, 1, 0], [0, 0, 0])
+)[:, :, [0, 2]]
 
 unit, name = (1e3, "km") if np.ptp(start.position) > 1e4 else (1.0, "m")
 bed = start.position[: record["grains"]["kept"]][:, [0, 2]] if record["grains"]["kept"] else start.position[:, [0, 2]]
@@ -38,16 +42,39 @@ top = float(np.percentile(np.linalg.norm(source.velocity[before], axis=1), 99))
 
 figure, axes = plt.subplots(2, 1, figsize=(12, 11), sharex=True, sharey=True, layout="constrained")
 for panel, cloud, which, title in (
-    (axes[0], source, before, f"source at {record['time_s']:.4g} s: compact particles within one spacing of the plane y = 0"),
+    (
+        axes[0],
+        source,
+        before,
+        f"source at {record['time_s']:.4g} s: compact particles within one spacing of the plane y = 0",
+    ),
     (axes[1], start, after, "grains cut by the plane"),
 ):
     place, velocity = cloud.position[which] / unit, cloud.velocity[which]
     speed = np.linalg.norm(velocity, axis=1)
-    arrows = panel.quiver(place[:, 0], place[:, 2], velocity[:, 0], velocity[:, 2], speed, cmap="viridis", clim=(0.0, top), scale=30.0 * top, width=0.0013)
+    arrows = panel.quiver(
+        place[:, 0],
+        place[:, 2],
+        velocity[:, 0],
+        velocity[:, 2],
+        speed,
+        cmap="viridis",
+        clim=(0.0, top),
+        scale=30.0 * top,
+        width=0.0013,
+    )
     panel.add_collection(LineCollection(edge / unit, colors="black", linewidths=0.9))
-    panel.set(aspect="equal", title=title, ylabel=f"z [{name}]", xlim=(low[0] / unit, high[0] / unit), ylim=(low[1] / unit, high[1] / unit))
+    panel.set(
+        aspect="equal",
+        title=title,
+        ylabel=f"z [{name}]",
+        xlim=(low[0] / unit, high[0] / unit),
+        ylim=(low[1] / unit, high[1] / unit),
+    )
 axes[1].set_xlabel(f"x [{name}]")
 figure.colorbar(arrows, ax=axes, label="speed [m/s]", shrink=0.6)
 picture = sys.argv[2] if len(sys.argv) > 2 else "handoff_velocity.png"
 figure.savefig(picture, dpi=110)
-print(f"{len(before)} particles and {len(after)} grains on the plane; 99 % of the source below {top:.4g} m/s; {picture}")
+print(
+    f"{len(before)} particles and {len(after)} grains on the plane; 99 % of the source below {top:.4g} m/s; {picture}"
+)

@@ -1,6 +1,7 @@
 """Measure a crater in any cloud of points: python examples/measure_a_cloud.py points.xyz [plane|sphere]
 
-The file holds x y z [m] per line; spacing is taken from the points themselves. For snapshots of this project use the command measure_crater.
+The file holds x y z [m] per line; spacing is taken from the points themselves. For snapshots of this project use the
+command measure_crater.
 """
 
 import sys

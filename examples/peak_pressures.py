@@ -1,7 +1,8 @@
 """Peak pressure against distance below an impact: python examples/peak_pressures.py 2_sph/last.vtkhdf [picture.png]
 
-Target particles within 30 degrees of straight down, in shells about the impact point a fifth of the projectile's radius a thick: the median, the 10th and 90th
-percentile of the highest pressure that they have seen. The core is the largest median, the exponent n of P ~ r^-n a straight line over 1.5 to 4 a.
+Target particles within 30 degrees of straight down, in shells about the impact point a fifth of the projectile's
+radius a thick: the median, the 10th and 90th percentile of the highest pressure that they have seen. The core is the
+largest median, the exponent n of P ~ r^-n a straight line over 1.5 to 4 a.
 """
 
 import json
@@ -29,10 +30,15 @@ table = np.array(rows)
 far = (table[:, 0] > 1.5) & (table[:, 0] < 4.0)
 slope, offset = np.polyfit(np.log(table[far, 0]), np.log(table[far, 1]), 1)
 for row in table:
-    print(f"r = {row[0]:4.1f} a   {row[1] / 1e9:8.2f} GPa   ({row[2] / 1e9:.2f} to {row[3] / 1e9:.2f}; {row[4]:.0f} particles)")
+    print(
+        f"r = {row[0]:4.1f} a   {row[1] / 1e9:8.2f} GPa   ({row[2] / 1e9:.2f} to {row[3] / 1e9:.2f}; {row[4]:.0f} "
+        f"particles)"
+    )
 found = {
-    "radius_m": a, "particles": len(shot.mass), "core_GPa": float(table[:, 1].max() / 1e9), "largest_GPa": float(peak[below].max() / 1e9),
-    "core_90th_percentile_GPa": float(table[np.argmax(table[:, 1]), 3] / 1e9), "exponent": float(-slope), "ball_median_GPa": float(np.median(peak[ball]) / 1e9),
+    "radius_m": a, "particles": len(shot.mass), "core_GPa": float(table[:, 1].max() / 1e9),
+    "largest_GPa": float(peak[below].max() / 1e9),
+    "core_90th_percentile_GPa": float(table[np.argmax(table[:, 1]), 3] / 1e9), "exponent": float(-slope),
+    "ball_median_GPa": float(np.median(peak[ball]) / 1e9),
 }  # fmt: skip
 print(json.dumps(found))
 if len(sys.argv) > 2:

@@ -15,22 +15,26 @@ from handoff.heights import surface_heights
 RESOLVED_RADIUS, RESOLVED_DEPTH = 5.0, 2.0
 """Least radius and depth of a crater in mean grain radii: what is smaller the grains cannot take over."""
 _SECTORS = 12
-# the radius is taken where the wall is this fraction of the depth below the datum, then carried to the datum along a parabola
+# the radius is taken where the wall is this fraction of the depth below the datum, then carried to the datum along a
+# parabola
 _LEVEL = 0.1
 # the centre is that of what lies below this fraction of the greatest depth
 _DEEP = 0.5
 _COLUMNS = 800
 _NEAR = 0.2
-# a point holds matter when it is nearer to a particle than this many spacings; such a surface lies 0.2 spacings outside the true one
+# a point holds matter when it is nearer to a particle than this many spacings; such a surface lies 0.2 spacings
+# outside the true one
 _FILLED, _OUTSIDE = 0.75, 0.2
 _LEVEL_GROUND = 0.5
-# of a disc that a cavity is looked for in: its least radius in units of the noise, and the share of it that a cavity may fill
+# of a disc that a cavity is looked for in: its least radius in units of the noise, and the share of it that a cavity
+# may fill
 _LEAST_DISC, _ROOM = 10.0, 0.6
 
 
 @dataclass(frozen=True)
 class Cavity:
-    """Lengths in m along the datum or the vertical, ``volume`` in m^3 below the datum, ``centre`` (3,) on the datum [m]; all zero when there is none."""
+    """Lengths in m along the datum or the vertical, ``volume`` in m^3 below the datum, ``centre`` (3,) on the datum
+    [m]; all zero when there is none."""
 
     radius: float
     depth: float
@@ -56,12 +60,14 @@ def around(position: np.ndarray, centre: np.ndarray, domain: Domain) -> tuple[np
 
 
 def resolved(radius: float, depth: float, grain_radius: float) -> bool:
-    """Whether grains of that mean radius take a cavity over: the one rule of what a crater is, for the choice of the time, the transfer and the ledger."""
+    """Whether grains of that mean radius take a cavity over: the one rule of what a crater is, for the choice of the
+    time, the transfer and the ledger."""
     return radius >= RESOLVED_RADIUS * grain_radius and depth > RESOLVED_DEPTH * grain_radius
 
 
 def of_particles(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> Cavity:
-    """The cavity in a cloud of compact particles, positions (n, 3) [m] and spacings (n,) [m]; one shallower than the spacing near the axis is none."""
+    """The cavity in a cloud of compact particles, positions (n, 3) [m] and spacings (n,) [m]; one shallower than the
+    spacing near the axis is none."""
     near = domain.cut_depth(position) > -2.0 * spacing
     position, spacing = position[near], spacing[near]
     if len(position) == 0:
@@ -76,7 +82,9 @@ def of_particles(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> C
         foot, _, height = surface_heights(filled, part, _COLUMNS)
         below = spacing[tree.query(foot + height[:, None] * part.frame.up(foot))[1]]
         height = height - _OUTSIDE * below
-        if not isinstance(part, Cone):  # far from a small crater particles are coarse: what is within half of their spacing of the datum is level
+        if not isinstance(
+            part, Cone
+        ):  # far from a small crater particles are coarse: what is within half of their spacing of the datum is level
             height = np.where(np.abs(height) < _LEVEL_GROUND * below, 0.0, height)
         return foot, height
 
@@ -84,9 +92,11 @@ def of_particles(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> C
 
 
 def seek(heights_in: Callable[[Domain], tuple[np.ndarray, np.ndarray]], domain: Domain, noise: float) -> Cavity:
-    """The cavity in the smallest disc about the axis that holds it with room to spare: columns as dense for a small crater as for a large one.
+    """The cavity in the smallest disc about the axis that holds it with room to spare: columns as dense for a small
+    crater as for a large one.
 
-    ``heights_in`` gives the feet (m, 3) and heights (m,) [m] of even columns of a domain; ``noise`` as in ``measure``. A cone is looked at as a whole.
+    ``heights_in`` gives the feet (m, 3) and heights (m,) [m] of even columns of a domain; ``noise`` as in ``measure``.
+    A cone is looked at as a whole.
     """
     if not isinstance(domain, Cone):
         halvings = max(0, math.floor(math.log2(domain.radius / (_LEAST_DISC * noise))))
@@ -99,7 +109,8 @@ def seek(heights_in: Callable[[Domain], tuple[np.ndarray, np.ndarray]], domain: 
 
 
 def spacing_near_axis(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> float:
-    """Median spacing [m] of the particles within a fifth of the domain's radius of the axis; of all where there are none."""
+    """Median spacing [m] of the particles within a fifth of the domain's radius of the axis; of all where there are
+    none."""
     near = spacing[domain.frame.distance(position) < _NEAR * domain.arc]
     return float(np.median(near)) if len(near) else float(np.median(spacing))
 
@@ -107,11 +118,12 @@ def spacing_near_axis(position: np.ndarray, spacing: np.ndarray, domain: Domain)
 def measure(foot: np.ndarray, height: np.ndarray, domain: Domain, noise: float) -> Cavity:
     """The cavity nearest to the axis.
 
-    ``foot`` (m, 3) even points on the datum, ``height`` (m,) of the surface above them [m] (NaN: not known); a depression shallower than ``noise``
-    [m] is none. Centre: the centroid of what lies below half the greatest depth (an oblique impact's cavity lies downrange of the impact point). Depth: 3rd
-    percentile of the height inside half the radius. Radius: mean over azimuth of the distance at which the wall crosses a tenth of the depth, carried to the
-    datum along a parabola. Volume: inside that distance, of each sector's own wall, net of what stands above the datum, so that the roughness of a level
-    surface adds nothing.
+    ``foot`` (m, 3) even points on the datum, ``height`` (m,) of the surface above them [m] (NaN: not known); a
+    depression shallower than ``noise`` [m] is none. Centre: the centroid of what lies below half the greatest depth
+    (an oblique impact's cavity lies downrange of the impact point). Depth: 3rd percentile of the height inside half
+    the radius. Radius: mean over azimuth of the distance at which the wall crosses a tenth of the depth, carried to
+    the datum along a parabola. Volume: inside that distance, of each sector's own wall, net of what stands above the
+    datum, so that the roughness of a level surface adds nothing.
     """
     known = np.isfinite(height)
     foot, height = foot[known], height[known]
@@ -161,7 +173,8 @@ def _sector(azimuth: np.ndarray) -> np.ndarray:
 
 
 def _walls(distance: np.ndarray, azimuth: np.ndarray, height: np.ndarray, depth: float) -> np.ndarray:
-    """Radius at the datum of each sector, 0 where it has no cavity; by the area of the columns that lie deep, without a gap from the axis outwards."""
+    """Radius at the datum of each sector, 0 where it has no cavity; by the area of the columns that lie deep, without
+    a gap from the axis outwards."""
     sector = _sector(azimuth)
     walls = np.zeros(_SECTORS)
     for k in range(_SECTORS):

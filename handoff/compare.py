@@ -1,8 +1,8 @@
 """The two clouds side by side on the same small volumes: velocity field, local momentum, density, surface, M(>v).
 
-Both are spread over the sample points of ``carve.Samples``: a particle's mass over the points of its cell inside the surface, a grain's
-mass over the points of its cell, each point moving with its owner. Fields are then averaged over cubes of max(3 grain radii, kernel
-support), larger where the source is coarser.
+Both are spread over the sample points of ``carve.Samples``: a particle's mass over the points of its cell inside the
+surface, a grain's mass over the points of its cell, each point moving with its owner. Fields are then averaged over
+cubes of max(3 grain radii, kernel support), larger where the source is coarser.
 """
 
 from __future__ import annotations
@@ -44,11 +44,15 @@ def fields_of(
     velocity: np.ndarray,
     volume: np.ndarray,
 ) -> Fields:
-    """Both clouds on the sample points; ``before`` is (mass, velocity, gradient) of the particles, ``mass`` and ``velocity`` those of the
-    kept grains, whose gradient is found from themselves."""
+    """Both clouds on the sample points; ``before`` is (mass, velocity, gradient) of the particles, ``mass`` and
+    ``velocity`` those of the kept grains, whose gradient is found from themselves."""
     tree = cKDTree(bed.position[kept])
     gradient = local_linear(tree, velocity, volume[kept], tree.data, _NEIGHBOURS)[1]
-    whole_mass, whole_velocity, whole_gradient = np.zeros(len(bed)), np.zeros((len(bed), 3)), np.zeros((len(bed), 3, 3))
+    whole_mass, whole_velocity, whole_gradient = (
+        np.zeros(len(bed)),
+        np.zeros((len(bed), 3)),
+        np.zeros((len(bed), 3, 3)),
+    )
     whole_mass[kept], whole_velocity[kept], whole_gradient[kept] = mass, velocity, gradient
     return spread(samples, heir, *before, whole_mass, whole_velocity, whole_gradient)
 
@@ -65,9 +69,9 @@ def spread(
 ) -> Fields:
     """Spread both clouds over the points.
 
-    ``mass``, ``velocity`` and ``gradient`` of the compact particles (mass: the share inside the domain), and the same of all grains of the
-    uncarved bed; ``heir`` (s,) as from ``carve.heirs``. A velocity varies linearly over its owner's cell, with the owner's own as the mean,
-    so that its momentum is kept.
+    ``mass``, ``velocity`` and ``gradient`` of the compact particles (mass: the share inside the domain), and the same
+    of all grains of the uncarved bed; ``heir`` (s,) as from ``carve.heirs``. A velocity varies linearly over its
+    owner's cell, with the owner's own as the mean, so that its momentum is kept.
     """
     inside = np.flatnonzero(heir >= 0)
     before, after = np.zeros(len(heir)), np.zeros(len(heir))
@@ -77,7 +81,9 @@ def spread(
     before[inside] = _even(mass, owner, weight)
     moving[inside] = _linear_in_cells(owner, samples.position[inside], weight, velocity, gradient)
     after[inside] = _even(grain_mass, heir[inside], weight)
-    moving_after[inside] = _linear_in_cells(heir[inside], samples.position[inside], weight, grain_velocity, grain_gradient)
+    moving_after[inside] = _linear_in_cells(
+        heir[inside], samples.position[inside], weight, grain_velocity, grain_gradient
+    )
     return Fields(samples, before, after, moving, moving_after)
 
 
@@ -87,16 +93,20 @@ def _even(mass: np.ndarray, owner: np.ndarray, weight: np.ndarray) -> np.ndarray
     return (mass / np.where(whole > 0.0, whole, 1.0))[owner] * weight
 
 
-def _linear_in_cells(owner: np.ndarray, place: np.ndarray, weight: np.ndarray, velocity: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+def _linear_in_cells(
+    owner: np.ndarray, place: np.ndarray, weight: np.ndarray, velocity: np.ndarray, gradient: np.ndarray
+) -> np.ndarray:
     whole = np.bincount(owner, weights=weight, minlength=len(velocity))
-    total = np.stack([np.bincount(owner, weights=weight * place[:, k], minlength=len(velocity)) for k in range(3)], axis=1)
+    total = np.stack(
+        [np.bincount(owner, weights=weight * place[:, k], minlength=len(velocity)) for k in range(3)], axis=1
+    )
     centre = total / np.where(whole > 0.0, whole, 1.0)[:, None]
     return velocity[owner] + np.einsum("sa,sab->sb", place - centre[owner], gradient[owner])
 
 
 def cells(fields: Fields, support: np.ndarray, smallest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Cell number (s,) of each sample point, and the size [m] of each cell: ``smallest``, doubled until it holds the kernel ``support``
-    (s,) [m] of the particle there."""
+    """Cell number (s,) of each sample point, and the size [m] of each cell: ``smallest``, doubled until it holds the
+    kernel ``support`` (s,) [m] of the particle there."""
     level = np.maximum(np.ceil(np.log2(np.maximum(support / smallest, 1e-9)) - 1e-9), 0.0).astype(np.int64)
     size = smallest * 2.0**level
     index = np.floor(fields.samples.position / size[:, None]).astype(np.int64)
@@ -116,7 +126,9 @@ def sums_by(number: np.ndarray, mass: np.ndarray, velocity: np.ndarray) -> tuple
     """Mass (c,), momentum (c, 3) and sum of m |v| (c,) per cell."""
     count = int(number.max()) + 1
     total = np.bincount(number, weights=mass, minlength=count)
-    momentum = np.stack([np.bincount(number, weights=mass * velocity[:, k], minlength=count) for k in range(3)], axis=1)
+    momentum = np.stack(
+        [np.bincount(number, weights=mass * velocity[:, k], minlength=count) for k in range(3)], axis=1
+    )
     return total, momentum, np.bincount(number, weights=mass * np.linalg.norm(velocity, axis=1), minlength=count)
 
 
@@ -134,35 +146,52 @@ class FieldDifference:
 
 
 def field_difference(fields: Fields, number: np.ndarray, size: np.ndarray) -> FieldDifference:
-    """L2 = sqrt(sum M |v' - v|^2 / sum M |v|^2) over the cells with |v| above 5 % of the largest, and the mean angle between v' and v.
+    """L2 = sqrt(sum M |v' - v|^2 / sum M |v|^2) over the cells with |v| above 5 % of the largest, and the mean angle
+    between v' and v.
 
-    ``size`` [m] of each cell: cells that hold less than a quarter of their volume (cut off by the surface or a wall) hold too few particles
-    for a mean and are left out.
+    ``size`` [m] of each cell: cells that hold less than a quarter of their volume (cut off by the surface or a wall)
+    hold too few particles for a mean and are left out.
     """
     mass, momentum, _ = sums_by(number, fields.mass_before, fields.velocity_before)
     mass_after, momentum_after, _ = sums_by(number, fields.mass_after, fields.velocity_after)
-    filled = np.bincount(number, weights=fields.samples.inside * fields.samples.weight, minlength=len(mass)) * fields.samples.volume
+    filled = (
+        np.bincount(number, weights=fields.samples.inside * fields.samples.weight, minlength=len(mass))
+        * fields.samples.volume
+    )
     both = (filled > _FILLED * size**3) & (mass > 0.0) & (mass_after > 0.0)
     before = momentum[both] / mass[both, None]
     after = momentum_after[both] / mass_after[both, None]
     count = np.bincount(number, minlength=len(mass))
-    centre = np.stack([np.bincount(number, weights=fields.samples.position[:, k], minlength=len(mass)) for k in range(3)], axis=1)
+    centre = np.stack(
+        [np.bincount(number, weights=fields.samples.position[:, k], minlength=len(mass)) for k in range(3)], axis=1
+    )
     weight = mass[both]
     speed = np.linalg.norm(before, axis=1)
     flowing = (speed > _SLOW * speed.max(initial=0.0)) & (speed > 0.0)
     if not flowing.any():
-        return FieldDifference((centre / np.maximum(count, 1)[:, None])[both], weight, before, after, 0.0, 0.0, np.empty(0))
+        return FieldDifference(
+            (centre / np.maximum(count, 1)[:, None])[both], weight, before, after, 0.0, 0.0, np.empty(0)
+        )
     w, b, a = weight[flowing], before[flowing], after[flowing]
     l2 = float(np.sqrt(np.sum(w * np.sum((a - b) ** 2, axis=1)) / np.sum(w * np.sum(b**2, axis=1))))
     cosine = np.sum(a * b, axis=1) / np.maximum(np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1), 1e-300)
     angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    return FieldDifference((centre / np.maximum(count, 1)[:, None])[both], weight, before, after, l2, float(np.sum(w * angle) / w.sum()), angle)
+    return FieldDifference(
+        (centre / np.maximum(count, 1)[:, None])[both],
+        weight,
+        before,
+        after,
+        l2,
+        float(np.sum(w * angle) / w.sum()),
+        angle,
+    )
 
 
 def local_momentum(fields: Fields, domain: Domain) -> list[tuple[str, float, float]]:
     """(region, |dp| / sum m|v|, share of the total sum m|v|) for 8 octants and 8 shells.
 
-    The octants meet in the m|v|-weighted centre of the flow; the shells around the impact hold equal parts of sum m|v| each.
+    The octants meet in the m|v|-weighted centre of the flow; the shells around the impact hold equal parts of sum m|v|
+    each.
     """
     place = fields.samples.position
     weight = fields.mass_before * np.linalg.norm(fields.velocity_before, axis=1)
@@ -180,35 +209,58 @@ def local_momentum(fields: Fields, domain: Domain) -> list[tuple[str, float, flo
         _, after, _ = sums_by(number, fields.mass_after, fields.velocity_after)
         for k in range(min(count, len(scale))):
             if scale[k] > 0.0:
-                name = "".join(axis + ("+" if k >> bit & 1 else "-") for bit, axis in enumerate("xyz")) if title == "octant" else str(k + 1)
-                rows.append((f"{title} {name}", float(np.linalg.norm(after[k] - momentum[k]) / scale[k]), float(scale[k] / scale.sum())))
+                name = (
+                    "".join(axis + ("+" if k >> bit & 1 else "-") for bit, axis in enumerate("xyz"))
+                    if title == "octant"
+                    else str(k + 1)
+                )
+                rows.append(
+                    (
+                        f"{title} {name}",
+                        float(np.linalg.norm(after[k] - momentum[k]) / scale[k]),
+                        float(scale[k] / scale.sum()),
+                    )
+                )
     return rows
 
 
 def energy_split(fields: Fields, heir: np.ndarray) -> tuple[float, float]:
-    """Kinetic energy [J] of the source's matter in the cells of the grains: of each cell's mean motion, and of the motion about it."""
+    """Kinetic energy [J] of the source's matter in the cells of the grains: of each cell's mean motion, and of the
+    motion about it."""
     inside = heir >= 0
     mass, momentum, _ = sums_by(heir[inside], fields.mass_before[inside], fields.velocity_before[inside])
-    total = 0.5 * float(np.sum(fields.mass_before[inside] * np.einsum("ij,ij->i", fields.velocity_before[inside], fields.velocity_before[inside])))
+    total = 0.5 * float(
+        np.sum(
+            fields.mass_before[inside]
+            * np.einsum("ij,ij->i", fields.velocity_before[inside], fields.velocity_before[inside])
+        )
+    )
     bulk = 0.5 * float(np.sum(np.einsum("ij,ij->i", momentum, momentum) / np.where(mass > 0.0, mass, 1.0)))
     return bulk, total - bulk
 
 
 def density_difference(fields: Fields, radius: float) -> float:
-    """rms of the relative difference of bulk density, coarse grained over cubes of the volume of a ball of 5 ``radius`` [m]."""
+    """rms of the relative difference of bulk density, coarse grained over cubes of the volume of a ball of 5
+    ``radius`` [m]."""
     size = 5.0 * radius * (4.0 * np.pi / 3.0) ** (1.0 / 3.0)
     index = np.floor(fields.samples.position / size).astype(np.int64)
     number = np.unique(_key(index), return_inverse=True)[1]
     before = np.bincount(number, weights=fields.mass_before)
     after = np.bincount(number, weights=fields.mass_after)
-    full = np.bincount(number, weights=fields.samples.inside * fields.samples.weight) >= 0.98 * size**3 / fields.samples.volume
+    full = (
+        np.bincount(number, weights=fields.samples.inside * fields.samples.weight)
+        >= 0.98 * size**3 / fields.samples.volume
+    )
     if not full.any():
         return float("nan")
     return float(np.sqrt(np.mean((after[full] / before[full] - 1.0) ** 2)))
 
 
-def mass_curve_difference(mass: np.ndarray, speed: np.ndarray, mass_after: np.ndarray, speed_after: np.ndarray, above: float) -> float:
-    """Largest |M'(>v) - M(>v)| over v > ``above`` [m/s], relative to M(> above) of the first; zero when nothing is that fast."""
+def mass_curve_difference(
+    mass: np.ndarray, speed: np.ndarray, mass_after: np.ndarray, speed_after: np.ndarray, above: float
+) -> float:
+    """Largest |M'(>v) - M(>v)| over v > ``above`` [m/s], relative to M(> above) of the first; zero when nothing is
+    that fast."""
     fast, fast_after = speed > above, speed_after > above
     total = mass[fast].sum()
     if total == 0.0:
@@ -222,7 +274,8 @@ def mass_curve_difference(mass: np.ndarray, speed: np.ndarray, mass_after: np.nd
 
 
 def surface_distance(one, other, chosen) -> tuple[np.ndarray, np.ndarray]:
-    """Distances [m] from the surface ``one`` to ``other`` and back (meshes), from their vertices and face centres where ``chosen`` holds."""
+    """Distances [m] from the surface ``one`` to ``other`` and back (meshes), from their vertices and face centres
+    where ``chosen`` holds."""
     return _one_way(one, other, chosen), _one_way(other, one, chosen)
 
 

@@ -1,7 +1,8 @@
 """Starts for control runs: the bed as it would go on without an impact.
 
-``at_rest``: carved by the source's surface, with the masses that the transfer gave, and nothing moves: what happens then is slope failure alone.
-``uncarved``: the settled bed without its headroom, carved at the datum, with its own masses: nothing should happen.
+``at_rest``: carved by the source's surface, with the masses that the transfer gave, and nothing moves: what happens
+then is slope failure alone. ``uncarved``: the settled bed without its headroom, carved at the datum, with its own
+masses: nothing should happen.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ Kind = Literal["none", "at_rest", "uncarved"]
 
 
 def start(kind: Kind, made: Handoff, bed: Particles) -> Particles:
-    """The grains of a control run, at the time of the handoff ``made``. Raises ``InputError`` when no grain lies below the datum."""
+    """The grains of a control run, at the time of the handoff ``made``. Raises ``InputError`` when no grain lies below
+    the datum."""
     if kind == "at_rest":
         count = int(made.carving.stays.sum())
         grains = made.start.select(np.arange(len(made.start)) < count)
@@ -51,10 +53,11 @@ def moved(before: Particles, after: Particles) -> np.ndarray:
 
 
 def depth_below_surface(grains: Particles) -> np.ndarray:
-    """(n,) distance [m] from each grain to the free surface of the heap, by its nearest point, so that a grain behind a steep wall is not deep.
+    """(n,) distance [m] from each grain to the free surface of the heap, by its nearest point, so that a grain behind
+    a steep wall is not deep.
 
-    The surface is the topmost grain in each cell of two mean grain radii across on the datum, and between cells of different height the wall down to
-    the lower one.
+    The surface is the topmost grain in each cell of two mean grain radii across on the datum, and between cells of
+    different height the wall down to the lower one.
     """
     region = domain.read(grains.attributes)
     frame, size = region.frame, 2.0 * float(grains.radius.mean())

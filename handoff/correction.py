@@ -1,11 +1,13 @@
-"""Sums of mass, momentum and energy over particles, and the one global correction that closes linear and angular momentum exactly.
+"""Sums of mass, momentum and energy over particles, and the one global correction that closes linear and angular
+momentum exactly.
 
-Correction: dv_i = a + b x (r_i - r_c) on the grains of the bed, r_c their centre of mass. Then sum m dv = M a and the angular momentum
-about r_c changes by I b with the inertia tensor I of the grains' centres, so that the six equations fall apart into a = dp / M and
-b = I^-1 (dL - r_c x dp).
+Correction: dv_i = a + b x (r_i - r_c) on the grains of the bed, r_c their centre of mass. Then sum m dv = M a and the
+angular momentum about r_c changes by I b with the inertia tensor I of the grains' centres, so that the six equations
+fall apart into a = dp / M and b = I^-1 (dL - r_c x dp).
 
-Before it, as an option, a regional one: momentum is closed node by node of a coarse grid, blended by quadratic B-splines w_k (a smooth partition of unity,
-de Boor 1978): dv(r) = sum_k w_k(r) dp_k / M_k with dp_k and M_k the w_k-weighted lack of momentum and mass.
+Before it, as an option, a regional one: momentum is closed node by node of a coarse grid, blended by quadratic
+B-splines w_k (a smooth partition of unity, de Boor 1978): dv(r) = sum_k w_k(r) dp_k / M_k with dp_k and M_k the
+w_k-weighted lack of momentum and mass.
 """
 
 from __future__ import annotations
@@ -19,8 +21,8 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Sums:
-    """Mass [kg], momentum [kg m/s], angular momentum about the origin [kg m^2/s], kinetic energy [J]; and what they are measured by:
-    ``momentum_scale`` = sum m |v|, ``angular_scale`` = sum m |r| |v|."""
+    """Mass [kg], momentum [kg m/s], angular momentum about the origin [kg m^2/s], kinetic energy [J]; and what they
+    are measured by: ``momentum_scale`` = sum m |v|, ``angular_scale`` = sum m |r| |v|."""
 
     mass: float
     momentum: np.ndarray
@@ -34,7 +36,8 @@ class Sums:
 
 
 def sums(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, radius=None, spin=None) -> Sums:
-    """Sums over particles; with ``radius`` and ``spin`` (rad/s) those of solid spheres, their inertia 2/5 m r^2 included."""
+    """Sums over particles; with ``radius`` and ``spin`` (rad/s) those of solid spheres, their inertia 2/5 m r^2
+    included."""
     momentum = mass[:, None] * velocity
     angular = np.cross(position, momentum).sum(axis=0)
     speed = np.linalg.norm(velocity, axis=1)
@@ -54,8 +57,11 @@ def sums(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, radius=No
     )
 
 
-def closing_field(mass: np.ndarray, position: np.ndarray, lacking: np.ndarray, lacking_angular: np.ndarray) -> np.ndarray:
-    """The change of velocity (n, 3) [m/s] that adds momentum ``lacking`` and angular momentum ``lacking_angular`` (about the origin)."""
+def closing_field(
+    mass: np.ndarray, position: np.ndarray, lacking: np.ndarray, lacking_angular: np.ndarray
+) -> np.ndarray:
+    """The change of velocity (n, 3) [m/s] that adds momentum ``lacking`` and angular momentum ``lacking_angular``
+    (about the origin)."""
     total = mass.sum()
     centre = (mass[:, None] * position).sum(axis=0) / total
     arm = position - centre
@@ -64,11 +70,15 @@ def closing_field(mass: np.ndarray, position: np.ndarray, lacking: np.ndarray, l
     return lacking / total + np.cross(spin, arm)
 
 
-def regional_field(place: np.ndarray, mass: np.ndarray, lacking: np.ndarray, where: np.ndarray, size: float, passes: int = 2) -> np.ndarray:
-    """Change of velocity (k, 3) [m/s] at the points ``where`` (k, 3) that closes momentum region by region, each about ``size`` [m] wide.
+def regional_field(
+    place: np.ndarray, mass: np.ndarray, lacking: np.ndarray, where: np.ndarray, size: float, passes: int = 2
+) -> np.ndarray:
+    """Change of velocity (k, 3) [m/s] at the points ``where`` (k, 3) that closes momentum region by region, each about
+    ``size`` [m] wide.
 
-    ``place`` (s, 3) are points that hold the grains' ``mass`` (s,) [kg] and lack the momentum ``lacking`` (s, 3) [kg m/s]. Nodes that hold less than a
-    twentieth of the mass of the median node (at walls and free surfaces) give nothing; every further pass closes what the one before has left.
+    ``place`` (s, 3) are points that hold the grains' ``mass`` (s,) [kg] and lack the momentum ``lacking`` (s, 3) [kg
+    m/s]. Nodes that hold less than a twentieth of the mass of the median node (at walls and free surfaces) give
+    nothing; every further pass closes what the one before has left.
     """
     low = np.minimum(place.min(axis=0), where.min(axis=0)) / size
     count = (np.maximum(place.max(axis=0), where.max(axis=0)) / size - low).astype(np.int64) + 4
@@ -103,7 +113,8 @@ def _gathered(place: np.ndarray, values: np.ndarray, count: np.ndarray) -> np.nd
 
 
 def _blended(place: np.ndarray, nodes: np.ndarray, counts: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Weighted mean (s, 3) at the points of the values ``nodes`` (nodes, 3) of those nodes that count; zero where none does."""
+    """Weighted mean (s, 3) at the points of the values ``nodes`` (nodes, 3) of those nodes that count; zero where none
+    does."""
     total, weights = np.zeros((len(place), 3)), np.zeros(len(place))
     for node, weight in _splines(place, count):
         total += weight[:, None] * nodes[node]

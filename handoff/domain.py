@@ -1,8 +1,9 @@
 """The volume that a granular bed stands for: a cone of a sphere, or an upright cylinder on flat ground.
 
-The bed's own attribute ``domain`` says which: ``core_radius_m, datum_radius_m, top_radius_m, cone_half_angle_rad`` (frame ``sphere``:
-between the core's surface and the headroom's top, inside a cone about +z with its apex at the body's centre) or ``radius_m, floor_m,
-datum_m, top_m`` and ``shape`` (frame ``plane``: ``cylinder``, also when it is not said, ``box`` or ``bowl``).
+The bed's own attribute ``domain`` says which: ``core_radius_m, datum_radius_m, top_radius_m, cone_half_angle_rad``
+(frame ``sphere``: between the core's surface and the headroom's top, inside a cone about +z with its apex at the
+body's centre) or ``radius_m, floor_m, datum_m, top_m`` and ``shape`` (frame ``plane``: ``cylinder``, also when it is
+not said, ``box`` or ``bowl``).
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from matter.frame import Plane, Sphere
 
 @dataclass(frozen=True)
 class Cone:
-    """Between two spheres about the origin [m], inside ``half_angle`` [rad] of +z; the datum is a sphere between them."""
+    """Between two spheres about the origin [m], inside ``half_angle`` [rad] of +z; the datum is a sphere between
+    them."""
 
     core: float
     datum: float
@@ -77,7 +79,9 @@ class Cone:
         cosine = 1.0 - number / count * (1.0 - math.cos(self.half_angle))
         azimuth = math.pi * (1.0 + math.sqrt(5.0)) * number
         sine = np.sqrt(1.0 - cosine**2)
-        return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=1), self.datum * np.arccos(cosine)
+        return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=1), self.datum * np.arccos(
+            cosine
+        )
 
 
 @dataclass(frozen=True)
@@ -185,9 +189,15 @@ def read(attributes: Mapping[str, Any]) -> Domain:
     """
     table = attributes.get("domain")
     if not isinstance(table, Mapping):
-        raise InputError("the bed carries no attribute 'domain': core_radius_m, datum_radius_m, top_radius_m, cone_half_angle_rad")
+        raise InputError(
+            "the bed carries no attribute 'domain': core_radius_m, datum_radius_m, top_radius_m, cone_half_angle_rad"
+        )
     flat = attributes.get("frame", "sphere") == "plane"
-    names = ("radius_m", "floor_m", "datum_m", "top_m") if flat else ("core_radius_m", "datum_radius_m", "top_radius_m", "cone_half_angle_rad")
+    names = (
+        ("radius_m", "floor_m", "datum_m", "top_m")
+        if flat
+        else ("core_radius_m", "datum_radius_m", "top_radius_m", "cone_half_angle_rad")
+    )
     missing = [name for name in names if name not in table]
     if missing:
         raise InputError(f"the bed's attribute 'domain' lacks {', '.join(missing)}")

@@ -1,10 +1,13 @@
-"""Ejecta as grains: every source particle outside the compact material becomes one sphere with its mass, place and velocity.
+"""Ejecta as grains: every source particle outside the compact material becomes one sphere with its mass, place and
+velocity.
 
-* radius: the volume mass / density at the bed's packing fraction, so that ejecta that lands fills as much room as the bed does; shrunk down
-  to half of that where it would overlap; where that is not enough the grain is moved to the nearest free place around it;
-* stiffness: scaled with mass (never above the bed's own), so that the contact time of a light grain, and with it the step, stays;
-* ``state``: 0 in contact search; 1 ballistic, when much lighter than a bed grain or when no free place was found; 2 booked only, beyond
-  escape or beside the bed's domain.
+* radius: the volume mass / density at the bed's packing fraction, so that ejecta that lands fills as much room as the
+  bed does; shrunk down to half of that where it would overlap; where that is not enough the grain is moved to the
+  nearest free place around it;
+* stiffness: scaled with mass (never above the bed's own), so that the contact time of a light grain, and with it the
+  step, stays;
+* ``state``: 0 in contact search; 1 ballistic, when much lighter than a bed grain or when no free place was found; 2
+  booked only, beyond escape or beside the bed's domain.
 """
 
 from __future__ import annotations
@@ -29,8 +32,8 @@ IN_CONTACT, BALLISTIC, BOOKED = 0, 1, 2
 
 @dataclass(frozen=True)
 class Ejecta:
-    """Arrays over the ejecta (e,): ``source`` is the place in the source; ``moved`` is how far each was moved to fit [m], ``shrunk`` counts smaller
-    ones."""
+    """Arrays over the ejecta (e,): ``source`` is the place in the source; ``moved`` is how far each was moved to fit
+    [m], ``shrunk`` counts smaller ones."""
 
     source: np.ndarray
     position: np.ndarray
@@ -47,8 +50,11 @@ class Ejecta:
         return {name: float(self.mass[self.state == code].sum()) for name, code in names.items()}
 
 
-def from_source(source: Particles, ejecta: np.ndarray, bed: Particles, packing: float, domain: Domain, column: Column) -> Ejecta:
-    """Grains for the source particles ``ejecta`` (places) above the carved ``bed``; ``packing`` is the bed's packing fraction."""
+def from_source(
+    source: Particles, ejecta: np.ndarray, bed: Particles, packing: float, domain: Domain, column: Column
+) -> Ejecta:
+    """Grains for the source particles ``ejecta`` (places) above the carved ``bed``; ``packing`` is the bed's packing
+    fraction."""
     position, velocity = source.position[ejecta].copy(), source.velocity[ejecta].copy()
     mass = source.mass[ejecta]
     density = np.maximum(source.density[ejecta], 0.5 * reference_density(source)[ejecta])
@@ -63,7 +69,17 @@ def from_source(source: Particles, ejecta: np.ndarray, bed: Particles, packing: 
     nominal = radius.copy()
     position, radius, state = _fitted(position, radius, state, up, bed)
     moved = np.linalg.norm(position - source.position[ejecta], axis=1)
-    return Ejecta(ejecta, position, velocity, mass, density, radius, state, moved, int(np.count_nonzero(radius < 0.999 * nominal)))
+    return Ejecta(
+        ejecta,
+        position,
+        velocity,
+        mass,
+        density,
+        radius,
+        state,
+        moved,
+        int(np.count_nonzero(radius < 0.999 * nominal)),
+    )
 
 
 def beside(position: np.ndarray, domain: Domain) -> np.ndarray:
@@ -95,7 +111,8 @@ def _around(up: np.ndarray) -> np.ndarray:
 
 
 def _fitted(position, radius, state, up, bed) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Radii and places without overlap among grains of state 0 and with the bed; grains that fit nowhere become ballistic."""
+    """Radii and places without overlap among grains of state 0 and with the bed; grains that fit nowhere become
+    ballistic."""
     tree = cKDTree(bed.position)
     nominal = radius.copy()
     active = np.flatnonzero(state == IN_CONTACT)
@@ -134,7 +151,9 @@ def _fitted(position, radius, state, up, bed) -> tuple[np.ndarray, np.ndarray, n
     return position, radius, state
 
 
-def _overlapping(position: np.ndarray, radius: np.ndarray, active: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _overlapping(
+    position: np.ndarray, radius: np.ndarray, active: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Overlaps [m] (> 0) among the active grains, and the two grains of each."""
     if len(active) < 2:
         return np.empty(0), np.empty(0, dtype=int), np.empty(0, dtype=int)

@@ -1,9 +1,12 @@
-"""The network of contact forces that a bed starts with: k times overlap for every touching pair, the elastic part of the contact law.
+"""The network of contact forces that a bed starts with: k times overlap for every touching pair, the elastic part of
+the contact law.
 
-Contacts may carry an offset to their overlap (column 8 of ``contacts/history``: springs that were stiffened or softened under load), which counts.
+Contacts may carry an offset to their overlap (column 8 of ``contacts/history``: springs that were stiffened or
+softened under load), which counts.
 
-A settled bed carries its weight in chains: forces spread exponentially about their mean (99th percentile near 4.6 means for exp(-f), Radjai et al. 1996,
-PRL 77, 274); a few contacts far beyond that are locked-in overlaps that a carve would let go.
+A settled bed carries its weight in chains: forces spread exponentially about their mean (99th percentile near 4.6
+means for exp(-f), Radjai et al. 1996, PRL 77, 274); a few contacts far beyond that are locked-in overlaps that a carve
+would let go.
 """
 
 from __future__ import annotations
@@ -22,7 +25,8 @@ _OFFSET = 7
 
 @dataclass(frozen=True)
 class Network:
-    """Touching pairs ``one``, ``other`` (c,) as places in the grains, ``force`` (c,) [N]; ``grains`` were looked at."""
+    """Touching pairs ``one``, ``other`` (c,) as places in the grains, ``force`` (c,) [N]; ``grains`` were looked
+    at."""
 
     one: np.ndarray
     other: np.ndarray
@@ -46,7 +50,8 @@ class Network:
 
 
 def measure(grains: Particles) -> Network:
-    """Forces among the grains in contact search (``state`` 0). Raises ``InputError`` without position, radius and stiffness."""
+    """Forces among the grains in contact search (``state`` 0). Raises ``InputError`` without position, radius and
+    stiffness."""
     grains.need("position", "radius", "stiffness")
     active = np.flatnonzero(grains.state == _IN_CONTACT) if "state" in grains else np.arange(len(grains))
     position, radius, k = grains.position[active], grains.radius[active], grains.stiffness[active]

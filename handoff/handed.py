@@ -18,8 +18,8 @@ from matter.particles import Particles
 
 @dataclass(frozen=True)
 class Compact:
-    """The source's compact matter between the domain's floor and top: ``places`` (k,) in the source, ``share`` (k,) of each particle inside the domain,
-    ``centre`` (k, 3) of that part [m]."""
+    """The source's compact matter between the domain's floor and top: ``places`` (k,) in the source, ``share`` (k,) of
+    each particle inside the domain, ``centre`` (k, 3) of that part [m]."""
 
     places: np.ndarray
     share: np.ndarray
@@ -28,9 +28,10 @@ class Compact:
 
 @dataclass(frozen=True)
 class Carving:
-    """The surface and what it leaves of the bed: the ``solid`` below the surface and its ``offset`` [spacings], which grains ``stays`` (n,) says to stay,
-    the ``volume`` (n,) [m^3] that each of them stands for, ``samples`` of the solid and the grain that is ``heir`` to each of them, the ``size`` of the
-    cavity, and ``columns`` of ground: foot, distance from the axis, height of the solid and of the grains [m]."""
+    """The surface and what it leaves of the bed: the ``solid`` below the surface and its ``offset`` [spacings], which
+    grains ``stays`` (n,) says to stay, the ``volume`` (n,) [m^3] that each of them stands for, ``samples`` of the
+    solid and the grain that is ``heir`` to each of them, the ``size`` of the cavity, and ``columns`` of ground: foot,
+    distance from the axis, height of the solid and of the grains [m]."""
 
     solid: OffsetShape
     offset: float
@@ -44,9 +45,10 @@ class Carving:
 
 @dataclass(frozen=True)
 class Mapped:
-    """How grains took over motion and mass: the velocity's ``own_gradient`` inside each particle and the ``linear_share`` of it that was taken, the ``fields``
-    of source and grains before any correction, the ``change`` (k, 3) of velocity by the corrections [m/s] and the ``regional`` part of it, the ``scale`` of
-    the masses, and the ``plain_mass`` [kg] with each grain at its nearest particle's density."""
+    """How grains took over motion and mass: the velocity's ``own_gradient`` inside each particle and the
+    ``linear_share`` of it that was taken, the ``fields`` of source and grains before any correction, the ``change``
+    (k, 3) of velocity by the corrections [m/s] and the ``regional`` part of it, the ``scale`` of the masses, and the
+    ``plain_mass`` [kg] with each grain at its nearest particle's density."""
 
     own_gradient: np.ndarray
     linear_share: float
@@ -59,8 +61,8 @@ class Mapped:
 
 @dataclass(frozen=True)
 class Balance:
-    """Sums of mass, momenta and energy: of the source's matter that is handed over (``before``) and that stays ``outside``, of the grains ``raw`` and ``after``
-    the corrections."""
+    """Sums of mass, momenta and energy: of the source's matter that is handed over (``before``) and that stays
+    ``outside``, of the grains ``raw`` and ``after`` the corrections."""
 
     before: Sums
     outside: Sums
@@ -70,7 +72,8 @@ class Balance:
 
 @dataclass(frozen=True)
 class Handoff:
-    """One transfer: the ``start`` of the granular stage, the source's ``split`` into compact matter and ejecta, and how each was handed over."""
+    """One transfer: the ``start`` of the granular stage, the source's ``split`` into compact matter and ejecta, and
+    how each was handed over."""
 
     start: Particles
     split: Split
@@ -82,5 +85,6 @@ class Handoff:
 
     @property
     def ejecta_energy(self) -> float:
-        """Kinetic energy of the ejecta [J]: the same before and after, since each particle becomes one grain of its mass and velocity."""
+        """Kinetic energy of the ejecta [J]: the same before and after, since each particle becomes one grain of its
+        mass and velocity."""
         return 0.5 * float(self.ejecta.mass @ np.einsum("ij,ij->i", self.ejecta.velocity, self.ejecta.velocity))

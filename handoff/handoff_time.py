@@ -1,21 +1,23 @@
 """When to hand over: a diagnosis of every source snapshot, and the rule that picks one.
 
-Measured at each snapshot, over the compact matter in the bed's domain: radius, depth and volume of the cavity; excess pressure over bulk
-modulus (the shock that is left); kinetic energy; damaged and ejected mass; and the *drive*: the mean acceleration between this snapshot and the one before,
-over gravity, weighted by m |v|. In hydrostatic balance the pressure gradient carries the weight and nothing accelerates, so the acceleration
-itself measures every force beyond that balance: far above 1 g the flow is driven by the shock, at 1 g and below it is a flow under gravity,
-which is what grains can take over.
+Measured at each snapshot, over the compact matter in the bed's domain: radius, depth and volume of the cavity; excess
+pressure over bulk modulus (the shock that is left); kinetic energy; damaged and ejected mass; and the *drive*: the
+mean acceleration between this snapshot and the one before, over gravity, weighted by m |v|. In hydrostatic balance the
+pressure gradient carries the weight and nothing accelerates, so the acceleration itself measures every force beyond
+that balance: far above 1 g the flow is driven by the shock, at 1 g and below it is a flow under gravity, which is what
+grains can take over.
 
 The rule, first that holds:
 
-1. the window ``shock has left (99 % of the domain below 1e-3 K) ... 0.1 T``, with T = 0.8 sqrt(V^(1/3) / g) and V the largest cavity volume,
-   holds a snapshot whose cavity is resolved (a radius of 5 grain radii, a depth of more than 2: ``cavity.resolved``): the first such. (On small bodies the
-   window is wide.)
-2. the first snapshot with a resolved cavity whose drive, and that of all later snapshots up to the first maximum of depth, is at most ``DRIVE``.
+1. the window ``shock has left (99 % of the domain below 1e-3 K) ... 0.1 T``, with T = 0.8 sqrt(V^(1/3) / g) and V the
+   largest cavity volume, holds a snapshot whose cavity is resolved (a radius of 5 grain radii, a depth of more than 2:
+   ``cavity.resolved``): the first such. (On small bodies the window is wide.)
+2. the first snapshot with a resolved cavity whose drive, and that of all later snapshots up to the first maximum of
+   depth, is at most ``DRIVE``.
 3. the first maximum of depth.
 
-Never after the first maximum of depth: from there on the cavity collapses, and collapse is the grains' part. Snapshots are looked at until
-three have followed it.
+Never after the first maximum of depth: from there on the cavity collapses, and collapse is the grains' part. Snapshots
+are looked at until three have followed it.
 """
 
 from __future__ import annotations
@@ -40,7 +42,8 @@ EARLY = 0.1
 _LATER = 3
 
 FIELDS = (
-    "identity", "position", "velocity", "mass", "density", "material", "layer", "smoothing_length", "neighbours", "distention", "damage", "pressure",
+    "identity", "position", "velocity", "mass", "density", "material", "layer", "smoothing_length", "neighbours",
+    "distention", "damage", "pressure",
     "deviatoric_stress", "sound_speed",
 )  # fmt: skip
 """What a diagnosis reads of a snapshot, as far as it is there."""
@@ -48,7 +51,8 @@ FIELDS = (
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """One snapshot: lengths in m, volume in m^3, time in s, energy in J, mass in kg; ``drive`` in g (NaN at the first snapshot)."""
+    """One snapshot: lengths in m, volume in m^3, time in s, energy in J, mass in kg; ``drive`` in g (NaN at the first
+    snapshot)."""
 
     file: str
     time: float
@@ -67,7 +71,8 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class Choice:
-    """The snapshot taken, why, what the window of rule 1 was (start and end [s]; empty when start > end), and the first maximum of depth."""
+    """The snapshot taken, why, what the window of rule 1 was (start and end [s]; empty when start > end), and the
+    first maximum of depth."""
 
     index: int
     reason: str
@@ -94,7 +99,9 @@ class Choice:
         }
 
 
-def diagnose(source: Particles, earlier: Particles | None, file: str, domain: Domain, column: Column, rules: surface.Rules) -> Diagnosis:
+def diagnose(
+    source: Particles, earlier: Particles | None, file: str, domain: Domain, column: Column, rules: surface.Rules
+) -> Diagnosis:
     """Measure one snapshot; ``earlier`` is the snapshot before it."""
     split = surface.by_motion(source, domain, column, rules)
     compact = np.flatnonzero(split.compact)
@@ -102,7 +109,9 @@ def diagnose(source: Particles, earlier: Particles | None, file: str, domain: Do
     time = float(source.attributes.get("time", 0.0))
     if len(compact) < 4 or len(here) == 0:
         nothing = float("nan")
-        return Diagnosis(file, time, 0.0, 0.0, 0.0, 0.0, nothing, nothing, 0.0, 0.0, float(source.mass.sum()), 0.0, nothing)
+        return Diagnosis(
+            file, time, 0.0, 0.0, 0.0, 0.0, nothing, nothing, 0.0, 0.0, float(source.mass.sum()), 0.0, nothing
+        )
     size = cavity.of_particles(source.position[compact], split.spacing[compact], domain)
     inside = source.select(here)
     left = shock.residual(inside, domain, column)
@@ -143,7 +152,8 @@ def _drive(source: Particles, here: np.ndarray, earlier: Particles | None, domai
 
 
 def first_maximum(values: Sequence[float]) -> int:
-    """Index of the first value above 0 that none of the next three exceeds (the last one when the values rise to the end)."""
+    """Index of the first value above 0 that none of the next three exceeds (the last one when the values rise to the
+    end)."""
     for k, value in enumerate(values):
         if value > 0.0 and value >= max(values[k + 1 : k + 1 + _LATER], default=value):
             return k
@@ -156,7 +166,8 @@ def decided(series: Sequence[Diagnosis]) -> bool:
 
 
 def choose(series: Sequence[Diagnosis], grain_radius: float, gravity: float) -> Choice:
-    """Apply the rule to the diagnoses in order of time. Raises ``InputError`` when no snapshot has a cavity that grains resolve."""
+    """Apply the rule to the diagnoses in order of time. Raises ``InputError`` when no snapshot has a cavity that
+    grains resolve."""
     deepest = first_maximum([row.depth for row in series])
     volume = max(row.volume for row in series[: deepest + 1])
     crater_time = 0.8 * math.sqrt(volume ** (1.0 / 3.0) / gravity)
@@ -168,23 +179,39 @@ def choose(series: Sequence[Diagnosis], grain_radius: float, gravity: float) -> 
     if not resolved:
         radius, depth = max(row.radius for row in series), max(row.depth for row in series)
         raise InputError(
-            f"no snapshot up to the greatest depth has a cavity of {cavity.RESOLVED_RADIUS:.0f} grain radii that is deeper than "
-            f"{cavity.RESOLVED_DEPTH:.0f} (widest {readable.length(radius)}, deepest {readable.length(depth)}, grains {readable.length(grain_radius)}): "
+            f"no snapshot up to the greatest depth has a cavity of {cavity.RESOLVED_RADIUS:.0f} grain radii that is "
+            f"deeper than "
+            f"{cavity.RESOLVED_DEPTH:.0f} (widest {readable.length(radius)}, deepest {readable.length(depth)}, grains "
+            f"{readable.length(grain_radius)}): "
             "no crater, or grains too coarse"
         )
-    shock = f"the shock {'has left after' if start <= deepest else 'has not left by'} {readable.clock(series[min(start, deepest)].time)}"
+    shock = (
+        f"the shock {'has left after' if start <= deepest else 'has not left by'} "
+        f"{readable.clock(series[min(start, deepest)].time)}"
+    )
     for k in resolved:
         if window[0] <= series[k].time <= window[1]:
-            return Choice(k, f"window: {shock}, and 0.1 T = {readable.clock(window[1])}", window, tuple(series), deepest)
+            return Choice(
+                k, f"window: {shock}, and 0.1 T = {readable.clock(window[1])}", window, tuple(series), deepest
+            )
     empty = f"the window of valid times is empty ({shock}, 0.1 T = {readable.clock(window[1])})"
     for k in resolved:
         if all(row.drive <= DRIVE for row in series[k : deepest + 1]):
-            return Choice(k, f"{empty}; from here on the flow is under gravity: drive {series[k].drive:.3g} g", window, tuple(series), deepest)
-    return Choice(deepest, f"{empty}, the flow is driven up to the first maximum of depth", window, tuple(series), deepest)
+            return Choice(
+                k,
+                f"{empty}; from here on the flow is under gravity: drive {series[k].drive:.3g} g",
+                window,
+                tuple(series),
+                deepest,
+            )
+    return Choice(
+        deepest, f"{empty}, the flow is driven up to the first maximum of depth", window, tuple(series), deepest
+    )
 
 
 def files(folder: Path) -> list[Path]:
-    """Source snapshots in order of time: the numbered ones, or ``last.vtkhdf`` alone. Raises ``InputError`` when there are none."""
+    """Source snapshots in order of time: the numbered ones, or ``last.vtkhdf`` alone. Raises ``InputError`` when there
+    are none."""
     found = snapshot.series(folder)
     if not found and (folder / f"last{snapshot.SUFFIX}").is_file():
         found = [folder / f"last{snapshot.SUFFIX}"]

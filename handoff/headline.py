@@ -1,4 +1,5 @@
-"""The first words on a handoff: the worst row that counts, how far the final crater depends on the time of the handoff, and what has not been measured."""
+"""The first words on a handoff: the worst row that counts, how far the final crater depends on the time of the
+handoff, and what has not been measured."""
 
 from __future__ import annotations
 
@@ -16,21 +17,32 @@ COMMAND = "inspect_handoff RUN --sensitivity"
 
 
 def headline(book: Ledger, series: Path | None = None) -> list[str]:
-    """Plain sentences, the most telling first; ``series`` is the crater stage's ``time_series.csv``, which measures both stages in one way."""
+    """Plain sentences, the most telling first; ``series`` is the crater stage's ``time_series.csv``, which measures
+    both stages in one way."""
     measured = _both_measured(series) if series is not None and series.is_file() else ""
     return [sentence for sentence in (_worst(book), measured, _sensitivity(book), _rest(book)) if sentence]
 
 
 def _both_measured(series: Path) -> str:
-    """The crater at the handoff as the crater stage finds it in the shock stage's particles and in the grains; empty where it has not both."""
+    """The crater at the handoff as the crater stage finds it in the shock stage's particles and in the grains; empty
+    where it has not both."""
     with open(series, newline="") as file:
         rows = list(csv.DictReader(file))
     grains = next((row for row in rows if row["stage"] == "dem"), None)
     if grains is None:
         return ""
-    same = [row for row in rows if row["stage"] == "sph" and abs(float(row["time_s"]) - float(grains["time_s"])) < 1e-6 * max(1.0, float(grains["time_s"]))]
+    same = [
+        row
+        for row in rows
+        if row["stage"] == "sph"
+        and abs(float(row["time_s"]) - float(grains["time_s"])) < 1e-6 * max(1.0, float(grains["time_s"]))
+    ]
     parts = [_pair(same[0], grains, name, BY_NAME[name].noun, UNITS[name]) for name in MAXIMA.values()] if same else []
-    return f"Measured in one way at the handoff, shock stage and grains: {'; '.join(part for part in parts if part)}." if any(parts) else ""
+    return (
+        f"Measured in one way at the handoff, shock stage and grains: {'; '.join(part for part in parts if part)}."
+        if any(parts)
+        else ""
+    )
 
 
 def _pair(one: dict[str, str], other: dict[str, str], name: str, word: str, unit: str) -> str:
@@ -72,9 +84,19 @@ def _sensitivity(book: Ledger) -> str:
     if not isinstance(diameter["value"], (int, float)):
         return f"How the final diameter depends on the time of the handoff could not be measured: {diameter['note']}."
     if diameter["unit"] == "m":
-        return f"The final profile moves by {readable.amount(diameter['value'], 'm', 3)} (RMS) when the handoff is half or twice as late."
-    also = f", the final depth by up to {_percent(depth['value'])}" if depth and isinstance(depth["value"], (int, float)) and depth["unit"] == "1" else ""
-    return f"The final diameter moves by up to {_percent(diameter['value'])}{also} when the handoff is half or twice as late ({diameter['note']})."
+        return (
+            f"The final profile moves by {readable.amount(diameter['value'], 'm', 3)} (RMS) when the handoff is half "
+            f"or twice as late."
+        )
+    also = (
+        f", the final depth by up to {_percent(depth['value'])}"
+        if depth and isinstance(depth["value"], (int, float)) and depth["unit"] == "1"
+        else ""
+    )
+    return (
+        f"The final diameter moves by up to {_percent(diameter['value'])}{also} when the handoff is half or twice as "
+        f"late ({diameter['note']})."
+    )
 
 
 def _percent(share: float) -> str:
@@ -83,6 +105,13 @@ def _percent(share: float) -> str:
 
 def _rest(book: Ledger) -> str:
     """How the criteria stand, with what is waived and what would need more runs."""
-    counts = {verdict: sum(row["verdict"] == verdict for row in book.criteria) for verdict in ("pass", "fail", "waived", "not_measured", "not_applicable")}
-    words = ", ".join(f"{count} {name}" for name, count in zip(("hold", "fail", "waived", "not measured", "not applicable"), counts.values()) if count)
+    counts = {
+        verdict: sum(row["verdict"] == verdict for row in book.criteria)
+        for verdict in ("pass", "fail", "waived", "not_measured", "not_applicable")
+    }
+    words = ", ".join(
+        f"{count} {name}"
+        for name, count in zip(("hold", "fail", "waived", "not measured", "not applicable"), counts.values())
+        if count
+    )
     return f"{len(book.criteria)} criteria: {words}."

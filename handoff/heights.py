@@ -11,11 +11,13 @@ from handoff.domain import Cone, Domain
 _LEVELS = 96
 
 
-def surface_heights(contains: Callable[[np.ndarray], np.ndarray], domain: Domain, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def surface_heights(
+    contains: Callable[[np.ndarray], np.ndarray], domain: Domain, columns: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Height of the topmost matter along even columns of the domain.
 
-    ``contains`` says which points hold matter. Returns foot points on the datum (m, 3), their distance along the datum from the axis (m,)
-    and the heights (m,) [m]; a column without matter has the height of the domain's floor.
+    ``contains`` says which points hold matter. Returns foot points on the datum (m, 3), their distance along the datum
+    from the axis (m,) and the heights (m,) [m]; a column without matter has the height of the domain's floor.
     """
     foot, distance, up = feet(domain, columns)
     low, high = span(domain)
@@ -34,7 +36,8 @@ def surface_heights(contains: Callable[[np.ndarray], np.ndarray], domain: Domain
 
 
 def feet(domain: Domain, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Even points on the datum inside the domain (m, 3), their distance along it from the axis (m,), and the vertical there (m, 3)."""
+    """Even points on the datum inside the domain (m, 3), their distance along it from the axis (m,), and the vertical
+    there (m, 3)."""
     if isinstance(domain, Cone):
         direction, distance = domain.columns(columns)
         return domain.datum * direction, distance, direction

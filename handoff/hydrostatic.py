@@ -1,4 +1,5 @@
-"""The undisturbed target against height: gravity, pressure, density, escape; what excess pressure and ballistic flight refer to."""
+"""The undisturbed target against height: gravity, pressure, density, escape; what excess pressure and ballistic flight
+refer to."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ from matter.errors import InputError
 class Column:
     """Profiles of the undisturbed body against ``height`` [m] above the datum, ascending.
 
-    ``pressure`` [Pa], ``gravity`` [m/s^2] (positive downwards); ``body_radius`` [m] is infinite for flat ground, where gravity is uniform.
+    ``pressure`` [Pa], ``gravity`` [m/s^2] (positive downwards); ``body_radius`` [m] is infinite for flat ground, where
+    gravity is uniform.
     """
 
     height: np.ndarray
@@ -40,7 +42,10 @@ class Column:
         inside = np.interp(height, self.height, self.gravity)
         if self.flat:
             return inside
-        above = self.surface_gravity * (self.body_radius / np.maximum(self.body_radius + height, 1e-3 * self.body_radius)) ** 2
+        above = (
+            self.surface_gravity
+            * (self.body_radius / np.maximum(self.body_radius + height, 1e-3 * self.body_radius)) ** 2
+        )
         return np.where(height > 0.0, above, inside)
 
     def escape_speed(self, height: np.ndarray) -> np.ndarray:
@@ -53,8 +58,8 @@ class Column:
     def apex(self, height: np.ndarray, upward: np.ndarray, speed: np.ndarray) -> np.ndarray:
         """Greatest height [m] that free flight reaches from ``height`` with the upward and the total speed [m/s].
 
-        Sphere: the larger root of the radial energy equation e r^2 + mu r - l^2/2 = 0, with e = v^2/2 - mu/r and l = r v_t;
-        infinite at and beyond escape. What moves downwards has its apex where it is.
+        Sphere: the larger root of the radial energy equation e r^2 + mu r - l^2/2 = 0, with e = v^2/2 - mu/r and l = r
+        v_t; infinite at and beyond escape. What moves downwards has its apex where it is.
         """
         g = self.surface_gravity
         rising = upward > 0.0
@@ -77,12 +82,15 @@ def uniform(gravity: float, density: float, depth: float) -> Column:
 
 
 def from_target(target: Mapping[str, Any], datum: float) -> Column:
-    """The column of ``2_sph/target.json`` about the datum radius [m] (flat ground: ``height_m`` above z = 0). Raises ``InputError`` naming what is missing."""
+    """The column of ``2_sph/target.json`` about the datum radius [m] (flat ground: ``height_m`` above z = 0). Raises
+    ``InputError`` naming what is missing."""
     flat = target.get("frame") == "plane"
     upwards = "height_m" if flat else "radius_m"
     try:
         table = target["profile"]
-        place, pressure, gravity = (np.asarray(table[name], dtype=float) for name in (upwards, "pressure_Pa", "gravity_m_s2"))
+        place, pressure, gravity = (
+            np.asarray(table[name], dtype=float) for name in (upwards, "pressure_Pa", "gravity_m_s2")
+        )
         surface = float(target["surface_gravity_m_s2"])
     except KeyError as missing:
         raise InputError(f"target.json lacks {missing}") from None

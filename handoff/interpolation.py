@@ -1,8 +1,9 @@
 """A velocity field between particles: first-order moving least squares, exact for every linear field.
 
-At a point x the field is fitted as v(x') = v0 + G (x' - x) over the k nearest particles, weighted by their volume and the Wendland C2
-kernel W(q) = (1 - q)^4 (4 q + 1), q = |x' - x| / H with H the distance of the (k+1)-th particle. v0 is the value, curl v / 2 from G the
-rotation rate that a grain's spin takes over. Translations, rigid rotations, shears and uniform expansions come out exactly, in any cloud.
+At a point x the field is fitted as v(x') = v0 + G (x' - x) over the k nearest particles, weighted by their volume and
+the Wendland C2 kernel W(q) = (1 - q)^4 (4 q + 1), q = |x' - x| / H with H the distance of the (k+1)-th particle. v0 is
+the value, curl v / 2 from G the rotation rate that a grain's spin takes over. Translations, rigid rotations, shears
+and uniform expansions come out exactly, in any cloud.
 """
 
 from __future__ import annotations
@@ -11,16 +12,21 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 _CHUNK = 20_000
-# a fit whose smallest scaled moment falls below this share of the largest (particles in one plane) loses its gradient there
+# a fit whose smallest scaled moment falls below this share of the largest (particles in one plane) loses its gradient
+# there
 _RIDGE = 1e-4
 _REACH = 2.0
 
 
-def local_linear(tree: cKDTree, velocity: np.ndarray, volume: np.ndarray, query: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Velocity (m, 3) [m/s] and its gradient (m, 3, 3) [1/s], ``gradient[:, a, b]`` = d v_b / d x_a, at the points ``query`` (m, 3).
+def local_linear(
+    tree: cKDTree, velocity: np.ndarray, volume: np.ndarray, query: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity (m, 3) [m/s] and its gradient (m, 3, 3) [1/s], ``gradient[:, a, b]`` = d v_b / d x_a, at the points
+    ``query`` (m, 3).
 
-    ``tree`` over the particle positions, ``velocity`` (n, 3), ``volume`` (n,), ``count`` neighbours used. The linear part is limited to
-    ``_REACH`` times the largest deviation among the neighbours from their mean, so that no velocity is made up beyond the free surface.
+    ``tree`` over the particle positions, ``velocity`` (n, 3), ``volume`` (n,), ``count`` neighbours used. The linear
+    part is limited to ``_REACH`` times the largest deviation among the neighbours from their mean, so that no velocity
+    is made up beyond the free surface.
     """
     count = min(count, tree.n - 1)
     value, gradient = np.empty((len(query), 3)), np.zeros((len(query), 3, 3))
@@ -54,7 +60,8 @@ def local_linear(tree: cKDTree, velocity: np.ndarray, volume: np.ndarray, query:
 
 
 def kernel_mean(tree: cKDTree, velocity: np.ndarray, volume: np.ndarray, query: np.ndarray, count: int) -> np.ndarray:
-    """Kernel interpolation (m, 3) [m/s]: sum V_j W v_j / sum V_j W over the ``count`` nearest particles, Wendland C2 as above; exact for constants only."""
+    """Kernel interpolation (m, 3) [m/s]: sum V_j W v_j / sum V_j W over the ``count`` nearest particles, Wendland C2
+    as above; exact for constants only."""
     count = min(count, tree.n - 1)
     value = np.empty((len(query), 3))
     for begin in range(0, len(query), _CHUNK):
@@ -66,11 +73,13 @@ def kernel_mean(tree: cKDTree, velocity: np.ndarray, volume: np.ndarray, query: 
     return value
 
 
-def matching_factor(tree: cKDTree, wanted: np.ndarray, own: np.ndarray, count: int = 24, passes: int = 2) -> np.ndarray:
+def matching_factor(
+    tree: cKDTree, wanted: np.ndarray, own: np.ndarray, count: int = 24, passes: int = 2
+) -> np.ndarray:
     """Smooth factor (n,) such that ``own`` times it has the local sums of ``wanted``; 1 where nothing is there.
 
-    The kernel mean of ``wanted`` over that of ``own`` among the ``count`` nearest points of ``tree``, W = (1 - q^2)^2 with q the distance over
-    that of the last one; every further pass adds the same of what is left.
+    The kernel mean of ``wanted`` over that of ``own`` among the ``count`` nearest points of ``tree``, W = (1 - q^2)^2
+    with q the distance over that of the last one; every further pass adds the same of what is left.
     """
     count = min(count, tree.n - 1)
     distance, near = tree.query(tree.data, k=count + 1)
@@ -82,7 +91,9 @@ def matching_factor(tree: cKDTree, wanted: np.ndarray, own: np.ndarray, count: i
     mean = around(own)
     factor = np.zeros(len(own))
     for _ in range(passes):
-        factor += np.where(mean > 0.0, around(wanted - own * factor) / np.where(mean > 0.0, mean, 1.0), 0.0 if factor.any() else 1.0)
+        factor += np.where(
+            mean > 0.0, around(wanted - own * factor) / np.where(mean > 0.0, mean, 1.0), 0.0 if factor.any() else 1.0
+        )
     return factor
 
 

@@ -1,8 +1,8 @@
 """The ledger of a handoff: every limit of the acceptance list with its value and verdict.
 
-Limits from the project's acceptance list for handoffs (seed: Zhang et al., 2022, LPSC; Ballouz et al. 2019 for what goes wrong). "Raw"
-counts before the global correction. Pressure, overlaps and elastic energy count as the excess over the undisturbed state at the same depth:
-a bed that carries its own weight would break the bare numbers by that alone.
+Limits from the project's acceptance list for handoffs (seed: Zhang et al., 2022, LPSC; Ballouz et al. 2019 for what
+goes wrong). "Raw" counts before the global correction. Pressure, overlaps and elastic energy count as the excess over
+the undisturbed state at the same depth: a bed that carries its own weight would break the bare numbers by that alone.
 """
 
 from __future__ import annotations
@@ -30,7 +30,9 @@ class Limit(NamedTuple):
 
 def _needs(*variants: str) -> str:
     """The command that makes the runs a row needs."""
-    return "needs further runs: inspect_handoff RUN --sensitivity" + "".join(f" --only {name}" for name in ("base", *variants))
+    return "needs further runs: inspect_handoff RUN --sensitivity" + "".join(
+        f" --only {name}" for name in ("base", *variants)
+    )
 
 
 SENSITIVITY = "final_D_change_on_t_handoff_x2"
@@ -50,7 +52,9 @@ LIMITS: dict[str, Limit] = {
     "kinetic_energy_change_min": Limit(-0.1, least=True, meaning="kinetic energy lost to averaging"),
     "kinetic_energy_change_max": Limit(0.01, meaning="kinetic energy must not be created"),
     "kinetic_energy_compact_change": Limit(
-        0.1, meaning="gained or lost by the compact matter alone: ejecta, which grains take over as they are, may hold nearly all"
+        0.1,
+        meaning="gained or lost by the compact matter alone: ejecta, which grains take over as they are, may hold "
+        "nearly all",
     ),
     "velocity_field_L2": Limit(0.05, meaning="mass weighted, over cells, where |v| > 5 % of the largest"),
     "velocity_direction_deg_mean": Limit(5.0, "deg", meaning="mean angle between the two fields in the same cells"),
@@ -59,13 +63,18 @@ LIMITS: dict[str, Limit] = {
     "overlap_release_speed_over_median_flow": Limit(0.01, meaning="delta sqrt(k/m), excess"),
     "bulk_density_rel": Limit(0.03, meaning="rms difference, coarse grained at 5 r"),
     "cavity_hausdorff_over_r": Limit(1.5, meaning="surface of the source against that of the carved bed"),
-    "cavity_volume_rel": Limit(0.02, meaning="or three standard errors of a cut through whole grains, where that is more"),
+    "cavity_volume_rel": Limit(
+        0.02, meaning="or three standard errors of a cut through whole grains, where that is more"
+    ),
     "cavity_radius_over_r_DEM_min": Limit(RESOLVED_RADIUS, least=True, meaning="the cavity must be resolved"),
     "ejecta_mass_curve_rel": Limit(0.02, meaning="largest difference of M(>v) above the speed limit"),
-    "residual_pressure_over_bulk_modulus": Limit(1e-3, meaning="no shock left in the domain, excess; or rho g R / K of the cavity, where that is more"),
+    "residual_pressure_over_bulk_modulus": Limit(
+        1e-3, meaning="no shock left in the domain, excess; or rho g R / K of the cavity, where that is more"
+    ),
     "elastic_over_kinetic_energy": Limit(
         0.01,
-        meaning="strain energy of the source that is discarded, excess, over the kinetic energy of compact matter; or what rho g R stores, where that is more",
+        meaning="strain energy of the source that is discarded, excess, over the kinetic energy of compact matter; or "
+        "what rho g R stores, where that is more",
     ),
     "t_handoff_over_T_crater_max": Limit(0.1, meaning="T = 0.8 sqrt(V^(1/3) / g)"),
     "bed_residual_speed_over_sqrt_g_r": Limit(1e-3, meaning="before the imprint"),
@@ -78,18 +87,21 @@ LIMITS: dict[str, Limit] = {
 
 
 def volume_scatter(spacing: float, radius: float, depth: float, volume: float) -> float:
-    """Standard error of a carved cavity's relative volume that comes of cutting a bed through whole grains ``spacing`` [m] apart.
+    """Standard error of a carved cavity's relative volume that comes of cutting a bed through whole grains ``spacing``
+    [m] apart.
 
-    Each of the A / d^2 cells on the cavity's surface is kept or taken out as a whole: where the surface lies in a cell is a matter of chance, so that each
-    leaves an error of d^3 / sqrt(12), and all of them d^2 sqrt(A / 12). A: a paraboloid of ``radius`` and ``depth`` [m]; relative to ``volume`` [m^3].
-    Measured in draws of cloud and bed: 1.2 to 1.3 times this at 7 and at 10.6 grains per radius.
+    Each of the A / d^2 cells on the cavity's surface is kept or taken out as a whole: where the surface lies in a cell
+    is a matter of chance, so that each leaves an error of d^3 / sqrt(12), and all of them d^2 sqrt(A / 12). A: a
+    paraboloid of ``radius`` and ``depth`` [m]; relative to ``volume`` [m^3]. Measured in draws of cloud and bed: 1.2
+    to 1.3 times this at 7 and at 10.6 grains per radius.
     """
     area = math.pi * radius / (6.0 * depth**2) * ((radius**2 + 4.0 * depth**2) ** 1.5 - radius**3)
     return spacing**2 * math.sqrt(area / 12.0) / volume
 
 
 def volume_limit(spacing: float, radius: float, depth: float, volume: float) -> float:
-    """Limit on ``cavity_volume_rel``: the acceptance list's, or ``SCATTER`` standard errors of the cut where grains are coarse. Arguments as above."""
+    """Limit on ``cavity_volume_rel``: the acceptance list's, or ``SCATTER`` standard errors of the cut where grains
+    are coarse. Arguments as above."""
     return max(LIMITS["cavity_volume_rel"].limit, SCATTER * volume_scatter(spacing, radius, depth, volume))
 
 
@@ -111,7 +123,8 @@ def check_waivers(waive: Mapping[str, str]) -> None:
 
 @dataclass
 class Ledger:
-    """Rows in the order in which they were entered; ``waive`` maps a limit's name to the reason why it does not bind."""
+    """Rows in the order in which they were entered; ``waive`` maps a limit's name to the reason why it does not
+    bind."""
 
     waive: Mapping[str, str] = field(default_factory=dict)
     rows: list[dict[str, Any]] = field(default_factory=list)
@@ -131,10 +144,13 @@ class Ledger:
             verdict, note = "waived", f"waived: {reason}" + (f"; {note}" if note else "")
         self._enter(name, value, limit.limit, verdict, limit.unit, note or limit.meaning)
 
-    def amend(self, name: str, value: float | None, note: str, limit: float | None = None, unit: str | None = None) -> None:
+    def amend(
+        self, name: str, value: float | None, note: str, limit: float | None = None, unit: str | None = None
+    ) -> None:
         """Measure a row that further runs belong to, in place of what stood there; None: not applicable.
 
-        ``limit`` and ``unit`` replace the list's own where the row is measured in another way, which the note has to say.
+        ``limit`` and ``unit`` replace the list's own where the row is measured in another way, which the note has to
+        say.
         """
         self.rows = [row for row in self.rows if row["name"] != name]
         if value is None:
@@ -142,7 +158,14 @@ class Ledger:
         elif limit is None:
             self.measure(name, value, note)
         else:
-            self._enter(name, float(value), limit, "pass" if math.isfinite(value) and value <= limit else "fail", unit or "1", note)
+            self._enter(
+                name,
+                float(value),
+                limit,
+                "pass" if math.isfinite(value) and value <= limit else "fail",
+                unit or "1",
+                note,
+            )
 
     def skip(self, name: str, verdict: str, note: str) -> None:
         """Enter a limit that was not measured or does not apply."""
@@ -162,7 +185,9 @@ class Ledger:
     def _enter(self, name, value, limit, verdict, unit, note) -> None:
         if verdict not in VERDICTS:
             raise ValueError(f"unknown verdict {verdict!r}")
-        self.rows.append({"name": name, "value": value, "limit": limit, "verdict": verdict, "unit": unit, "note": note})
+        self.rows.append(
+            {"name": name, "value": value, "limit": limit, "verdict": verdict, "unit": unit, "note": note}
+        )
 
     def __getitem__(self, name: str) -> dict[str, Any]:
         return next(row for row in self.rows if row["name"] == name)
@@ -183,11 +208,16 @@ class Ledger:
         return [row for row in self.rows if row["limit"] is None]
 
     def worst(self) -> dict[str, Any] | None:
-        """The unwaived row that is furthest beyond its limit, or, where all hold, nearest to it; None where nothing was measured.
+        """The unwaived row that is furthest beyond its limit, or, where all hold, nearest to it; None where nothing
+        was measured.
 
         Rows that only rounding fills (limits below 1e-9) count when they fail.
         """
-        judged = [row for row in self.criteria if row["verdict"] == "fail" or (row["verdict"] == "pass" and abs(row["limit"]) > 1e-9)]
+        judged = [
+            row
+            for row in self.criteria
+            if row["verdict"] == "fail" or (row["verdict"] == "pass" and abs(row["limit"]) > 1e-9)
+        ]
         return max(judged, key=_share_of_limit, default=None)
 
     def write(self, path: Path) -> None:
@@ -215,7 +245,8 @@ def _plain(value: Any) -> Any:
 
 
 def read(path: Path) -> Ledger:
-    """A ledger from its file. Raises ``InputError`` when there is none, or it is damaged: a ledger without rows would judge nothing."""
+    """A ledger from its file. Raises ``InputError`` when there is none, or it is damaged: a ledger without rows would
+    judge nothing."""
     if not path.is_file():
         raise InputError(f"no ledger at {path}: has the handoff run?")
     rows = archive.read_json(path, list)
@@ -223,5 +254,8 @@ def read(path: Path) -> Ledger:
         raise InputError(f"{path} is damaged: it has no rows")
     for number, row in enumerate(rows, 1):
         if not isinstance(row, dict) or not set(_KEYS) <= set(row) or row["verdict"] not in VERDICTS:
-            raise InputError(f"{path} is damaged: row {number} should hold {', '.join(_KEYS)}, with a verdict out of {', '.join(VERDICTS)}")
+            raise InputError(
+                f"{path} is damaged: row {number} should hold {', '.join(_KEYS)}, with a verdict out of "
+                f"{', '.join(VERDICTS)}"
+            )
     return Ledger(rows=rows)

@@ -1,15 +1,16 @@
 """How far outside its outermost particles the surface of a cloud runs.
 
-A particle stands for the volume mass over density around it; the alpha-shape through particle centres leaves the outer part of that out. The
-surface is drawn a ``distance`` [m] outside: first one factor of the local spacing, at which the volume inside the bed's domain is the sum of mass
-over density of the compact particles there (0.5 would be the half spacing of a perfect layer, 0.3 is found for disordered ones). Where the
-surface is sharply bent, at a rim's crest above all, one factor leaves matter out and makes up for it elsewhere: a cavity comes out too small.
-So the distance is then corrected place by place: what each particle lacks,
+A particle stands for the volume mass over density around it; the alpha-shape through particle centres leaves the outer
+part of that out. The surface is drawn a ``distance`` [m] outside: first one factor of the local spacing, at which the
+volume inside the bed's domain is the sum of mass over density of the compact particles there (0.5 would be the half
+spacing of a perfect layer, 0.3 is found for disordered ones). Where the surface is sharply bent, at a rim's crest
+above all, one factor leaves matter out and makes up for it elsewhere: a cavity comes out too small. So the distance is
+then corrected place by place: what each particle lacks,
 
     d_i = m_i / rho_i - (volume inside the surface that is nearest to i),
 
-is handed to the surface around it, delta(x) = sum_i w(x - x_i) d_i / integral of w dA with a Gaussian w of two spacings. Inside the solid d_i is the disorder
-of the particles; it sums to zero over neighbours and drops out.
+is handed to the surface around it, delta(x) = sum_i w(x - x_i) d_i / integral of w dA with a Gaussian w of two
+spacings. Inside the solid d_i is the disorder of the particles; it sums to zero over neighbours and drops out.
 """
 
 from __future__ import annotations
@@ -36,33 +37,45 @@ def even_points(domain: Domain) -> np.ndarray:
 
 
 def passes(spacing: np.ndarray, rules: Rules, coarse: float) -> np.ndarray:
-    """Smoothing passes (n,) of the surface: where particles of ``spacing`` (n,) [m] are finer than ``coarse`` [m], what the surface is for, more with the
-    square of the ratio: details that grains cannot take over go."""
+    """Smoothing passes (n,) of the surface: where particles of ``spacing`` (n,) [m] are finer than ``coarse`` [m],
+    what the surface is for, more with the square of the ratio: details that grains cannot take over go."""
     finer = np.clip(np.round(np.log2(np.maximum(coarse / spacing, 1.0))), 0, 4)
     return (rules.smoothing * 4.0**finer).astype(np.int64)
 
 
-def by_one_factor(shape: AlphaShape, spacing: np.ndarray, points: np.ndarray, share: float, rules: Rules, coarse: float = 0.0) -> tuple[OffsetShape, float]:
-    """The surface at one factor of the ``spacing`` (n,) [m] of the shape's particles, and that factor: ``rules.offset``, or the one at which the solid
-    holds ``share`` of the even ``points`` (s, 3)."""
+def by_one_factor(
+    shape: AlphaShape, spacing: np.ndarray, points: np.ndarray, share: float, rules: Rules, coarse: float = 0.0
+) -> tuple[OffsetShape, float]:
+    """The surface at one factor of the ``spacing`` (n,) [m] of the shape's particles, and that factor:
+    ``rules.offset``, or the one at which the solid holds ``share`` of the even ``points`` (s, 3)."""
     smooth = passes(spacing, rules, coarse)
     if rules.offset != "auto":
         return shape.offset(rules.offset * spacing, smooth), float(rules.offset)
     deep = shape.contains(points)
     shell = points[~deep]
     factors = np.linspace(*_RANGE, 4)
-    held = [(deep.sum() + np.count_nonzero(shape.offset(factor * spacing, smooth).contains(shell))) / len(points) for factor in factors]
+    held = [
+        (deep.sum() + np.count_nonzero(shape.offset(factor * spacing, smooth).contains(shell))) / len(points)
+        for factor in factors
+    ]
     factor = float(np.interp(share, held, factors))
     return shape.offset(factor * spacing, smooth), factor
 
 
 def place_by_place(
-    solid: OffsetShape, spacing: np.ndarray, position: np.ndarray, volume: np.ndarray, points: np.ndarray, owner: np.ndarray, domain: Domain
+    solid: OffsetShape,
+    spacing: np.ndarray,
+    position: np.ndarray,
+    volume: np.ndarray,
+    points: np.ndarray,
+    owner: np.ndarray,
+    domain: Domain,
 ) -> OffsetShape:
     """The ``solid`` with its distances corrected where volume and mass over density differ.
 
-    ``spacing`` (n,) of the shape's particles [m]; ``position`` (c, 3) and ``volume`` (c,) of the compact particles: mass over density of the part inside
-    the domain [m^3]; ``points`` (s, 3) even in the domain and the nearest compact particle ``owner`` (s,) of each.
+    ``spacing`` (n,) of the shape's particles [m]; ``position`` (c, 3) and ``volume`` (c,) of the compact particles:
+    mass over density of the part inside the domain [m^3]; ``points`` (s, 3) even in the domain and the nearest compact
+    particle ``owner`` (s,) of each.
     """
     shape, distance = solid.shape, solid.distance.copy()
     each = domain.volume / len(points)
@@ -89,7 +102,8 @@ def place_by_place(
 
 
 def _weights(to: cKDTree, of: cKDTree, width: np.ndarray, reach: float):
-    """Gaussian weights (points of ``to``, points of ``of``) of the standard deviations ``width``, as a sparse matrix."""
+    """Gaussian weights (points of ``to``, points of ``of``) of the standard deviations ``width``, as a sparse
+    matrix."""
     pairs = to.sparse_distance_matrix(of, reach, output_type="coo_matrix")
     pairs.data = np.exp(-0.5 * (pairs.data / width[pairs.row]) ** 2)
     return pairs.tocsr()

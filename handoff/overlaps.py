@@ -1,8 +1,10 @@
-"""Overlaps of a set of grains, among themselves and with the walls: how deep, what they store, how fast they would come apart, what step they ask for.
+"""Overlaps of a set of grains, among themselves and with the walls: how deep, what they store, how fast they would
+come apart, what step they ask for.
 
-A contact of overlap delta and stiffness k stores k delta^2 / 2 and, let go, drives its lighter grain of mass m to delta sqrt(k / m). A step that keeps
-the overlap of grains that close at speed v below x_max r needs k = m (v / (x_max r))^2, hence dt = (pi / n) x_max r / (sqrt(2) v) with n steps
-per contact. (Ballouz et al. 2019, MNRAS 485, 697: overlaps of spheres made straight from SPH particles drive the step to prohibitively low values.)
+A contact of overlap delta and stiffness k stores k delta^2 / 2 and, let go, drives its lighter grain of mass m to
+delta sqrt(k / m). A step that keeps the overlap of grains that close at speed v below x_max r needs k = m (v / (x_max
+r))^2, hence dt = (pi / n) x_max r / (sqrt(2) v) with n steps per contact. (Ballouz et al. 2019, MNRAS 485, 697:
+overlaps of spheres made straight from SPH particles drive the step to prohibitively low values.)
 """
 
 from __future__ import annotations
@@ -25,8 +27,9 @@ _SOFTENED, _STIFF = 2.0, 90.0
 
 @dataclass(frozen=True)
 class Overlaps:
-    """Every overlapping contact (c,): ``depth`` [m], ``share`` = depth over the smaller radius, ``stiffness`` [N/m], ``mass`` [kg] and ``radius`` [m] of the
-    lighter and of the smaller grain, ``place`` (c, 3) [m]; ``grains`` were looked at."""
+    """Every overlapping contact (c,): ``depth`` [m], ``share`` = depth over the smaller radius, ``stiffness`` [N/m],
+    ``mass`` [kg] and ``radius`` [m] of the lighter and of the smaller grain, ``place`` (c, 3) [m]; ``grains`` were
+    looked at."""
 
     depth: np.ndarray
     share: np.ndarray
@@ -37,11 +40,20 @@ class Overlaps:
     grains: int
 
     def beyond(self, carried: Callable[[np.ndarray], np.ndarray]) -> Overlaps:
-        """The excess over the overlap r^2 P / k at which a contact carries the pressure P = ``carried(place)`` [Pa] of the undisturbed body."""
+        """The excess over the overlap r^2 P / k at which a contact carries the pressure P = ``carried(place)`` [Pa] of
+        the undisturbed body."""
         excess = self.depth - carried(self.place) * self.radius**2 / self.stiffness
         some = excess > 0.0
         share = excess[some] / self.radius[some]
-        return Overlaps(excess[some], share, self.stiffness[some], self.mass[some], self.radius[some], self.place[some], self.grains)
+        return Overlaps(
+            excess[some],
+            share,
+            self.stiffness[some],
+            self.mass[some],
+            self.radius[some],
+            self.place[some],
+            self.grains,
+        )
 
     @property
     def energy(self) -> float:
@@ -63,7 +75,8 @@ class Overlaps:
         return float(np.percentile(self.share, percent)) if len(self.share) else 0.0
 
     def step(self, overlap: float, steps: int) -> float:
-        """The longest step [s] that still takes every contact apart at its release speed within ``overlap`` radii; infinite without contacts."""
+        """The longest step [s] that still takes every contact apart at its release speed within ``overlap`` radii;
+        infinite without contacts."""
         speed = self.release_speed
         moving = speed > 0.0
         if not moving.any():
@@ -72,7 +85,8 @@ class Overlaps:
 
 
 def measure(grains: Particles, domain: Domain | None = None) -> Overlaps:
-    """Overlaps among the ``grains`` (position, radius, mass, stiffness), and with the floor and side of ``domain`` where it is given.
+    """Overlaps among the ``grains`` (position, radius, mass, stiffness), and with the floor and side of ``domain``
+    where it is given.
 
     Radii may differ by orders of magnitude: pairs are looked for class by class, each class a factor of two wide.
     """
@@ -113,13 +127,15 @@ def pairs(position: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def contact_step(grains: Particles, steps: int) -> float:
-    """Step of the granular stage [s]: the shortest contact time pi sqrt(m / 2 k) over ``steps``, stiff light grains softened as it does."""
+    """Step of the granular stage [s]: the shortest contact time pi sqrt(m / 2 k) over ``steps``, stiff light grains
+    softened as it does."""
     frequency = grains.stiffness / grains.mass
     stiffest = min(float(frequency.max()), _SOFTENED * float(np.percentile(frequency, _STIFF)))
     return float(np.pi * np.sqrt(0.5 / stiffest)) / steps
 
 
 def contact_numbers(bed: Particles) -> tuple[int, float]:
-    """Steps per contact and the overlap that is warned of, in radii: the bed's own contact settings, or their defaults."""
+    """Steps per contact and the overlap that is warned of, in radii: the bed's own contact settings, or their
+    defaults."""
     said = bed.attributes.get("contact", {})
     return int(said.get("steps_per_contact", _STEPS_PER_CONTACT)), float(said.get("overlap_warn", _OVERLAP_WARN))

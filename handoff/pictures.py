@@ -47,7 +47,13 @@ def _frame_of(data) -> tuple[Any, float, str, tuple[float, float], tuple[float, 
     else:
         width, low, high = region.radius, region.floor, region.top
     margin = 0.06 * width
-    return region, unit, name, ((-width - margin) / unit, (width + margin) / unit), ((low - margin) / unit, (high + 4 * margin) / unit)
+    return (
+        region,
+        unit,
+        name,
+        ((-width - margin) / unit, (width + margin) / unit),
+        ((low - margin) / unit, (high + 4 * margin) / unit),
+    )
 
 
 def _discs(axes, place, radius, colours, unit, **options) -> None:
@@ -83,10 +89,19 @@ def _outline(axes, data, region, unit) -> None:
     if isinstance(region, domains.Cone):
         angle = np.linspace(-region.half_angle, region.half_angle, 200)
         for radius, style in ((region.datum, ":"), (region.top, "--"), (region.core, "-")):
-            axes.plot(radius * np.sin(angle) / unit, radius * np.cos(angle) / unit, style, color="#999", lw=0.7, zorder=4)
+            axes.plot(
+                radius * np.sin(angle) / unit, radius * np.cos(angle) / unit, style, color="#999", lw=0.7, zorder=4
+            )
     else:
         for level, style in ((region.datum, ":"), (region.top, "--"), (region.floor, "-")):
-            axes.plot([-region.radius / unit, region.radius / unit], [level / unit] * 2, style, color="#999", lw=0.7, zorder=4)
+            axes.plot(
+                [-region.radius / unit, region.radius / unit],
+                [level / unit] * 2,
+                style,
+                color="#999",
+                lw=0.7,
+                zorder=4,
+            )
 
 
 def _colour_of(name: str) -> str:
@@ -105,7 +120,9 @@ def _marks(names: list[str], projectile: bool) -> list[Any]:
     from matplotlib.lines import Line2D
 
     def disc(label: str, face: str, edge: str) -> Line2D:
-        return Line2D([], [], marker="o", linestyle="", markersize=8, label=label, markerfacecolor=face, markeredgecolor=edge)
+        return Line2D(
+            [], [], marker="o", linestyle="", markersize=8, label=label, markerfacecolor=face, markeredgecolor=edge
+        )
 
     marks = [disc(name.replace("_", " "), _colour_of(name), "#666") for name in dict.fromkeys(names)]
     marks += [disc("projectile", _PROJECTILE, "#666")] if projectile else []
@@ -143,15 +160,30 @@ def _cut(data):
     below = axes[1, 0]
     grain = np.abs(start.position[:, 1]) < start.radius
     cut = np.sqrt(np.maximum(start.radius**2 - start.position[:, 1] ** 2, 0.0))
-    edge = np.where(np.arange(len(start))[:, None] < int(data["record"]["grains"]["kept"]), to_rgba("#666"), to_rgba(_EJECTA))
+    edge = np.where(
+        np.arange(len(start))[:, None] < int(data["record"]["grains"]["kept"]), to_rgba("#666"), to_rgba(_EJECTA)
+    )
     colours = _colours(start.attributes.get("materials", []), start.material)
-    _discs(below, start.position[grain][:, [0, 2]], cut[grain], colours[grain], unit, edgecolors=edge[grain], linewidths=0.4)
+    _discs(
+        below,
+        start.position[grain][:, [0, 2]],
+        cut[grain],
+        colours[grain],
+        unit,
+        edgecolors=edge[grain],
+        linewidths=0.4,
+    )
     below.set_title("After: grains of the bed and of the ejecta, cut by the plane y = 0")
     for panel in axes.flat:
         _outline(panel, data, region, unit)
         panel.set(xlim=xlim, ylim=zlim, aspect="equal", xlabel=f"x [{name}]", ylabel=f"z [{name}]")
     names = [*source.attributes.get("materials", []), *start.attributes.get("materials", [])]
-    figure.legend(handles=_marks(names, "layer" in source and bool((source.layer < 0).any())), loc="outside upper center", ncols=8, frameon=False)
+    figure.legend(
+        handles=_marks(names, "layer" in source and bool((source.layer < 0).any())),
+        loc="outside upper center",
+        ncols=8,
+        frameon=False,
+    )
     return figure
 
 
@@ -172,7 +204,11 @@ def _velocity(data):
     parts = (
         ("Before: particles that are not ejecta", source.position[thin], source.velocity[thin]),
         ("After: grains", start.position[grain], start.velocity[grain]),
-        ("Difference, cell by cell (arrows five times as long)", cells["centre"][close], (cells["after"] - cells["before"])[close]),
+        (
+            "Difference, cell by cell (arrows five times as long)",
+            cells["centre"][close],
+            (cells["after"] - cells["before"])[close],
+        ),
     )
     for panel, (title, place, velocity) in zip(axes[:, 0], parts):
         last = title.startswith("Difference")
@@ -193,7 +229,9 @@ def _residuals(data):
     local = record["local_momentum"]
     axes[0, 0].barh([row["region"] for row in local], [row["relative"] for row in local], color="#3182bd")
     axes[0, 0].axvline(0.05, color="#c0262d", lw=1)
-    axes[0, 0].set(xlabel="|Δp| / Σ m|v|, before the correction", title="Momentum by octant (about the centre of mass) and shell")
+    axes[0, 0].set(
+        xlabel="|Δp| / Σ m|v|, before the correction", title="Momentum by octant (about the centre of mass) and shell"
+    )
     axes[0, 0].tick_params(axis="y", labelsize=7)
     before, after = residuals["cells/before"], residuals["cells/after"]
     speed = np.linalg.norm(before, axis=1)
@@ -201,7 +239,11 @@ def _residuals(data):
     cosine = np.sum(before * after, axis=1) / np.maximum(speed * np.linalg.norm(after, axis=1), 1e-300)
     angle = np.degrees(np.arccos(np.clip(cosine[flowing], -1, 1)))
     axes[0, 1].hist(np.clip(angle, 0, 30), bins=60, weights=residuals["cells/mass"][flowing], color="#3182bd")
-    axes[0, 1].set(xlabel="angle between the fields [deg] (30 and more in the last bar)", ylabel="mass [kg]", title="Errors of direction")
+    axes[0, 1].set(
+        xlabel="angle between the fields [deg] (30 and more in the last bar)",
+        ylabel="mass [kg]",
+        title="Errors of direction",
+    )
     compact = residuals["source/reason"] == 0
     region = domains.read(data["bed"].attributes)
     here = ~compact | (region.depth_inside(source.position) > 0.0)
@@ -214,14 +256,22 @@ def _residuals(data):
             order = np.argsort(-np.linalg.norm(velocity, axis=1))
             panel.loglog(np.maximum(size, 1e-3), np.cumsum(mass[order]), style, label=label)
         panel.axvline(record["speed_limit_m_s"], color="#999", lw=0.8)
-        panel.set(xlabel="speed v [m/s]", ylabel="mass faster than v [kg]", title="Mass by speed; vertical line: the speed limit")
+        panel.set(
+            xlabel="speed v [m/s]",
+            ylabel="mass faster than v [kg]",
+            title="Mass by speed; vertical line: the speed limit",
+        )
         panel.set_xlim(left=max(1e-3, 1e-3 * record["speed_limit_m_s"]))
         panel.legend()
     distance, unit = residuals["columns/distance"], 1e3 if residuals["columns/distance"].max() > 2e3 else 1.0
     difference = residuals["columns/height_bed"] - residuals["columns/height_source"]
     radius = float(data["bed"].radius.mean())
     axes[1, 1].plot(distance / unit, difference / radius, ".", ms=2)
-    axes[1, 1].set(xlabel=f"distance from the axis [{'km' if unit > 1 else 'm'}]", ylabel="height, bed minus source [grain radii]", title="Carved surface")
+    axes[1, 1].set(
+        xlabel=f"distance from the axis [{'km' if unit > 1 else 'm'}]",
+        ylabel="height, bed minus source [grain radii]",
+        title="Carved surface",
+    )
     axes[1, 1].set_ylim(-4, 4)
     return figure
 
@@ -242,16 +292,31 @@ def _forces(data):
     ends = np.stack([start.position[found.one[thin]], start.position[found.other[thin]]], axis=1)[:, :, [0, 2]] / unit
     share = found.force[thin] / max(found.mean, 1e-300)
     order = np.argsort(share)
-    lines = LineCollection(ends[order], array=share[order], cmap="inferno_r", linewidths=np.clip(0.7 * share[order], 0.15, 4.0), clim=(0.0, 5.0))
+    lines = LineCollection(
+        ends[order],
+        array=share[order],
+        cmap="inferno_r",
+        linewidths=np.clip(0.7 * share[order], 0.15, 4.0),
+        clim=(0.0, 5.0),
+    )
     cut.add_collection(lines)
     figure.colorbar(lines, ax=cut, label="force / mean", shrink=0.8)
     _outline(cut, data, region, unit)
     mean = readable.amount(found.mean, "N", 3)
-    title = f"Contact forces at the start: mean {mean}, 99 % below {found.spread:.2g} means, {found.contacts_per_grain:.2f} contacts per grain"
+    title = (
+        f"Contact forces at the start: mean {mean}, 99 % below {found.spread:.2g} means, "
+        f"{found.contacts_per_grain:.2f} contacts per grain"
+    )
     cut.set(xlim=xlim, ylim=zlim, aspect="equal", title=title, xlabel=f"x [{name}]", ylabel=f"z [{name}]")
     if len(found.force):
         every = found.force / found.mean
-        spread.hist(every, bins=np.linspace(0.0, max(10.0, float(np.percentile(every, 99.9))), 80), density=True, histtype="step", color="#3182bd")
+        spread.hist(
+            every,
+            bins=np.linspace(0.0, max(10.0, float(np.percentile(every, 99.9))), 80),
+            density=True,
+            histtype="step",
+            color="#3182bd",
+        )
         spread.plot(ticks := np.linspace(0.0, 10.0, 50), np.exp(-ticks), ":", color="#999", label="exp(-f / mean)")
         spread.legend()
     spread.set(yscale="log", xlabel="force / mean", ylabel="share of contacts", title="Distribution of the forces")
@@ -274,7 +339,11 @@ def _time(data):
     axes[0, 1].set(title="Excess pressure / bulk modulus")
     axes[1, 0].plot(t, np.maximum(series["drive"], 1e-3), ".-", label="drive")
     axes[1, 0].axhline(1.0, color="#c0262d", lw=1, label="limit")
-    axes[1, 0].set(ylabel="acceleration [g]", title="Mean acceleration beyond hydrostatic balance, weighted by m|v|", ylim=(0.0, None))
+    axes[1, 0].set(
+        ylabel="acceleration [g]",
+        title="Mean acceleration beyond hydrostatic balance, weighted by m|v|",
+        ylim=(0.0, None),
+    )
     for key in ("kinetic", "elastic"):
         axes[1, 1].semilogy(t, series[key], ".-", label=f"{key} energy")
     axes[1, 1].set(ylabel="energy [J]", title="Energy in the domain")

@@ -18,13 +18,16 @@ class Settings(surface.Rules):
     """The handoff's own table ``[handoff]`` in a case file."""
 
     time: PositiveTime | Literal["auto", "last"] = "auto"
-    """``auto`` by the rule of ``handoff.handoff_time``; ``last`` snapshot; or a time after the impact (the nearest snapshot is taken)."""
+    """``auto`` by the rule of ``handoff.handoff_time``; ``last`` snapshot; or a time after the impact (the nearest
+    snapshot is taken)."""
     method: Literal["mapped", "direct"] = "mapped"
-    """``mapped``: the settled bed takes over the flow; ``direct``: every SPH particle becomes a grain (see ``handoff.direct``). The report compares both."""
+    """``mapped``: the settled bed takes over the flow; ``direct``: every SPH particle becomes a grain (see
+    ``handoff.direct``). The report compares both."""
     direct_packing: float = Field(1.0, gt=0.1, le=1.0)
     """Share of a particle's volume that its sphere holds in the direct transition; 1: equal volume."""
     control: controls.Kind = "none"
-    """A control run instead: ``at_rest``, the carved bed without motion or ejecta; ``uncarved``, the bed carved at the datum (the ledger is the handoff's)."""
+    """A control run instead: ``at_rest``, the carved bed without motion or ejecta; ``uncarved``, the bed carved at the
+    datum (the ledger is the handoff's)."""
     waive: Mapping[str, str] = Field(default_factory=dict)
     """Ledger rows that do not bind this case, each with its reason."""
     pictures: Annotated[bool, View()] = True

@@ -23,12 +23,14 @@ class Residual:
 
 
 def moduli(source: Particles) -> tuple[np.ndarray, np.ndarray]:
-    """Bulk modulus (local rho c^2 where the sound speed is known) and shear modulus [Pa]; NaN and 0 where a material is not known here.
+    """Bulk modulus (local rho c^2 where the sound speed is known) and shear modulus [Pa]; NaN and 0 where a material
+    is not known here.
 
-    Particles that have parted have next to no modulus of their own, and any pressure is large over nothing: none counts as less than a quarter of the median of
-    its material.
+    Particles that have parted have next to no modulus of their own, and any pressure is large over nothing: none
+    counts as less than a quarter of the median of its material.
 
-    The shear modulus is that with which the source was made where it says so (attribute ``shear_moduli_Pa``): softened matter stores as much more.
+    The shear modulus is that with which the source was made where it says so (attribute ``shear_moduli_Pa``): softened
+    matter stores as much more.
     """
     bulk, shear = [], []
     for name in source.attributes.get("materials", []):
@@ -51,17 +53,20 @@ def moduli(source: Particles) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class Weight:
-    """What weight alone does around a cavity, shock or no shock: ``pressure`` over bulk modulus, and strain ``energy`` [J]."""
+    """What weight alone does around a cavity, shock or no shock: ``pressure`` over bulk modulus, and strain ``energy``
+    [J]."""
 
     pressure: float
     energy: float
 
 
 def by_weight(source: Particles, share: np.ndarray, cavity_radius: float, column: Column) -> Weight:
-    """The scale of what a flow under gravity changes: matter moved by the cavity's radius R [m] carries rho g R more or less than before.
+    """The scale of what a flow under gravity changes: matter moved by the cavity's radius R [m] carries rho g R more
+    or less than before.
 
-    p = rho g R over K (medians by particle), and sum V p^2 / (2 K); ``share`` (n,) is the part of each particle's volume V that counts. In a granite cavity of
-    R = 10 km on Earth p / K is 5e-3: no moment of its growth is quieter than that.
+    p = rho g R over K (medians by particle), and sum V p^2 / (2 K); ``share`` (n,) is the part of each particle's
+    volume V that counts. In a granite cavity of R = 10 km on Earth p / K is 5e-3: no moment of its growth is quieter
+    than that.
     """
     bulk, _ = moduli(source)
     counts = (share > 0.5) & np.isfinite(bulk)
@@ -69,11 +74,14 @@ def by_weight(source: Particles, share: np.ndarray, cavity_radius: float, column
         return Weight(0.0, 0.0)
     pressure = float(np.median(source.density[counts])) * column.surface_gravity * cavity_radius
     volume = share[counts] * source.mass[counts] / source.density[counts]
-    return Weight(pressure / float(np.median(bulk[counts])), float(np.sum(volume * pressure**2 / (2.0 * bulk[counts]))))
+    return Weight(
+        pressure / float(np.median(bulk[counts])), float(np.sum(volume * pressure**2 / (2.0 * bulk[counts])))
+    )
 
 
 def residual(source: Particles, domain: Domain, column: Column) -> Residual | None:
-    """Excess pressure and strain energy over the undisturbed column at the same height; None when the source carries no pressure.
+    """Excess pressure and strain energy over the undisturbed column at the same height; None when the source carries
+    no pressure.
 
     |P - P_0(h)| / K, and V [(P - P_0)^2 / (2 K) + S:S / (4 mu)] with the deviatoric stress S.
     """

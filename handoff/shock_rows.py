@@ -26,12 +26,16 @@ def enter(ledger: Ledger, made: Handoff, source: Particles, region: domain.Domai
     ledger.measure(
         "residual_pressure_over_bulk_modulus",
         float(np.max(pressure)),
-        f"99 % below {np.percentile(pressure, 99):.3g}, median {np.median(pressure):.3g}; weight, rho g R, alone does {weight.pressure:.3g}",
+        f"99 % below {np.percentile(pressure, 99):.3g}, median {np.median(pressure):.3g}; weight, rho g R, alone does "
+        f"{weight.pressure:.3g}",
         bound=max(LIMITS["residual_pressure_over_bulk_modulus"].limit, weight.pressure),
     )
     elastic = float(np.sum(left.elastic[made.compact.places] * made.compact.share))
     moving = made.sums.before.kinetic - made.ejecta_energy
-    note = f"{elastic:.4e} J over {moving:.4e} J, both of the compact matter inside the domain; weight alone stores {weight.energy:.4e} J"
+    note = (
+        f"{elastic:.4e} J over {moving:.4e} J, both of the compact matter inside the domain; weight alone stores "
+        f"{weight.energy:.4e} J"
+    )
     moves = moving > 1e-12 * made.sums.before.kinetic
     ledger.measure(
         "elastic_over_kinetic_energy",
@@ -42,18 +46,26 @@ def enter(ledger: Ledger, made: Handoff, source: Particles, region: domain.Domai
 
 
 def time_row(ledger: Ledger, made: Handoff, time: float, choice: Choice | None, column: Column) -> None:
-    """The row on the time of the handoff over the crater's own; T from the largest cavity of the series, or from this cavity.
+    """The row on the time of the handoff over the crater's own; T from the largest cavity of the series, or from this
+    cavity.
 
-    Where the rule chose the time because its window is empty, no moment meets this limit: the row is waived with that reason, and what the time decides is
-    shown by the rows of the sensitivity.
+    Where the rule chose the time because its window is empty, no moment meets this limit: the row is waived with that
+    reason, and what the time decides is shown by the rows of the sensitivity.
     """
-    volume = max([made.carving.size.volume] + ([row.volume for row in choice.series[: choice.deepest + 1]] if choice else []))
+    volume = max(
+        [made.carving.size.volume] + ([row.volume for row in choice.series[: choice.deepest + 1]] if choice else [])
+    )
     if volume <= 0.0:
         ledger.skip("t_handoff_over_T_crater_max", "not_applicable", "there is no cavity")
         return
     crater = 0.8 * float(np.sqrt(np.cbrt(volume) / column.surface_gravity))
-    note = f"handed over at {readable.clock(time)}, T = {readable.clock(crater)}" + (f"; {choice.reason}" if choice else "; time given")
+    note = f"handed over at {readable.clock(time)}, T = {readable.clock(crater)}" + (
+        f"; {choice.reason}" if choice else "; time given"
+    )
     if choice is not None and choice.window_is_empty:
-        waive = {"t_handoff_over_T_crater_max": "the shock is still there at 0.1 T, so that no time has both behind it", **ledger.waive}
+        waive = {
+            "t_handoff_over_T_crater_max": "the shock is still there at 0.1 T, so that no time has both behind it",
+            **ledger.waive,
+        }
         ledger = Ledger(waive, ledger.rows)
     ledger.measure("t_handoff_over_T_crater_max", time / crater, note)

@@ -8,7 +8,8 @@ from matter.particles import Particles
 
 
 def material_numbers(source: Particles, bed: Particles) -> tuple[list[str], np.ndarray]:
-    """Material names of the start (the bed's, then the source's further ones), and the new number of each material of the source."""
+    """Material names of the start (the bed's, then the source's further ones), and the new number of each material of
+    the source."""
     names = list(bed.attributes.get("materials", []))
     table = []
     for name in source.attributes.get("materials", []):
@@ -19,8 +20,8 @@ def material_numbers(source: Particles, bed: Particles) -> tuple[list[str], np.n
 
 
 def species_by_material(bed: Particles, names: list[str]) -> np.ndarray:
-    """Species that grains of each material take: what the bed's contact settings say, else that of most of its grains of that material,
-    else the first."""
+    """Species that grains of each material take: what the bed's contact settings say, else that of most of its grains
+    of that material, else the first."""
     said = bed.attributes.get("contact", {}).get("species_of_material", {})
     known = list(bed.attributes.get("species", []))
     species = np.zeros(len(names), dtype=np.int32)

@@ -1,7 +1,8 @@
 """Stage 4, handoff: from the shock-physics cloud to the granular bed that goes on.
 
-Reads ``2_sph/snap_*.vtkhdf``, ``2_sph/target.json`` and ``3_bed/bed.vtkhdf``; writes ``start.vtkhdf``, ``surface.ply``, ``ledger.json``,
-``handoff.json`` (choice of time, sizes, residuals, mapped against direct), ``report.html`` and its pictures.
+Reads ``2_sph/snap_*.vtkhdf``, ``2_sph/target.json`` and ``3_bed/bed.vtkhdf``; writes ``start.vtkhdf``,
+``surface.ply``, ``ledger.json``, ``handoff.json`` (choice of time, sizes, residuals, mapped against direct),
+``report.html`` and its pictures.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ def predict(settings: Settings) -> dict[str, float]:
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
-    """Hand over. Raises ``InputError`` for inputs that cannot be, ``Unsound`` (all outputs written) when an unwaived limit fails."""
+    """Hand over. Raises ``InputError`` for inputs that cannot be, ``Unsound`` (all outputs written) when an unwaived
+    limit fails."""
     bed = snapshot.read(inputs / "3_bed" / f"bed{snapshot.SUFFIX}")
     region = domains.read(bed.attributes)
     column = column_for(inputs, region)
@@ -70,7 +72,11 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     with archive.replacing(out / "surface.ply") as temporary:
         made.carving.solid.mesh.export(str(temporary), file_type="ply")
     ledger.write(out / "ledger.json")
-    record = _record(made, source, bed, choice, settings) | {"method": settings.method, "methods": table, "control": settings.control}
+    record = _record(made, source, bed, choice, settings) | {
+        "method": settings.method,
+        "methods": table,
+        "control": settings.control,
+    }
     if settings.method == "direct":
         count = _needed(straight).compact
         record["grains"] = {"bed": len(bed), "kept": count, "ejecta": len(start) - count}
@@ -91,15 +97,14 @@ def hand_over(
 ) -> tuple[Particles, Ledger]:
     """Hand a shock-physics snapshot over to a settled bed.
 
-    Parameters
-    ----------
-    source : SPH particles with position, velocity, mass, density, material; attributes ``time``, ``materials``.
-    bed : settled grains with identity, position, mass, radius, material; attributes ``domain``, ``frame``, ``materials``.
-    rules : how ejecta are told from compact material and how the surface is drawn; the defaults when None.
-    column : undisturbed pressure and gravity against height; from the source's field ``gravity`` when None.
-    waive : limit -> reason.
+    Parameters ---------- source : SPH particles with position, velocity, mass, density, material; attributes ``time``,
+    ``materials``. bed : settled grains with identity, position, mass, radius, material; attributes ``domain``,
+    ``frame``, ``materials``. rules : how ejecta are told from compact material and how the surface is drawn; the
+    defaults when None. column : undisturbed pressure and gravity against height; from the source's field ``gravity``
+    when None. waive : limit -> reason.
 
-    Returns the bed that the granular stage starts from, and the ledger. Raises ``InputError`` for inputs that cannot be handed over.
+    Returns the bed that the granular stage starts from, and the ledger. Raises ``InputError`` for inputs that cannot
+    be handed over.
     """
     rules = rules or surface.Rules()
     column = column or column_of(source, bed)
@@ -111,7 +116,8 @@ def hand_over(
 
 
 def column_of(source: Particles, bed: Particles) -> hydrostatic.Column:
-    """A column of the gravity found in the source near the datum and of no pressure. Raises ``InputError`` without the field ``gravity``."""
+    """A column of the gravity found in the source near the datum and of no pressure. Raises ``InputError`` without the
+    field ``gravity``."""
     region = domains.read(bed.attributes)
     if "gravity" not in source:
         raise InputError("no profile of the undisturbed target was given and the source carries no field 'gravity'")
@@ -125,19 +131,28 @@ def column_of(source: Particles, bed: Particles) -> hydrostatic.Column:
 
 
 def _measuring(source: Particles, region: domains.Domain) -> dict[str, Any]:
-    """What a crater in the grains is measured against (``crater.choices``): as in the shock stage, over the bed's datum and against the settled bed."""
+    """What a crater in the grains is measured against (``crater.choices``): as in the shock stage, over the bed's
+    datum and against the settled bed."""
     carried = source.attributes.get("measuring")
     if not isinstance(carried, dict):
         return {}
     datum = carried["datum"]
     if isinstance(region, domains.Cone):
-        datum = {"kind": "sphere", "radius_m": region.datum, "centre_m": [0.0, 0.0, 0.0], "source": "datum of the granular bed"}
+        datum = {
+            "kind": "sphere",
+            "radius_m": region.datum,
+            "centre_m": [0.0, 0.0, 0.0],
+            "source": "datum of the granular bed",
+        }
     return {"measuring": {**carried, "datum": datum, "before": f"../3_bed/bed{snapshot.SUFFIX}"}}
 
 
 def _needed(straight: direct.Direct | None) -> direct.Direct:
     if straight is None:
-        raise InputError("[handoff] method = \"direct\" needs a bed with the field 'stiffness': contact stiffness per radius is taken from it")
+        raise InputError(
+            "[handoff] method = \"direct\" needs a bed with the field 'stiffness': contact stiffness per radius is "
+            "taken from it"
+        )
     return straight
 
 
@@ -166,7 +181,8 @@ def chosen_source(
         gap = float(np.max(np.diff(times))) if len(times) > 1 else np.inf
         if abs(times[nearest] - settings.time) > gap:
             raise InputError(
-                f"no snapshot near {readable.clock(settings.time)}: the series runs from {readable.clock(times[0])} to {readable.clock(times[-1])}"
+                f"no snapshot near {readable.clock(settings.time)}: the series runs from {readable.clock(times[0])} "
+                f"to {readable.clock(times[-1])}"
             )
         return None, snapshot.read(paths[nearest])
     series, earlier = [], None
@@ -197,7 +213,9 @@ def snapshot_time(path: Path) -> float:
     return float(snapshot.attributes(path).get("time", 0.0))
 
 
-def _record(made: Handoff, source: Particles, bed: Particles, choice: handoff_time.Choice | None, settings: Settings) -> dict:
+def _record(
+    made: Handoff, source: Particles, bed: Particles, choice: handoff_time.Choice | None, settings: Settings
+) -> dict:
     region = domains.read(bed.attributes)
     return {
         "time_s": float(source.attributes.get("time", 0.0)),
@@ -216,7 +234,10 @@ def _record(made: Handoff, source: Particles, bed: Particles, choice: handoff_ti
             "rim_height_m": made.carving.size.rim_height,
             "centre_m": made.carving.size.centre.tolist(),
         },
-        "local_momentum": [{"region": name, "relative": value, "share": share} for name, value, share in compare.local_momentum(made.mapped.fields, region)],
+        "local_momentum": [
+            {"region": name, "relative": value, "share": share}
+            for name, value, share in compare.local_momentum(made.mapped.fields, region)
+        ],
         "ejecta_mass_kg": dict(made.ejecta.mass_by_state()),
     }
 
@@ -239,6 +260,10 @@ def _write_residuals(made: Handoff, source: Particles, bed: Particles, path: Pat
             "cells/mass": (cells.mass, "kg", "mass of the source in it"),
             "cells/before": (cells.before, "m/s", "mean velocity of the source"),
             "cells/after": (cells.after, "m/s", "mean velocity of the grains"),
-            "correction/velocity": (made.mapped.change, "m/s", "change of velocity of each kept grain by the correction"),
+            "correction/velocity": (
+                made.mapped.change,
+                "m/s",
+                "change of velocity of each kept grain by the correction",
+            ),
         },
     )

@@ -2,11 +2,13 @@
 
 Ejecta, by the first rule that holds (``REASONS``):
 
-* ``sparse``: a particle that has lost its neighbours; ``expanded``: density below ``EXPANDED`` of its material's reference density;
-* ``fast``: faster than the speed limit, rising, and in free flight it would come above the datum. Material below the cavity that is driven
-  down or sideways faster than the limit is confined by what lies around it and stays compact;
-* ``high``: above the ground already (by half a spacing), and in free flight it would rise beyond the bed's headroom. Ground that moves up is pushed by
-  what lies below it and held by what lies above it: no free flight, however weak gravity is;
+* ``sparse``: a particle that has lost its neighbours; ``expanded``: density below ``EXPANDED`` of its material's
+  reference density;
+* ``fast``: faster than the speed limit, rising, and in free flight it would come above the datum. Material below the
+  cavity that is driven down or sideways faster than the limit is confined by what lies around it and stays compact;
+* ``high``: above the ground already (by half a spacing), and in free flight it would rise beyond the bed's headroom.
+  Ground that moves up is pushed by what lies below it and held by what lies above it: no free flight, however weak
+  gravity is;
 * ``detached``: not a corner of the largest piece of the alpha-shape of what the rules above left.
 
 How far outside the alpha-shape's particles the surface runs says ``handoff.offset``.
@@ -49,21 +51,25 @@ class Rules(Model):
     """How the source is split and its surface drawn."""
 
     speed_limit: PositiveSpeed | Literal["auto"] = "auto"
-    """Rising material above it is ejecta; ``auto``: sqrt(2 g headroom), the speed that just reaches the top of the bed; on flat ground cavity radius over
-    time where that is more (``handoff.speed_limit``)."""
+    """Rising material above it is ejecta; ``auto``: sqrt(2 g headroom), the speed that just reaches the top of the
+    bed; on flat ground cavity radius over time where that is more (``handoff.speed_limit``)."""
     alpha: float = Field(1.5, gt=0.8, le=5.0)
-    """Alpha of the alpha-shape in local particle spacings (0.8 is the least that keeps a close-packed lattice whole)."""
+    """Alpha of the alpha-shape in local particle spacings (0.8 is the least that keeps a close-packed lattice
+    whole)."""
     offset: float | Literal["auto"] = "auto"
-    """Distance of the surface outside its particles, in local spacings (0 ... 1); ``auto`` closes volume against mass over density, place by place."""
+    """Distance of the surface outside its particles, in local spacings (0 ... 1); ``auto`` closes volume against mass
+    over density, place by place."""
     smoothing: int = Field(6, ge=0, le=50)
-    """Passes of a volume-keeping filter over the surface, against the roughness of single particles; more where they are finer than grains."""
+    """Passes of a volume-keeping filter over the surface, against the roughness of single particles; more where they
+    are finer than grains."""
     neighbours: int = Field(6, ge=0, le=60)
     """A particle with fewer neighbours inside its support is ejecta (a full support of 2 spacings holds about 33)."""
     mapping: Literal["linear", "kernel", "nearest"] = "linear"
-    """``linear``: exact for linear velocity fields, by moving least squares; ``kernel``: the kernel mean of the particles around; ``nearest``: the velocity of
-    the nearest compact particle."""
+    """``linear``: exact for linear velocity fields, by moving least squares; ``kernel``: the kernel mean of the
+    particles around; ``nearest``: the velocity of the nearest compact particle."""
     correction: Literal["global", "regional"] = "global"
-    """``regional``: momentum is first closed region by region, blended by smooth weights; the global correction then closes the rest."""
+    """``regional``: momentum is first closed region by region, blended by smooth weights; the global correction then
+    closes the rest."""
     region: float = Field(8.0, ge=4.0, le=100.0)
     """Width of a region of the regional correction in mean grain radii."""
     crater: Literal["required", "any"] = "required"
@@ -72,7 +78,8 @@ class Rules(Model):
 
 @dataclass(frozen=True)
 class Split:
-    """The source, classified: ``reason`` (n,) indexes ``REASONS``; ``speed_limit`` [m/s] in use; ``spacing`` (n,) [m]."""
+    """The source, classified: ``reason`` (n,) indexes ``REASONS``; ``speed_limit`` [m/s] in use; ``spacing`` (n,)
+    [m]."""
 
     reason: np.ndarray
     speed_limit: float
@@ -94,27 +101,35 @@ def check(source: Particles) -> None:
         if bad.any():
             first = int(np.flatnonzero(bad)[0])
             who = int(source.identity[first]) if "identity" in source else first
-            raise InputError(f"the source's field {name!r} is not finite for {bad.sum()} of {len(source)} particles (first: particle {who})")
+            raise InputError(
+                f"the source's field {name!r} is not finite for {bad.sum()} of {len(source)} particles (first: "
+                f"particle {who})"
+            )
     for name in ("mass", "density"):
         if np.any(source[name] <= 0.0):
-            raise InputError(f"the source's field {name!r} is not positive for {int(np.sum(source[name] <= 0.0))} particles")
+            raise InputError(
+                f"the source's field {name!r} is not positive for {int(np.sum(source[name] <= 0.0))} particles"
+            )
     _check_units(source)
 
 
 def _check_units(source: Particles) -> None:
-    """Refuse a source whose volumes, mass over density, are far from the room that its particles take: its columns are in units that do not belong
-    together. The room is that of the middle 80 % along each axis, which ejecta hardly widen."""
+    """Refuse a source whose volumes, mass over density, are far from the room that its particles take: its columns are
+    in units that do not belong together. The room is that of the middle 80 % along each axis, which ejecta hardly
+    widen."""
     extent = np.ptp(np.percentile(source.position, (10.0, 90.0), axis=0), axis=0)
     room, volume = float(np.prod(extent)), float(np.sum(source.mass / source.density))
     if room > 0.0 and not 1.0 / _UNITS < volume / room < _UNITS:
         raise InputError(
-            f"mass over density gives the source's particles {readable.volume(volume)}, and they fill about {readable.volume(room)} of space: "
+            f"mass over density gives the source's particles {readable.volume(volume)}, and they fill about "
+            f"{readable.volume(room)} of space: "
             f"positions, masses and densities are in mixed units (SI is needed)"
         )
 
 
 def spacing_of(source: Particles) -> np.ndarray:
-    """Local particle spacing (mass / density)^(1/3) [m]; never above half the kernel's support where that is known (expanded particles)."""
+    """Local particle spacing (mass / density)^(1/3) [m]; never above half the kernel's support where that is known
+    (expanded particles)."""
     spacing = np.cbrt(source.mass / source.density)
     return np.minimum(spacing, 0.75 * source.smoothing_length) if "smoothing_length" in source else spacing
 
@@ -128,7 +143,8 @@ def neighbour_count(source: Particles, spacing: np.ndarray) -> np.ndarray:
 
 
 def reference_density(source: Particles) -> np.ndarray:
-    """Reference density of each particle's material with the pores it has [kg/m^3]; zero where the material is not known here."""
+    """Reference density of each particle's material with the pores it has [kg/m^3]; zero where the material is not
+    known here."""
     densities: list[float] = []
     for name in source.attributes.get("materials", []):
         densities.append(material.reference_density(name) if name in material.names() else 0.0)
@@ -138,7 +154,8 @@ def reference_density(source: Particles) -> np.ndarray:
 
 
 def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -> Split:
-    """Split the source by the rules that need no surface (all but ``detached``). Raises ``InputError`` for an unusable source."""
+    """Split the source by the rules that need no surface (all but ``detached``). Raises ``InputError`` for an unusable
+    source."""
     check(source)
     frame = domain.frame
     height, up = frame.height(source.position), frame.up(source.position)
@@ -153,7 +170,13 @@ def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -
     loose[neighbour_count(source, spacing) < rules.neighbours] = SPARSE
     if rules.speed_limit == "auto":
         kept = (reason == COMPACT) & (loose == COMPACT)
-        limit = speed_limit.default(source.position[kept], spacing[kept], float(source.attributes.get("time", 0.0)), domain, column.surface_gravity)
+        limit = speed_limit.default(
+            source.position[kept],
+            spacing[kept],
+            float(source.attributes.get("time", 0.0)),
+            domain,
+            column.surface_gravity,
+        )
     else:
         limit = float(rules.speed_limit)
     reason[(speed > limit) & (upward > 0.0) & (apex > 0.0)] = FAST
@@ -162,8 +185,8 @@ def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -
 
 
 def classify(source: Particles, domain: Domain, column: Column, rules: Rules) -> tuple[Split, AlphaShape, np.ndarray]:
-    """Split the source; also the alpha-shape of its compact material in and around the domain (the largest piece), and the places in the source of
-    the points of that shape.
+    """Split the source; also the alpha-shape of its compact material in and around the domain (the largest piece), and
+    the places in the source of the points of that shape.
 
     Raises ``InputError`` when nothing compact is left, or when the projectile has not hit yet.
     """
@@ -172,17 +195,23 @@ def classify(source: Particles, domain: Domain, column: Column, rules: Rules) ->
     reason, spacing = split.reason, split.spacing
     left = np.flatnonzero(split.compact)
     if len(left) < 4:
-        raise InputError(f"all {len(source)} particles of the source are ejecta (speed limit {split.speed_limit:.4g} m/s): there is no surface to carve with")
+        raise InputError(
+            f"all {len(source)} particles of the source are ejecta (speed limit {split.speed_limit:.4g} m/s): there "
+            f"is no surface to carve with"
+        )
     left = left[_around(source.position[left], spacing[left], domain)]
     if len(left) < 4:
         raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
-    shape = alpha_shape(source.position[left], spacing[left], rules.alpha, fill_below=float(np.median(spacing[left]) ** 3))
+    shape = alpha_shape(
+        source.position[left], spacing[left], rules.alpha, fill_below=float(np.median(spacing[left]) ** 3)
+    )
     reason[left[shape.members != 0]] = DETACHED
     return split, shape.only(1), left
 
 
 def _around(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> np.ndarray:
-    """Mask of the points that the surface inside the domain depends on: those inside its side walls and as far around as a piece may reach."""
+    """Mask of the points that the surface inside the domain depends on: those inside its side walls and as far around
+    as a piece may reach."""
     return domain.cut_depth(position) > -_AROUND * spacing
 
 
@@ -198,28 +227,35 @@ def _refuse_incoming(source: Particles, domain: Domain, limit: float) -> None:
     downward = -np.einsum("ij,ij->i", velocity, domain.frame.up(position))
     incoming = (domain.frame.height(position) > 0.0) & (downward > limit)
     if mass[incoming].sum() > 0.5 * mass.sum():
-        raise InputError(f"the projectile is still above the surface: {mass[incoming].sum() / mass.sum():.0%} of it flies downwards; take a later snapshot")
+        raise InputError(
+            f"the projectile is still above the surface: {mass[incoming].sum() / mass.sum():.0%} of it flies "
+            f"downwards; take a later snapshot"
+        )
 
 
 def _refuse_falling(source: Particles, domain: Domain, limit: float) -> None:
-    """Where no field says what the projectile is: what falls from above the datum, faster than the limit, must not carry most of the energy."""
+    """Where no field says what the projectile is: what falls from above the datum, faster than the limit, must not
+    carry most of the energy."""
     downward = -np.einsum("ij,ij->i", source.velocity, domain.frame.up(source.position))
     energy = source.mass * np.einsum("ij,ij->i", source.velocity, source.velocity)
     falling = (domain.frame.height(source.position) > 0.0) & (downward > limit)
     if energy[falling].sum() > 0.5 * energy.sum() > 0.0:
         raise InputError(
-            f"{energy[falling].sum() / energy.sum():.0%} of the kinetic energy falls from above the datum: the projectile is still above the surface; "
+            f"{energy[falling].sum() / energy.sum():.0%} of the kinetic energy falls from above the datum: the "
+            f"projectile is still above the surface; "
             "take a later snapshot"
         )
 
 
-def share_inside(position: np.ndarray, spacing: np.ndarray, domain: Domain, owner: cKDTree, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def share_inside(
+    position: np.ndarray, spacing: np.ndarray, domain: Domain, owner: cKDTree, owners: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Which part of each particle's matter lies inside the domain, and where its centre is.
 
-    A particle near a face that cuts through matter is represented by its Voronoi cell: the points of a ball of one spacing that are nearer
-    to it than to any other particle. At a face that is an interface the centre decides: particles of either side keep off it. ``owner`` is
-    the tree over all compact particles, ``owners`` (n,) the places in it of the ones asked for. Returns the share (n,) in [0, 1] and the
-    centroid (n, 3) [m] of the part inside.
+    A particle near a face that cuts through matter is represented by its Voronoi cell: the points of a ball of one
+    spacing that are nearer to it than to any other particle. At a face that is an interface the centre decides:
+    particles of either side keep off it. ``owner`` is the tree over all compact particles, ``owners`` (n,) the places
+    in it of the ones asked for. Returns the share (n,) in [0, 1] and the centroid (n, 3) [m] of the part inside.
     """
     between, cut = domain.between(position), domain.cut_depth(position)
     share, centre = (between & (cut > 0.0)).astype(float), position.copy()

@@ -2,10 +2,11 @@
 
 1. the source is split into compact material and ejecta, the surface drawn (``surface``);
 2. grains outside the surface are carved away (``carve``);
-3. each grain that stays takes velocity and spin from the compact particles around it (``interpolation``), material and bulk density from the
-   nearest one, and the mass of the volume that it stands for;
-4. masses are rescaled by one factor, velocities corrected by one field a + b x r (after a regional one where asked for), so that mass, linear and
-   angular momentum of the bed's domain and the ejecta are those of the source (``correction``);
+3. each grain that stays takes velocity and spin from the compact particles around it (``interpolation``), material and
+   bulk density from the nearest one, and the mass of the volume that it stands for;
+4. masses are rescaled by one factor, velocities corrected by one field a + b x r (after a regional one where asked
+   for), so that mass, linear and angular momentum of the bed's domain and the ejecta are those of the source
+   (``correction``);
 5. the ejecta are added as grains or put on the ballistic list (``ejecta``).
 """
 
@@ -26,12 +27,14 @@ from matter.particles import Particles
 
 _COLUMNS = 2500
 _WIDEST = 0.9
-# matter slower than this share of the speed limit rests; resting above the headroom it may make up this share of the mass over the bed
+# matter slower than this share of the speed limit rests; resting above the headroom it may make up this share of the
+# mass over the bed
 _RESTING, _STANDING = 0.2, 2e-3
 
 
 def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: hydrostatic.Column) -> Handoff:
-    """Hand the ``source`` (SPH particles) over to the ``bed`` (settled grains), split and drawn by the ``rules``, above the undisturbed ``column``.
+    """Hand the ``source`` (SPH particles) over to the ``bed`` (settled grains), split and drawn by the ``rules``,
+    above the undisturbed ``column``.
 
     Raises ``InputError`` for inputs that cannot be handed over.
     """
@@ -52,10 +55,14 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
         raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
     part = float(np.sum(share * volume_of)) / region.volume
     coarse = 2.0 * float(bed.radius.mean())
-    solid, factor = offset.by_one_factor(shape, split.spacing[corners], offset.even_points(region), part, rules, coarse)
+    solid, factor = offset.by_one_factor(
+        shape, split.spacing[corners], offset.even_points(region), part, rules, coarse
+    )
     points = carve.points(region, tree, grains)
     if rules.offset == "auto":
-        solid = offset.place_by_place(solid, split.spacing[corners], tree.data, share * volume_of, points.position, points.particle, region)
+        solid = offset.place_by_place(
+            solid, split.spacing[corners], tree.data, share * volume_of, points.position, points.particle, region
+        )
     samples = carve.finer(points, region, tree, grains, volume_of).within(solid)
     stays = carve.keep(bed, solid, region)
     heir = carve.heirs(bed, stays, samples)
@@ -77,25 +84,45 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     before = closing.sums(source.mass[compact] * share, centre, source.velocity[compact]) + closing.sums(
         source.mass[thrown], source.position[thrown], source.velocity[thrown]
     )
-    outside = closing.sums(source.mass[compact] * (1.0 - share), source.position[compact], source.velocity[compact]) + closing.sums(
-        source.mass[beyond], source.position[beyond], source.velocity[beyond]
-    )
+    outside = closing.sums(
+        source.mass[compact] * (1.0 - share), source.position[compact], source.velocity[compact]
+    ) + closing.sums(source.mass[beyond], source.position[beyond], source.velocity[beyond])
     airborne = closing.sums(flying.mass, flying.position, flying.velocity)
     place, radius = bed.position[kept], bed.radius[kept]
     scale = (before.mass - airborne.mass) / raw_mass.sum()
     motion = source.velocity[compact]
     taken = mapping.motion(
-        tree, motion, volume_of, source.mass[compact] * share, grid, raw_mass * scale, radius, before.kinetic - airborne.kinetic, volume[kept], near
+        tree,
+        motion,
+        volume_of,
+        source.mass[compact] * share,
+        grid,
+        raw_mass * scale,
+        radius,
+        before.kinetic - airborne.kinetic,
+        volume[kept],
+        near,
     )
     velocity, spin = taken.velocity, taken.spin
     if rules.mapping == "nearest":
         velocity = motion[near]
     elif rules.mapping == "kernel":
-        velocity = interpolation.kernel_mean(tree, motion, volume_of, grid.grains, mapping.neighbours_used(volume[kept], volume_of[near]))
+        velocity = interpolation.kernel_mean(
+            tree, motion, volume_of, grid.grains, mapping.neighbours_used(volume[kept], volume_of[near])
+        )
     raw = closing.sums(raw_mass, place, velocity, radius, spin) + airborne
     mass = raw_mass * scale
     mass *= (before.mass - airborne.mass) / mass.sum()
-    fields = compare.fields_of(bed, kept, samples, heir, (source.mass[compact] * share, motion, taken.own_gradient), raw_mass, velocity, volume)
+    fields = compare.fields_of(
+        bed,
+        kept,
+        samples,
+        heir,
+        (source.mass[compact] * share, motion, taken.own_gradient),
+        raw_mass,
+        velocity,
+        volume,
+    )
     moved, regional = velocity.copy(), np.zeros_like(velocity)
     if rules.correction == "regional":
         regional = _regional(fields, scale, grid.grains, rules.region * float(bed.radius.mean()))
@@ -110,7 +137,15 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
         split=split,
         compact=Compact(compact, share, centre),
         carving=Carving(solid, factor, stays, volume, samples, heir, size, columns),
-        mapped=Mapped(taken.own_gradient, taken.share, fields, moved - velocity, regional, scale, float(plain_mass.sum() + airborne.mass)),
+        mapped=Mapped(
+            taken.own_gradient,
+            taken.share,
+            fields,
+            moved - velocity,
+            regional,
+            scale,
+            float(plain_mass.sum() + airborne.mass),
+        ),
         ejecta=flying,
         sums=Balance(before, outside, raw, after),
     )
@@ -120,7 +155,9 @@ def _regional(fields: compare.Fields, scale: float, centres: np.ndarray, size: f
     """The regional part of the correction at the ``centres`` (k, 3) of the kept grains' cells."""
     held = fields.mass_after * scale
     some = (held > 0.0) | (fields.mass_before > 0.0)
-    lacking = fields.mass_before[some, None] * fields.velocity_before[some] - held[some, None] * fields.velocity_after[some]
+    lacking = (
+        fields.mass_before[some, None] * fields.velocity_before[some] - held[some, None] * fields.velocity_after[some]
+    )
     return closing.regional_field(fields.samples.position[some], held[some], lacking, centres, size)
 
 
@@ -135,15 +172,24 @@ def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: doma
     return size, (foot, distance, height, carved)
 
 
-def _refuse_misfit(size: cavity.Cavity, source: Particles, split: surface.Split, region: domain.Domain, rules: surface.Rules, bed: Particles) -> None:
+def _refuse_misfit(
+    size: cavity.Cavity,
+    source: Particles,
+    split: surface.Split,
+    region: domain.Domain,
+    rules: surface.Rules,
+    bed: Particles,
+) -> None:
     radius = float(bed.radius.mean())
     if size.radius == 0.0 and rules.crater == "required":
         raise InputError(
-            f"no crater: the compact surface lies nowhere deeper than two grain radii ({readable.length(2.0 * radius)}) below the datum near the axis"
+            f"no crater: the compact surface lies nowhere deeper than two grain radii "
+            f"({readable.length(2.0 * radius)}) below the datum near the axis"
         )
     if size.radius > _WIDEST * region.arc:
         raise InputError(
-            f"the crater (radius {readable.length(size.radius)}) is wider than {_WIDEST:.0%} of the bed ({readable.length(region.arc)}): "
+            f"the crater (radius {readable.length(size.radius)}) is wider than {_WIDEST:.0%} of the bed "
+            f"({readable.length(region.arc)}): "
             "take a wider bed or an earlier snapshot"
         )
     frame, headroom = region.frame, heights.span(region)[1]
@@ -153,7 +199,8 @@ def _refuse_misfit(size: cavity.Cavity, source: Particles, split: surface.Split,
     standing = (height > headroom) & over & resting & (split.reason != surface.SPARSE)
     if source.mass[standing].sum() > _STANDING * source.mass[split.compact & over].sum():
         raise InputError(
-            f"{np.count_nonzero(standing)} particles rest higher than the bed's headroom ({readable.length(headroom)}): give the bed more headroom"
+            f"{np.count_nonzero(standing)} particles rest higher than the bed's headroom "
+            f"({readable.length(headroom)}): give the bed more headroom"
         )
 
 
@@ -207,6 +254,11 @@ def _start(carved: Particles, bed, source, stays, mass, volume, velocity, spin, 
             fields[name] = values
         else:
             raise InputError(f"the bed carries the field {name!r}, which ejecta have no value for")
-    attributes = {**bed.attributes, "materials": names, "stage": "handoff", "time": float(source.attributes.get("time", 0.0))}
+    attributes = {
+        **bed.attributes,
+        "materials": names,
+        "stage": "handoff",
+        "time": float(source.attributes.get("time", 0.0)),
+    }
     attributes["bed_grains"] = int(bed.identity.max()) + 1  # identities from here on are ejecta
     return Particles(fields, attributes, carve.surviving_tables(bed, stays))

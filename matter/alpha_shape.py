@@ -1,12 +1,14 @@
-"""Alpha-shape of a particle cloud: the solid that the particles fill, its oriented surface, and which points lie inside.
+"""Alpha-shape of a particle cloud: the solid that the particles fill, its oriented surface, and which points lie
+inside.
 
-A tetrahedron of the Delaunay triangulation belongs to the shape when its circumradius is below ``factor`` times the mean spacing of its
-four particles (Edelsbrunner & Muecke 1994, ACM Trans. Graphics 13, 43; a spacing of its own for every particle serves graded clouds).
-The surface of the shape runs through the outermost particles, half a spacing inside the matter that they stand for, so a shape can be
-``offset`` outwards: every boundary triangle then carries a prism, and the solid is the kept tetrahedra and the prisms.
+A tetrahedron of the Delaunay triangulation belongs to the shape when its circumradius is below ``factor`` times the
+mean spacing of its four particles (Edelsbrunner & Muecke 1994, ACM Trans. Graphics 13, 43; a spacing of its own for
+every particle serves graded clouds). The surface of the shape runs through the outermost particles, half a spacing
+inside the matter that they stand for, so a shape can be ``offset`` outwards: every boundary triangle then carries a
+prism, and the solid is the kept tetrahedra and the prisms.
 
-Perfect lattices (five and more points on one sphere) have no unique triangulation: the points are joggled by 1e-6 spacings, with a fixed
-seed; the shape and its surface stand on the joggled points.
+Perfect lattices (five and more points on one sphere) have no unique triangulation: the points are joggled by 1e-6
+spacings, with a fixed seed; the shape and its surface stand on the joggled points.
 """
 
 from __future__ import annotations
@@ -70,9 +72,9 @@ def tetrahedron_volume(vertices: np.ndarray) -> np.ndarray:
 class AlphaShape:
     """The kept tetrahedra of a triangulated cloud.
 
-    ``points`` (n, 3) [m], ``spacing`` (n,) [m]; ``kept`` (t,) marks the tetrahedra of ``triangulation`` that belong to the shape,
-    ``component`` (t,) numbers their pieces by decreasing volume (joined through faces; -1 outside the shape), ``voids_filled`` counts
-    enclosed voids that were closed.
+    ``points`` (n, 3) [m], ``spacing`` (n,) [m]; ``kept`` (t,) marks the tetrahedra of ``triangulation`` that belong to
+    the shape, ``component`` (t,) numbers their pieces by decreasing volume (joined through faces; -1 outside the
+    shape), ``voids_filled`` counts enclosed voids that were closed.
     """
 
     points: np.ndarray
@@ -93,7 +95,8 @@ class AlphaShape:
 
     @cached_property
     def members(self) -> np.ndarray:
-        """(n,) component of each particle: the largest one that it is a vertex of, -1 for a particle outside the shape."""
+        """(n,) component of each particle: the largest one that it is a vertex of, -1 for a particle outside the
+        shape."""
         member = np.full(len(self.points), np.iinfo(np.int64).max)
         corners = self.triangulation.simplices[self.kept]
         np.minimum.at(member, corners.ravel(), np.repeat(self.component[self.kept], 4))
@@ -118,7 +121,9 @@ class AlphaShape:
     def contains(self, position: np.ndarray) -> np.ndarray:
         """(m,) whether each point of ``position`` (m, 3) lies in a kept tetrahedron."""
         place = (np.asarray(position) - self._shift) / self._scale
-        order = _along_curve(place)  # the search walks from the last tetrahedron found: near points in turn make short walks
+        order = _along_curve(
+            place
+        )  # the search walks from the last tetrahedron found: near points in turn make short walks
         simplex = np.empty(len(place), dtype=np.int64)
         simplex[order] = self.triangulation.find_simplex(place[order])
         return (simplex >= 0) & self.kept[simplex]
@@ -144,8 +149,8 @@ class AlphaShape:
     def _manifold(self) -> tuple[np.ndarray, np.ndarray]:
         """Faces (b, 3) on split vertices, and the particle (v,) behind each vertex.
 
-        Where two parts of the solid touch in an edge or a corner only, the vertices are doubled, so that every edge joins exactly two
-        faces and the surface is a closed orientable manifold.
+        Where two parts of the solid touch in an edge or a corner only, the vertices are doubled, so that every edge
+        joins exactly two faces and the surface is a closed orientable manifold.
         """
         triangle, owner, opposite = self._boundary
         count = len(triangle)
@@ -159,14 +164,18 @@ class AlphaShape:
         pairs = [np.stack([order[simple], order[simple + 1]], axis=1)]
         at = {(int(t), int(k)): number for number, (t, k) in enumerate(zip(owner, opposite))}
         for begin, size in zip(first[sizes != 2], sizes[sizes != 2]):
-            pairs.append(self._paired_through_the_solid(order[begin : begin + size], edges[order[begin]], owner, opposite, at))
+            pairs.append(
+                self._paired_through_the_solid(order[begin : begin + size], edges[order[begin]], owner, opposite, at)
+            )
         pair = np.concatenate(pairs)
         # the two ends of a shared edge are the same surface vertex on both faces
         face, side = np.divmod(pair, 3)
         corner = 3 * face + side, 3 * face + (side + 1) % 3
         same = triangle.ravel()[corner[0][:, 0]] == triangle.ravel()[corner[0][:, 1]]
         left = np.r_[corner[0][:, 0], corner[1][:, 0]]
-        right = np.r_[np.where(same, corner[0][:, 1], corner[1][:, 1]), np.where(same, corner[1][:, 1], corner[0][:, 1])]
+        right = np.r_[
+            np.where(same, corner[0][:, 1], corner[1][:, 1]), np.where(same, corner[1][:, 1], corner[0][:, 1])
+        ]
         links = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(3 * count, 3 * count))
         number, label = connected_components(links, directed=False)
         particle = np.empty(number, dtype=np.int64)
@@ -193,10 +202,11 @@ class AlphaShape:
         return np.array(pairs, dtype=np.int64)
 
     def surface(self, distance: np.ndarray | float = 0.0, smoothing: np.ndarray | int = 0):
-        """The boundary as a ``trimesh.Trimesh``, vertices moved outwards along their normals by ``distance`` (scalar or (n,)) [m].
+        """The boundary as a ``trimesh.Trimesh``, vertices moved outwards along their normals by ``distance`` (scalar
+        or (n,)) [m].
 
-        ``smoothing`` passes (one number, or (n,) per particle) of Taubin's filter (1995, SIGGRAPH; it keeps the volume) then take out the
-        roughness of single particles.
+        ``smoothing`` passes (one number, or (n,) per particle) of Taubin's filter (1995, SIGGRAPH; it keeps the
+        volume) then take out the roughness of single particles.
         """
         import trimesh
 
@@ -204,11 +214,15 @@ class AlphaShape:
         mesh = trimesh.Trimesh(self.points[particle], faces, process=False, validate=False)
         if np.any(distance):
             step = np.broadcast_to(distance, (len(self.points),))[particle]
-            mesh = trimesh.Trimesh(mesh.vertices + step[:, None] * self._vertex_normals, faces, process=False, validate=False)
+            mesh = trimesh.Trimesh(
+                mesh.vertices + step[:, None] * self._vertex_normals, faces, process=False, validate=False
+            )
         passes, done = np.broadcast_to(smoothing, (len(self.points),))[particle], 0
         for level in np.unique(passes[passes > 0]):
             operator = trimesh.smoothing.laplacian_calculation(mesh, pinned_vertices=np.flatnonzero(passes < level))
-            trimesh.smoothing.filter_taubin(mesh, *_TAUBIN, iterations=2 * int(level - done), laplacian_operator=operator)
+            trimesh.smoothing.filter_taubin(
+                mesh, *_TAUBIN, iterations=2 * int(level - done), laplacian_operator=operator
+            )
             done = level
         return mesh
 
@@ -228,8 +242,11 @@ class AlphaShape:
         return np.where(length[:, None] > 1e-12, total / np.maximum(length, 1e-300)[:, None], normal)
 
     def offset(self, distance: np.ndarray | float, smoothing: np.ndarray | int = 0) -> OffsetShape:
-        """The solid grown outwards by ``distance`` (scalar or one per particle) [m], its surface smoothed as in ``surface``."""
-        return OffsetShape(self, np.broadcast_to(np.asarray(distance, dtype=float), (len(self.points),)).copy(), smoothing)
+        """The solid grown outwards by ``distance`` (scalar or one per particle) [m], its surface smoothed as in
+        ``surface``."""
+        return OffsetShape(
+            self, np.broadcast_to(np.asarray(distance, dtype=float), (len(self.points),)).copy(), smoothing
+        )
 
 
 @dataclass(frozen=True)
@@ -252,7 +269,8 @@ class OffsetShape:
 
     @cached_property
     def _prisms(self) -> tuple[np.ndarray, np.ndarray, cKDTree, np.ndarray]:
-        """Per prism tetrahedron: origin (p, 3, 3), inverse edge matrix (p, 3, 3, 3); tree of prism centres; reach of each."""
+        """Per prism tetrahedron: origin (p, 3, 3), inverse edge matrix (p, 3, 3, 3); tree of prism centres; reach of
+        each."""
         faces, particle = self.shape._manifold
         inner, outer = self.shape.points[particle], np.asarray(self.mesh.vertices)
         faces = np.sort(faces, axis=1)
@@ -294,18 +312,19 @@ class OffsetShape:
         return inside
 
 
-def alpha_shape(points: np.ndarray, spacing: np.ndarray | float, factor: float = 1.5, fill_below: float = 0.0) -> AlphaShape:
+def alpha_shape(
+    points: np.ndarray, spacing: np.ndarray | float, factor: float = 1.5, fill_below: float = 0.0
+) -> AlphaShape:
     """Alpha-shape of a cloud.
 
-    Parameters
-    ----------
-    points : (n, 3) particle centres [m].
-    spacing : local particle spacing [m], one or (n,): (mass / density)^(1/3) of each particle.
-    factor : alpha in spacings; a tetrahedron stays when its circumradius is below ``factor`` times the mean spacing of its corners.
+    Parameters ---------- points : (n, 3) particle centres [m]. spacing : local particle spacing [m], one or (n,):
+    (mass / density)^(1/3) of each particle. factor : alpha in spacings; a tetrahedron stays when its circumradius is
+    below ``factor`` times the mean spacing of its corners.
         A perfect lattice needs 0.87 (cubic) or 0.80 (close-packed), a disordered one about 1.2.
     fill_below : enclosed voids smaller than this volume [m^3] are filled.
 
-    Raises ``InputError`` for fewer than four points, points in one plane, values that are not finite, or an empty shape.
+    Raises ``InputError`` for fewer than four points, points in one plane, values that are not finite, or an empty
+    shape.
     """
     points = np.ascontiguousarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 4:
@@ -356,7 +375,8 @@ def _components(neighbours: np.ndarray, kept: np.ndarray, volume: np.ndarray) ->
 
 
 def _fill_voids(neighbours: np.ndarray, kept: np.ndarray, volume: np.ndarray, below: float) -> int:
-    """Keep the tetrahedra of every enclosed void smaller than ``below`` (in place); returns how many voids were filled."""
+    """Keep the tetrahedra of every enclosed void smaller than ``below`` (in place); returns how many voids were
+    filled."""
     number, label = _pieces(neighbours, ~kept)
     gap = ~kept
     size = np.bincount(label[gap], weights=volume[gap], minlength=number)

@@ -28,12 +28,14 @@ _SPARE = 1 << 18  # bytes beside the arrays
 def replacing(path: Path, size: int = 0) -> Iterator[Path]:
     """Yield a temporary path beside ``path``; on success it replaces ``path`` in one step, on failure it is removed.
 
-    Raises ``Stopped`` where the disk is full or has no room for ``size`` bytes (HDF5 does not survive a disk that fills up under it): what was there before
-    is kept.
+    Raises ``Stopped`` where the disk is full or has no room for ``size`` bytes (HDF5 does not survive a disk that
+    fills up under it): what was there before is kept.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    full = Stopped(f"no space left on the disk for {path}: make room, the same command resumes from the last checkpoint")
+    full = Stopped(
+        f"no space left on the disk for {path}: make room, the same command resumes from the last checkpoint"
+    )
     if size and shutil.disk_usage(path.parent).free < size + _SPARE:
         raise full
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
@@ -74,7 +76,8 @@ def read_json(path: Path, kind: type = dict) -> Any:
 
 
 def check_folder(path: Path, option: str = "--out") -> Path:
-    """``path``, a folder that may still have to be made. Raises ``InputError`` when it cannot be one, so that nobody learns it after the work."""
+    """``path``, a folder that may still have to be made. Raises ``InputError`` when it cannot be one, so that nobody
+    learns it after the work."""
     path = Path(path)
     for place in (path, *path.absolute().parents):
         if place.exists():
@@ -95,11 +98,13 @@ def check_file(path: Path, option: str = "--out") -> Path:
     return path
 
 
-def write(path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Any] | None = None, compress: bool = True) -> None:
+def write(
+    path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Any] | None = None, compress: bool = True
+) -> None:
     """Write named arrays to an HDF5 file.
 
-    ``arrays`` maps a dataset path (``"a"`` or ``"group/a"``) to an array or to ``(array, unit, meaning)``; ``attributes`` are stored
-    on the file.
+    ``arrays`` maps a dataset path (``"a"`` or ``"group/a"``) to an array or to ``(array, unit, meaning)``;
+    ``attributes`` are stored on the file.
     """
     import h5py
 
@@ -108,7 +113,9 @@ def write(path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Any] |
         for name, entry in arrays.items():
             array, unit, meaning = entry if isinstance(entry, tuple) else (entry, None, None)
             array = np.asarray(array)
-            options = dict(compression="gzip", compression_opts=1, shuffle=True) if compress and array.size > 64 else {}
+            options = (
+                dict(compression="gzip", compression_opts=1, shuffle=True) if compress and array.size > 64 else {}
+            )
             dataset = file.create_dataset(name, data=array, **options)
             if unit is not None:
                 dataset.attrs["unit"] = unit
@@ -118,9 +125,12 @@ def write(path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Any] |
 
 
 def read(path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Read every dataset (by its path) and the attributes of an HDF5 file. Raises ``InputError`` when it is missing or damaged."""
+    """Read every dataset (by its path) and the attributes of an HDF5 file. Raises ``InputError`` when it is missing or
+    damaged."""
     with hdf5_input.opened(path) as file:
-        return hdf5_input.arrays(file, deep=True, numbers=False), {name: plain(value) for name, value in file.attrs.items()}
+        return hdf5_input.arrays(file, deep=True, numbers=False), {
+            name: plain(value) for name, value in file.attrs.items()
+        }
 
 
 def plain(value: Any) -> Any:

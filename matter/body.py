@@ -1,7 +1,8 @@
 """What the stages share about a case: the layered target and the impact, as validated models.
 
-Frame of every stage: the target's centre (or, for a flat target, the impact point) is the origin, the impact point lies on +z, and the
-projectile flies in the x-z plane towards +x: v = speed (sin a, 0, -cos a) with a = ``angle_from_vertical`` (0 is head-on).
+Frame of every stage: the target's centre (or, for a flat target, the impact point) is the origin, the impact point
+lies on +z, and the projectile flies in the x-z plane towards +x: v = speed (sin a, 0, -cos a) with a =
+``angle_from_vertical`` (0 is head-on).
 """
 
 from __future__ import annotations
@@ -32,21 +33,23 @@ def known_material(name: str) -> str:
 
 
 class Model(BaseModel):
-    """Base of every settings model: frozen, unknown keys refused; the text under a field is its description (``run_case --describe``)."""
+    """Base of every settings model: frozen, unknown keys refused; the text under a field is its description
+    (``run_case --describe``)."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
 @dataclass(frozen=True)
 class View:
-    """Marks a setting that decides no result, in its annotation: what is only looked at (notes, pictures), predicted or done elsewhere in the same way. Of a
-    table that bears it the keys in ``but`` do decide."""
+    """Marks a setting that decides no result, in its annotation: what is only looked at (notes, pictures), predicted
+    or done elsewhere in the same way. Of a table that bears it the keys in ``but`` do decide."""
 
     but: tuple[str, ...] = ()
 
 
 def deciding(value: Any) -> Any:
-    """What of settings decides a result, as plain JSON: without fields that bear ``View``, numbers in SI, texts that are quantities as SI numbers.
+    """What of settings decides a result, as plain JSON: without fields that bear ``View``, numbers in SI, texts that
+    are quantities as SI numbers.
 
     Equal contents are equal settings, to the last bit of every number and however they were written.
     """
@@ -84,8 +87,8 @@ class Layer(Model):
     material: str
     """Material of the layer (``run_case --list`` names them all)."""
     thickness: PositiveLength
-    """Thickness of the layer before any compression; a case may leave out that of the lowest layer of flat ground, which then goes down 2.2 expected crater
-    diameters."""
+    """Thickness of the layer before any compression; a case may leave out that of the lowest layer of flat ground,
+    which then goes down 2.2 expected crater diameters."""
 
     _known = field_validator("material")(known_material)
 
@@ -98,8 +101,9 @@ class Target(Model):
     start: Literal["relaxed", "literal"] = "relaxed"
     """``relaxed``: hydrostatic, each layer keeps its mass; ``literal``: uniform layers, as published."""
     shape: Literal["sphere", "half_space", "half_sphere", "block"] = "sphere"
-    """``sphere`` about the origin, hit at its pole; or a piece of flat ground below z = 0, hit at the origin: ``half_space`` (upright cylinder),
-    ``half_sphere`` (a bowl of ground whose radius is the sum of all layers) or ``block``."""
+    """``sphere`` about the origin, hit at its pole; or a piece of flat ground below z = 0, hit at the origin:
+    ``half_space`` (upright cylinder), ``half_sphere`` (a bowl of ground whose radius is the sum of all layers) or
+    ``block``."""
     width: PositiveLength | None = None
     """Width of the block, or diameter of the half-space; by default twice the depth."""
     gravity: Annotated[Acceleration, Field(ge=0)] = 0.0
@@ -110,7 +114,10 @@ class Target(Model):
     @model_validator(mode="after")
     def _fits(self) -> Target:
         if not self.flat and self.gravity > 0.0:
-            raise ValueError("gravity: uniform gravity is for half_space, half_sphere and block; a sphere has its own (self_gravity)")
+            raise ValueError(
+                "gravity: uniform gravity is for half_space, half_sphere and block; a sphere has its own "
+                "(self_gravity)"
+            )
         if self.width is not None and self.shape in ("sphere", "half_sphere"):
             raise ValueError(f"width: a {self.shape} is as wide as its layers make it")
         return self
@@ -189,12 +196,13 @@ class Impact(Model):
     speed: PositiveSpeed
     """Speed at contact; left out, it is what the encounters of ``[nbody]`` find."""
     angle_from_vertical: Angle
-    """Angle of the trajectory from the vertical at contact: 0 is head-on, 90 deg grazing; left out, it is what the encounters of ``[nbody]`` find."""
+    """Angle of the trajectory from the vertical at contact: 0 is head-on, 90 deg grazing; left out, it is what the
+    encounters of ``[nbody]`` find."""
     projectile: Projectile
     """What hits, ``[impact.projectile]``."""
     expected_transient_diameter: PositiveLength
-    """Sizes flat ground, the fine zone of the particles, the bed and the lengths of runs where a case does not; no physics. A case may leave it out: scaling
-    laws then give it."""
+    """Sizes flat ground, the fine zone of the particles, the bed and the lengths of runs where a case does not; no
+    physics. A case may leave it out: scaling laws then give it."""
 
     @field_validator("speed")
     @classmethod
@@ -206,7 +214,9 @@ class Impact(Model):
     @model_validator(mode="after")
     def _angle(self) -> Impact:
         if not 0.0 <= self.angle_from_vertical < math.radians(90.0):
-            raise ValueError(f"angle_from_vertical must lie in [0, 90) deg, got {math.degrees(self.angle_from_vertical):.4g} deg")
+            raise ValueError(
+                f"angle_from_vertical must lie in [0, 90) deg, got {math.degrees(self.angle_from_vertical):.4g} deg"
+            )
         return self
 
     @property

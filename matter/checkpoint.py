@@ -1,6 +1,7 @@
 """Rolling checkpoints: the whole state of a stage, the two newest kept, so that a killed run resumes bit for bit.
 
-Each holds a checksum (BLAKE2b) over the names, types, shapes and bytes of all that it keeps: one that a disk has damaged is passed over for the one before.
+Each holds a checksum (BLAKE2b) over the names, types, shapes and bytes of all that it keeps: one that a disk has
+damaged is passed over for the one before.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ class _Saved(dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         raise InputError(
-            f"{self.path} was written by another version of the program (it has no '{name}'): finish the run with that version, "
+            f"{self.path} was written by another version of the program (it has no '{name}'): finish the run with "
+            f"that version, "
             f"or delete the folder {self.path.parent.name} to restart this stage"
         )
 
@@ -109,7 +111,8 @@ def checksum(arrays: Mapping[str, np.ndarray], scalars: Mapping[str, Any]) -> st
 
 
 def newest(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
-    """Arrays and scalars of the newest sound checkpoint, or None; whoever listens to the progress is told of one that is damaged.
+    """Arrays and scalars of the newest sound checkpoint, or None; whoever listens to the progress is told of one that
+    is damaged.
 
     Whoever asks them for a name that they lack gets an ``InputError``.
     """
@@ -119,10 +122,17 @@ def newest(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
             written = scalars.pop(_SUM, None)
             if written == checksum(arrays, scalars):
                 return _Saved(path, arrays), _Saved(path, scalars)
-            fault = "its content is not what was written" if written else "it has no checksum: an older version wrote it"
-        except Exception as reason:  # whatever HDF5 makes of damaged bytes: a disk that filled up, a file cut short, a flipped bit
+            fault = (
+                "its content is not what was written" if written else "it has no checksum: an older version wrote it"
+            )
+        except (
+            Exception
+        ) as reason:  # whatever HDF5 makes of damaged bytes: a disk that filled up, a file cut short, a flipped bit
             fault = str(reason).partition("\n")[0] or type(reason).__name__
-        progress.tell(f"{path} is damaged ({fault}): not continued from it, but from the checkpoint before it, or from the beginning")
+        progress.tell(
+            f"{path} is damaged ({fault}): not continued from it, but from the checkpoint before it, or from the "
+            f"beginning"
+        )
     return None
 
 

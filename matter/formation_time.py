@@ -1,12 +1,12 @@
 """How long a crater grows: the time scale that lengths of runs, intervals of output and the choice of a handoff go by.
 
-    T = 0.8 sqrt(V^(1/3) / g)                                       weight ends the growth (Schmidt & Housen 1987, Int. J. Impact Eng. 5, 543)
+    T = 0.8 sqrt(V^(1/3) / g)                weight ends the growth (Schmidt & Housen 1987, Int. J. Impact Eng. 5, 543)
 
-Strength Y resists like the weight of a layer as thick as the crater is wide, so g becomes g + Y / (rho D) where there is both: T = 1.1 R sqrt(rho / Y) for
-a crater of radius R that strength alone ends. No crater takes longer than its growth needs to reach that radius, from the projectile's radius a and speed U
-on,
+Strength Y resists like the weight of a layer as thick as the crater is wide, so g becomes g + Y / (rho D) where there
+is both: T = 1.1 R sqrt(rho / Y) for a crater of radius R that strength alone ends. No crater takes longer than its
+growth needs to reach that radius, from the projectile's radius a and speed U on,
 
-    R / a = (U t / a)^(mu / (1 + mu)),   mu = 0.5                    (point source; Housen & Holsapple 2011, Icarus 211, 856, section 2)
+    R / a = (U t / a)^(mu / (1 + mu)),   mu = 0.5   (point source; Housen & Holsapple 2011, Icarus 211, 856, section 2)
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ def formation_time(volume: float, gravity: float) -> float:
 
 
 def of_crater(diameter: float, gravity: float, weight: float = 0.0, strength: float = 0.0) -> float:
-    """T [s] of a paraboloid of ``diameter`` D [m] and depth D / 3 under ``gravity`` [m/s^2], in ground of density ``weight`` [kg/m^3] and ``strength`` [Pa].
+    """T [s] of a paraboloid of ``diameter`` D [m] and depth D / 3 under ``gravity`` [m/s^2], in ground of density
+    ``weight`` [kg/m^3] and ``strength`` [Pa].
 
     Infinite where neither resists.
     """
@@ -33,5 +34,6 @@ def of_crater(diameter: float, gravity: float, weight: float = 0.0, strength: fl
 
 
 def of_growth(diameter: float, radius: float, speed: float) -> float:
-    """Time [s] in which a point source opens a crater of ``diameter`` [m], from a projectile's ``radius`` [m] and ``speed`` [m/s]."""
+    """Time [s] in which a point source opens a crater of ``diameter`` [m], from a projectile's ``radius`` [m] and
+    ``speed`` [m/s]."""
     return radius / speed * max(0.5 * diameter / radius, 1.0) ** ((1.0 + _MU) / _MU)

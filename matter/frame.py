@@ -1,7 +1,7 @@
 """Frames: which way is up, how high, how far along the surface.
 
-Two frames serve every stage: ``Plane`` (a flat target, +z up, datum at z = 0) and ``Sphere`` (a body of radius R about a centre, with
-a pole that marks the impact). Heights are along the local normal, distances along the arc of the datum.
+Two frames serve every stage: ``Plane`` (a flat target, +z up, datum at z = 0) and ``Sphere`` (a body of radius R about
+a centre, with a pole that marks the impact). Heights are along the local normal, distances along the arc of the datum.
 """
 
 from __future__ import annotations

@@ -1,8 +1,10 @@
-"""What lets neighbour lists be made and pair loops run over them in vector registers, where plain loops would go value by value.
+"""What lets neighbour lists be made and pair loops run over them in vector registers, where plain loops would go value
+by value.
 
-**Rows as columns.** A particle's values lie together in one row (two cache lines); a vectorised loop over its neighbours wants each value of eight
-neighbours together. Copied value by value, this turning cost as much as the whole pair loop (135 core-ms, 300,000 particles of 39 neighbours); eight
-rows at a time through shuffles in registers it costs 42.
+**Rows as columns.** A particle's values lie together in one row (two cache lines); a vectorised loop over its
+neighbours wants each value of eight neighbours together. Copied value by value, this turning cost as much as the whole
+pair loop (135 core-ms, 300,000 particles of 39 neighbours); eight rows at a time through shuffles in registers it
+costs 42.
 
 **Compression.** Of sixteen candidates those that passed a test are stored side by side at once.
 
@@ -63,7 +65,10 @@ def _columns(wide: int):
             j = builder.load(builder.gep(listed.data, [builder.add(entry, ir.Constant(integer, m))]))
             starts.append(builder.mul(builder.sext(j, integer), width))
         for block in range(0, wide, LANES):
-            read = [builder.load(at(table.data, builder.add(start, ir.Constant(integer, block))), align=8) for start in starts]
+            read = [
+                builder.load(at(table.data, builder.add(start, ir.Constant(integer, block))), align=8)
+                for start in starts
+            ]
             for c, column in enumerate(_transposed(builder, read)):
                 place = builder.add(builder.mul(ir.Constant(integer, block + c), out_stride), args[3])
                 builder.store(column, at(out.data, place), align=8)
@@ -76,7 +81,8 @@ def _columns(wide: int):
 def columns(typingctx, rows, index, first, k, scratch):
     """scratch[c, k + m] = rows[index[first + k + m], c] for m = 0 ... 7 and all c.
 
-    ``rows`` (n, 16) float64, C-ordered; ``index`` (entries,) int32, of which k to k + 7 past ``first`` are read; ``scratch`` (16, columns) float64.
+    ``rows`` (n, 16) float64, C-ordered; ``index`` (entries,) int32, of which k to k + 7 past ``first`` are read;
+    ``scratch`` (16, columns) float64.
     """
     return types.none(rows, index, types.intp, types.intp, scratch), _columns(16)
 
@@ -119,7 +125,10 @@ def take_rows(typingctx, table, index, k, scratch, first):
 
     def codegen(context, builder, signature, args):
         rows, listed, out = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 1, 3))
-        read = [builder.load(_wide(builder, rows, start), align=8) for start in _starts(context, builder, rows, listed, args[2])]
+        read = [
+            builder.load(_wide(builder, rows, start), align=8)
+            for start in _starts(context, builder, rows, listed, args[2])
+        ]
         for place, column in zip(_column_places(context, builder, out, args[4], args[2]), _transposed(builder, read)):
             builder.store(column, _wide(builder, out, place), align=8)
         return context.get_dummy_value()
@@ -129,7 +138,8 @@ def take_rows(typingctx, table, index, k, scratch, first):
 
 @intrinsic
 def take_row_pairs(typingctx, table, one, two, k, scratch, first):
-    """scratch[first + c, k + m] = table[one[k + m], c] and scratch[first + 4 + c, k + m] = table[two[k + m], c] for m = 0 ... 7, c = 0 ... 3.
+    """scratch[first + c, k + m] = table[one[k + m], c] and scratch[first + 4 + c, k + m] = table[two[k + m], c] for m
+    = 0 ... 7, c = 0 ... 3.
 
     ``table`` (n, 4 or more) and ``scratch`` float64, C-ordered; ``one`` and ``two`` integers, k to k + 7 are read.
     """
@@ -139,7 +149,11 @@ def take_row_pairs(typingctx, table, one, two, k, scratch, first):
         both = _mask(list(range(LANES)))
         read = []
         for a, b in zip(*(_starts(context, builder, rows, listed, args[3]) for listed in (left, right))):
-            read.append(builder.shuffle_vector(*(builder.load(_wide(builder, rows, start, 4), align=8) for start in (a, b)), both))
+            read.append(
+                builder.shuffle_vector(
+                    *(builder.load(_wide(builder, rows, start, 4), align=8) for start in (a, b)), both
+                )
+            )
         for place, column in zip(_column_places(context, builder, out, args[5], args[3]), _transposed(builder, read)):
             builder.store(column, _wide(builder, out, place), align=8)
         return context.get_dummy_value()
@@ -153,7 +167,10 @@ def put_rows(typingctx, scratch, first, k, index, table):
 
     def codegen(context, builder, signature, args):
         source, listed, rows = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 3, 4))
-        read = [builder.load(_wide(builder, source, place), align=8) for place in _column_places(context, builder, source, args[1], args[2])]
+        read = [
+            builder.load(_wide(builder, source, place), align=8)
+            for place in _column_places(context, builder, source, args[1], args[2])
+        ]
         for start, row in zip(_starts(context, builder, rows, listed, args[2]), _transposed(builder, read)):
             builder.store(row, _wide(builder, rows, start), align=8)
         return context.get_dummy_value()
@@ -163,7 +180,8 @@ def put_rows(typingctx, scratch, first, k, index, table):
 
 @intrinsic
 def add_rows(typingctx, scratch, first, k, index, table):
-    """table[index[k + m], c] += scratch[first + c, k + m] for c = 0 ... 5, one m = 0 ... 7 after the other: an index may come more than once.
+    """table[index[k + m], c] += scratch[first + c, k + m] for c = 0 ... 5, one m = 0 ... 7 after the other: an index
+    may come more than once.
 
     ``table`` (n, 6 or more) and ``scratch`` float64, C-ordered; eight columns of ``scratch`` are read.
     """
@@ -171,11 +189,19 @@ def add_rows(typingctx, scratch, first, k, index, table):
     def codegen(context, builder, signature, args):
         source, listed, rows = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 3, 4))
         integer = context.get_value_type(types.intp)
-        read = [builder.load(_wide(builder, source, place), align=8) for place in _column_places(context, builder, source, args[1], args[2])]
+        read = [
+            builder.load(_wide(builder, source, place), align=8)
+            for place in _column_places(context, builder, source, args[1], args[2])
+        ]
         for start, row in zip(_starts(context, builder, rows, listed, args[2]), _transposed(builder, read)):
             for lanes in ([0, 1, 2, 3], [4, 5]):
                 part = builder.shuffle_vector(
-                    row, row, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), [ir.Constant(ir.IntType(32), lane) for lane in lanes])
+                    row,
+                    row,
+                    ir.Constant(
+                        ir.VectorType(ir.IntType(32), len(lanes)),
+                        [ir.Constant(ir.IntType(32), lane) for lane in lanes],
+                    ),
                 )
                 place = _wide(builder, rows, builder.add(start, ir.Constant(integer, lanes[0])), len(lanes))
                 builder.store(builder.fadd(builder.load(place, align=8), part), place, align=8)
@@ -194,7 +220,9 @@ def prefetch_row(typingctx, table, i):
         width = cgutils.unpack_tuple(builder, rows.shape)[1] if signature.args[0].ndim > 1 else ir.Constant(integer, 1)
         i = builder.sext(args[1], integer) if args[1].type.width < integer.width else args[1]
         byte, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
-        fetch = cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag]), "llvm.prefetch.p0")
+        fetch = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag]), "llvm.prefetch.p0"
+        )
         place = builder.bitcast(builder.gep(rows.data, [builder.mul(i, width)]), byte)
         builder.call(fetch, [place, *(ir.Constant(flag, value) for value in (0, 3, 1))])
         return context.get_dummy_value()
@@ -222,9 +250,11 @@ WIDE = 16
 
 @intrinsic
 def append_passed(typingctx, candidate, passed, k, out, at):
-    """Store those of candidate[k ... k + 15] whose ``passed`` is not 0 at out[at], out[at + 1], ...; how many there were.
+    """Store those of candidate[k ... k + 15] whose ``passed`` is not 0 at out[at], out[at + 1], ...; how many there
+    were.
 
-    ``candidate`` and ``out`` int32, ``passed`` int8, all one-dimensional and contiguous. Up to 16 entries of ``out`` past ``at`` are overwritten.
+    ``candidate`` and ``out`` int32, ``passed`` int8, all one-dimensional and contiguous. Up to 16 entries of ``out``
+    past ``at`` are overwritten.
     """
 
     def codegen(context, builder, signature, args):
@@ -238,7 +268,9 @@ def append_passed(typingctx, candidate, passed, k, out, at):
         value, flag = load(source, values, 4), load(test, flags, 1)
         chosen = builder.icmp_unsigned("!=", flag, ir.Constant(flags, [0] * WIDE))
         kind = ir.FunctionType(values, [values, bits, values])
-        compress = cgutils.get_or_insert_function(builder.module, kind, f"llvm.experimental.vector.compress.v{WIDE}i32")
+        compress = cgutils.get_or_insert_function(
+            builder.module, kind, f"llvm.experimental.vector.compress.v{WIDE}i32"
+        )
         packed = builder.call(compress, [value, chosen, ir.Constant(values, ir.Undefined)])
         builder.store(packed, builder.bitcast(builder.gep(target.data, [args[4]]), values.as_pointer()), align=4)
         word = builder.bitcast(chosen, ir.IntType(WIDE))

@@ -1,4 +1,5 @@
-"""HDF5 files that somebody else may have written or damaged: opened, and their arrays read, with one message whatever is wrong in them."""
+"""HDF5 files that somebody else may have written or damaged: opened, and their arrays read, with one message whatever
+is wrong in them."""
 
 from __future__ import annotations
 
@@ -17,14 +18,27 @@ if TYPE_CHECKING:
 _SMALL = 2**26
 """Arrays of this many bytes may be made of anything."""
 _SQUEEZED = 1100
-"""What the filters of HDF5 can squeeze at most (deflate: 1032 to 1): an array that claims more than this over what is stored is not there."""
+"""What the filters of HDF5 can squeeze at most (deflate: 1032 to 1): an array that claims more than this over what is
+stored is not there."""
 # what h5py raises on damaged files, depending on where the damage is
-_STUMBLES = (OSError, ValueError, RuntimeError, KeyError, TypeError, AttributeError, OverflowError, MemoryError, UnicodeError, NotImplementedError)
+_STUMBLES = (
+    OSError,
+    ValueError,
+    RuntimeError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    OverflowError,
+    MemoryError,
+    UnicodeError,
+    NotImplementedError,
+)
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[h5py.File]:
-    """The file for reading. Raises ``InputError`` when it is missing, is not HDF5, or when anything in it cannot be read while it is open."""
+    """The file for reading. Raises ``InputError`` when it is missing, is not HDF5, or when anything in it cannot be
+    read while it is open."""
     import h5py
 
     path = Path(path)

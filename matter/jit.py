@@ -1,14 +1,15 @@
 """The one policy for compiled code: decorators, threads, and a cache that cannot serve stale physics.
 
 numba's own cache looks only at the file of the compiled function: after an edit of a law in *another* file it silently
-returns the old law (numba issue 9483). Here the cache folder of a function is keyed by a hash over every source file of
-this project that its module can reach by imports, and by the numba version, so an edited law is always recompiled and an
-untouched room never is. A kernel runs the same machine code whether this process compiled it or loaded it (``matter.kernel_cache``).
+returns the old law (numba issue 9483). Here the cache folder of a function is keyed by a hash over every source file
+of this project that its module can reach by imports, and by the numba version, so an edited law is always recompiled
+and an untouched room never is. A kernel runs the same machine code whether this process compiled it or loaded it
+(``matter.kernel_cache``).
 
 Decorators
 ----------
-``law``     a pure scalar law, no arrays, no allocation; ``law_function.py_func`` is the plain Python function, so that the same
-            source compiles for CPU loops and for CUDA device functions.
+``law``     a pure scalar law, no arrays, no allocation; ``law_function.py_func`` is the plain Python function, so that
+            the same source compiles for CPU loops and for CUDA device functions.
 ``kernel``  a loop over particles on one thread.
 ``parallel_kernel``  the same with ``prange`` on threads.
 
@@ -49,7 +50,8 @@ from matter import kernel_cache  # noqa: E402  (and numba after it)
 
 kernel_cache.keep_copies_private()
 
-# TBB balances uneven loops (chunks are stolen), the others split statically: measured 1.97 against 1.07 threads on an uneven loop
+# TBB balances uneven loops (chunks are stolen), the others split statically: measured 1.97 against 1.07 threads on an
+# uneven loop
 numba.config.THREADING_LAYER_PRIORITY = ["tbb", "omp", "workqueue"]
 
 
@@ -150,8 +152,8 @@ prange = numba.prange
 def one_blas_thread():
     """Hold numpy's and scipy's BLAS to one thread from here on, or, used as a context, while it lasts.
 
-    OpenBLAS threads go on spinning after every call and take the cores from our own loops: a step of the shock stage took 16.9 ms
-    beside them, 8.9 ms without (16,000 particles, two cores).
+    OpenBLAS threads go on spinning after every call and take the cores from our own loops: a step of the shock stage
+    took 16.9 ms beside them, 8.9 ms without (16,000 particles, two cores).
     """
     from threadpoolctl import threadpool_limits
 
@@ -168,7 +170,8 @@ def set_threads(count: int | None) -> int:
 
 
 def _number_pair_intrinsic(name: str):
-    """llvm.minnum / llvm.maxnum: a float min or max written as `if` or `min()` stops the vectorisation of a whole pair loop (1.8x)."""
+    """llvm.minnum / llvm.maxnum: a float min or max written as `if` or `min()` stops the vectorisation of a whole pair
+    loop (1.8x)."""
     from llvmlite import ir
     from numba.core import types
     from numba.extending import intrinsic

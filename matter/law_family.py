@@ -1,7 +1,9 @@
-"""A family of laws: one list of its files, and each of its functions behind one compiled call that chooses by a number.
+"""A family of laws: one list of its files, and each of its functions behind one compiled call that chooses by a
+number.
 
-numba wants static calls, so a family keeps one tuple of its law modules by hand; everything else is derived from it here: names, numbers, the width of a row,
-and the branches. ``FAMILY.choose("density", "P, u")`` compiles what one would write as
+numba wants static calls, so a family keeps one tuple of its law modules by hand; everything else is derived from it
+here: names, numbers, the width of a row, and the branches. ``FAMILY.choose("density", "P, u")`` compiles what one
+would write as
 
     def density(kind, row, P, u):
         if kind == 0:
@@ -12,8 +14,8 @@ and the branches. ``FAMILY.choose("density", "P, u")`` compiles what one would w
 A law file brings, besides its functions:
 
 ``Parameters``  a NamedTuple whose annotations pydantic validates a table of a case or material file into
-``Row``         what its compiled functions take as their last argument, where that is not ``Parameters`` itself: a NamedTuple of numbers, or None
-                for the bare row
+``Row``         what its compiled functions take as their last argument, where that is not ``Parameters`` itself: a
+                NamedTuple of numbers, or None for the bare row
 ``row(p)``      the numbers of that row from ``Parameters``, where they are not its values in their order
 ``fault(p)``    what is wrong with the values together, or an empty text
 ``EXAMPLE``     values that the family's tests and pictures may use
@@ -33,9 +35,11 @@ from matter.jit import law
 
 
 class Family:
-    """The laws of one kind: ``laws`` their modules, ``prefix`` what their file names begin with, ``none`` whether a material may take none of them.
+    """The laws of one kind: ``laws`` their modules, ``prefix`` what their file names begin with, ``none`` whether a
+    material may take none of them.
 
-    ``key`` is the case file's word for the family, ``called`` the plain one. With ``none`` the number 0 stands for no law, and the first law has the number 1.
+    ``key`` is the case file's word for the family, ``called`` the plain one. With ``none`` the number 0 stands for no
+    law, and the first law has the number 1.
     """
 
     def __init__(self, key: str, called: str, laws: Sequence[ModuleType], prefix: str = "", none: bool = False):
@@ -65,7 +69,8 @@ class Family:
         return self.laws[kind - self.first] if kind >= self.first else None
 
     def having(self, flag: str) -> tuple[bool, ...]:
-        """Which laws set a flag, by number: the value of a module's constant, False where a law does not mention it."""
+        """Which laws set a flag, by number: the value of a module's constant, False where a law does not mention
+        it."""
         return (False,) * self.first + tuple(bool(getattr(module, flag, False)) for module in self.laws)
 
     @cached_property
@@ -74,7 +79,8 @@ class Family:
         return max(_width(module) for module in self.laws)
 
     def row(self, kind: int, p: Any, *of: Any) -> Sequence[float]:
-        """The numbers that the compiled functions of a law read, from its ``Parameters`` and what else the family's rows are made ``of``."""
+        """The numbers that the compiled functions of a law read, from its ``Parameters`` and what else the family's
+        rows are made ``of``."""
         module: Any = self.module(kind)
         return module.row(p, *of) if hasattr(module, "row") else tuple(p)
 
@@ -84,13 +90,26 @@ class Family:
 
     def idle_files(self, taken: set[int]) -> set[Path]:
         """Files of the laws whose numbers are not in ``taken``."""
-        return {Path(str(module.__file__)) for number, module in enumerate(self.laws, self.first) if number not in taken}
+        return {
+            Path(str(module.__file__)) for number, module in enumerate(self.laws, self.first) if number not in taken
+        }
 
-    def choose(self, function: str, arguments: str, *, about: str, otherwise: str | None = None, rows: bool = True, inline: bool = False) -> Callable[..., Any]:
-        """The compiled ``function(kind, row, arguments)``, or without ``row`` where ``rows`` is False, of the law with the number ``kind``.
+    def choose(
+        self,
+        function: str,
+        arguments: str,
+        *,
+        about: str,
+        otherwise: str | None = None,
+        rows: bool = True,
+        inline: bool = False,
+    ) -> Callable[..., Any]:
+        """The compiled ``function(kind, row, arguments)``, or without ``row`` where ``rows`` is False, of the law with
+        the number ``kind``.
 
-        ``otherwise``: the expression that stands for laws without such a function and for ``none``; without it each law must have the function. ``about`` is
-        the docstring; ``inline``: always in the caller's code. Raises ``TypeError`` naming the law that lacks it.
+        ``otherwise``: the expression that stands for laws without such a function and for ``none``; without it each
+        law must have the function. ``about`` is the docstring; ``inline``: always in the caller's code. Raises
+        ``TypeError`` naming the law that lacks it.
         """
         having = [module for module in self.laws if hasattr(module, function)]
         if otherwise is None and (self.first or len(having) < len(self.laws)):
@@ -103,7 +122,11 @@ class Family:
             names[title] = getattr(module, function)
             given = ", ".join(filter(None, (arguments, self._row_text(module, names) if rows else "")))
             last = otherwise is None and module is having[-1]
-            lines += [f"    return {title}({given})"] if last else [f"    if kind == {number}:", f"        return {title}({given})"]
+            lines += (
+                [f"    return {title}({given})"]
+                if last
+                else [f"    if kind == {number}:", f"        return {title}({given})"]
+            )
         if otherwise is not None:
             lines.append(f"    return {otherwise}")
         return made(function, lines, names, about, inline, sys._getframe(1))
@@ -116,8 +139,11 @@ class Family:
         return f"{self.title(module)}_row({', '.join(f'row[{i}]' for i in range(len(row._fields)))})"
 
 
-def made(function: str, lines: Sequence[str], names: dict[str, Any], about: str, inline: bool, frame: FrameType) -> Callable[..., Any]:
-    """The compiled ``function`` whose ``lines`` are written by a program, with the ``names`` that it reads; ``frame`` is that of its caller.
+def made(
+    function: str, lines: Sequence[str], names: dict[str, Any], about: str, inline: bool, frame: FrameType
+) -> Callable[..., Any]:
+    """The compiled ``function`` whose ``lines`` are written by a program, with the ``names`` that it reads; ``frame``
+    is that of its caller.
 
     The compiled code is kept, and thrown away, with the caller's file.
     """

@@ -1,4 +1,5 @@
-"""What the rows of a handoff's ledger are called on pages: words for the names that ``ledger.json`` keeps, for both stages that show it."""
+"""What the rows of a handoff's ledger are called on pages: words for the names that ``ledger.json`` keeps, for both
+stages that show it."""
 
 from __future__ import annotations
 
@@ -61,5 +62,7 @@ WORDS = {
 def words(name: str) -> str:
     """A row's name in words; layers carry theirs; a row that is not in the table keeps its name with blanks."""
     if name.startswith("layer_volume_rel_"):
-        return f"volume of the layer of {name.removeprefix('layer_volume_rel_').replace('_', ' ')}: grains against source"
+        return (
+            f"volume of the layer of {name.removeprefix('layer_volume_rel_').replace('_', ' ')}: grains against source"
+        )
     return WORDS.get(name, name.replace("_", " "))

@@ -1,8 +1,9 @@
 """Materials: one TOML file each, every value with its unit and every group of values with its source.
 
-A file holds sections named after the law that uses them (``[tillotson]``, ``[von_mises]``, ``[weibull]`` ...); each has a ``source`` in words, its
-``sources`` (keys of the bibliography), and values that are unit strings (``"9.47 GPa"``; dimensionless ones ``"0.3"``; a measured curve is a list of them).
-This module turns a section into SI floats; the law's own ``Parameters`` then say whether they fit. Above the sections, ``title`` and the choice of laws:
+A file holds sections named after the law that uses them (``[tillotson]``, ``[von_mises]``, ``[weibull]`` ...); each
+has a ``source`` in words, its ``sources`` (keys of the bibliography), and values that are unit strings (``"9.47
+GPa"``; dimensionless ones ``"0.3"``; a measured curve is a list of them). This module turns a section into SI floats;
+the law's own ``Parameters`` then say whether they fit. Above the sections, ``title`` and the choice of laws:
 ``strength = "collins"``.
 """
 
@@ -29,7 +30,8 @@ def names() -> list[str]:
 
 @functools.cache
 def load(name: str) -> dict[str, dict[str, Any]]:
-    """All sections of a material, SI floats or lists of them (and the texts ``source``, ``note`` and the keys ``sources``).
+    """All sections of a material, SI floats or lists of them (and the texts ``source``, ``note`` and the keys
+    ``sources``).
 
     Raises ``InputError`` for an unknown name, with the nearest known one.
     """
@@ -42,7 +44,8 @@ def load(name: str) -> dict[str, dict[str, Any]]:
 
 @functools.cache
 def choices(name: str) -> dict[str, str]:
-    """The texts above the sections of a material: ``title``, and the laws that it takes where they are not the defaults (``strength = "collins"``).
+    """The texts above the sections of a material: ``title``, and the laws that it takes where they are not the
+    defaults (``strength = "collins"``).
 
     Raises ``InputError`` for an unknown name, with the nearest known one.
     """

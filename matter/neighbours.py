@@ -1,8 +1,9 @@
 """Neighbour lists on cell grids, for supports that differ from particle to particle.
 
-Two particles are neighbours when |x_i - x_j| < reach (h_i + h_j) / 2. Particles are binned by h into levels a factor of two apart; every level has
-its own grid, so that a few fine particles on a coarse body cost what they are worth. ``order`` sorts particles by level and cell: arrays in that order
-make the list, and every pair loop over it, run on contiguous memory (measured 4x on 300,000 particles).
+Two particles are neighbours when |x_i - x_j| < reach (h_i + h_j) / 2. Particles are binned by h into levels a factor
+of two apart; every level has its own grid, so that a few fine particles on a coarse body cost what they are worth.
+``order`` sorts particles by level and cell: arrays in that order make the list, and every pair loop over it, run on
+contiguous memory (measured 4x on 300,000 particles).
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from matter.jit import kernel, parallel_kernel, prange
 class Grid(NamedTuple):
     """Cell grids of all levels over particles already sorted by ``order``.
 
-    ``largest`` (levels,) the largest h of a level, ``width`` (levels,) cell width, ``origin`` and ``shape`` (levels, 3),
-    ``offset`` (levels,) where the cells of a level begin in ``start`` (cells + 1,), which holds the first particle of every cell.
+    ``largest`` (levels,) the largest h of a level, ``width`` (levels,) cell width, ``origin`` and ``shape`` (levels,
+    3), ``offset`` (levels,) where the cells of a level begin in ``start`` (cells + 1,), which holds the first particle
+    of every cell.
     """
 
     largest: np.ndarray
@@ -48,7 +50,8 @@ class Occupied(NamedTuple):
 
 
 _CELLS = 4  # at most, per particle of a level
-_OUTSIDE = 0.02  # share of a scattered level's particles that may lie beyond its box on each side; they share the outermost cells
+# share of a scattered level's particles that may lie beyond its box on each side; they share the outermost cells
+_OUTSIDE = 0.02
 
 
 @kernel
@@ -65,10 +68,8 @@ def _cells(position, level, origin, width, shape, offset, cell):
 def sort(position: np.ndarray, h: np.ndarray, half_width: float = np.inf) -> tuple[np.ndarray, Grid]:
     """The order that sorts particles by level and cell, and the grid over the sorted particles.
 
-    Parameters
-    ----------
-    position : (n, 3) [m];  h : (n,) support radii [m].
-    half_width : particles beyond this distance from the origin along an axis share the outermost cells [m], so that a few far ones do not blow the
+    Parameters ---------- position : (n, 3) [m];  h : (n,) support radii [m]. half_width : particles beyond this
+    distance from the origin along an axis share the outermost cells [m], so that a few far ones do not blow the
         grid up; results do not depend on it.
 
     Returns
@@ -87,9 +88,14 @@ def sort(position: np.ndarray, h: np.ndarray, half_width: float = np.inf) -> tup
     for l in range(levels):
         mine = position if levels == 1 else position[level == l]
         largest[l] = h.max() if levels == 1 else h[level == l].max()
-        low, high = np.clip(mine.min(axis=0), -half_width, half_width), np.clip(mine.max(axis=0), -half_width, half_width)
+        low, high = (
+            np.clip(mine.min(axis=0), -half_width, half_width),
+            np.clip(mine.max(axis=0), -half_width, half_width),
+        )
         budget = float(max(_CELLS * len(mine), len(position)) + 64)
-        if np.prod((high - low) / largest[l] + 1.0) > budget:  # a level whose particles have flown apart: the box of most of them
+        if (
+            np.prod((high - low) / largest[l] + 1.0) > budget
+        ):  # a level whose particles have flown apart: the box of most of them
             near, far = np.quantile(np.clip(mine, -half_width, half_width), (_OUTSIDE, 1.0 - _OUTSIDE), axis=0)
             margin = 0.25 * (far - near) + largest[l]
             low, high = np.maximum(low, near - margin), np.minimum(high, far + margin)
@@ -117,10 +123,18 @@ _BLOCK = 16  # cells that a thread takes at a time
 def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count):
     """Rows of the particles of one block of cells.
 
-    The particles of a cell look through the same cells around it: these are copied together once and tested in whole registers.
+    The particles of a cell look through the same cells around it: these are copied together once and tested in whole
+    registers.
     """
     x, y, z, h = points.x, points.y, points.z, points.h
-    largest, width, origin, shape, offset, start = grid.largest, grid.width, grid.origin, grid.shape, grid.offset, grid.start
+    largest, width, origin, shape, offset, start = (
+        grid.largest,
+        grid.width,
+        grid.origin,
+        grid.shape,
+        grid.offset,
+        grid.start,
+    )
     cells, level = occupied.cells, occupied.level
     lower, upper = block * _BLOCK, min(len(cells), (block + 1) * _BLOCK)
     levels = len(width)
@@ -128,11 +142,15 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
     candidate = np.empty(room, dtype=np.int32)
     near = np.empty((4, room))
     inside = np.empty(room, dtype=np.int8)
-    own, used = np.empty(8 * room, dtype=np.int32), 0  # the rows of this thread's cells, copied to their place together
+    own, used = (
+        np.empty(8 * room, dtype=np.int32),
+        0,
+    )  # the rows of this thread's cells, copied to their place together
     for c in range(lower, upper):
         first, end = start[cells[c]], start[cells[c] + 1]
         while first < end:
-            # the particles of the cell, or one at a time where they lie further apart than a cell is wide (the outermost cells have no end)
+            # the particles of the cell, or one at a time where they lie further apart than a cell is wide (the
+            # outermost cells have no end)
             last = end
             box = np.array([x[first], x[first], y[first], y[first], z[first], z[first]])
             high = h[first]
@@ -143,7 +161,14 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
                 high = max(high, h[i])
             if max(box[1] - box[0], box[3] - box[2], box[5] - box[4]) > 1.01 * width[level[c]]:
                 last = first + 1
-                box[0], box[1], box[2], box[3], box[4], box[5] = x[first], x[first], y[first], y[first], z[first], z[first]
+                box[0], box[1], box[2], box[3], box[4], box[5] = (
+                    x[first],
+                    x[first],
+                    y[first],
+                    y[first],
+                    z[first],
+                    z[first],
+                )
                 high = h[first]
             many = 0
             for l in range(levels):
@@ -165,7 +190,12 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
                             more, wider = np.empty(room, dtype=np.int32), np.empty((4, room))
                             for k in range(many):
                                 more[k] = candidate[k]
-                                wider[0, k], wider[1, k], wider[2, k], wider[3, k] = near[0, k], near[1, k], near[2, k], near[3, k]
+                                wider[0, k], wider[1, k], wider[2, k], wider[3, k] = (
+                                    near[0, k],
+                                    near[1, k],
+                                    near[2, k],
+                                    near[3, k],
+                                )
                             candidate, near, inside = more, wider, np.empty(room, dtype=np.int8)
                         for k in range(piece):
                             candidate[many + k] = begin + k
@@ -221,19 +251,21 @@ def _fill(points, reach, grid, occupied, cursor, index, entry, count):
 
 @dataclass(frozen=True)
 class Neighbours:
-    """``index[entry[i] : entry[i] + count[i]]`` are the neighbours of particle i (both directions are listed); up to a multiple of ``gather.LANES`` i
-    itself follows. Where a row lies depends on the threads, what it holds does not."""
+    """``index[entry[i] : entry[i] + count[i]]`` are the neighbours of particle i (both directions are listed); up to a
+    multiple of ``gather.LANES`` i itself follows. Where a row lies depends on the threads, what it holds does not."""
 
     index: np.ndarray
     entry: np.ndarray
     count: np.ndarray
 
 
-def build(position: np.ndarray, h: np.ndarray, grid: Grid, reach: float = 1.0, previous: Neighbours | None = None) -> Neighbours:
+def build(
+    position: np.ndarray, h: np.ndarray, grid: Grid, reach: float = 1.0, previous: Neighbours | None = None
+) -> Neighbours:
     """All neighbours within ``reach`` (h_i + h_j) / 2 of every particle; particles in the order of ``sort``.
 
-    The arrays of ``previous`` are used again; ``index`` grows until every neighbour has a place (nothing is ever dropped). Positions in Fortran order
-    are not copied.
+    The arrays of ``previous`` are used again; ``index`` grows until every neighbour has a place (nothing is ever
+    dropped). Positions in Fortran order are not copied.
     """
     n = len(position)
     x, y, z = (np.ascontiguousarray(position[:, axis]) for axis in range(3))
@@ -241,7 +273,11 @@ def build(position: np.ndarray, h: np.ndarray, grid: Grid, reach: float = 1.0, p
     if previous is not None and len(previous.entry) == n:
         index, entry, count = previous.index, previous.entry, previous.count
     else:
-        index, entry, count = np.empty(48 * n, dtype=np.int32), np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32)
+        index, entry, count = (
+            np.empty(48 * n, dtype=np.int32),
+            np.empty(n, dtype=np.int64),
+            np.empty(n, dtype=np.int32),
+        )
     cells = np.flatnonzero(np.diff(grid.start))
     occupied = Occupied(cells, np.searchsorted(grid.offset, cells, side="right") - 1)
     while True:

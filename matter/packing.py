@@ -1,4 +1,5 @@
-"""Arrangements of points: hexagonal close packing, and a graded glass whose spacing varies smoothly from place to place.
+"""Arrangements of points: hexagonal close packing, and a graded glass whose spacing varies smoothly from place to
+place.
 
 Spacing means the edge of the cube that one point stands for: s = (volume per point)^(1/3).
 """
@@ -18,7 +19,8 @@ from matter.regions import Region, Shell
 def hexagonal(spacing: float, radius: float, rotate: bool = True) -> np.ndarray:
     """Points (n, 3) [m] of a hexagonal close packing inside a sphere about the origin.
 
-    ``rotate`` turns the lattice by fixed odd angles: a close-packed plane square to an impact leaves a facet in the crater.
+    ``rotate`` turns the lattice by fixed odd angles: a close-packed plane square to an impact leaves a facet in the
+    crater.
     """
     a = spacing * 2.0 ** (1.0 / 6.0)  # nearest distance: volume per point is a^3 / sqrt(2)
     n = int(radius / a * 1.3) + 3
@@ -46,16 +48,22 @@ def _rotation(a: float, b: float, c: float) -> np.ndarray:
 
 @kernel
 def _repel(position, spacing, index, entry, count, moves, move):
-    """One sweep: neighbours closer than 1.7 spacings push each other apart: fills ``move`` (first ``moves`` points)."""
+    """One sweep: neighbours closer than 1.7 spacings push each other apart: fills ``move`` (first ``moves``
+    points)."""
     for i in range(moves):
         mx, my, mz = 0.0, 0.0, 0.0
         for k in range(count[i]):
             j = index[entry[i] + k]
-            dx, dy, dz = position[i, 0] - position[j, 0], position[i, 1] - position[j, 1], position[i, 2] - position[j, 2]
+            dx, dy, dz = (
+                position[i, 0] - position[j, 0],
+                position[i, 1] - position[j, 1],
+                position[i, 2] - position[j, 2],
+            )
             r = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-300
             q = r / (0.85 * (spacing[i] + spacing[j]))
             if q < 1.0:
-                # a force that grows as s^2 is the same pressure everywhere: else the fine region would swell into the coarse one
+                # a force that grows as s^2 is the same pressure everywhere: else the fine region would swell into the
+                # coarse one
                 push = (1.0 - q) ** 2 / r * (0.5 * (spacing[i] + spacing[j]) / spacing[i]) ** 2
                 mx += push * dx
                 my += push * dy
@@ -71,7 +79,11 @@ def _number_density(position, spacing, index, entry, count, wanted, out):
         total = norm
         for k in range(count[i]):
             j = index[entry[i] + k]
-            dx, dy, dz = position[i, 0] - position[j, 0], position[i, 1] - position[j, 1], position[i, 2] - position[j, 2]
+            dx, dy, dz = (
+                position[i, 0] - position[j, 0],
+                position[i, 1] - position[j, 1],
+                position[i, 2] - position[j, 2],
+            )
             q = math.sqrt(dx * dx + dy * dy + dz * dz) / (0.5 * h + spacing[j])
             h3 = norm * (2.0 * spacing[i] / (spacing[i] + spacing[j])) ** 3
             if q < 0.5:
@@ -82,16 +94,20 @@ def _number_density(position, spacing, index, entry, count, wanted, out):
 
 
 def graded(
-    spacing: Callable[[np.ndarray], np.ndarray], region: Region, rng: np.random.Generator, sweeps: int = 120, finest: float | None = None
+    spacing: Callable[[np.ndarray], np.ndarray],
+    region: Region,
+    rng: np.random.Generator,
+    sweeps: int = 120,
+    finest: float | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """A graded glass in a region: evenly spread points with the local spacing ``spacing(points)`` [m].
 
-    Points drawn at random with the density 1/s^3 repel each other and their mirror images behind the walls, until they are spread evenly; the walls are
-    met by smooth layers of points. ``finest`` : the smallest spacing, where it holds in too small a part of the region for samples to find it.
+    Points drawn at random with the density 1/s^3 repel each other and their mirror images behind the walls, until they
+    are spread evenly; the walls are met by smooth layers of points. ``finest`` : the smallest spacing, where it holds
+    in too small a part of the region for samples to find it.
 
-    Returns
-    -------
-    points (n, 3) [m], volume (n,) [m^3] that each stands for (from the local number density, scaled to the volume of the region).
+    Returns ------- points (n, 3) [m], volume (n,) [m^3] that each stands for (from the local number density, scaled to
+    the volume of the region).
     """
     probe = region.draw(rng, 200_000)
     density = spacing(probe) ** -3.0
@@ -108,7 +124,9 @@ def graded(
         moved = _moves(everyone, s[owner], len(points))
         size = np.linalg.norm(moved, axis=1)
         limit = 0.25 * s * (1.0 - 0.8 * sweep / sweeps)
-        points = region.kept(points + 0.6 * moved * np.minimum(1.0, limit / np.maximum(0.6 * size, 1e-300))[:, None], s)
+        points = region.kept(
+            points + 0.6 * moved * np.minimum(1.0, limit / np.maximum(0.6 * size, 1e-300))[:, None], s
+        )
     s = spacing(points)
     everyone, owner = region.mirrored(points, s)
     number = np.empty(len(everyone))
@@ -121,7 +139,11 @@ def graded(
 
 
 def graded_shell(
-    spacing: Callable[[np.ndarray], np.ndarray], inner: float, outer: float, rng: np.random.Generator, sweeps: int = 120
+    spacing: Callable[[np.ndarray], np.ndarray],
+    inner: float,
+    outer: float,
+    rng: np.random.Generator,
+    sweeps: int = 120,
 ) -> tuple[np.ndarray, np.ndarray]:
     """``graded`` in the shell ``inner`` < r < ``outer`` [m]."""
     return graded(spacing, Shell(inner, outer), rng, sweeps)

@@ -22,7 +22,9 @@ class Field(NamedTuple):
 FIELDS: dict[str, Field] = {
     # every stage
     "identity": Field((), "int64", "1", "number that stays with a particle for life"),
-    "position": Field((3,), "float64", "m", "centre of the particle; the target's centre is the origin, +z points to the impact"),
+    "position": Field(
+        (3,), "float64", "m", "centre of the particle; the target's centre is the origin, +z points to the impact"
+    ),
     "velocity": Field((3,), "float64", "m/s", "velocity of the centre"),
     "mass": Field((), "float64", "kg", "mass"),
     "material": Field((), "int32", "1", "index into the file's attribute 'materials'"),
@@ -45,7 +47,9 @@ FIELDS: dict[str, Field] = {
     "angular_velocity": Field((3,), "float64", "rad/s", "spin of the sphere"),
     "species": Field((), "int32", "1", "index into the file's attribute 'species': contact parameters"),
     "headroom": Field((), "int8", "1", "1 for grains above the datum, weightless until the handoff"),
-    "stiffness": Field((), "float64", "N/m", "normal contact stiffness of the grain; a pair uses the softer of its two"),
+    "stiffness": Field(
+        (), "float64", "N/m", "normal contact stiffness of the grain; a pair uses the softer of its two"
+    ),
     "state": Field((), "int8", "1", "0 in contact search, 1 ballistic, 2 left the domain or escaped"),
 }
 
@@ -94,7 +98,9 @@ class Particles(Mapping[str, np.ndarray]):
         try:
             return self._fields[name]
         except KeyError:
-            raise AttributeError(f"these particles have no field {name!r}; they have {', '.join(self._fields)}") from None
+            raise AttributeError(
+                f"these particles have no field {name!r}; they have {', '.join(self._fields)}"
+            ) from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._fields)
@@ -110,8 +116,12 @@ class Particles(Mapping[str, np.ndarray]):
         """Raise ``InputError`` naming every field of ``names`` that is missing."""
         missing = [name for name in names if name not in self._fields]
         if missing:
-            raise InputError(f"the snapshot lacks {', '.join(missing)} ({'; '.join(f'{m}: {FIELDS[m].meaning} [{FIELDS[m].unit}]' for m in missing)})")
+            raise InputError(
+                f"the snapshot lacks {', '.join(missing)} "
+                f"({'; '.join(f'{m}: {FIELDS[m].meaning} [{FIELDS[m].unit}]' for m in missing)})"
+            )
 
     def select(self, which: np.ndarray) -> Particles:
-        """The particles chosen by a mask or by indices, as copies, with the same attributes (tables are left behind)."""
+        """The particles chosen by a mask or by indices, as copies, with the same attributes (tables are left
+        behind)."""
         return Particles({name: array[which] for name, array in self._fields.items()}, self.attributes)

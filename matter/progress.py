@@ -1,8 +1,8 @@
 """How a long calculation reports where it is and learns that it should stop.
 
-A stage makes one ``Progress`` and calls ``update`` in its loop; who listens (a terminal line with an ETA, ``status.json``, a
-test) registers with ``listen``. ``stop_requested`` becomes true after SIGINT or SIGTERM: the loop then writes its
-checkpoint and raises ``Stopped``.
+A stage makes one ``Progress`` and calls ``update`` in its loop; who listens (a terminal line with an ETA,
+``status.json``, a test) registers with ``listen``. ``stop_requested`` becomes true after SIGINT or SIGTERM: the loop
+then writes its checkpoint and raises ``Stopped``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ _TELLING = 0.003  # share of the whole from which on an ETA is given within the 
 class Progress:
     """Progress of one stage towards ``total`` (simulated seconds, counts, ...).
 
-    ``note`` is a short text beside the bar, ``fraction`` runs from 0 to 1, ``eta_s`` is the estimated wall time left [s].
+    ``note`` is a short text beside the bar, ``fraction`` runs from 0 to 1, ``eta_s`` is the estimated wall time left
+    [s].
     """
 
     stage: str

@@ -1,8 +1,8 @@
 """Physical quantities at the border: unit strings in files, SI floats inside.
 
-A field typed ``Length`` takes ``"150 km"`` (any compatible unit) and holds ``150000.0``. In a case file a bare number is
-refused, because its unit would be a guess; from Python a bare float is SI. The reader of case files says which of the two
-holds by pydantic's validation context ``{"units": "required"}``.
+A field typed ``Length`` takes ``"150 km"`` (any compatible unit) and holds ``150000.0``. In a case file a bare number
+is refused, because its unit would be a guess; from Python a bare float is SI. The reader of case files says which of
+the two holds by pydantic's validation context ``{"units": "required"}``.
 """
 
 from __future__ import annotations
@@ -45,12 +45,14 @@ _LEAST, _MOST = 1e-50, 1e50
 
 @dataclass(frozen=True)
 class Unit:
-    """The SI unit of an annotated field: whoever writes a value back (``case.used.toml``) finds it in the annotation."""
+    """The SI unit of an annotated field: whoever writes a value back (``case.used.toml``) finds it in the
+    annotation."""
 
     symbol: str
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """In a file a quantity is a text with a unit; ``x-unit`` says which dimension it has, ``x-number`` the limits of its SI value."""
+        """In a file a quantity is a text with a unit; ``x-unit`` says which dimension it has, ``x-number`` the limits
+        of its SI value."""
         limits = {key: value for key, value in handler(core).items() if key != "type"}
         return {"type": "string", "pattern": TEXT, "x-unit": self.symbol, "x-number": limits}
 
@@ -68,17 +70,20 @@ def _units():
 def parse(text: str, unit: str = "") -> float:
     """The SI value of a quantity string.
 
-    ``text`` is one number and its unit (``"18.234 km/s"``, ``"4e35 m^-3"``); ``unit`` is the SI unit whose dimension it must have,
-    or empty for whatever dimension the text itself has (angles become radians, a bare number stays one).
+    ``text`` is one number and its unit (``"18.234 km/s"``, ``"4e35 m^-3"``); ``unit`` is the SI unit whose dimension
+    it must have, or empty for whatever dimension the text itself has (angles become radians, a bare number stays one).
 
-    Raises ``ValueError`` with the reason: unreadable, unknown unit, wrong dimension. Arithmetic and commas are refused, because
-    a unit library reads ``"1,5 km"`` as 15 km.
+    Raises ``ValueError`` with the reason: unreadable, unknown unit, wrong dimension. Arithmetic and commas are
+    refused, because a unit library reads ``"1,5 km"`` as 15 km.
     """
     import pint
 
     match = _NUMBER.match(text)
     if match is None or "," in text:
-        raise ValueError(f"cannot read {text!r} as a quantity: write a number and a unit, '1.5 {_WRITTEN.get(unit, unit) or 'km'}' for example")
+        raise ValueError(
+            f"cannot read {text!r} as a quantity: write a number and a unit, '1.5 {_WRITTEN.get(unit, unit) or 'km'}' "
+            f"for example"
+        )
     number, symbol = float(match.group(1)), match.group(2).strip()
     if not symbol and unit:
         raise ValueError(f"{text!r} has no unit: write it like '{match.group(1)} {_WRITTEN.get(unit, unit)}'")
@@ -101,13 +106,18 @@ def _reader(kind: str):
         elif isinstance(value, bool) or not isinstance(value, (int, float)):
             raise ValueError(f"must be a number with a unit, '1 {_WRITTEN.get(unit, unit)}' for example")
         elif info.context and info.context.get("units") == "required":
-            raise ValueError(f"the unit is missing: write it as a string, '{value} {_WRITTEN.get(unit, unit)}' for example")
+            raise ValueError(
+                f"the unit is missing: write it as a string, '{value} {_WRITTEN.get(unit, unit)}' for example"
+            )
         else:
             result = float(value)
         if result != result or result in (float("inf"), float("-inf")):
             raise ValueError("must be a finite number")
         if result != 0.0 and not _LEAST <= abs(result) <= _MOST:
-            raise ValueError(f"must lie between {_LEAST:g} and {_MOST:g} {unit}: powers and ratios of it would leave the range of floating-point numbers")
+            raise ValueError(
+                f"must lie between {_LEAST:g} and {_MOST:g} {unit}: powers and ratios of it would leave the range of "
+                f"floating-point numbers"
+            )
         return result
 
     return BeforeValidator(read)

@@ -1,4 +1,5 @@
-"""Numbers as people read them, for terminals, pictures and pages alike: craters here are from millimetres to thousands of kilometres wide."""
+"""Numbers as people read them, for terminals, pictures and pages alike: craters here are from millimetres to thousands
+of kilometres wide."""
 
 from __future__ import annotations
 
@@ -15,13 +16,29 @@ def length_unit(metres: float) -> tuple[float, str]:
 def time_unit(seconds: float) -> tuple[float, str]:
     """Factor and unit for times of about this size [s]."""
     size = abs(seconds)
-    return (1.0 / 60.0, "min") if size >= 120.0 else (1.0, "s") if size >= 0.2 else (1e3, "ms") if size >= 2e-4 else (1e6, "us")
+    return (
+        (1.0 / 60.0, "min")
+        if size >= 120.0
+        else (1.0, "s")
+        if size >= 0.2
+        else (1e3, "ms")
+        if size >= 2e-4
+        else (1e6, "us")
+    )
 
 
 def pressure_unit(pascals: float) -> tuple[float, str]:
     """Factor and unit for pressures of about this size [Pa]."""
     size = abs(pascals)
-    return (1e-9, "GPa") if size >= 2e9 else (1e-6, "MPa") if size >= 2e5 else (1e-3, "kPa") if size >= 2e2 else (1.0, "Pa")
+    return (
+        (1e-9, "GPa")
+        if size >= 2e9
+        else (1e-6, "MPa")
+        if size >= 2e5
+        else (1e-3, "kPa")
+        if size >= 2e2
+        else (1.0, "Pa")
+    )
 
 
 def length(metres: float) -> str:
@@ -49,9 +66,11 @@ _TERMINAL = (("±", "+-"), ("−", "-"), ("× 10⁶ km³", "million km3"), ("10�
 
 
 def scale(size: float, unit: str) -> tuple[float, str]:
-    """Factor and unit for values of about ``size`` in the SI ``unit`` ("m", "m^3", "s", "deg", "1" or any other): those of everyday use.
+    """Factor and unit for values of about ``size`` in the SI ``unit`` ("m", "m^3", "s", "deg", "1" or any other):
+    those of everyday use.
 
-    Volumes of 10^14 m^3 and more come in "10⁶ km³"; what is neither length, volume nor time keeps its unit, written with superscripts.
+    Volumes of 10^14 m^3 and more come in "10⁶ km³"; what is neither length, volume nor time keeps its unit, written
+    with superscripts.
     """
     size = abs(size)
     if unit == "m":
@@ -59,12 +78,21 @@ def scale(size: float, unit: str) -> tuple[float, str]:
     if unit == "s":
         return time_unit(size) if size else (1.0, "s")
     if unit == "m^3":
-        return (1e-15, "10⁶ km³") if size >= 1e14 else (1e-9, "km³") if size >= 1e8 else (1.0, "m³") if size >= 1e-2 or not size else (1e6, "cm³")
+        return (
+            (1e-15, "10⁶ km³")
+            if size >= 1e14
+            else (1e-9, "km³")
+            if size >= 1e8
+            else (1.0, "m³")
+            if size >= 1e-2 or not size
+            else (1e6, "cm³")
+        )
     return 1.0, {"1": "", "deg": "°"}.get(unit, superscripts(unit))
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number with ``digits`` significant ones: "0.0016", "12,600", "3.9 × 10⁻¹⁶"; counts below a million are given in full."""
+    """A number with ``digits`` significant ones: "0.0016", "12,600", "3.9 × 10⁻¹⁶"; counts below a million are given
+    in full."""
     if not math.isfinite(value):
         return str(value)
     if value == int(value) and abs(value) < 1e6:
@@ -81,13 +109,15 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def amount(value: float, unit: str = "1", digits: int = 4) -> str:
-    """A value in the SI ``unit`` as text in the unit of everyday use: "214.3 km", "17.11 × 10⁶ km³", "1.705 × 10²¹ kg", "0.9°"."""
+    """A value in the SI ``unit`` as text in the unit of everyday use: "214.3 km", "17.11 × 10⁶ km³", "1.705 × 10²¹
+    kg", "0.9°"."""
     factor, name = scale(value, unit)
     return _joined(number(value * factor, digits), name)
 
 
 def measured(value: float, sigma: float | None, unit: str = "1") -> str:
-    """A value with its standard error, both in one unit: "569 ± 15 km", "(24.16 ± 0.72) × 10⁶ km³"; no error for None or 0."""
+    """A value with its standard error, both in one unit: "569 ± 15 km", "(24.16 ± 0.72) × 10⁶ km³"; no error for None
+    or 0."""
     if not sigma or not math.isfinite(sigma):
         return amount(value, unit)
     factor, name = scale(max(abs(value), sigma), unit)
@@ -119,7 +149,11 @@ def superscripts(text: str) -> str:
 def prose(text: str) -> str:
     """Text of a log or a ledger as it is printed: "1.7e+21 kg" as "1.7 × 10²¹ kg", "m^3" as "m³"."""
     power = r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?)0*(\d+)\b"
-    text = re.sub(power, lambda found: f"{found[1]} × 10{((found[2] if found[2] == '-' else '') + found[3]).translate(_SUPERSCRIPT)}", text)
+    text = re.sub(
+        power,
+        lambda found: f"{found[1]} × 10{((found[2] if found[2] == '-' else '') + found[3]).translate(_SUPERSCRIPT)}",
+        text,
+    )
     text = text.replace(" million km3", " × 10⁶ km³")
     return superscripts(re.sub(r"(?<=\d )(km|m|cm)3\b", "\\1³", text))
 

@@ -1,7 +1,8 @@
-"""Bounded regions of space that points fill: a shell, and slabs (between two heights) of a cylinder, a bowl or a block.
+"""Bounded regions of space that points fill: a shell, and slabs (between two heights) of a cylinder, a bowl or a
+block.
 
-Each has ``volume`` [m^3], draws points evenly, tells which points are ``inside``, mirrors points at its walls (so that a relaxing set of points meets them in
-smooth layers), and keeps points off its walls by a margin.
+Each has ``volume`` [m^3], draws points evenly, tells which points are ``inside``, mirrors points at its walls (so that
+a relaxing set of points meets them in smooth layers), and keeps points off its walls by a margin.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ class Shell:
         """``count`` random points (n, 3)."""
         direction = rng.normal(size=(count, 3))
         direction /= np.linalg.norm(direction, axis=1)[:, None]
-        return direction * ((self.inner**3 + (self.outer**3 - self.inner**3) * rng.random(count)) ** (1.0 / 3.0))[:, None]
+        return (
+            direction * ((self.inner**3 + (self.outer**3 - self.inner**3) * rng.random(count)) ** (1.0 / 3.0))[:, None]
+        )
 
     def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
         """Points and their images within two spacings of the walls."""
@@ -51,7 +54,8 @@ class Shell:
 
 
 def _beyond_walls(points: np.ndarray, spacing: np.ndarray, walls) -> Mirrored:
-    """Points and images wall after wall, so that edges and corners have theirs; a wall gives (distance inside, image) of points."""
+    """Points and images wall after wall, so that edges and corners have theirs; a wall gives (distance inside, image)
+    of points."""
     place, owner = points, np.arange(len(points))
     for wall in walls:
         distance, image = wall(place)
@@ -88,18 +92,27 @@ class Cylinder:
     def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
         r, azimuth = self.radius * np.sqrt(rng.random(count)), 2.0 * math.pi * rng.random(count)
-        return np.stack([r * np.cos(azimuth), r * np.sin(azimuth), self.bottom + (self.top - self.bottom) * rng.random(count)], axis=1)
+        return np.stack(
+            [r * np.cos(azimuth), r * np.sin(azimuth), self.bottom + (self.top - self.bottom) * rng.random(count)],
+            axis=1,
+        )
 
     def inside(self, points: np.ndarray) -> np.ndarray:
         """(n,) bool."""
-        return (np.hypot(points[:, 0], points[:, 1]) < self.radius) & (points[:, 2] >= self.bottom) & (points[:, 2] < self.top)
+        return (
+            (np.hypot(points[:, 0], points[:, 1]) < self.radius)
+            & (points[:, 2] >= self.bottom)
+            & (points[:, 2] < self.top)
+        )
 
     def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
         """Points and their images within two spacings of the walls."""
 
         def side(place: np.ndarray) -> Mirrored:
             r = np.hypot(place[:, 0], place[:, 1])
-            return np.abs(self.radius - r), place * np.stack([*[(2.0 * self.radius - r) / np.maximum(r, 1e-300)] * 2, np.ones(len(r))], axis=1)
+            return np.abs(self.radius - r), place * np.stack(
+                [*[(2.0 * self.radius - r) / np.maximum(r, 1e-300)] * 2, np.ones(len(r))], axis=1
+            )
 
         return _beyond_walls(points, spacing, (_plane(2, self.bottom), _plane(2, self.top), side))
 
@@ -138,7 +151,11 @@ class Bowl:
 
     def inside(self, points: np.ndarray) -> np.ndarray:
         """(n,) bool."""
-        return (np.einsum("ij,ij->i", points, points) < self.radius**2) & (points[:, 2] >= self.bottom) & (points[:, 2] < self.top)
+        return (
+            (np.einsum("ij,ij->i", points, points) < self.radius**2)
+            & (points[:, 2] >= self.bottom)
+            & (points[:, 2] < self.top)
+        )
 
     def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
         """Points and their images within two spacings of the walls."""
@@ -161,7 +178,8 @@ class Bowl:
 
 @dataclass(frozen=True)
 class Block:
-    """Upright square block about the z axis, its edge twice ``half_width``, between the heights ``bottom`` and ``top`` [m]."""
+    """Upright square block about the z axis, its edge twice ``half_width``, between the heights ``bottom`` and ``top``
+    [m]."""
 
     half_width: float
     bottom: float
@@ -173,12 +191,19 @@ class Block:
 
     def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
-        low, high = np.array([-self.half_width, -self.half_width, self.bottom]), np.array([self.half_width, self.half_width, self.top])
+        low, high = (
+            np.array([-self.half_width, -self.half_width, self.bottom]),
+            np.array([self.half_width, self.half_width, self.top]),
+        )
         return low + (high - low) * rng.random((count, 3))
 
     def inside(self, points: np.ndarray) -> np.ndarray:
         """(n,) bool."""
-        return (np.abs(points[:, :2]) < self.half_width).all(axis=1) & (points[:, 2] >= self.bottom) & (points[:, 2] < self.top)
+        return (
+            (np.abs(points[:, :2]) < self.half_width).all(axis=1)
+            & (points[:, 2] >= self.bottom)
+            & (points[:, 2] < self.top)
+        )
 
     def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
         """Points and their images within two spacings of the walls."""

@@ -1,12 +1,13 @@
 """Snapshots: one HDF5 file per time that h5py, pyvista and ParaView all open, with nothing stored twice.
 
-``/particles/<field>`` holds the arrays with attributes ``unit`` and ``meaning``; ``/VTKHDF`` is an unstructured grid of one vertex cell per
-particle, whose ``Points`` and ``PointData`` are hard links to them. Facts on the whole set are attributes of the file (``time`` [s],
-``stage``, ``frame``, ``materials`` ...) and, where they are numbers or words, field data for ParaView; further tables (contact history)
-stand under ``/tables``.
+``/particles/<field>`` holds the arrays with attributes ``unit`` and ``meaning``; ``/VTKHDF`` is an unstructured grid
+of one vertex cell per particle, whose ``Points`` and ``PointData`` are hard links to them. Facts on the whole set are
+attributes of the file (``time`` [s], ``stage``, ``frame``, ``materials`` ...) and, where they are numbers or words,
+field data for ParaView; further tables (contact history) stand under ``/tables``.
 
-Why an unstructured grid, version 1.0: ParaView 5.11 (Debian 12) knows no other points in VTKHDF; newer ones and pyvista read it alike. Files of
-before held one polygonal cell for all particles, which no threshold could take apart; they are still read.
+Why an unstructured grid, version 1.0: ParaView 5.11 (Debian 12) knows no other points in VTKHDF; newer ones and
+pyvista read it alike. Files of before held one polygonal cell for all particles, which no threshold could take apart;
+they are still read.
 """
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ def write(particles: Particles, path: Path) -> None:
     particles.need("position")
     count = len(particles)
     squeeze = dict(compression="gzip", compression_opts=1, shuffle=True) if count > 64 else {}
-    size = sum(particles[name].nbytes for name in particles) + sum(np.asarray(table).nbytes for table in particles.tables.values())
+    size = sum(particles[name].nbytes for name in particles) + sum(
+        np.asarray(table).nbytes for table in particles.tables.values()
+    )
     with archive.replacing(Path(path), size) as temporary, h5py.File(temporary, "w") as file:
         for name, value in particles.attributes.items():
             file.attrs[name] = json.dumps(value) if isinstance(value, (list, dict, tuple)) else value
@@ -49,7 +52,8 @@ def write(particles: Particles, path: Path) -> None:
 
 
 def _write_vtk(file, fields, particles: Particles, squeeze: dict[str, Any]) -> None:
-    """The group that VTK reads: links to ``fields``, one vertex cell for each particle, the file's facts as field data."""
+    """The group that VTK reads: links to ``fields``, one vertex cell for each particle, the file's facts as field
+    data."""
     import h5py
 
     count = len(particles)
@@ -88,7 +92,9 @@ def _facts(attributes: dict[str, Any]) -> dict[str, np.ndarray]:
         if entries and all(isinstance(entry, str) for entry in entries):
             words = [entry.encode("ascii", "replace").decode() for entry in entries]  # VTK converts no UTF-8
             found[name] = np.array(words, dtype=object)
-        elif entries and all(isinstance(entry, (bool, np.bool_, int, float, np.integer, np.floating)) for entry in entries):
+        elif entries and all(
+            isinstance(entry, (bool, np.bool_, int, float, np.integer, np.floating)) for entry in entries
+        ):
             numbers = np.array(entries)  # in one row: ParaView 5.11 reads no tables here
             found[name] = numbers.astype(np.int8) if numbers.dtype == bool else numbers
     return found
@@ -104,7 +110,11 @@ def read(path: Path, only: Collection[str] | None = None) -> Particles:
         raise InputError(f"no snapshot at {path}")
     with hdf5_input.opened(path) as file:
         _known(file, path)
-        fields = {name: hdf5_input.array(file["particles"], name) for name in file["particles"] if only is None or name in only}
+        fields = {
+            name: hdf5_input.array(file["particles"], name)
+            for name in file["particles"]
+            if only is None or name in only
+        }
         tables = hdf5_input.arrays(file["tables"], deep=True) if "tables" in file else {}
         attributes = {name: _restored(value) for name, value in file.attrs.items()}
     try:
@@ -123,7 +133,8 @@ def names(path: Path) -> set[str]:
 
 
 def attributes(path: Path) -> dict[str, Any]:
-    """The attributes of a snapshot (``time``, ``materials`` ...) without its particles. Raises ``InputError`` like ``read``."""
+    """The attributes of a snapshot (``time``, ``materials`` ...) without its particles. Raises ``InputError`` like
+    ``read``."""
     if not Path(path).is_file():
         raise InputError(f"no snapshot at {path}")
     with hdf5_input.opened(path) as file:
@@ -151,7 +162,9 @@ def write_series(folder: Path, times: dict[str, float], name: str) -> None:
     ``times`` maps the file name of a snapshot to its time [s].
     """
     files = [{"name": file, "time": time} for file, time in sorted(times.items(), key=lambda item: item[1])]
-    archive.write_text(folder / f"{name}{SUFFIX}.series", json.dumps({"file-series-version": "1.0", "files": files}, indent=1))
+    archive.write_text(
+        folder / f"{name}{SUFFIX}.series", json.dumps({"file-series-version": "1.0", "files": files}, indent=1)
+    )
 
 
 def series(folder: Path) -> list[Path]:

@@ -1,11 +1,14 @@
 """Self-gravity by an octree with quadrupoles, walked by groups (Barnes & Hut 1986; Barnes 1990).
 
-    g_i = sum_j G m_j x_ij / (r^2 + eps_ij^2)^(3/2),   eps_ij^2 = (eps_i^2 + eps_j^2) / 2     (pairs: exactly antisymmetric)
-    node: monopole and traceless quadrupole about its centre of mass, with its mean eps^2, taken when (l + d) / theta < D
+    g_i = sum_j G m_j x_ij / (r^2 + eps_ij^2)^(3/2),   eps_ij^2 = (eps_i^2 + eps_j^2) / 2
+        (pairs exactly antisymmetric)
+    node: monopole and traceless quadrupole about its centre of mass, with its mean eps^2,
+        taken when (l + d) / theta < D
 
-with l the edge of the node's cell, d the distance of its centre of mass from the cell's centre and D the distance from the nearest point of the group's
-bounding sphere. A group of neighbouring particles shares one walk and one interaction list, which is then summed in vectorised loops, in single
-precision where the tree's own error hides it (0.78 -> 0.50 core-s per evaluation of 300,000 particles).
+with l the edge of the node's cell, d the distance of its centre of mass from the cell's centre and D the distance from
+the nearest point of the group's bounding sphere. A group of neighbouring particles shares one walk and one interaction
+list, which is then summed in vectorised loops, in single precision where the tree's own error hides it (0.78 -> 0.50
+core-s per evaluation of 300,000 particles).
 """
 
 from __future__ import annotations
@@ -21,7 +24,8 @@ from matter.jit import kernel, parallel_kernel, prange
 SOURCES = ("BarnesHut1986", "Barnes1990")
 
 
-# columns of a node's moments, after its centre of mass: mass, traceless quadrupole, mean eps^2; of a near particle, after its place: mass, eps^2 / 2
+# columns of a node's moments, after its centre of mass: mass, traceless quadrupole, mean eps^2; of a near particle,
+# after its place: mass, eps^2 / 2
 MASS, XX, XY, XZ, YY, YZ, ZZ, EPS2, WIDTH = range(3, 12)
 NEAR_MASS, NEAR_EPS2 = 3, 4
 
@@ -31,7 +35,8 @@ _DEPTH = 21
 
 
 class Tree(NamedTuple):
-    """Nodes in depth-first order; the particles of node k are ``first[k]:last[k]`` of the sorted arrays, ``skip[k]`` is the next node after its subtree."""
+    """Nodes in depth-first order; the particles of node k are ``first[k]:last[k]`` of the sorted arrays, ``skip[k]``
+    is the next node after its subtree."""
 
     order: np.ndarray
     first: np.ndarray
@@ -61,7 +66,8 @@ def _morton(position, low, scale, key):
 
 @kernel
 def _nodes(key, low, edge0, first, last, skip, leaf, edge, centre, group):
-    """Split the sorted keys into nodes, depth first; returns the numbers of nodes and groups, or -1 when there is no room."""
+    """Split the sorted keys into nodes, depth first; returns the numbers of nodes and groups, or -1 when there is no
+    room."""
     stack_first, stack_last = np.empty(8 * _DEPTH + 8, np.int64), np.empty(8 * _DEPTH + 8, np.int64)
     stack_level, stack_parent = np.empty(8 * _DEPTH + 8, np.int64), np.empty(8 * _DEPTH + 8, np.int64)
     stack_first[0], stack_last[0], stack_level[0], stack_parent[0] = 0, len(key), 0, -1
@@ -108,7 +114,8 @@ def _nodes(key, low, edge0, first, last, skip, leaf, edge, centre, group):
 
 @kernel
 def _moments(nodes, particles, first, last, skip, leaf, moment):
-    """Mass, centre of mass, traceless quadrupole and mean eps^2 of every node, children before parents; turns ``skip`` from parent into next node."""
+    """Mass, centre of mass, traceless quadrupole and mean eps^2 of every node, children before parents; turns ``skip``
+    from parent into next node."""
     x, y, z, mass, eps2 = particles.x, particles.y, particles.z, particles.mass, particles.eps2
     for k in range(nodes):
         for c in range(WIDTH):
@@ -163,7 +170,8 @@ def _add_quadrupole(moment, k, m, x, y, z):
 
 
 class Sorted(NamedTuple):
-    """Places x, y, z, masses and eps^2 in the order of the tree, in units of a length and a mass about a middle; each (n,)."""
+    """Places x, y, z, masses and eps^2 in the order of the tree, in units of a length and a mass about a middle; each
+    (n,)."""
 
     x: np.ndarray
     y: np.ndarray
@@ -173,7 +181,8 @@ class Sorted(NamedTuple):
 
 
 class Units(NamedTuple):
-    """What places and masses are counted in: a ``length`` [m] and a ``total`` mass [kg], about a ``middle`` (3,) [m]."""
+    """What places and masses are counted in: a ``length`` [m] and a ``total`` mass [kg], about a ``middle`` (3,)
+    [m]."""
 
     middle: np.ndarray
     length: float
@@ -193,12 +202,18 @@ def _sorted(order, position, mass, softening, units, x, y, z, m, eps2):
 
 
 def build(
-    position: np.ndarray, mass: np.ndarray, softening: np.ndarray, middle: np.ndarray | None = None, length: float = 1.0, total: float = 1.0
+    position: np.ndarray,
+    mass: np.ndarray,
+    softening: np.ndarray,
+    middle: np.ndarray | None = None,
+    length: float = 1.0,
+    total: float = 1.0,
 ) -> tuple[Tree, Sorted]:
-    """The octree of particles at ``position`` (n, 3) [m] with ``mass`` (n,) [kg] and ``softening`` (n,) [m], and the particles in its order.
+    """The octree of particles at ``position`` (n, 3) [m] with ``mass`` (n,) [kg] and ``softening`` (n,) [m], and the
+    particles in its order.
 
-    Tree and particles are in units of ``length`` and ``total`` mass about ``middle``. Building costs about 5 % of a walk, so build anew for every
-    evaluation.
+    Tree and particles are in units of ``length`` and ``total`` mass about ``middle``. Building costs about 5 % of a
+    walk, so build anew for every evaluation.
     """
     n = len(position)
     middle = np.zeros(3) if middle is None else middle
@@ -215,13 +230,25 @@ def build(
         first, last, skip = (np.empty(room, dtype=np.int64) for _ in range(3))
         leaf, edge, centre = np.empty(room, dtype=np.bool_), np.empty(room), np.empty((room, 3))
         group = np.empty(room, dtype=np.int64)
-        nodes, groups = _nodes(key, (low - middle) / length, edge0 / length, first, last, skip, leaf, edge, centre, group)
+        nodes, groups = _nodes(
+            key, (low - middle) / length, edge0 / length, first, last, skip, leaf, edge, centre, group
+        )
         if nodes >= 0:
             break
         room *= 2
     moment = np.empty((nodes, WIDTH))
     _moments(nodes, particles, first, last, skip, leaf, moment)
-    return Tree(order, first[:nodes], last[:nodes], skip[:nodes], leaf[:nodes], edge[:nodes], centre[:nodes], moment, group[:groups]), particles
+    return Tree(
+        order,
+        first[:nodes],
+        last[:nodes],
+        skip[:nodes],
+        leaf[:nodes],
+        edge[:nodes],
+        centre[:nodes],
+        moment,
+        group[:groups],
+    ), particles
 
 
 _LIST = 2048  # interaction lists are summed and emptied whenever they are full
@@ -230,9 +257,11 @@ _SINGLE = 0.1  # from this opening angle on, the tree's own error hides that of 
 
 @kernel(fastmath=True)
 def _collect(k, radius, cx, cy, cz, particles, tree, reach, nodes, near):
-    """Go on with a walk at node k until it ends or the lists of far ``nodes`` (11, .) and ``near`` particles (5, .) are full.
+    """Go on with a walk at node k until it ends or the lists of far ``nodes`` (11, .) and ``near`` particles (5, .)
+    are full.
 
-    ``reach`` is (l + d) / theta of every node. Places in the lists are relative to the group's centre. Returns the next node and both lengths.
+    ``reach`` is (l + d) / theta of every node. Places in the lists are relative to the group's centre. Returns the
+    next node and both lengths.
     """
     x, y, z, mass, half_eps2 = particles.x, particles.y, particles.z, particles.mass, particles.eps2
     first, last, skip, leaf, moment = tree.first, tree.last, tree.skip, tree.leaf, tree.moment
@@ -283,7 +312,8 @@ def _pull_nodes(px, py, pz, half_eps2, nodes, count, numbers):
 
 @kernel(fastmath=True)
 def _pull_particles(px, py, pz, half_eps2, near, count, numbers):
-    """Sum of g over particles, in the precision of ``numbers``; the tiny addend keeps a particle's pull on itself finite (it is zero)."""
+    """Sum of g over particles, in the precision of ``numbers``; the tiny addend keeps a particle's pull on itself
+    finite (it is zero)."""
     one, tiny = numbers[0], numbers[2]
     ax, ay, az = numbers[3], numbers[3], numbers[3]
     for k in range(count):
@@ -317,7 +347,8 @@ def _well(px, py, pz, half_eps2, nodes, far_count, near, near_count, numbers):
 
 @kernel(fastmath=True)
 def _sum_group(a, b, wanted, particles, tree, reach, room, numbers, out):
-    """Forces (``wanted`` 3) or potentials (1) of the particles a ... b - 1, which share one walk; ``particles.eps2`` is halved."""
+    """Forces (``wanted`` 3) or potentials (1) of the particles a ... b - 1, which share one walk; ``particles.eps2``
+    is halved."""
     x, y, z, half_eps2 = particles.x, particles.y, particles.z, particles.eps2
     nodes, near = np.empty((WIDTH, _LIST), dtype=numbers.dtype), np.empty((NEAR_EPS2 + 1, room), dtype=numbers.dtype)
     own = np.empty((4, b - a), dtype=numbers.dtype)
@@ -358,9 +389,8 @@ def _walk(wanted, particles, tree, reach, room, numbers, out):
 def gravity(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float = 0.5) -> np.ndarray:
     """Gravitational acceleration (n, 3) [m/s^2] of particles on each other.
 
-    Parameters
-    ----------
-    position (n, 3) [m], mass (n,) [kg], softening (n,) [m] Plummer lengths eps_i, theta opening angle (smaller is more accurate).
+    Parameters ---------- position (n, 3) [m], mass (n,) [kg], softening (n,) [m] Plummer lengths eps_i, theta opening
+    angle (smaller is more accurate).
 
     The sum over a tree is not exactly antisymmetric: see ``remove_net_force``.
     """
@@ -368,9 +398,11 @@ def gravity(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta
 
 
 def _sums(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float, wanted: int) -> np.ndarray:
-    """Acceleration (``wanted`` 3) or minus the potential (1; the particle's own well included) of every particle, (n, wanted).
+    """Acceleration (``wanted`` 3) or minus the potential (1; the particle's own well included) of every particle, (n,
+    wanted).
 
-    Sums run in units of the body's size and mass and about the group's centre, where single precision keeps them to 1e-6.
+    Sums run in units of the body's size and mass and about the group's centre, where single precision keeps them to
+    1e-6.
     """
     middle = position.mean(axis=0)
     away = position - middle
@@ -409,8 +441,8 @@ def _direct_potential(x, y, z, mass, eps2, out):
 
 
 def potential_energy(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float = 0.0) -> float:
-    """The gravitational energy [J] of softened particles: by the direct sum over all pairs, O(n^2), so that what a tree gets wrong shows in the
-    total; with an opening angle ``theta`` > 0 by the tree (at 0.3 to 3e-6).
+    """The gravitational energy [J] of softened particles: by the direct sum over all pairs, O(n^2), so that what a
+    tree gets wrong shows in the total; with an opening angle ``theta`` > 0 by the tree (at 0.3 to 3e-6).
     """
     if theta > 0.0:
         own = G * mass / softening
@@ -424,7 +456,8 @@ def potential_energy(position: np.ndarray, mass: np.ndarray, softening: np.ndarr
 def remove_net_force(acceleration: np.ndarray, position: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, float]:
     """Take the net force and torque out of an acceleration field by one rigid correction a + b x (r - r_c).
 
-    a and b solve the 6x6 system sum m (a + b x r') = F, sum m r' x (a + b x r') = T about the centre of mass r_c (where it splits into two of 3x3).
+    a and b solve the 6x6 system sum m (a + b x r') = F, sum m r' x (a + b x r') = T about the centre of mass r_c
+    (where it splits into two of 3x3).
 
     Returns the corrected field (n, 3) and the largest correction relative to the rms of the field.
     """

@@ -1,4 +1,5 @@
-"""What is known without integration: limits of the impact speed, the beam model of angle against latitude, isotropic encounters."""
+"""What is known without integration: limits of the impact speed, the beam model of angle against latitude, isotropic
+encounters."""
 
 from __future__ import annotations
 
@@ -22,8 +23,8 @@ def orbital_speed(moon: Body) -> float:
 def speed_limits(moon: Body, quadrature: bool, v_infinity: float = 0.0) -> tuple[float, float]:
     """Smallest and largest impact speed [m/s] of a particle that falls to the moon's orbit from far away.
 
-    Printed (Winter 2017, eqs. 15, 16): v = v_esc,planet(a) -+ v_orbit + v_esc,moon. In ``quadrature`` the moon's own pull adds to the
-    square, v^2 = (v_p -+ v_orbit)^2 + v_esc,moon^2, with v_p^2 = v_infinity^2 + 2 GM_p / a.
+    Printed (Winter 2017, eqs. 15, 16): v = v_esc,planet(a) -+ v_orbit + v_esc,moon. In ``quadrature`` the moon's own
+    pull adds to the square, v^2 = (v_p -+ v_orbit)^2 + v_esc,moon^2, with v_p^2 = v_infinity^2 + 2 GM_p / a.
     """
     planet, orbit, own = load(moon.around), orbital_speed(moon), escape_speed(moon.gm, moon.radius)
     fall = math.sqrt(v_infinity**2 + escape_speed(planet.gm, moon.semi_major_axis) ** 2)
@@ -33,10 +34,11 @@ def speed_limits(moon: Body, quadrature: bool, v_infinity: float = 0.0) -> tuple
 
 
 def beam_angles(bands: np.ndarray, sigma: float = math.radians(22.0)) -> tuple[np.ndarray, np.ndarray]:
-    """Mean impact angle [rad] and share of impacts in bands of |latitude| [rad] under straight beams near the equatorial plane.
+    """Mean impact angle [rad] and share of impacts in bands of |latitude| [rad] under straight beams near the
+    equatorial plane.
 
-    Radiants have a Gaussian elevation b of width ``sigma`` and any longitude; a place of latitude phi sees
-    cos(gamma) = sin(phi) sin(b) + cos(phi) cos(b) cos(lambda) and receives the flux cos(gamma). ``bands`` has shape (n, 2).
+    Radiants have a Gaussian elevation b of width ``sigma`` and any longitude; a place of latitude phi sees cos(gamma)
+    = sin(phi) sin(b) + cos(phi) cos(b) cos(lambda) and receives the flux cos(gamma). ``bands`` has shape (n, 2).
     """
     # nearest pole's half of the sphere is enough: the distribution of b is symmetric
     phi = np.radians(np.arange(0.25, 90.0, 0.5))
@@ -50,16 +52,20 @@ def beam_angles(bands: np.ndarray, sigma: float = math.radians(22.0)) -> tuple[n
     mean, share = np.empty(len(bands)), np.empty(len(bands))
     for index, (low, high) in enumerate(bands):
         inside = (phi >= low) & (phi < high)
-        mean[index], share[index] = moment[inside].sum() / received[inside].sum(), received[inside].sum() / received.sum()
+        mean[index], share[index] = (
+            moment[inside].sum() / received[inside].sum(),
+            received[inside].sum() / received.sum(),
+        )
     return mean, share
 
 
 def isotropic_encounters(moon: Body, v_infinity: float) -> tuple[float, float]:
-    """Mean impact speed [m/s] and leading/trailing ratio of impacts (per hemisphere) for isotropic arrivals at the planet.
+    """Mean impact speed [m/s] and leading/trailing ratio of impacts (per hemisphere) for isotropic arrivals at the
+    planet.
 
-    Straight-line encounter at the orbit: speed v_p^2 = v_infinity^2 + 2 GM_p/a with isotropic directions, relative speed u,
-    rate proportional to u (1 + v_esc^2/u^2), v_imp^2 = u^2 + v_esc^2. A beam from the direction at angle psi off the apex puts the share
-    (1 + cos psi)/2 of its impacts on the leading hemisphere.
+    Straight-line encounter at the orbit: speed v_p^2 = v_infinity^2 + 2 GM_p/a with isotropic directions, relative
+    speed u, rate proportional to u (1 + v_esc^2/u^2), v_imp^2 = u^2 + v_esc^2. A beam from the direction at angle psi
+    off the apex puts the share (1 + cos psi)/2 of its impacts on the leading hemisphere.
     """
     planet, orbit, own = load(moon.around), orbital_speed(moon), escape_speed(moon.gm, moon.radius)
     fall = math.sqrt(v_infinity**2 + escape_speed(planet.gm, moon.semi_major_axis) ** 2)

@@ -1,12 +1,15 @@
-"""The last leg: from a moon's Hill sphere to its surface, under the planet's tide to a fifth of the way, then on the two-body hyperbola.
+"""The last leg: from a moon's Hill sphere to its surface, under the planet's tide to a fifth of the way, then on the
+two-body hyperbola.
 
-A particle at distance r0 with velocity v0 (relative to the moon, angle theta between -x0 and v0) reaches the surface of radius R with
+A particle at distance r0 with velocity v0 (relative to the moon, angle theta between -x0 and v0) reaches the surface
+of radius R with
 
     v_imp^2 = v0^2 + 2 GM (1/R - 1/r0),   sin(gamma) = r0 v0 sin(theta) / (R v_imp),
 
-gamma the angle from the vertical, if sin(gamma) <= 1: a disc of impact parameters b = r0 sin(theta) <= b_max = R v_imp / v0.
-Moon mode (Winter 2017, section 2.1.1): the velocity at entry is kept, the position redrawn uniformly on the hemisphere of the Hill sphere
-that faces the entry point until the particle hits. Here the hit is drawn at once: uniform over the cap theta < theta_max about -v0.
+gamma the angle from the vertical, if sin(gamma) <= 1: a disc of impact parameters b = r0 sin(theta) <= b_max = R v_imp
+/ v0. Moon mode (Winter 2017, section 2.1.1): the velocity at entry is kept, the position redrawn uniformly on the
+hemisphere of the Hill sphere that faces the entry point until the particle hits. Here the hit is drawn at once:
+uniform over the cap theta < theta_max about -v0.
 """
 
 from __future__ import annotations
@@ -18,8 +21,8 @@ import numpy as np
 
 
 class Impact(NamedTuple):
-    """How particles hit: ``position``, ``velocity`` relative to the moon at the surface (n, 3), ``angle`` from the vertical [rad],
-    ``flight_time`` from the Hill sphere [s]."""
+    """How particles hit: ``position``, ``velocity`` relative to the moon at the surface (n, 3), ``angle`` from the
+    vertical [rad], ``flight_time`` from the Hill sphere [s]."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -43,11 +46,15 @@ def hit_probability(radius: float, gm: float, distance: np.ndarray | float, spee
     return (capture_parameter(radius, gm, distance, speed) / distance) ** 2
 
 
-def resample(entry: np.ndarray, velocity: np.ndarray, radius: float, gm: float, rng: np.random.Generator, margin: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Moon mode: new places on the Hill sphere from which particles hit, for entries (n, 3) with velocities (n, 3) relative to the moon.
+def resample(
+    entry: np.ndarray, velocity: np.ndarray, radius: float, gm: float, rng: np.random.Generator, margin: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Moon mode: new places on the Hill sphere from which particles hit, for entries (n, 3) with velocities (n, 3)
+    relative to the moon.
 
-    Returns places (n, 3) and how many uniform draws over the facing hemisphere each would have taken. ``margin`` widens the disc
-    (b <= margin b_max). An entry points inwards, so that at least half of the cap lies on that hemisphere: there is always a solution.
+    Returns places (n, 3) and how many uniform draws over the facing hemisphere each would have taken. ``margin``
+    widens the disc (b <= margin b_max). An entry points inwards, so that at least half of the cap lies on that
+    hemisphere: there is always a solution.
     """
     distance, speed = np.sqrt(dot(entry, entry)), np.sqrt(dot(velocity, velocity))
     n, back = entry / distance[:, None], -velocity / speed[:, None]
@@ -90,7 +97,9 @@ def fall(place: np.ndarray, velocity: np.ndarray, radius: float, gm: float) -> I
     position = radius * (np.cos(turn) * up + np.sin(turn) * across)
     tangent = -np.sin(turn) * up + np.cos(turn) * across
     arrival = -(speed * np.cos(angle))[:, None] * position / radius + (speed * np.sin(angle))[:, None] * tangent
-    return Impact(position, arrival, angle, _time(start, energy, momentum, e, gm) - _time(end, energy, momentum, e, gm))
+    return Impact(
+        position, arrival, angle, _time(start, energy, momentum, e, gm) - _time(end, energy, momentum, e, gm)
+    )
 
 
 def _time(anomaly: np.ndarray, energy: np.ndarray, momentum: np.ndarray, e: np.ndarray, gm: float) -> np.ndarray:
@@ -106,12 +115,20 @@ def _time(anomaly: np.ndarray, energy: np.ndarray, momentum: np.ndarray, e: np.n
 
 
 def descend(
-    place: np.ndarray, velocity: np.ndarray, planet: np.ndarray, rate: np.ndarray, gm: float, gm_planet: float, depth: float = 0.2
+    place: np.ndarray,
+    velocity: np.ndarray,
+    planet: np.ndarray,
+    rate: np.ndarray,
+    gm: float,
+    gm_planet: float,
+    depth: float = 0.2,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fly from the Hill sphere to about ``depth`` of its radius under the pull of moon and planet: there the tide is 125 times weaker.
+    """Fly from the Hill sphere to about ``depth`` of its radius under the pull of moon and planet: there the tide is
+    125 times weaker.
 
-    a = -GM x/r^3 + GM_p [ (p - x)/|p - x|^3 - p/|p|^3 ], the ``planet`` p (n, 3) turning about +z at ``rate`` (n,); Runge-Kutta 4, 24 steps.
-    Against the hyperbola alone this takes off errors up to 1.1 deg and 1.2e-3 in speed of slow particles. Returns place, velocity, time.
+    a = -GM x/r^3 + GM_p [ (p - x)/|p - x|^3 - p/|p|^3 ], the ``planet`` p (n, 3) turning about +z at ``rate`` (n,);
+    Runge-Kutta 4, 24 steps. Against the hyperbola alone this takes off errors up to 1.1 deg and 1.2e-3 in speed of
+    slow particles. Returns place, velocity, time.
     """
     r0, v0 = np.sqrt(dot(place, place)), np.sqrt(dot(velocity, velocity))
     end = (1.0 - depth) * r0 / v0
@@ -140,7 +157,8 @@ def descend(
 
 
 def pericentre(place: np.ndarray, velocity: np.ndarray, gm: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Distance [m], speed [m/s] and time from ``place`` [s] of the closest approach of particles (n, 3) on two-body orbits."""
+    """Distance [m], speed [m/s] and time from ``place`` [s] of the closest approach of particles (n, 3) on two-body
+    orbits."""
     r0, v0 = np.sqrt(dot(place, place)), np.sqrt(dot(velocity, velocity))
     h = np.cross(place, velocity)
     momentum = np.sqrt(dot(h, h))

@@ -50,7 +50,8 @@ class Request:
 
 @dataclass
 class Tally:
-    """What a census found so far; ``ends`` counts flights by how they ended, the errors are the largest relative ones seen.
+    """What a census found so far; ``ends`` counts flights by how they ended, the errors are the largest relative ones
+    seen.
 
     ``flown`` of the ``particles`` were integrated: ``rkck`` flies only those that come near a moon.
     """
@@ -82,7 +83,9 @@ class Block:
 def _fast(system: System, request: Request, number: int) -> Block:
     lot = conditions.lot(system, request.population, request.seed, number)
     flights = fast.run(system, lot, request.population.duration)
-    table = encounters.join([flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)])
+    table = encounters.join(
+        [flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)]
+    )
     return Block(
         table,
         CHUNK,
@@ -97,7 +100,9 @@ def _fast(system: System, request: Request, number: int) -> Block:
 def _tube(system: System, request: Request, number: int) -> Block:
     lot = conditions.lot(system, request.population, request.seed, number)
     flights = tube.run(system, lot, request.population.duration, request.seed)
-    table = encounters.join([flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)])
+    table = encounters.join(
+        [flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)]
+    )
     return Block(
         table,
         CHUNK,
@@ -127,7 +132,8 @@ def found(request: Request, system: System, table: dict[str, np.ndarray]) -> flo
 
 
 def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
-    """Run a census, with checkpoints in ``out``; continues where an interrupted one stopped. Raises ``Stopped`` on request."""
+    """Run a census, with checkpoints in ``out``; continues where an interrupted one stopped. Raises ``Stopped`` on
+    request."""
     system = jovian(request.target)
     tally = _resumed(request, out)
     progress = Progress(stage, float(request.count), start=found(request, system, tally.table))
@@ -154,7 +160,9 @@ def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
         if enough >= request.count:
             break
         if tally.particles >= MAX_PARTICLES:
-            raise InputError(f"{tally.particles} particles gave only {enough:.0f} of {request.count} entries at {request.target}")
+            raise InputError(
+                f"{tally.particles} particles gave only {enough:.0f} of {request.count} entries at {request.target}"
+            )
     tally.table = encounters.join(tables)
     progress.update(enough, f"{tally.particles} particles", force=True)
     return tally
@@ -179,12 +187,18 @@ def _blocks(system: System, request: Request, first: int) -> Iterator[Block]:
 
 def _identity(request: Request) -> str:
     population = request.population
-    return f"{request.target} {population.name} {population.mean_anomaly} {population.notes} {request.integrator} {request.seed}"
+    return (
+        f"{request.target} {population.name} {population.mean_anomaly} {population.notes} {request.integrator} "
+        f"{request.seed}"
+    )
 
 
 def _save(request: Request, out: Path, tally: Tally) -> None:
     arrays = {f"events/{name}": column for name, column in tally.table.items()} | {"ends": tally.ends}
-    scalars = {name: getattr(tally, name) for name in ("block", "particles", "flown", "steps", "energy_error", "angular_momentum_error", "wall_s")}
+    scalars = {
+        name: getattr(tally, name)
+        for name in ("block", "particles", "flown", "steps", "energy_error", "angular_momentum_error", "wall_s")
+    }
     checkpoint.save(out, tally.block, arrays, {**scalars, "request": _identity(request)})
 
 
@@ -199,7 +213,8 @@ def _resumed(request: Request, out: Path) -> Tally:
 
 
 def run(request: Request, out: Path) -> tuple[dict[str, np.ndarray], dict]:
-    """A census into ``out``: collects, or reads ``encounters.h5`` if the same one already stands there. Returns table and attributes."""
+    """A census into ``out``: collects, or reads ``encounters.h5`` if the same one already stands there. Returns table
+    and attributes."""
     path = out / "encounters.h5"
     if path.is_file():
         table, attributes = encounters.read(path)
@@ -211,7 +226,9 @@ def run(request: Request, out: Path) -> tuple[dict[str, np.ndarray], dict]:
         "moons": ", ".join(moon.name for moon in jovian(request.target).moons),
         "target": request.target,
         "population": request.population.name,
-        "jupiter_mean_anomaly_deg": "random" if request.population.mean_anomaly is None else float(np.degrees(request.population.mean_anomaly)),
+        "jupiter_mean_anomaly_deg": "random"
+        if request.population.mean_anomaly is None
+        else float(np.degrees(request.population.mean_anomaly)),
         "integrator": request.integrator,
         "count": request.count,
         "seed": request.seed,
@@ -244,19 +261,23 @@ def census(
 ) -> int:
     """What the command ``impact_census`` does: impact statistics of one population at one moon as tables and pictures.
 
-    ``target``: io, europa, ganymede or callisto. ``population``: literal, corrected, isotropic, or a CSV file (see ``nbody.conditions``).
-    ``integrator``: rkck, fast or tube. ``count``: entries into the target's Hill sphere (effective ones for tube). ``out``: folder, default
-    ``census-<target>-<population>-<integrator>-<count>-<seed>``; the same command resumes what was interrupted there, or only redraws.
-    ``mean_anomaly``: Jupiter's at the start [rad] or "random" (default: the population's own); ``speed``: at infinity, ``isotropic`` [m/s].
+    ``target``: io, europa, ganymede or callisto. ``population``: literal, corrected, isotropic, or a CSV file (see
+    ``nbody.conditions``). ``integrator``: rkck, fast or tube. ``count``: entries into the target's Hill sphere
+    (effective ones for tube). ``out``: folder, default ``census-<target>-<population>-<integrator>-<count>-<seed>``;
+    the same command resumes what was interrupted there, or only redraws. ``mean_anomaly``: Jupiter's at the start
+    [rad] or "random" (default: the population's own); ``speed``: at infinity, ``isotropic`` [m/s].
 
-    Returns the exit code 0. Raises ``InputError`` (2) for bad input and ``Stopped`` (75) on request. Prints folder first, result last.
+    Returns the exit code 0. Raises ``InputError`` (2) for bad input and ``Stopped`` (75) on request. Prints folder
+    first, result last.
     """
     from nbody import products
 
     request = Request(target, conditions.population(population, mean_anomaly, speed), integrator, count, seed)
     jovian(target)
     name = Path(population).stem
-    folder = archive.check_folder(Path(out) if out is not None else Path(f"census-{target}-{name}-{integrator}-{count}-{seed}"))
+    folder = archive.check_folder(
+        Path(out) if out is not None else Path(f"census-{target}-{name}-{integrator}-{count}-{seed}")
+    )
     folder.mkdir(parents=True, exist_ok=True)
     print(folder)
     table, attributes = run(request, folder)

@@ -1,4 +1,5 @@
-"""Several censuses in one table: what the choice of the population changes for a basin's projectile, against the statistical error.
+"""Several censuses in one table: what the choice of the population changes for a basin's projectile, against the
+statistical error.
 
     python -m nbody.compare CENSUS [CENSUS ...] [--target callisto] [--out FILE.md]
 
@@ -43,23 +44,31 @@ def title(summary: dict) -> str:
     """What distinguishes a census."""
     census = summary["census"]
     phase = census["jupiter_mean_anomaly_deg"]
-    return f"{census['population']}, phase {phase if isinstance(phase, str) else f'{phase:.0f} deg'}, {census['integrator']}"
+    return (
+        f"{census['population']}, phase {phase if isinstance(phase, str) else f'{phase:.0f} deg'}, "
+        f"{census['integrator']}"
+    )
 
 
 def table(summaries: list[dict], target: str, command: str) -> str:
-    """Markdown table: value +- standard error of each, and in brackets the difference from the first in standard errors of both."""
+    """Markdown table: value +- standard error of each, and in brackets the difference from the first in standard
+    errors of both."""
     for summary in summaries:
         if target not in summary["moons"]:
             raise InputError(f"a census holds no impacts on {target} (it has {', '.join(summary['moons'])})")
     lines = [
         f"# Impacts on {target.title()} by population",
         "",
-        f"Made by `{command}`. Value +- standard error; in brackets the difference from the first column in standard errors of both.",
-        "Phase: Jupiter's mean anomaly at the start. Impacts of `literal` weigh one per entry (as published), those of the others by their chance to hit.",
+        f"Made by `{command}`. Value +- standard error; in brackets the difference from the first column in standard "
+        f"errors of both.",
+        "Phase: Jupiter's mean anomaly at the start. Impacts of `literal` weigh one per entry (as published), those "
+        "of the others by their chance to hit.",
         "",
         "| quantity | " + " | ".join(title(summary) for summary in summaries) + " |",
         "|---" * (len(summaries) + 1) + "|",
-        "| particles; impacts | " + " | ".join(f"{s['census']['particles']:,}; {s['moons'][target]['mean']['impacts']:,}" for s in summaries) + " |",
+        "| particles; impacts | "
+        + " | ".join(f"{s['census']['particles']:,}; {s['moons'][target]['mean']['impacts']:,}" for s in summaries)
+        + " |",
     ]
     for key, (label, factor, digits) in ROWS.items():
         numbers = [summary["moons"][target][key] for summary in summaries]

@@ -1,17 +1,20 @@
 """Populations of test particles at the edge of Jupiter's Hill sphere.
 
-Every population gives states relative to Jupiter and a weight per particle; ``phase`` says what Jupiter's start mean anomaly is (a
-number, or
-None for random). A particle depends on the seed and its index alone: particles are drawn in chunks of ``CHUNK`` whose random stream is
-``SeedSequence(seed, spawn_key=(0, chunk))``.
+Every population gives states relative to Jupiter and a weight per particle; ``phase`` says what Jupiter's start mean
+anomaly is (a number, or None for random). A particle depends on the seed and its index alone: particles are drawn in
+chunks of ``CHUNK`` whose random stream is ``SeedSequence(seed, spawn_key=(0, chunk))``.
 
-``literal``    Winter 2017, section 2.2.2, read as its tables demand: shell 0.95-1 Hill radii, position fixed, velocity (eq. 12: 65 m/s
+``literal``    Winter 2017, section 2.2.2, read as its tables demand: shell 0.95-1 Hill radii, position fixed, velocity
+               (eq. 12: 65 m/s
 radial,
-               670 m/s orbital, 4534 m/s vertical, relative to Jupiter) redrawn until it points within 15 deg of Jupiter.
+               670 m/s orbital, 4534 m/s vertical, relative to Jupiter) redrawn until it points within 15 deg of
+               Jupiter.
 ``printed``    the same with eq. 6 as printed (cube corners): nothing reaches the moons in 1.4 years.
-``corrected``  flux of heliocentric orbits, uniform in a, e < 0.1 and i < 10 deg with random angles, through Jupiter's Hill sphere.
+``corrected``  flux of heliocentric orbits, uniform in a, e < 0.1 and i < 10 deg with random angles, through Jupiter's
+               Hill sphere.
 ``isotropic``  isotropic directions, one speed at infinity.
-a file         CSV with ``speed_at_infinity_km_s``, ``inclination_deg``, ``weight``: rows of a distribution of incoming asymptotes.
+a file         CSV with ``speed_at_infinity_km_s``, ``inclination_deg``, ``weight``: rows of a distribution of incoming
+               asymptotes.
 """
 
 from __future__ import annotations
@@ -47,8 +50,8 @@ COLUMNS = ("speed_at_infinity_km_s", "inclination_deg", "weight")
 class Population:
     """How particles start: ``draw(system, start, count, rng) -> (position, velocity, weight)`` relative to Jupiter.
 
-    ``mean_anomaly`` of Jupiter at the start [rad] (None: random in every chunk), ``duration`` of a flight [s], ``focused``: constructed
-    collisions weigh by their chance to hit (not so in the thesis).
+    ``mean_anomaly`` of Jupiter at the start [rad] (None: random in every chunk), ``duration`` of a flight [s],
+    ``focused``: constructed collisions weigh by their chance to hit (not so in the thesis).
     """
 
     name: str
@@ -77,7 +80,8 @@ class Lot:
 
 
 def lot(system: System, population: Population, seed: int, chunk: int) -> Lot:
-    """Chunk number ``chunk`` of a population: the moons' longitudes (and Jupiter's anomaly, where random) are drawn once per chunk.
+    """Chunk number ``chunk`` of a population: the moons' longitudes (and Jupiter's anomaly, where random) are drawn
+    once per chunk.
 
     Neither is given in the thesis; a chunk hosts about ten encounters, so that a census averages over them.
     """
@@ -108,12 +112,12 @@ def directions(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def velocities_in_cone(aim: np.ndarray, box: np.ndarray, half_angle: float, rng: np.random.Generator) -> np.ndarray:
-    """Velocities uniform in the box |v_k| < ``box[k]``, given that they lie within ``half_angle`` of the unit vectors ``aim`` (n, 3).
+    """Velocities uniform in the box |v_k| < ``box[k]``, given that they lie within ``half_angle`` of the unit vectors
+    ``aim`` (n, 3).
 
-    The same distribution as drawing from the whole box until the cone is met, but drawn from the axis-parallel bounding box of cone and
-    box:
-    a direction in the cone has components between cos(alpha_k + half_angle) and cos(alpha_k - half_angle), which bounds the speed and so
-    all components.
+    The same distribution as drawing from the whole box until the cone is met, but drawn from the axis-parallel
+    bounding box of cone and box: a direction in the cone has components between cos(alpha_k + half_angle) and
+    cos(alpha_k - half_angle), which bounds the speed and so all components.
     """
     alpha = np.arccos(np.clip(aim, -1.0, 1.0))
     least = np.cos(np.minimum(alpha + half_angle, math.pi))
@@ -121,7 +125,10 @@ def velocities_in_cone(aim: np.ndarray, box: np.ndarray, half_angle: float, rng:
     smallest = np.where(least * most <= 0.0, 0.0, np.minimum(abs(least), abs(most)))
     with np.errstate(divide="ignore"):
         fastest = (box / smallest).min(axis=1, keepdims=True)
-    low, high = np.clip(np.minimum(least * fastest, 0.0), -box, box), np.clip(np.maximum(most * fastest, 0.0), -box, box)
+    low, high = (
+        np.clip(np.minimum(least * fastest, 0.0), -box, box),
+        np.clip(np.maximum(most * fastest, 0.0), -box, box),
+    )
     velocity = np.empty_like(aim)
     waiting = np.arange(len(aim))
     while len(waiting):
@@ -141,7 +148,8 @@ def _literal(system: System, start: Start, count: int, rng: np.random.Generator)
 
 
 def _printed(system: System, start: Start, count: int, rng: np.random.Generator):
-    """Eq. 6 as printed: every coordinate is +-(0.95 ... 1) Hill radii, which puts particles at the corners of a cube, 1.65-1.73 Hill radii away."""
+    """Eq. 6 as printed: every coordinate is +-(0.95 ... 1) Hill radii, which puts particles at the corners of a cube,
+    1.65-1.73 Hill radii away."""
     signs = rng.choice([-1.0, 1.0], (count, 3))
     axes = triad(start)
     place = signs * rng.uniform(*SHELL, (count, 3)) * system.start_radius
@@ -150,11 +158,13 @@ def _printed(system: System, start: Start, count: int, rng: np.random.Generator)
 
 
 def _heliocentric(distance: np.ndarray, latitude: np.ndarray, mu: float, rng: np.random.Generator):
-    """Velocities (radial, orbital, vertical) and density weights of orbits uniform in a, e, i with random angles, at given places.
+    """Velocities (radial, orbital, vertical) and density weights of orbits uniform in a, e, i with random angles, at
+    given places.
 
-    Spatial density of one orbit at distance r and latitude beta (Kessler 1981, Icarus 48, 39):
-    1 / (2 pi^3 r a sqrt((sin^2 i - sin^2 beta) (r - q) (Q - r))). For orbits uniform in ``a`` this makes the eccentric anomaly uniform, and
-    sin i = sin(beta) cosh(w) with w uniform up to its limit carries the rest: weight proportional to that limit.
+    Spatial density of one orbit at distance r and latitude beta (Kessler 1981, Icarus 48, 39): 1 / (2 pi^3 r a
+    sqrt((sin^2 i - sin^2 beta) (r - q) (Q - r))). For orbits uniform in ``a`` this makes the eccentric anomaly
+    uniform, and sin i = sin(beta) cosh(w) with w uniform up to its limit carries the rest: weight proportional to that
+    limit.
     """
     count = len(distance)
     e, anomaly = rng.uniform(0.0, ECCENTRICITY, count), rng.uniform(0.0, 2.0 * math.pi, count)
@@ -197,7 +207,8 @@ def _corrected(system: System, start: Start, count: int, rng: np.random.Generato
 
 
 def _beam(system: System, incoming: np.ndarray, speed: np.ndarray, weight: np.ndarray, rng: np.random.Generator):
-    """Start states on hyperbolas with asymptotic velocity ``speed`` x ``incoming``, uniform over the disc that reaches the moons.
+    """Start states on hyperbolas with asymptotic velocity ``speed`` x ``incoming``, uniform over the disc that reaches
+    the moons.
 
     The disc's area goes into the weight, so that ``weight`` is a number flux per area at infinity.
     """
@@ -234,15 +245,21 @@ def _isotropic(speed: float):
 
 
 def read_asymptotes(path: Path) -> np.ndarray:
-    """Rows (speed at infinity [m/s], inclination [rad], weight) of a population file; ``InputError`` says which row is wrong and why."""
+    """Rows (speed at infinity [m/s], inclination [rad], weight) of a population file; ``InputError`` says which row is
+    wrong and why."""
     path = Path(path)
     if not path.is_file():
-        raise InputError(f"unknown population {str(path)!r}: take one of {', '.join(POPULATIONS)} or a CSV file with columns {', '.join(COLUMNS)}")
+        raise InputError(
+            f"unknown population {str(path)!r}: take one of {', '.join(POPULATIONS)} or a CSV file with columns "
+            f"{', '.join(COLUMNS)}"
+        )
     with path.open(newline="") as file:
         rows = csv.DictReader(line for line in file if not line.lstrip().startswith("#"))
         missing = [name for name in COLUMNS if name not in (rows.fieldnames or [])]
         if missing:
-            raise InputError(f"{path}: the population file lacks the column {', '.join(missing)} (needed: {', '.join(COLUMNS)})")
+            raise InputError(
+                f"{path}: the population file lacks the column {', '.join(missing)} (needed: {', '.join(COLUMNS)})"
+            )
         table = []
         for number, row in enumerate(rows, start=1):
             try:
@@ -270,10 +287,14 @@ def _from_file(path: Path):
     def draw(system: System, start: Start, count: int, rng: np.random.Generator):
         widest = max(m.semi_major_axis + 3.0 * hill_radius(m) for m in system.moons) * 1.1
         rate = table[:, 2] * (widest**2 + 2.0 * system.planet.gm * widest / table[:, 0] ** 2)
-        row = rng.choice(len(table), count, p=rate / rate.sum())  # by number of arrivals, so that every particle weighs the same
+        row = rng.choice(
+            len(table), count, p=rate / rate.sum()
+        )  # by number of arrivals, so that every particle weighs the same
         elevation = table[row, 1] * rng.choice([-1.0, 1.0], count)
         longitude = rng.uniform(0.0, 2.0 * math.pi, count)
-        incoming = np.stack([np.cos(elevation) * np.cos(longitude), np.cos(elevation) * np.sin(longitude), np.sin(elevation)], axis=1)
+        incoming = np.stack(
+            [np.cos(elevation) * np.cos(longitude), np.cos(elevation) * np.sin(longitude), np.sin(elevation)], axis=1
+        )
         position, velocity, _ = _beam(system, incoming, table[row, 0], np.ones(count), rng)
         return position, velocity, np.ones(count)
 
@@ -283,17 +304,24 @@ def _from_file(path: Path):
 def population(name: str, mean_anomaly: float | str | None = None, speed: float = ISOTROPIC_SPEED) -> Population:
     """The population ``name`` (``literal``, ``corrected``, ``isotropic`` or the path of a CSV file).
 
-    ``mean_anomaly``: Jupiter's at the start [rad], ``"random"``, or None for the population's own (literal 60 deg, others random);
-    ``speed``: at infinity, for ``isotropic`` [m/s]. Raises ``InputError`` for an unknown name or an unreadable file.
+    ``mean_anomaly``: Jupiter's at the start [rad], ``"random"``, or None for the population's own (literal 60 deg,
+    others random); ``speed``: at infinity, for ``isotropic`` [m/s]. Raises ``InputError`` for an unknown name or an
+    unreadable file.
     """
     own = LITERAL_MEAN_ANOMALY if name == "literal" else None
     phase = own if mean_anomaly is None else None if mean_anomaly == "random" else float(mean_anomaly)
     if name == "literal":
-        return Population(name, _literal, phase, 1.4 * YEAR, False, {"cone_deg": 15, "speeds_m_s": LITERAL_SPEEDS.tolist()})
+        return Population(
+            name, _literal, phase, 1.4 * YEAR, False, {"cone_deg": 15, "speeds_m_s": LITERAL_SPEEDS.tolist()}
+        )
     if name == "printed":
-        return Population(name, _printed, LITERAL_MEAN_ANOMALY if phase is None else phase, 1.4 * YEAR, False, {"cone_deg": 15})
+        return Population(
+            name, _printed, LITERAL_MEAN_ANOMALY if phase is None else phase, 1.4 * YEAR, False, {"cone_deg": 15}
+        )
     if name == "corrected":
-        return Population(name, _corrected, phase, 3.0 * YEAR, notes={"eccentricity_max": ECCENTRICITY, "inclination_max_deg": 10})
+        return Population(
+            name, _corrected, phase, 3.0 * YEAR, notes={"eccentricity_max": ECCENTRICITY, "inclination_max_deg": 10}
+        )
     if name == "isotropic":
         return Population(name, _isotropic(speed), phase, 1.0 * YEAR, notes={"speed_at_infinity_m_s": speed})
     return Population(str(name), _from_file(Path(name)), phase, 1.0 * YEAR, notes={"file": str(name)})

@@ -1,7 +1,7 @@
 """The table of encounters: what is recorded at each event (Winter 2017, section 2.3.1), and how it is stored.
 
-Four kinds of events: 1 entry into a moon's Hill sphere, 2 collision, 3 closest approach, 4 exit. Collisions are of two kinds: ``direct``
-ones happened on the way (normal mode); the others are constructed from an entry (moon mode).
+Four kinds of events: 1 entry into a moon's Hill sphere, 2 collision, 3 closest approach, 4 exit. Collisions are of two
+kinds: ``direct`` ones happened on the way (normal mode); the others are constructed from an entry (moon mode).
 """
 
 from __future__ import annotations
@@ -31,28 +31,47 @@ TABLE: dict[str, Column] = {
     # the ten quantities of the thesis
     "moon": Column((), "int16", "1", "index into the file's attribute 'moons'"),
     "event": Column((), "int16", "1", "1 entry into the Hill sphere, 2 collision, 3 closest approach, 4 exit"),
-    "retrograde": Column((), "int8", "1", "1 if the particle moves about Jupiter against the moons (sign of its angular momentum)"),
+    "retrograde": Column(
+        (), "int8", "1", "1 if the particle moves about Jupiter against the moons (sign of its angular momentum)"
+    ),
     "periapsis": Column((), "int8", "1", "1 if the particle has passed its smallest distance from Jupiter (r.v >= 0)"),
     "time": Column((), "float64", "s", "time since the start"),
     "speed": Column((), "float64", "m/s", "relative speed of particle and moon"),
-    "angle": Column((), "float64", "rad", "angle between -velocity and the position from the moon's centre; from the vertical for collisions"),
+    "angle": Column(
+        (),
+        "float64",
+        "rad",
+        "angle between -velocity and the position from the moon's centre; from the vertical for collisions",
+    ),
     "distance": Column((), "float64", "m", "distance from the moon's centre"),
     "z": Column((), "float64", "m", "height of the particle above the orbital plane, which is the moon's equator"),
     "step": Column((), "float64", "s", "step size of the integration at the event"),
     # further ones
     "particle": Column((), "int64", "1", "index of the particle, from which with the seed it can be drawn again"),
     "weight": Column((), "float64", "1", "statistical weight of the event"),
-    "direct": Column((), "int8", "1", "1 for a collision that happened on the way, 0 for one constructed from an entry"),
+    "direct": Column(
+        (), "int8", "1", "1 for a collision that happened on the way, 0 for one constructed from an entry"
+    ),
     "draws": Column((), "int64", "1", "draws that a constructed collision took (moon mode), else 0"),
-    "hit_probability": Column((), "float64", "1", "chance that an entry on this velocity hits the surface (gravitational focusing)"),
+    "hit_probability": Column(
+        (), "float64", "1", "chance that an entry on this velocity hits the surface (gravitational focusing)"
+    ),
     "position": Column((3,), "float64", "m", "particle minus moon"),
     "velocity": Column((3,), "float64", "m/s", "particle minus moon"),
     "jovicentric_position": Column((3,), "float64", "m", "particle minus Jupiter"),
     "jovicentric_velocity": Column((3,), "float64", "m/s", "particle minus Jupiter"),
-    "leading": Column((), "float64", "1", "cosine of the angle between the place on the moon and its direction of motion (+1 apex)"),
-    "longitude": Column((), "float64", "rad", "east longitude from the meridian that faces Jupiter, synchronous rotation; the apex is at -pi/2"),
+    "leading": Column(
+        (), "float64", "1", "cosine of the angle between the place on the moon and its direction of motion (+1 apex)"
+    ),
+    "longitude": Column(
+        (),
+        "float64",
+        "rad",
+        "east longitude from the meridian that faces Jupiter, synchronous rotation; the apex is at -pi/2",
+    ),
 }
-# columns of the kernels' rows: states relative to moon and planet (x, v) from TO_MOON and TO_PLANET on, then the length of the step
+# columns of the kernels' rows: states relative to moon and planet (x, v) from TO_MOON and TO_PLANET on, then the
+# length of the step
 PARTICLE, MOON, KIND, TIME, TO_MOON, TO_PLANET, STEP, RAW = 0, 1, 2, 3, 4, 10, 16, 17
 
 
@@ -62,12 +81,16 @@ def empty(count: int = 0) -> dict[str, np.ndarray]:
 
 
 def from_rows(rows: np.ndarray, weight: np.ndarray | float = 1.0) -> dict[str, np.ndarray]:
-    """Table of the kernels' rows (n, 17): particle, moon, event, time, particle - moon (x, v), particle - planet (x, v), step."""
+    """Table of the kernels' rows (n, 17): particle, moon, event, time, particle - moon (x, v), particle - planet (x,
+    v), step."""
     table = empty(len(rows))
     table["particle"][:], table["moon"][:], table["event"][:] = rows[:, PARTICLE], rows[:, MOON], rows[:, KIND]
     table["time"][:], table["step"][:], table["weight"][:] = rows[:, TIME], rows[:, STEP], weight
     table["position"][:], table["velocity"][:] = rows[:, TO_MOON : TO_MOON + 3], rows[:, TO_MOON + 3 : TO_PLANET]
-    table["jovicentric_position"][:], table["jovicentric_velocity"][:] = rows[:, TO_PLANET : TO_PLANET + 3], rows[:, TO_PLANET + 3 : STEP]
+    table["jovicentric_position"][:], table["jovicentric_velocity"][:] = (
+        rows[:, TO_PLANET : TO_PLANET + 3],
+        rows[:, TO_PLANET + 3 : STEP],
+    )
     table["direct"][:] = table["event"] == COLLISION
     derive(table)
     return table
@@ -89,7 +112,9 @@ def derive(table: dict[str, np.ndarray]) -> None:
     unit = x / np.maximum(distance, 1e-300)[:, None]
     table["leading"][:] = np.einsum("ij,ij->i", unit, apex)
     # prograde rotation about +z: east of the sub-Jovian meridian is the trailing side
-    table["longitude"][:] = np.arctan2(np.einsum("ij,ij->i", unit, np.cross([0.0, 0.0, 1.0], inner)), np.einsum("ij,ij->i", unit, inner))
+    table["longitude"][:] = np.arctan2(
+        np.einsum("ij,ij->i", unit, np.cross([0.0, 0.0, 1.0], inner)), np.einsum("ij,ij->i", unit, inner)
+    )
 
 
 def join(tables: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
@@ -109,7 +134,9 @@ def latitude(table: dict[str, np.ndarray]) -> np.ndarray:
 
 def write(path: Path, table: dict[str, np.ndarray], attributes: dict) -> None:
     """Write ``encounters.h5``: one dataset per column with unit and meaning, facts on the census as attributes."""
-    archive.write(path, {name: (table[name], column.unit, column.meaning) for name, column in TABLE.items()}, attributes)
+    archive.write(
+        path, {name: (table[name], column.unit, column.meaning) for name, column in TABLE.items()}, attributes
+    )
 
 
 def read(path: Path) -> tuple[dict[str, np.ndarray], dict]:

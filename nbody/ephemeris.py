@@ -1,8 +1,9 @@
 """Orbits of the massive bodies, integrated once and shared by every test particle.
 
-The full mutual gravity of Sun, Jupiter and moons is integrated with DOP853 at fixed steps; positions, velocities and accelerations at
-equally spaced nodes give quintic Hermite polynomials (error of one interval h^6/46080 x^(6): 0.1 m for a moon at 48 nodes per revolution).
-Positions are relative to the barycentre of Jupiter and its moons, so that far from them only a slowly varying field remains.
+The full mutual gravity of Sun, Jupiter and moons is integrated with DOP853 at fixed steps; positions, velocities and
+accelerations at equally spaced nodes give quintic Hermite polynomials (error of one interval h^6/46080 x^(6): 0.1 m
+for a moon at 48 nodes per revolution). Positions are relative to the barycentre of Jupiter and its moons, so that far
+from them only a slowly varying field remains.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ SUBSTEPS = 1  # 0.4 m after 1.4 years against IAS15; two give 0.15 m
 
 
 class Orbits(NamedTuple):
-    """What compiled loops take of an ``Ephemeris``: the paths of the massive bodies, their masses ``gm`` [m^3/s^2] (Sun, planet, moons) and the quadrupole
-    ``ring`` of the moons."""
+    """What compiled loops take of an ``Ephemeris``: the paths of the massive bodies, their masses ``gm`` [m^3/s^2]
+    (Sun, planet, moons) and the quadrupole ``ring`` of the moons."""
 
     polynomial: np.ndarray
     interval: float
@@ -35,8 +36,9 @@ class Orbits(NamedTuple):
 class Ephemeris:
     """Quintic polynomials of the bodies' paths.
 
-    ``polynomial`` has shape (intervals, 1 + moons, 3, 6): body 0 is the Sun, then the moons; coordinate; coefficients of ascending powers
-    of (t - t_i) / ``interval``. ``energy_error`` and ``angular_momentum_error`` are the largest relative changes of the whole system.
+    ``polynomial`` has shape (intervals, 1 + moons, 3, 6): body 0 is the Sun, then the moons; coordinate; coefficients
+    of ascending powers of (t - t_i) / ``interval``. ``energy_error`` and ``angular_momentum_error`` are the largest
+    relative changes of the whole system.
     """
 
     polynomial: np.ndarray
@@ -52,7 +54,8 @@ class Ephemeris:
         return Orbits(self.polynomial, self.interval, self.gm, self.ring)
 
     def state(self, body: int, t: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-        """Position and velocity [m, m/s] of ``body`` (0 Sun, 1 planet, 2 ... moons) at times ``t`` [s], shape (..., 3)."""
+        """Position and velocity [m, m/s] of ``body`` (0 Sun, 1 planet, 2 ... moons) at times ``t`` [s], shape (...,
+        3)."""
         t = np.asarray(t, float)
         place = np.clip((t / self.interval).astype(int), 0, len(self.polynomial) - 1)
         u = (t / self.interval - place)[..., None]
@@ -107,7 +110,11 @@ def _integrate(x, v, gm, nodes, interval, substeps, positions, velocities, accel
         newton(x, gm, acceleration)
         for i in range(n):
             for d in range(3):
-                positions[node, i, d], velocities[node, i, d], accelerations[node, i, d] = x[i, d], v[i, d], acceleration[i, d]
+                positions[node, i, d], velocities[node, i, d], accelerations[node, i, d] = (
+                    x[i, d],
+                    v[i, d],
+                    acceleration[i, d],
+                )
         for _ in range(substeps):
             for s in range(STAGES):
                 for i in range(n):

@@ -64,14 +64,19 @@ def events_over_speed(table: Table, moons: Sequence[Body], out: Path) -> None:
             mask = (table["moon"] == index) & (table["event"] == kind) & (table["direct"] == 0)
             counts, errors = histogram(table["speed"][mask], table["weight"][mask], edges)
             _steps(axes[index, 0], edges / 1e3, counts, errors, label, colours[kind])
-            rows += [[moon.name, label, float(e / 1e3), float(c), float(s)] for e, c, s in zip(edges, counts, errors) if c]
-        axes[index, 0].set(title=moon.title, xlabel="relative speed [km/s]", ylabel=f"weight per {edges[1] / 1e3:.1f} km/s")
+            rows += [
+                [moon.name, label, float(e / 1e3), float(c), float(s)] for e, c, s in zip(edges, counts, errors) if c
+            ]
+        axes[index, 0].set(
+            title=moon.title, xlabel="relative speed [km/s]", ylabel=f"weight per {edges[1] / 1e3:.1f} km/s"
+        )
         axes[index, 0].legend(fontsize=8)
     _save(out, "figure_14_events_over_speed", figure, ["moon", "event", "speed_low_km_s", "weight", "error"], rows)
 
 
 def impacts_over_speed(table: Table, moons: Sequence[Body], out: Path) -> None:
-    """Figure 15: impact speeds, prograde against retrograde (left), before against after the passage of Jupiter (right)."""
+    """Figure 15: impact speeds, prograde against retrograde (left), before against after the passage of Jupiter
+    (right)."""
     edges, rows = speed_edges(table), []
     figure, axes = _axes(len(moons), 2, width=11.0)
     for index, moon in enumerate(moons):
@@ -82,7 +87,9 @@ def impacts_over_speed(table: Table, moons: Sequence[Body], out: Path) -> None:
             _steps(axis, edges / 1e3, counts, errors, name, ("tab:blue", "tab:red")[number % 2])
             axis.set(title=moon.title, xlabel="impact speed [km/s]", ylabel=f"weight per {edges[1] / 1e3:.1f} km/s")
             axis.legend(fontsize=8)
-            rows += [[moon.name, name, float(e / 1e3), float(c), float(s)] for e, c, s in zip(edges, counts, errors) if c]
+            rows += [
+                [moon.name, name, float(e / 1e3), float(c), float(s)] for e, c, s in zip(edges, counts, errors) if c
+            ]
     _save(out, "figure_15_impacts_over_speed", figure, ["moon", "subset", "speed_low_km_s", "weight", "error"], rows)
 
 
@@ -97,8 +104,19 @@ def approach_ratio(table: Table, moons: Sequence[Body], target: int, out: Path) 
         inside = (distance >= low) & (distance < high)
         if inside.sum() > 1:
             mean = tables.weighted_mean(value[inside], weight[inside])
-            rows.append([float(low / 1e6), float(high / 1e6), mean.value, mean.standard_error, float(value[inside].max()), mean.impacts])
-            axes[0, 0].errorbar([(low + high) / 2e6], [mean.value], [mean.standard_error], fmt="o", color="tab:red", markersize=4)
+            rows.append(
+                [
+                    float(low / 1e6),
+                    float(high / 1e6),
+                    mean.value,
+                    mean.standard_error,
+                    float(value[inside].max()),
+                    mean.impacts,
+                ]
+            )
+            axes[0, 0].errorbar(
+                [(low + high) / 2e6], [mean.value], [mean.standard_error], fmt="o", color="tab:red", markersize=4
+            )
     axes[0, 0].set(title=f"{moons[target].title} (red: means)", xlabel="distance of the closest approach [1000 km]")
     axes[0, 0].set_ylabel("v(impact) / v(closest approach)")
     header = ["distance_low_1000_km", "distance_high_1000_km", "mean_ratio", "error", "maximum", "entries"]
@@ -135,7 +153,9 @@ def basin_angles(table: Table, moons: Sequence[Body], target: int, out: Path) ->
     for (name, window), colour in zip(tables.BASINS.items(), ("tab:red", "tab:blue")):
         label = f"{name} ({window[0]}-{window[1]} deg)"
         rows += _angles(axes[0, 0], hit, tables.in_band(hit, *window), label, colour)
-    axes[0, 0].set(title=moons[target].title, xlabel="angle from the vertical [deg]", ylabel=f"weight per {ANGLE_BIN:.0f} deg")
+    axes[0, 0].set(
+        title=moons[target].title, xlabel="angle from the vertical [deg]", ylabel=f"weight per {ANGLE_BIN:.0f} deg"
+    )
     axes[0, 0].legend(fontsize=8)
     _save(out, "figure_18_basin_angles", figure, ["set", "angle_low_deg", "weight", "error"], rows)
 
@@ -155,7 +175,18 @@ def latitude_dependence(table: Table, moons: Sequence[Body], target: int, out: P
         mean, weight = tables.mean_angle(hit, inside), hit["weight"][inside]
         density = weight.sum() / hit["weight"].sum() / area if len(weight) else 0.0
         error = math.sqrt((weight**2).sum()) / hit["weight"].sum() / area if len(weight) else 0.0
-        rows.append([float(low), float(low + width), mean.value, mean.standard_error, float(np.degrees(angle)), density, error, part / area])
+        rows.append(
+            [
+                float(low),
+                float(low + width),
+                mean.value,
+                mean.standard_error,
+                float(np.degrees(angle)),
+                density,
+                error,
+                part / area,
+            ]
+        )
     array = np.array(rows, float)
     middle = 0.5 * (array[:, 0] + array[:, 1])
     axes[0, 0].errorbar(middle, array[:, 2], array[:, 3], fmt="o", markersize=4, label="census")
@@ -167,5 +198,14 @@ def latitude_dependence(table: Table, moons: Sequence[Body], target: int, out: P
     axes[0, 1].set(xlabel="|latitude| [deg]", ylabel="impacts per area over the mean")
     for axis in axes[0]:
         axis.legend(fontsize=8)
-    header = ["latitude_low_deg", "latitude_high_deg", "mean_angle_deg", "error", "beam_model_deg", "per_area", "error", "beam_per_area"]
+    header = [
+        "latitude_low_deg",
+        "latitude_high_deg",
+        "mean_angle_deg",
+        "error",
+        "beam_model_deg",
+        "per_area",
+        "error",
+        "beam_per_area",
+    ]
     _save(out, "latitude_dependence", figure, header, rows)

@@ -2,11 +2,13 @@
 
 Frame: barycentre of Jupiter and its moons. With s the Sun, x_J and x_m Jupiter and moons (from the shared ephemeris),
 
-    a = GM_sun [ (s - x)/|s - x|^3 - (1 + 3/2 q/(GM |s|^2)) s/|s|^3 ] + GM_J (x_J - x)/|x_J - x|^3 + sum_m GM_m (x_m - x)/|x_m - x|^3.
+    a = GM_sun [ (s - x)/|s - x|^3 - (1 + 3/2 q/(GM |s|^2)) s/|s|^3 ] + GM_J (x_J - x)/|x_J - x|^3 + sum_m GM_m (x_m -
+    x)/|x_m - x|^3.
 
 Far from the moons their pull and Jupiter's reflex are replaced by one central mass and the quadrupole of rings,
 
-    J2-like: a = -GM x / r^3 - (3/2) q r^-5 [ x (1 - 5 z^2/r^2), y (1 - 5 z^2/r^2), z (3 - 5 z^2/r^2) ],  q = sum_m GM_m a_m^2 / 2,
+    J2-like: a = -GM x / r^3 - (3/2) q r^-5 [ x (1 - 5 z^2/r^2), y (1 - 5 z^2/r^2), z (3 - 5 z^2/r^2) ],  q = sum_m
+    GM_m a_m^2 / 2,
 
 which leaves a field without the moons' periods, so that steps can be long.
 """
@@ -20,7 +22,8 @@ from nbody.integrators.dop853 import COLUMNS, COUNT, E3, E5, STAGES, A, B, C
 
 @law
 def field(t, x, y, z, near, orbits):
-    """Acceleration (x, y, z) [m/s^2] at time ``t``; ``near``: moons one by one, else rings of quadrupole ``orbits.ring`` = q."""
+    """Acceleration (x, y, z) [m/s^2] at time ``t``; ``near``: moons one by one, else rings of quadrupole
+    ``orbits.ring`` = q."""
     gm, ring = orbits.gm, orbits.ring
     sx, sy, sz = place(orbits.polynomial, orbits.interval, 0, t)
     dx, dy, dz = sx - x, sy - y, sz - z
@@ -30,7 +33,9 @@ def field(t, x, y, z, near, orbits):
     total = gm[1]
     for m in range(2, gm.shape[0]):
         total += gm[m]
-    ws = gm[0] / (s2 * s2**0.5) * (1.0 + 1.5 * ring / (total * s2))  # the Sun pulls the rings of the moons along: 90 m after a year
+    ws = (
+        gm[0] / (s2 * s2**0.5) * (1.0 + 1.5 * ring / (total * s2))
+    )  # the Sun pulls the rings of the moons along: 90 m after a year
     ax, ay, az = wd * dx - ws * sx, wd * dy - ws * sy, wd * dz - ws * sz
     if near:
         jx, jy, jz = 0.0, 0.0, 0.0
@@ -61,7 +66,8 @@ def field(t, x, y, z, near, orbits):
 def swing(t, y, sign, orbits):
     """Add (``sign`` +1) or take off (-1) the moons' short-period part of the velocity in ``y`` (6,), quadrupole order.
 
-    The part of the field that turns with a moon (2 psi = twice its longitude minus the particle's, rate 2n) shakes the particle by
+    The part of the field that turns with a moon (2 psi = twice its longitude minus the particle's, rate 2n) shakes the
+    particle by
 
         dv = 3/4 GM_m a^2 R/(n r^5) (sin 2psi e_R - cos 2psi e_phi) - 15/8 GM_m a^2 R^2/(n r^7) sin 2psi x.
 

@@ -1,7 +1,7 @@
 """A collision for every entry: the particle keeps its velocity and is put elsewhere on the Hill sphere until it hits.
 
-Winter 2017, section 2.1.1 ("moon mode"). The last leg is that of ``nbody.bplane``: against full integration the speed agrees to 1e-3 and
-the angle to a degree.
+Winter 2017, section 2.1.1 ("moon mode"). The last leg is that of ``nbody.bplane``: against full integration the speed
+agrees to 1e-3 and the angle to a degree.
 """
 
 from __future__ import annotations
@@ -19,11 +19,14 @@ MARGIN = 1.15  # of b_max: the tide shifts the disc of hits by a few per cent fo
 STREAM = 1  # spawn key of this module's random numbers
 
 
-def collide(table: dict[str, np.ndarray], system: System, seed: int, chunk: int, focused: bool) -> dict[str, np.ndarray]:
+def collide(
+    table: dict[str, np.ndarray], system: System, seed: int, chunk: int, focused: bool
+) -> dict[str, np.ndarray]:
     """Collisions constructed from the entries of ``table``, one each, unless the particle hit that moon by itself.
 
-    Also fills ``hit_probability`` of the entries. ``focused``: a collision weighs its entry's weight times that chance (gravitational
-    focusing, what a real flux would give); else each weighs as much as its entry (as published). Random numbers depend on seed and chunk.
+    Also fills ``hit_probability`` of the entries. ``focused``: a collision weighs its entry's weight times that chance
+    (gravitational focusing, what a real flux would give); else each weighs as much as its entry (as published). Random
+    numbers depend on seed and chunk.
     """
     entries = np.flatnonzero(table["event"] == ENTRY)
     made = encounters.select(table, entries)
@@ -39,7 +42,9 @@ def collide(table: dict[str, np.ndarray], system: System, seed: int, chunk: int,
         shift = made["jovicentric_position"][of] - made["position"][of]
         motion = made["jovicentric_velocity"][of] - made["velocity"][of]
         rate = np.linalg.norm(motion, axis=1) / np.linalg.norm(shift, axis=1)
-        x, v, later, made["draws"][of] = last_leg(system, body, made["position"][of], made["velocity"][of], -shift, rate, rng)
+        x, v, later, made["draws"][of] = last_leg(
+            system, body, made["position"][of], made["velocity"][of], -shift, rate, rng
+        )
         hit = bplane.fall(x, v, body.radius, body.gm)
         later += hit.flight_time
         turn = rate * later  # the moon goes on along its orbit meanwhile
@@ -52,32 +57,54 @@ def collide(table: dict[str, np.ndarray], system: System, seed: int, chunk: int,
     flags = made["retrograde"].copy(), made["periapsis"].copy()
     made["event"][:], made["direct"][:] = COLLISION, 0
     encounters.derive(made)
-    made["retrograde"][:], made["periapsis"][:] = flags  # those of the entry: what decides which side of the moon is hit
+    made["retrograde"][:], made["periapsis"][:] = (
+        flags  # those of the entry: what decides which side of the moon is hit
+    )
     by_itself = set(zip(table["particle"][direct].tolist(), table["moon"][direct].tolist()))
     keep = [pair not in by_itself for pair in zip(made["particle"].tolist(), made["moon"].tolist())]
     return encounters.select(made, np.array(keep, bool))
 
 
-def last_leg(system: System, body: Body, entry: np.ndarray, velocity: np.ndarray, planet: np.ndarray, rate: np.ndarray, rng: np.random.Generator):
+def last_leg(
+    system: System,
+    body: Body,
+    entry: np.ndarray,
+    velocity: np.ndarray,
+    planet: np.ndarray,
+    rate: np.ndarray,
+    rng: np.random.Generator,
+):
     """Redraw places on the Hill sphere until the flight under moon and planet hits the body.
 
-    Returns states above the surface (n, 3) from which the hyperbola hits, the time to there [s] and how many draws over the facing
-    hemisphere it took.
+    Returns states above the surface (n, 3) from which the hyperbola hits, the time to there [s] and how many draws
+    over the facing hemisphere it took.
     """
-    x, v, later, draws = np.empty_like(entry), np.empty_like(entry), np.zeros(len(entry)), np.zeros(len(entry), np.int64)
+    x, v, later, draws = (
+        np.empty_like(entry),
+        np.empty_like(entry),
+        np.zeros(len(entry)),
+        np.zeros(len(entry), np.int64),
+    )
     waiting = np.arange(len(entry))
     for _ in range(1000):
         places, tried = bplane.resample(entry[waiting], velocity[waiting], body.radius, body.gm, rng, MARGIN)
         draws[waiting] += tried
-        x[waiting], v[waiting], later[waiting] = bplane.descend(places, velocity[waiting], planet[waiting], rate[waiting], body.gm, system.planet.gm)
+        x[waiting], v[waiting], later[waiting] = bplane.descend(
+            places, velocity[waiting], planet[waiting], rate[waiting], body.gm, system.planet.gm
+        )
         nearest, _, _ = bplane.pericentre(x[waiting], v[waiting], body.gm)
         inwards = bplane.dot(x[waiting], v[waiting]) < 0.0
         waiting = waiting[(nearest > body.radius) | ~inwards]
         if not len(waiting):
             return x, v, later, draws
-    raise UnphysicalState(f"n-body: no place on the Hill sphere of {body.title} leads to a hit at {np.linalg.norm(velocity[waiting[0]]):.4g} m/s")
+    raise UnphysicalState(
+        f"n-body: no place on the Hill sphere of {body.title} leads to a hit at "
+        f"{np.linalg.norm(velocity[waiting[0]]):.4g} m/s"
+    )
 
 
 def _turned(vectors: np.ndarray, angle: np.ndarray) -> np.ndarray:
     c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1], vectors[:, 2]], axis=1)
+    return np.stack(
+        [c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1], vectors[:, 2]], axis=1
+    )

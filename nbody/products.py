@@ -44,7 +44,8 @@ def write(table: dict[str, np.ndarray], attributes: dict, out: Path) -> str:
 
 
 def summarise(table: dict[str, np.ndarray], attributes: dict) -> dict:
-    """The main numbers of a census: ``{"census": attributes, "moons": {name: {quantity: {value, standard_error, count}}}}``."""
+    """The main numbers of a census: ``{"census": attributes, "moons": {name: {quantity: {value, standard_error,
+    count}}}}``."""
     system = jovian(str(attributes["target"]))
     result: dict = {"census": attributes, "moons": {}}
     for index, moon in enumerate(system.moons):
@@ -63,7 +64,9 @@ def summarise(table: dict[str, np.ndarray], attributes: dict) -> dict:
         numbers["leading_over_trailing"] = tables.asymmetry(table, index)["all"]
         entries = table["weight"][(table["event"] == ENTRY) & (table["moon"] == index)]
         rate, particles = float(entries.sum()), int(attributes["particles"])
-        numbers["entries_per_particle"] = Statistic(rate / particles, float(np.sqrt((entries**2).sum())) / particles, len(entries))
+        numbers["entries_per_particle"] = Statistic(
+            rate / particles, float(np.sqrt((entries**2).sum())) / particles, len(entries)
+        )
         result["moons"][moon.name] = {name: value._asdict() for name, value in numbers.items()}
     return result
 
@@ -71,7 +74,10 @@ def summarise(table: dict[str, np.ndarray], attributes: dict) -> dict:
 def as_text(summary: dict) -> str:
     """The summary as a few lines."""
     census = summary["census"]
-    lines = [f"{census['population']} population, {census['integrator']}: {census['particles']} particles in {census['wall_s']:.1f} s"]
+    lines = [
+        f"{census['population']} population, {census['integrator']}: {census['particles']} particles in "
+        f"{census['wall_s']:.1f} s"
+    ]
     for moon, numbers in summary["moons"].items():
         back, front = numbers["v2_retrograde_mean"], numbers["v4_prograde_mean"]
         side = numbers["retrograde_over_prograde"]

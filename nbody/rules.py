@@ -17,7 +17,9 @@ from matter.errors import InputError
 from nbody import encounters
 from nbody.encounters import COLLISION
 
-_RULE = re.compile(r"(mean|maximum|minimum|quantile (?P<q>0?\.\d+|[01])) of (?P<subset>retrograde|prograde|all) impacts")
+_RULE = re.compile(
+    r"(mean|maximum|minimum|quantile (?P<q>0?\.\d+|[01])) of (?P<subset>retrograde|prograde|all) impacts"
+)
 
 
 class Statistic(NamedTuple):
@@ -38,12 +40,16 @@ class Choice(NamedTuple):
 def check(rule: str) -> str:
     """The rule itself if it can be read; raises ``ValueError`` saying what is known."""
     if rule != "draw one" and not _RULE.fullmatch(rule):
-        raise ValueError(f"unknown rule {rule!r}: write '<mean|maximum|minimum|quantile 0.9> of <retrograde|prograde|all> impacts' or 'draw one'")
+        raise ValueError(
+            f"unknown rule {rule!r}: write '<mean|maximum|minimum|quantile 0.9> of <retrograde|prograde|all> impacts' "
+            f"or 'draw one'"
+        )
     return rule
 
 
 def weighted_mean(values: np.ndarray, weights: np.ndarray) -> Statistic:
-    """Mean with weights; standard error sqrt(sum w^2 (x - mean)^2) / sum w (ordinary one, n/(n-1) included, for equal weights)."""
+    """Mean with weights; standard error sqrt(sum w^2 (x - mean)^2) / sum w (ordinary one, n/(n-1) included, for equal
+    weights)."""
     n = len(values)
     if n == 0:
         return Statistic(float("nan"), float("nan"), 0)
@@ -56,7 +62,8 @@ def weighted_mean(values: np.ndarray, weights: np.ndarray) -> Statistic:
 
 
 def weighted_quantile(values: np.ndarray, weights: np.ndarray, q: float) -> Statistic:
-    """Quantile of a weighted sample; the standard error is half the spread of the quantiles q +- sqrt(q (1 - q) / n_effective)."""
+    """Quantile of a weighted sample; the standard error is half the spread of the quantiles q +- sqrt(q (1 - q) /
+    n_effective)."""
     order = np.argsort(values, kind="stable")
     x, w = values[order], weights[order]
     cumulated = (np.cumsum(w) - 0.5 * w) / w.sum()
@@ -69,8 +76,8 @@ def weighted_quantile(values: np.ndarray, weights: np.ndarray, q: float) -> Stat
 def apply(rule: str, table: dict[str, np.ndarray], moon: int, window: tuple[float, float] | None, seed: int) -> Choice:
     """Speed and angle by ``rule`` from the constructed collisions with ``moon``.
 
-    ``window``: only impacts at |latitude| within it [rad] give the angle (the mean angle depends on the latitude, Winter 2017, table 7).
-    Raises ``InputError`` when no impact is left.
+    ``window``: only impacts at |latitude| within it [rad] give the angle (the mean angle depends on the latitude,
+    Winter 2017, table 7). Raises ``InputError`` when no impact is left.
     """
     check(rule)
     hits = encounters.select(table, (table["event"] == COLLISION) & (table["moon"] == moon) & (table["direct"] == 0))
@@ -87,8 +94,12 @@ def apply(rule: str, table: dict[str, np.ndarray], moon: int, window: tuple[floa
     speed, weight = hits["speed"], hits["weight"]
     if match is None:  # draw one
         share = weight[inside] / weight[inside].sum()
-        row = np.flatnonzero(inside)[np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,))).choice(inside.sum(), p=share)]
-        return Choice(Statistic(float(speed[row]), float("nan"), 1), Statistic(float(hits["angle"][row]), float("nan"), 1))
+        row = np.flatnonzero(inside)[
+            np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,))).choice(inside.sum(), p=share)
+        ]
+        return Choice(
+            Statistic(float(speed[row]), float("nan"), 1), Statistic(float(hits["angle"][row]), float("nan"), 1)
+        )
     angle = weighted_mean(hits["angle"][inside], weight[inside])
     if match[1] == "mean":
         return Choice(weighted_mean(speed, weight), angle)

@@ -24,7 +24,8 @@ class Settings(Model):
     population: str = "literal"
     """``literal`` (Winter 2017 as its tables demand), ``corrected``, ``isotropic``, or a CSV file of asymptotes."""
     integrator: Literal["fast", "tube", "rkck"] = "fast"
-    """``fast`` (every particle, shared ephemeris), ``tube`` (weighted estimator), ``rkck`` (as published, 100 times slower)."""
+    """``fast`` (every particle, shared ephemeris), ``tube`` (weighted estimator), ``rkck`` (as published, 100 times
+    slower)."""
     encounters: int = Field(default=300, ge=1, le=10_000_000)
     """How many entries into the moon's Hill sphere."""
     rule: str = "mean of retrograde impacts"

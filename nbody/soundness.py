@@ -4,7 +4,8 @@ Circular restricted problem: with a circular planet and massless moons the Jacob
 
     C = v^2/2 - GM_p/r - GM_s (1/|s - x| - 1/|s| - s.x/|s|^3) - n (x cross v)_z,   n^2 = G (M_s + M_p) / a^3,
 
-in the frame of the planet (the Sun's pull on the frame included). Its change, over GM_p / a_moon, is the error reported here.
+in the frame of the planet (the Sun's pull on the frame included). Its change, over GM_p / a_moon, is the error
+reported here.
 """
 
 from __future__ import annotations
@@ -35,8 +36,11 @@ def jacobi(system: System, x: np.ndarray, v: np.ndarray, sun: np.ndarray) -> np.
     return kinetic - system.planet.gm / np.linalg.norm(x, axis=1) - system.sun.gm * tide - rate * momentum
 
 
-def jacobi_drift(system: System, population: Population, seed: int, count: int = 128, tolerance: float = fast.TOLERANCE) -> dict[str, float]:
-    """Change of the Jacobi constant of ``count`` particles over their flights: median and maximum, over GM_p / a of the outermost moon."""
+def jacobi_drift(
+    system: System, population: Population, seed: int, count: int = 128, tolerance: float = fast.TOLERANCE
+) -> dict[str, float]:
+    """Change of the Jacobi constant of ``count`` particles over their flights: median and maximum, over GM_p / a of
+    the outermost moon."""
     simple = restricted(system)
     lot = conditions.lot(simple, population, seed, 0).part(0, count)
     # radii are kept, so that particles stop at the planet; the moons' Hill spheres have shrunk to nothing
@@ -46,4 +50,9 @@ def jacobi_drift(system: System, population: Population, seed: int, count: int =
     t = flights.finals[:, 0]
     after = jacobi(simple, flights.finals[:, 1:4], flights.finals[:, 4:7], orbits.state(0, t)[0])
     drift = np.abs(after - before) / (system.planet.gm / max(moon.semi_major_axis for moon in system.moons))
-    return {"median": float(np.median(drift)), "maximum": float(drift.max()), "particles": count, "tolerance": tolerance}
+    return {
+        "median": float(np.median(drift)),
+        "maximum": float(drift.max()),
+        "particles": count,
+        "tolerance": tolerance,
+    }

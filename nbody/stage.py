@@ -1,8 +1,8 @@
 """Stage 1: a census of encounters with the target, and the impact that the case takes from it.
 
-Writes ``encounters.h5`` (every event with its units), ``impact.toml`` (the chosen impact and why), ``nbody_report.json`` (errors of the
-integration). When the case pins speed and angle in ``[impact]``, the pinned values go into ``impact.toml``, and what the census found
-stands beside them under ``[source]``.
+Writes ``encounters.h5`` (every event with its units), ``impact.toml`` (the chosen impact and why),
+``nbody_report.json`` (errors of the integration). When the case pins speed and angle in ``[impact]``, the pinned
+values go into ``impact.toml``, and what the census found stands beside them under ``[source]``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from nbody.system import GALILEAN, jovian
 
 # us of one core per particle: Xeon at 2.x GHz, two cores shared, numba 0.68
 COST_S = {"fast": 75e-6, "tube": 75e-6, "rkck": 9e-3}
-# entries into the Hill sphere per particle (effective ones for tube), population literal; others are within a factor of three
+# entries into the Hill sphere per particle (effective ones for tube), population literal; others are within a factor
+# of three
 YIELD = {"io": 3e-4, "europa": 3e-4, "ganymede": 7e-4, "callisto": 1.5e-3}
 TUBE_YIELD = 0.04
 BYTES_PER_ENTRY = 6.0 * 230.0
@@ -35,10 +36,16 @@ def idle_sources(settings: Settings) -> set[Path]:
 def predict(settings: Settings) -> dict[str, float]:
     """Wall time [s] with warm kernels on 2 cores, memory and disk [bytes]."""
     per_particle = TUBE_YIELD if settings.integrator == "tube" else YIELD[settings.body]
-    lots = math.ceil(settings.encounters / per_particle / conditions.CHUNK) + (2 if settings.integrator != "rkck" else 0)
+    lots = math.ceil(settings.encounters / per_particle / conditions.CHUNK) + (
+        2 if settings.integrator != "rkck" else 0
+    )
     particles = lots * conditions.CHUNK if settings.integrator != "rkck" else settings.encounters / per_particle
     table = settings.encounters * BYTES_PER_ENTRY
-    return {"wall_s": 1.5 + 0.5 * particles * COST_S[settings.integrator], "memory_bytes": 3e8 + 6.0 * table, "disk_bytes": 5e4 + table}
+    return {
+        "wall_s": 1.5 + 0.5 * particles * COST_S[settings.integrator],
+        "memory_bytes": 3e8 + 6.0 * table,
+        "disk_bytes": 5e4 + table,
+    }
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
@@ -50,7 +57,10 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     encounters.write(out / "encounters.h5", tally.table, _attributes(settings, tally))
     window = None
     if settings.latitude is not None:
-        window = (max(0.0, abs(settings.latitude) - settings.latitude_window), abs(settings.latitude) + settings.latitude_window)
+        window = (
+            max(0.0, abs(settings.latitude) - settings.latitude_window),
+            abs(settings.latitude) + settings.latitude_window,
+        )
     choice = rules.apply(settings.rule, tally.table, system.moon(settings.body), window, settings.seed)
     archive.write_text(out / "impact.toml", impact_toml(settings, choice))
     report = _report(settings, tally, drift, choice)
@@ -82,10 +92,16 @@ def _report(settings: Settings, tally: census.Tally, drift: dict, choice: rules.
         "steps_per_particle": tally.steps / max(tally.particles, 1),
         "flights": {name: int(n) for name, n in zip(names, tally.ends) if name},
         "events": {
-            moon.name: {kind: int(((tally.table["moon"] == index) & (tally.table["event"] == number)).sum()) for number, kind in encounters.KINDS.items()}
+            moon.name: {
+                kind: int(((tally.table["moon"] == index) & (tally.table["event"] == number)).sum())
+                for number, kind in encounters.KINDS.items()
+            }
             for index, moon in enumerate(jovian(settings.body).moons)
         },
-        "massive_bodies": {"energy_relative_error": tally.energy_error, "angular_momentum_relative_error": tally.angular_momentum_error},
+        "massive_bodies": {
+            "energy_relative_error": tally.energy_error,
+            "angular_momentum_relative_error": tally.angular_momentum_error,
+        },
         "jacobi_drift_over_gm_over_a": {**drift, "limit": JACOBI_LIMIT},
         "choice": {"rule": settings.rule, "speed_m_s": choice.speed._asdict(), "angle_rad": choice.angle._asdict()},
         "wall_s": tally.wall_s,
@@ -121,7 +137,10 @@ def impact_toml(settings: Settings, choice: rules.Choice) -> str:
     if settings.published_angle is not None:
         lines.append(f"published_angle = {_text(math.degrees(settings.published_angle), 'deg')}")
     if pinned:
-        lines.append('note = "speed and angle are those that the case pins in [impact]; what the census found stands beside them"')
+        lines.append(
+            'note = "speed and angle are those that the case pins in [impact]; what the census found stands beside '
+            'them"'
+        )
     else:
         lines.append('note = "speed and angle are those that the rule finds in encounters.h5"')
     return "\n".join(lines) + "\n"

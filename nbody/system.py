@@ -1,8 +1,8 @@
 """The massive bodies: data files, Hill radii, and where they stand at the start.
 
-A body is one TOML file in ``bodies/`` (values with unit and source). Frame of the whole room: the barycentre of Jupiter and its moons is
-the origin, the axes do not rotate, Jupiter's orbit and those of its moons lie in the plane z = 0 (Winter 2017, section 2.2.1: all
-inclinations neglected), +x is the direction of Jupiter's perihelion.
+A body is one TOML file in ``bodies/`` (values with unit and source). Frame of the whole room: the barycentre of
+Jupiter and its moons is the origin, the axes do not rotate, Jupiter's orbit and those of its moons lie in the plane z
+= 0 (Winter 2017, section 2.2.1: all inclinations neglected), +x is the direction of Jupiter's perihelion.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ GALILEAN = ("io", "europa", "ganymede", "callisto")
 
 @dataclass(frozen=True)
 class Body:
-    """One massive body: ``gm`` [m^3/s^2], ``radius`` [m], orbit about ``around`` with ``semi_major_axis`` [m] and ``eccentricity``."""
+    """One massive body: ``gm`` [m^3/s^2], ``radius`` [m], orbit about ``around`` with ``semi_major_axis`` [m] and
+    ``eccentricity``."""
 
     name: str
     title: str
@@ -64,7 +65,8 @@ def load(name: str) -> Body:
 
 
 def hill_radius(body: Body, eccentric: bool = False) -> float:
-    """Hill radius a (m/3M)^(1/3) [m] about the body's primary; ``eccentric`` multiplies by 1 - e (Winter 2017, eq. 7)."""
+    """Hill radius a (m/3M)^(1/3) [m] about the body's primary; ``eccentric`` multiplies by 1 - e (Winter 2017, eq.
+    7)."""
     primary = load(body.around)
     shrink = 1.0 - body.eccentricity if eccentric else 1.0
     return body.semi_major_axis * shrink * (body.gm / (3.0 * primary.gm)) ** (1.0 / 3.0)
@@ -98,11 +100,14 @@ class System:
         for index, moon in enumerate(self.moons):
             if moon.name == name:
                 return index
-        raise InputError(f"{load(name).title} is not a moon of this system (its moons: {', '.join(m.name for m in self.moons)})")
+        raise InputError(
+            f"{load(name).title} is not a moon of this system (its moons: {', '.join(m.name for m in self.moons)})"
+        )
 
 
 def jovian(target: str, others: tuple[str, ...] = ("ganymede", "callisto")) -> System:
-    """Sun, Jupiter and the moons ``others`` and ``target``; raises ``InputError`` when the target is not a moon of Jupiter."""
+    """Sun, Jupiter and the moons ``others`` and ``target``; raises ``InputError`` when the target is not a moon of
+    Jupiter."""
     if load(target).around != "jupiter":
         raise InputError(f"{target!r} is not a moon of Jupiter: take one of {', '.join(GALILEAN)}")
     moons = sorted({*others, target}, key=lambda name: load(name).semi_major_axis)
@@ -122,7 +127,8 @@ def eccentric_anomaly(mean_anomaly: float, eccentricity: float) -> float:
 
 @dataclass(frozen=True)
 class Start:
-    """Massive bodies at t = 0: ``position`` and ``velocity`` (2 + moons, 3) [m, m/s] of Sun, planet, moons in the frame of the room."""
+    """Massive bodies at t = 0: ``position`` and ``velocity`` (2 + moons, 3) [m, m/s] of Sun, planet, moons in the
+    frame of the room."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -134,10 +140,11 @@ class Start:
 
 
 def start(system: System, mean_anomaly: float, longitudes: np.ndarray) -> Start:
-    """Place the bodies: the planetary system on its ellipse at ``mean_anomaly`` [rad], moons on circles at ``longitudes`` [rad].
+    """Place the bodies: the planetary system on its ellipse at ``mean_anomaly`` [rad], moons on circles at
+    ``longitudes`` [rad].
 
-    The barycentre of planet and moons moves on the two-body ellipse about the Sun; each moon moves on a circle about the planet with
-    v^2 = G (m_planet + m_moon) / a.
+    The barycentre of planet and moons moves on the two-body ellipse about the Sun; each moon moves on a circle about
+    the planet with v^2 = G (m_planet + m_moon) / a.
     """
     gm, planet = system.gm, system.planet
     mu, a, e = gm.sum(), planet.semi_major_axis, planet.eccentricity

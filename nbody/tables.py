@@ -68,7 +68,15 @@ def flags(table: Table, moons: Sequence[Body]) -> str:
         masks, weight = subsets(hit), hit["weight"]
         side = ratio(weight, masks["retrograde"], masks["prograde"])
         passed = ratio(weight, masks["periapsis"], masks["no periapsis"])
-        rows.append([moon.name, *(float(weight[mask].sum()) for mask in masks.values()), *side[:2], *passed[:2], passed.value / side.value])
+        rows.append(
+            [
+                moon.name,
+                *(float(weight[mask].sum()) for mask in masks.values()),
+                *side[:2],
+                *passed[:2],
+                passed.value / side.value,
+            ]
+        )
     names = [name.replace(" ", "_") for name in subsets(hits(table, 0))]
     header = ["moon", *names, "retrograde_over_prograde", "error", "periapsis_over_none", "error", "ratio_of_ratios"]
     return rows_as_csv(header, rows)
@@ -107,7 +115,8 @@ def latitudes(table: Table, moon: int) -> str:
         weight = hit["weight"][inside]
         rows.append([
             low, high, int(inside.sum()), *mean_angle(hit, inside)[:2], float(np.degrees(angle)),
-            float(weight.sum() / total), float(part), float(weight.sum() / total / area), float(math.sqrt((weight**2).sum()) / total /
+            float(weight.sum() / total), float(part), float(weight.sum() / total / area),
+            float(math.sqrt((weight**2).sum()) / total /
             area),
         ])  # fmt: skip
     header = ["latitude_low_deg", "latitude_high_deg", "impacts", "mean_angle_deg", "error", "beam_model_deg"]
@@ -119,21 +128,28 @@ def direct(table: Table, moon: int) -> str:
     hit = encounters.select(table, (table["direct"] == 1) & (table["moon"] == moon))
     rows = [
         [int(a), int(b), float(t / YEAR), float(v / 1e3), float(np.degrees(g)), float(z / 1e3), float(h)]
-        for a, b, t, v, g, z, h in zip(*(hit[n] for n in ("retrograde", "periapsis", "time", "speed", "angle", "z", "step")))
+        for a, b, t, v, g, z, h in zip(
+            *(hit[n] for n in ("retrograde", "periapsis", "time", "speed", "angle", "z", "step"))
+        )
     ]
     return rows_as_csv(["retrograde", "periapsis", "t_yr", "v_imp_km_s", "angle_deg", "z_km", "step_s"], rows)
 
 
 def classes(table: Table, moon: int) -> dict[str, Statistic]:
-    """v_imp,1 ... 4 of section 3.3.1 [m/s]: maximum, mean and minimum of retrograde impacts, mean of prograde ones; and the mean of all."""
+    """v_imp,1 ... 4 of section 3.3.1 [m/s]: maximum, mean and minimum of retrograde impacts, mean of prograde ones;
+    and the mean of all."""
     hit = hits(table, moon)
     masks, speed, weight = subsets(hit), hit["speed"], hit["weight"]
     back, front = masks["retrograde"], masks["prograde"]
     nothing = Statistic(float("nan"), float("nan"), 0)
     return {
-        "v1_retrograde_maximum": Statistic(float(speed[back].max()), float("nan"), int(back.sum())) if back.any() else nothing,
+        "v1_retrograde_maximum": Statistic(float(speed[back].max()), float("nan"), int(back.sum()))
+        if back.any()
+        else nothing,
         "v2_retrograde_mean": weighted_mean(speed[back], weight[back]),
-        "v3_retrograde_minimum": Statistic(float(speed[back].min()), float("nan"), int(back.sum())) if back.any() else nothing,
+        "v3_retrograde_minimum": Statistic(float(speed[back].min()), float("nan"), int(back.sum()))
+        if back.any()
+        else nothing,
         "v4_prograde_mean": weighted_mean(speed[front], weight[front]),
         "mean": weighted_mean(speed, weight),
     }
@@ -159,7 +175,10 @@ def speeds(table: Table, moons: Sequence[Body]) -> str:
             rows += [[moon.name, "maximum", float(hit["speed"].max() / 1e3), "", len(hit["speed"])]]
         for label, quadrature in (("printed", False), ("quadrature", True)):
             low, high = analytic.speed_limits(moon, quadrature)
-            rows += [[moon.name, f"limit_low_{label}", low / 1e3, "", ""], [moon.name, f"limit_high_{label}", high / 1e3, "", ""]]
+            rows += [
+                [moon.name, f"limit_low_{label}", low / 1e3, "", ""],
+                [moon.name, f"limit_high_{label}", high / 1e3, "", ""],
+            ]
     return rows_as_csv(["moon", "quantity", "km_s", "error", "impacts"], rows)
 
 
@@ -174,7 +193,8 @@ def hemispheres(table: Table, moons: Sequence[Body]) -> str:
 
 
 def pairs(table: Table, moon: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Figure 16: of each entry with both, distance [m] of the closest approach, speed at impact over speed there, weight."""
+    """Figure 16: of each entry with both, distance [m] of the closest approach, speed at impact over speed there,
+    weight."""
 
     def keyed(mask: np.ndarray) -> dict[tuple[int, int], int]:
         rows = np.flatnonzero(mask & (table["moon"] == moon))

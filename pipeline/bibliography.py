@@ -1,6 +1,7 @@
 """The bibliography: BibTeX entries by key, and the keys that a source file names.
 
-A law or method that stands on papers names them in its file, ``SOURCES = ("Murnaghan1944",)``; a section of a material and a case by ``sources``.
+A law or method that stands on papers names them in its file, ``SOURCES = ("Murnaghan1944",)``; a section of a material
+and a case by ``sources``.
 """
 
 from __future__ import annotations
@@ -34,7 +35,9 @@ def _key(entry: str) -> str:
 def named_by(source: Path) -> tuple[str, ...]:
     """The ``SOURCES`` of a Python file, read without importing it; empty where it names none."""
     for statement in ast.parse(source.read_text()).body:
-        if isinstance(statement, ast.Assign) and any(isinstance(target, ast.Name) and target.id == "SOURCES" for target in statement.targets):
+        if isinstance(statement, ast.Assign) and any(
+            isinstance(target, ast.Name) and target.id == "SOURCES" for target in statement.targets
+        ):
             return tuple(ast.literal_eval(statement.value))
     return ()
 

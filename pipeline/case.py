@@ -1,9 +1,10 @@
 """Case files: ``case.toml`` read and overlaid (``pipeline.compose`` makes settings of it).
 
-Tables: ``[case]`` (title, source, stages), ``[target]`` with ``[[target.layers]]``, ``[impact]`` with ``[impact.projectile]``, and one table per
-stage (``[nbody] [sph] [bed] [handoff] [dem] [crater]``). ``[preset.<name>.<table>]`` holds values that ``--preset <name>`` lays over them;
-without the option the preset ``thesis`` is taken where the case has one. A stage's settings receive their own table and, where they
-declare a field of that name, the shared ``target``, ``impact`` and ``contact`` (``[dem.contact]``).
+Tables: ``[case]`` (title, source, stages), ``[target]`` with ``[[target.layers]]``, ``[impact]`` with
+``[impact.projectile]``, and one table per stage (``[nbody] [sph] [bed] [handoff] [dem] [crater]``).
+``[preset.<name>.<table>]`` holds values that ``--preset <name>`` lays over them; without the option the preset
+``thesis`` is taken where the case has one. A stage's settings receive their own table and, where they declare a field
+of that name, the shared ``target``, ``impact`` and ``contact`` (``[dem.contact]``).
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ DEFAULT_PRESET = "thesis"
 
 @dataclass(frozen=True)
 class Case:
-    """A case after its overlays; ``document`` is the composed TOML without the presets, with what it leaves open (``pipeline.left_open``), of which ``filled``
-    depends on the impact. ``run``: the run folder that goes on with it, where there is one; ``sweep``: its table ``[sweep]``."""
+    """A case after its overlays; ``document`` is the composed TOML without the presets, with what it leaves open
+    (``pipeline.left_open``), of which ``filled`` depends on the impact. ``run``: the run folder that goes on with it,
+    where there is one; ``sweep``: its table ``[sweep]``."""
 
     file: Path
     name: str
@@ -92,11 +94,11 @@ def _contains(table: Any, path: KeyPath) -> bool:
 
 
 def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), size: str | None = None) -> Case:
-    """Read a case: a folder with ``case.toml``, the file itself, or the name of a shipped case; ``size`` takes the place of its resolution
-    (``pipeline.sizes``).
+    """Read a case: a folder with ``case.toml``, the file itself, or the name of a shipped case; ``size`` takes the
+    place of its resolution (``pipeline.sizes``).
 
-    Complaints about overlays and files from elsewhere are kept in the case, for ``pipeline.compose`` to report with the others. Raises
-    ``InputError`` when there is no such file, it is not TOML, or it has no preset of that name.
+    Complaints about overlays and files from elsewhere are kept in the case, for ``pipeline.compose`` to report with
+    the others. Raises ``InputError`` when there is no such file, it is not TOML, or it has no preset of that name.
     """
     where = shipped.found(where)
     file = where / "case.toml" if where.is_dir() else where
@@ -130,7 +132,19 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
     swept = document.pop("sweep", {})
     if not isinstance(swept, dict):
         raise InputError(f"{file}: sweep is a table: write [sweep]")
-    case = Case(file, name, preset, tuple(overrides), document, {}, toml_lines.key_lines(text), table, tuple(found), size=size, sweep=swept)
+    case = Case(
+        file,
+        name,
+        preset,
+        tuple(overrides),
+        document,
+        {},
+        toml_lines.key_lines(text),
+        table,
+        tuple(found),
+        size=size,
+        sweep=swept,
+    )
     return _completed(_outside_taken(case))
 
 
@@ -154,16 +168,22 @@ def _opened(document: dict[str, Any], paths: Iterable[KeyPath]) -> dict[str, Any
 
 
 def _without_left_out(document: dict[str, Any], preset: dict[str, Any]) -> dict[str, Any]:
-    """The document without the case's own tables of stages that its preset leaves out (``[preset.shock.case] stages = ["sph"]``)."""
+    """The document without the case's own tables of stages that its preset leaves out (``[preset.shock.case] stages =
+    ["sph"]``)."""
     table = preset.get("case", {})
     named = table.get("stages") if isinstance(table, dict) else None
     if not isinstance(named, list):
         return document
-    return {name: content for name, content in document.items() if name not in stages.ORDER or name in named or name in preset}
+    return {
+        name: content
+        for name, content in document.items()
+        if name not in stages.ORDER or name in named or name in preset
+    }
 
 
 def _outside_taken(case: Case) -> Case:
-    """Take the files from elsewhere out of the stages' tables; a relative path starts at the case (``--set``: at the current folder)."""
+    """Take the files from elsewhere out of the stages' tables; a relative path starts at the case (``--set``: at the
+    current folder)."""
     document, outside, found = dict(case.document), {}, list(case.found)
     for stage, key in stages.OUTSIDE.items():
         table = document.get(stage)
@@ -180,7 +200,8 @@ def _outside_taken(case: Case) -> Case:
 
 
 def with_impact(case: Case, file: Path) -> Case:
-    """The case with speed, angle and projectile of an ``impact.toml``: from then on that file is the one truth about the impact.
+    """The case with speed, angle and projectile of an ``impact.toml``: from then on that file is the one truth about
+    the impact.
 
     The encounters' stage has written the values there that ``[impact]`` pins; a file from elsewhere replaces them.
     """
@@ -191,5 +212,7 @@ def with_impact(case: Case, file: Path) -> Case:
     given = {key: content[key] for key in (*FROM_ENCOUNTERS, "projectile") if key in content}
     document = _opened(case.document, case.filled) if case.filled else case.document
     own = document.get("impact", {})
-    changed = replace(case, document={**document, "impact": overlay.merged(own if isinstance(own, dict) else {}, given)}, filled=())
+    changed = replace(
+        case, document={**document, "impact": overlay.merged(own if isinstance(own, dict) else {}, given)}, filled=()
+    )
     return _completed(changed) if case.filled else changed

@@ -18,12 +18,14 @@ class CaseTable(Model):
     source: str = ""
     """The publication whose numbers the case takes, in words."""
     sources: tuple[str, ...] = ()
-    """Keys of the bibliography (``pipeline/references.bib``) that a run of this case cites besides those of its laws and materials."""
+    """Keys of the bibliography (``pipeline/references.bib``) that a run of this case cites besides those of its laws
+    and materials."""
     stages: Annotated[tuple[Literal["nbody", "sph", "bed", "handoff", "dem", "crater"], ...], Field(min_length=1)] = (
         "nbody", "sph", "bed", "handoff", "dem", "crater",
     )  # fmt: skip
-    """The stages that this case has. By default ``nbody`` where the case has its table or leaves speed or angle to it, ``sph``, then ``bed``, ``handoff`` and
-    ``dem`` where there is weight and strength does not hold the crater, ``crater``."""
+    """The stages that this case has. By default ``nbody`` where the case has its table or leaves speed or angle to it,
+    ``sph``, then ``bed``, ``handoff`` and ``dem`` where there is weight and strength does not hold the crater,
+    ``crater``."""
 
     @field_validator("sources")
     @classmethod

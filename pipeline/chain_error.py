@@ -1,4 +1,5 @@
-"""The chain error of a case: the same case with other draws, a coarser size, an earlier and a later handoff, each run and measured; kept in ``expected.toml``.
+"""The chain error of a case: the same case with other draws, a coarser size, an earlier and a later handoff, each run
+and measured; kept in ``expected.toml``.
 
 Members, in the order in which they are made (what is done is not made again, stages that agree are made once):
 
@@ -10,14 +11,17 @@ Members, in the order in which they are made (what is done is not made again, st
 
 Per measure, with y the values of the draws (the reference is the first) in groups of one shock stage each:
 
-    draws^2   = MS_within + max(0, (MS_between - MS_within) / n0)      one-way analysis of variance: the scatter of one run whose particles and grains are
-                                                                      both drawn anew; n0 the mean size of a group, corrected for unequal ones
+    draws^2   = MS_within + max(0, (MS_between - MS_within) / n0)
+        one-way analysis of variance: the scatter of one run whose particles and grains are
+                                                                      both drawn anew; n0 the mean size of a group,
+                                                                      corrected for unequal ones
     handoff^2 = max(0, (half the range over the times x0.5, 1, x2)^2 - 0.913 MS_within)
     size^2    = max(0, (coarser - reference)^2 - 2 draws^2)
     chain^2   = draws^2 + handoff^2 + size^2
 
-What is subtracted is what the scatter of draws alone would show on average (half the range of three normal numbers has a mean square of 0.913 sigma^2), so
-that no error counts twice. ``size`` is the difference to a run of 1.26 times the spacing, not an extrapolation to zero spacing.
+What is subtracted is what the scatter of draws alone would show on average (half the range of three normal numbers has
+a mean square of 0.913 sigma^2), so that no error counts twice. ``size`` is the difference to a run of 1.26 times the
+spacing, not an extrapolation to zero spacing.
 """
 
 from __future__ import annotations
@@ -90,13 +94,18 @@ def others(study: Study) -> list[Member]:
     members = []
     if "handoff" in case.stages:
         record = folder.record(stages.folder(study.run_folder(reference()), "handoff") / "handoff.json")
-        members += [Member(f"handoff_x{factor:g}", (f'handoff.time="{factor * record["time_s"]!r} s"',)) for factor in (0.5, 2.0)]
+        members += [
+            Member(f"handoff_x{factor:g}", (f'handoff.time="{factor * record["time_s"]!r} s"',))
+            for factor in (0.5, 2.0)
+        ]
     members.append(Member("coarser", _coarser(settings)))
     bed = getattr(settings.get("bed"), "seed", None)
     shock = getattr(settings.get("sph"), "seed", None)
     for k in range(2, study.draws + 1):
         group = 1 + (k - 1) // (DRAWS_PER_SHOCK if bed is not None else 1)
-        seeds = (() if bed is None else (f"bed.seed={bed + k - 1}",)) + (() if group == 1 or shock is None else (f"sph.seed={shock + group - 1}",))
+        seeds = (() if bed is None else (f"bed.seed={bed + k - 1}",)) + (
+            () if group == 1 or shock is None else (f"sph.seed={shock + group - 1}",)
+        )
         members.append(Member(f"draw_{k}", seeds, group))
     return members
 
@@ -113,7 +122,8 @@ def _coarser(settings: dict[str, Any]) -> tuple[str, ...]:
 
 
 def make(study: Study, threads: int | None = None, say=print) -> list[str]:
-    """Run every member that is not done; names of those that could not be made. Raises ``InputError``, and ``Stopped`` when stopped on request."""
+    """Run every member that is not done; names of those that could not be made. Raises ``InputError``, and ``Stopped``
+    when stopped on request."""
     first = reference()
     failed: list[str] = []
     _run(study, first, threads, say)
@@ -133,15 +143,17 @@ def _run(study: Study, member: Member, threads: int | None, say) -> None:
         return
     say(f"{member.name}: {', '.join(member.overrides) or 'as shipped'} ({study.run_folder(member).name})")
     arguments = [str(study.case), "--out", str(study.out)] + (["--preset", study.preset] if study.preset else [])
-    arguments += [part for text in member.overrides for part in ("--set", text)] + (["--threads", str(threads)] if threads else [])
+    arguments += [part for text in member.overrides for part in ("--set", text)] + (
+        ["--threads", str(threads)] if threads else []
+    )
     if run_process.as_process(arguments) == run_process.STOPPED:
         raise Stopped(f"stopped in {member.name}; the same command continues")
 
 
 @dataclass(frozen=True)
 class Row:
-    """One measure of one crater: values of the draws with their shock stages, mean and mean measuring error, and the parts of the chain error (None:
-    not measured)."""
+    """One measure of one crater: values of the draws with their shock stages, mean and mean measuring error, and the
+    parts of the chain error (None: not measured)."""
 
     crater: str
     measure: str
@@ -159,9 +171,11 @@ class Row:
 
 
 def variance(values: Sequence[float], groups: Sequence[int]) -> tuple[float, float]:
-    """Mean square within groups, and the variance of one value whose group is drawn too: one-way analysis of variance with random effects.
+    """Mean square within groups, and the variance of one value whose group is drawn too: one-way analysis of variance
+    with random effects.
 
-    One group: both are the plain variance. Groups of one value each: the variance of the values, and nothing is known within (0).
+    One group: both are the plain variance. Groups of one value each: the variance of the values, and nothing is known
+    within (0).
     """
     y, group = np.asarray(values, dtype=float), np.asarray(groups)
     names, size = np.unique(group, return_counts=True)
@@ -177,7 +191,8 @@ def variance(values: Sequence[float], groups: Sequence[int]) -> tuple[float, flo
 
 
 def evaluate(study: Study) -> list[Row]:
-    """The chain error of every measure, from the members that are done. Raises ``InputError`` when the reference is not."""
+    """The chain error of every measure, from the members that are done. Raises ``InputError`` when the reference is
+    not."""
     if not study.done(reference()):
         raise InputError(f"the reference run in {study.run_folder(reference())} is not done")
     members = [reference(), *others(study)]
@@ -188,8 +203,8 @@ def evaluate(study: Study) -> list[Row]:
 
 
 def row(crater: str, name: str, found: dict[str, Any], draws: list[Member]) -> Row | None:
-    """The chain error of one measure of one crater; ``found``: member -> crater -> measure -> entry, ``draws``: the members that are draws, the reference among
-    them. None where the reference has not measured it."""
+    """The chain error of one measure of one crater; ``found``: member -> crater -> measure -> entry, ``draws``: the
+    members that are draws, the reference among them. None where the reference has not measured it."""
 
     def value(member: str) -> float | None:
         return found.get(member, {}).get(crater, {}).get(name, {}).get("value")
@@ -204,7 +219,8 @@ def row(crater: str, name: str, found: dict[str, Any], draws: list[Member]) -> R
     coarser = value("coarser")
     spread = 0.5 * (max(*times, origin) - min(*times, origin)) if times else None
     return Row(
-        crater, name, tuple(values), float(np.mean(values)), _measuring([found[member.name][crater][name] for member in mine]),
+        crater, name, tuple(values), float(np.mean(values)),
+        _measuring([found[member.name][crater][name] for member in mine]),
         draws=math.sqrt(total) if len(mine) > 1 else None,
         handoff=None if spread is None else math.sqrt(max(0.0, spread**2 - HALF_RANGE_OF_THREE * within)),
         size=None if coarser is None else math.sqrt(max(0.0, (coarser - origin) ** 2 - 2.0 * total)),
@@ -213,7 +229,10 @@ def row(crater: str, name: str, found: dict[str, Any], draws: list[Member]) -> R
 
 def _measuring(entries: list[dict[str, Any]]) -> float:
     """Root mean square of the measuring errors of the draws, without a chain error that they may carry."""
-    squares = [(entry.get("sigma") or 0.0) ** 2 - ((entry.get("sigma_parts") or {}).get("chain") or 0.0) ** 2 for entry in entries]
+    squares = [
+        (entry.get("sigma") or 0.0) ** 2 - ((entry.get("sigma_parts") or {}).get("chain") or 0.0) ** 2
+        for entry in entries
+    ]
     return math.sqrt(max(0.0, float(np.mean(squares))))
 
 
@@ -233,15 +252,25 @@ def write(study: Study, rows: list[Row], command: str, file: Path) -> None:
     case = study.read(reference())
     content = tomlkit.parse(file.read_text()) if file.is_file() else tomlkit.document()
     if not file.is_file():
-        content.add(tomlkit.comment(f"What the presets of {case.name} come to, with errors; written by studies/chain_error.py (the formulas stand in"))
         content.add(
-            tomlkit.comment("pipeline/chain_error.py). A run is held against it, and its measures carry the chain error (draws, handoff, size in quadrature).")
+            tomlkit.comment(
+                f"What the presets of {case.name} come to, with errors; written by studies/chain_error.py (the "
+                f"formulas stand in"
+            )
+        )
+        content.add(
+            tomlkit.comment(
+                "pipeline/chain_error.py). A run is held against it, and its measures carry the chain error (draws, "
+                "handoff, size in quadrature)."
+            )
         )
     done = [member for member in [reference(), *others(study)] if member.shock is not None and study.done(member)]
     made_by = provenance.commit()
     table = tomlkit.table()
     table.add("command", command)
-    table.add("commit", made_by.get("commit", "unknown") + (" with changes" if made_by.get("uncommitted_changes") else ""))
+    table.add(
+        "commit", made_by.get("commit", "unknown") + (" with changes" if made_by.get("uncommitted_changes") else "")
+    )
     table.add("measured", time.strftime("%Y-%m-%d"))
     table.add("members", len(done))
     table.add("shocks", len({member.shock for member in done}))
@@ -256,7 +285,13 @@ def write(study: Study, rows: list[Row], command: str, file: Path) -> None:
 
 def _entry(row: Row) -> dict[str, str]:
     factor, unit = (1e-9, "km^3") if UNITS[row.measure] == "m^3" else (1e-3, "km") if row.mean >= 2e3 else (1.0, "m")
-    cells = {"value": row.mean, "measuring": row.measuring, "draws": row.draws, "handoff": row.handoff, "size": row.size}
+    cells = {
+        "value": row.mean,
+        "measuring": row.measuring,
+        "draws": row.draws,
+        "handoff": row.handoff,
+        "size": row.size,
+    }
     return {name: f"{cell * factor:.4g} {unit}" for name, cell in cells.items() if cell is not None}
 
 

@@ -1,4 +1,5 @@
-"""A case's tables checked against the settings of their stages: the settings that are right, and all complaints at once."""
+"""A case's tables checked against the settings of their stages: the settings that are right, and all complaints at
+once."""
 
 from __future__ import annotations
 
@@ -18,13 +19,18 @@ from pipeline.plain import plain
 from pipeline.toml_lines import KeyPath
 
 # filled in where the rest is in order (``pipeline.left_open``)
-FOLLOWS = (("impact", "expected_transient_diameter"), ("target", "layers", 0, "thickness"), ("target", "layers", 0, "name"))
+FOLLOWS = (
+    ("impact", "expected_transient_diameter"),
+    ("target", "layers", 0, "thickness"),
+    ("target", "layers", 0, "name"),
+)
 
 
 def settings_of(case: Case, wanted: tuple[str, ...] = stages.ORDER) -> dict[str, Model]:
     """The settings of every stage whose module exists, by its name, of what the case itself says.
 
-    ``wanted`` are the stages that are to run: a missing module is an error for these only. Raises ``InputError`` with every complaint.
+    ``wanted`` are the stages that are to run: a missing module is an error for these only. Raises ``InputError`` with
+    every complaint.
     """
     settings, found = _composed(case, wanted)
     if found:
@@ -45,7 +51,9 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
     for name, model in (("target", Target), ("impact", Impact)):
         if name in shared:
             found += _checked(model, shared[name], (name,))[1]
-    if not any(complaint.path[:2] == ("case", "stages") for complaint in found):  # a stage's name that is misspelt is one mistake
+    if not any(
+        complaint.path[:2] == ("case", "stages") for complaint in found
+    ):  # a stage's name that is misspelt is one mistake
         idle = [stage for stage in stages.ORDER if stage in document and stage not in case.stages]
         found += [Complaint((stage,), f"[case] stages does not include {stage}") for stage in idle]
     found += outside.faults(case.outside, stages.OUTSIDE)
@@ -88,7 +96,9 @@ def _tables(document: dict[str, Any]) -> list[Complaint]:
     return found
 
 
-def _payload(model: type[BaseModel], table: dict[str, Any], shared: dict[str, Any], document: dict[str, Any]) -> tuple[dict[str, Any], dict[str, KeyPath]]:
+def _payload(
+    model: type[BaseModel], table: dict[str, Any], shared: dict[str, Any], document: dict[str, Any]
+) -> tuple[dict[str, Any], dict[str, KeyPath]]:
     """A stage's own table with the shared tables that its settings declare, and where those stand in the document."""
     payload, moved = dict(table), dict[str, KeyPath]()
     for name in stages.SHARED_TABLES:
@@ -104,7 +114,9 @@ def _payload(model: type[BaseModel], table: dict[str, Any], shared: dict[str, An
     return payload, moved
 
 
-def _checked(model: type[Model], payload: Any, place: KeyPath, moved: dict[str, KeyPath] | None = None) -> tuple[Model | None, list[Complaint]]:
+def _checked(
+    model: type[Model], payload: Any, place: KeyPath, moved: dict[str, KeyPath] | None = None
+) -> tuple[Model | None, list[Complaint]]:
     try:
         return model.model_validate(payload, context=REQUIRED), []
     except ValidationError as error:
@@ -119,7 +131,8 @@ def _checked(model: type[Model], payload: Any, place: KeyPath, moved: dict[str, 
 
 
 def listed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> str:
-    """All complaints in the order of the file, then those about options; those of composing for the ``wanted`` stages blame an option that causes them."""
+    """All complaints in the order of the file, then those about options; those of composing for the ``wanted`` stages
+    blame an option that causes them."""
     rows = []
     found = list(dict.fromkeys(found))
     blamed = _blamed(case, found, wanted) if wanted else {}
@@ -127,9 +140,16 @@ def listed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> str:
         path, message = complaint
         origin = blamed.get(complaint) or (case.origin(path) if path else "")
         line = origin.rpartition(":")[2]
-        rows.append((int(line) if line.isdigit() else 10**9, f"  {origin}  {dotted(path)}: {message}" if path else f"  {message}"))
+        rows.append(
+            (
+                int(line) if line.isdigit() else 10**9,
+                f"  {origin}  {dotted(path)}: {message}" if path else f"  {message}",
+            )
+        )
     rows.sort(key=lambda row: row[0])
-    return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(text for _, text in rows)
+    return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(
+        text for _, text in rows
+    )
 
 
 def _blamed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> dict[Complaint, str]:
@@ -138,10 +158,14 @@ def _blamed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> dict
     for number, assignment in enumerate(case.overrides):
         try:
             key = overlay.parsed(assignment)[0]
-            without = _composed(read(case.file, case.preset, case.overrides[:number] + case.overrides[number + 1 :], case.size), wanted)[1]
+            without = _composed(
+                read(case.file, case.preset, case.overrides[:number] + case.overrides[number + 1 :], case.size), wanted
+            )[1]
         except InputError:
             continue  # that option has a complaint of its own
         for complaint in found:
             if complaint.path and complaint not in without:
-                blamed[complaint] = f"{blamed[complaint]}, --set {dotted(key)}" if complaint in blamed else f"--set {dotted(key)}"
+                blamed[complaint] = (
+                    f"{blamed[complaint]}, --set {dotted(key)}" if complaint in blamed else f"--set {dotted(key)}"
+                )
     return blamed

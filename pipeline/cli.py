@@ -24,50 +24,122 @@ def _run_case(
         str | None,
         typer.Argument(
             metavar="CASE",
-            help="A folder with case.toml, or the file; the name of a shipped case; or the folder of a run, to continue it.",
+            help="A folder with case.toml, or the file; the name of a shipped case; or the folder of a run, to "
+            "continue it.",
             autocompletion=paths,
         ),
     ] = None,
-    preset: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Apply [preset.NAME] of the case.", autocompletion=presets)] = None,
+    preset: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Apply [preset.NAME] of the case.", autocompletion=presets)
+    ] = None,
     size: Annotated[
         str | None,
-        typer.Option(metavar="quick|standard|fine", help="Aim at 20,000, 300,000 or 1,400,000 particles and grains, in place of the case's own resolution."),
+        typer.Option(
+            metavar="quick|standard|fine",
+            help="Aim at 20,000, 300,000 or 1,400,000 particles and grains, in place of the case's own resolution.",
+        ),
     ] = None,
-    overrides: Annotated[list[str] | None, typer.Option("--set", metavar="KEY.PATH=VALUE", help="Change one value (repeatable).")] = None,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where run folders are made (default: runs).")] = None,
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY.PATH=VALUE", help="Change one value (repeatable).")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where run folders are made (default: runs).")
+    ] = None,
     start: Annotated[
-        str | None, typer.Option("--from", metavar="STAGE", help="Recompute this stage and everything after it.", autocompletion=stage_names)
+        str | None,
+        typer.Option(
+            "--from", metavar="STAGE", help="Recompute this stage and everything after it.", autocompletion=stage_names
+        ),
     ] = None,
-    until: Annotated[str | None, typer.Option("--until", metavar="STAGE", help="Stop after this stage.", autocompletion=stage_names)] = None,
+    until: Annotated[
+        str | None, typer.Option("--until", metavar="STAGE", help="Stop after this stage.", autocompletion=stage_names)
+    ] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads (default: all cores).")] = None,
-    check: Annotated[bool, typer.Option("--check", help="Validate the case and predict time, memory and disk; run nothing.")] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Validate the case and predict time, memory and disk; run nothing.")
+    ] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Delete earlier results and checkpoints first.")] = False,
-    movie: Annotated[bool, typer.Option("--movie", help="Then make 6_crater/movie.gif and .mp4 (if the run is finished, only the movie is made).")] = False,
+    movie: Annotated[
+        bool,
+        typer.Option(
+            "--movie", help="Then make 6_crater/movie.gif and .mp4 (if the run is finished, only the movie is made)."
+        ),
+    ] = False,
     movie_field: Annotated[
-        str | None, typer.Option("--movie-field", metavar="NAME", help="Colour the movie by material (default), damage, pressure, origin or speed.")
+        str | None,
+        typer.Option(
+            "--movie-field",
+            metavar="NAME",
+            help="Colour the movie by material (default), damage, pressure, origin or speed.",
+        ),
     ] = None,
     describe: Annotated[
-        bool, typer.Option("--describe", help="Explain every key of a case file, or those of one table: run_case --describe sph.late.")
+        bool,
+        typer.Option(
+            "--describe", help="Explain every key of a case file, or those of one table: run_case --describe sph.late."
+        ),
     ] = False,
-    names: Annotated[bool, typer.Option("--list", help="List cases, materials, observed craters and laws, or one kind: run_case --list materials.")] = False,
-    schema: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON schema of case files, for editors.")] = None,
-    sweep: Annotated[bool, typer.Option("--sweep", help="Run every member of [sweep] of the case, side by side, and end in a table and a page.")] = False,
+    names: Annotated[
+        bool,
+        typer.Option(
+            "--list", help="List cases, materials, observed craters and laws, or one kind: run_case --list materials."
+        ),
+    ] = False,
+    schema: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the JSON schema of case files, for editors.")
+    ] = None,
+    sweep: Annotated[
+        bool,
+        typer.Option(
+            "--sweep", help="Run every member of [sweep] of the case, side by side, and end in a table and a page."
+        ),
+    ] = False,
     vary: Annotated[
-        list[str] | None, typer.Option(metavar="KEY.PATH=A,B,C", help="Vary a key (repeatable): a sweep over these values, '...=15,40,65 deg'.")
+        list[str] | None,
+        typer.Option(
+            metavar="KEY.PATH=A,B,C", help="Vary a key (repeatable): a sweep over these values, '...=15,40,65 deg'."
+        ),
     ] = None,
-    ensemble: Annotated[int | None, typer.Option(metavar="N", help="Run N draws of particles and grains; their spread becomes the error of the first.")] = None,
+    ensemble: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="Run N draws of particles and grains; their spread becomes the error of the first."
+        ),
+    ] = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Run a sweep on workers of dask.distributed: tcp://host:port, or local for workers on this machine.")
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Run a sweep on workers of dask.distributed: tcp://host:port, or local for workers on this machine.",
+        ),
     ] = None,
-    status: Annotated[bool, typer.Option("--status", help="Say where every member of a sweep stands; run nothing.")] = False,
-    emit: Annotated[
-        str | None, typer.Option(metavar="slurm-array|snakemake", help="Write the job files of a sweep for a cluster into its folder; run nothing.")
-    ] = None,
-    copy: Annotated[str | None, typer.Option(metavar="NAME", help="Copy a shipped case into the folder CASE, to change it.")] = None,
-    prune: Annotated[
-        bool, typer.Option("--prune", help="Remove stages that no run shows from the store of --out (CASE: the name of one; --check: only say which).")
+    status: Annotated[
+        bool, typer.Option("--status", help="Say where every member of a sweep stands; run nothing.")
     ] = False,
-    budget: Annotated[str | None, typer.Option(metavar="SIZE", help="With --prune: only the oldest, until the store takes at most this, '20 GB'.")] = None,
+    emit: Annotated[
+        str | None,
+        typer.Option(
+            metavar="slurm-array|snakemake",
+            help="Write the job files of a sweep for a cluster into its folder; run nothing.",
+        ),
+    ] = None,
+    copy: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Copy a shipped case into the folder CASE, to change it.")
+    ] = None,
+    prune: Annotated[
+        bool,
+        typer.Option(
+            "--prune",
+            help="Remove stages that no run shows from the store of --out (CASE: the name of one; --check: only say "
+            "which).",
+        ),
+    ] = False,
+    budget: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIZE", help="With --prune: only the oldest, until the store takes at most this, '20 GB'."
+        ),
+    ] = None,
 ) -> None:
     """Run or resume the stages nbody sph bed handoff dem crater of a case.
 
@@ -95,7 +167,9 @@ def _run_case(
             from pipeline import sweep_command
 
             instead = [(check, "--check"), (status, "--status"), (emit, "--emit")]
-            return sweep_command.swept(read, out or RUNS, vary or [], ensemble, until, threads, instead, start or fresh, scheduler)
+            return sweep_command.swept(
+                read, out or RUNS, vary or [], ensemble, until, threads, instead, start or fresh, scheduler
+            )
         if scheduler:
             raise InputError("--scheduler goes with --sweep, --vary or --ensemble")
         request = Request(read, out or RUNS, start, until, fresh, threads)
@@ -117,7 +191,10 @@ def _needed(case: str | None) -> str:
     from matter.errors import InputError
 
     if case is None:
-        raise InputError("a case is missing: run_case CASE, with the folder of a case or of a run (run_case --list names cases, --help explains)")
+        raise InputError(
+            "a case is missing: run_case CASE, with the folder of a case or of a run (run_case --list names cases, "
+            "--help explains)"
+        )
     return case
 
 
@@ -188,7 +265,13 @@ def _checked(request: Any, settings: Any) -> int:
     from pipeline.run import sensible
 
     warnings = sensible(request, settings)
-    named = f", preset {request.case.preset}" if request.case.preset else f", size {request.case.size}" if request.case.size else ""
+    named = (
+        f", preset {request.case.preset}"
+        if request.case.preset
+        else f", size {request.case.size}"
+        if request.case.size
+        else ""
+    )
     print(f"{request.case.file}: {request.case.title}{named}\nrun folder: {request.run_folder}")
     if not request.case.pinned:
         print("speed and angle will come from the encounters; the predictions use placeholders")
@@ -212,12 +295,23 @@ def _concluded(case: Any, outcome: Any) -> int:
 
 def _inspect_handoff(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
-    pictures: Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw the pictures of the report.")] = True,
+    pictures: Annotated[
+        bool, typer.Option("--pictures/--no-pictures", help="Draw the pictures of the report.")
+    ] = True,
     sensitivity: Annotated[
-        bool, typer.Option("--sensitivity", help="Run variants of the handoff (time, speed limit, alpha, bed) and control runs; resumable.")
+        bool,
+        typer.Option(
+            "--sensitivity",
+            help="Run variants of the handoff (time, speed limit, alpha, bed) and control runs; resumable.",
+        ),
     ] = False,
-    only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="With --sensitivity: only this variant (repeatable).")] = None,
-    draws: Annotated[int | None, typer.Option(min=1, help="With --sensitivity: beds on which each variant is made (default: 2).")] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--only", metavar="NAME", help="With --sensitivity: only this variant (repeatable)."),
+    ] = None,
+    draws: Annotated[
+        int | None, typer.Option(min=1, help="With --sensitivity: beds on which each variant is made (default: 2).")
+    ] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="With --sensitivity: threads of each run.")] = None,
 ) -> None:
     """Print the ledger of a handoff: what went in, what came out, each limit and its verdict."""
@@ -242,11 +336,17 @@ def _inspect_handoff(
 
 
 def _compare_profiles(
-    items: Annotated[list[str], typer.Argument(metavar="A B [C ...]", help="Run folders, profile.csv files, observed names.")],
+    items: Annotated[
+        list[str], typer.Argument(metavar="A B [C ...]", help="Run folders, profile.csv files, observed names.")
+    ],
     observed: Annotated[str | None, typer.Option(help="An observed crater to compare with.")] = None,
     out: Annotated[Path | None, typer.Option(help="Where the picture goes.")] = None,
     stage: Annotated[
-        str | None, typer.Option(metavar="transient|final", help="Which crater of every run (default: that of the kind that it is compared with).")
+        str | None,
+        typer.Option(
+            metavar="transient|final",
+            help="Which crater of every run (default: that of the kind that it is compared with).",
+        ),
     ] = None,
 ) -> None:
     """Compare craters, like with like: diameters, depths, RMS difference, one picture."""
@@ -262,7 +362,9 @@ def _compare_profiles(
 def _measure_crater(
     snapshot: Annotated[Path, typer.Argument(metavar="SNAPSHOT", help="A snapshot of SPH particles or grains.")],
     datum: Annotated[str | None, typer.Option(help="plane or sphere (default: what the snapshot says).")] = None,
-    datum_radius: Annotated[str | None, typer.Option(help="Radius of the datum sphere, '2142 km' for example.")] = None,
+    datum_radius: Annotated[
+        str | None, typer.Option(help="Radius of the datum sphere, '2142 km' for example.")
+    ] = None,
     centre: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Centre of the datum sphere [m].")] = None,
     out: Annotated[Path | None, typer.Option(help="Where profile and pictures go.")] = None,
 ) -> None:
@@ -303,15 +405,29 @@ def _impact_census(
 def _import_snapshot(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Another code's output.")],
     out: Annotated[Path, typer.Option(help="The snapshot to write (.vtkhdf).")],
-    form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="Default: from the file's name.")] = None,
+    form: Annotated[
+        str | None, typer.Option("--format", metavar="NAME", help="Default: from the file's name.")
+    ] = None,
     columns: Annotated[
         str | None,
-        typer.Option(help="Text: 'x,y,z,vx,vy,vz,m,rho'. HDF5: 'position=A/B [km],m=A/C'. miluphcuda's text: 'INTEGRATE_ENERGY,SOLID'."),
+        typer.Option(
+            help="Text: 'x,y,z,vx,vy,vz,m,rho'. HDF5: 'position=A/B [km],m=A/C'. miluphcuda's text: "
+            "'INTEGRATE_ENERGY,SOLID'."
+        ),
     ] = None,
-    materials: Annotated[str | None, typer.Option(help="Names of the materials by number, 'ice,water,basalt'; one name where the file has no numbers.")] = None,
-    origin: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Where the target's centre (or a point of flat ground) is [m].")] = None,
+    materials: Annotated[
+        str | None,
+        typer.Option(
+            help="Names of the materials by number, 'ice,water,basalt'; one name where the file has no numbers."
+        ),
+    ] = None,
+    origin: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="Where the target's centre (or a point of flat ground) is [m].")
+    ] = None,
     up: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Direction from there to the impact point.")] = None,
-    time: Annotated[str | None, typer.Option(help="Time after the impact, '120 s', where the file does not say it.")] = None,
+    time: Annotated[
+        str | None, typer.Option(help="Time after the impact, '120 s', where the file does not say it.")
+    ] = None,
 ) -> None:
     """Write another code's output as a snapshot of this project."""
 
@@ -338,9 +454,16 @@ def _import_snapshot(
 
 
 def _export_snapshot(
-    snapshot: Annotated[Path, typer.Argument(metavar="SNAPSHOT", help="A snapshot, or any file that import_snapshot reads.")],
+    snapshot: Annotated[
+        Path, typer.Argument(metavar="SNAPSHOT", help="A snapshot, or any file that import_snapshot reads.")
+    ],
     out: Annotated[Path, typer.Option(help="The file to write: .data or .lmp (LAMMPS), .liggghts, .vtk, .ply, .csv.")],
-    form: Annotated[str | None, typer.Option("--format", metavar="NAME", help="lammps, liggghts, vtk, ply or csv; default: from the file's name.")] = None,
+    form: Annotated[
+        str | None,
+        typer.Option(
+            "--format", metavar="NAME", help="lammps, liggghts, vtk, ply or csv; default: from the file's name."
+        ),
+    ] = None,
 ) -> None:
     """Write a snapshot for another program."""
 

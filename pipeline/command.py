@@ -1,6 +1,8 @@
-"""The frame around every command: whose packages are imported, signals, exit codes, and one line instead of a traceback.
+"""The frame around every command: whose packages are imported, signals, exit codes, and one line instead of a
+traceback.
 
-Exit codes: 0 done; 1 ran, but a check of its own soundness failed; 2 bad input; 75 stopped on request or by a full disk, resumable.
+Exit codes: 0 done; 1 ran, but a check of its own soundness failed; 2 bad input; 75 stopped on request or by a full
+disk, resumable.
 """
 
 from __future__ import annotations
@@ -23,7 +25,8 @@ INTERRUPTED = 75
 
 
 def foreign_rooms() -> list[str]:
-    """A sentence for every package of this project that Python would import from elsewhere: their names are common ones."""
+    """A sentence for every package of this project that Python would import from elsewhere: their names are common
+    ones."""
     found = []
     for room in ROOMS:
         spec = importlib.util.find_spec(room)
@@ -41,7 +44,9 @@ def start(function: Callable[..., Any]) -> NoReturn:
         signal.signal(number, lambda *_: os._exit(INTERRUPTED))
     if wrong := foreign_rooms():
         fail("; ".join(wrong) + ": rename or remove that package, or install bolide in its own virtual environment", 2)
-    app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]})
+    app = typer.Typer(
+        pretty_exceptions_enable=False, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]}
+    )
     app.command()(_with_version(function))
     app(prog_name=function.__name__.strip("_"))
     raise SystemExit(0)
@@ -54,7 +59,9 @@ def _with_version(function: Callable[..., Any]) -> Callable[..., Any]:
     def command(*given: Any, version: bool = False, **options: Any) -> Any:
         return function(*given, **options)
 
-    option = Annotated[bool, typer.Option("--version", is_eager=True, callback=_version, help="Print the version and exit.")]
+    option = Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_version, help="Print the version and exit.")
+    ]
     parameters = list(inspect.signature(function, eval_str=True).parameters.values())
     parameters.append(inspect.Parameter("version", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=option))
     command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -78,7 +85,8 @@ def fail(message: str, code: int) -> NoReturn:
 
 
 def guarded(action: Callable[[], int | None]) -> NoReturn:
-    """Do what a command does and end with its exit code; what is wrong with its input or its files becomes one message."""
+    """Do what a command does and end with its exit code; what is wrong with its input or its files becomes one
+    message."""
     from matter import errors
 
     try:

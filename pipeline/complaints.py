@@ -30,7 +30,8 @@ def dotted(path: KeyPath) -> str:
 
 
 def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint]:
-    """Every error of a validation as a complaint; paths are relative to the model. What fits none of several kinds is one complaint, not one for each."""
+    """Every error of a validation as a complaint; paths are relative to the model. What fits none of several kinds is
+    one complaint, not one for each."""
     # a default that could not be worked out is no mistake of its own: what it goes by has one
     entries = [entry for entry in error.errors(include_url=False) if entry["type"] != "default_factory_not_called"]
     places = [path_of(model, entry) for entry in entries]
@@ -44,7 +45,8 @@ def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint
 
 
 def path_of(model: type[BaseModel], entry: Any) -> KeyPath:
-    """The place of an error as keys of the file: what pydantic inserts for the branch of a union (``float``, ``function-after[...]``) is left out."""
+    """The place of an error as keys of the file: what pydantic inserts for the branch of a union (``float``,
+    ``function-after[...]``) is left out."""
     place: list[str | int] = []
     here: list[Any] = [model]
     loc = entry["loc"]
@@ -93,7 +95,10 @@ def _worded(model: type[BaseModel], path: KeyPath, entry: Any) -> str:
         return f"{value} is not a finite number"
     match kind:
         case "extra_forbidden" | "unexpected_keyword_argument":
-            return unknown(str(path[-1]), [name for name in names_at(model, path[:-1]) if len(path) > 1 or name not in SHARED_TABLES])
+            return unknown(
+                str(path[-1]),
+                [name for name in names_at(model, path[:-1]) if len(path) > 1 or name not in SHARED_TABLES],
+            )
         case "missing" | "missing_argument":
             return "is missing"
         case "greater_than":
@@ -106,7 +111,9 @@ def _worded(model: type[BaseModel], path: KeyPath, entry: Any) -> str:
             return f"must be at most {context['le']:g}{given}"
         case "literal_error":
             options = [option.strip().strip("'") for option in context["expected"].replace(" or ", ", ").split(",")]
-            words = " or ".join(part for part in (", ".join(f'"{option}"' for option in options[:-1]), f'"{options[-1]}"') if part)
+            words = " or ".join(
+                part for part in (", ".join(f'"{option}"' for option in options[:-1]), f'"{options[-1]}"') if part
+            )
             return f"must be {words}{nearest(str(value), options)}{given}"
         case "value_error":
             return str(context["error"])
@@ -123,14 +130,17 @@ def _worded(model: type[BaseModel], path: KeyPath, entry: Any) -> str:
 
 # pydantic's words for what a value should have been, in a user's
 _KINDS = {
-    "int_type": "a whole number", "int_parsing": "a whole number", "int_from_float": "a whole number", "float_type": "a number", "float_parsing": "a number",
-    "bool_type": "true or false", "bool_parsing": "true or false", "string_type": "a text in quotes", "dict_type": "a table", "mapping_type": "a table",
+    "int_type": "a whole number", "int_parsing": "a whole number", "int_from_float": "a whole number",
+    "float_type": "a number", "float_parsing": "a number",
+    "bool_type": "true or false", "bool_parsing": "true or false", "string_type": "a text in quotes",
+    "dict_type": "a table", "mapping_type": "a table",
     "model_type": "a table", "model_attributes_type": "a table", "finite_number": "a finite number",
 }  # fmt: skip
 
 
 def unknown(word: str, names: list[str], what: str = "key") -> str:
-    """What to say of a key that there is not: a near name, the same key in another table, or all names where nothing is near."""
+    """What to say of a key that there is not: a near name, the same key in another table, or all names where nothing
+    is near."""
     near = nearest(word, names, 0.75)
     if not near and (elsewhere := keys.places(word)):
         return f"there is no such {what} here; did you mean {' or '.join(repr(name) for name in elsewhere[:3])}?"
@@ -147,7 +157,9 @@ def names_at(model: type[BaseModel], path: KeyPath) -> list[str]:
     """The key names that are valid in the table at ``path`` of a model."""
     here: list[Any] = [model]
     for part in path:
-        inner = [found for one in here for found in _tables_in(_fields(one).get(part))] if isinstance(part, str) else []
+        inner = (
+            [found for one in here for found in _tables_in(_fields(one).get(part))] if isinstance(part, str) else []
+        )
         here = inner or here  # an index or the tag of a union names no table of its own
     return list(dict.fromkeys(name for one in here for name in _fields(one)))
 

@@ -1,4 +1,5 @@
-"""What a shell offers for the values of options; it is asked at every press of the key, so nothing heavy is imported."""
+"""What a shell offers for the values of options; it is asked at every press of the key, so nothing heavy is
+imported."""
 
 from __future__ import annotations
 
@@ -16,7 +17,9 @@ def stage_names(incomplete: str) -> list[str]:
 
 def presets(incomplete: str) -> list[str]:
     """The presets of the case that stands on the line."""
-    line = os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS") or ""  # bash; zsh, fish and PowerShell
+    line = (
+        os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS") or ""
+    )  # bash; zsh, fish and PowerShell
     for word in line.split()[1:]:
         file = Path(word) / "case.toml" if Path(word).is_dir() else Path(word)
         if file.suffix == ".toml" and file.is_file():

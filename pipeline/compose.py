@@ -16,13 +16,15 @@ from pipeline.case import Case
 def compose(case: Case, wanted: Iterable[str] = stages.ORDER) -> dict[str, Model]:
     """The settings of every stage whose module exists, by its name.
 
-    ``wanted`` are the stages that are to run: a missing module is an error for these only. Raises ``InputError`` with every complaint.
+    ``wanted`` are the stages that are to run: a missing module is an error for these only. Raises ``InputError`` with
+    every complaint.
     """
     return checking.settings_of(_with_chain(case), tuple(wanted))
 
 
 def _with_chain(case: Case) -> Case:
-    """The case with the chain errors of its crater (``pipeline.expected``), where it is one that was measured and names none itself."""
+    """The case with the chain errors of its crater (``pipeline.expected``), where it is one that was measured and
+    names none itself."""
     table = case.document.get("crater", {})
     if "crater" not in case.stages or not isinstance(table, dict) or "chain" in table or not _measures_with_chain():
         return case
@@ -38,11 +40,17 @@ def _measures_with_chain() -> bool:
 
 
 def hash8(case: Case) -> str:
-    """Eight digits that name a run folder: a hash of the composed values that decide results, and of files from elsewhere by content; never of what was typed.
+    """Eight digits that name a run folder: a hash of the composed values that decide results, and of files from
+    elsewhere by content; never of what was typed.
 
     Raises ``InputError`` with every complaint about the case.
     """
     settings = checking.settings_of(case, case.stages)
-    values = {stage: deciding(settings[stage]) for stage in case.stages if stage in settings and stage not in case.outside}
-    files = {stage: [provenance.file_sha256(path) for path in outside.taken(stage, file)] for stage, file in case.outside.items()}
+    values = {
+        stage: deciding(settings[stage]) for stage in case.stages if stage in settings and stage not in case.outside
+    }
+    files = {
+        stage: [provenance.file_sha256(path) for path in outside.taken(stage, file)]
+        for stage, file in case.outside.items()
+    }
     return hashlib.sha256(json.dumps([values, files], sort_keys=True).encode()).hexdigest()[:8]

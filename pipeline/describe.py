@@ -20,7 +20,12 @@ def describe(run_folder: Path, case: Case, wanted: tuple[str, ...], settings: di
     used.write(run_folder / "case.used.toml", case, settings)
     before = folder.record(run_folder / "provenance.json")
     sessions = before.get("sessions", [])
-    session = {"command": sys.argv, "started_at": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "threads": threads, **provenance.machine()}
+    session = {
+        "command": sys.argv,
+        "started_at": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+        "threads": threads,
+        **provenance.machine(),
+    }
     made = [stage for stage in wanted if stage not in case.outside]
     content = {
         "distribution": {"name": provenance.DISTRIBUTION, "version": provenance.version(), **provenance.commit()},
@@ -30,13 +35,24 @@ def describe(run_folder: Path, case: Case, wanted: tuple[str, ...], settings: di
         "sessions": [*sessions, session],
     }
     archive.write_text(run_folder / "provenance.json", json.dumps(content, indent=1))
-    done = [stage for stage in stages.ORDER if (stages.folder(run_folder, stage) / folder.DONE).exists() and stage not in case.outside]
-    used_stages = {stage: settings[stage] for stage in (*made, *(stage for stage in done if stage not in made)) if stage in settings}
+    done = [
+        stage
+        for stage in stages.ORDER
+        if (stages.folder(run_folder, stage) / folder.DONE).exists() and stage not in case.outside
+    ]
+    used_stages = {
+        stage: settings[stage]
+        for stage in (*made, *(stage for stage in done if stage not in made))
+        if stage in settings
+    }
     references.write(run_folder / "references.bib", case, used_stages, materials(settings.values()))
 
 
 def _case(case: Case) -> dict[str, Any]:
-    elsewhere = {stage: {"file": str(path.resolve()), "sha256": provenance.file_sha256(path)} for stage, path in case.outside.items()}
+    elsewhere = {
+        stage: {"file": str(path.resolve()), "sha256": provenance.file_sha256(path)}
+        for stage, path in case.outside.items()
+    }
     return {
         "file": str(case.file.resolve()),
         "sha256": provenance.file_sha256(case.file),

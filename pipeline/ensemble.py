@@ -1,9 +1,12 @@
-"""An ensemble: the same case with other draws of particles and grains, as a sweep over seeds whose spread becomes the error of the first member.
+"""An ensemble: the same case with other draws of particles and grains, as a sweep over seeds whose spread becomes the
+error of the first member.
 
-The grains are drawn anew in every member, the shock stage in every second one (``chain_error.DRAWS_PER_SHOCK``), so that the scatter of each is known. With y
-the values of a measure in groups of one shock stage each, ``chain_error.variance`` gives the variance of one run whose particles and grains are both drawn
-anew; its root is the part ``draws`` of the chain error. The first member is measured once more with it (only the crater is made anew): it stands as
-``sigma_parts.chain`` with its measures. What an earlier or later handoff and another size would change is not in it (``studies/chain_error.py``).
+The grains are drawn anew in every member, the shock stage in every second one (``chain_error.DRAWS_PER_SHOCK``), so
+that the scatter of each is known. With y the values of a measure in groups of one shock stage each,
+``chain_error.variance`` gives the variance of one run whose particles and grains are both drawn anew; its root is the
+part ``draws`` of the chain error. The first member is measured once more with it (only the crater is made anew): it
+stands as ``sigma_parts.chain`` with its measures. What an earlier or later handoff and another size would change is
+not in it (``studies/chain_error.py``).
 """
 
 from __future__ import annotations
@@ -23,7 +26,8 @@ LEAST = 2
 
 
 def members(case: Any, count: int) -> list[Member]:
-    """The members, the case as it is first. Raises ``InputError`` for fewer than two, or where the case draws nothing."""
+    """The members, the case as it is first. Raises ``InputError`` for fewer than two, or where the case draws
+    nothing."""
     if count < LEAST:
         raise InputError(f"--ensemble {count}: at least {LEAST} members have a spread")
     settings = compose(case)
@@ -35,12 +39,15 @@ def members(case: Any, count: int) -> list[Member]:
     found = []
     for k in range(count):
         groups = {"bed": k, "sph": k // chain_error.DRAWS_PER_SHOCK if "bed" in seeds else k}
-        found.append(Member(f"m{k + 1:0{width}d}", {f"{stage}.seed": seed + groups[stage] for stage, seed in seeds.items()}))
+        found.append(
+            Member(f"m{k + 1:0{width}d}", {f"{stage}.seed": seed + groups[stage] for stage, seed in seeds.items()})
+        )
     return found
 
 
 def spread(sweep: Sweep) -> list[Row]:
-    """Mean, measuring error and scatter of every measure over the members that are measured; empty where fewer than two are."""
+    """Mean, measuring error and scatter of every measure over the members that are measured; empty where fewer than
+    two are."""
     found = {member.name: expected.values(sweep.requests[member.name].run_folder) for member in sweep.members}
     draws = [
         chain_error.Member("reference" if k == 0 else member.name, shock=int(member.values.get("sph.seed", 0)))
@@ -63,7 +70,9 @@ def measured(sweep: Sweep, rows: Sequence[Row], threads: int) -> tuple[Request, 
     """The request of the first member with the spread as its chain error, and what ``run_case`` is given for it."""
     first = sweep.members[0]
     with_errors = Member(first.name, first.values)
-    whole = Sweep(sweep.where, sweep.preset, sweep.size, (*sweep.overrides, *overrides(rows)), sweep.out, (with_errors,))
+    whole = Sweep(
+        sweep.where, sweep.preset, sweep.size, (*sweep.overrides, *overrides(rows)), sweep.out, (with_errors,)
+    )
     return whole.requests[first.name], whole.arguments(with_errors, threads)
 
 

@@ -1,6 +1,8 @@
-"""``expected.toml`` beside a shipped case: what each preset came to, with which errors, measured how, and whether a run agrees.
+"""``expected.toml`` beside a shipped case: what each preset came to, with which errors, measured how, and whether a
+run agrees.
 
-One table per preset, in it one per crater (``transient``, at its largest volume; ``transient_at_maximum_depth``; ``final``) and measure:
+One table per preset, in it one per crater (``transient``, at its largest volume; ``transient_at_maximum_depth``;
+``final``) and measure:
 
     [quick]
     command = "python studies/chain_error.py --case cases/valhalla_980km --preset quick"
@@ -13,8 +15,9 @@ One table per preset, in it one per crater (``transient``, at its largest volume
     handoff = "40 km"       # by handing over half and twice as late
     size = "10 km"          # by half the number of particles and grains
 
-The last three are the parts of the chain error (``crater.chain``); what was not measured is left out. ``pipeline.chain_error`` writes the file.
-A run is held against it only where the values that decide its result are those of the shipped case and preset.
+The last three are the parts of the chain error (``crater.chain``); what was not measured is left out.
+``pipeline.chain_error`` writes the file. A run is held against it only where the values that decide its result are
+those of the shipped case and preset.
 """
 
 from __future__ import annotations
@@ -124,18 +127,22 @@ def _read(file: Path, stamp: int) -> dict[str, Preset]:
                 line = toml_lines.line_of((name, *path), lines)
                 found.append(f"  {file.name}{f':{line}' if line else ''}  {dotted((name, *path))}: {message}")
     if found:
-        raise InputError(f"{file} cannot be used, {len(found)} error{'s' if len(found) > 1 else ''}:\n" + "\n".join(found))
+        raise InputError(
+            f"{file} cannot be used, {len(found)} error{'s' if len(found) > 1 else ''}:\n" + "\n".join(found)
+        )
     return presets
 
 
 def read(place: Path) -> dict[str, Preset]:
-    """The expectations beside a case, by preset; empty where there is no file. Raises ``InputError`` with every mistake and its line."""
+    """The expectations beside a case, by preset; empty where there is no file. Raises ``InputError`` with every
+    mistake and its line."""
     file = Path(place) / FILE
     return _read(file, file.stat().st_mtime_ns) if file.is_file() else {}
 
 
 def _shipped(case: cases.Case) -> tuple[Path, str | None] | None:
-    """File and preset of the shipped case behind ``case``; of a run that goes on those that it was begun with. None where there is no such file."""
+    """File and preset of the shipped case behind ``case``; of a run that goes on those that it was begun with. None
+    where there is no such file."""
     file, preset = case.file, case.preset
     if case.run is not None:
         begun = folder.record(case.run / "provenance.json").get("case", {})
@@ -150,13 +157,16 @@ def of(case: cases.Case) -> Preset | None:
 
 
 def as_shipped(case: cases.Case) -> bool:
-    """Whether the values that decide a result are those of the case's file and preset: nothing from elsewhere, no ``--set`` that changes one."""
+    """Whether the values that decide a result are those of the case's file and preset: nothing from elsewhere, no
+    ``--set`` that changes one."""
     shipped = _shipped(case)
     if case.outside or shipped is None:
         return False
     if case.run is None and not case.overrides:
         return True
-    carried = {("crater", "chain")} if case.run is not None else set()  # what a run was begun with holds its chain error
+    carried = (
+        {("crater", "chain")} if case.run is not None else set()
+    )  # what a run was begun with holds its chain error
     try:
         return _deciding(cases.read(*shipped), carried) == _deciding(case, carried)
     except InputError:
@@ -165,11 +175,15 @@ def as_shipped(case: cases.Case) -> bool:
 
 def _deciding(case: cases.Case, carried: set[tuple[str, str]]) -> dict[str, Any]:
     settings = checking.settings_of(case)
-    return {stage: {key: value for key, value in deciding(one).items() if (stage, key) not in carried} for stage, one in settings.items()}
+    return {
+        stage: {key: value for key, value in deciding(one).items() if (stage, key) not in carried}
+        for stage, one in settings.items()
+    }
 
 
 def chain_of(case: cases.Case) -> dict[str, Any]:
-    """The chain errors that a case's measures are to carry, as the crater stage's table ``chain``; empty where none is known.
+    """The chain errors that a case's measures are to carry, as the crater stage's table ``chain``; empty where none is
+    known.
 
     A run that goes on keeps those that it was begun with.
     """
@@ -203,7 +217,8 @@ class Verdict(Model):
 
 
 def verdicts(expected: Preset, measures: dict[str, Any]) -> list[Verdict]:
-    """Every expected measure that a run has (``values``); the error is that of one run about the mean: measuring and chain in quadrature."""
+    """Every expected measure that a run has (``values``); the error is that of one run about the mean: measuring and
+    chain in quadrature."""
     found = []
     for crater in CRATERS:
         mine = measures.get(crater, {})
@@ -213,7 +228,9 @@ def verdicts(expected: Preset, measures: dict[str, Any]) -> list[Verdict]:
                 continue
             sigma = math.hypot(entry.measuring, entry.chain or 0.0)
             apart = (value - entry.value) / sigma if sigma > 0.0 else (0.0 if value == entry.value else math.inf)
-            found.append(Verdict(crater=crater, measure=name, value=value, sigma=sigma, expected=entry.value, apart=apart))
+            found.append(
+                Verdict(crater=crater, measure=name, value=value, sigma=sigma, expected=entry.value, apart=apart)
+            )
     return found
 
 
@@ -229,7 +246,10 @@ def values(run: Path) -> dict[str, dict[str, dict[str, Any]]]:
     if not path.is_file():
         return {}
     measures = json.loads(path.read_text())
-    return {crater: {name: _crater(measures, crater)[name] for name in COMPARED if name in _crater(measures, crater)} for crater in CRATERS}
+    return {
+        crater: {name: _crater(measures, crater)[name] for name in COMPARED if name in _crater(measures, crater)}
+        for crater in CRATERS
+    }
 
 
 _WORDS = {"transient": "transient", "transient_at_maximum_depth": "transient, where deepest", "final": "final"}
@@ -242,7 +262,8 @@ def _settled(run: Path) -> bool:
 
 
 def text(case: cases.Case, run: Path) -> str:
-    """How a finished run stands against what is expected of its case and preset, a line per measure; empty where nothing is expected."""
+    """How a finished run stands against what is expected of its case and preset, a line per measure; empty where
+    nothing is expected."""
     expected, measures = of(case), values(run)
     if expected is None or not measures:
         return ""
@@ -253,8 +274,13 @@ def text(case: cases.Case, run: Path) -> str:
     lines = [f"against {FILE}, {named} ({expected.members} draws, commit {expected.commit[:8]}, {expected.measured}):"]
     words = {**_WORDS, "final": _WORDS["final"] if _settled(run) else "last snapshot (no final crater)"}
     for one in verdicts(expected, measures):
-        factor, unit = (1e-9, "km^3") if UNITS[one.measure] == "m^3" else (1e-3, "km") if one.expected >= 2e3 else (1.0, "m")
+        factor, unit = (
+            (1e-9, "km^3") if UNITS[one.measure] == "m^3" else (1e-3, "km") if one.expected >= 2e3 else (1.0, "m")
+        )
         name = f"{words[one.crater]} {BY_NAME[one.measure].noun}"
         said = "agrees" if one.agrees else f"differs by {abs(one.apart):.1f} sigma"
-        lines.append(f"  {name:<44} {one.value * factor:.4g} {unit}, expected {one.expected * factor:.4g} +- {one.sigma * factor:.2g} {unit}: {said}")
+        lines.append(
+            f"  {name:<44} {one.value * factor:.4g} {unit}, expected {one.expected * factor:.4g} +- "
+            f"{one.sigma * factor:.2g} {unit}: {said}"
+        )
     return "\n".join(lines)

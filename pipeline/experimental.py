@@ -1,4 +1,5 @@
-"""Choices that no shipped case takes: their tests hold them, no run that was looked at does. ``run_case --describe`` and the warnings of a case say so.
+"""Choices that no shipped case takes: their tests hold them, no run that was looked at does. ``run_case --describe``
+and the warnings of a case say so.
 
 A test keeps the list true: what a shipped case takes is not experimental.
 """
@@ -44,7 +45,10 @@ def used(settings: Mapping[str, Model]) -> Iterator[str]:
             continue
         value = getattr(owner, key)
         if value in values or (not values and value != type(owner).model_fields[key].default):
-            yield f"[{'.'.join((stage, *names))}] {key} = {_written(value)} is experimental: tests hold it, no shipped case takes it"
+            yield (
+                f"[{'.'.join((stage, *names))}] {key} = {_written(value)} is experimental: tests hold it, no shipped "
+                f"case takes it"
+            )
 
 
 def _written(value: Any) -> str:

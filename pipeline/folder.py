@@ -1,7 +1,7 @@
 """What the folder of a stage says: done, begun, or neither, and with which inputs.
 
-``done.json`` is written last, by rename: a stage is done when it exists and the hash of the stage's inputs matches. ``begun.json`` is
-written first: checkpoints are only continued under the inputs that they were made with.
+``done.json`` is written last, by rename: a stage is done when it exists and the hash of the stage's inputs matches.
+``begun.json`` is written first: checkpoints are only continued under the inputs that they were made with.
 """
 
 from __future__ import annotations
@@ -41,11 +41,15 @@ def mark(path: Path) -> dict[str, Any]:
         return dict(archive.read_json(path))
     except InputError as reason:
         stage = path.parent.name.partition("_")[2] or path.parent.name.partition("-")[0]
-        raise InputError(f"{reason}; the results of {stage} are still there: restore the file, or recompute them with --from {stage}") from None
+        raise InputError(
+            f"{reason}; the results of {stage} are still there: restore the file, or recompute them with --from "
+            f"{stage}"
+        ) from None
 
 
 def settings_text(settings: Model) -> str:
-    """What of settings decides a result as canonical JSON: equal texts are equal settings, to the last bit of every number."""
+    """What of settings decides a result as canonical JSON: equal texts are equal settings, to the last bit of every
+    number."""
     return json.dumps(deciding(settings), sort_keys=True)
 
 
@@ -57,7 +61,8 @@ def is_done(place: Path, inputs: str) -> bool:
 def begin(place: Path, inputs: str, made_by: Mapping[str, Any]) -> tuple[float, bool]:
     """Open the folder of a stage that is not done: the wall time [s] already spent, and whether it is continued.
 
-    ``made_by``: the stage's key, the sources that make it (``sources_sha256``) and their commit. What an earlier attempt with other inputs left is removed.
+    ``made_by``: the stage's key, the sources that make it (``sources_sha256``) and their commit. What an earlier
+    attempt with other inputs left is removed.
     """
     before = mark(place / BEGUN)
     continued = before.get("inputs_sha256") == inputs and before.get("key") == made_by.get("key")

@@ -1,11 +1,12 @@
 """What a stage is known by: hashes of all that decides its result.
 
-    inputs   the stage, its deciding settings (``matter.body.deciding``), the files from elsewhere by content, and the stages that it reads by their keys
-             (or, where it reads one small file of a stage, that file by content)
-    key      inputs, the sources of the project that the stage can reach with their data (materials, bodies), and the threads where bits depend on them
+    inputs   the stage, its deciding settings (``matter.body.deciding``), the files from elsewhere by content, and the
+             stages that it reads by their keys (or, where it reads one small file of a stage, that file by content)
+    key      inputs, the sources of the project that the stage can reach with their data (materials, bodies), and the
+             threads where bits depend on them
 
-A run's own stage is up to date while its inputs are the same, whatever has become of the code since (it is said); a stage of another run is taken only
-by its key, so that other code never serves as this one's result.
+A run's own stage is up to date while its inputs are the same, whatever has become of the code since (it is said); a
+stage of another run is taken only by its key, so that other code never serves as this one's result.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ Find = Callable[[str], Path]
 
 @dataclass(frozen=True)
 class Identity:
-    """Hashes of a stage; ``sources`` are those of the code and its data (empty for a result from elsewhere), ``threads`` is None where bits do not depend on
-    their number."""
+    """Hashes of a stage; ``sources`` are those of the code and its data (empty for a result from elsewhere),
+    ``threads`` is None where bits do not depend on their number."""
 
     inputs: str
     sources: str
@@ -45,7 +46,8 @@ class Identity:
 
 
 def of(stage: str, settings: Model | None, elsewhere: Path | None, find: Find) -> Identity:
-    """The identity of a stage whose earlier stages are where ``find`` says; ``elsewhere``: the file that takes its place."""
+    """The identity of a stage whose earlier stages are where ``find`` says; ``elsewhere``: the file that takes its
+    place."""
     digest = hashlib.sha256(stage.encode())
     if elsewhere is not None:
         for file in outside.taken(stage, elsewhere):
@@ -79,11 +81,16 @@ def _state_of(item: str, find: Find) -> str:
     if key := folder.mark(place / folder.DONE).get("key"):
         return str(key)
     files = sorted(path for path in place.glob("*") if path.is_file()) if place.is_dir() else []
-    return hashlib.sha256("".join(path.name + provenance.file_sha256(path) for path in files).encode()).hexdigest() if files else "absent"
+    return (
+        hashlib.sha256("".join(path.name + provenance.file_sha256(path) for path in files).encode()).hexdigest()
+        if files
+        else "absent"
+    )
 
 
 def sources_of(stage: str, settings: Model) -> str:
-    """Hash of the sources that a stage can reach and of the data that it takes: all files of its room that are no code, and its materials."""
+    """Hash of the sources that a stage can reach and of the data that it takes: all files of its room that are no
+    code, and its materials."""
     digest = hashlib.sha256(provenance.source_key(stages.MODULES[stage]).encode())
     room = provenance.HOUSE / stages.MODULES[stage].partition(".")[0]
     data = [path for path in sorted(room.rglob("*")) if path.is_file() and path.suffix not in (".py", ".pyc")]

@@ -1,7 +1,9 @@
-"""Sizes and hashes of the files that a finished stage left: a result that is missing, cut short or altered is never read as good.
+"""Sizes and hashes of the files that a finished stage left: a result that is missing, cut short or altered is never
+read as good.
 
-``done.json`` holds them (``files``: path in the stage's folder -> [bytes, SHA-256]). Sizes are looked at whenever a stage is passed over as done, hashes
-before a stage that reads it is made. What may change after a stage is done (rows and pages of a sensitivity, pictures, logs) is not among them.
+``done.json`` holds them (``files``: path in the stage's folder -> [bytes, SHA-256]). Sizes are looked at whenever a
+stage is passed over as done, hashes before a stage that reads it is made. What may change after a stage is done (rows
+and pages of a sensitivity, pictures, logs) is not among them.
 """
 
 from __future__ import annotations
@@ -20,19 +22,27 @@ _NAMED = 3
 
 def files_of(place: Path) -> dict[str, list[Any]]:
     """Size [bytes] and SHA-256 of every result in a stage's folder, by its path there."""
-    found = sorted(path for path in place.rglob("*") if path.is_file() and path.suffix in _SUFFIXES and path.name not in _LATER and path.name[0] != ".")
+    found = sorted(
+        path
+        for path in place.rglob("*")
+        if path.is_file() and path.suffix in _SUFFIXES and path.name not in _LATER and path.name[0] != "."
+    )
     return {str(path.relative_to(place)): [path.stat().st_size, provenance.file_sha256(path)] for path in found}
 
 
 def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -> None:
     """Hold a stage's folder against what ``done.json`` recorded; ``content``: hashes too, else existence and sizes.
 
-    Raises ``InputError`` that names the first files that differ. A stage that recorded nothing (made by an older version) passes.
+    Raises ``InputError`` that names the first files that differ. A stage that recorded nothing (made by an older
+    version) passes.
     """
     wrong = [f"{name} {what}" for name, entry in recorded.items() if (what := _fault(place / name, entry, content))]
     if wrong:
         more = f" and {len(wrong) - _NAMED} more" if len(wrong) > _NAMED else ""
-        raise InputError(f"{place} is not as the stage left it: {'; '.join(wrong[:_NAMED])}{more}. Restore what it was, or recompute it with --from {stage}")
+        raise InputError(
+            f"{place} is not as the stage left it: {'; '.join(wrong[:_NAMED])}{more}. Restore what it was, or "
+            f"recompute it with --from {stage}"
+        )
 
 
 def _fault(path: Path, entry: Any, content: bool) -> str:

@@ -1,4 +1,5 @@
-"""What a run tells while it works: ``status.json`` for whoever watches from outside, ``run.log``, and the screen; and how it is stopped."""
+"""What a run tells while it works: ``status.json`` for whoever watches from outside, ``run.log``, and the screen; and
+how it is stopped."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ class Screen(Protocol):
 
 
 class Journal:
-    """The reports of one run; ``interrupted`` says that the last run with the same ``--from`` did not come to its end."""
+    """The reports of one run; ``interrupted`` says that the last run with the same ``--from`` did not come to its
+    end."""
 
     def __init__(self, run_folder: Path, start: str | None, screen: Screen):
         self.path, self.start, self.screen = run_folder / "status.json", start, screen

@@ -10,7 +10,8 @@ from pipeline.keys import MATERIAL, Key, Table
 
 
 def describe(name: str | None = None) -> str:
-    """All tables and keys, or those of the table ``name`` and of the tables inside it, or one key. Raises ``InputError`` with the nearest name."""
+    """All tables and keys, or those of the table ``name`` and of the tables inside it, or one key. Raises
+    ``InputError`` with the nearest name."""
     tables, found = keys.find(name) if name else (list(keys.tables()), [])
     blocks = [_table(table) for table in tables] + [_key(key, key.name) for key in found]
     return "\n\n".join(blocks)
@@ -19,7 +20,9 @@ def describe(name: str | None = None) -> str:
 def _table(table: Table) -> str:
     head = f"[[{table.name}]]" if table.listed else f"[{table.name}]"
     meaning = table.meaning + (" NAME is that of a material." if table.path[-1] == MATERIAL else "")
-    return "\n".join([f"{head}  {_wrapped(meaning, len(head) + 2)}", *(_key(key, key.path[-1]) for key in keys.keys(table))])
+    return "\n".join(
+        [f"{head}  {_wrapped(meaning, len(head) + 2)}", *(_key(key, key.path[-1]) for key in keys.keys(table))]
+    )
 
 
 def _key(key: Key, name: str) -> str:
@@ -29,5 +32,7 @@ def _key(key: Key, name: str) -> str:
 
 def _wrapped(text: str, indent: int) -> str:
     width = max(60, min(shutil.get_terminal_size((100, 24)).columns, 120)) - 6
-    first, *more = textwrap.wrap(" " * (indent - 6) + text, width, break_on_hyphens=False, break_long_words=False) or [""]
+    first, *more = textwrap.wrap(" " * (indent - 6) + text, width, break_on_hyphens=False, break_long_words=False) or [
+        ""
+    ]
     return "\n".join([first.strip(), *(f"      {line}" for line in more)])

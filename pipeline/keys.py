@@ -1,4 +1,5 @@
-"""Every key of a case file, read from the settings themselves: its table, unit, range, default and meaning (``run_case --describe``)."""
+"""Every key of a case file, read from the settings themselves: its table, unit, range, default and meaning (``run_case
+--describe``)."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ MATERIAL = "NAME"
 
 
 class Key(NamedTuple):
-    """One key: the ``path`` of its table and its own name, ``allowed`` values with unit and range, ``default``, ``meaning``."""
+    """One key: the ``path`` of its table and its own name, ``allowed`` values with unit and range, ``default``,
+    ``meaning``."""
 
     path: tuple[str, ...]
     allowed: str
@@ -59,7 +61,8 @@ class Table(NamedTuple):
 
 
 def tables(first: str | None = None) -> Iterator[Table]:
-    """Every table of a case file in the order of a case, or those that begin with ``first``; only these stages are imported."""
+    """Every table of a case file in the order of a case, or those that begin with ``first``; only these stages are
+    imported."""
     for name, kind in {"case": CaseTable, **SHARED, "sweep": SweepTable}.items():
         if first in (None, name):
             yield from _within((name,), kind)
@@ -73,25 +76,36 @@ def _within(path: tuple[str, ...], kind: Any, listed: bool = False) -> Iterator[
     for name, entry in fields(kind).items():
         for inner, many in inner_tables(entry.annotation):
             if not stands_elsewhere(path, name):
-                yield from _within((*path, name, MATERIAL) if many == "by name" else (*path, name), inner, many == "list")
+                yield from _within(
+                    (*path, name, MATERIAL) if many == "by name" else (*path, name), inner, many == "list"
+                )
     if path[-1] == MATERIAL:
         for name, law in material_sections().items():
             yield Table((*path, name), law, text_of(inspect.getdoc(law)))
 
 
 def fields(kind: Any) -> dict[str, FieldInfo]:
-    """The fields of a model, its own before those of its parents; of a law's parameters (a NamedTuple) what its annotations say."""
+    """The fields of a model, its own before those of its parents; of a law's parameters (a NamedTuple) what its
+    annotations say."""
     if issubclass(kind, BaseModel):
         order = [name for one in kind.__mro__ for name in inspect.get_annotations(one) if name in kind.model_fields]
         return {name: kind.model_fields[name] for name in dict.fromkeys([*order, *kind.model_fields])}
     hints = typing.get_type_hints(kind, include_extras=True)
     defaults = getattr(kind, "_field_defaults", {})
-    return {name: FieldInfo.from_annotated_attribute(hints[name], defaults.get(name, PydanticUndefined)) for name in kind._fields}
+    return {
+        name: FieldInfo.from_annotated_attribute(hints[name], defaults.get(name, PydanticUndefined))
+        for name in kind._fields
+    }
 
 
 def stands_elsewhere(path: tuple[str, ...], name: str) -> bool:
-    """Whether a field of a stage's settings is filled from a table of its own: ``[target]``, ``[impact]``, and for the bed ``[dem.contact]``."""
-    return len(path) == 1 and path[0] in stages.ORDER and (name in stages.SHARED_TABLES or (path[0], name) == ("bed", "contact"))
+    """Whether a field of a stage's settings is filled from a table of its own: ``[target]``, ``[impact]``, and for the
+    bed ``[dem.contact]``."""
+    return (
+        len(path) == 1
+        and path[0] in stages.ORDER
+        and (name in stages.SHARED_TABLES or (path[0], name) == ("bed", "contact"))
+    )
 
 
 def inner_tables(annotation: Any, many: str = "") -> Iterator[tuple[Any, str]]:
@@ -112,7 +126,12 @@ def material_sections() -> dict[str, Any]:
     from sph.damage import grady_kipp
     from sph.families import FAMILIES
 
-    laws = {family.title(module): module.Parameters for family in FAMILIES for module in family.laws if hasattr(module, "Parameters")}
+    laws = {
+        family.title(module): module.Parameters
+        for family in FAMILIES
+        for module in family.laws
+        if hasattr(module, "Parameters")
+    }
     return {"elastic": materials.Elastic, "tension": materials.Tension, "weibull": grady_kipp.Parameters, **laws}
 
 
@@ -120,7 +139,9 @@ def keys(table: Table) -> list[Key]:
     """The keys of a table that hold values, without those that are tables themselves."""
     found = []
     for name, entry in fields(table.kind).items():
-        holds_tables = any(True for _ in inner_tables(entry.annotation)) or (table.path[-1] == MATERIAL and name in material_sections())
+        holds_tables = any(True for _ in inner_tables(entry.annotation)) or (
+            table.path[-1] == MATERIAL and name in material_sections()
+        )
         if holds_tables or stands_elsewhere(table.path, name):
             continue
         path = (*table.path, entry.alias or name)
@@ -148,7 +169,14 @@ def allowed(entry: FieldInfo) -> str:
     limits = _limits([*entry.metadata, *_metadata(entry.annotation)])
     unit = unit_of(entry)
     kind = f"quantity in {'deg' if unit == 'rad' else unit}" if unit else _kind(entry.annotation)
-    parts = [part for part in (f"{kind}, {limits}" if kind and limits else kind or limits, " | ".join(f'"{option}"' for option in options)) if part]
+    parts = [
+        part
+        for part in (
+            f"{kind}, {limits}" if kind and limits else kind or limits,
+            " | ".join(f'"{option}"' for option in options),
+        )
+        if part
+    ]
     words = " or ".join(parts)
     return f"list of {words}" if typing.get_origin(entry.annotation) in (tuple, list) and options else words
 
@@ -170,7 +198,9 @@ def _metadata(annotation: Any) -> Iterator[Any]:
 def _limits(metadata: list[Any]) -> str:
     words = []
     for item in metadata:
-        for inner in getattr(item, "metadata", [item]):  # pydantic's Field inside Annotated holds its limits one level down
+        for inner in getattr(
+            item, "metadata", [item]
+        ):  # pydantic's Field inside Annotated holds its limits one level down
             for name, sign in (("gt", ">"), ("ge", ">="), ("lt", "<"), ("le", "<=")):
                 if getattr(inner, name, None) is not None:
                     words.append(f"{sign} {getattr(inner, name):g}")
@@ -195,8 +225,8 @@ def _kind(annotation: Any) -> str:
 
 
 def default(entry: FieldInfo) -> str:
-    """The default as one writes it in a case; "required" where there is none, "none" where the key may be absent, "follows the
-    case" where other keys decide it."""
+    """The default as one writes it in a case; "required" where there is none, "none" where the key may be absent,
+    "follows the case" where other keys decide it."""
     if entry.is_required():
         return "required"
     if entry.default_factory_takes_validated_data:
@@ -220,7 +250,9 @@ def shown(value: Any, unit: str | None) -> str:
     if not unit or not math.isfinite(value):
         return f"{value:.10g}"
     sizes = ((least, f"{value / scale:.10g} {symbol}") for least, scale, symbol in _SIZES.get(unit, ()))
-    return f'"{next((text for least, text in sizes if abs(value) >= least and len(text) < 10), f"{value:.10g} {unit}")}"'
+    return (
+        f'"{next((text for least, text in sizes if abs(value) >= least and len(text) < 10), f"{value:.10g} {unit}")}"'
+    )
 
 
 # from which value on [SI], scale, symbol; a unit that would need many digits is passed over

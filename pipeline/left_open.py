@@ -1,14 +1,18 @@
-"""What a case leaves open and several stages share, filled in from what it says: stages, extent of flat ground, expected crater, kind of ground.
+"""What a case leaves open and several stages share, filled in from what it says: stages, extent of flat ground,
+expected crater, kind of ground.
 
     [case] title      the case's name
-    [case] stages     nbody where the case has its table or leaves speed or angle to it; sph; bed, handoff, dem where the case has one of their tables, or where
-                      there is weight and strength does not hold the crater (loose grains would let it slump); crater
-    [[target.layers]] name: its material; thickness of the lowest of flat ground: down to 2.2 expected diameters, which is also its half width unless given
+    [case] stages     nbody where the case has its table or leaves speed or angle to it; sph; bed, handoff, dem where
+                      the case has one of their tables, or where there is weight and strength does not hold the crater
+                      (loose grains would let it slump); crater
+    [[target.layers]] name: its material; thickness of the lowest of flat ground: down to 2.2 expected diameters,
+                      which is also its half width unless given
     [impact]          expected_transient_diameter by scaling laws (``pipeline.expected_crater``)
     [crater]          ground: what the laws of strength of the uppermost layer say
 
-2.2 diameters leave 1.4 (2.8 crater radii) inside the quiet layer at the coarsest grading of ``sph.resolution``. What only one stage needs is that stage's own
-default. A document with mistakes is left as it is: ``pipeline.checking`` tells them.
+2.2 diameters leave 1.4 (2.8 crater radii) inside the quiet layer at the coarsest grading of ``sph.resolution``. What
+only one stage needs is that stage's own default. A document with mistakes is left as it is: ``pipeline.checking``
+tells them.
 """
 
 from __future__ import annotations
@@ -27,13 +31,15 @@ from pipeline.toml_lines import KeyPath
 EXTENT = 2.2
 """Depth and half width of flat ground over the expected diameter."""
 FROM_ENCOUNTERS = {"speed": "15 km/s", "angle_from_vertical": "45 deg"}
-"""[impact] may leave these to the encounter statistics; until those exist, checks and predictions use the placeholders."""
+"""[impact] may leave these to the encounter statistics; until those exist, checks and predictions use the
+placeholders."""
 DIAMETER = ("impact", "expected_transient_diameter")
 _GRAINS = ("bed", "handoff", "dem")
 
 
 def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], tuple[KeyPath, ...], list[Complaint]]:
-    """The document with what it leaves open, which key paths were filled that depend on the impact, and what cannot be filled."""
+    """The document with what it leaves open, which key paths were filled that depend on the impact, and what cannot be
+    filled."""
     document = {**document, "case": {"title": name, **_table(document, "case")}}
     if not isinstance(document.get("target"), dict) or not isinstance(document.get("impact"), dict):
         return document, (), []
@@ -61,12 +67,23 @@ def _named(target: dict[str, Any]) -> dict[str, Any]:
     layers = target.get("layers")
     if not isinstance(layers, list) or not all(isinstance(layer, dict) for layer in layers):
         return target
-    return {**target, "layers": [{"name": layer["material"], **layer} if isinstance(layer.get("material"), str) else layer for layer in layers]}
+    return {
+        **target,
+        "layers": [
+            {"name": layer["material"], **layer} if isinstance(layer.get("material"), str) else layer
+            for layer in layers
+        ],
+    }
 
 
 def _open_bottom(target: dict[str, Any]) -> bool:
     layers = target.get("layers")
-    return target.get("shape", "sphere") != "sphere" and isinstance(layers, list) and bool(layers) and "thickness" not in layers[0]
+    return (
+        target.get("shape", "sphere") != "sphere"
+        and isinstance(layers, list)
+        and bool(layers)
+        and "thickness" not in layers[0]
+    )
 
 
 def _has_ground() -> bool:
@@ -78,24 +95,36 @@ def _has_ground() -> bool:
 
 
 def _expected(document: dict[str, Any]) -> Any:
-    """The expected crater, or None where nothing is left open that depends on it. Raises ``ValueError`` where none can be expected."""
+    """The expected crater, or None where nothing is left open that depends on it. Raises ``ValueError`` where none can
+    be expected."""
     target, impact, sph = document["target"], document["impact"], _table(document, "sph")
     asked = any(stage in document for stage in _GRAINS)
-    measured = "crater" in document["case"].get("stages", ("crater",)) and "ground" not in _table(document, "crater") and _has_ground()
+    measured = (
+        "crater" in document["case"].get("stages", ("crater",))
+        and "ground" not in _table(document, "crater")
+        and _has_ground()
+    )
     if DIAMETER[1] in impact and not _open_bottom(target) and not measured and ("stages" in document["case"] or asked):
         return None
     from pipeline import expected_crater
     from sph import durations
     from sph.material_settings import Choice
 
-    layers = [{"thickness": "1 km", **layer} if k == 0 and _open_bottom(target) else layer for k, layer in enumerate(target["layers"])]
+    layers = [
+        {"thickness": "1 km", **layer} if k == 0 and _open_bottom(target) else layer
+        for k, layer in enumerate(target["layers"])
+    ]
     body = Target.model_validate({**target, "layers": layers}, context=REQUIRED)
     shot = Impact.model_validate({**FROM_ENCOUNTERS, DIAMETER[1]: "1 m", **impact}, context=REQUIRED)
-    choices = {name: Choice.model_validate(value, context=REQUIRED) for name, value in sph.get("materials", {}).items()}
+    choices = {
+        name: Choice.model_validate(value, context=REQUIRED) for name, value in sph.get("materials", {}).items()
+    }
     rows = durations.chosen(body, shot, choices)
     strong, breaks = sph.get("strength", True) is True, sph.get("damage", True) is True
     try:
-        return expected_crater.of_case(body, shot, rows, strong, breaks, shot.expected_transient_diameter if DIAMETER[1] in impact else None)
+        return expected_crater.of_case(
+            body, shot, rows, strong, breaks, shot.expected_transient_diameter if DIAMETER[1] in impact else None
+        )
     except InputError as reason:
         raise ValueError(str(reason)) from None
 
@@ -107,13 +136,23 @@ def _fill(document: dict[str, Any], crater: Any) -> list[KeyPath]:
         impact[DIAMETER[1]] = f"{float(f'{crater.diameter:.2g}')!r} m"
         filled.append(DIAMETER)
     if _open_bottom(target):
-        above = Target.model_validate({**target, "layers": [{"thickness": "1 km", **target["layers"][0]}, *target["layers"][1:]]}, context=REQUIRED)
+        above = Target.model_validate(
+            {**target, "layers": [{"thickness": "1 km", **target["layers"][0]}, *target["layers"][1:]]},
+            context=REQUIRED,
+        )
         rest = above.radius - above.layers[0].thickness
         thickness = max(EXTENT * crater.diameter - rest, 0.5 * EXTENT * crater.diameter)
-        target["layers"] = [{**target["layers"][0], "thickness": f"{float(f'{thickness:.2g}')!r} m"}, *target["layers"][1:]]
+        target["layers"] = [
+            {**target["layers"][0], "thickness": f"{float(f'{thickness:.2g}')!r} m"},
+            *target["layers"][1:],
+        ]
         filled.append(("target", "layers", 0, "thickness"))
     document["impact"], document["target"] = impact, target
-    if "ground" not in _table(document, "crater") and "crater" in document["case"].get("stages", ("crater",)) and _has_ground():
+    if (
+        "ground" not in _table(document, "crater")
+        and "crater" in document["case"].get("stages", ("crater",))
+        and _has_ground()
+    ):
         document["crater"] = {**_table(document, "crater"), "ground": crater.ground.kind}
         filled.append(("crater", "ground"))
     return filled
@@ -124,6 +163,8 @@ def _chain(document: dict[str, Any], crater: Any) -> tuple[str, ...]:
     wanted = {"sph", "crater"}
     if "nbody" in document or any(key not in impact for key in FROM_ENCOUNTERS):
         wanted.add("nbody")
-    if any(stage in document for stage in _GRAINS) or (crater is not None and crater.gravity > 0.0 and not crater.held):
+    if any(stage in document for stage in _GRAINS) or (
+        crater is not None and crater.gravity > 0.0 and not crater.held
+    ):
         wanted.update(_GRAINS)
     return tuple(stage for stage in stages.ORDER if stage in wanted)

@@ -16,7 +16,9 @@ Rows = list[tuple[str, str]]
 def listing(kind: str | None = None) -> str:
     """All kinds of names, or those of one kind. Raises ``InputError`` for an unknown kind."""
     if kind is not None and kind not in KINDS:
-        raise InputError(f"--list {kind}: there is no such list{stages.nearest(kind, list(KINDS))} (there are {', '.join(KINDS)})")
+        raise InputError(
+            f"--list {kind}: there is no such list{stages.nearest(kind, list(KINDS))} (there are {', '.join(KINDS)})"
+        )
     return "\n\n".join(_block(name, make()) for name, make in KINDS.items() if kind in (None, name))
 
 
@@ -60,7 +62,11 @@ def laws() -> Rows:
     from pipeline import keys
 
     rows: Rows = []
-    for table, words in (("sph.materials.ice", "[sph.materials.NAME]"), ("sph", "[sph]"), ("dem.contact", "[dem.contact]")):
+    for table, words in (
+        ("sph.materials.ice", "[sph.materials.NAME]"),
+        ("sph", "[sph]"),
+        ("dem.contact", "[dem.contact]"),
+    ):
         for one in keys.keys(keys.find(table)[0][0]):
             if one.path[-1] in LAWS[table]:
                 rows.append((f"{words} {one.path[-1]}", one.allowed.replace('"', "")))
@@ -69,7 +75,17 @@ def laws() -> Rows:
 
 LAWS = {
     "sph.materials.ice": ("eos", "strength", "porosity", "crush", "damage"),
-    "sph": ("kernel", "viscosity", "volumes", "smoothing", "gradients", "viscosity_switch", "integrator", "sides", "floor"),
+    "sph": (
+        "kernel",
+        "viscosity",
+        "volumes",
+        "smoothing",
+        "gradients",
+        "viscosity_switch",
+        "integrator",
+        "sides",
+        "floor",
+    ),
     "dem.contact": ("normal", "tangential", "cohesion", "sliding", "stiffness_rule"),
 }
 KINDS: dict[str, Callable[[], Rows]] = {"cases": cases, "materials": materials, "observed": observed, "laws": laws}

@@ -1,8 +1,9 @@
 """One run works in a folder at a time, and one in a stage of the store.
 
-The lock is the kernel's (``flock``): it goes with the process, so that a killed run leaves nothing behind that has to be cleaned up. The
-file names the holder for whoever finds the folder taken. On a file system that refuses such locks an owner file stands for it, whose holder touches it every
-half minute; one that has been silent for ten minutes is taken over, and that is said.
+The lock is the kernel's (``flock``): it goes with the process, so that a killed run leaves nothing behind that has to
+be cleaned up. The file names the holder for whoever finds the folder taken. On a file system that refuses such locks
+an owner file stands for it, whose holder touches it every half minute; one that has been silent for ten minutes is
+taken over, and that is said.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ EVERY_S = 0.5
 def held(path: Path, what: str, wait: Callable[[str], None] | None = None) -> Iterator[None]:
     """Hold the lock at ``path`` while the block runs.
 
-    When another process has it: raises ``InputError`` that names it, or, with ``wait``, calls ``wait(message)`` every half second until it
-    is free (``wait`` may raise to give up).
+    When another process has it: raises ``InputError`` that names it, or, with ``wait``, calls ``wait(message)`` every
+    half second until it is free (``wait`` may raise to give up).
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with open(path, "a+") as file:
@@ -108,7 +109,10 @@ def _take_over(path: Path, owner: Path, what: str) -> None:
     with suppress(FileNotFoundError):
         os.replace(owner, aside)
         if _silence(path, aside) > SILENT_S:
-            progress.tell(f"{what}: {_holder(aside)} has been silent for more than {SILENT_S / 60.0:.0f} minutes and is taken to be gone")
+            progress.tell(
+                f"{what}: {_holder(aside)} has been silent for more than {SILENT_S / 60.0:.0f} minutes and is taken "
+                f"to be gone"
+            )
             aside.unlink()
         else:
             os.replace(aside, owner)

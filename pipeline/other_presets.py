@@ -1,4 +1,5 @@
-"""The presets of a case that were not asked for: a mistake in one of them is told by ``--check``, not on the day when it is used."""
+"""The presets of a case that were not asked for: a mistake in one of them is told by ``--check``, not on the day when
+it is used."""
 
 from __future__ import annotations
 

@@ -24,8 +24,8 @@ NEEDED = {
 def install(stage: str, file: Path, out: Path) -> None:
     """Copy ``file`` into the stage folder ``out``.
 
-    An SPH snapshot also becomes the one numbered snapshot of the series, and a ``target.json`` beside it comes along (the bed, the
-    handoff and the datum read it).
+    An SPH snapshot also becomes the one numbered snapshot of the series, and a ``target.json`` beside it comes along
+    (the bed, the handoff and the datum read it).
 
     Raises ``InputError`` when the file is no snapshot or lacks fields.
     """
@@ -45,12 +45,16 @@ def taken(stage: str, file: Path) -> tuple[Path, ...]:
 def _beside(file: Path) -> Path:
     beside = file.with_name("target.json")
     if not beside.is_file():
-        raise InputError(f"[sph] snapshot: {beside} is missing (the body without projectile: interfaces, density, pressure, gravity)")
+        raise InputError(
+            f"[sph] snapshot: {beside} is missing (the body without projectile: interfaces, density, pressure, "
+            f"gravity)"
+        )
     return beside
 
 
 def faults(files: Mapping[str, Path], keys: Mapping[str, str]) -> list[Complaint]:
-    """What is wrong with the files that take the place of stages, read as far as that needs: kind, whole, fields, companions."""
+    """What is wrong with the files that take the place of stages, read as far as that needs: kind, whole, fields,
+    companions."""
     found = []
     for stage, path in files.items():
         try:
@@ -78,7 +82,8 @@ def _check_impact(path: Path) -> None:
 
 
 def check(stage: str, file: Path) -> None:
-    """Whether a snapshot can stand in for the result of ``stage``; raises ``InputError`` naming every missing field."""
+    """Whether a snapshot can stand in for the result of ``stage``; raises ``InputError`` naming every missing
+    field."""
     try:
         held = snapshot.names(file)
         made_by = str(snapshot.attributes(file).get("stage", ""))

@@ -1,4 +1,5 @@
-"""Overlays on a case: ``[preset.<name>.<table>]`` and ``--set key.path=value``, merged key by key over the file's tables."""
+"""Overlays on a case: ``[preset.<name>.<table>]`` and ``--set key.path=value``, merged key by key over the file's
+tables."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from pipeline.toml_lines import KeyPath
 
 
 def merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
-    """``base`` with ``over`` laid on top: tables are merged, anything else (lists too) is replaced. Neither is changed."""
+    """``base`` with ``over`` laid on top: tables are merged, anything else (lists too) is replaced. Neither is
+    changed."""
     result = copy.deepcopy(base)
     for key, value in over.items():
         both = isinstance(value, dict) and isinstance(result.get(key), dict)
@@ -22,8 +24,8 @@ def merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
 def parsed(assignment: str) -> tuple[KeyPath, Any]:
     """Key path and value of one ``--set`` text.
 
-    The value is read as TOML where it is valid TOML (``12``, ``true``, ``[1, 2]``, ``"x"``) and as plain text where it is not, so that
-    ``--set sph.end_time="30 min"`` needs no second pair of quotes.
+    The value is read as TOML where it is valid TOML (``12``, ``true``, ``[1, 2]``, ``"x"``) and as plain text where it
+    is not, so that ``--set sph.end_time="30 min"`` needs no second pair of quotes.
 
     Raises ``InputError`` when there is no ``=`` or a part of the key is empty.
     """

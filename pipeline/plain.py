@@ -17,11 +17,17 @@ def plain(value: Any, annotation: Any = None) -> Any:
     if isinstance(value, BaseModel):
         hints = typing.get_type_hints(type(value), include_extras=True)
         fields = type(value).model_fields
-        found = {fields[name].alias or name: plain(item, hints.get(name)) for name, item in value if name in fields and item is not None}
+        found = {
+            fields[name].alias or name: plain(item, hints.get(name))
+            for name, item in value
+            if name in fields and item is not None
+        }
         return _tables_last(found)
     if isinstance(value, tuple) and hasattr(value, "_asdict"):
         hints = typing.get_type_hints(type(value), include_extras=True)
-        return _tables_last({name: plain(item, hints.get(name)) for name, item in value._asdict().items() if item is not None})
+        return _tables_last(
+            {name: plain(item, hints.get(name)) for name, item in value._asdict().items() if item is not None}
+        )
     if isinstance(value, dict):
         return _tables_last({str(key): plain(item, annotation) for key, item in value.items() if item is not None})
     if isinstance(value, (list, tuple)):

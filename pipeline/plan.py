@@ -11,11 +11,18 @@ from pipeline.compose import compose
 from pipeline.run import Request, impact_of
 from pipeline.store import Entry
 
-HERE, STORED, MADE, CONTINUED, UNKNOWN = "done before", "in the store", "to be made", "to be continued", "made or found when what it reads is there"
+HERE, STORED, MADE, CONTINUED, UNKNOWN = (
+    "done before",
+    "in the store",
+    "to be made",
+    "to be continued",
+    "made or found when what it reads is there",
+)
 
 
 def plan(request: Request, settings: Mapping[str, Model]) -> dict[str, str]:
-    """Each wanted stage with what would become of it; a stage that reads files of one that is still to be made may yet be found."""
+    """Each wanted stage with what would become of it; a stage that reads files of one that is still to be made may yet
+    be found."""
     return {stage: word for stage, word, _ in _looked_through(request, settings)}
 
 
@@ -42,11 +49,17 @@ def _looked_through(request: Request, settings: Mapping[str, Model]) -> Iterator
         elsewhere = request.case.outside.get(stage)
         if stage not in settings and elsewhere is None:
             continue
-        missing = [item for item in stages.READS[stage] if item.partition("/")[0] in request.case.stages and item.partition("/")[0] not in places]
+        missing = [
+            item
+            for item in stages.READS[stage]
+            if item.partition("/")[0] in request.case.stages and item.partition("/")[0] not in places
+        ]
         if missing and elsewhere is None:
             yield stage, MADE if stage in anew or any("/" not in item for item in missing) else UNKNOWN, ""
             continue
-        who = identity.of(stage, settings.get(stage), elsewhere, lambda earlier: places.get(earlier, stages.folder(run, earlier)))
+        who = identity.of(
+            stage, settings.get(stage), elsewhere, lambda earlier: places.get(earlier, stages.folder(run, earlier))
+        )
         entry = Entry.of(run, stage, who.key)
         word = CONTINUED if folder.record(entry.place / folder.BEGUN) else MADE
         if stage in anew:

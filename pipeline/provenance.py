@@ -19,12 +19,17 @@ LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py", "trimesh", "pyvista"
 
 
 def version(distribution: str = DISTRIBUTION) -> str:
-    """Version of an installed distribution, ``"unknown"`` when it is not installed; of this project, run from a checkout, that of the checkout."""
+    """Version of an installed distribution, ``"unknown"`` when it is not installed; of this project, run from a
+    checkout, that of the checkout."""
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
         project = HOUSE / "pyproject.toml"
-        return str(tomllib.loads(project.read_text())["project"]["version"]) if distribution == DISTRIBUTION and project.is_file() else "unknown"
+        return (
+            str(tomllib.loads(project.read_text())["project"]["version"])
+            if distribution == DISTRIBUTION and project.is_file()
+            else "unknown"
+        )
 
 
 def file_sha256(path: Path) -> str:
@@ -34,7 +39,8 @@ def file_sha256(path: Path) -> str:
 
 
 def source_key(module: str) -> str:
-    """Hash of a module's source and of all sources of this project that it reaches (the key of its compiled kernels)."""
+    """Hash of a module's source and of all sources of this project that it reaches (the key of its compiled
+    kernels)."""
     from matter import jit
 
     spec = importlib.util.find_spec(module)
@@ -47,8 +53,12 @@ def commit() -> dict[str, Any]:
         return {}
     try:
         ask = ["git", "-C", str(HOUSE)]
-        head = subprocess.run([*ask, "rev-parse", "HEAD"], capture_output=True, text=True, timeout=10, check=True).stdout.strip()
-        changed = subprocess.run([*ask, "status", "--porcelain"], capture_output=True, text=True, timeout=10, check=True).stdout
+        head = subprocess.run(
+            [*ask, "rev-parse", "HEAD"], capture_output=True, text=True, timeout=10, check=True
+        ).stdout.strip()
+        changed = subprocess.run(
+            [*ask, "status", "--porcelain"], capture_output=True, text=True, timeout=10, check=True
+        ).stdout
         return {"commit": head, "uncommitted_changes": bool(changed.strip())}
     except (OSError, subprocess.SubprocessError):
         return {}

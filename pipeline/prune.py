@@ -1,7 +1,7 @@
 """``run_case --prune``: what the store holds that no run shows any more, and how much room it takes.
 
-Runs are looked for in the folder that holds the store, those inside runs included; a link anywhere in a run counts. What a run shows is taken only when it is
-asked for by name, what is being made never.
+Runs are looked for in the folder that holds the store, those inside runs included; a link anywhere in a run counts.
+What a run shows is taken only when it is asked for by name, what is being made never.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ _DEEP = 5
 
 @dataclass(frozen=True)
 class Held:
-    """One folder of the store: what it takes [bytes], which runs show it, and since when it has not been changed [s since the epoch]."""
+    """One folder of the store: what it takes [bytes], which runs show it, and since when it has not been changed [s
+    since the epoch]."""
 
     name: str
     size: int
@@ -42,7 +43,15 @@ def held(out: Path) -> list[Held]:
     for one in place.iterdir():
         if one.is_dir() and one.name.partition("-")[0] in stages.ORDER:
             last = max((path.stat().st_mtime for path in [one, *one.glob("*")] if path.exists()), default=0.0)
-            found.append(Held(one.name, folder.size_bytes(one), tuple(sorted(shown.get(one.name, ()))), last, (one / folder.DONE).is_file()))
+            found.append(
+                Held(
+                    one.name,
+                    folder.size_bytes(one),
+                    tuple(sorted(shown.get(one.name, ()))),
+                    last,
+                    (one / folder.DONE).is_file(),
+                )
+            )
     return sorted(found, key=lambda one: (one.since, one.name))
 
 
@@ -63,7 +72,8 @@ def _shown(out: Path, place: Path) -> dict[str, set[Path]]:
 
 
 def chosen(found: Iterable[Held], names: Iterable[str] = (), budget: float | None = None) -> list[Held]:
-    """What is to go: of those that no run shows all, or the oldest until the store keeps to its ``budget`` [bytes]; or those asked for by name.
+    """What is to go: of those that no run shows all, or the oldest until the store keeps to its ``budget`` [bytes]; or
+    those asked for by name.
 
     Raises ``InputError`` for a name that is not there.
     """
@@ -87,7 +97,8 @@ def chosen(found: Iterable[Held], names: Iterable[str] = (), budget: float | Non
 
 
 def remove(out: Path, going: Iterable[Held]) -> list[str]:
-    """Remove folders of the store; names of those that are being made and stay. What a kill leaves half removed goes the next time."""
+    """Remove folders of the store; names of those that are being made and stay. What a kill leaves half removed goes
+    the next time."""
     place, busy = Path(out) / store.STORE, []
     for left in place.glob(f"{_TRASH}-*"):
         shutil.rmtree(left, ignore_errors=True)
@@ -121,4 +132,9 @@ def table(found: Iterable[Held], going: Iterable[Held]) -> str:
         words = f"{'' if one.done else '  unfinished'}{'  to be removed' if one.name in names else ''}"
         lines.append(f"{one.name:<{width}}{prediction.size(one.size):>10}{len(one.runs):>6}{words}")
     total, freed = (sum(one.size for one in some) for some in (found, (one for one in found if one.name in names)))
-    return "\n".join([*lines, f"{prediction.size(total)} in all, {prediction.size(freed)} to be freed ({len(names)} of {len(found)})"])
+    return "\n".join(
+        [
+            *lines,
+            f"{prediction.size(total)} in all, {prediction.size(freed)} to be freed ({len(names)} of {len(found)})",
+        ]
+    )

@@ -1,8 +1,9 @@
 """``references.bib``: the papers of what a run really used.
 
-Keys come from the case (``[case] sources``), from the sections of the materials that a run takes (``sources``), and from every source file that one
-of its stages reaches by imports (``SOURCES``, ``pipeline.bibliography``). A stage with a choice of laws says by ``idle_sources(settings)`` which of these
-files, and by ``idle_sections(settings)`` which (material, section), a run leaves idle: these do not count.
+Keys come from the case (``[case] sources``), from the sections of the materials that a run takes (``sources``), and
+from every source file that one of its stages reaches by imports (``SOURCES``, ``pipeline.bibliography``). A stage with
+a choice of laws says by ``idle_sources(settings)`` which of these files, and by ``idle_sections(settings)`` which
+(material, section), a run leaves idle: these do not count.
 """
 
 from __future__ import annotations
@@ -19,11 +20,17 @@ from pipeline.case import Case
 
 
 def write(path: Path, case: Case, settings: Mapping[str, Model], materials: Iterable[str]) -> list[str]:
-    """Write the bibliography of a run, made with the ``settings`` of its stages, and return its keys in the order of the bibliography."""
+    """Write the bibliography of a run, made with the ``settings`` of its stages, and return its keys in the order of
+    the bibliography."""
     cited = set(case.sources)
     idle = {pair for stage, chosen in settings.items() for pair in _said(stage, "idle_sections", chosen)}
     for name in materials:
-        cited |= {key for title, section in material.load(name).items() if (name, title) not in idle for key in section.get("sources", ())}
+        cited |= {
+            key
+            for title, section in material.load(name).items()
+            if (name, title) not in idle
+            for key in section.get("sources", ())
+        }
     for file in _files(settings):
         cited |= set(bibliography.named_by(file))
     if fault := bibliography.fault(sorted(cited)):

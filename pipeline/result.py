@@ -1,4 +1,5 @@
-"""The last word of a run: what was measured, each number with its stage, time and definition, and the published numbers beside it."""
+"""The last word of a run: what was measured, each number with its stage, time and definition, and the published
+numbers beside it."""
 
 from __future__ import annotations
 
@@ -26,7 +27,9 @@ def table(run: Path) -> str:
             rows.append((row.words, [cell or "--" for cell in cells]))
     width = max(len(words) for words, _ in rows)
     widths = [max(len(cells[k]) for _, cells in rows) + 3 for k in range(len(columns))]
-    lines = [f"{words:<{width}}" + "".join(f"{cell:>{wide}}" for cell, wide in zip(cells, widths)) for words, cells in rows]
+    lines = [
+        f"{words:<{width}}" + "".join(f"{cell:>{wide}}" for cell, wide in zip(cells, widths)) for words, cells in rows
+    ]
     lines += [_errors(columns), *_unsettled(measures)]
     lines += [_published(entry) for entry in measures.get("reference", [])]
     return "\n".join(line for line in [*lines, *_soundness(measures.get("soundness", {}))] if line)
@@ -50,23 +53,33 @@ def _soundness(facts: Mapping[str, Any]) -> list[str]:
     """One line on the projectile's resolution and the peak pressure, and the cautions."""
     words = []
     if "particles_per_radius" in facts:
-        words.append(f"projectile: {facts['projectile_particles']} particles, {facts['particles_per_radius']:.2g} per radius")
+        words.append(
+            f"projectile: {facts['projectile_particles']} particles, {facts['particles_per_radius']:.2g} per radius"
+        )
     if "peak_pressure_Pa" in facts:
         text = f"largest pressure of a particle {readable.amount(facts['peak_pressure_Pa'] * 1e-9, 'GPa', 3)}"
         if "peak_over_planar_limit" in facts:
             limit, speed = readable.amount(facts["planar_limit_Pa"] * 1e-9, "GPa", 3), facts["planar_speed_m_s"] * 1e-3
-            text += f", {facts['peak_over_planar_limit']:.2g} times the planar limit ({limit} at the vertical {speed:.4g} km/s)"
+            text += (
+                f", {facts['peak_over_planar_limit']:.2g} times the planar limit ({limit} at the vertical {speed:.4g} "
+                f"km/s)"
+            )
         words.append(text)
     return ["; ".join(words), *(readable.terminal(f"caution: {caution}") for caution in facts.get("cautions", []))]
 
 
 def _published(entry: dict[str, Any]) -> str:
-    """A published number, ours beside it with its moment, and whether it is met; that it is not met is a finding, not a failure."""
+    """A published number, ours beside it with its moment, and whether it is met; that it is not met is a finding, not
+    a failure."""
     scale, unit = _scale(entry["unit"], abs(entry["value"]))
-    error = f" +{entry['plus'] * scale:.3g} -{entry['minus'] * scale:.3g}" if "plus" in entry and "minus" in entry else ""
+    error = (
+        f" +{entry['plus'] * scale:.3g} -{entry['minus'] * scale:.3g}" if "plus" in entry and "minus" in entry else ""
+    )
     verdict = "not measured" if entry.get("met") is None else "met" if entry["met"] else "not met"
     ours, at = shown(entry.get("ours")), f" ({entry['at']})" if entry.get("at") else ""
-    words = f"published {entry['name']}: {entry['value'] * scale:.4g}{error} {unit} ({entry.get('source', 'no source')})"
+    words = (
+        f"published {entry['name']}: {entry['value'] * scale:.4g}{error} {unit} ({entry.get('source', 'no source')})"
+    )
     return f"{words}; here{at} {ours or '--'}: {verdict}"
 
 
@@ -75,7 +88,9 @@ def shown(entry: Any) -> str:
     if not isinstance(entry, Mapping) or not isinstance(entry.get("value"), (int, float)):
         return ""
     sigma = entry.get("sigma")
-    return readable.terminal(readable.measured(entry["value"], sigma if isinstance(sigma, (int, float)) else None, entry.get("unit", "")))
+    return readable.terminal(
+        readable.measured(entry["value"], sigma if isinstance(sigma, (int, float)) else None, entry.get("unit", ""))
+    )
 
 
 def _scale(unit: str, value: float) -> tuple[float, str]:

@@ -1,8 +1,9 @@
 """Running a case: the six stages in order, resumed after any kind of stop, each done once.
 
-A stage that the run shows is skipped when it is done with the same inputs. Else it is taken from the store by its key (``pipeline.identity``), and made there
-where the store has it not: continued from its checkpoint when it was begun, or waited for while another run makes it. ``--from`` makes anew what the store has.
-SIGINT and SIGTERM ask the running stage to save and stop.
+A stage that the run shows is skipped when it is done with the same inputs. Else it is taken from the store by its key
+(``pipeline.identity``), and made there where the store has it not: continued from its checkpoint when it was begun, or
+waited for while another run makes it. ``--from`` makes anew what the store has. SIGINT and SIGTERM ask the running
+stage to save and stop.
 """
 
 from __future__ import annotations
@@ -54,7 +55,9 @@ class Request:
         first = stages.ORDER.index(stages.known(self.start)) if self.start else 0
         last = stages.ORDER.index(stages.known(self.until)) if self.until else len(stages.ORDER) - 1
         if first > last:
-            raise InputError(f"--from {self.start} comes after --until {self.until} (the order is {' '.join(stages.ORDER)})")
+            raise InputError(
+                f"--from {self.start} comes after --until {self.until} (the order is {' '.join(stages.ORDER)})"
+            )
         wanted = tuple(stage for stage in stages.ORDER[first : last + 1] if stage in self.case.stages)
         if not wanted:
             raise InputError(f"{self.case.file} has none of these stages: it has {' '.join(self.case.stages)}")
@@ -64,7 +67,9 @@ class Request:
         """The case with the impact that the stage of the encounters has left in its folder. Raises ``InputError``."""
         case = with_impact(self.case, impact_of(nbody))
         if not case.pinned:
-            raise InputError(f"{impact_of(nbody)} lacks {' or '.join(FROM_ENCOUNTERS)}: it does not say how the projectile hits")
+            raise InputError(
+                f"{impact_of(nbody)} lacks {' or '.join(FROM_ENCOUNTERS)}: it does not say how the projectile hits"
+            )
         return case
 
 
@@ -85,13 +90,15 @@ def settings_of(request: Request) -> dict[str, Model]:
         return compose(request.case, request.wanted)
     if not request.case.pinned and not _impact_file(request).is_file():
         raise InputError(
-            f"{request.case.file} takes speed and angle from the encounters, and {_impact_file(request)} does not exist: run the stage nbody first"
+            f"{request.case.file} takes speed and angle from the encounters, and {_impact_file(request)} does not "
+            f"exist: run the stage nbody first"
         )
     return _after_the_encounters(request)
 
 
 def sensible(request: Request, settings: dict[str, Model]) -> list[str]:
-    """Warnings about what the settings say together (``pipeline.sense``). Raises ``InputError`` with everything that cannot be."""
+    """Warnings about what the settings say together (``pipeline.sense``). Raises ``InputError`` with everything that
+    cannot be."""
     errors, warnings = sense.judged(settings, request.case.outside, request.wanted)
     if errors:
         raise InputError(listed(request.case, errors, ()))
@@ -115,8 +122,8 @@ def _after_the_encounters(request: Request) -> dict[str, Model]:
 def run(request: Request, screen: Screen) -> Outcome:
     """Run or resume the wanted stages.
 
-    Raises ``InputError`` (bad input), ``Stopped`` (on request, after saving), ``UnphysicalState``; a stage that ends unsound is kept, the
-    stages after it run, and the outcome says so.
+    Raises ``InputError`` (bad input), ``Stopped`` (on request, after saving), ``UnphysicalState``; a stage that ends
+    unsound is kept, the stages after it run, and the outcome says so.
     """
     settings = settings_of(request)
     warnings = sensible(request, settings)
@@ -163,19 +170,29 @@ def _to_do(request: Request) -> list[str]:
 
 
 def _of_old_layout(request: Request, old: list[str], screen: Screen) -> Outcome:
-    """A run that an older version made, with its stages in the run folder: it can be read, not gone on with. Raises ``InputError`` where something is to be
-    made."""
+    """A run that an older version made, with its stages in the run folder: it can be read, not gone on with. Raises
+    ``InputError`` where something is to be made."""
     outcome, run_folder = Outcome(request.run_folder), request.run_folder
-    if request.start or request.fresh or any(stage not in old or not _record(run_folder, stage) for stage in request.wanted):
+    if (
+        request.start
+        or request.fresh
+        or any(stage not in old or not _record(run_folder, stage) for stage in request.wanted)
+    ):
         raise InputError(
-            f"{run_folder} was made by an older version, with the stages in the run folder itself: what is done there can be read, not gone on with. "
-            f"Finish it with that version, or make it anew: cp {run_folder / 'case.used.toml'} mine.toml; run_case mine.toml "
+            f"{run_folder} was made by an older version, with the stages in the run folder itself: what is done there "
+            f"can be read, not gone on with. "
+            f"Finish it with that version, or make it anew: cp {run_folder / 'case.used.toml'} mine.toml; run_case "
+            f"mine.toml "
             "(a key that is gone, such as [bed] share, is named and can be left out)"
         )
     for stage in request.wanted:
         done = _record(run_folder, stage)
         intact.check(stages.folder(run_folder, stage), stage, done.get("files", {}), content=False)
-        screen.ends(stage, f"{stages.folder(run_folder, stage).name}: up to date ({done.get('wall_s', 0):.1f} s), made by an older version")
+        screen.ends(
+            stage,
+            f"{stages.folder(run_folder, stage).name}: up to date ({done.get('wall_s', 0):.1f} s), made by an older "
+            f"version",
+        )
         if done.get("unsound"):
             outcome.unsound[stage] = done["unsound"]
     return outcome
@@ -194,7 +211,14 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
     entry = Entry.of(run_folder, stage, who.key)
     if stage not in anew:
         if folder.is_done(mine, who.inputs):
-            _there(request, stage, folder.mark(mine / folder.DONE), f"up to date{_by_other_sources(mine, who, stage)}", journal, outcome)
+            _there(
+                request,
+                stage,
+                folder.mark(mine / folder.DONE),
+                f"up to date{_by_other_sources(mine, who, stage)}",
+                journal,
+                outcome,
+            )
             return
         _check_begun(mine, stage, who, journal)
     view.refuse_foreign(run_folder, stage)
@@ -217,19 +241,23 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
 
 
 def _check_begun(place: Path, stage: str, who: Identity, journal: Journal) -> None:
-    """Whether what this run has begun of a stage can be gone on with. Raises ``InputError`` where another version of the code began it: a checkpoint belongs to
-    the program that wrote it."""
+    """Whether what this run has begun of a stage can be gone on with. Raises ``InputError`` where another version of
+    the code began it: a checkpoint belongs to the program that wrote it."""
     before = folder.mark(place / folder.BEGUN)
     if before.get("inputs_sha256") != who.inputs:
         return
     if before.get("sources_sha256", "") != who.sources:
         commit = f" (commit {before['commit'][:10]})" if isinstance(before.get("commit"), str) else ""
         raise InputError(
-            f"{place.name} was begun by another version of the code{commit}, and its checkpoints are that version's: finish it with that one, "
+            f"{place.name} was begun by another version of the code{commit}, and its checkpoints are that version's: "
+            f"finish it with that one, "
             f"or begin it anew with --from {stage}"
         )
     if before.get("threads") != who.threads:
-        journal.screen.say(f"{place.name}: begun with --threads {before.get('threads')}, which its bits depend on; with {who.threads} it is made anew")
+        journal.screen.say(
+            f"{place.name}: begun with --threads {before.get('threads')}, which its bits depend on; with "
+            f"{who.threads} it is made anew"
+        )
 
 
 def _there(request: Request, stage: str, done: dict[str, Any], how: str, journal: Journal, outcome: Outcome) -> None:
@@ -262,7 +290,15 @@ def _waiting(label: str, journal: Journal) -> Callable[[str], None]:
     return wait
 
 
-def _make(request: Request, stage: str, who: Identity, settings: Model | None, place: Path, journal: Journal, outcome: Outcome) -> None:
+def _make(
+    request: Request,
+    stage: str,
+    who: Identity,
+    settings: Model | None,
+    place: Path,
+    journal: Journal,
+    outcome: Outcome,
+) -> None:
     """Make a stage, or go on with it, in a folder of the store."""
     run_folder, source = request.run_folder, request.case.outside.get(stage)
     label, made_by = stages.folder(run_folder, stage).name, who.as_record()
@@ -288,7 +324,11 @@ def _make(request: Request, stage: str, who: Identity, settings: Model | None, p
         raise
     wall_s = spent + time.monotonic() - began
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    sizes = {"process_peak_memory_bytes": peak, "disk_bytes": folder.size_bytes(place), "files": intact.files_of(place)}
+    sizes = {
+        "process_peak_memory_bytes": peak,
+        "disk_bytes": folder.size_bytes(place),
+        "files": intact.files_of(place),
+    }
     folder.finish(place, stage, who.inputs, wall_s, **more, **sizes)
     note = f"; UNSOUND: {outcome.unsound[stage]}" if "unsound" in more else "; taken from a file" if source else ""
     journal.screen.ends(stage, f"{label}: done in {wall_s:.1f} s{note}")
@@ -296,7 +336,8 @@ def _make(request: Request, stage: str, who: Identity, settings: Model | None, p
 
 
 def _by_other_sources(place: Path, who: Identity, stage: str) -> str:
-    """A word of warning when the program has changed since a stage was done: its settings are the same, its physics may not be."""
+    """A word of warning when the program has changed since a stage was done: its settings are the same, its physics
+    may not be."""
     made_by = folder.record(place / folder.DONE).get("sources_sha256")
     if made_by in (None, who.sources):
         return ""
@@ -304,7 +345,8 @@ def _by_other_sources(place: Path, who: Identity, stage: str) -> str:
 
 
 def _clear_the_way(request: Request, interrupted: bool) -> None:
-    """``--fresh`` and ``--from`` ask for stages anew that the store has, unless the same command was interrupted and now goes on."""
+    """``--fresh`` and ``--from`` ask for stages anew that the store has, unless the same command was interrupted and
+    now goes on."""
     first = request.wanted[0] if request.fresh else request.start
     if first is None or (interrupted and not request.fresh):
         return

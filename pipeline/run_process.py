@@ -19,7 +19,9 @@ def command(arguments: list[str]) -> list[str]:
 def as_process(arguments: list[str]) -> int:
     """``run_case`` with these arguments as its own process; its exit code. SIGTERM and SIGINT are handed on."""
     child = subprocess.Popen(command(arguments))
-    before = {number: signal.signal(number, lambda n, _: child.send_signal(n)) for number in (signal.SIGTERM, signal.SIGINT)}
+    before = {
+        number: signal.signal(number, lambda n, _: child.send_signal(n)) for number in (signal.SIGTERM, signal.SIGINT)
+    }
     try:
         return child.wait()
     finally:

@@ -1,7 +1,8 @@
-"""The JSON schema of a case file, for editors that complete and check TOML (taplo, Even Better TOML): ``run_case --schema FILE``.
+"""The JSON schema of a case file, for editors that complete and check TOML (taplo, Even Better TOML): ``run_case
+--schema FILE``.
 
-Quantities are texts with a unit. What a preset, ``--set`` or the encounters may still bring is not required, so that a schema never refuses a file
-that a run takes; what depends on several keys is left to ``run_case --check``.
+Quantities are texts with a unit. What a preset, ``--set`` or the encounters may still bring is not required, so that a
+schema never refuses a file that a run takes; what depends on several keys is left to ``run_case --check``.
 """
 
 from __future__ import annotations
@@ -15,7 +16,20 @@ from pydantic import TypeAdapter
 from matter import archive, material, quantity
 from pipeline import keys, stages
 
-_KEPT = ("type", "enum", "const", "anyOf", "items", "properties", "additionalProperties", "minItems", "pattern", "required", "x-unit", "$ref")
+_KEPT = (
+    "type",
+    "enum",
+    "const",
+    "anyOf",
+    "items",
+    "properties",
+    "additionalProperties",
+    "minItems",
+    "pattern",
+    "required",
+    "x-unit",
+    "$ref",
+)
 _LIMITS = ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "multipleOf")
 
 
@@ -30,7 +44,10 @@ def schema() -> dict[str, Any]:
     tables = {}
     for table in keys.tables():
         if len(table.path) == 1:
-            tables[table.name] = _table(table.kind, table.path, definitions) | {"title": table.name, "description": table.meaning}
+            tables[table.name] = _table(table.kind, table.path, definitions) | {
+                "title": table.name,
+                "description": table.meaning,
+            }
     whole = {name for table in [*tables.values(), *definitions.values()] for name in _elements(table)}
     for name, definition in definitions.items():
         if f"#/definitions/{name}" not in whole:
@@ -40,7 +57,8 @@ def schema() -> dict[str, Any]:
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "A case of bolide",
-        "description": "An impact from its encounter to its crater: run_case FILE. Keys and meanings on the terminal: run_case --describe.",
+        "description": "An impact from its encounter to its crater: run_case FILE. Keys and meanings on the terminal: "
+        "run_case --describe.",
         "type": "object",
         "properties": {**loose, "case": case, "preset": _presets(loose)},
         "required": ["case"],
@@ -50,8 +68,15 @@ def schema() -> dict[str, Any]:
 
 
 def _presets(tables: dict[str, Any]) -> dict[str, Any]:
-    about = "Values that `--preset NAME` lays over the case, `[preset.NAME.sph]` for example; the preset `thesis` is taken when none is named."
-    return {"type": "object", "description": about, "additionalProperties": {"type": "object", "properties": tables, "additionalProperties": False}}
+    about = (
+        "Values that `--preset NAME` lays over the case, `[preset.NAME.sph]` for example; the preset `thesis` is "
+        "taken when none is named."
+    )
+    return {
+        "type": "object",
+        "description": about,
+        "additionalProperties": {"type": "object", "properties": tables, "additionalProperties": False},
+    }
 
 
 def _table(kind: Any, path: tuple[str, ...], definitions: dict[str, Any]) -> dict[str, Any]:
@@ -63,12 +88,15 @@ def _table(kind: Any, path: tuple[str, ...], definitions: dict[str, Any]) -> dic
     if path[0] in keys.OUTSIDE:
         name, meaning = stages.OUTSIDE[path[0]], keys.OUTSIDE[path[0]]
         either = {"description": keys.text_of(meaning), "type": "string"}
-        found["properties"][name] = {"anyOf": [either, found["properties"][name]]} if name in found["properties"] else either
+        found["properties"][name] = (
+            {"anyOf": [either, found["properties"][name]]} if name in found["properties"] else either
+        )
     return found
 
 
 def _plain(node: Any, name: str) -> dict[str, Any]:
-    """A model's schema with plain texts, quantities as texts, materials by their names, and the tables of a material's laws."""
+    """A model's schema with plain texts, quantities as texts, materials by their names, and the tables of a material's
+    laws."""
     found = _node(node)
     for key, part in found.get("properties", {}).items():
         if key == "material":
@@ -76,7 +104,9 @@ def _plain(node: Any, name: str) -> dict[str, Any]:
         if key == "materials":
             part["propertyNames"] = {"enum": material.names()}
         if name == "Choice" and key in keys.material_sections():
-            found["properties"][key] = _section(keys.material_sections()[key]) | {"description": part.get("description", "")}
+            found["properties"][key] = _section(keys.material_sections()[key]) | {
+                "description": part.get("description", "")
+            }
     return found
 
 
@@ -85,7 +115,9 @@ def _node(node: Any) -> Any:
         return [_node(item) for item in node]
     if not isinstance(node, dict):
         return node
-    options = [item for item in node.get("anyOf", []) if item != {"type": "null"}]  # TOML has no null: the key is left out
+    options = [
+        item for item in node.get("anyOf", []) if item != {"type": "null"}
+    ]  # TOML has no null: the key is left out
     if "anyOf" in node and len(options) == 1:
         node = {**{key: value for key, value in node.items() if key != "anyOf"}, **options[0]}
     elif "anyOf" in node:
@@ -96,7 +128,11 @@ def _node(node: Any) -> Any:
     unit = node.get("x-unit") or next((item["x-unit"] for item in options if "x-unit" in item), None)
     if "description" in node:
         limits: dict[str, float] = next((item["x-number"] for item in (node, *options) if "x-number" in item), {})
-        words = [f"{sign} {limits[name]:g}" for name, sign in (("gt", ">"), ("ge", ">="), ("lt", "<"), ("le", "<=")) if name in limits]
+        words = [
+            f"{sign} {limits[name]:g}"
+            for name, sign in (("gt", ">"), ("ge", ">="), ("lt", "<"), ("le", "<="))
+            if name in limits
+        ]
         found["description"] = keys.text_of(node["description"]) + (f" [{', '.join([unit, *words])}]" if unit else "")
     default = node.get("default")
     if default is not None and not isinstance(default, (dict, list)):
@@ -105,17 +141,22 @@ def _node(node: Any) -> Any:
 
 
 def _section(law: Any) -> dict[str, Any]:
-    """The values of a law in ``[sph.materials.NAME.<law>]``: texts with units; numbers may be texts too, as in a material's file."""
+    """The values of a law in ``[sph.materials.NAME.<law>]``: texts with units; numbers may be texts too, as in a
+    material's file."""
     properties = {}
     for name, entry in keys.fields(law).items():
         number = {"anyOf": [{"type": "string"}, {"type": "number"}]}
         value = {"type": "string", "pattern": quantity.TEXT} if keys.unit_of(entry) else number
-        properties[name] = {**({"type": "array", "items": value} if "list" in keys.allowed(entry) else value), "description": keys.allowed(entry)}
+        properties[name] = {
+            **({"type": "array", "items": value} if "list" in keys.allowed(entry) else value),
+            "description": keys.allowed(entry),
+        }
     return {"type": "object", "properties": properties, "additionalProperties": False}
 
 
 def _elements(node: Any) -> list[str]:
-    """References to what stands in lists: an element is written as a whole, so that its required keys stay required."""
+    """References to what stands in lists: an element is written as a whole, so that its required keys stay
+    required."""
     if isinstance(node, list):
         return [name for item in node for name in _elements(item)]
     if not isinstance(node, dict):

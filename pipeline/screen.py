@@ -102,7 +102,9 @@ class BarScreen:
         """A stage reports where it is."""
         if self._task is None:
             self._open(stage)
-        self._bar.update(self._task, completed=state.fraction, left=duration(state.eta_s), note=state.note, refresh=True)
+        self._bar.update(
+            self._task, completed=state.fraction, left=duration(state.eta_s), note=state.note, refresh=True
+        )
 
     def ends(self, stage: str, text: str) -> None:
         """A stage is done: its bar goes."""

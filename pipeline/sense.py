@@ -1,6 +1,7 @@
 """Whether a case makes physical sense, before it runs: what cannot be is an error, what is rarely meant a warning.
 
-Settings are each valid by themselves here; this is about what they say together. A run refuses the same errors before its first stage.
+Settings are each valid by themselves here; this is about what they say together. A run refuses the same errors before
+its first stage.
 """
 
 from __future__ import annotations
@@ -31,8 +32,11 @@ NEAR = 1.3
 """Least distance of the quiet layer over the expected crater's radius."""
 
 
-def judged(settings: Mapping[str, Model], outside: Mapping[str, Path], stages: tuple[str, ...]) -> tuple[list[Complaint], list[str]]:
-    """Errors and warnings about the settings of the ``stages`` of a case; ``outside`` are the stages whose result is given."""
+def judged(
+    settings: Mapping[str, Model], outside: Mapping[str, Path], stages: tuple[str, ...]
+) -> tuple[list[Complaint], list[str]]:
+    """Errors and warnings about the settings of the ``stages`` of a case; ``outside`` are the stages whose result is
+    given."""
     sph: Any = settings.get("sph") if "sph" not in outside else None
     if sph is None or not hasattr(sph, "zones"):
         return [], list(experimental.used(settings))
@@ -45,20 +49,35 @@ def _impossible(sph: Any) -> Iterator[Complaint]:
     radius, finest = impact.projectile.radius, sph.zones.contact
     place = ("impact", "projectile", "radius")
     if not target.flat and radius >= target.radius:
-        yield Complaint(place, f"the projectile ({readable.length(radius)}) is larger than the target ({readable.length(target.radius)})")
+        yield Complaint(
+            place,
+            f"the projectile ({readable.length(radius)}) is larger than the target ({readable.length(target.radius)})",
+        )
     elif target.flat and radius >= min(target.radius, target.half_width):
-        yield Complaint(place, f"the projectile ({readable.length(radius)}) is larger than the ground, {readable.length(target.radius)} deep")
+        yield Complaint(
+            place,
+            f"the projectile ({readable.length(radius)}) is larger than the ground, {readable.length(target.radius)} "
+            f"deep",
+        )
     elif radius < LOST * finest and target.radius > AS_HALF_SPACE * radius and not target.flat:
-        yield Complaint(place, f"the projectile ({readable.length(radius)}) is lost among particles {readable.length(finest)} apart: {_flat_advice(sph)}")
+        yield Complaint(
+            place,
+            f"the projectile ({readable.length(radius)}) is lost among particles {readable.length(finest)} apart: "
+            f"{_flat_advice(sph)}",
+        )
     elif radius < LOST * finest and not sph.control:
         yield Complaint(
             place,
-            f"the projectile ({readable.length(radius)}) is lost among particles {readable.length(finest)} apart: leave [sph] spacing_at_impact out, "
+            f"the projectile ({readable.length(radius)}) is lost among particles {readable.length(finest)} apart: "
+            f"leave [sph] spacing_at_impact out, "
             f"or make it {readable.length(radius)} or less",
         )
     if impact.angle_from_vertical > PASSES:
         angle = math.degrees(impact.angle_from_vertical)
-        yield Complaint(("impact", "angle_from_vertical"), f"at {angle:.4g} deg from the vertical the projectile passes by the target")
+        yield Complaint(
+            ("impact", "angle_from_vertical"),
+            f"at {angle:.4g} deg from the vertical the projectile passes by the target",
+        )
 
 
 def _out_of_order(settings: Mapping[str, Model], sph: Any) -> Iterator[Complaint]:
@@ -66,25 +85,38 @@ def _out_of_order(settings: Mapping[str, Model], sph: Any) -> Iterator[Complaint
     time = getattr(handoff, "time", None)
     if isinstance(time, float):
         if time > sph.end_time:
-            yield Complaint(("handoff", "time"), f"{readable.clock(time)} is after the end of the shock stage, sph.end_time = {readable.clock(sph.end_time)}")
+            yield Complaint(
+                ("handoff", "time"),
+                f"{readable.clock(time)} is after the end of the shock stage, sph.end_time = "
+                f"{readable.clock(sph.end_time)}",
+            )
         end = getattr(settings.get("dem"), "end_time", math.inf)
         if sph.end_time >= time >= end:
-            yield Complaint(("dem", "end_time"), f"{readable.clock(end)} is not after the handoff at {readable.clock(time)}")
+            yield Complaint(
+                ("dem", "end_time"), f"{readable.clock(end)} is not after the handoff at {readable.clock(time)}"
+            )
 
 
 def _does_not_fit(settings: Mapping[str, Model], sph: Any, outside: Mapping[str, Path]) -> Iterator[Complaint]:
     target, diameter = sph.target, sph.impact.expected_transient_diameter
     room = target.half_width if target.flat else target.radius
     if 0.5 * diameter > room or (target.flat and diameter / 3.0 > target.radius):
-        what = f"ground {readable.length(2.0 * target.half_width)} wide and {readable.length(target.radius)} deep" if target.flat else "the body"
-        yield Complaint(("impact", "expected_transient_diameter"), f"a crater of {readable.length(diameter)} is larger than {what}")
+        what = (
+            f"ground {readable.length(2.0 * target.half_width)} wide and {readable.length(target.radius)} deep"
+            if target.flat
+            else "the body"
+        )
+        yield Complaint(
+            ("impact", "expected_transient_diameter"), f"a crater of {readable.length(diameter)} is larger than {what}"
+        )
     bed: Any = settings.get("bed")
     if bed is None or "bed" in outside or not hasattr(bed, "arc_radius"):
         return
     if 0.5 * diameter > WIDEST * bed.arc_radius:
         yield Complaint(
             ("bed", "arc_radius"),
-            f"a crater of {readable.length(diameter)} fills more than {WIDEST:.0%} of a bed of {readable.length(bed.arc_radius)} radius: make it at least "
+            f"a crater of {readable.length(diameter)} fills more than {WIDEST:.0%} of a bed of "
+            f"{readable.length(bed.arc_radius)} radius: make it at least "
             f"{readable.length(0.5 * diameter / WIDEST)}",
         )
     try:
@@ -115,24 +147,35 @@ def _unlikely(sph: Any) -> Iterator[str]:
         escape = math.sqrt(2.0 * durations.surface_gravity(target, sph.chosen_materials()) * target.radius)
         if impact.speed < escape:
             yield (
-                f"impact.speed = {impact.speed:.4g} m/s is below the escape speed of the target, {escape:.4g} m/s: only what was thrown from it, "
+                f"impact.speed = {impact.speed:.4g} m/s is below the escape speed of the target, {escape:.4g} m/s: "
+                f"only what was thrown from it, "
                 "or circles it, is that slow"
             )
         if target.radius > AS_HALF_SPACE * impact.projectile.radius:
             yield _flat_advice(sph)
         low = target.radius * (1.0 - math.sin(impact.angle_from_vertical))
         if low < impact.projectile.radius:
-            yield f"at {math.degrees(impact.angle_from_vertical):.3g} deg from the vertical part of the projectile passes by the target"
+            yield (
+                f"at {math.degrees(impact.angle_from_vertical):.3g} deg from the vertical part of the projectile "
+                f"passes by the target"
+            )
     if GRAZES < impact.angle_from_vertical <= PASSES:
-        yield f"{math.degrees(impact.angle_from_vertical):.3g} deg from the vertical is grazing: scaling laws, and what is sized by them, do not hold"
+        yield (
+            f"{math.degrees(impact.angle_from_vertical):.3g} deg from the vertical is grazing: scaling laws, and what "
+            f"is sized by them, do not hold"
+        )
 
 
 def _flat_advice(sph: Any) -> str:
     from sph import durations
 
-    times, gravity = sph.target.radius / sph.impact.projectile.radius, durations.surface_gravity(sph.target, sph.chosen_materials())
+    times, gravity = (
+        sph.target.radius / sph.impact.projectile.radius,
+        durations.surface_gravity(sph.target, sph.chosen_materials()),
+    )
     return (
-        f"the target is {times:,.0f} times as large as the projectile, and its curvature is nothing to this crater: take it as a half space, "
+        f"the target is {times:,.0f} times as large as the projectile, and its curvature is nothing to this crater: "
+        f"take it as a half space, "
         f'[target] shape = "half_space", gravity = "{gravity:.3g} m/s^2", with its uppermost layer'
     )
 
@@ -143,21 +186,31 @@ def _coarse(sph: Any) -> Iterator[str]:
     target, zones = sph.target, sph.zones
     number = prediction.per_radius(sph)
     if number < 1.0 and not sph.control:
-        yield f"{number:.2g} particles per projectile radius: peak pressures and the beginning of the flow are not resolved"
+        yield (
+            f"{number:.2g} particles per projectile radius: peak pressures and the beginning of the flow are not "
+            f"resolved"
+        )
     crater = 0.5 * sph.impact.expected_transient_diameter
     if crater < 5.0 * zones.fine:
-        yield f"{crater / zones.fine:.2g} particles per expected crater radius ({readable.length(crater)}): the crater's shape is not resolved"
+        yield (
+            f"{crater / zones.fine:.2g} particles per expected crater radius ({readable.length(crater)}): the "
+            f"crater's shape is not resolved"
+        )
     bottom = 0.0
     for layer, top in zip(target.layers, target.outer_radii):
         spacing = float(zones.spacing(np.array([target.radius - top]))[0])
         if top - bottom < spacing:
-            yield f"layer {layer.name!r} ({readable.length(top - bottom)}) is thinner than its particles, {readable.length(spacing)}, even below the impact"
+            yield (
+                f"layer {layer.name!r} ({readable.length(top - bottom)}) is thinner than its particles, "
+                f"{readable.length(spacing)}, even below the impact"
+            )
         bottom = top
     if target.flat and "quiet" in _edges(sph):
         room = min(target.half_width, target.radius) - sph.width_of_edge
         if room < NEAR * crater:
             yield (
-                f"the quiet layer begins {readable.length(room)} from the impact, the expected crater reaches {readable.length(crater)}: "
+                f"the quiet layer begins {readable.length(room)} from the impact, the expected crater reaches "
+                f"{readable.length(crater)}: "
                 "make the ground larger or [sph] edge_width smaller"
             )
 
@@ -185,11 +238,15 @@ def _regime(settings: Mapping[str, Model], sph: Any, stages: tuple[str, ...]) ->
     if "crater" in stages and not sph.late:
         time = durations.crater_time(sph.target, sph.impact, sph.chosen_materials(), sph.strength, sph.damage)
         if sph.end_time < 0.8 * time:
-            yield f"the shock stage ends at {readable.clock(sph.end_time)}: the crater is expected to grow for {readable.clock(time)}"
+            yield (
+                f"the shock stage ends at {readable.clock(sph.end_time)}: the crater is expected to grow for "
+                f"{readable.clock(time)}"
+            )
 
 
 def in_words(settings: Mapping[str, Model]) -> str:
-    """What is expected of the crater, and whether weight or strength ends its growth; nothing where no shock stage of this project is in the case."""
+    """What is expected of the crater, and whether weight or strength ends its growth; nothing where no shock stage of
+    this project is in the case."""
     sph: Any = settings.get("sph")
     if not hasattr(sph, "zones"):
         return ""
@@ -198,11 +255,22 @@ def in_words(settings: Mapping[str, Model]) -> str:
     kind = getattr(settings.get("crater"), "ground", found.ground.kind)
     text = f"expected transient crater: {readable.length(found.diameter)} in {kind}"
     if weight <= 0.0:
-        return f"{text}; without gravity only strength ({_pressure(strength)}) ends its growth" if strength > 0.0 else f"{text}; nothing ends its growth"
+        return (
+            f"{text}; without gravity only strength ({_pressure(strength)}) ends its growth"
+            if strength > 0.0
+            else f"{text}; nothing ends its growth"
+        )
     if strength <= 0.0:
         return f"{text} without cohesion; weight ends its growth (rho g D = {_pressure(weight)})"
-    verdict = "strength holds it: the chain ends with the shock stage and the measuring" if found.held else "weight ends its growth and lets its walls slump"
-    return f"{text}; strength of a piece that large {_pressure(strength)}, {strength / weight:.2g} of rho g D = {_pressure(weight)}: {verdict}"
+    verdict = (
+        "strength holds it: the chain ends with the shock stage and the measuring"
+        if found.held
+        else "weight ends its growth and lets its walls slump"
+    )
+    return (
+        f"{text}; strength of a piece that large {_pressure(strength)}, {strength / weight:.2g} of rho g D = "
+        f"{_pressure(weight)}: {verdict}"
+    )
 
 
 def _pressure(value: float) -> str:

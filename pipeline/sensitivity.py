@@ -1,12 +1,15 @@
-"""How much the final crater depends on how it was handed over: variants of a finished run, each from the handoff on, and two control runs.
+"""How much the final crater depends on how it was handed over: variants of a finished run, each from the handoff on,
+and two control runs.
 
-``RUN/sensitivity/`` holds the run folders of the variants; the stages before the handoff are those of the run, so that only the handoff (for another bed, the
-bed too), the collapse and the measuring are made. What is done is not made again: the same command continues after any stop.
-Results: ``RUN/4_handoff/sensitivity.json``, the rows of the ledger that need further runs, and a table in the report.
+``RUN/sensitivity/`` holds the run folders of the variants; the stages before the handoff are those of the run, so that
+only the handoff (for another bed, the bed too), the collapse and the measuring are made. What is done is not made
+again: the same command continues after any stop. Results: ``RUN/4_handoff/sensitivity.json``, the rows of the ledger
+that need further runs, and a table in the report.
 
-Times are those of the run x0.5 and x2, speed limits x0.5 and x2, alpha x0.67 and x1.5; every variant changes one of them and keeps the run's own
-values of the others, the time included. Each is made with ``draws`` beds and compared with the run handed over onto the same bed: the mean of the changes and
-its error tell an effect from the luck of one bed. Controls: the carved bed without motion, the bed carved at the datum (``handoff.control``).
+Times are those of the run x0.5 and x2, speed limits x0.5 and x2, alpha x0.67 and x1.5; every variant changes one of
+them and keeps the run's own values of the others, the time included. Each is made with ``draws`` beds and compared
+with the run handed over onto the same bed: the mean of the changes and its error tell an effect from the luck of one
+bed. Controls: the carved bed without motion, the bed carved at the datum (``handoff.control``).
 """
 
 from __future__ import annotations
@@ -31,7 +34,8 @@ from pipeline.run import Request, settings_of
 
 FOLDER, FILE = "sensitivity", "sensitivity.json"
 DEEP, STILL = 5.0, 0.1
-"""The carved bed at rest: grains deeper than ``DEEP`` radii below the carved surface shall move less than ``STILL`` radii."""
+"""The carved bed at rest: grains deeper than ``DEEP`` radii below the carved surface shall move less than ``STILL``
+radii."""
 _MINE = ("handoff", "dem", "crater")
 _ROWS = {  # ledger row -> measure, variants
     "final_D_change_on_t_handoff_x2": ("D", ("time_x0.5", "time_x2")),
@@ -49,7 +53,8 @@ _BED = "@bed"
 
 @dataclass(frozen=True)
 class Variant:
-    """One change of the handoff of a run: ``overrides`` are texts of ``--set``; ``shares`` are the stages that the run has done for it."""
+    """One change of the handoff of a run: ``overrides`` are texts of ``--set``; ``shares`` are the stages that the run
+    has done for it."""
 
     name: str
     overrides: tuple[str, ...]
@@ -66,8 +71,8 @@ class Variant:
 
 
 def variants(run: Path, draws: int = 1) -> list[Variant]:
-    """The variants and controls of a finished run, each on ``draws`` beds, the run's own first. Raises ``InputError`` when the run has no handoff or no
-    ``case.used.toml``."""
+    """The variants and controls of a finished run, each on ``draws`` beds, the run's own first. Raises ``InputError``
+    when the run has no handoff or no ``case.used.toml``."""
     record = folder.record(stages.folder(run, "handoff") / "handoff.json")
     if not record or not (run / "case.used.toml").is_file():
         raise InputError(f"{run} is not a finished run: no handoff.json or no case.used.toml")
@@ -92,20 +97,28 @@ def variants(run: Path, draws: int = 1) -> list[Variant]:
             name = ("another_bed" if k == 2 else f"another_bed_{k}") if one.name == "base" else f"{one.name}{_BED}{k}"
             others.append(Variant(name, (*one.overrides, f"bed.seed={seed + k - 1}"), shares=("nbody", "sph")))
     found += others
-    return found + [Variant(f"control_{kind}", (*fixed(), f'handoff.control="{kind}"')) for kind in ("at_rest", "uncarved")]
+    return found + [
+        Variant(f"control_{kind}", (*fixed(), f'handoff.control="{kind}"')) for kind in ("at_rest", "uncarved")
+    ]
 
 
-def make(run: Path, only: Iterable[str] | None = None, threads: int | None = None, say=print, draws: int = 1) -> list[str]:
-    """Run the variants (those named in ``only``, with their draws), one after another; the names of those that could not be made.
+def make(
+    run: Path, only: Iterable[str] | None = None, threads: int | None = None, say=print, draws: int = 1
+) -> list[str]:
+    """Run the variants (those named in ``only``, with their draws), one after another; the names of those that could
+    not be made.
 
-    A variant that ends unsound is kept and compared; one that cannot be handed over (a time before there is a crater ...) is named, and the others
-    go on. Raises ``InputError`` for an unknown name, ``Stopped`` when one was stopped on request.
+    A variant that ends unsound is kept and compared; one that cannot be handed over (a time before there is a crater
+    ...) is named, and the others go on. Raises ``InputError`` for an unknown name, ``Stopped`` when one was stopped on
+    request.
     """
     run, failed = Path(run).resolve(), []
     every = variants(run, draws)
     unknown = set(only or ()) - {variant.name for variant in every}
     if unknown:
-        raise InputError(f"no variant {', '.join(sorted(unknown))} (known: {', '.join(variant.name for variant in every)})")
+        raise InputError(
+            f"no variant {', '.join(sorted(unknown))} (known: {', '.join(variant.name for variant in every)})"
+        )
     for variant in every:
         if only and not {variant.name, variant.name.partition(_BED)[0]} & set(only):
             continue
@@ -117,7 +130,9 @@ def make(run: Path, only: Iterable[str] | None = None, threads: int | None = Non
         # the crater is not measured where there is none to measure
         until = ["--until", "dem"] if variant.name in CONTROLS else []
         arguments = [str(run / "case.used.toml"), "--out", str(run / FOLDER), *until]
-        arguments += [part for text in variant.overrides for part in ("--set", text)] + (["--threads", str(threads)] if threads else [])
+        arguments += [part for text in variant.overrides for part in ("--set", text)] + (
+            ["--threads", str(threads)] if threads else []
+        )
         code = run_process.as_process(arguments)
         if code == run_process.STOPPED:
             raise Stopped(f"stopped in {variant.name}; the same command continues")
@@ -128,8 +143,8 @@ def make(run: Path, only: Iterable[str] | None = None, threads: int | None = Non
 
 
 def share(run: Path, request: Request, shared: Iterable[str]) -> Path:
-    """Make the run folder of a request show the stages that another run has done for it, whatever has become of the code since. Raises ``InputError`` when they
-    are of other settings than the request's."""
+    """Make the run folder of a request show the stages that another run has done for it, whatever has become of the
+    code since. Raises ``InputError`` when they are of other settings than the request's."""
     place = request.run_folder
     place.mkdir(parents=True, exist_ok=True)
     settings = settings_of(request)
@@ -138,19 +153,25 @@ def share(run: Path, request: Request, shared: Iterable[str]) -> Path:
             view.show(place, stage, stages.folder(run, stage))
         who = identity.of(stage, settings.get(stage), request.case.outside.get(stage), partial(stages.folder, place))
         if not folder.is_done(stages.folder(place, stage), who.inputs):
-            raise InputError(f"the stage {stage} of {run} is not done with the settings of its case.used.toml: run the case again, then its sensitivity")
+            raise InputError(
+                f"the stage {stage} of {run} is not done with the settings of its case.used.toml: run the case again, "
+                f"then its sensitivity"
+            )
     return place
 
 
 def place_of(variant: Variant, run: Path) -> Path:
-    """The folder of a variant: its own, and for the base the run's where its last stages were made by the sources of today."""
+    """The folder of a variant: its own, and for the base the run's where its last stages were made by the sources of
+    today."""
     return run if variant.name == "base" and _by_today(run) else variant.request(run).run_folder
 
 
 def _by_today(run: Path) -> bool:
     settings = compose(going_on.read(run))
     done = {stage: folder.record(stages.folder(run, stage) / folder.DONE).get("sources_sha256") for stage in _MINE}
-    return all(stage in settings and made_by == identity.sources_of(stage, settings[stage]) for stage, made_by in done.items())
+    return all(
+        stage in settings and made_by == identity.sources_of(stage, settings[stage]) for stage, made_by in done.items()
+    )
 
 
 def is_done(variant: Variant, run: Path) -> bool:
@@ -160,29 +181,50 @@ def is_done(variant: Variant, run: Path) -> bool:
 
 
 def compare(run: Path, draws: int = 1) -> dict[str, Any]:
-    """What the variants that are done came to: final diameter and depth with their change against the base (mean over the beds on which both are done, and its
-    standard error where there are two or more), difference of the profiles, the deepest crater of the grains, the control runs. Without the base there is
-    nothing to compare the variants with, and no row of theirs."""
+    """What the variants that are done came to: final diameter and depth with their change against the base (mean over
+    the beds on which both are done, and its standard error where there are two or more), difference of the profiles,
+    the deepest crater of the grains, the control runs. Without the base there is nothing to compare the variants with,
+    and no row of theirs."""
     run = Path(run).resolve()
     every = {variant.name: variant for variant in variants(run, draws)}
     done = {name for name, variant in every.items() if is_done(variant, run)}
-    found = {name: _measured(place_of(every[name], run)) for name in every if name in done and name not in CONTROLS} if "base" in done else {}
+    found = (
+        {name: _measured(place_of(every[name], run)) for name in every if name in done and name not in CONTROLS}
+        if "base" in done
+        else {}
+    )
     rows: dict[str, dict[str, Any]] = {}
     for name, row in found.items():
         if _BED in name:
             continue
-        pairs = [(row, found["base"])] + [(found[other], found[_base_of(other)]) for other in _draws_of(name, found) if _base_of(other) in found]
+        pairs = [(row, found["base"])] + [
+            (found[other], found[_base_of(other)]) for other in _draws_of(name, found) if _base_of(other) in found
+        ]
         for key in (*RATIOS, _DEEPEST):
             changes = [change for one, base in pairs if (change := _change(one.get(key), base.get(key))) is not None]
-            row[f"{key}_change"] = sum(changes) / len(changes) if changes and _change(row.get(key), found["base"].get(key)) is not None else None
-            row[f"{key}_change_error"] = statistics.stdev(changes) / math.sqrt(len(changes)) if len(changes) > 1 else None
+            row[f"{key}_change"] = (
+                sum(changes) / len(changes)
+                if changes and _change(row.get(key), found["base"].get(key)) is not None
+                else None
+            )
+            row[f"{key}_change_error"] = (
+                statistics.stdev(changes) / math.sqrt(len(changes)) if len(changes) > 1 else None
+            )
         row["beds"] = len(pairs)
-        row["profile_rms_m"] = 0.0 if name == "base" else _profile_rms(place_of(every["base"], run), place_of(every[name], run))
+        row["profile_rms_m"] = (
+            0.0 if name == "base" else _profile_rms(place_of(every["base"], run), place_of(every[name], run))
+        )
         rows[name] = row
     on_other_beds = {name: row for name, row in found.items() if _BED in name}
     controls = {name: _control(every[name].request(run).run_folder) for name in CONTROLS if name in done}
     missing = [name for name in every if name not in done]
-    return {"rows": rows, "other_beds": on_other_beds, "controls": controls, "missing": missing, "allowed_rms_m": _allowed(run)}
+    return {
+        "rows": rows,
+        "other_beds": on_other_beds,
+        "controls": controls,
+        "missing": missing,
+        "allowed_rms_m": _allowed(run),
+    }
 
 
 def _draws_of(name: str, found: dict[str, Any]) -> list[str]:
@@ -202,7 +244,11 @@ def _measured(place: Path) -> dict[str, Any]:
     final = measures.get("final") or {}
     row: dict[str, Any] = {key: (final.get(key) or {}).get("value") for key in RATIOS}
     row |= {f"{key}_sigma": (final.get(key) or {}).get("sigma") for key in RATIOS}
-    row |= {"time_s": record.get("time_s"), "speed_limit_m_s": record.get("speed_limit_m_s"), "alpha_spacings": record.get("alpha_spacings")}
+    row |= {
+        "time_s": record.get("time_s"),
+        "speed_limit_m_s": record.get("speed_limit_m_s"),
+        "alpha_spacings": record.get("alpha_spacings"),
+    }
     row[_DEEPEST] = _deepest(stages.folder(place, "crater") / "time_series.csv")
     return row
 
@@ -224,14 +270,17 @@ def _profile_rms(one: Path, other: Path) -> float | None:
     from crater import difference, radial_profile
 
     try:
-        first, second = (radial_profile.read_csv(stages.folder(place, "crater") / "profile.csv") for place in (one, other))
+        first, second = (
+            radial_profile.read_csv(stages.folder(place, "crater") / "profile.csv") for place in (one, other)
+        )
         return float(difference.profile_difference(first, second)["rms_m"])
     except InputError:
         return None
 
 
 def _allowed(run: Path) -> float:
-    """The larger of 5 % of the transient depth and half a grain radius [m]: what profiles may differ by where no rim is left."""
+    """The larger of 5 % of the transient depth and half a grain radius [m]: what profiles may differ by where no rim
+    is left."""
     from matter import snapshot
 
     measures = folder.record(stages.folder(run, "crater") / "measures.json")
@@ -254,7 +303,9 @@ def _control(place: Path) -> dict[str, Any]:
     deep = control.depth_below_surface(start) > DEEP * radius
     with open(stages.folder(place, "dem") / "history.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    energy = np.array([[float(row[name]) for name in ("kinetic_J", "rotational_J", "gravitational_J", "elastic_J")] for row in rows]).sum(axis=1)
+    energy = np.array(
+        [[float(row[name]) for name in ("kinetic_J", "rotational_J", "gravitational_J", "elastic_J")] for row in rows]
+    ).sum(axis=1)
     moving = max(float(row["kinetic_J"]) for row in rows)
     return {
         "grains": len(start),
@@ -273,14 +324,19 @@ def _control(place: Path) -> dict[str, Any]:
 
 
 def enter(found: dict[str, Any], book) -> None:
-    """Fill the rows of a ledger that need further runs; a change counts as the larger of the two that its variants show."""
+    """Fill the rows of a ledger that need further runs; a change counts as the larger of the two that its variants
+    show."""
     rows = found["rows"]
     for name, (measure, wanted) in _ROWS.items():
         there = [rows[variant] for variant in wanted if variant in rows]
         if not there:
             continue
         missing = [variant for variant in wanted if variant not in rows]
-        key = "depth_m" if measure == "d" else next((k for k in RATIOS[:2] if all(row[f"{k}_change"] is not None for row in there)), None)
+        key = (
+            "depth_m"
+            if measure == "d"
+            else next((k for k in RATIOS[:2] if all(row[f"{k}_change"] is not None for row in there)), None)
+        )
         changes = [row[f"{key}_change"] for row in there] if key else []
         said = ", ".join(f"{variant} {_with_error(rows[variant], key)}" for variant in wanted if variant in rows)
         cut = f"; not made: {', '.join(missing)}" if missing else ""
@@ -288,11 +344,20 @@ def enter(found: dict[str, Any], book) -> None:
             book.amend(name, max(abs(change) for change in changes), f"{key}: {said}{cut}")
         elif all(row["profile_rms_m"] is not None for row in there):
             worst = max(row["profile_rms_m"] for row in there)
-            book.amend(name, worst, f"no crater left to measure: RMS difference of the profiles{cut}", limit=found["allowed_rms_m"], unit="m")
+            book.amend(
+                name,
+                worst,
+                f"no crater left to measure: RMS difference of the profiles{cut}",
+                limit=found["allowed_rms_m"],
+                unit="m",
+            )
         else:
             book.amend(name, None, f"no final crater could be measured in {' or '.join(wanted)}")
     if (still := found["controls"].get("control_uncarved")) is not None:
-        note = f"bed carved at the datum, {still['from_s']:.4g} to {still['to_s']:.4g} s: {still['grains']} grains, mean {still['drift_mean_over_r']:.2g} r"
+        note = (
+            f"bed carved at the datum, {still['from_s']:.4g} to {still['to_s']:.4g} s: {still['grains']} grains, mean "
+            f"{still['drift_mean_over_r']:.2g} r"
+        )
         book.amend("control_no_impact_run_drift_over_r", still["drift_most_over_r"], note)
 
 
@@ -303,7 +368,9 @@ def _percent(change: float | None) -> str:
 def _with_error(row: dict[str, Any], key: str | None) -> str:
     """A change with its error over the beds, where there are several."""
     error = row.get(f"{key}_change_error")
-    return _percent(row.get(f"{key}_change")) + (f" (+- {100.0 * error:.1f} % over {row['beds']} beds)" if error is not None else "")
+    return _percent(row.get(f"{key}_change")) + (
+        f" (+- {100.0 * error:.1f} % over {row['beds']} beds)" if error is not None else ""
+    )
 
 
 def text(found: dict[str, Any]) -> str:
@@ -315,13 +382,17 @@ def text(found: dict[str, Any]) -> str:
     )
     lines = [head]
     for name, row in found["rows"].items():
-        cells = "".join(f"{_shown(row[key]):>16}{_percent(row[f'{key}_change']):>9}{_error(row, key):>7}" for key in _COLUMNS)
+        cells = "".join(
+            f"{_shown(row[key]):>16}{_percent(row[f'{key}_change']):>9}{_error(row, key):>7}" for key in _COLUMNS
+        )
         given = f"{row['time_s']:>9.4g}{row['speed_limit_m_s']:>9.4g}{row['alpha_spacings']:>7.3g}"
         lines.append(f"{name:<18}{given}{cells}{_shown(row['profile_rms_m']):>10}")
     for name, row in found["controls"].items():
         lines.append(
-            f"{name}: {row['grains']} grains, {row['from_s']:.4g} to {row['to_s']:.4g} s: largest displacement {row['drift_most_over_r']:.3g} r (mean "
-            f"{row['drift_mean_over_r']:.2g} r); {row['deep_grains']} deeper than {DEEP:g} r: {_shown(row['deep_drift_most_over_r'])} r, {row['deep_beyond']} "
+            f"{name}: {row['grains']} grains, {row['from_s']:.4g} to {row['to_s']:.4g} s: largest displacement "
+            f"{row['drift_most_over_r']:.3g} r (mean "
+            f"{row['drift_mean_over_r']:.2g} r); {row['deep_grains']} deeper than {DEEP:g} r: "
+            f"{_shown(row['deep_drift_most_over_r'])} r, {row['deep_beyond']} "
             f"beyond {STILL:g} r; energy rose by {row['energy_rise_rel']:.1e} of its size (history.csv resolves 1e-10)"
         )
     if found["missing"]:
@@ -338,8 +409,11 @@ def _shown(value: float | None) -> str:
     return "--" if value is None else f"{value:.4g}"
 
 
-def run(folder_of_run: Path, only: Iterable[str] | None = None, threads: int | None = None, draws: int = DRAWS) -> None:
-    """Make the variants, compare, write ``sensitivity.json`` and the ledger's rows, print the table. Raises as ``make``."""
+def run(
+    folder_of_run: Path, only: Iterable[str] | None = None, threads: int | None = None, draws: int = DRAWS
+) -> None:
+    """Make the variants, compare, write ``sensitivity.json`` and the ledger's rows, print the table. Raises as
+    ``make``."""
     from handoff import ledger as ledgers
 
     make(folder_of_run, only, threads, say=lambda words: print(words, flush=True), draws=draws)

@@ -1,4 +1,5 @@
-"""Cases that ship with the project: in a checkout in ``cases/``, in an installation in the package ``bolide``. ``run_case NAME`` takes them by name."""
+"""Cases that ship with the project: in a checkout in ``cases/``, in an installation in the package ``bolide``.
+``run_case NAME`` takes them by name."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ def folders() -> dict[str, Path]:
 
 
 def found(where: Path) -> Path:
-    """``where`` itself where it is there, else the shipped case of that name; raises ``InputError`` with the nearest name."""
+    """``where`` itself where it is there, else the shipped case of that name; raises ``InputError`` with the nearest
+    name."""
     where = Path(where)
     if where.exists():
         return where
@@ -26,7 +28,10 @@ def found(where: Path) -> Path:
     if len(where.parts) == 1 and where.name in known:
         return known[where.name]
     near = stages.nearest(where.name, list(known)) if len(where.parts) == 1 else ""
-    raise InputError(f"no case at {where}: give a folder that holds case.toml, the file itself, or the name of a shipped case{near} (run_case --list cases)")
+    raise InputError(
+        f"no case at {where}: give a folder that holds case.toml, the file itself, or the name of a shipped "
+        f"case{near} (run_case --list cases)"
+    )
 
 
 def copy(name: str, to: Path) -> Path:

@@ -1,4 +1,5 @@
-"""``--size``: how many particles and grains a run aims at, whatever the case says of its resolution; everything else stays as the case has it."""
+"""``--size``: how many particles and grains a run aims at, whatever the case says of its resolution; everything else
+stays as the case has it."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ NUMBER = {"sph": "particles", "bed": "count"}
 """The key of each stage that holds the number."""
 RESOLUTION = {
     "sph": (
-        "spacing_at_impact", "spacing_far", "fine_radius", "growth", "contact_refinement", "contact_radius", "projectile_particles", "edge_width",
+        "spacing_at_impact", "spacing_far", "fine_radius", "growth", "contact_refinement", "contact_radius",
+        "projectile_particles", "edge_width",
     ),
     "bed": (),
 }  # fmt: skip
@@ -21,7 +23,8 @@ RESOLUTION = {
 
 
 def laid(document: dict[str, Any], size: str) -> dict[str, Any]:
-    """The document of a case at a size: its own resolution taken out, the numbers put in. Raises ``InputError`` for an unknown size."""
+    """The document of a case at a size: its own resolution taken out, the numbers put in. Raises ``InputError`` for an
+    unknown size."""
     if size not in SIZES:
         raise InputError(f"no size {size!r}{stages.nearest(size, list(SIZES))} (there are {', '.join(SIZES)})")
     document = dict(document)
@@ -30,5 +33,8 @@ def laid(document: dict[str, Any], size: str) -> dict[str, Any]:
         if stage == "bed" and not table:  # its table would ask for the stage: the default is that of the size
             continue
         if isinstance(table, dict):
-            document[stage] = {**{name: value for name, value in table.items() if name not in RESOLUTION[stage]}, key: SIZES[size]}
+            document[stage] = {
+                **{name: value for name, value in table.items() if name not in RESOLUTION[stage]},
+                key: SIZES[size],
+            }
     return document

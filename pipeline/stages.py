@@ -1,7 +1,7 @@
 """The six stages in their order: where each leaves its files, which module runs it, and what it reads.
 
-The modules are named as texts and imported when they are needed: they bring numba, and a command that only prints its help does not
-need it.
+The modules are named as texts and imported when they are needed: they bring numba, and a command that only prints its
+help does not need it.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ MODULES = {
     "crater": "crater.stage",
 }
 
-# What a stage reads of the earlier ones: a whole stage ("sph"), or one small boundary file ("sph/target.json"), whose content alone
-# then decides whether the stage is up to date: the bed depends on the body, not on what hit it. The impact that the encounters find reaches the
-# other stages through the settings.
+# What a stage reads of the earlier ones: a whole stage ("sph"), or one small boundary file ("sph/target.json"), whose
+# content alone then decides whether the stage is up to date: the bed depends on the body, not on what hit it. The
+# impact that the encounters find reaches the other stages through the settings.
 READS = {
     "nbody": (),
     "sph": (),
@@ -80,10 +80,13 @@ _MEANT = {
 
 
 def nearest(word: str, words: Sequence[str], cutoff: float = 0.5) -> str:
-    """``"; did you mean 'x'?"`` for that of ``words`` which is most likely meant, or an empty text; ``cutoff``: how alike the spelling has to be."""
+    """``"; did you mean 'x'?"`` for that of ``words`` which is most likely meant, or an empty text; ``cutoff``: how
+    alike the spelling has to be."""
     for meant, remark in _MEANT.get(word, ()):
         if meant in words:
             return f"; did you mean {meant!r}{f' ({remark})' if remark else ''}?"
-    parts = [known for known in words if len(word) > 3 and (known.startswith(f"{word}_") or known.endswith(f"_{word}"))]
+    parts = [
+        known for known in words if len(word) > 3 and (known.startswith(f"{word}_") or known.endswith(f"_{word}"))
+    ]
     near = parts or difflib.get_close_matches(word, words, n=1, cutoff=cutoff)
     return f"; did you mean {near[0]!r}?" if near else ""

@@ -1,8 +1,10 @@
-"""The store of stages: ``<out>/.store/<stage>-<key>/``, where a stage lies that every run with the same key takes its result from.
+"""The store of stages: ``<out>/.store/<stage>-<key>/``, where a stage lies that every run with the same key takes its
+result from.
 
-The key (``pipeline.identity``) follows from what decides the result, so that a stage is made when its key is not there. It is made in place, under a lock: who
-wants the same stage waits, and continues it when its maker has gone. After ``done.json`` nothing in it changes; what is to be made anew although it is there
-(``--from``) is made in ``<stage>-<key>.anew`` and takes its place when it is done. Run folders show stages as links (``pipeline.view``).
+The key (``pipeline.identity``) follows from what decides the result, so that a stage is made when its key is not
+there. It is made in place, under a lock: who wants the same stage waits, and continues it when its maker has gone.
+After ``done.json`` nothing in it changes; what is to be made anew although it is there (``--from``) is made in
+``<stage>-<key>.anew`` and takes its place when it is done. Run folders show stages as links (``pipeline.view``).
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ _OUTER = ("case.used.toml", "provenance.json")
 
 
 def beside(run: Path) -> Path:
-    """The store of a run folder: in the folder that holds it; a run inside another run (``RUN/sensitivity/...``) shares the other's."""
+    """The store of a run folder: in the folder that holds it; a run inside another run (``RUN/sensitivity/...``)
+    shares the other's."""
     run = Path(os.path.realpath(run))  # a sweep shows its members as links
     outer = next((above for above in list(run.parents)[:2] if all((above / name).is_file() for name in _OUTER)), run)
     return outer.parent / STORE
@@ -55,7 +58,8 @@ class Entry:
 
     @property
     def done(self) -> dict[str, Any]:
-        """What ``done.json`` says; empty where the stage is not finished. Raises ``InputError`` when the file is damaged."""
+        """What ``done.json`` says; empty where the stage is not finished. Raises ``InputError`` when the file is
+        damaged."""
         return folder.mark(self.place / folder.DONE)
 
     @contextmanager
@@ -70,7 +74,8 @@ class Entry:
             yield
 
     def finished(self, made_in: Path) -> Path:
-        """A stage was finished in ``made_in``: nothing in it changes from here on, and it takes its place, which is returned."""
+        """A stage was finished in ``made_in``: nothing in it changes from here on, and it takes its place, which is
+        returned."""
         for path in made_in.rglob("*"):
             if path.is_file() and not path.is_symlink():
                 path.chmod(path.stat().st_mode & 0o555)

@@ -1,13 +1,15 @@
-"""A sweep: one case with some of its keys varied, each combination a run of its own; what they have in common is made once (``pipeline.store``).
+"""A sweep: one case with some of its keys varied, each combination a run of its own; what they have in common is made
+once (``pipeline.store``).
 
     [sweep]
-    kind = "grid"                                  # every combination; "list": in step; "lhs", "sobol": drawn between two limits
+    kind = "grid"                        # every combination; "list": in step; "lhs", "sobol": drawn between two limits
     [sweep.vary]
     "dem.contact.shell.friction" = [0.3, 0.5, 0.7]
     "impact.angle_from_vertical" = ["15 deg", "40 deg", "65 deg"]
 
-or ``--vary "impact.angle_from_vertical=15,40,65 deg"`` on the command line (a unit at the end is that of all). A sweep has a folder in the folder of runs with
-links to its members, their table and a page; its name follows from what the members compute.
+or ``--vary "impact.angle_from_vertical=15,40,65 deg"`` on the command line (a unit at the end is that of all). A sweep
+has a folder in the folder of runs with links to its members, their table and a page; its name follows from what the
+members compute.
 """
 
 from __future__ import annotations
@@ -46,7 +48,9 @@ def read_table(content: Mapping[str, Any], options: Iterable[str]) -> SweepTable
         return SweepTable.model_validate(laid(content, {}, dict(parsed(option) for option in options)))
     except ValidationError as error:
         found = [f"  {dotted(('sweep', *path))}: {message}" for path, message in complaints(SweepTable, error)]
-        raise InputError(f"[sweep] cannot be used, {len(found)} error{'s' if len(found) > 1 else ''}:\n" + "\n".join(found)) from None
+        raise InputError(
+            f"[sweep] cannot be used, {len(found)} error{'s' if len(found) > 1 else ''}:\n" + "\n".join(found)
+        ) from None
 
 
 QUANTITY = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.].*)$")
@@ -61,7 +65,9 @@ def parsed(option: str) -> tuple[str, list[Number]]:
     key, equals, text = option.partition("=")
     parts = [part.strip() for part in text.split(",")]
     if not equals or not key.strip() or not all(parts):
-        raise InputError(f'--vary {option!r}: write it as key=a,b,c, --vary "impact.angle_from_vertical=15,40,65 deg" for example')
+        raise InputError(
+            f'--vary {option!r}: write it as key=a,b,c, --vary "impact.angle_from_vertical=15,40,65 deg" for example'
+        )
     unit = found.group(2).strip() if (found := QUANTITY.match(parts[-1])) else ""
     return key.strip(), [_value(f"{part} {unit}" if unit and _number(part) is not None else part) for part in parts]
 
@@ -140,7 +146,8 @@ def _between(key: str, low: Number, high: Number, share: Any) -> list[Number]:
 
 @dataclass(frozen=True)
 class Sweep:
-    """A case (``where``, with ``preset`` and ``overrides``) and its members, in the folder of runs ``out``; ``until``: the last stage of each."""
+    """A case (``where``, with ``preset`` and ``overrides``) and its members, in the folder of runs ``out``; ``until``:
+    the last stage of each."""
 
     where: Path
     preset: str | None
@@ -152,7 +159,8 @@ class Sweep:
 
     @cached_property
     def requests(self) -> dict[str, Request]:
-        """The request of each member, by its name. Raises ``InputError`` with every complaint about the first that cannot be."""
+        """The request of each member, by its name. Raises ``InputError`` with every complaint about the first that
+        cannot be."""
         found = {}
         for member in self.members:
             try:
@@ -173,6 +181,17 @@ class Sweep:
 
     def arguments(self, member: Member, threads: int | None) -> list[str]:
         """What ``run_case`` is given for a member."""
-        options = [("--preset", self.preset), ("--size", self.size), ("--until", self.until), ("--threads", threads and str(threads))]
+        options = [
+            ("--preset", self.preset),
+            ("--size", self.size),
+            ("--until", self.until),
+            ("--threads", threads and str(threads)),
+        ]
         given = [part for option, value in options if value for part in (option, str(value))]
-        return [str(self.where), *given, "--out", str(self.out), *(part for text in (*self.overrides, *member.overrides) for part in ("--set", text))]
+        return [
+            str(self.where),
+            *given,
+            "--out",
+            str(self.out),
+            *(part for text in (*self.overrides, *member.overrides) for part in ("--set", text)),
+        ]

@@ -1,4 +1,5 @@
-"""``run_case`` with ``--sweep``, ``--vary`` or ``--ensemble``: many runs of a case, or what was asked for instead of running them."""
+"""``run_case`` with ``--sweep``, ``--vary`` or ``--ensemble``: many runs of a case, or what was asked for instead of
+running them."""
 
 from __future__ import annotations
 
@@ -27,16 +28,29 @@ def swept(
     if ensemble is not None and vary:
         raise InputError("--ensemble varies the seeds alone: leave out --vary")
     if ensemble is None and not vary and not case.sweep:
-        raise InputError(f"{' and '.join(option for _, option in asked) or '--sweep'} goes with [sweep] in the case or with --vary: nothing is varied")
+        raise InputError(
+            f"{' and '.join(option for _, option in asked) or '--sweep'} goes with [sweep] in the case or with "
+            f"--vary: nothing is varied"
+        )
     if anew:
         raise InputError("--from and --fresh are for one run: a sweep makes what is not there")
     if case.run:
         raise InputError(f"{case.run} is a run: sweep its case, or its case.used.toml copied elsewhere")
-    members = ensembles.members(case, ensemble) if ensemble is not None else sweeps.members(sweeps.read_table(case.sweep, vary))
+    members = (
+        ensembles.members(case, ensemble)
+        if ensemble is not None
+        else sweeps.members(sweeps.read_table(case.sweep, vary))
+    )
     made = sweeps.Sweep(case.file, case.preset, case.size, case.overrides, out, tuple(members), until)
     each = threads or max(1, sweep_run.cores() // len(members))
     for value, option in asked:
-        print(sweep_jobs.write(made, value, each) if option == "--emit" else sweep_run.status(made) if option == "--status" else sweep_run.checked(made, each))
+        print(
+            sweep_jobs.write(made, value, each)
+            if option == "--emit"
+            else sweep_run.status(made)
+            if option == "--status"
+            else sweep_run.checked(made, each)
+        )
         return 0
     print(f"sweep folder: {made.folder}", flush=True)
     sweep_run.links(made)

@@ -1,7 +1,9 @@
-"""A sweep on workers of dask.distributed: a scheduler that runs already (``--scheduler tcp://host:8786``), or one on this machine (``--scheduler local``).
+"""A sweep on workers of dask.distributed: a scheduler that runs already (``--scheduler tcp://host:8786``), or one on
+this machine (``--scheduler local``).
 
-A worker starts each member as a process and waits for it; all of them see the same file system. When a worker dies, dask gives its member to another, which
-waits for what the dead one has left running and then goes on from what lies on the disk.
+A worker starts each member as a process and waits for it; all of them see the same file system. When a worker dies,
+dask gives its member to another, which waits for what the dead one has left running and then goes on from what lies on
+the disk.
 """
 
 from __future__ import annotations
@@ -27,14 +29,19 @@ PATIENCE_S = 30.0
 def run(sweep: Sweep, threads: int, address: str, say: Callable[[str], None]) -> dict[str, int]:
     """Run every member that is not done; exit codes of those that could not be made (-1: lost with its workers).
 
-    Raises ``InputError`` where dask is not installed or no scheduler answers, ``Stopped`` when asked to stop, after the members have saved.
+    Raises ``InputError`` where dask is not installed or no scheduler answers, ``Stopped`` when asked to stop, after
+    the members have saved.
     """
     try:
         from distributed import Client, Event, LocalCluster
     except ImportError:
         raise InputError("--scheduler needs dask.distributed: pip install 'bolide[cluster]'") from None
     asked, ours = threading.Event(), threading.current_thread() is threading.main_thread()
-    before = {number: signal.signal(number, lambda *_: asked.set()) for number in (signal.SIGTERM, signal.SIGINT)} if ours else {}
+    before = (
+        {number: signal.signal(number, lambda *_: asked.set()) for number in (signal.SIGTERM, signal.SIGINT)}
+        if ours
+        else {}
+    )
     try:
         place: Any = address
         if address == LOCAL:
@@ -54,16 +61,29 @@ def run(sweep: Sweep, threads: int, address: str, say: Callable[[str], None]) ->
             signal.signal(number, handler)
 
 
-def _on(client: Any, stop: Any, sweep: Sweep, threads: int, say: Callable[[str], None], asked: threading.Event) -> dict[str, int]:
+def _on(
+    client: Any, stop: Any, sweep: Sweep, threads: int, say: Callable[[str], None], asked: threading.Event
+) -> dict[str, int]:
     stop.clear()
     logs = sweep.folder / "logs"
     logs.mkdir(parents=True, exist_ok=True)
     futures, failed = {}, {}
     for member in sweep.members:
         if state_of(sweep, member).word != "done":
-            command, folder = run_process.command(sweep.arguments(member, threads)), sweep.requests[member.name].run_folder
-            given = (command, str(Path.cwd()), str(folder.resolve()), str((logs / f"{member.name}.log").resolve()), stop.name)
-            futures[member.name] = client.submit(_member, *given, key=f"{sweep.folder.name}-{member.name}-{time.time():.3f}", pure=False)
+            command, folder = (
+                run_process.command(sweep.arguments(member, threads)),
+                sweep.requests[member.name].run_folder,
+            )
+            given = (
+                command,
+                str(Path.cwd()),
+                str(folder.resolve()),
+                str((logs / f"{member.name}.log").resolve()),
+                stop.name,
+            )
+            futures[member.name] = client.submit(
+                _member, *given, key=f"{sweep.folder.name}-{member.name}-{time.time():.3f}", pure=False
+            )
     while futures:
         if asked.is_set() and not stop.is_set():
             stop.set()
@@ -85,7 +105,8 @@ def _on(client: Any, stop: Any, sweep: Sweep, threads: int, say: Callable[[str],
 
 
 def _member(command: list[str], here: str, folder: str, log: str, stop: str) -> int:
-    """On a worker: run a member and wait for it; its exit code. What a worker that died has left running is waited for first."""
+    """On a worker: run a member and wait for it; its exit code. What a worker that died has left running is waited for
+    first."""
     from distributed import Event
 
     asked = Event(stop)

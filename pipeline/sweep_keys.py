@@ -14,10 +14,11 @@ class SweepTable(Model):
     """What is varied; it takes effect with ``run_case CASE --sweep``."""
 
     kind: Literal["grid", "list", "lhs", "sobol"] = "grid"
-    """``grid``: every combination of the values; ``list``: the first values of all keys, then the second ones ...; ``lhs`` (Latin hypercube) and ``sobol``:
-    drawn between the two limits of each key."""
+    """``grid``: every combination of the values; ``list``: the first values of all keys, then the second ones ...;
+    ``lhs`` (Latin hypercube) and ``sobol``: drawn between the two limits of each key."""
     vary: dict[str, Any] = Field(default_factory=dict)
-    """Key of the case -> list of its values, or of its two limits: ``"impact.angle_from_vertical" = ["15 deg", "40 deg"]``."""
+    """Key of the case -> list of its values, or of its two limits: ``"impact.angle_from_vertical" = ["15 deg", "40
+    deg"]``."""
     members: Annotated[int, Field(ge=1, le=100_000)] = 16
     """How many are drawn, for ``lhs`` and ``sobol``."""
     seed: Annotated[int, Field(ge=0)] = 1
@@ -32,7 +33,11 @@ class SweepTable(Model):
     @classmethod
     def _lists(cls, table: dict[str, Any]) -> dict[str, Any]:
         for key, values in table.items():
-            if not isinstance(values, list | tuple) or not values or not all(isinstance(value, bool | int | float | str) for value in values):
+            if (
+                not isinstance(values, list | tuple)
+                or not values
+                or not all(isinstance(value, bool | int | float | str) for value in values)
+            ):
                 raise ValueError(f"{key}: a list of values is needed")
         return table
 

@@ -1,7 +1,9 @@
-"""Running a sweep on this machine: processes side by side, none of which waits for what another is making; and what its members' folders say of them.
+"""Running a sweep on this machine: processes side by side, none of which waits for what another is making; and what
+its members' folders say of them.
 
-Each member is ``run_case`` in a process of its own, with its words in ``<sweep>/logs``: one that fails or is killed loses nothing but what it did since its
-last checkpoint, and the same command continues. A member is begun when the first stage that it has to make is not being made by one that runs already.
+Each member is ``run_case`` in a process of its own, with its words in ``<sweep>/logs``: one that fails or is killed
+loses nothing but what it did since its last checkpoint, and the same command continues. A member is begun when the
+first stage that it has to make is not being made by one that runs already.
 """
 
 from __future__ import annotations
@@ -49,7 +51,8 @@ def state_of(sweep: Sweep, member: Member) -> State:
 
 
 def first_to_make(sweep: Sweep, member: Member) -> str:
-    """The name in the store of the first stage that a member has to make; empty where there is none, or where another's result decides it."""
+    """The name in the store of the first stage that a member has to make; empty where there is none, or where
+    another's result decides it."""
     request = sweep.requests[member.name]
     return plan.first_to_make(request, settings_of(request))
 
@@ -57,7 +60,9 @@ def first_to_make(sweep: Sweep, member: Member) -> str:
 def side_by_side(sweep: Sweep, threads: int) -> int:
     """How many members run at once: by cores, and by the memory that the largest stage of one needs."""
     request = next(iter(sweep.requests.values()))
-    need = max((row["memory_bytes"] for row in prediction.predictions(request, settings_of(request)).values()), default=0.0)
+    need = max(
+        (row["memory_bytes"] for row in prediction.predictions(request, settings_of(request)).values()), default=0.0
+    )
     have = provenance.memory_bytes()
     by_memory = int(_ROOM * have / need) if need > 0.0 and have > 0 else len(sweep.members)
     return max(1, min(cores() // threads, by_memory, len(sweep.members)))
@@ -90,15 +95,22 @@ class Runner:
     stopping: bool = False
 
     def run(self) -> dict[str, int]:
-        """Run every member; exit codes of those that could not be made. Raises ``Stopped`` when asked to stop, after the members have saved."""
+        """Run every member; exit codes of those that could not be made. Raises ``Stopped`` when asked to stop, after
+        the members have saved."""
         waiting = [member for member in self.sweep.members if state_of(self.sweep, member).word != "done"]
         ours = threading.current_thread() is threading.main_thread()  # elsewhere signals are somebody else's
-        before = {number: signal.signal(number, self._stop) for number in (signal.SIGTERM, signal.SIGINT)} if ours else {}
+        before = (
+            {number: signal.signal(number, self._stop) for number in (signal.SIGTERM, signal.SIGINT)} if ours else {}
+        )
         try:
             while (waiting or self.running) and not (self.stopping and not self.running):
                 self._gather()
                 waiting = [member for member in waiting if state_of(self.sweep, member).word != "done"]
-                if not self.stopping and len(self.running) < self.slots and (member := self._next(waiting)) is not None:
+                if (
+                    not self.stopping
+                    and len(self.running) < self.slots
+                    and (member := self._next(waiting)) is not None
+                ):
                     waiting.remove(member)
                     self._begin(member)
                 else:
@@ -115,7 +127,11 @@ class Runner:
     def _next(self, waiting: list[Member]) -> Member | None:
         """The first member that nobody runs, and that has something to make that none of those that run is making."""
         states = {member.name: state_of(self.sweep, member).word for member in waiting}
-        others = [member for member in self.sweep.members if member.name in self.running or states.get(member.name) == "running"]
+        others = [
+            member
+            for member in self.sweep.members
+            if member.name in self.running or states.get(member.name) == "running"
+        ]
         free = [member for member in waiting if states[member.name] != "running"]
         if not others:
             return free[0] if free else None
@@ -133,7 +149,9 @@ class Runner:
         log.parent.mkdir(parents=True, exist_ok=True)
         with open(log, "ab") as file:
             command = run_process.command(self.sweep.arguments(member, self.threads))
-            self.running[member.name] = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT, start_new_session=True)
+            self.running[member.name] = subprocess.Popen(
+                command, stdout=file, stderr=subprocess.STDOUT, start_new_session=True
+            )
         self.say(f"{member.name}: begins ({', '.join(member.overrides)})")
 
     def _gather(self) -> None:
@@ -178,9 +196,19 @@ def links(sweep: Sweep) -> None:
 def status(sweep: Sweep) -> str:
     """Every member with its values and where it stands, from what lies on the disk."""
     rows = [(member, state_of(sweep, member)) for member in sweep.members]
-    counts = ", ".join(f"{sum(state.word == word for _, state in rows)} {word}" for word in dict.fromkeys(state.word for _, state in rows))
+    counts = ", ".join(
+        f"{sum(state.word == word for _, state in rows)} {word}"
+        for word in dict.fromkeys(state.word for _, state in rows)
+    )
     lines = [f"{sweep.folder}: {len(rows)} members, {counts}"]
     for member, state in rows:
-        where = f" {state.stage} {100.0 * state.fraction:.0f} %" if state.word in ("running", "stopped", "failed") and state.stage else ""
-        lines.append(f"  {member.name}  {state.word + where:<24} {', '.join(f'{key} = {value}' for key, value in member.values.items())}")
+        where = (
+            f" {state.stage} {100.0 * state.fraction:.0f} %"
+            if state.word in ("running", "stopped", "failed") and state.stage
+            else ""
+        )
+        lines.append(
+            f"  {member.name}  {state.word + where:<24} "
+            f"{', '.join(f'{key} = {value}' for key, value in member.values.items())}"
+        )
     return "\n".join(lines)

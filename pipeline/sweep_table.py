@@ -1,4 +1,5 @@
-"""What a sweep came to: one table (CSV, HDF5), and one page with every measure against every parameter that was varied, errors and scaling laws beside."""
+"""What a sweep came to: one table (CSV, HDF5), and one page with every measure against every parameter that was
+varied, errors and scaling laws beside."""
 
 from __future__ import annotations
 
@@ -24,13 +25,21 @@ Row = dict[str, Any]
 
 
 def rows_of(sweep: Sweep) -> list[Row]:
-    """A row per member: name, run folder, where it stands, values of what is varied, whether its last crater is at rest (``settled``), then measures as
-    ``final/depth_m`` with ``..._sigma`` [SI], and the transient apparent diameter by the scaling laws for its ground as ``law/<name>`` [m]."""
+    """A row per member: name, run folder, where it stands, values of what is varied, whether its last crater is at
+    rest (``settled``), then measures as ``final/depth_m`` with ``..._sigma`` [SI], and the transient apparent diameter
+    by the scaling laws for its ground as ``law/<name>`` [m]."""
     rows = []
     for member in sweep.members:
         request = sweep.requests[member.name]
-        row: Row = {"member": member.name, "run": request.run_folder.name, "state": state_of(sweep, member).word, **member.values}
-        row["settled"] = (folder.record(stages.folder(request.run_folder, "crater") / "measures.json").get("final") or {}).get("settled")
+        row: Row = {
+            "member": member.name,
+            "run": request.run_folder.name,
+            "state": state_of(sweep, member).word,
+            **member.values,
+        }
+        row["settled"] = (
+            folder.record(stages.folder(request.run_folder, "crater") / "measures.json").get("final") or {}
+        ).get("settled")
         for crater, cells in expected.values(request.run_folder).items():
             for name, cell in cells.items():
                 row[f"{crater}/{name}"], row[f"{crater}/{name}{_SIGMA}"] = cell.get("value"), cell.get("sigma")
@@ -39,7 +48,8 @@ def rows_of(sweep: Sweep) -> list[Row]:
 
 
 def _laws(run: Path) -> dict[str, float]:
-    """Diameters by the laws that are usual for the ground of a measured run; empty where there is no weight, or nothing was measured."""
+    """Diameters by the laws that are usual for the ground of a measured run; empty where there is no weight, or
+    nothing was measured."""
     compared = folder.record(stages.folder(run, "crater") / "compare.json").get("scaling") or {}
     return {f"{_LAW}{name}": float(compared["diameter_m"][name]) for name in compared.get("range_of", ())}
 
@@ -75,7 +85,11 @@ def _write_hdf5(path: Path, rows: Sequence[Row], columns: Sequence[str]) -> None
         values = [row.get(name) for row in rows]
         key = name.replace("/", ".")
         if all(value is None or (isinstance(value, int | float) and not isinstance(value, bool)) for value in values):
-            arrays[key] = (np.array([np.nan if value is None else float(value) for value in values]), unit_of(name) or "1", _meaning(name))
+            arrays[key] = (
+                np.array([np.nan if value is None else float(value) for value in values]),
+                unit_of(name) or "1",
+                _meaning(name),
+            )
         else:
             arrays[key] = np.array(["" if value is None else str(value) for value in values], dtype="S")
     archive.write(path, arrays)
@@ -90,8 +104,11 @@ def _meaning(column: str) -> str:
 
 
 def axis_of(values: Sequence[Number]) -> tuple[np.ndarray, str, list[str]]:
-    """Places on an axis of values as they were given, their unit, and labels where they are words: numbers in a common unit stay, in several they become SI."""
-    parts = [found.groups() if isinstance(value, str) and (found := QUANTITY.match(value)) else None for value in values]
+    """Places on an axis of values as they were given, their unit, and labels where they are words: numbers in a common
+    unit stay, in several they become SI."""
+    parts = [
+        found.groups() if isinstance(value, str) and (found := QUANTITY.match(value)) else None for value in values
+    ]
     if all(parts):
         units = {part[1].strip() for part in parts if part}
         if len(units) == 1:
@@ -110,20 +127,35 @@ def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
     done = [row for row in rows if row["state"] == "done"]
     keys = [key for key in sweep.members[0].values if len({str(row[key]) for row in rows}) > 1]
     parts = [
-        f"<p>{len(done)} of {len(rows)} members are done. Errors are one standard deviation; dashed: scaling laws for the transient diameter; open symbols: "
+        f"<p>{len(done)} of {len(rows)} members are done. Errors are one standard deviation; dashed: scaling laws for "
+        f"the transient diameter; open symbols: "
         "the last snapshot of a crater that is not at rest.</p>"
     ]
     for key in keys:
         file = sweep.folder / f"against_{key.replace('.', '_')}.png"
         if done and _draw(done, key, file):
             parts += [f"<h2>Against {page.escape(key)}</h2>", page.picture(file, f"Measures against {key}.")]
-    measured = [name for name in columns_of(rows) if "/" in name and not name.endswith(_SIGMA) and not name.startswith(_LAW) and not _deep(name)]
-    head = ["member", "state", *map(page.escape, sweep.members[0].values), *(page.escape(_meaning(name)) for name in measured)]
+    measured = [
+        name
+        for name in columns_of(rows)
+        if "/" in name and not name.endswith(_SIGMA) and not name.startswith(_LAW) and not _deep(name)
+    ]
+    head = [
+        "member",
+        "state",
+        *map(page.escape, sweep.members[0].values),
+        *(page.escape(_meaning(name)) for name in measured),
+    ]
     body = []
     for row in rows:
         given = [page.escape(row[key]) for key in sweep.members[0].values]
-        body.append([page.escape(row["member"]), page.escape(row["state"]), *given, *(_cell(row, name) for name in measured)])
-    return page.document(f"Sweep of {next(iter(sweep.requests.values())).case.title}", [*parts, "<h2>Members</h2>", page.table(head, body)])
+        body.append(
+            [page.escape(row["member"]), page.escape(row["state"]), *given, *(_cell(row, name) for name in measured)]
+        )
+    return page.document(
+        f"Sweep of {next(iter(sweep.requests.values())).case.title}",
+        [*parts, "<h2>Members</h2>", page.table(head, body)],
+    )
 
 
 def _deep(name: str) -> bool:
@@ -142,7 +174,12 @@ def _measured(row: Row, name: str) -> str:
 
 def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
     """One picture: every measure that a member has, against one key; whether there was anything to draw."""
-    shown = [f"{crater}/{name}" for name in COMPARED for crater in ("transient", "final") if any(row.get(f"{crater}/{name}") is not None for row in rows)]
+    shown = [
+        f"{crater}/{name}"
+        for name in COMPARED
+        for crater in ("transient", "final")
+        if any(row.get(f"{crater}/{name}") is not None for row in rows)
+    ]
     if not shown:
         return False
     places, unit, words = axis_of([row[key] for row in rows])
@@ -150,17 +187,35 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
     fig = figure(11.0, 2.9 * -(-len(shown) // 3))
     for number, name in enumerate(shown):
         axis = fig.add_subplot(-(-len(shown) // 3), 3, number + 1)
-        factor, symbol = readable.scale(max(abs(float(row[name])) for row in rows if row.get(name) is not None), unit_of(name))
-        value, error = (np.array([np.nan if row.get(column) is None else factor * float(row[column]) for row in rows]) for column in (name, f"{name}{_SIGMA}"))
+        factor, symbol = readable.scale(
+            max(abs(float(row[name])) for row in rows if row.get(name) is not None), unit_of(name)
+        )
+        value, error = (
+            np.array([np.nan if row.get(column) is None else factor * float(row[column]) for row in rows])
+            for column in (name, f"{name}{_SIGMA}")
+        )
         final = name.startswith("final")
         for at_rest in (True, False):
             mine = np.array([(not final or row.get("settled") is not False) == at_rest for row in rows])
-            look = {"color": INK[final], "markersize": 4, "capsize": 2, "linewidth": 1.0, "markerfacecolor": INK[final] if at_rest else "white"}
+            look = {
+                "color": INK[final],
+                "markersize": 4,
+                "capsize": 2,
+                "linewidth": 1.0,
+                "markerfacecolor": INK[final] if at_rest else "white",
+            }
             axis.errorbar(places[mine], value[mine], np.nan_to_num(error)[mine], fmt="o", **look)
         if name == "transient/diameter_apparent_m":
             for k, law in enumerate(sorted({column for row in rows for column in row if column.startswith(_LAW)})):
                 sizes = np.array([factor * float(row.get(law, np.nan)) for row in rows])
-                axis.plot(places[order], sizes[order], "--", color=INK[2 + k % 4], linewidth=1.0, label=scaling.NAMES.get(law.removeprefix(_LAW), law))
+                axis.plot(
+                    places[order],
+                    sizes[order],
+                    "--",
+                    color=INK[2 + k % 4],
+                    linewidth=1.0,
+                    label=scaling.NAMES.get(law.removeprefix(_LAW), law),
+                )
             if axis.get_legend_handles_labels()[0]:
                 axis.legend(fontsize=6)
         axis.set(xlabel=f"{key}{f' [{unit}]' if unit else ''}", title=f"{_meaning(name)} [{symbol}]")

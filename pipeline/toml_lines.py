@@ -1,4 +1,5 @@
-"""On which line of a TOML file a key stands: ``tomllib`` does not say, and a message that names the line is read sooner."""
+"""On which line of a TOML file a key stands: ``tomllib`` does not say, and a message that names the line is read
+sooner."""
 
 from __future__ import annotations
 

@@ -34,7 +34,11 @@ def write(path: Path, case: Case, settings: dict[str, Model]) -> None:
         for name in stages.SHARED_TABLES:
             if name in table and name in case.document:
                 content.setdefault(name, table.pop(name))
-        if stage == "bed" and isinstance(case.document.get("dem"), dict) and "contact" not in case.document.get("bed", {}):
+        if (
+            stage == "bed"
+            and isinstance(case.document.get("dem"), dict)
+            and "contact" not in case.document.get("bed", {})
+        ):
             table.pop("contact", None)  # stands in [dem.contact]
         content[stage] = table
     for stage, file in case.outside.items():
@@ -43,7 +47,10 @@ def write(path: Path, case: Case, settings: dict[str, Model]) -> None:
     if not head:
         preset = f"preset {case.preset}" if case.preset else "no preset"
         changes = "".join(f"\n# --set {assignment}" for assignment in case.overrides)
-        head = f"# All parameters of a run of {case.file.name} ({case.name}, {preset}), in SI units; this file is itself a case.{changes}\n\n"
+        head = (
+            f"# All parameters of a run of {case.file.name} ({case.name}, {preset}), in SI units; this file is itself "
+            f"a case.{changes}\n\n"
+        )
     archive.write_text(path, head + tomlkit.dumps(content))
 
 

@@ -1,9 +1,11 @@
-"""A run folder as a view of stages: links to where they lie in the store, and beside them what belongs to the run alone.
+"""A run folder as a view of stages: links to where they lie in the store, and beside them what belongs to the run
+alone.
 
-    2_sph -> ../.store/sph-5d0b2e52766e      relative, so that a folder of runs may be moved; copies where a file system has no links
+    2_sph -> ../.store/sph-5d0b2e52766e
+        relative, so that a folder of runs may be moved; copies where a file system has no links
 
-What is written after a stage is done (rows of the ledger that a sensitivity fills, pages, movies) belongs to the run: ``own`` turns the link into a folder of
-the run, with links to the large files and copies of the others.
+What is written after a stage is done (rows of the ledger that a sensitivity fills, pages, movies) belongs to the run:
+``own`` turns the link into a folder of the run, with links to the large files and copies of the others.
 """
 
 from __future__ import annotations
@@ -24,8 +26,8 @@ _LINKED = (".vtkhdf", ".h5", ".ply", ".bin")
 
 
 def show(run: Path, stage: str, target: Path) -> Path:
-    """Let ``run`` show ``target`` as its ``stage``, in place of what it showed; where it can then be written to: the link, or ``target`` itself where there are
-    no links (it is copied when it is done)."""
+    """Let ``run`` show ``target`` as its ``stage``, in place of what it showed; where it can then be written to: the
+    link, or ``target`` itself where there are no links (it is copied when it is done)."""
     link = stages.folder(run, stage)
     target, run = target.resolve(), run.resolve()
     if link.resolve() == target and link.is_symlink():
@@ -69,7 +71,8 @@ def own(run: Path, stage: str) -> Path:
 
 
 def forget(run: Path, some: Iterable[str]) -> None:
-    """The run no longer shows these stages, whether links, copies or folders of its own; the store keeps what it has."""
+    """The run no longer shows these stages, whether links, copies or folders of its own; the store keeps what it
+    has."""
     for stage in some:
         _remove(stages.folder(run, stage))
 

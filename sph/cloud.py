@@ -1,4 +1,5 @@
-"""The particles of the shock stage while they run: arrays in the order of the neighbour grid, and how that order is kept."""
+"""The particles of the shock stage while they run: arrays in the order of the neighbour grid, and how that order is
+kept."""
 
 from __future__ import annotations
 
@@ -23,7 +24,10 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "specific_energy": ((), "float64"),
     "half_energy": ((), "float64"),
     "smoothing_length": ((), "float64"),
-    "start_length": ((), "float64"),  # smoothing length and density at the start of the phase, where h follows the density
+    "start_length": (
+        (),
+        "float64",
+    ),  # smoothing length and density at the start of the phase, where h follows the density
     "start_density": ((), "float64"),
     "stress": ((5,), "float64"),  # deviatoric, before damage: xx xy xz yy yz
     "half_change": ((5,), "float64"),  # of stress, by the rate at the beginning of a step, in half of it
@@ -43,19 +47,23 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
 }
 
 Fields = namedtuple("Fields", tuple(ARRAYS))  # type: ignore[misc]
-"""The arrays of a cloud as compiled loops take them. numba drops what a loop over ``prange`` itself writes to arrays inside a tuple, without a word: such a
-loop calls the function that writes."""
+"""The arrays of a cloud as compiled loops take them. numba drops what a loop over ``prange`` itself writes to arrays
+inside a tuple, without a word: such a loop calls the function that writes."""
 
 OPTIONAL = ("late_density", "viscosity", "strain_rate")
-"""Arrays (n, ...) that are empty until a law needs them: the density without pressure of the late stage (``sph.late``), the share of the artificial viscosity
-where a switch governs it (``sph.viscosity_switch``), the symmetric velocity gradient of the last evaluation (n, 6) [1/s] (``sph.viscosity_reconstructed``)."""
+"""Arrays (n, ...) that are empty until a law needs them: the density without pressure of the late stage
+(``sph.late``), the share of the artificial viscosity where a switch governs it (``sph.viscosity_switch``), the
+symmetric velocity gradient of the last evaluation (n, 6) [1/s] (``sph.viscosity_reconstructed``)."""
 
-PARTS = 64  # loops that gather something over all particles run in this many pieces, so that it does not depend on the number of threads
+# loops that gather something over all particles run in this many pieces, so that it does not depend on the number of
+# threads
+PARTS = 64
 
 
 @parallel_kernel
 def moved_further(x, since, limit, count, least, out):
-    """``out`` (parts,): whether a particle with at least ``least`` neighbours is further than ``limit`` (n,) from where it was."""
+    """``out`` (parts,): whether a particle with at least ``least`` neighbours is further than ``limit`` (n,) from
+    where it was."""
     n, parts = len(x), len(out)
     for part in prange(parts):
         out[part] = False
@@ -67,7 +75,8 @@ def moved_further(x, since, limit, count, least, out):
 
 
 class Cloud:
-    """Arrays named in ``ARRAYS``, all (n, ...), plus ``OPTIONAL`` and ``flaw_strain`` (all flaws of all particles, ascending for each)."""
+    """Arrays named in ``ARRAYS``, all (n, ...), plus ``OPTIONAL`` and ``flaw_strain`` (all flaws of all particles,
+    ascending for each)."""
 
     identity: np.ndarray
     position: np.ndarray
@@ -161,11 +170,13 @@ class Cloud:
 
 
 class Neighbourhood:
-    """The neighbour list of a cloud, rebuilt (and the cloud sorted anew) when a particle has moved so far that it could have a new neighbour.
+    """The neighbour list of a cloud, rebuilt (and the cloud sorted anew) when a particle has moved so far that it
+    could have a new neighbour.
 
-    Every particle has a skin, ``SKIN`` of its h or what it flies in ``AHEAD`` steps (at most ``SKIN_MOST`` of its h): a pair is listed within h_ij
-    plus both skins, so that no pair closer than h_ij is missed while nobody has moved by more than its skin. Fast particles, mostly lone ones,
-    thus do not make the whole list anew at every step. Results do not depend on the skins beyond the order of sums.
+    Every particle has a skin, ``SKIN`` of its h or what it flies in ``AHEAD`` steps (at most ``SKIN_MOST`` of its h):
+    a pair is listed within h_ij plus both skins, so that no pair closer than h_ij is missed while nobody has moved by
+    more than its skin. Fast particles, mostly lone ones, thus do not make the whole list anew at every step. Results
+    do not depend on the skins beyond the order of sums.
     """
 
     SKIN, SKIN_MOST, AHEAD = 0.02, 2.0, 12
@@ -177,7 +188,8 @@ class Neighbourhood:
         self.rebuild(cloud, 0.0)
 
     def rebuild(self, cloud: Cloud, dt: float, time: float = 0.0) -> None:
-        """Sort the cloud and list its neighbours; ``dt`` [s] the step that skins reckon with, ``time`` [s] that of the images."""
+        """Sort the cloud and list its neighbours; ``dt`` [s] the step that skins reckon with, ``time`` [s] that of the
+        images."""
         self.places = self.reach = np.zeros(0)  # of the list before: free from here on
         h = cloud.smoothing_length
         reach = np.einsum("ij,ij->i", cloud.velocity, cloud.velocity)  # speed, then skin, then reach, in one array
@@ -207,7 +219,10 @@ class Neighbourhood:
         self._list(places, reach.copy(), neighbours.sort(places, reach, self.half_width)[1])
 
     def _list(self, places: np.ndarray, reach: np.ndarray, grid: neighbours.Grid) -> None:
-        self.places, self.reach = places.copy(order="F" if self.images is None else "C"), reach  # by columns, as the list is made
+        self.places, self.reach = (
+            places.copy(order="F" if self.images is None else "C"),
+            reach,
+        )  # by columns, as the list is made
         if self.images is None:
             self.found = neighbours.build(self.places, reach, grid, 1.0, self.found)
         else:

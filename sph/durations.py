@@ -1,11 +1,15 @@
-"""How long the shock stage runs and how often it writes when a case does not say it: all in units of the crater's formation time T (``matter.formation_time``).
+"""How long the shock stage runs and how often it writes when a case does not say it: all in units of the crater's
+formation time T (``matter.formation_time``).
 
-end           2 T         the crater is deepest at some 0.5 T, widest at T; the handoff looks at three snapshots after the greatest depth
-snapshots     T / 15      thirty in a run: one lies before the handoff's 0.1 T, the greatest depth and volume are bracketed within 4 %
+end           2 T         the crater is deepest at some 0.5 T, widest at T; the handoff looks at three snapshots after
+                          the greatest depth
+snapshots     T / 15      thirty in a run: one lies before the handoff's 0.1 T, the greatest depth and volume are
+                          bracketed within 4 %
 history       a quarter of that
-first step    a / 100 U   a hundredth of the time in which the projectile (radius a, speed U) flies its own radius; steps then grow by 10 % each
-relaxation    1.5 times the way of sound through the body's radius, damped by e^-10 in all; none for flat ground, which starts in balance with its
-              weight, and whose strength holds what noise is left
+first step    a / 100 U   a hundredth of the time in which the projectile (radius a, speed U) flies its own radius;
+                          steps then grow by 10 % each
+relaxation    1.5 times the way of sound through the body's radius, damped by e^-10 in all; none for flat ground, which
+              starts in balance with its weight, and whose strength holds what noise is left
 """
 
 from __future__ import annotations
@@ -36,7 +40,13 @@ def surface_gravity(target: Target, materials: Materials) -> float:
         return target.gravity
     mass, inner = 0.0, 0.0
     for layer, outer in zip(target.layers, target.outer_radii):
-        mass += 4.0 / 3.0 * math.pi * (outer**3 - inner**3) * float(materials.bulk_density[materials.index(layer.material)])
+        mass += (
+            4.0
+            / 3.0
+            * math.pi
+            * (outer**3 - inner**3)
+            * float(materials.bulk_density[materials.index(layer.material)])
+        )
         inner = outer
     return G * mass / target.radius**2
 

@@ -1,4 +1,5 @@
-"""The families of laws that a material chooses from: the settings of a material, its rows of numbers and the bibliography are derived from this list."""
+"""The families of laws that a material chooses from: the settings of a material, its rows of numbers and the
+bibliography are derived from this list."""
 
 from sph.damage import growth
 from sph.eos import dispatch as eos

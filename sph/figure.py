@@ -1,4 +1,5 @@
-"""What the pictures of laws share (``python -m sph.eos tillotson basalt`` and its like): the command's form, and one file as the result."""
+"""What the pictures of laws share (``python -m sph.eos tillotson basalt`` and its like): the command's form, and one
+file as the result."""
 
 from __future__ import annotations
 
@@ -11,8 +12,15 @@ from typing import Any
 from matter.errors import InputError
 
 
-def command(folder: str, about: str, laws: Sequence[str], draw: Callable[[str, str, Any], str], arguments: Sequence[str] | None = None) -> int:
-    """Run ``python -m sph.<folder> LAW MATERIAL [--out FILE]``: ``draw(law, material, axes)`` fills two axes side by side and returns a table to print.
+def command(
+    folder: str,
+    about: str,
+    laws: Sequence[str],
+    draw: Callable[[str, str, Any], str],
+    arguments: Sequence[str] | None = None,
+) -> int:
+    """Run ``python -m sph.<folder> LAW MATERIAL [--out FILE]``: ``draw(law, material, axes)`` fills two axes side by
+    side and returns a table to print.
 
     Returns the exit code: 0, or 2 with one message for a material or law that does not fit.
     """

@@ -1,15 +1,18 @@
 """Reynolds number of the flow that opens a crater, in matter that artificial viscosity makes viscous.
 
-Smooth flow sees the artificial viscosity as a kinematic one of nu = alpha c hbar / 20, hbar = h / 2 (``sph.viscosity``), so that
+Smooth flow sees the artificial viscosity as a kinematic one of nu = alpha c hbar / 20, hbar = h / 2
+(``sph.viscosity``), so that
 
     Re = v R / nu = 20 v R / (alpha c hbar)
 
-R : radius of the crater: the half ball of 1.26 R below the impact point is half full (matter at its density, at rest where it has expanded)
-v : rms speed of the target below the datum between R and 2 R from the impact point, alpha, c, hbar : means there, all weighted by mass
+R : radius of the crater: the half ball of 1.26 R below the impact point is half full (matter at its density, at rest
+where it has expanded) v : rms speed of the target below the datum between R and 2 R from the impact point, alpha, c,
+hbar : means there, all weighted by mass
 
-Below some 10 viscosity takes a good part of the flow's momentum while the crater doubles (``REYNOLDS_LEAST``). Measured (2 kg of copper into loose ground,
-29,529 particles, from 15 ms on): speeds below the crater decay by 83 /s at c = 3,145 m/s and alpha = 2, by 3.6 /s at alpha = 0.1, by 4.7 and 1.6 /s at
-alpha = 2 and c = 180 and 60 m/s: with alpha c, not with the pores or friction.
+Below some 10 viscosity takes a good part of the flow's momentum while the crater doubles (``REYNOLDS_LEAST``).
+Measured (2 kg of copper into loose ground, 29,529 particles, from 15 ms on): speeds below the crater decay by 83 /s at
+c = 3,145 m/s and alpha = 2, by 3.6 /s at alpha = 0.1, by 4.7 and 1.6 /s at alpha = 2 and c = 180 and 60 m/s: with
+alpha c, not with the pores or friction.
 """
 
 from __future__ import annotations
@@ -25,15 +28,18 @@ FEWEST = 10
 
 
 def crater_radius(distance: np.ndarray, volume: np.ndarray) -> float:
-    """Radius [m] of the half-spherical hole that leaves the half ball of 2^(1/3) its radius half full; ``distance`` (n,) [m] of the target's particles below
-    the datum from the impact point, ``volume`` (n,) [m^3]. Zero without a hole."""
+    """Radius [m] of the half-spherical hole that leaves the half ball of 2^(1/3) its radius half full; ``distance``
+    (n,) [m] of the target's particles below the datum from the impact point, ``volume`` (n,) [m^3]. Zero without a
+    hole."""
     order = np.argsort(distance)
     reach = distance[order]
     nearer = np.cumsum(volume[order]) - volume[order]
     full = nearer >= math.pi / 3.0 * reach**3
     if len(full) < FEWEST:
         return 0.0
-    lasting = np.lib.stride_tricks.sliding_window_view(full, FEWEST).all(axis=1)  # single particles fly about in the hole
+    lasting = np.lib.stride_tricks.sliding_window_view(full, FEWEST).all(
+        axis=1
+    )  # single particles fly about in the hole
     return float(reach[np.argmax(lasting)]) / 2.0 ** (1.0 / 3.0) if lasting.any() else 0.0
 
 
@@ -49,10 +55,12 @@ def measure(
     alpha: float,
     radius: float | None,
 ) -> dict[str, Any] | None:
-    """The flow's numbers, for the target's particles (n,), positions [m] and velocities [m/s] (n, 3), ``half_length`` hbar [m], speed of ``sound`` [m/s],
-    ``share`` of the viscosity that a switch leaves, ``density`` as it is and at rest [kg/m^3]; ``radius`` [m] of a sphere, None for flat ground.
+    """The flow's numbers, for the target's particles (n,), positions [m] and velocities [m/s] (n, 3), ``half_length``
+    hbar [m], speed of ``sound`` [m/s], ``share`` of the viscosity that a switch leaves, ``density`` as it is and at
+    rest [kg/m^3]; ``radius`` [m] of a sphere, None for flat ground.
 
-    None before there is a crater wider than hbar, or where too few particles lie below it. Without viscosity the Reynolds number is None.
+    None before there is a crater wider than hbar, or where too few particles lie below it. Without viscosity the
+    Reynolds number is None.
     """
     if radius is None:
         height, pole = position[:, 2], np.zeros(3)
@@ -68,7 +76,14 @@ def measure(
     taken = alpha * float(m @ np.broadcast_to(share, mass.shape)[below])
     c, length = float(m @ sound[below]), float(m @ half_length[below])
     number = 20.0 * speed * size / (taken * c * length) if taken > 0.0 else None
-    return {"reynolds": number, "radius_m": size, "speed_m_s": speed, "alpha": taken, "sound_speed_m_s": c, "hbar_m": length}
+    return {
+        "reynolds": number,
+        "radius_m": size,
+        "speed_m_s": speed,
+        "alpha": taken,
+        "sound_speed_m_s": c,
+        "hbar_m": length,
+    }
 
 
 def warnings(series: list[dict[str, Any]]) -> list[str]:
@@ -84,6 +99,7 @@ def warnings(series: list[dict[str, Any]]) -> list[str]:
     ]
     if known[-1]["reynolds"] < REYNOLDS_LEAST:
         told.append(
-            f"so it is at the end: {known[-1]['reynolds']:.2g} at {known[-1]['time_s']:.4g} s; [sph.late] alpha, or a lower sound speed, lowers the viscosity"
+            f"so it is at the end: {known[-1]['reynolds']:.2g} at {known[-1]['time_s']:.4g} s; [sph.late] alpha, or a "
+            f"lower sound speed, lowers the viscosity"
         )
     return told

@@ -1,6 +1,7 @@
 """Fragments of a broken body: groups of whole particles that hang together.
 
-Two particles belong to one fragment when neither is broken (D < 1/2) and they are closer than the mean of their supports times ``LINK``.
+Two particles belong to one fragment when neither is broken (D < 1/2) and they are closer than the mean of their
+supports times ``LINK``.
 
     python -m sph.fragments SNAPSHOT [--json]
 """
@@ -37,14 +38,20 @@ class Fragment(NamedTuple):
 
 
 def find(particles: Particles) -> list[Fragment]:
-    """Fragments of the target, the largest first; broken particles are dust and belong to none. Needs position, velocity, mass, damage, smoothing_length."""
+    """Fragments of the target, the largest first; broken particles are dust and belong to none. Needs position,
+    velocity, mass, damage, smoothing_length."""
     particles.need("position", "velocity", "mass", "damage", "smoothing_length")
     whole = particles.damage < BROKEN
     if "layer" in particles:
         whole &= particles.layer >= 0
     if not whole.any():
         return []
-    x, v, m, h = particles.position[whole], particles.velocity[whole], particles.mass[whole], particles.smoothing_length[whole]
+    x, v, m, h = (
+        particles.position[whole],
+        particles.velocity[whole],
+        particles.mass[whole],
+        particles.smoothing_length[whole],
+    )
     pairs = cKDTree(x).query_pairs(LINK * float(h.max()), output_type="ndarray")
     apart = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
     pairs = pairs[apart < 0.5 * LINK * (h[pairs[:, 0]] + h[pairs[:, 1]])]
@@ -54,7 +61,10 @@ def find(particles: Particles) -> list[Fragment]:
     centre = np.stack([np.bincount(group, m * x[:, a], count) / mass for a in range(3)], axis=1)
     speed = np.stack([np.bincount(group, m * v[:, a], count) / mass for a in range(3)], axis=1)
     order = np.argsort(-mass, kind="stable")
-    return [Fragment(float(mass[k]), int(number[k]), tuple(map(float, centre[k])), tuple(map(float, speed[k]))) for k in order]  # type: ignore[arg-type]
+    return [
+        Fragment(float(mass[k]), int(number[k]), tuple(map(float, centre[k])), tuple(map(float, speed[k])))  # type: ignore[arg-type]
+        for k in order
+    ]
 
 
 def largest_share(particles: Particles) -> float:
@@ -66,7 +76,9 @@ def largest_share(particles: Particles) -> float:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns its exit code."""
-    parser = argparse.ArgumentParser(prog="python -m sph.fragments", description="Fragments of a snapshot of the shock stage.")
+    parser = argparse.ArgumentParser(
+        prog="python -m sph.fragments", description="Fragments of a snapshot of the shock stage."
+    )
     parser.add_argument("snapshot", type=Path)
     parser.add_argument("--json", action="store_true", help="one object")
     options = parser.parse_args(arguments)

@@ -1,8 +1,10 @@
 """Flat ground as particles: half-space, half-sphere or block, uniform or in balance with uniform gravity.
 
-Layer masses are those of the uniform layers (density rho0 of each material, pores taken off). Relaxed ground keeps them: pressure is the weight above,
+Layer masses are those of the uniform layers (density rho0 of each material, pores taken off). Relaxed ground keeps
+them: pressure is the weight above,
 
-    P(m) = g m,   m the mass per area above,   rho = rho_cold(P)        (cold curve of the layer's equation of state, u = 0; pores closed as P closes them)
+    P(m) = g m,   m the mass per area above,   rho = rho_cold(P)
+        (cold curve of the layer's equation of state, u = 0; pores closed as P closes them)
 
 and the ground sinks vertically to the depths that these densities give, its surface staying at z = 0.
 """
@@ -24,8 +26,9 @@ from sph.target import Body, Zones, loaded, spacing_law
 class Ground(NamedTuple):
     """The ground against depth, on slabs of fixed mass from the surface down: all arrays (n,), SI.
 
-    ``uniform_depth`` is the lower end of a slab at uniform density, ``depth`` in balance; density, pressure and resting ``distention`` hold at ``middle``;
-    ``mass`` per area [kg/m^2] down to ``depth``; ``layer`` counts from the bottom.
+    ``uniform_depth`` is the lower end of a slab at uniform density, ``depth`` in balance; density, pressure and
+    resting ``distention`` hold at ``middle``; ``mass`` per area [kg/m^2] down to ``depth``; ``layer`` counts from the
+    bottom.
     """
 
     uniform_depth: np.ndarray
@@ -91,7 +94,8 @@ def slabs_of(target: Target) -> list[regions.Slab]:
 
 
 def build(target: Target, ground: Ground, materials: Materials, zones: Zones, seed: int) -> Body:
-    """The target's particles: a graded glass, layer by layer, or (one spacing everywhere) a uniform hexagonal lattice; masses of every layer are exact."""
+    """The target's particles: a graded glass, layer by layer, or (one spacing everywhere) a uniform hexagonal lattice;
+    masses of every layer are exact."""
     slabs = slabs_of(target)
     density0 = np.array([materials.bulk_density[materials.index(piece.material)] for piece in target.layers])
     points, volumes, supports = [], [], []
@@ -111,7 +115,9 @@ def build(target: Target, ground: Ground, materials: Materials, zones: Zones, se
             supports.append(zones.support * spacing(place))
     for l, place in enumerate(points):
         if len(place) == 0:
-            raise InputError(f"layer {target.layers[l].name!r} holds no particle: the spacing is too coarse for its thickness")
+            raise InputError(
+                f"layer {target.layers[l].name!r} holds no particle: the spacing is too coarse for its thickness"
+            )
     layer = np.repeat(np.arange(len(points)), [len(place) for place in points])
     mass = np.concatenate([density0[l] * volumes[l] * (slabs[l].volume / volumes[l].sum()) for l in range(len(slabs))])
     position = np.concatenate(points)
@@ -122,7 +128,15 @@ def build(target: Target, ground: Ground, materials: Materials, zones: Zones, se
         density[mine] = np.interp(-position[mine, 2], ground.middle[at], ground.density[at])
         distention[mine] = np.interp(-position[mine, 2], ground.middle[at], ground.distention[at])
     material = np.array([materials.index(piece.material) for piece in target.layers])[layer]
-    return Body(position, mass, density, np.concatenate(supports), layer.astype(np.int32), material.astype(np.int32), distention)
+    return Body(
+        position,
+        mass,
+        density,
+        np.concatenate(supports),
+        layer.astype(np.int32),
+        material.astype(np.int32),
+        distention,
+    )
 
 
 def depth_from_sides(target: Target, position: np.ndarray) -> np.ndarray:

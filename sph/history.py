@@ -13,21 +13,28 @@ from sph import state
 from sph.integrator import Integrator
 
 COLUMNS = (
-    "time_s dt_s dt_limit mass_kg momentum_x momentum_y momentum_z angular_momentum_x angular_momentum_y angular_momentum_z "
-    "kinetic_J internal_J gravitational_J total_J ejected_mass_kg damaged_mass_kg lost_mass_kg lost_internal_J max_pressure_Pa "
-    "steps list_builds gravity_evaluations gravity_correction removed_angular_momentum_x removed_angular_momentum_y removed_angular_momentum_z"
+    "time_s dt_s dt_limit mass_kg momentum_x momentum_y momentum_z angular_momentum_x angular_momentum_y "
+    "angular_momentum_z "
+    "kinetic_J internal_J gravitational_J total_J ejected_mass_kg damaged_mass_kg lost_mass_kg lost_internal_J "
+    "max_pressure_Pa "
+    "steps list_builds gravity_evaluations gravity_correction removed_angular_momentum_x removed_angular_momentum_y "
+    "removed_angular_momentum_z"
 ).split()
 
-DIRECT, FINE = 40_000, 0.3  # particles up to which the potential energy is summed over all pairs; opening angle of the tree beyond
+DIRECT, FINE = (
+    40_000,
+    0.3,
+)  # particles up to which the potential energy is summed over all pairs; opening angle of the tree beyond
 
 
 def row(integrator: Integrator) -> dict[str, float | str]:
     """One line of ``history.csv`` (SI), names in ``COLUMNS``.
 
-    The gravitational energy is the direct sum over all pairs (a finer tree's above ``DIRECT`` particles), so that ``total_J`` shows what the tree,
-    frozen gravity, the steps and every clipping (tension cut, pressure of lost particles) get wrong; nothing is taken out of it. In uniform gravity it is
-    m g z. Ejected: unbound (v^2/2 > G M / r); without self-gravity what is beyond the surface of the target by more than its h and moves on outwards.
-    Lost: particles whose neighbours have gone, with the internal energy that they keep.
+    The gravitational energy is the direct sum over all pairs (a finer tree's above ``DIRECT`` particles), so that
+    ``total_J`` shows what the tree, frozen gravity, the steps and every clipping (tension cut, pressure of lost
+    particles) get wrong; nothing is taken out of it. In uniform gravity it is m g z. Ejected: unbound (v^2/2 > G M /
+    r); without self-gravity what is beyond the surface of the target by more than its h and moves on outwards. Lost:
+    particles whose neighbours have gone, with the internal energy that they keep.
     """
     cloud = integrator.cloud
     m, v, x = cloud.mass, cloud.velocity, cloud.position
@@ -45,9 +52,11 @@ def row(integrator: Integrator) -> dict[str, float | str]:
     lost = state.holding_array(cloud.neighbours) <= 0.0
     values = (
         integrator.time, integrator.dt, integrator.why, m.sum(), *momentum, *spin, kinetic, internal, gravitational,
-        kinetic + internal + gravitational, m[unbound].sum(), float(m @ state.damage_of(cloud, integrator.rows)), m[lost].sum(),
+        kinetic + internal + gravitational, m[unbound].sum(), float(m @ state.damage_of(cloud, integrator.rows)),
+        m[lost].sum(),
         float(m[lost] @ cloud.specific_energy[lost]), integrator.evaluated.pressure.max(), integrator.steps,
-        integrator.neighbourhood.builds, integrator.gravity_evaluations, integrator.gravity_correction, *integrator.torque_removed,
+        integrator.neighbourhood.builds, integrator.gravity_evaluations, integrator.gravity_correction,
+        *integrator.torque_removed,
     )  # fmt: skip
     return dict(zip(COLUMNS, (value if isinstance(value, str) else float(value) for value in values)))
 
@@ -78,7 +87,9 @@ class History:
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(COLUMNS)
         for entry in self.rows:
-            writer.writerow([value if isinstance(value, str) else repr(value) for value in (entry[name] for name in COLUMNS)])
+            writer.writerow(
+                [value if isinstance(value, str) else repr(value) for value in (entry[name] for name in COLUMNS)]
+            )
         archive.write_text(self.path, text.getvalue())
 
     def drift(self) -> dict[str, float]:

@@ -1,6 +1,8 @@
-"""What steps of their own would gain: which step each particle could take, and the visits of neighbours saved. Only measured: all take the least.
+"""What steps of their own would gain: which step each particle could take, and the visits of neighbours saved. Only
+measured: all take the least.
 
-    k_i = floor(log2(dt_i / dt_min)),   k_i <= k_j + 2 for neighbours j        steps by powers of two, those of neighbours within a factor of 4
+    k_i = floor(log2(dt_i / dt_min)),   k_i <= k_j + 2 for neighbours j
+        steps by powers of two, those of neighbours within a factor of 4
     saved = 1 - sum_i n_i 2^(-k_i) / sum_i n_i                                 n_i neighbours inside the support
 
 dt_i by all of ``sph.timestep`` but growth, output and error. A particle that has lost its neighbours takes ``MOST``.
@@ -27,7 +29,8 @@ SHARES = (0.03, 0.1, 0.3, 1.0)
 
 @kernel
 def _hold(level, pairs, owner):
-    """Lower ``level`` (n,) in place to ``WITHIN`` above the least of the neighbours, images (``owner``) included; the number of particles that changed."""
+    """Lower ``level`` (n,) in place to ``WITHIN`` above the least of the neighbours, images (``owner``) included; the
+    number of particles that changed."""
     n, changed = len(level), 0
     for i in range(n):
         most = level[i]
@@ -56,4 +59,9 @@ def measure(i: Integrator) -> dict[str, Any]:
     level = levels(step, Pairs.of(i.neighbourhood.found), owner)
     visits = np.maximum(c.neighbours, 0).astype(float)
     saved = 1.0 - float(visits @ 0.5**level) / max(float(visits.sum()), 1.0)
-    return {"time_s": i.time, "shortest_s": float(step.min()), "particles_by_power_of_two": np.bincount(level).tolist(), "visits_saved": saved}
+    return {
+        "time_s": i.time,
+        "shortest_s": float(step.min()),
+        "particles_by_power_of_two": np.bincount(level).tolist(),
+        "visits_saved": saved,
+    }

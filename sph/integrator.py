@@ -1,9 +1,11 @@
 """Kick-drift-kick leapfrog with one evaluation of the rates per step (Verlet form for velocity-dependent forces).
 
-    y_{n+1/2} = y_n + dt/2 f_n;   x_{n+1} = x_n + dt v_{n+1/2};   y* = y_n + dt f_n;   f_{n+1} = f(x_{n+1}, y*);   y_{n+1} = y_{n+1/2} + dt/2 f_{n+1}
+    y_{n+1/2} = y_n + dt/2 f_n;   x_{n+1} = x_n + dt v_{n+1/2};   y* = y_n + dt f_n;   f_{n+1} = f(x_{n+1}, y*);
+    y_{n+1} = y_{n+1/2} + dt/2 f_{n+1}
 
-for y = (v, rho, u, D^(1/3)): second order, and with the conjugate force and energy sums the error of the total energy does not accumulate
-(per step it is dt^2/8 (|a_n|^2 - |a_{n+1}|^2), which telescopes). The stress yields in the evaluation of y* (radial return R) and stays there:
+for y = (v, rho, u, D^(1/3)): second order, and with the conjugate force and energy sums the error of the total energy
+does not accumulate (per step it is dt^2/8 (|a_n|^2 - |a_{n+1}|^2), which telescopes). The stress yields in the
+evaluation of y* (radial return R) and stays there:
 
     S_{n+1} = R(S*) + dt/2 (f_{n+1} - f_n)
 """
@@ -31,21 +33,45 @@ from sph.scheme import Rows
 
 YOUNG = 0.002  # of sqrt(R^3 / G M)
 _NUMBERS: dict[str, type] = {
-    "time": float, "dt": float, "steps": int, "allowed": float, "gravity_time": float, "gravity_evaluations": int, "gravity_correction": float,
+    "time": float, "dt": float, "steps": int, "allowed": float, "gravity_time": float, "gravity_evaluations": int,
+    "gravity_correction": float,
 }  # fmt: skip
 """What of an ``Integrator`` a checkpoint holds beside arrays."""
 DENSITY_FLOOR = 0.005  # of the density at rest; only particles that have lost their neighbours come near it
 
 
-_BLOCK = 1024  # particles that a thread takes at a time: numba drops what a parallel loop itself writes to arrays inside a tuple, not what it calls
+# particles that a thread takes at a time: numba drops what a parallel loop itself writes to arrays inside a tuple, not
+# what it calls
+_BLOCK = 1024
 
 
 @kernel
 def _open_some(first, end, dt, cloud, rates, evaluated, hold):
     """``_open`` for the particles ``first`` to ``end`` - 1."""
-    x, v, rho, u, S, D, g = cloud.position, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage, cloud.gravity
-    a, drho, du, dS, dD, cap = rates.acceleration, rates.density, rates.energy, rates.stress, evaluated.damage_rate, evaluated.damage_cap
-    hv, hrho, hu, half, hD = cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change, cloud.half_damage
+    x, v, rho, u, S, D, g = (
+        cloud.position,
+        cloud.velocity,
+        cloud.density,
+        cloud.specific_energy,
+        cloud.stress,
+        cloud.root_damage,
+        cloud.gravity,
+    )
+    a, drho, du, dS, dD, cap = (
+        rates.acceleration,
+        rates.density,
+        rates.energy,
+        rates.stress,
+        evaluated.damage_rate,
+        evaluated.damage_cap,
+    )
+    hv, hrho, hu, half, hD = (
+        cloud.half_velocity,
+        cloud.half_density,
+        cloud.half_energy,
+        cloud.half_change,
+        cloud.half_damage,
+    )
     for i in range(first, end):
         for c in range(3):
             acceleration = a[i, c] + g[i, c]
@@ -68,9 +94,29 @@ def _open_some(first, end, dt, cloud, rates, evaluated, hold):
 @kernel
 def _close_some(first, end, dt, cloud, rates, evaluated, floor, hold, keep):
     """``_close`` for the particles ``first`` to ``end`` - 1."""
-    v, rho, u, S, D, g = cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage, cloud.gravity
-    a, drho, du, dS, dD, cap = rates.acceleration, rates.density, rates.energy, rates.stress, evaluated.damage_rate, evaluated.damage_cap
-    hv, hrho, hu, half, hD = cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change, cloud.half_damage
+    v, rho, u, S, D, g = (
+        cloud.velocity,
+        cloud.density,
+        cloud.specific_energy,
+        cloud.stress,
+        cloud.root_damage,
+        cloud.gravity,
+    )
+    a, drho, du, dS, dD, cap = (
+        rates.acceleration,
+        rates.density,
+        rates.energy,
+        rates.stress,
+        evaluated.damage_rate,
+        evaluated.damage_cap,
+    )
+    hv, hrho, hu, half, hD = (
+        cloud.half_velocity,
+        cloud.half_density,
+        cloud.half_energy,
+        cloud.half_change,
+        cloud.half_damage,
+    )
     P, peak, material = evaluated.pressure, cloud.peak_pressure, cloud.material
     for i in range(first, end):
         for c in range(3):
@@ -81,12 +127,15 @@ def _close_some(first, end, dt, cloud, rates, evaluated, floor, hold, keep):
             D[i] = max(hD[i], min(hD[i] + 0.5 * dt * dD[i], cap[i]))
             peak[i] = max(peak[i], P[i])
         for c in range(5):
-            S[i, c] += 0.5 * dt * dS[i, c] - half[i, c]  # S has yielded since: what the evaluation returned to the surface stays there
+            S[i, c] += (
+                0.5 * dt * dS[i, c] - half[i, c]
+            )  # S has yielded since: what the evaluation returned to the surface stays there
 
 
 @parallel_kernel
 def _open(dt, cloud, rates, evaluated, hold):
-    """The first half of a step, of ``sph.cloud.Fields`` in place, with ``sph.rates.Sums`` and ``sph.state.Response``: half a kick, drift, prediction."""
+    """The first half of a step, of ``sph.cloud.Fields`` in place, with ``sph.rates.Sums`` and ``sph.state.Response``:
+    half a kick, drift, prediction."""
     n = len(cloud.mass)
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         _open_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, hold)
@@ -94,7 +143,8 @@ def _open(dt, cloud, rates, evaluated, hold):
 
 @parallel_kernel
 def _close(dt, cloud, rates, evaluated, floor, hold, keep):
-    """The second half of a step, as ``_open``; ``floor`` (m,) is the least density of each material [kg/m^3], ``keep`` damps velocities."""
+    """The second half of a step, as ``_open``; ``floor`` (m,) is the least density of each material [kg/m^3], ``keep``
+    damps velocities."""
     n = len(cloud.mass)
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         _close_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, floor, hold, keep)
@@ -102,7 +152,8 @@ def _close(dt, cloud, rates, evaluated, floor, hold, keep):
 
 @parallel_kernel
 def _net_torque(x, centre, a, g, mass, out):
-    """Sums of m x' (x) (a + g) and the inertia tensor (xx xy xz yy yz zz) with x' = x - centre; ``out`` (parts, 9) holds them in pieces."""
+    """Sums of m x' (x) (a + g) and the inertia tensor (xx xy xz yy yz zz) with x' = x - centre; ``out`` (parts, 9)
+    holds them in pieces."""
     n, parts = len(mass), len(out)
     for part in prange(parts):
         tx, ty, tz, xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -135,9 +186,10 @@ def _unturn(x, centre, spin, a):
 class Surroundings(NamedTuple):
     """What acts on a cloud from outside of its pairs.
 
-    self_gravity : whether the particles attract each other;  down : uniform gravity towards -z [m/s^2].
-    images, edge : periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own and stays.
-    sphere : radius of a spherical target without self-gravity [m], None for a flat one; only the history asks for it.
+    self_gravity : whether the particles attract each other;  down : uniform gravity towards -z [m/s^2]. images, edge :
+    periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own
+    and stays. sphere : radius of a spherical target without self-gravity [m], None for a flat one; only the history
+    asks for it.
     """
 
     self_gravity: bool = True
@@ -150,9 +202,10 @@ class Surroundings(NamedTuple):
 class Integrator:
     """Steps a cloud.
 
-    Pairs that carry shear stress exert torques that do not cancel (their force is not along the line between them), and a frozen field of gravity turns
-    what has moved since. Like the net torque of the tree's field, both are taken out by one rigid angular acceleration of the whole cloud at each evaluation;
-    ``torque_removed`` holds its integral [kg m^2/s], so that what was corrected stays in sight.
+    Pairs that carry shear stress exert torques that do not cancel (their force is not along the line between them),
+    and a frozen field of gravity turns what has moved since. Like the net torque of the tree's field, both are taken
+    out by one rigid angular acceleration of the whole cloud at each evaluation; ``torque_removed`` holds its integral
+    [kg m^2/s], so that what was corrected stays in sight.
 
     Parameters
     ----------
@@ -167,7 +220,9 @@ class Integrator:
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
         self.numerics, self.scheme, self.around = numerics, numerics.scheme, around
         self.images, self.edge = around.images, around.edge
-        self.damping = pair_rates.Damping(numerics.alpha, numerics.beta, numerics.artificial_stress, 1.0 / numerics.support)
+        self.damping = pair_rates.Damping(
+            numerics.alpha, numerics.beta, numerics.artificial_stress, 1.0 / numerics.support
+        )
         self.limits_of_length, self.gradient_scale = numerics.limits_of_length, numerics.gradient_scale
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
@@ -180,7 +235,10 @@ class Integrator:
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, around.images)
-        self.evaluated, self.rates = state.Evaluated(len(cloud)), pair_rates.Rates(len(cloud), self.scheme.switched, self.scheme.reconstructed)
+        self.evaluated, self.rates = (
+            state.Evaluated(len(cloud)),
+            pair_rates.Rates(len(cloud), self.scheme.switched, self.scheme.reconstructed),
+        )
         self._omega = np.ones(len(cloud) if numerics.length_terms else 0)
         self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel) if numerics.length_terms else 1.0
         self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
@@ -191,15 +249,25 @@ class Integrator:
             cloud.viscosity = np.full(len(cloud), switches.LAWS[numerics.viscosity_switch].START)
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Arrays and numbers that a resumed run needs to go on to the last bit, with those of cloud, rates, list and images."""
+        """Arrays and numbers that a resumed run needs to go on to the last bit, with those of cloud, rates, list and
+        images."""
         arrays = checkpoint.under("cloud", self.cloud.state()) | checkpoint.under("rates", self.rates.state())
-        arrays |= checkpoint.under("evaluated", self.evaluated.state()) | self.neighbourhood.state() | {"limits": self.limits}
-        numbers = {name: getattr(self, name) for name in _NUMBERS} | {"torque_removed": self.torque_removed, "builds": self.neighbourhood.builds}
+        arrays |= (
+            checkpoint.under("evaluated", self.evaluated.state())
+            | self.neighbourhood.state()
+            | {"limits": self.limits}
+        )
+        numbers = {name: getattr(self, name) for name in _NUMBERS} | {
+            "torque_removed": self.torque_removed,
+            "builds": self.neighbourhood.builds,
+        }
         return arrays, numbers | (self.images.state() if self.images is not None else {})
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
         """Take up a ``state``; the cloud has to be that of the state already (``Cloud.restored``)."""
-        self.cloud.restore(checkpoint.Part(arrays, "cloud"))  # in the order in which it was saved: the first list has sorted it
+        self.cloud.restore(
+            checkpoint.Part(arrays, "cloud")
+        )  # in the order in which it was saved: the first list has sorted it
         if self.images is not None:
             self.images.restore(numbers)
         self.neighbourhood.restore(arrays)
@@ -212,7 +280,8 @@ class Integrator:
 
     @property
     def softening(self) -> np.ndarray:
-        """Plummer length of every particle: a quarter of its first support, half its spacing [m]; it stays, or the field would not be that of an energy."""
+        """Plummer length of every particle: a quarter of its first support, half its spacing [m]; it stays, or the
+        field would not be that of an energy."""
         return 0.25 * self.cloud.start_length
 
     @property
@@ -221,7 +290,8 @@ class Integrator:
         return self.images.longest / (1.0 + 2.0 * self.neighbourhood.SKIN) if self.images is not None else np.inf
 
     def thrown_out(self) -> np.ndarray:
-        """(n,) what is beyond the surface of a target without self-gravity by more than its h and moves on outwards: above z = 0, or off a sphere."""
+        """(n,) what is beyond the surface of a target without self-gravity by more than its h and moves on outwards:
+        above z = 0, or off a sphere."""
         x, v, h = self.cloud.position, self.cloud.velocity, self.cloud.smoothing_length
         if self.around.sphere is None:
             return (x[:, 2] > h) & (v[:, 2] > 0.0)
@@ -249,10 +319,12 @@ class Integrator:
         self.gravity_correction = max(self.gravity_correction, size)
 
     def _gravity_is_stale(self) -> bool:
-        """Whether a bound particle has moved by ``gravity_shift`` of its h, unless the field is younger than ``YOUNG`` of the free-fall time.
+        """Whether a bound particle has moved by ``gravity_shift`` of its h, unless the field is younger than ``YOUNG``
+        of the free-fall time.
 
-        In that time even the projectile crosses 2 % of the body, so that its g of some 1 m/s^2, beside shock accelerations of 1000 m/s^2, is off
-        by 5 %; without the exception it alone would call for a new field at almost every step of the impact.
+        In that time even the projectile crosses 2 % of the body, so that its g of some 1 m/s^2, beside shock
+        accelerations of 1000 m/s^2, is off by 5 %; without the exception it alone would call for a new field at almost
+        every step of the impact.
         """
         cloud = self.cloud
         shift = self.numerics.gravity_shift
@@ -260,14 +332,29 @@ class Integrator:
             return False
         if shift > 0.0 and self.time - self.gravity_time < self.youth:
             return False
-        moved_further(cloud.position, cloud.gravity_position, shift * cloud.smoothing_length, cloud.neighbours, state.BOUND, self._parts)
+        moved_further(
+            cloud.position,
+            cloud.gravity_position,
+            shift * cloud.smoothing_length,
+            cloud.neighbours,
+            state.BOUND,
+            self._parts,
+        )
         return bool(self._parts.any())
 
     def _evaluate(self) -> None:
         cloud = self.cloud
         if self.images is not None:
             self.evaluated.fit(len(cloud) + len(self.images.owner))
-        state.evaluate(cloud, self.rows, self.strength, self.damage, self.evaluated, not self.hold, self.soft.c2 if self.soft is not None else None)
+        state.evaluate(
+            cloud,
+            self.rows,
+            self.strength,
+            self.damage,
+            self.evaluated,
+            not self.hold,
+            self.soft.c2 if self.soft is not None else None,
+        )
         state.check(cloud, self.materials, self.evaluated, self.time)
         e, pairs = self.evaluated, self.neighbourhood.found
         if self.scheme.start_volumes:
@@ -278,7 +365,15 @@ class Integrator:
             rims.carry(e.row, pairs, self.edge.fixed[cloud.identity], owner, self.scheme.kernel)
             self._fill_images()
         if self.numerics.length_terms and self.limits_of_length is not None:
-            length_terms.scale(self.scheme, self._rows(), pairs, cloud.start_length, self.limits_of_length, self._omega, self._omega_at_rest)
+            length_terms.scale(
+                self.scheme,
+                self._rows(),
+                pairs,
+                cloud.start_length,
+                self.limits_of_length,
+                self._omega,
+                self._omega_at_rest,
+            )
             self._fill_images()
         if self.gradient_scale != 1.0:
             e.row[:, VOLUME] *= self.gradient_scale
@@ -323,16 +418,27 @@ class Integrator:
         """The share of the viscosity after a step."""
         if self.scheme.switched:
             c, r = self.cloud, self.rates
-            switches.follow(self.numerics.viscosity_switch, dt, r.divergence, r.curl, self.evaluated.sound, c.smoothing_length, c.viscosity)
+            switches.follow(
+                self.numerics.viscosity_switch,
+                dt,
+                r.divergence,
+                r.curl,
+                self.evaluated.sound,
+                c.smoothing_length,
+                c.viscosity,
+            )
 
     def _follow_length(self) -> None:
         """Smoothing lengths after the density."""
         c = self.cloud
         if self.limits_of_length is not None and not self.hold:
-            smoothing.follow(c.density, c.start_density, c.start_length, *self.limits_of_length, self.longest, c.smoothing_length)
+            smoothing.follow(
+                c.density, c.start_density, c.start_length, *self.limits_of_length, self.longest, c.smoothing_length
+            )
 
     def _remove_net_torque(self) -> None:
-        """Of pair forces and (frozen, hence slightly misplaced) gravity together; about the centre of mass, so that no net force comes with it."""
+        """Of pair forces and (frozen, hence slightly misplaced) gravity together; about the centre of mass, so that no
+        net force comes with it."""
         cloud, pieces = self.cloud, np.empty((PARTS, 9))
         centre = cloud.mass @ cloud.position / cloud.mass.sum()
         _net_torque(cloud.position, centre, self.rates.acceleration, cloud.gravity, cloud.mass, pieces)
@@ -359,7 +465,9 @@ class Integrator:
 
     def next_step(self, until: float) -> float:
         """The next step [s], no further than the time ``until``; counts what limits it."""
-        dt, why, _ = timestep.limit(self.cloud, self.rates, self.evaluated, self.damping.alpha, self.damping.beta, self.numerics.courant)
+        dt, why, _ = timestep.limit(
+            self.cloud, self.rates, self.evaluated, self.damping.alpha, self.damping.beta, self.numerics.courant
+        )
         if self.dt > 0.0 and dt > 1.1 * self.dt:
             dt, why = 1.1 * self.dt, timestep.REASONS.index("growth")
         if dt > self.allowed:

@@ -2,23 +2,30 @@
 
 From the time ``at`` on every material is a linear medium of the sound speed c, in which energy does not count,
 
-    P = c^2 (rho - rho_r),   K' = rho_0 c^2,   mu' = mu K' / K,   E' = E K' / K       (K, mu, E: moduli at rest; a softer material keeps its own)
+    P = c^2 (rho - rho_r),   K' = rho_0 c^2,   mu' = mu K' / K,   E' = E K' / K
+        (K, mu, E: moduli at rest; a softer material keeps its own)
 
-Poisson's ratio, strength, friction, flaws, tension cuts and the distention reached stay. rho_r is the particle's own: strains last, whatever made them, and so
+Poisson's ratio, strength, friction, flaws, tension cuts and the distention reached stay. rho_r is the particle's own:
+strains last, whatever made them, and so
 
-    P' = P_g + (P - P_g) K' / K,   S' = S K' / K        at the switch, with P_g the part of P that carries weight, 0 <= P_g <= max(P, 0)
+    P' = P_g + (P - P_g) K' / K,   S' = S K' / K
+        at the switch, with P_g the part of P that carries weight, 0 <= P_g <= max(P, 0)
 
-(P_g of the body in balance at that depth): waves still on their way lose their stress and cannot give back more than they held, ground under gravity does
-not feel the switch. Material in tension or expanded takes the density at which it had no pressure. u goes on with the same sums, so that the total energy is
-kept to rounding across the switch; the elastic energy that the softer matter cannot hold stays in u, and both energies are reported.
+(P_g of the body in balance at that depth): waves still on their way lose their stress and cannot give back more than
+they held, ground under gravity does not feel the switch. Material in tension or expanded takes the density at which it
+had no pressure. u goes on with the same sums, so that the total energy is kept to rounding across the switch; the
+elastic energy that the softer matter cannot hold stays in u, and both energies are reported.
 
-Artificial viscosity acts on a smooth flow with nu = alpha c hbar / 20 (``sph.viscosity``), so that the (2, 10) that a shock needs eats a flow of metres a
-second or less, before the switch above all: with c = 3,145 m/s a crater of 0.5 m that grows at 0.14 m/s has a Reynolds number of 0.003
-(``sph.flow_reynolds``). From ``viscosity_at`` on, by default with the switch, it is that of ``alpha, beta``. What is left then is slow, of Mach v / c << 1,
-and holds no shock: the linear term only has to damp what the particles' disorder excites, for which 0.1 is the least in use (Morris & Monaghan 1997,
-J. Comput. Phys. 136, 41, where nothing has been compressed); beta stays: it counts only where particles close in on each other faster than alpha c / beta.
+Artificial viscosity acts on a smooth flow with nu = alpha c hbar / 20 (``sph.viscosity``), so that the (2, 10) that a
+shock needs eats a flow of metres a second or less, before the switch above all: with c = 3,145 m/s a crater of 0.5 m
+that grows at 0.14 m/s has a Reynolds number of 0.003 (``sph.flow_reynolds``). From ``viscosity_at`` on, by default
+with the switch, it is that of ``alpha, beta``. What is left then is slow, of Mach v / c << 1, and holds no shock: the
+linear term only has to damp what the particles' disorder excites, for which 0.1 is the least in use (Morris & Monaghan
+1997, J. Comput. Phys. 136, 41, where nothing has been compressed); beta stays: it counts only where particles close in
+on each other faster than alpha c / beta.
 
-It holds while c exceeds the speeds of the flow and rho c^2 the stresses and weights that matter; results have to be the same for another ``at``.
+It holds while c exceeds the speeds of the flow and rho c^2 the stresses and weights that matter; results have to be
+the same for another ``at``.
 """
 
 from __future__ import annotations
@@ -60,7 +67,8 @@ class Settings(Model):
 
 
 class Soft(NamedTuple):
-    """Moduli of the late stage: ``rows`` of the materials with them, ``c2`` (m,) squared sound speeds [m^2/s^2], ``ratio`` (m,) = K' / K."""
+    """Moduli of the late stage: ``rows`` of the materials with them, ``c2`` (m,) squared sound speeds [m^2/s^2],
+    ``ratio`` (m,) = K' / K."""
 
     rows: Rows
     c2: np.ndarray
@@ -72,19 +80,27 @@ def soft(rows: Rows, sound_speed: float) -> Soft:
     stiff = np.array([eos.modulus(kind, row) for kind, row in zip(rows.eos, rows.eos_row)])
     stiff = np.where(stiff > 0.0, stiff, rows.rho0 * sound_speed**2)
     ratio = np.minimum(rows.rho0 * sound_speed**2 / stiff, 1.0)
-    changed = rows._replace(shear=rows.shear * ratio, young=rows.young * ratio, bulk=rows.bulk * ratio, crack_speed=rows.crack_speed * np.sqrt(ratio))
+    changed = rows._replace(
+        shear=rows.shear * ratio,
+        young=rows.young * ratio,
+        bulk=rows.bulk * ratio,
+        crack_speed=rows.crack_speed * np.sqrt(ratio),
+    )
     return Soft(changed, ratio * stiff / rows.rho0, ratio)
 
 
 @parallel_kernel
 def _switch(cloud, weight, rows, c2, ratio, stress, late_density, elastic):
-    """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, from ``sph.cloud.Fields``, and soften the ``stress`` (n, 5) in place."""
+    """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, from ``sph.cloud.Fields``, and soften
+    the ``stress`` (n, 5) in place."""
     mass, rho, u = cloud.mass, cloud.density, cloud.specific_energy
     distention, material, count = cloud.distention, cloud.material, cloud.neighbours
     for i in prange(len(rho)):
         m = material[i]
         alpha = distention[i]
-        P = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], alpha * rho[i], u[i])[0] / alpha  # before damage and tension cut
+        P = (
+            eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], alpha * rho[i], u[i])[0] / alpha
+        )  # before damage and tension cut
         carried = min(max(weight[i], 0.0), max(P, 0.0))
         softer = carried + ratio[m] * (P - carried)
         rest = rho[i] - softer / c2[m]
@@ -94,7 +110,14 @@ def _switch(cloud, weight, rows, c2, ratio, stress, late_density, elastic):
                 rest, softer = empty, c2[m] * (rho[i] - empty)
         late_density[i] = rest
         stiff = rows.rho0[m] * c2[m] / ratio[m]
-        J2 = stress[i, 0] ** 2 + stress[i, 3] ** 2 + stress[i, 0] * stress[i, 3] + stress[i, 1] ** 2 + stress[i, 2] ** 2 + stress[i, 4] ** 2
+        J2 = (
+            stress[i, 0] ** 2
+            + stress[i, 3] ** 2
+            + stress[i, 0] * stress[i, 3]
+            + stress[i, 1] ** 2
+            + stress[i, 2] ** 2
+            + stress[i, 4] ** 2
+        )
         shear = J2 / (2.0 * rows.shear[m]) if rows.shear[m] > 0.0 else 0.0
         pressed, eased = max(P, 0.0), max(softer, 0.0)
         held = holding(count[i]) * mass[i] / rho[i]  # lost particles hold nothing

@@ -1,15 +1,18 @@
-"""What a support that follows the density adds to the density's own rate ("grad-h": Springel & Hernquist 2002; Monaghan 2002).
+"""What a support that follows the density adds to the density's own rate ("grad-h": Springel & Hernquist 2002;
+Monaghan 2002).
 
-With h = h_0 (rho_0 / rho)^(1/3) the sum whose change is the density, sum_j V0_j W(r_ij, h_ij) (``sph.start_volumes``), changes by dh too. If neighbours change
-theirs in proportion (the sources let W depend on h_i alone, which needs no such assumption and a second kernel for each pair),
+With h = h_0 (rho_0 / rho)^(1/3) the sum whose change is the density, sum_j V0_j W(r_ij, h_ij) (``sph.start_volumes``),
+changes by dh too. If neighbours change theirs in proportion (the sources let W depend on h_i alone, which needs no
+such assumption and a second kernel for each pair),
 
     drho_i = (1 / Omega_i) (the rate at fixed h),   Omega_i = 1 + (rho_0i / 3 rho_i) sum_j V0_j h_ij dW/dh(r_ij, h_ij)
 
-and the pressure in force and heat is P_i / Omega_i, so that both stay conjugate. In matter of even density Omega = 1; the sum over a lattice says 0.988
-(Wendland's kernel, h = 2.6 spacings) or 0.973 (cubic spline, 2.0), by which it is divided (``at_rest``): sound and weak shocks would be that much too fast.
-Next to a void it is not 1, and without it
-the density of what has expanded falls through zero: in the hot centre of a blast it stood at its floor, while that of the shell was up to a half too
-high and the blast ran ahead. Omega is 1 where h stands at one of its limits, and is kept within ``LEAST`` and ``MOST``.
+and the pressure in force and heat is P_i / Omega_i, so that both stay conjugate. In matter of even density Omega = 1;
+the sum over a lattice says 0.988 (Wendland's kernel, h = 2.6 spacings) or 0.973 (cubic spline, 2.0), by which it is
+divided (``at_rest``): sound and weak shocks would be that much too fast. Next to a void it is not 1, and without it
+the density of what has expanded falls through zero: in the hot centre of a blast it stood at its floor, while that of
+the shell was up to a half too high and the blast ran ahead. Omega is 1 where h stands at one of its limits, and is
+kept within ``LEAST`` and ``MOST``.
 
 h dW/dh = -3 W - r dW/dr for a kernel of three dimensions; the particle itself, r = 0, belongs to the sum.
 """
@@ -90,12 +93,23 @@ def _divide(density_rate, divergence, omega):
 def at_rest(support: float, kernel: str) -> float:
     """What the sum says of Omega in an undisturbed lattice, for the support radius [spacings] of a kernel."""
     law, r = kernels.FAMILY.laws[kernels.FAMILY.kind(kernel)], hexagonal_distances(support)
-    total = 3.0 * law.kernel(0.0, support) + sum(3.0 * law.kernel(x, support) + x * x * law.gradient_factor(x, support) for x in r)
+    total = 3.0 * law.kernel(0.0, support) + sum(
+        3.0 * law.kernel(x, support) + x * x * law.gradient_factor(x, support) for x in r
+    )
     return float(1.0 - total / 3.0)
 
 
-def scale(scheme: Scheme, rows: Rows, neighbours, start_length: np.ndarray, limits: tuple[float, float], omega: np.ndarray, at_rest: float = 1.0) -> None:
-    """Fill ``omega`` (n,) from rows turned by ``sph.start_volumes`` (images included), and put P / Omega into the first n of them.
+def scale(
+    scheme: Scheme,
+    rows: Rows,
+    neighbours,
+    start_length: np.ndarray,
+    limits: tuple[float, float],
+    omega: np.ndarray,
+    at_rest: float = 1.0,
+) -> None:
+    """Fill ``omega`` (n,) from rows turned by ``sph.start_volumes`` (images included), and put P / Omega into the
+    first n of them.
 
     ``at_rest`` is the sum's value in an undisturbed lattice.
     """

@@ -8,7 +8,8 @@
     [sph.materials.basalt.p_alpha]
     alpha0 = 1.5
 
-Keys choose laws; tables named after a law change single values of the material's own section, or bring the whole section where the material has none.
+Keys choose laws; tables named after a law change single values of the material's own section, or bring the whole
+section where the material has none.
 """
 
 from __future__ import annotations
@@ -51,11 +52,19 @@ def _laws() -> dict[str, Any]:
         about = f"{family.called.capitalize()}; by default the one in the material's file."
         fields[family.key] = (names | None, Field(None, description=about))
         for title in family.titles:
-            fields[title] = (Values | None, Field(None, description=f"Values of the {family.called} ``{title}`` in place of those in the material's file."))
+            fields[title] = (
+                Values | None,
+                Field(
+                    None,
+                    description=f"Values of the {family.called} ``{title}`` in place of those in the material's file.",
+                ),
+            )
     return fields
 
 
-Choice: type[Kept] = create_model("Choice", __base__=Kept, __doc__="The laws of one material and values of their parameters.", **_laws())
+Choice: type[Kept] = create_model(
+    "Choice", __base__=Kept, __doc__="The laws of one material and values of their parameters.", **_laws()
+)
 """The laws of one material and values of their parameters; what is left out is as in the material's file."""
 
 AS_PUBLISHED = Choice()
@@ -72,7 +81,8 @@ def has_section(name: str, title: str, choice: Kept = AS_PUBLISHED) -> bool:
 
 
 def parameters(law: type, name: str, title: str, choice: Kept = AS_PUBLISHED) -> Any:
-    """The validated ``Parameters`` of a law for the material ``name``; raises ``InputError`` saying what does not fit."""
+    """The validated ``Parameters`` of a law for the material ``name``; raises ``InputError`` saying what does not
+    fit."""
     changes: Mapping[str, Any] = getattr(choice, title, None) or {}
     content = dict(material.section(name, title)) if title in material.load(name) or not changes else {}
     faults = [f"{key}: the unit is missing" for key in changes if _lacks_unit(law, key, changes[key])]
@@ -86,9 +96,14 @@ def parameters(law: type, name: str, title: str, choice: Kept = AS_PUBLISHED) ->
 
 
 def _has_unit(annotation: Any) -> bool:
-    return any(isinstance(item, Unit) or _has_unit(item) for item in (*typing.get_args(annotation), *getattr(annotation, "__metadata__", ())))
+    return any(
+        isinstance(item, Unit) or _has_unit(item)
+        for item in (*typing.get_args(annotation), *getattr(annotation, "__metadata__", ()))
+    )
 
 
 def _lacks_unit(law: type, key: str, value: Any) -> bool:
     hint = typing.get_type_hints(law, include_extras=True).get(key)
-    return _has_unit(hint) and any(not isinstance(item, str) for item in (value if isinstance(value, list) else [value]))
+    return _has_unit(hint) and any(
+        not isinstance(item, str) for item in (value if isinstance(value, list) else [value])
+    )

@@ -1,4 +1,5 @@
-"""The materials of one run as arrays that compiled loops read: one row per material, zero where a law does not apply."""
+"""The materials of one run as arrays that compiled loops read: one row per material, zero where a law does not
+apply."""
 
 from __future__ import annotations
 
@@ -51,7 +52,9 @@ class Rows(NamedTuple):
     strength_row: np.ndarray  # (m, width)
     mixes_damage: np.ndarray  # 1 where damage stands in the yield stress, 0 where it takes the shear stress as a whole
     tension: np.ndarray  # the tension that the intact material bears [Pa], >= 0
-    melt: np.ndarray  # specific energy at which that tension is gone [J/kg], that of the strength; infinite where nothing says it
+    melt: (
+        np.ndarray
+    )  # specific energy at which that tension is gone [J/kg], that of the strength; infinite where nothing says it
     young: np.ndarray  # Young's modulus [Pa]
     crack_speed: np.ndarray  # [m/s]
     growth: np.ndarray  # number of the law in sph.damage.growth, 0 where nothing breaks
@@ -99,19 +102,34 @@ class Materials:
 
 
 def collect(names: tuple[str, ...], choices: Mapping[str, Kept] | None = None) -> Materials:
-    """Rows for the materials ``names``, changed as ``choices`` says. Sections that a material lacks mean: no shear, no yield, no flaws, no tension.
+    """Rows for the materials ``names``, changed as ``choices`` says. Sections that a material lacks mean: no shear, no
+    yield, no flaws, no tension.
 
-    Raises ``InputError`` for an unknown material or law, for values that do not fit, and for a change of a material that is not there.
+    Raises ``InputError`` for an unknown material or law, for values that do not fit, and for a change of a material
+    that is not there.
     """
     choices = choices or {}
     for name in choices:
         if name not in names:
             near = difflib.get_close_matches(name, names, n=1)
-            raise InputError(f"material {name!r} is not used in this run{f'; did you mean {near[0]!r}?' if near else ''} (it has {', '.join(names)})")
+            raise InputError(
+                f"material {name!r} is not used in this run{f'; did you mean {near[0]!r}?' if near else ''} (it has "
+                f"{', '.join(names)})"
+            )
     count = len(names)
     whole = {"eos", "strength", "mixes_damage", "growth", "porosity", "crush"}
-    wide = {"eos_row": eos.FAMILY, "strength_row": strength.FAMILY, "pores": porosity.FAMILY, "crush_row": crush.FAMILY}
-    rows = Rows(*(np.zeros((count, wide[f].width) if f in wide else count, dtype=np.int64 if f in whole else np.float64) for f in Rows._fields))
+    wide = {
+        "eos_row": eos.FAMILY,
+        "strength_row": strength.FAMILY,
+        "pores": porosity.FAMILY,
+        "crush_row": crush.FAMILY,
+    }
+    rows = Rows(
+        *(
+            np.zeros((count, wide[f].width) if f in wide else count, dtype=np.int64 if f in whole else np.float64)
+            for f in Rows._fields
+        )
+    )
     for i, name in enumerate(names):
         choice = choices.get(name, AS_PUBLISHED)
         _fill_bulk(rows, i, name, choice)
@@ -213,7 +231,8 @@ def taken(rows: Rows, i: int) -> dict[str, int]:
 
 
 def _refuse_idle(rows: Rows, i: int, name: str, choice: Kept) -> None:
-    """Values for a law that the material does not take would change nothing: most likely the choice of the law was forgotten."""
+    """Values for a law that the material does not take would change nothing: most likely the choice of the law was
+    forgotten."""
     kinds = taken(rows, i)
     for family in FAMILIES:
         chosen = family.names[kinds[family.key]] if kinds[family.key] >= 0 else "none"

@@ -1,4 +1,5 @@
-"""How the equations of the shock stage are solved: the numerical keys of ``[sph]``, and what the loops over pairs are compiled for."""
+"""How the equations of the shock stage are solved: the numerical keys of ``[sph]``, and what the loops over pairs are
+compiled for."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ SETS: dict[str, dict[str, Any]] = {
         "volumes": "present", "smoothing": "fixed", "shortest": 0.5, "length_terms": False, "gradients": "plain",
     },
     "reconstructed": {
-        "viscosity": "reconstructed", "alpha": 3.0, "beta": 10.0, "courant": 0.45, "kernel": "wendland", "support": 2.6,
+        "viscosity": "reconstructed", "alpha": 3.0, "beta": 10.0, "courant": 0.45, "kernel": "wendland",
+        "support": 2.6,
         "volumes": "start", "smoothing": "density", "shortest": 0.7, "length_terms": True, "gradients": "normalised",
     },
 }  # fmt: skip
@@ -44,14 +46,16 @@ class Numerics(Model):
     """Numerical choices of the shock stage."""
 
     numerics: Literal["monaghan", "reconstructed"] = "monaghan"
-    """A set of choices that were measured together; single keys go before it.
-    ``monaghan``: viscosity = "monaghan", alpha = 2, beta = 10, courant = 0.3, kernel = "cubic_spline", support = 2, volumes = "present", smoothing = "fixed",
-    shortest = 0.5, length_terms = false, gradients = "plain".
-    ``reconstructed``: viscosity = "reconstructed", alpha = 3, beta = 10, courant = 0.45, kernel = "wendland", support = 2.6, volumes = "start",
-    smoothing = "density", shortest = 0.7, length_terms = true, gradients = "normalised" (smooth flow hardly feels its viscosity; twice the neighbours)."""
+    """A set of choices that were measured together; single keys go before it. ``monaghan``: viscosity = "monaghan",
+    alpha = 2, beta = 10, courant = 0.3, kernel = "cubic_spline", support = 2, volumes = "present", smoothing =
+    "fixed", shortest = 0.5, length_terms = false, gradients = "plain". ``reconstructed``: viscosity = "reconstructed",
+    alpha = 3, beta = 10, courant = 0.45, kernel = "wendland", support = 2.6, volumes = "start", smoothing = "density",
+    shortest = 0.7, length_terms = true, gradients = "normalised" (smooth flow hardly feels its viscosity; twice the
+    neighbours)."""
     viscosity: Literal["monaghan", "reconstructed"] = _of_set("viscosity")
-    """Artificial viscosity of ``monaghan`` (``sph.viscosity``), or of ``reconstructed`` velocity jumps, which smooth flow hardly feels
-    (``sph.viscosity_reconstructed``); by default that of ``numerics``, as all keys up to ``gradients``."""
+    """Artificial viscosity of ``monaghan`` (``sph.viscosity``), or of ``reconstructed`` velocity jumps, which smooth
+    flow hardly feels (``sph.viscosity_reconstructed``); by default that of ``numerics``, as all keys up to
+    ``gradients``."""
     alpha: Annotated[float, Field(ge=0, le=10)] = _of_set("alpha")
     """Linear coefficient of the artificial viscosity; by default that of ``numerics``."""
     beta: Annotated[float, Field(ge=0, le=50)] = _of_set("beta")
@@ -61,7 +65,8 @@ class Numerics(Model):
     theta: Annotated[float, Field(gt=0, le=1)] = 0.5
     """Opening angle of the gravity tree (smaller is more accurate)."""
     gravity_shift: Annotated[float, Field(ge=0, le=1)] = 0.05
-    """Gravity is evaluated again once a bound particle has moved this share of its smoothing length (0: at every step)."""
+    """Gravity is evaluated again once a bound particle has moved this share of its smoothing length (0: at every
+    step)."""
     kernel: KernelName = _of_set("kernel")
     """Kernel of the SPH sums; by default that of ``numerics``."""
     support: Annotated[float, Field(ge=1.6, le=4.0)] = _of_set("support")
@@ -70,29 +75,32 @@ class Numerics(Model):
     """Weights of the sums: the ``present`` volumes, or those of the ``start`` (right behind strong shocks;
     ``sph.start_volumes``); by default those of ``numerics``."""
     smoothing: Literal["fixed", "density"] = _of_set("smoothing")
-    """Smoothing lengths: ``fixed`` at their first value, or following the ``density`` between ``shortest`` and ``longest`` times it
-    (``sph.smoothing``); by default those of ``numerics``."""
+    """Smoothing lengths: ``fixed`` at their first value, or following the ``density`` between ``shortest`` and
+    ``longest`` times it (``sph.smoothing``); by default those of ``numerics``."""
     shortest: Annotated[float, Field(gt=0.2, le=1)] = _of_set("shortest")
-    """With ``smoothing = "density"``: least smoothing length over its first value; by default that of ``numerics``. A shock squeezes matter in one
-    direction: where it does so by four (loose porous ice) particles keep too few neighbours beside them with 0.5, and P comes out 3 % low."""
+    """With ``smoothing = "density"``: least smoothing length over its first value; by default that of ``numerics``. A
+    shock squeezes matter in one direction: where it does so by four (loose porous ice) particles keep too few
+    neighbours beside them with 0.5, and P comes out 3 % low."""
     longest: Annotated[float, Field(ge=1, le=4)] = 2.0
     """With ``smoothing = "density"``: largest smoothing length over its first value."""
     length_terms: bool = Field(default_factory=_length_terms)
-    """With ``volumes = "start"`` and ``smoothing = "density"``: include what the change of smoothing lengths adds to the density's rate
-    (``sph.length_terms``); by default, where both are so, that of ``numerics``."""
+    """With ``volumes = "start"`` and ``smoothing = "density"``: include what the change of smoothing lengths adds to
+    the density's rate (``sph.length_terms``); by default, where both are so, that of ``numerics``."""
     rim: Literal["own", "stressed"] = "own"
-    """Stress of the fixed rim: ``own``, that of the start, which passes on half of a shear stress; or ``stressed`` as what leans on it
-    (``sph.boundary.stressed_rim``)."""
+    """Stress of the fixed rim: ``own``, that of the start, which passes on half of a shear stress; or ``stressed`` as
+    what leans on it (``sph.boundary.stressed_rim``)."""
     gradients: Literal["plain", "normalised", "corrected"] = _of_set("gradients")
-    """``plain``; ``normalised``, exact in an undisturbed lattice (for bodies in balance and waves; ``sph.lattice_gradients``); ``corrected`` in force, density
-    and heat too (for thin shells and spinning bodies, not for strong shocks; ``sph.gradients``); by default that of ``numerics``."""
+    """``plain``; ``normalised``, exact in an undisturbed lattice (for bodies in balance and waves;
+    ``sph.lattice_gradients``); ``corrected`` in force, density and heat too (for thin shells and spinning bodies, not
+    for strong shocks; ``sph.gradients``); by default that of ``numerics``."""
     viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
-    """``none``: full viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``); ``morris_monaghan``: a twentieth of it where nothing
-    has been compressed (``sph.viscosity_morris_monaghan``)."""
+    """``none``: full viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``);
+    ``morris_monaghan``: a twentieth of it where nothing has been compressed (``sph.viscosity_morris_monaghan``)."""
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Strength of the repulsion that keeps particles from clumping in tension (``sph.artificial_stress``; 0: none)."""
     integrator: Literal["leapfrog", "rk3"] = "leapfrog"
-    """Time integration: ``leapfrog`` (``sph.integrator``), or ``rk3`` with errors of a step below ``tolerance`` (``sph.runge_kutta``)."""
+    """Time integration: ``leapfrog`` (``sph.integrator``), or ``rk3`` with errors of a step below ``tolerance``
+    (``sph.runge_kutta``)."""
     tolerance: Annotated[float, Field(gt=0, le=0.1)] = 1e-5
     """With ``integrator = "rk3"``: largest relative error of a step."""
 

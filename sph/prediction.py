@@ -1,8 +1,9 @@
 """What the shock stage will cost, before it runs, and what that follows from.
 
-Steps: the Courant limit of the finest particles at rest, C (support / 2) d / ((1 + 0.6 alpha) c_l), layer by layer; fast ejecta and the impact itself ask for a
-fifth more. Measured: 4,557 steps where this gives 4,550 (Valhalla, quick), 0.74 to 0.83 us per particle and step of one thread on a busy machine, with
-supports of 2 spacings and Monaghan's viscosity. A step goes by the neighbours, as the cube of the support; slopes and the terms of the supports make a visit
+Steps: the Courant limit of the finest particles at rest, C (support / 2) d / ((1 + 0.6 alpha) c_l), layer by layer;
+fast ejecta and the impact itself ask for a fifth more. Measured: 4,557 steps where this gives 4,550 (Valhalla, quick),
+0.74 to 0.83 us per particle and step of one thread on a busy machine, with supports of 2 spacings and Monaghan's
+viscosity. A step goes by the neighbours, as the cube of the support; slopes and the terms of the supports make a visit
 1.6 times as long (24 ns for 12.5, ``benchmarks/sph_rates.py --compare``, less what does not go by pairs).
 """
 
@@ -16,7 +17,8 @@ from sph import ground_strength, resolution
 from sph.history import DIRECT
 from sph.settings import Settings
 
-# of one thread, warm: seconds per particle and step, per particle of one gravity evaluation, per pair of the direct sum, per particle written
+# of one thread, warm: seconds per particle and step, per particle of one gravity evaluation, per pair of the direct
+# sum, per particle written
 _PER_STEP, _PER_GRAVITY, _PER_PAIR, _PER_OUTPUT = 8.0e-7, 1.8e-6, 7.0e-10, 8.0e-6
 _RECONSTRUCTED = 1.6
 _MORE_STEPS = 1.18
@@ -32,7 +34,9 @@ def step(settings: Settings) -> float:
         depth = settings.target.radius - top  # the layer's nearest point to the impact lies this deep
         wave = ground_strength.ground(materials, layer.material, 1.0, settings.strength).wave
         spacing = float(zones.spacing(np.array([depth]))[0])
-        shortest = min(shortest, settings.courant * 0.5 * settings.support * spacing / ((1.0 + 0.6 * settings.alpha) * wave))
+        shortest = min(
+            shortest, settings.courant * 0.5 * settings.support * spacing / ((1.0 + 0.6 * settings.alpha) * wave)
+        )
     return shortest
 
 
@@ -42,14 +46,20 @@ def steps(settings: Settings) -> tuple[float, float]:
     stiff = min(settings.late.at, settings.end_time) if settings.late else settings.end_time
     number = _MORE_STEPS * stiff / quiet + 200.0
     if settings.late:  # longitudinal waves are 1.5 times as fast as the bulk's
-        wave = ground_strength.ground(settings.chosen_materials(), settings.target.layers[-1].material, 1.0, settings.strength).wave
+        wave = ground_strength.ground(
+            settings.chosen_materials(), settings.target.layers[-1].material, 1.0, settings.strength
+        ).wave
         number += (settings.end_time - stiff) / quiet * min(1.5 * settings.late.sound_speed / wave, 1.0)
-    return settings.relaxation_time / quiet if settings.relaxes else 0.0, number * (3.0 if settings.integrator == "rk3" else 1.0)
+    return settings.relaxation_time / quiet if settings.relaxes else 0.0, number * (
+        3.0 if settings.integrator == "rk3" else 1.0
+    )
 
 
 def per_step(settings: Settings) -> float:
     """Seconds per particle and step of one thread."""
-    return _PER_STEP * (0.5 * settings.support) ** 3 * (_RECONSTRUCTED if settings.viscosity == "reconstructed" else 1.0)
+    return (
+        _PER_STEP * (0.5 * settings.support) ** 3 * (_RECONSTRUCTED if settings.viscosity == "reconstructed" else 1.0)
+    )
 
 
 def projectile_particles(settings: Settings) -> float:
@@ -76,7 +86,13 @@ def predict(settings: Settings) -> dict[str, float]:
     snapshots = settings.end_time / settings.snapshot_interval + 2.0
     work = n * (per_step(settings) * (number + relax) + _PER_GRAVITY * evaluations) + rows * energies
     wall = work / numba.get_num_threads() ** _EFFICIENCY + _PER_OUTPUT * n * snapshots + 3.0
-    return {"wall_s": wall, "memory_bytes": 3e8 + 2800.0 * n, "disk_bytes": snapshots * 190.0 * n, "particles": n, "snapshots": snapshots}
+    return {
+        "wall_s": wall,
+        "memory_bytes": 3e8 + 2800.0 * n,
+        "disk_bytes": snapshots * 190.0 * n,
+        "particles": n,
+        "snapshots": snapshots,
+    }
 
 
 def explain(settings: Settings) -> list[str]:
@@ -84,16 +100,21 @@ def explain(settings: Settings) -> list[str]:
     target, zones, ball = settings.target, settings.zones, settings.impact.projectile
     distance, number = resolution.shares(target, zones)
     total, crater = number[-1], 0.5 * settings.impact.expected_transient_diameter
-    inside = [float(np.interp(at, distance, number)) / total for at in (zones.contact_radius, max(zones.fine_radius, zones.contact_radius))]
+    inside = [
+        float(np.interp(at, distance, number)) / total
+        for at in (zones.contact_radius, max(zones.fine_radius, zones.contact_radius))
+    ]
     parts = {
         f"contact_radius = {readable.length(zones.contact_radius)} at {readable.length(zones.contact)}": inside[0],
-        f"fine_radius = {readable.length(zones.fine_radius)} at spacing_at_impact = {readable.length(zones.fine)}": inside[1] - inside[0],
+        f"fine_radius = {readable.length(zones.fine_radius)} at spacing_at_impact = "
+        f"{readable.length(zones.fine)}": inside[1] - inside[0],
         f"spacing_far = {readable.length(zones.coarse)} and growth = {zones.growth:g}": 1.0 - inside[1],
     }
     relax, impact = steps(settings)
     most = max(parts, key=lambda key: parts[key])
     lines = [
-        f"{total:,.0f} particles in the target, {projectile_particles(settings):,.0f} in the projectile: {per_radius(settings):.2g} per projectile radius "
+        f"{total:,.0f} particles in the target, {projectile_particles(settings):,.0f} in the projectile: "
+        f"{per_radius(settings):.2g} per projectile radius "
         f"({readable.length(ball.radius)}), {crater / zones.fine:.2g} per crater radius ({readable.length(crater)})",
         f"{parts[most]:.0%} of them from {most}",
         f"{impact:,.0f} steps of {readable.clock(step(settings))} to end_time = {readable.clock(settings.end_time)}"

@@ -6,17 +6,21 @@ With V_j = m_j / rho_j, sigma = S - P 1 (effective), h_ij = (h_i + h_j) / 2, W =
     L_i      = sum_j V_j v_ji (x) grad_i W                               velocity gradient, plain
     drho_i   = -rho_i tr L_i
     du_i     = (1 / rho_i) sigma_i : L_i + sum_j w_ij m_j Pi_ij v_ij . grad_i W      w_ij = V_i / (V_i + V_j)
-    dS_i     = 2 f mu (eps - tr eps / 3) + S.Omega^T + Omega.S           eps, Omega from L_i C_i with C_i = (sum_j V_j x_ji (x) grad_i W)^-1
+    dS_i     = 2 f mu (eps - tr eps / 3) + S.Omega^T + Omega.S
+        eps, Omega from L_i C_i with C_i = (sum_j V_j x_ji (x) grad_i W)^-1
 
-f is the strain of the matrix over that of the porous material (``Matter.stiffness``; 1 in solid material): it scales what strains, never what turns.
+f is the strain of the matrix over that of the porous material (``Matter.stiffness``; 1 in solid material): it scales
+what strains, never what turns.
 
-The heat of viscosity is shared by volume: a pair of one material ends with one specific energy, as behind a shock, however unlike its particles. (Shared
-by halves, a light particle that meets heavy ones is heated by their mass ratio too much: projectile particles a seventeenth of the target's
-overshoot the planar limit of 111 GPa to 160 GPa; by volume they reach 84.)
+The heat of viscosity is shared by volume: a pair of one material ends with one specific energy, as behind a shock,
+however unlike its particles. (Shared by halves, a light particle that meets heavy ones is heated by their mass ratio
+too much: projectile particles a seventeenth of the target's overshoot the planar limit of 111 GPa to 160 GPa; by
+volume they reach 84.)
 
-Force and energy are exact conjugates (sum m v.a + sum m du = 0 to rounding for any sigma), pairs are antisymmetric (momentum), and the volume form
-survives density jumps between layers. The correction C enters only the strain and rotation rates of the stress, where it makes rigid rotation exact
-(Bonet & Lok 1999). Gathering (every particle sums its own row of the list) keeps the result independent of the number of threads.
+Force and energy are exact conjugates (sum m v.a + sum m du = 0 to rounding for any sigma), pairs are antisymmetric
+(momentum), and the volume form survives density jumps between layers. The correction C enters only the strain and
+rotation rates of the stress, where it makes rigid rotation exact (Bonet & Lok 1999). Gathering (every particle sums
+its own row of the list) keeps the result independent of the number of threads.
 """
 
 from __future__ import annotations
@@ -32,7 +36,28 @@ from matter.gather import LANES, columns, narrow_columns
 from matter.jit import fast_min, parallel_kernel, prange
 from sph import artificial_stress, viscosity, viscosity_reconstructed
 from sph.kernels import dispatch as kernels
-from sph.row import RHO_INVERSE, SHARE, SLOPE, SOUND, SUPPORT, TENSOR, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
+from sph.row import (
+    RHO_INVERSE,
+    SHARE,
+    SLOPE,
+    SOUND,
+    SUPPORT,
+    TENSOR,
+    VOLUME,
+    VX,
+    VY,
+    VZ,
+    WIDTH,
+    XX,
+    XY,
+    XZ,
+    YY,
+    YZ,
+    ZZ,
+    X,
+    Y,
+    Z,
+)
 from sph.scheme import Pairs, Rows, Scheme
 
 SOURCES = ("Monaghan1992", "BonetLok1999")
@@ -41,8 +66,9 @@ _BLOCK = 64
 
 
 class Matter(NamedTuple):
-    """What the particles are of: ``material`` (n,) number, ``shear`` (m,) modulus of the materials [Pa], ``stiffness`` (n, 2) strain of the matrix over that of
-    the porous material in compression and in expansion, ``stress`` (n, 5) deviator [Pa], ``strength`` whether it follows the strain."""
+    """What the particles are of: ``material`` (n,) number, ``shear`` (m,) modulus of the materials [Pa], ``stiffness``
+    (n, 2) strain of the matrix over that of the porous material in compression and in expansion, ``stress`` (n, 5)
+    deviator [Pa], ``strength`` whether it follows the strain."""
 
     material: np.ndarray
     shear: np.ndarray
@@ -52,8 +78,9 @@ class Matter(NamedTuple):
 
 
 class Damping(NamedTuple):
-    """Coefficients of the artificial viscosity (``sph.viscosity``) and of the artificial stress (``sph.artificial_stress``); ``near``: spacing over support
-    (of ``sph.viscosity_reconstructed`` and of the artificial stress)."""
+    """Coefficients of the artificial viscosity (``sph.viscosity``) and of the artificial stress
+    (``sph.artificial_stress``); ``near``: spacing over support (of ``sph.viscosity_reconstructed`` and of the
+    artificial stress)."""
 
     alpha: float
     beta: float
@@ -77,7 +104,8 @@ class Sums(NamedTuple):
 
 @functools.cache
 def pair_loop(scheme: Scheme):
-    """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``sph.scheme.Rows`` and ``Pairs``, ``Matter``, ``Damping``; out: ``Sums``."""
+    """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``sph.scheme.Rows`` and ``Pairs``,
+    ``Matter``, ``Damping``; out: ``Sums``."""
     kernel, start_volumes, corrected, switched, artificial_stress_taken, reconstructed = scheme
     second_rows, second_width = scheme.second_rows, scheme.second_width
 
@@ -86,7 +114,13 @@ def pair_loop(scheme: Scheme):
         row, second, start_density, inverse = rows.row, rows.second, rows.start_density, rows.inverse
         # numba's parallel loops write arrays that have names of their own, not those inside a tuple
         acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
-        divergence, curl, approach, number, strain_rate = out.divergence, out.curl, out.approach, out.number, out.strain_rate
+        divergence, curl, approach, number, strain_rate = (
+            out.divergence,
+            out.curl,
+            out.approach,
+            out.number,
+            out.strain_rate,
+        )
         n = len(number)  # rows behind these are images: read, never written
         at_spacing = kernels.kernel(kernel, damping.near, 1.0)
         for block in prange((n + _BLOCK - 1) // _BLOCK):
@@ -98,7 +132,9 @@ def pair_loop(scheme: Scheme):
                 t = np.empty((second_width, most + 2 * LANES))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 many = pairs.number[i]
-                padded = (many + LANES - 1) // LANES * LANES  # rows of the list are filled up with the particle itself, which adds exact zeros
+                padded = (
+                    (many + LANES - 1) // LANES * LANES
+                )  # rows of the list are filled up with the particle itself, which adds exact zeros
                 for k in range(0, padded, LANES):
                     columns(row, pairs.partner, pairs.first[i], k, s)
                     if corrected:
@@ -134,16 +170,29 @@ def pair_loop(scheme: Scheme):
                     vr = ux * dx + uy * dy + uz * dz
                     closing = vr
                     if reconstructed:
-                        e_i = exx * dx * dx + eyy * dy * dy + ezz * dz * dz + 2.0 * (exy * dx * dy + exz * dx * dz + eyz * dy * dz)
+                        e_i = (
+                            exx * dx * dx
+                            + eyy * dy * dy
+                            + ezz * dz * dz
+                            + 2.0 * (exy * dx * dy + exz * dx * dz + eyz * dy * dz)
+                        )
                         e_j = t[SLOPE, k] * dx * dx + t[SLOPE + 3, k] * dy * dy + t[SLOPE + 5, k] * dz * dz
-                        e_j += 2.0 * (t[SLOPE + 1, k] * dx * dy + t[SLOPE + 2, k] * dx * dz + t[SLOPE + 4, k] * dy * dz)
-                        closing = viscosity_reconstructed.jump(vr, e_i, e_j, r, r2, hij, 0.5 * (c_i + s[SOUND, k]), damping.near)
+                        e_j += 2.0 * (
+                            t[SLOPE + 1, k] * dx * dy + t[SLOPE + 2, k] * dx * dz + t[SLOPE + 4, k] * dy * dz
+                        )
+                        closing = viscosity_reconstructed.jump(
+                            vr, e_i, e_j, r, r2, hij, 0.5 * (c_i + s[SOUND, k]), damping.near
+                        )
                     mu = viscosity.approach(closing, r2, hij)
                     rho_j_inv = s[RHO_INVERSE, k]
                     rho_sum, volume_sum = rho_inv + rho_j_inv, volume + V
                     both = 1.0 / (rho_sum * volume_sum)  # one division for two
                     bar = 2.0 * before * volume_sum * both  # = rho_j 2 / (rho_i + rho_j)
-                    push = V * bar * viscosity.viscous_pressure(mu, 0.5 * (c_i + s[SOUND, k]), damping.alpha, damping.beta)
+                    push = (
+                        V
+                        * bar
+                        * viscosity.viscous_pressure(mu, 0.5 * (c_i + s[SOUND, k]), damping.alpha, damping.beta)
+                    )
                     inside = 1.0 if r < hij else 0.0
                     if switched:
                         push *= 0.5 * (share + t[SHARE, k])
@@ -155,7 +204,11 @@ def pair_loop(scheme: Scheme):
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
                     if artificial_stress_taken:
                         closeness = kernels.kernel(kernel, r, hij) * hij * hij * hij / at_spacing
-                        pull = dx * (sxx * dx + 2.0 * (sxy * dy + sxz * dz)) + dy * (syy * dy + 2.0 * syz * dz) + szz * dz * dz
+                        pull = (
+                            dx * (sxx * dx + 2.0 * (sxy * dy + sxz * dz))
+                            + dy * (syy * dy + 2.0 * syz * dz)
+                            + szz * dz * dz
+                        )
                         apart = w * artificial_stress.pressure(pull, closeness, r2, hij, damping.artificial_stress)
                         heat += 0.5 * apart * vr * F
                         push += apart
@@ -164,9 +217,33 @@ def pair_loop(scheme: Scheme):
                         ay += w * (sxy * gx + syy * gy + syz * gz) - push * gy
                         az += w * (sxz * gx + syz * gy + szz * gz) - push * gz
                     else:
-                        ax += w * ((bxx + t[TENSOR, k]) * gx + (bxy + t[TENSOR + 1, k]) * gy + (bxz + t[TENSOR + 2, k]) * gz) - push * gx
-                        ay += w * ((byx + t[TENSOR + 3, k]) * gx + (byy + t[TENSOR + 4, k]) * gy + (byz + t[TENSOR + 5, k]) * gz) - push * gy
-                        az += w * ((bzx + t[TENSOR + 6, k]) * gx + (bzy + t[TENSOR + 7, k]) * gy + (bzz + t[TENSOR + 8, k]) * gz) - push * gz
+                        ax += (
+                            w
+                            * (
+                                (bxx + t[TENSOR, k]) * gx
+                                + (bxy + t[TENSOR + 1, k]) * gy
+                                + (bxz + t[TENSOR + 2, k]) * gz
+                            )
+                            - push * gx
+                        )
+                        ay += (
+                            w
+                            * (
+                                (byx + t[TENSOR + 3, k]) * gx
+                                + (byy + t[TENSOR + 4, k]) * gy
+                                + (byz + t[TENSOR + 5, k]) * gz
+                            )
+                            - push * gy
+                        )
+                        az += (
+                            w
+                            * (
+                                (bzx + t[TENSOR + 6, k]) * gx
+                                + (bzy + t[TENSOR + 7, k]) * gy
+                                + (bzz + t[TENSOR + 8, k]) * gz
+                            )
+                            - push * gz
+                        )
                     gx, gy, gz = V * gx, V * gy, V * gz
                     lxx -= ux * gx
                     lxy -= ux * gy
@@ -187,19 +264,43 @@ def pair_loop(scheme: Scheme):
                 if corrected:
                     ixx, ixy, ixz = inverse[i, 0], inverse[i, 1], inverse[i, 2]
                     iyy, iyz, izz = inverse[i, 3], inverse[i, 4], inverse[i, 5]
-                    lxx, lxy, lxz = lxx * ixx + lxy * ixy + lxz * ixz, lxx * ixy + lxy * iyy + lxz * iyz, lxx * ixz + lxy * iyz + lxz * izz
-                    lyx, lyy, lyz = lyx * ixx + lyy * ixy + lyz * ixz, lyx * ixy + lyy * iyy + lyz * iyz, lyx * ixz + lyy * iyz + lyz * izz
-                    lzx, lzy, lzz = lzx * ixx + lzy * ixy + lzz * ixz, lzx * ixy + lzy * iyy + lzz * iyz, lzx * ixz + lzy * iyz + lzz * izz
+                    lxx, lxy, lxz = (
+                        lxx * ixx + lxy * ixy + lxz * ixz,
+                        lxx * ixy + lxy * iyy + lxz * iyz,
+                        lxx * ixz + lxy * iyz + lxz * izz,
+                    )
+                    lyx, lyy, lyz = (
+                        lyx * ixx + lyy * ixy + lyz * ixz,
+                        lyx * ixy + lyy * iyy + lyz * iyz,
+                        lyx * ixz + lyy * iyz + lyz * izz,
+                    )
+                    lzx, lzy, lzz = (
+                        lzx * ixx + lzy * ixy + lzz * ixz,
+                        lzx * ixy + lzy * iyy + lzz * iyz,
+                        lzx * ixz + lzy * iyz + lzz * izz,
+                    )
                 trace = lxx + lyy + lzz
                 density_rate[i] = -trace / before
-                energy_rate[i] = before * (txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy)) + heat
+                energy_rate[i] = (
+                    before
+                    * (txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy))
+                    + heat
+                )
                 if start_volumes:
                     thin = before / rho_inv  # 1 / eta: sums over first volumes as sums over present ones
                     trace *= thin
                     lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = (
-                        lxx * thin, lxy * thin, lxz * thin, lyx * thin, lyy * thin, lyz * thin, lzx * thin, lzy * thin, lzz * thin
+                        lxx * thin, lxy * thin, lxz * thin, lyx * thin, lyy * thin, lyz * thin, lzx * thin, lzy * thin,
+                        lzz * thin
                     )  # fmt: skip
-                    cxx, cxy, cxz, cyy, cyz, czz = cxx * thin, cxy * thin, cxz * thin, cyy * thin, cyz * thin, czz * thin
+                    cxx, cxy, cxz, cyy, cyz, czz = (
+                        cxx * thin,
+                        cxy * thin,
+                        cxz * thin,
+                        cyy * thin,
+                        cyz * thin,
+                        czz * thin,
+                    )
                 divergence[i] = trace
                 if switched:
                     curl[i] = math.sqrt((lzy - lyz) ** 2 + (lxz - lzx) ** 2 + (lyx - lxy) ** 2)
@@ -212,11 +313,31 @@ def pair_loop(scheme: Scheme):
                     # a lopsided neighbourhood (surface spray) has no useful inverse: plain gradients there
                     if det > 0.05 and det < 20.0:
                         inv = 1.0 / det
-                        ixx, ixy, ixz = (cyy * czz - cyz * cyz) * inv, (cxz * cyz - cxy * czz) * inv, (cxy * cyz - cxz * cyy) * inv
-                        iyy, iyz, izz = (cxx * czz - cxz * cxz) * inv, (cxy * cxz - cxx * cyz) * inv, (cxx * cyy - cxy * cxy) * inv
-                        lxx, lxy, lxz = lxx * ixx + lxy * ixy + lxz * ixz, lxx * ixy + lxy * iyy + lxz * iyz, lxx * ixz + lxy * iyz + lxz * izz
-                        lyx, lyy, lyz = lyx * ixx + lyy * ixy + lyz * ixz, lyx * ixy + lyy * iyy + lyz * iyz, lyx * ixz + lyy * iyz + lyz * izz
-                        lzx, lzy, lzz = lzx * ixx + lzy * ixy + lzz * ixz, lzx * ixy + lzy * iyy + lzz * iyz, lzx * ixz + lzy * iyz + lzz * izz
+                        ixx, ixy, ixz = (
+                            (cyy * czz - cyz * cyz) * inv,
+                            (cxz * cyz - cxy * czz) * inv,
+                            (cxy * cyz - cxz * cyy) * inv,
+                        )
+                        iyy, iyz, izz = (
+                            (cxx * czz - cxz * cxz) * inv,
+                            (cxy * cxz - cxx * cyz) * inv,
+                            (cxx * cyy - cxy * cxy) * inv,
+                        )
+                        lxx, lxy, lxz = (
+                            lxx * ixx + lxy * ixy + lxz * ixz,
+                            lxx * ixy + lxy * iyy + lxz * iyz,
+                            lxx * ixz + lxy * iyz + lxz * izz,
+                        )
+                        lyx, lyy, lyz = (
+                            lyx * ixx + lyy * ixy + lyz * ixz,
+                            lyx * ixy + lyy * iyy + lyz * iyz,
+                            lyx * ixz + lyy * iyz + lyz * izz,
+                        )
+                        lzx, lzy, lzz = (
+                            lzx * ixx + lzy * ixy + lzz * ixz,
+                            lzx * ixy + lzy * iyy + lzz * iyz,
+                            lzx * ixz + lzy * iyz + lzz * izz,
+                        )
                 if reconstructed:
                     strain_rate[i, 0], strain_rate[i, 1], strain_rate[i, 2] = lxx, 0.5 * (lxy + lyx), 0.5 * (lxz + lzx)
                     strain_rate[i, 3], strain_rate[i, 4], strain_rate[i, 5] = lyy, 0.5 * (lyz + lzy), lzz
@@ -227,7 +348,13 @@ def pair_loop(scheme: Scheme):
                     exy, exz, eyz = 0.5 * (lxy + lyx), 0.5 * (lxz + lzx), 0.5 * (lyz + lzy)
                     # spin tensor W_ab = (L_ab - L_ba) / 2; Jaumann: dS = 2 G dev(eps) + W S - S W
                     wxy, wxz, wyz = 0.5 * (lxy - lyx), 0.5 * (lxz - lzx), 0.5 * (lyz - lzy)
-                    a, b, c, d, e = matter.stress[i, 0], matter.stress[i, 1], matter.stress[i, 2], matter.stress[i, 3], matter.stress[i, 4]
+                    a, b, c, d, e = (
+                        matter.stress[i, 0],
+                        matter.stress[i, 1],
+                        matter.stress[i, 2],
+                        matter.stress[i, 3],
+                        matter.stress[i, 4],
+                    )
                     f = -a - d
                     stress_rate[i, 0] = 2.0 * G * exx + 2.0 * (wxy * b + wxz * c)
                     stress_rate[i, 1] = 2.0 * G * exy + wxy * (d - a) + wxz * e + wyz * c
@@ -244,9 +371,9 @@ def pair_loop(scheme: Scheme):
 class Rates:
     """Time derivatives and by-products of one evaluation, kept from step to step.
 
-    ``acceleration`` (n, 3), ``density`` [kg/(m^3 s)], ``energy`` [W/kg], ``stress`` (n, 5) [Pa/s], ``divergence`` of velocity [1/s],
-    ``curl`` the size of its curl [1/s] (only where a switch of the viscosity asks for it), ``approach`` the largest -mu [m/s] of the viscosity, ``count``
-    neighbours inside the support.
+    ``acceleration`` (n, 3), ``density`` [kg/(m^3 s)], ``energy`` [W/kg], ``stress`` (n, 5) [Pa/s], ``divergence`` of
+    velocity [1/s], ``curl`` the size of its curl [1/s] (only where a switch of the viscosity asks for it),
+    ``approach`` the largest -mu [m/s] of the viscosity, ``count`` neighbours inside the support.
     """
 
     def __init__(self, n: int, curl: bool = False, strain_rate: bool = False):
@@ -259,7 +386,17 @@ class Rates:
     @property
     def sums(self) -> Sums:
         """The arrays as the compiled loop takes them."""
-        return Sums(self.acceleration, self.density, self.energy, self.stress, self.divergence, self.curl, self.approach, self.count, self.strain_rate)
+        return Sums(
+            self.acceleration,
+            self.density,
+            self.energy,
+            self.stress,
+            self.divergence,
+            self.curl,
+            self.approach,
+            self.count,
+            self.strain_rate,
+        )
 
     def state(self) -> dict[str, np.ndarray]:
         """Every array, for a checkpoint."""
@@ -274,8 +411,8 @@ class Rates:
 def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Damping, out: Rates) -> None:
     """Fill ``out`` from evaluated rows (``sph.state``) over the neighbour list.
 
-    The rows are turned by ``sph.start_volumes`` where the scheme takes the volumes of the start, and have second rows and ``inverse`` where it asks for them
-    (``sph.gradients``, ``sph.viscosity_switch``).
+    The rows are turned by ``sph.start_volumes`` where the scheme takes the volumes of the start, and have second rows
+    and ``inverse`` where it asks for them (``sph.gradients``, ``sph.viscosity_switch``).
     """
     if scheme.switched and len(out.curl) == 0:
         raise ValueError("a switch of the viscosity asks for the curl: Rates(n, curl=True)")

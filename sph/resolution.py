@@ -1,13 +1,16 @@
-"""Where particles are how fine when a case does not say it, and how many there are: rules that go by projectile, crater and the number of particles asked for.
+"""Where particles are how fine when a case does not say it, and how many there are: rules that go by projectile,
+crater and the number of particles asked for.
 
-    within 1.2 crater radii (0.6 D)          spacing d                   the crater and what is thrown out of it lie there; at least 3 projectile radii
-    within 2 projectile radii                d / f                       the contact, where peak pressures arise
-    outside                                  grows by 0.1 per distance   waves that leave find no step in spacing
-    far away                                 4 d                         at least a tenth of a body's radius: its own balance needs no more
+    within 1.2 crater radii (0.6 D)   spacing d                   the crater and what is thrown out of it lie there; at
+                                                                  least 3 projectile radii
+    within 2 projectile radii         d / f                       the contact, where peak pressures arise
+    outside                           grows by 0.1 per distance   waves that leave find no step in spacing
+    far away                          4 d                         at least a tenth of a body's radius: its own balance
+                                                                  needs no more
 
-d is solved for the number of particles. f = sqrt(10 d / a) puts the contact halfway, in the logarithm, between the crater's spacing and ten particles per
-projectile radius a, so that with more particles both converge. It is 1 at least; and at most 2, since the step of all particles follows from the finest,
-or what two per radius take.
+d is solved for the number of particles. f = sqrt(10 d / a) puts the contact halfway, in the logarithm, between the
+crater's spacing and ten particles per projectile radius a, so that with more particles both converge. It is 1 at
+least; and at most 2, since the step of all particles follows from the finest, or what two per radius take.
 """
 
 from __future__ import annotations
@@ -27,12 +30,13 @@ FINE, LEAST_FINE = 0.6, 3.0
 CONTACT = 2.0
 """Radius of the contact zone over the projectile's."""
 PER_RADIUS, LEAST_PER_RADIUS, REFINED = 10.0, 2.0, 2.0
-"""Particles per projectile radius that the contact aims at, those that it has at least, and how much finer than the crater it is at most for more."""
+"""Particles per projectile radius that the contact aims at, those that it has at least, and how much finer than the
+crater it is at most for more."""
 FAR = 4.0
 """Spacing far away over that of the crater."""
 PER_BODY, PER_GROUND = 10.0, 11.0
-"""Particles per radius of a body that are enough far away from the impact, and those that flat ground has at least along its depth: four of them are its
-quiet layer."""
+"""Particles per radius of a body that are enough far away from the impact, and those that flat ground has at least
+along its depth: four of them are its quiet layer."""
 
 
 EDGE = 0.37
@@ -73,7 +77,11 @@ def area(target: Target, distance: np.ndarray) -> np.ndarray:
 
 def shares(target: Target, zones: Zones) -> tuple[np.ndarray, np.ndarray]:
     """Distances [m] from the impact point, and the number of particles within each: the sum of area over spacing^3."""
-    reach = 2.0 * target.radius if target.shape == "sphere" else math.hypot(target.radius, math.sqrt(2.0) * target.half_width)
+    reach = (
+        2.0 * target.radius
+        if target.shape == "sphere"
+        else math.hypot(target.radius, math.sqrt(2.0) * target.half_width)
+    )
     edge = np.concatenate([[0.0], np.geomspace(min(0.1 * zones.contact, 0.01 * reach), reach, 3000)])
     middle = 0.5 * (edge[1:] + edge[:-1])
     number = area(target, middle) * np.diff(edge) / zones.spacing(middle) ** 3
@@ -86,11 +94,14 @@ def count(target: Target, zones: Zones) -> float:
 
 
 def solved(target: Target, impact: Impact, particles: int, fine: float, growth: float, contact_radius: float) -> float:
-    """The spacing at the impact [m] that gives about this many particles; the coarsest that makes sense where that still has more."""
+    """The spacing at the impact [m] that gives about this many particles; the coarsest that makes sense where that
+    still has more."""
     radius = impact.projectile.radius
 
     def zones(spacing: float) -> Zones:
-        return Zones(spacing / refinement(spacing, radius), contact_radius, spacing, fine, spacing_far(target, spacing), growth)
+        return Zones(
+            spacing / refinement(spacing, radius), contact_radius, spacing, fine, spacing_far(target, spacing), growth
+        )
 
     def excess(log: float) -> float:
         return math.log(count(target, zones(math.exp(log))) / particles)

@@ -1,6 +1,7 @@
 """Columns of the rows that loops over pairs read: one row a particle, and behind them those of its images.
 
-``row`` (n, 16) is filled by ``sph.state`` and turned by ``sph.start_volumes``; ``second`` (n, 16, or 8 without the tensor) holds what some schemes add to it.
+``row`` (n, 16) is filled by ``sph.state`` and turned by ``sph.start_volumes``; ``second`` (n, 16, or 8 without the
+tensor) holds what some schemes add to it.
 """
 
 X, Y, Z, VX, VY, VZ = range(6)

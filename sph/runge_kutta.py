@@ -1,10 +1,12 @@
-"""Kutta's third-order method with the embedded midpoint rule as error control (Kutta 1901; Schaefer et al. 2016), for literal comparison.
+"""Kutta's third-order method with the embedded midpoint rule as error control (Kutta 1901; Schaefer et al. 2016), for
+literal comparison.
 
     k1 = f(y),  k2 = f(y + dt/2 k1),  k3 = f(y - dt k1 + 2 dt k2),   y_3 = y + dt/6 (k1 + 4 k2 + k3),   y_2 = y + dt k2
 
-A step is taken when for every particle |x_3 - x_2| <= eps max(|x_3 - x|, 0.1 h) and |rho_3 - rho_2| <= eps rho, else it is tried again with
-0.9 (eps / error)^(1/3) of its length, which is also the longest next step. The limits of ``sph.timestep`` hold as well. Three evaluations a step where
-the default (``sph.integrator``) has one; the total energy is not kept beyond the error of the method.
+A step is taken when for every particle |x_3 - x_2| <= eps max(|x_3 - x|, 0.1 h) and |rho_3 - rho_2| <= eps rho, else
+it is tried again with 0.9 (eps / error)^(1/3) of its length, which is also the longest next step. The limits of
+``sph.timestep`` hold as well. Three evaluations a step where the default (``sph.integrator``) has one; the total
+energy is not kept beyond the error of the method.
 
 Yield, pores and damage are irreversible: a trial state never leaves them behind, every stage begins with those of y.
 """
@@ -27,7 +29,12 @@ class RungeKutta(Integrator):
 
     def _slopes(self) -> dict[str, np.ndarray]:
         cloud, r, e = self.cloud, self.rates, self.evaluated
-        found = {"position": cloud.velocity, "velocity": r.acceleration + cloud.gravity, "density": r.density, "stress": r.stress}
+        found = {
+            "position": cloud.velocity,
+            "velocity": r.acceleration + cloud.gravity,
+            "density": r.density,
+            "stress": r.stress,
+        }
         found |= {"specific_energy": r.energy, "root_damage": e.damage_rate, "cap": e.damage_cap}
         return {name: value.copy() for name, value in found.items()}
 
@@ -70,7 +77,8 @@ class RungeKutta(Integrator):
         return float(np.where(bound, np.maximum(far / moved, dense), 0.0).max()) / self.numerics.tolerance
 
     def step(self, dt: float, keep: float = 1.0) -> None:
-        """One step of at most ``dt``, shortened until its error is small enough; ``keep`` < 1 damps velocities (relaxation)."""
+        """One step of at most ``dt``, shortened until its error is small enough; ``keep`` < 1 damps velocities
+        (relaxation)."""
         cloud, begun, turned = self.cloud, self.time, self._torque.copy()
         start, first = {name: getattr(cloud, name).copy() for name in _STATE}, self._slopes()
         while True:

@@ -1,4 +1,5 @@
-"""What the loops over pairs are compiled for: a choice is a constant to the compiler, so that a run pays for nothing that it does not use."""
+"""What the loops over pairs are compiled for: a choice is a constant to the compiler, so that a run pays for nothing
+that it does not use."""
 
 from __future__ import annotations
 
@@ -12,8 +13,9 @@ from sph.row import NARROW, WIDTH
 class Scheme(NamedTuple):
     """The choices, named as in a case file.
 
-    kernel : number of the kernel in ``sph.kernels.dispatch``;  start_volumes : ``volumes = "start"``;  corrected : ``gradients = "corrected"``;
-    switched : a ``viscosity_switch``;  artificial_stress : whether there is any;  reconstructed : ``viscosity = "reconstructed"``.
+    kernel : number of the kernel in ``sph.kernels.dispatch``;  start_volumes : ``volumes = "start"``;  corrected :
+    ``gradients = "corrected"``; switched : a ``viscosity_switch``;  artificial_stress : whether there is any;
+    reconstructed : ``viscosity = "reconstructed"``.
     """
 
     kernel: int = 0
@@ -35,8 +37,8 @@ class Scheme(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """A neighbour list: ``partner[first[i] : first[i] + number[i]]`` are the neighbours of particle i, filled up with i itself to a multiple of
-    ``matter.gather.LANES``."""
+    """A neighbour list: ``partner[first[i] : first[i] + number[i]]`` are the neighbours of particle i, filled up with
+    i itself to a multiple of ``matter.gather.LANES``."""
 
     partner: np.ndarray
     first: np.ndarray
@@ -49,8 +51,9 @@ class Pairs(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """What the particles bring to the pairs: ``row`` and ``second`` (n and images, 16; ``sph.row``), ``start_density`` (n,) [kg/m^3] and ``inverse`` (n, 6),
-    the correction B of the gradients; empty where the scheme does not read them."""
+    """What the particles bring to the pairs: ``row`` and ``second`` (n and images, 16; ``sph.row``), ``start_density``
+    (n,) [kg/m^3] and ``inverse`` (n, 6), the correction B of the gradients; empty where the scheme does not read
+    them."""
 
     row: np.ndarray
     second: np.ndarray
@@ -58,7 +61,12 @@ class Rows(NamedTuple):
     inverse: np.ndarray
 
 
-def rows(row: np.ndarray, second: np.ndarray | None = None, start_density: np.ndarray | None = None, inverse: np.ndarray | None = None) -> Rows:
+def rows(
+    row: np.ndarray,
+    second: np.ndarray | None = None,
+    start_density: np.ndarray | None = None,
+    inverse: np.ndarray | None = None,
+) -> Rows:
     """``Rows`` with empty arrays for what is None."""
     return Rows(
         row,

@@ -30,12 +30,16 @@ def _crater_times(given: dict[str, Any], share: float) -> float:
         materials = durations.chosen(given["target"], given["impact"], given["materials"])
     except InputError:
         return share
-    return durations.rounded(share * durations.crater_time(given["target"], given["impact"], materials, given["strength"], given["damage"]))
+    return durations.rounded(
+        share * durations.crater_time(given["target"], given["impact"], materials, given["strength"], given["damage"])
+    )
 
 
 def _relaxation(given: dict[str, Any]) -> float:
     try:
-        return durations.relaxation_time(given["target"], durations.chosen(given["target"], given["impact"], given["materials"]))
+        return durations.relaxation_time(
+            given["target"], durations.chosen(given["target"], given["impact"], given["materials"])
+        )
     except InputError:
         return 0.0
 
@@ -54,41 +58,59 @@ class Settings(Numerics):
     damage: bool = True
     """Whether solids break."""
     particles: Annotated[int, Field(ge=500, le=100_000_000), View()] = resolution.PARTICLES
-    """About how many particles the target has, where ``spacing_at_impact`` is not given: it is solved for this number (``sph.resolution``)."""
+    """About how many particles the target has, where ``spacing_at_impact`` is not given: it is solved for this number
+    (``sph.resolution``)."""
     fine_radius: PositiveLength = Field(default_factory=lambda given: resolution.fine_radius(given["impact"]))
-    """Radius about the impact point inside which the spacing is ``spacing_at_impact``; by default 0.6 expected diameters, at least 3 projectile radii."""
+    """Radius about the impact point inside which the spacing is ``spacing_at_impact``; by default 0.6 expected
+    diameters, at least 3 projectile radii."""
     growth: Annotated[float, Field(gt=0, le=0.3)] = 0.1
     """How fast the spacing grows outside ``fine_radius``: change of spacing over distance."""
-    contact_radius: PositiveLength = Field(default_factory=lambda given: resolution.CONTACT * given["impact"].projectile.radius)
+    contact_radius: PositiveLength = Field(
+        default_factory=lambda given: resolution.CONTACT * given["impact"].projectile.radius
+    )
     """Radius about the impact point of the refined contact zone; by default 2 projectile radii."""
     spacing_at_impact: PositiveLength = Field(default_factory=_solved_spacing)
     """Particle spacing within ``fine_radius`` of the impact point; by default the one that gives ``particles``."""
-    spacing_far: PositiveLength = Field(default_factory=lambda given: resolution.spacing_far(given["target"], given["spacing_at_impact"]))
-    """Particle spacing far away from the impact point, at least ``spacing_at_impact``; by default four times that, in a body at least a tenth of its radius."""
-    contact_refinement: Annotated[float, Field(ge=1, le=10)] = Field(
-        default_factory=lambda given: resolution.refinement(given["spacing_at_impact"], given["impact"].projectile.radius)
+    spacing_far: PositiveLength = Field(
+        default_factory=lambda given: resolution.spacing_far(given["target"], given["spacing_at_impact"])
     )
-    """Within ``contact_radius`` the spacing is finer by this factor (1: not at all); by default halfway to ten particles per projectile radius, at most 2."""
+    """Particle spacing far away from the impact point, at least ``spacing_at_impact``; by default four times that, in
+    a body at least a tenth of its radius."""
+    contact_refinement: Annotated[float, Field(ge=1, le=10)] = Field(
+        default_factory=lambda given: resolution.refinement(
+            given["spacing_at_impact"], given["impact"].projectile.radius
+        )
+    )
+    """Within ``contact_radius`` the spacing is finer by this factor (1: not at all); by default halfway to ten
+    particles per projectile radius, at most 2."""
     projectile_particles: Annotated[int, Field(ge=1, le=100_000)] | None = None
-    """About how many particles the projectile has (1 is a single heavy particle). By default its particles weigh what the target's at the contact weigh:
-    light particles thrown at heavy ones bounce off one by one, with peak pressures three times the planar limit."""
+    """About how many particles the projectile has (1 is a single heavy particle). By default its particles weigh what
+    the target's at the contact weigh: light particles thrown at heavy ones bounce off one by one, with peak pressures
+    three times the planar limit."""
     end_time: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.END))
     """Simulated time after the impact; by default two formation times of the crater (``sph.durations``)."""
     snapshot_interval: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.SNAPSHOT))
     """Simulated time between snapshots; by default a fifteenth of the formation time."""
-    history_interval: PositiveTime = Field(default_factory=lambda given: durations.HISTORY * given["snapshot_interval"])
+    history_interval: PositiveTime = Field(
+        default_factory=lambda given: durations.HISTORY * given["snapshot_interval"]
+    )
     """Simulated time between rows of ``history.csv``; by default a quarter of that between snapshots."""
     first_step: PositiveTime = Field(default_factory=lambda given: durations.first_step(given["impact"]))
-    """Length of the first time step, later ones follow from ``courant``; by default a hundredth of the time in which the projectile flies its own radius."""
+    """Length of the first time step, later ones follow from ``courant``; by default a hundredth of the time in which
+    the projectile flies its own radius."""
     relaxation_time: Time = Field(default_factory=_relaxation)
-    """Length of the damped settling before the impact (0: none); by default 1.5 times the way of sound through a body's radius, none for flat ground."""
+    """Length of the damped settling before the impact (0: none); by default 1.5 times the way of sound through a
+    body's radius, none for flat ground."""
     damping: Annotated[float, Field(ge=0)] = Field(
-        default_factory=lambda given: durations.rounded(durations.FOLDS / given["relaxation_time"]) if given["relaxation_time"] else 0.0
+        default_factory=lambda given: (
+            durations.rounded(durations.FOLDS / given["relaxation_time"]) if given["relaxation_time"] else 0.0
+        )
     )
     """Damping rate of the settling [1/s]; by default ten over ``relaxation_time``."""
     sides: Literal["free", "fixed", "quiet", "wall", "periodic"] | None = None
-    """What ends flat ground sideways: ``free``; ``fixed``, a rim that never moves; ``quiet``, a layer that absorbs waves in front of such a rim; ``wall``, a
-    smooth mirror (block only); ``periodic`` (block only). By default ``quiet`` for a half-space and under gravity, ``free`` otherwise."""
+    """What ends flat ground sideways: ``free``; ``fixed``, a rim that never moves; ``quiet``, a layer that absorbs
+    waves in front of such a rim; ``wall``, a smooth mirror (block only); ``periodic`` (block only). By default
+    ``quiet`` for a half-space and under gravity, ``free`` otherwise."""
     floor: Literal["free", "fixed", "quiet", "wall"] | None = None
     """What ends flat ground below, as ``sides``; a half-sphere has sides only."""
     edge_width: PositiveLength | None = None
@@ -108,7 +130,9 @@ class Settings(Numerics):
             raise ValueError("spacing_far must be at least spacing_at_impact")
         if self.length_terms and not (self.volumes == "start" and self.smoothing == "density"):
             raise ValueError('length_terms needs volumes = "start" and smoothing = "density"')
-        if self.rim == "stressed" and not {"fixed", "quiet"} & set(surroundings.chosen(self.target, self.sides, self.floor)):
+        if self.rim == "stressed" and not {"fixed", "quiet"} & set(
+            surroundings.chosen(self.target, self.sides, self.floor)
+        ):
             raise ValueError('rim = "stressed" needs sides or a floor that are fixed or quiet')
         if self.late is not None and self.late.at >= self.end_time:
             raise ValueError("late.at must be before end_time")
@@ -127,7 +151,15 @@ class Settings(Numerics):
     def zones(self) -> bodies.Zones:
         """Where the particles are how fine."""
         contact = self.spacing_at_impact / self.contact_refinement
-        return bodies.Zones(contact, self.contact_radius, self.spacing_at_impact, self.fine_radius, self.spacing_far, self.growth, self.support)
+        return bodies.Zones(
+            contact,
+            self.contact_radius,
+            self.spacing_at_impact,
+            self.fine_radius,
+            self.spacing_far,
+            self.growth,
+            self.support,
+        )
 
     @property
     def width_of_edge(self) -> float:

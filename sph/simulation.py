@@ -46,7 +46,10 @@ class Simulation:
         self.materials = material_rows.collect(names, settings.materials)
         self.column: bodies.Profile | grounds.Ground
         if settings.target.flat:
-            self.column, self.radius = grounds.hydrostatic(settings.target, self.materials), max(settings.target.radius, settings.target.half_width)
+            self.column, self.radius = (
+                grounds.hydrostatic(settings.target, self.materials),
+                max(settings.target.radius, settings.target.half_width),
+            )
         else:
             self.column = bodies.hydrostatic(settings.target, materials=self.materials)
             self.radius = float(self.column.radius[-1])
@@ -63,7 +66,9 @@ class Simulation:
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
         planes = surroundings.images(s.target, s.sides, s.floor, self.bottom)
-        around = Surroundings(s.target.attracts, s.target.gravity, planes, self.edge, None if s.target.flat else self.radius)
+        around = Surroundings(
+            s.target.attracts, s.target.gravity, planes, self.edge, None if s.target.flat else self.radius
+        )
         return INTEGRATORS[s.integrator](cloud, self.materials, self.radius, s, around)
 
     @property
@@ -100,7 +105,11 @@ class Simulation:
     def _switch_physics(self) -> None:
         """Strength and damage, and u and D held, as the phase wants them."""
         i, relaxing = self.integrator, self.phase == "relax"
-        i.hold, i.strength, i.damage = relaxing, self.settings.strength and not relaxing, self.settings.damage and not relaxing
+        i.hold, i.strength, i.damage = (
+            relaxing,
+            self.settings.strength and not relaxing,
+            self.settings.damage and not relaxing,
+        )
 
     def _strike(self) -> None:
         """End the relaxation: the target at rest with S = 0 and D = 0, the projectile above it, time zero."""
@@ -122,7 +131,11 @@ class Simulation:
             count = s.projectile_particles
             spacing = (self.impact.projectile.volume / count) ** (1.0 / 3.0) if count else s.zones.contact
             surface = 0.0 if s.target.flat else self.radius
-            pieces.append(bodies.projectile(self.impact, spacing, surface, s.support * s.zones.contact, self.materials, s.support))
+            pieces.append(
+                bodies.projectile(
+                    self.impact, spacing, surface, s.support * s.zones.contact, self.materials, s.support
+                )
+            )
         cloud = Cloud.of(*pieces)
         self.edge = self._edge(pieces[0], np.zeros(len(pieces[0].mass)), len(cloud))
         del pieces
@@ -134,7 +147,9 @@ class Simulation:
         self._enter("impact")
         self.integrator.dt = s.first_step / 1.1
         self.integrator.start()
-        if self.materials.porous:  # the pressures of the particles, not quite those of the profile, have closed some pores: no damage of the impact
+        # the pressures of the particles, not quite those of the profile, have closed some pores: no damage of the
+        # impact
+        if self.materials.porous:
             cloud.initial_distention[:] = cloud.distention
             self.integrator.start()
 
@@ -146,7 +161,8 @@ class Simulation:
         if self.edge is not None:
             arrays |= checkpoint.under("edge", self.edge.state())
         numbers |= {
-            "phase": self.phase, "times": json.dumps(self.times), "late": json.dumps(self.late), "thinned": self.thinned, "flow": json.dumps(self.flow),
+            "phase": self.phase, "times": json.dumps(self.times), "late": json.dumps(self.late),
+            "thinned": self.thinned, "flow": json.dumps(self.flow),
             "individual": json.dumps(self.individual),
         }  # fmt: skip
         self.history.write()
@@ -185,7 +201,9 @@ class Simulation:
             dt = i.next_step(s.relaxation_time)
             i.step(dt, 1.0 / (1.0 + s.damping * dt))
             self._pause(report, i.time)
-        self.rest_speed = float(np.sqrt(i.cloud.mass @ np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity) / i.cloud.mass.sum()))
+        self.rest_speed = float(
+            np.sqrt(i.cloud.mass @ np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity) / i.cloud.mass.sum())
+        )
         del i
         self._strike()
 
@@ -207,7 +225,9 @@ class Simulation:
             i.step(i.next_step(mark))
             if i.time >= mark:
                 i.time = mark
-                if mark == s.end_time or any(self._due(interval) for interval in (s.history_interval, s.snapshot_interval)):
+                if mark == s.end_time or any(
+                    self._due(interval) for interval in (s.history_interval, s.snapshot_interval)
+                ):
                     self._output()
             self._pause(report, offset + i.time)
 
@@ -230,10 +250,18 @@ class Simulation:
         """A row of the flow's Reynolds number."""
         i, c = self.integrator, self.integrator.cloud
         mine = c.layer >= 0
-        share = c.viscosity[mine] if len(c.viscosity) else viscosity_reconstructed.SMOOTH if i.scheme.reconstructed else 1.0
+        share = (
+            c.viscosity[mine]
+            if len(c.viscosity)
+            else viscosity_reconstructed.SMOOTH
+            if i.scheme.reconstructed
+            else 1.0
+        )
         found = flow_reynolds.measure(
-            c.position[mine], c.velocity[mine], c.mass[mine], 0.5 * c.smoothing_length[mine], i.evaluated.sound[: len(c)][mine], share,
-            c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha, None if self.settings.target.flat else self.radius,
+            c.position[mine], c.velocity[mine], c.mass[mine], 0.5 * c.smoothing_length[mine],
+            i.evaluated.sound[: len(c)][mine], share,
+            c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha,
+            None if self.settings.target.flat else self.radius,
         )  # fmt: skip
         if found is not None:
             self.flow.append({"time_s": i.time, **found})
@@ -241,7 +269,9 @@ class Simulation:
     def _next_output(self) -> float:
         """The next multiple of either interval [s]; where both meet to rounding, that of the history."""
         time, s = self.integrator.time, self.settings
-        row, shot = ((np.floor(time / every + 1e-9) + 1.0) * every for every in (s.history_interval, s.snapshot_interval))
+        row, shot = (
+            (np.floor(time / every + 1e-9) + 1.0) * every for every in (s.history_interval, s.snapshot_interval)
+        )
         return float(row if abs(row - shot) < 1e-9 * row else min(row, shot))
 
     def _due(self, interval: float) -> bool:
@@ -260,7 +290,8 @@ class Simulation:
         before, after = i.soften(chosen.sound_speed, weight)
         v2 = np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity)
         self.late = {
-            "time_s": i.time, "sound_speed_m_s": chosen.sound_speed, "steps_before": i.steps, "elastic_energy_before_J": before,
+            "time_s": i.time, "sound_speed_m_s": chosen.sound_speed, "steps_before": i.steps,
+            "elastic_energy_before_J": before,
             "elastic_energy_after_J": after, "kinetic_energy_J": 0.5 * float(i.cloud.mass @ v2),
         }  # fmt: skip
 
@@ -268,7 +299,12 @@ class Simulation:
         """A row of the history, and a snapshot where one is due."""
         i = self.integrator
         self.history.add(i)
-        if i.steps > 0 and i.time >= individual_steps.SHARES[min(len(self.individual), len(individual_steps.SHARES) - 1)] * self.settings.end_time:
+        if (
+            i.steps > 0
+            and i.time
+            >= individual_steps.SHARES[min(len(self.individual), len(individual_steps.SHARES) - 1)]
+            * self.settings.end_time
+        ):
             self.individual.append(individual_steps.measure(i))
         if self._due(self.settings.snapshot_interval) or i.time >= self.settings.end_time:
             name = f"snap_{len([t for t in self.times.values() if t < i.time]):04d}{snapshot.SUFFIX}"
@@ -286,11 +322,15 @@ class Simulation:
         np.multiply((np.where(whole, 1.0, 1.0 - damage) / i.evaluated.alpha)[:, None], c.stress, out=deviator[:, :5])
         deviator[:, 5] = -(deviator[:, 0] + deviator[:, 3])
         fields = {
-            "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass, "density": c.density,
-            "specific_energy": c.specific_energy, "smoothing_length": c.smoothing_length, "pressure": i.evaluated.pressure,
+            "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass,
+            "density": c.density,
+            "specific_energy": c.specific_energy, "smoothing_length": c.smoothing_length,
+            "pressure": i.evaluated.pressure,
             "deviatoric_stress": deviator, "damage": damage,
-            "distention": i.evaluated.alpha, "material": c.material, "layer": c.layer, "sound_speed": i.evaluated.sound,
-            "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position, "neighbours": c.neighbours,
+            "distention": i.evaluated.alpha, "material": c.material, "layer": c.layer,
+            "sound_speed": i.evaluated.sound,
+            "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position,
+            "neighbours": c.neighbours,
         }  # fmt: skip
         order = np.argsort(c.identity)
         attributes = {
@@ -307,14 +347,25 @@ class Simulation:
         return Particles({name: array[order] for name, array in fields.items()}, attributes)
 
     def _measuring(self) -> dict[str, Any]:
-        """What a crater in these snapshots is measured against (``crater.choices``): datum, gravity, expected size, and the ground before the impact."""
+        """What a crater in these snapshots is measured against (``crater.choices``): datum, gravity, expected size,
+        and the ground before the impact."""
         column, size = self.column, self.impact.expected_transient_diameter
         datum: dict[str, Any] = {"kind": "plane", "centre_m": [0.0, 0.0, 0.0], "source": "undisturbed ground"}
         gravity = self.settings.target.gravity
         if isinstance(column, bodies.Profile):
-            datum = {"kind": "sphere", "radius_m": self.radius, "centre_m": [0.0, 0.0, 0.0], "source": "radius of the relaxed target"}
+            datum = {
+                "kind": "sphere",
+                "radius_m": self.radius,
+                "centre_m": [0.0, 0.0, 0.0],
+                "source": "radius of the relaxed target",
+            }
             gravity = float(column.gravity[-1])
-        return {"datum": datum, "gravity_m_s2": gravity, "expected_transient_diameter_m": size, "before": f"snap_0000{snapshot.SUFFIX}"}
+        return {
+            "datum": datum,
+            "gravity_m_s2": gravity,
+            "expected_transient_diameter_m": size,
+            "before": f"snap_0000{snapshot.SUFFIX}",
+        }
 
     def finish(self) -> None:
         """Last snapshot and history."""

@@ -1,9 +1,12 @@
-"""Support radii that follow the density: as many neighbours in what has been compressed or has expanded as at the start.
+"""Support radii that follow the density: as many neighbours in what has been compressed or has expanded as at the
+start.
 
-    h = h_0 (rho_0 / rho)^(1/3), not below ``least`` h_0 and not above ``most`` h_0        (Monaghan 1992, in its integrated form)
+    h = h_0 (rho_0 / rho)^(1/3), not below ``least`` h_0 and not above ``most`` h_0
+        (Monaghan 1992, in its integrated form)
 
-h_0 and rho_0 are those of the particle at the start. Force and heating of ``sph.rates`` are conjugate for any h at the moment of the sums, so that total energy
-is kept whatever h does; no terms in grad h are needed where the density is integrated with the same divergence that heats.
+h_0 and rho_0 are those of the particle at the start. Force and heating of ``sph.rates`` are conjugate for any h at the
+moment of the sums, so that total energy is kept whatever h does; no terms in grad h are needed where the density is
+integrated with the same divergence that heats.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Stage 2: the impact as shock physics, from a layered body in balance to the end of the simulated time.
 
-Phases: ``relax`` (no strength, damped, energy held: the particles settle on the hydrostatic profile), then ``impact`` (everything on). Leaves ``target.json``,
-snapshots with a series index, ``history.csv``, ``last.vtkhdf`` and ``stage_report.json``.
+Phases: ``relax`` (no strength, damped, energy held: the particles settle on the hydrostatic profile), then ``impact``
+(everything on). Leaves ``target.json``, snapshots with a series index, ``history.csv``, ``last.vtkhdf`` and
+``stage_report.json``.
 """
 
 from __future__ import annotations
@@ -23,15 +24,19 @@ from sph.simulation import Simulation
 def idle_sources(settings: Settings) -> set[Path]:
     """Law files that this run does not take: its bibliography leaves out what only they cite."""
     chosen = {
-        "smoothing": settings.smoothing == "density", "start_volumes": settings.volumes == "start", "late": settings.late is not None,
-        "runge_kutta": settings.integrator == "rk3", **{f"kernels/{name}": settings.kernel == name for name in kernels.FAMILY.names},
+        "smoothing": settings.smoothing == "density", "start_volumes": settings.volumes == "start",
+        "late": settings.late is not None,
+        "runge_kutta": settings.integrator == "rk3",
+        **{f"kernels/{name}": settings.kernel == name for name in kernels.FAMILY.names},
         "artificial_stress": settings.artificial_stress > 0.0, "gradients": settings.gradients == "corrected",
         "lattice_gradients": settings.gradients == "normalised",
         "length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",
         "../matter/tree": settings.target.attracts, "viscosity_reconstructed": settings.viscosity == "reconstructed",
         **{f"viscosity_{name}": settings.viscosity_switch == name for name in viscosity_switch.LAWS},
     }  # fmt: skip
-    return used_laws.idle_sources(settings.chosen_materials()) | {used_laws.ROOM / f"{name}.py" for name, taken in chosen.items() if not taken}
+    return used_laws.idle_sources(settings.chosen_materials()) | {
+        used_laws.ROOM / f"{name}.py" for name, taken in chosen.items() if not taken
+    }
 
 
 def idle_sections(settings: Settings) -> set[tuple[str, str]]:
@@ -40,7 +45,8 @@ def idle_sections(settings: Settings) -> set[tuple[str, str]]:
 
 
 def predict(settings: Settings) -> dict[str, float]:
-    """Wall time [s] (warm kernels, the threads in use), memory and disk [bytes] of this stage, and the sizes that the stages after it go by."""
+    """Wall time [s] (warm kernels, the threads in use), memory and disk [bytes] of this stage, and the sizes that the
+    stages after it go by."""
     return prediction.predict(settings)
 
 
@@ -56,11 +62,16 @@ def target_facts(settings: Settings) -> dict[str, Any]:
 
 
 def _facts(target: Target, column: bodies.Profile | grounds.Ground) -> dict[str, Any]:
-    return grounds.target_json(target, column) if isinstance(column, grounds.Ground) else bodies.target_json(target, column)
+    return (
+        grounds.target_json(target, column)
+        if isinstance(column, grounds.Ground)
+        else bodies.target_json(target, column)
+    )
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
-    """Run or resume the stage in the folder ``out``; ``inputs`` is not read: what the encounters have chosen stands in ``settings.impact``.
+    """Run or resume the stage in the folder ``out``; ``inputs`` is not read: what the encounters have chosen stands in
+    ``settings.impact``.
 
     Raises ``InputError`` (no balance), ``UnphysicalState`` (particle, place, time, values), ``Stopped``.
     """

@@ -13,7 +13,8 @@ from sph.simulation import Simulation
 
 
 def of(run: Simulation) -> dict[str, Any]:
-    """Counts, what limited the steps, drifts of the conserved quantities, the late stage, the flow's Reynolds number and warnings."""
+    """Counts, what limited the steps, drifts of the conserved quantities, the late stage, the flow's Reynolds number
+    and warnings."""
     i, ball = run.integrator, run.impact
     mass = run.materials.bulk_density[run.materials.index(ball.projectile.material)] * ball.projectile.volume
     scale = {
@@ -29,9 +30,11 @@ def of(run: Simulation) -> dict[str, Any]:
         "list_builds": i.neighbourhood.builds,
         "gravity_evaluations": i.gravity_evaluations,
         "gravity_correction_max_rel": i.gravity_correction,
-        "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque_removed)) / scale["angular_momentum_kg_m2_s"],
+        "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque_removed))
+        / scale["angular_momentum_kg_m2_s"],
         "projectile": {
-            "mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"], **_resolution(run),
+            "mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"],
+            **_resolution(run),
         },
         "late": run.late or None,
         "late_viscosity": {"alpha": i.damping.alpha, "beta": i.damping.beta} if run.thinned else None,
@@ -41,7 +44,8 @@ def of(run: Simulation) -> dict[str, Any]:
             "series": run.flow,
         },
         "individual_steps": {
-            "definition": "step of each particle over the shortest, by powers of two, neighbours within a factor of 4; visits saved (sph/individual_steps.py)",
+            "definition": "step of each particle over the shortest, by powers of two, neighbours within a factor of "
+                          "4; visits saved (sph/individual_steps.py)",
             "series": run.individual,
         },
         "warnings": flow_reynolds.warnings(run.flow),
@@ -55,27 +59,37 @@ def of(run: Simulation) -> dict[str, Any]:
 
 
 def _resolution(job: Simulation) -> dict[str, Any]:
-    """Number of projectile particles, and its radius over their spacing (V / n)^(1/3): what grid codes quote as cells per projectile radius."""
+    """Number of projectile particles, and its radius over their spacing (V / n)^(1/3): what grid codes quote as cells
+    per projectile radius."""
     ball = job.impact.projectile
     count = int((job.integrator.cloud.layer < 0).sum())
-    return {"particles": count, "particles_per_radius": ball.radius / (ball.volume / count) ** (1.0 / 3.0) if count else None}
+    return {
+        "particles": count,
+        "particles_per_radius": ball.radius / (ball.volume / count) ** (1.0 / 3.0) if count else None,
+    }
 
 
 def _edges(job: Simulation) -> dict[str, Any] | None:
-    """What ends flat ground, and the momentum that it took [kg m/s], net of the weight that it carries; None where nothing does.
+    """What ends flat ground, and the momentum that it took [kg m/s], net of the weight that it carries; None where
+    nothing does.
 
-    By difference, p(0) - p(end): pairs of particles conserve momentum to rounding, so what is missing went into the edges.
+    By difference, p(0) - p(end): pairs of particles conserve momentum to rounding, so what is missing went into the
+    edges.
     """
     s = job.settings
     side, floor = surroundings.chosen(s.target, s.sides, s.floor)
     if {side, floor} <= {"free", "periodic"}:
         return None
-    first, last = (np.array([float(row[f"momentum_{axis}"]) for axis in "xyz"]) for row in (job.history.rows[0], job.history.rows[-1]))
+    first, last = (
+        np.array([float(row[f"momentum_{axis}"]) for axis in "xyz"])
+        for row in (job.history.rows[0], job.history.rows[-1])
+    )
     return {"sides": side, "floor": floor, "momentum_taken_kg_m_s": (first - last).tolist()}
 
 
 def _pressures(job: Simulation) -> dict[str, Any]:
-    """Largest pressures so far [Pa]: of single particles, by shares of the projectile's mass, and the planar limit at the vertical speed beside them."""
+    """Largest pressures so far [Pa]: of single particles, by shares of the projectile's mass, and the planar limit at
+    the vertical speed beside them."""
     cloud, ball = job.integrator.cloud, job.impact
     mine = cloud.layer < 0
     found: dict[str, Any] = {"target_largest_Pa": float(cloud.peak_pressure[~mine].max())}
@@ -88,7 +102,9 @@ def _pressures(job: Simulation) -> dict[str, Any]:
         }
     speed = ball.speed * float(np.cos(ball.angle_from_vertical))
     try:
-        match = impedance.planar(job.materials, ball.projectile.material, job.settings.target.layers[-1].material, speed)
+        match = impedance.planar(
+            job.materials, ball.projectile.material, job.settings.target.layers[-1].material, speed
+        )
         limit: dict[str, Any] = {"planar_limit_Pa": match.pressure}
     except ValueError as reason:
         limit = {"planar_limit_Pa": None, "planar_limit_note": str(reason)}

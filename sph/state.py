@@ -1,16 +1,20 @@
-"""What the state of a particle says: pressure, sound speed, yield, damage, pores; everything that a pair loop then only reads.
+"""What the state of a particle says: pressure, sound speed, yield, damage, pores; everything that a pair loop then
+only reads.
 
-Order for every particle: pores -> equation of state -> tension cut -> yield (radial return) -> damage. Damage acts once per evaluation: on tension always, on
-shear where the yield law does not know it (von Mises); Drucker-Prager and Collins mix it into the yield stress, and broken material keeps its friction.
+Order for every particle: pores -> equation of state -> tension cut -> yield (radial return) -> damage. Damage acts
+once per evaluation: on tension always, on shear where the yield law does not know it (von Mises); Drucker-Prager and
+Collins mix it into the yield stress, and broken material keeps its friction.
 
     P_eff = (1 - D) P for P < 0, else P;    S_eff = (1 - D) S / alpha  or  S / alpha
 
-S is that of the matrix, and so are the pressure and the strains that yield and flaws see (sigma_s = alpha sigma). The tension cut is the material's, or where
-the cone of Drucker and Prager ends, whichever is less; heat softens both as it does the yield stress, and in porous material they are divided by alpha like
-every stress. Cracks run at 0.4 of the longitudinal speed, in pores as much slower as sound.
+S is that of the matrix, and so are the pressure and the strains that yield and flaws see (sigma_s = alpha sigma). The
+tension cut is the material's, or where the cone of Drucker and Prager ends, whichever is less; heat softens both as it
+does the yield stress, and in porous material they are divided by alpha like every stress. Cracks run at 0.4 of the
+longitudinal speed, in pores as much slower as sound.
 
-A particle that has lost its neighbours expands freely: its pressure and stress fade with the number of neighbours left, consistently in force and
-energy, so that nothing is created; its remaining internal energy is booked in the history.
+A particle that has lost its neighbours expands freely: its pressure and stress fade with the number of neighbours
+left, consistently in force and energy, so that nothing is created; its remaining internal energy is booked in the
+history.
 """
 
 from __future__ import annotations
@@ -64,7 +68,8 @@ class Pores(NamedTuple):
 
 
 class Late(NamedTuple):
-    """The linear media of the late stage (``sph.late``): ``density`` (n,) without pressure [kg/m^3], ``c2`` (m,) squared sound speeds [m^2/s^2]."""
+    """The linear media of the late stage (``sph.late``): ``density`` (n,) without pressure [kg/m^3], ``c2`` (m,)
+    squared sound speeds [m^2/s^2]."""
 
     density: np.ndarray
     c2: np.ndarray
@@ -84,10 +89,29 @@ _BLOCK = 256  # particles that a thread takes at a time
 @kernel
 def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physics, out, pores, late):
     """One evaluation of the particles ``first_particle`` to ``end_particle`` - 1; arguments as ``_evaluate``."""
-    position, velocity, mass, rho, u, h = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy, cloud.smoothing_length
-    stress, root_damage, distention, initial = cloud.stress, cloud.root_damage, cloud.distention, cloud.initial_distention
+    position, velocity, mass, rho, u, h = (
+        cloud.position,
+        cloud.velocity,
+        cloud.mass,
+        cloud.density,
+        cloud.specific_energy,
+        cloud.smoothing_length,
+    )
+    stress, root_damage, distention, initial = (
+        cloud.stress,
+        cloud.root_damage,
+        cloud.distention,
+        cloud.initial_distention,
+    )
     material, count, flaw_first, flaw_last = cloud.material, cloud.neighbours, cloud.flaw_first, cloud.flaw_last
-    row, pressure, wave, damage_rate, damage_cap, status = out.row, out.pressure, out.wave, out.damage_rate, out.damage_cap, out.status
+    row, pressure, wave, damage_rate, damage_cap, status = (
+        out.row,
+        out.pressure,
+        out.wave,
+        out.damage_rate,
+        out.damage_cap,
+        out.status,
+    )
     strength, damage, crushing = physics.strength, physics.damage, physics.crushing
     if pores is not None:
         alpha, stiffness = pores.alpha, pores.stiffness
@@ -95,7 +119,11 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
         late_density, late_c2 = late.density, late.c2
     for i in range(first_particle, end_particle):
         m = material[i]
-        bad = not (rho[i] > 0.0) or not (abs(u[i]) < 1e30) or not (abs(velocity[i, 0] + velocity[i, 1] + velocity[i, 2]) < 1e30)
+        bad = (
+            not (rho[i] > 0.0)
+            or not (abs(u[i]) < 1e30)
+            or not (abs(velocity[i, 0] + velocity[i, 1] + velocity[i, 2]) < 1e30)
+        )
         status[i] = 1 if bad else 0
         a, thin, slow, G = 1.0, 1.0, 1.0, rows.shear[m]
         if pores is not None:
@@ -105,7 +133,16 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
                 thin = 1.0 / a
             elif rows.porosity[m] > 0:
                 a, rest, loading, unloading, slow = porosity.compact(
-                    rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m], rho[i], u[i], distention[i], crushing
+                    rows.porosity[m],
+                    rows.pores[m],
+                    rows.crush[m],
+                    rows.crush_row[m],
+                    rows.eos[m],
+                    rows.eos_row[m],
+                    rho[i],
+                    u[i],
+                    distention[i],
+                    crushing,
                 )
                 distention[i] = rest
                 stiffness[i, 0], stiffness[i, 1] = loading, unloading
@@ -141,11 +178,15 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
                 while first + active < last and flaw_strain[first + active] < strain:
                     active += 1
                 if active > 0:
-                    opened, total = growth.counted(rows.growth[m], active, last - first, strain, flaw_strain[first], flaw_strain[last - 1])
+                    opened, total = growth.counted(
+                        rows.growth[m], active, last - first, strain, flaw_strain[first], flaw_strain[last - 1]
+                    )
                     cap = growth.cap(rows.growth[m], opened, total)
                     damage_cap[i] = cap
                     if root_damage[i] < cap:
-                        crack = growth.crack_speed(rows.growth[m], rows.crack_speed[m], rows.bulk[m], G, rho[i], D) * slow
+                        crack = (
+                            growth.crack_speed(rows.growth[m], rows.crack_speed[m], rows.bulk[m], G, rho[i], D) * slow
+                        )
                         size = (mass[i] / rho[i] * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
                         damage_rate[i] = growth.rate(rows.growth[m], opened, total, crack, size, h[i])
             if rows.mixes_damage[m] == 0:
@@ -172,18 +213,23 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
 def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late):
     """One evaluation of every particle; compiled without pores or late stage where these are None.
 
-    In: ``sph.cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``. Out: ``Response`` and ``Pores``, and in place the
-    cloud's stress (yielded) and distention (compacted).
+    In: ``sph.cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``. Out:
+    ``Response`` and ``Pores``, and in place the cloud's stress (yielded) and distention (compacted).
     """
     n = len(cloud.mass)
-    for block in prange((n + _BLOCK - 1) // _BLOCK):  # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
-        _evaluate_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), cloud, flaw_strain, rows, physics, out, pores, late)
+    for block in prange(
+        (n + _BLOCK - 1) // _BLOCK
+    ):  # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
+        _evaluate_some(
+            block * _BLOCK, min(n, (block + 1) * _BLOCK), cloud, flaw_strain, rows, physics, out, pores, late
+        )
 
 
 class Evaluated:
-    """Work arrays of the evaluation, kept from step to step: ``row`` (n, 16), ``pressure``, ``wave`` (longitudinal speed),
-    ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``, the present distention ``alpha``, and ``stiffness`` (n, 2): strain of the matrix over that of the
-    porous material (the factor f of P-alpha) in compression and in expansion."""
+    """Work arrays of the evaluation, kept from step to step: ``row`` (n, 16), ``pressure``, ``wave`` (longitudinal
+    speed), ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``, the present distention ``alpha``, and
+    ``stiffness`` (n, 2): strain of the matrix over that of the porous material (the factor f of P-alpha) in
+    compression and in expansion."""
 
     def __init__(self, n: int):
         self.row = np.zeros((n, WIDTH))
@@ -216,10 +262,20 @@ class Evaluated:
             self.row = np.zeros((rows, WIDTH))
 
 
-def evaluate(cloud: Cloud, rows: Rows, strength: bool, damage: bool, out: Evaluated, crushing: bool = True, late_c2: np.ndarray | None = None) -> None:
-    """Fill ``out`` from the cloud's predicted state; the stress yields and pores close in place. A bad state is left in ``out.status`` for ``check``.
+def evaluate(
+    cloud: Cloud,
+    rows: Rows,
+    strength: bool,
+    damage: bool,
+    out: Evaluated,
+    crushing: bool = True,
+    late_c2: np.ndarray | None = None,
+) -> None:
+    """Fill ``out`` from the cloud's predicted state; the stress yields and pores close in place. A bad state is left
+    in ``out.status`` for ``check``.
 
-    ``crushing`` False: pores give way elastically only (relaxation). ``late_c2`` (m,): squared sound speeds of the late stage (``sph.late``).
+    ``crushing`` False: pores give way elastically only (relaxation). ``late_c2`` (m,): squared sound speeds of the
+    late stage (``sph.late``).
     """
     pores = Pores(out.alpha, out.stiffness) if (rows.alpha0 > 1.0).any() else None
     late = None if late_c2 is None else Late(cloud.late_density, late_c2)
@@ -240,8 +296,10 @@ def check(cloud, materials: Materials, out: Evaluated, time: float) -> None:
         return
     i = int(np.argmax(out.status))
     raise UnphysicalState(
-        f"particle {int(cloud.identity[i])} ({materials.names[int(cloud.material[i])]}) at {cloud.position[i] / 1e3} km, t = {time:.4g} s: "
-        f"density {cloud.density[i]:.4g} kg/m^3, specific energy {cloud.specific_energy[i]:.4g} J/kg, velocity {cloud.velocity[i]} m/s"
+        f"particle {int(cloud.identity[i])} ({materials.names[int(cloud.material[i])]}) at {cloud.position[i] / 1e3} "
+        f"km, t = {time:.4g} s: "
+        f"density {cloud.density[i]:.4g} kg/m^3, specific energy {cloud.specific_energy[i]:.4g} J/kg, velocity "
+        f"{cloud.velocity[i]} m/s"
     )
 
 

@@ -1,11 +1,12 @@
 """The layered target and its projectile as particles, uniform or in hydrostatic balance.
 
-Layer masses are those of the uniform layers (density rho0 of each material, pores taken off). A relaxed body keeps them: the one-dimensional profile
+Layer masses are those of the uniform layers (density rho0 of each material, pores taken off). A relaxed body keeps
+them: the one-dimensional profile
 
     dP/dr = -rho g,   g = G m(r) / r^2,   P = P_cold(rho)        (cold curve of the layer's equation of state, u = 0)
 
-is solved on shells of fixed mass, and the particles are stretched radially to it, r -> r(m). A porous layer starts at rho0 / alpha0, and where the pressure
-closes pores it is set up with them closed.
+is solved on shells of fixed mass, and the particles are stretched radially to it, r -> r(m). A porous layer starts at
+rho0 / alpha0, and where the pressure closes pores it is set up with them closed.
 """
 
 from __future__ import annotations
@@ -27,8 +28,9 @@ from sph.porosity import dispatch as porosity
 class Profile(NamedTuple):
     """The body against radius, on shells of fixed mass from the centre: all arrays (n,), SI.
 
-    ``uniform_radius`` is the outer radius of a shell at uniform density, ``radius`` in balance; density and pressure hold at ``middle``, gravity and
-    the enclosed ``mass`` at ``radius``; ``layer`` counts from the centre; ``distention`` is that at rest.
+    ``uniform_radius`` is the outer radius of a shell at uniform density, ``radius`` in balance; density and pressure
+    hold at ``middle``, gravity and the enclosed ``mass`` at ``radius``; ``layer`` counts from the centre;
+    ``distention`` is that at rest.
     """
 
     uniform_radius: np.ndarray
@@ -47,11 +49,14 @@ def loaded(P, material, rows, rho, distention):
     """Density and resting distention of cold shells under the pressure P."""
     for i in range(len(P)):
         m = material[i]
-        rho[i], distention[i] = porosity.at_pressure(rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m], P[i])
+        rho[i], distention[i] = porosity.at_pressure(
+            rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m], P[i]
+        )
 
 
 def hydrostatic(target: Target, shells: int = 4000, materials: Materials | None = None) -> Profile:
-    """The one-dimensional profile of the target, relaxed or (``start = "literal"``) uniform with P = 0; ``materials`` as published by default.
+    """The one-dimensional profile of the target, relaxed or (``start = "literal"``) uniform with P = 0; ``materials``
+    as published by default.
 
     Raises ``InputError`` when the balance does not converge (a body too massive for its materials).
     """
@@ -87,7 +92,9 @@ def hydrostatic(target: Target, shells: int = 4000, materials: Materials | None 
     if not converged:
         raise InputError("no hydrostatic equilibrium exists for this target: it is too massive for its materials")
     middle = 0.5 * (np.concatenate([[0.0], r[:-1]]) + r)
-    return Profile(edges[1:], r, middle, rho, P, (G if target.attracts else 0.0) * mass / r**2, mass, layer, distention)
+    return Profile(
+        edges[1:], r, middle, rho, P, (G if target.attracts else 0.0) * mass / r**2, mass, layer, distention
+    )
 
 
 def target_json(target: Target, profile: Profile) -> dict:
@@ -107,7 +114,9 @@ def target_json(target: Target, profile: Profile) -> dict:
         )
     edges = np.flatnonzero(np.diff(profile.layer))
     pick = np.unique(np.concatenate([np.linspace(0, len(profile.radius) - 1, 400).astype(int), edges, edges + 1]))
-    gravity_mid = np.interp(profile.middle, np.concatenate([[0.0], profile.radius]), np.concatenate([[0.0], profile.gravity]))
+    gravity_mid = np.interp(
+        profile.middle, np.concatenate([[0.0], profile.radius]), np.concatenate([[0.0], profile.gravity])
+    )
     return {
         "centre": [0.0, 0.0, 0.0],
         "start": target.start,
@@ -133,9 +142,11 @@ def spacing_law(target: Target, zones: Zones):
 
 
 class Zones(NamedTuple):
-    """Particle spacing against the distance d from the impact point, all [m] but ``growth`` (spacing per distance) and ``support``.
+    """Particle spacing against the distance d from the impact point, all [m] but ``growth`` (spacing per distance) and
+    ``support``.
 
-    ``contact`` for d < ``contact_radius``, growing to ``fine``, which holds to ``fine_radius``, then growing to ``coarse``. ``support`` : h over the spacing.
+    ``contact`` for d < ``contact_radius``, growing to ``fine``, which holds to ``fine_radius``, then growing to
+    ``coarse``. ``support`` : h over the spacing.
     """
 
     contact: float
@@ -157,8 +168,8 @@ class Zones(NamedTuple):
 
 
 class Body(NamedTuple):
-    """Particles of the target or the projectile: position (n, 3), mass, density, h (n,), layer (n,) int (-1 projectile), material index, and distention
-    (density of the matrix over that of the particle; 1 is solid)."""
+    """Particles of the target or the projectile: position (n, 3), mass, density, h (n,), layer (n,) int (-1
+    projectile), material index, and distention (density of the matrix over that of the particle; 1 is solid)."""
 
     position: np.ndarray
     mass: np.ndarray
@@ -198,7 +209,9 @@ def build(target: Target, profile: Profile, materials: Materials, zones: Zones, 
     for l in range(len(target.layers)):
         mine = layer_of == l
         if not mine.any():
-            raise InputError(f"layer {target.layers[l].name!r} holds no particle: the spacing is too coarse for its thickness")
+            raise InputError(
+                f"layer {target.layers[l].name!r} holds no particle: the spacing is too coarse for its thickness"
+            )
         wanted = density0[l] * 4.0 / 3.0 * math.pi * (radii[l + 1] ** 3 - radii[l] ** 3)
         mass[mine] = density0[l] * volume[mine]
         mass[mine] *= wanted / mass[mine].sum()
@@ -214,8 +227,11 @@ def build(target: Target, profile: Profile, materials: Materials, zones: Zones, 
     return Body(position, mass, density, h, layer_of.astype(np.int32), material.astype(np.int32), distention)
 
 
-def projectile(impact: Impact, spacing: float, surface: float, gap: float, materials: Materials, support: float = 2.0) -> Body:
-    """A uniform sphere of particles about ``spacing`` apart on its way to (0, 0, ``surface``), ``gap`` [m] above it."""
+def projectile(
+    impact: Impact, spacing: float, surface: float, gap: float, materials: Materials, support: float = 2.0
+) -> Body:
+    """A uniform sphere of particles about ``spacing`` apart on its way to (0, 0, ``surface``), ``gap`` [m] above
+    it."""
     body = impact.projectile
     index = materials.index(body.material)
     rho0 = materials.bulk_density[index]

@@ -1,9 +1,10 @@
 """The step and what limits it.
 
-    sound         C (h/2) / (c_l (1 + 0.6 alpha) + 0.6 beta max(-mu))       Courant with the viscous signal (Monaghan 1992, eq. 10.5)
+    sound         C (h/2) / (c_l (1 + 0.6 alpha) + 0.6 beta max(-mu))  (Courant with the viscous signal: Monaghan 1992,
+                                                                       eq. 10.5)
     viscosity     the same, where the term with beta is the larger one
     acceleration  0.3 sqrt((h/2) / |a|)
-    divergence    0.2 / |div v|                                            a Courant limit on c alone misses v dt at contact
+    divergence    0.2 / |div v|          a Courant limit on c alone misses v dt at contact
     energy        0.3 (u + 0.05 c^2) / |du/dt|
     growth        1.1 times the step before
     error         of a step with control of its error (``sph.runge_kutta``)
@@ -30,9 +31,22 @@ REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth
 
 @parallel_kernel
 def _limits(cloud, rates, evaluated, alpha, beta, courant, step, reason):
-    """Fill ``step`` (n,) [s] and ``reason`` (n,) from ``sph.cloud.Fields``, ``sph.rates.Sums`` and ``sph.state.Response``."""
-    h, u, gravity, count, wave, row = cloud.smoothing_length, cloud.specific_energy, cloud.gravity, cloud.neighbours, evaluated.wave, evaluated.row
-    approach, acceleration, divergence, energy_rate = rates.approach, rates.acceleration, rates.divergence, rates.energy
+    """Fill ``step`` (n,) [s] and ``reason`` (n,) from ``sph.cloud.Fields``, ``sph.rates.Sums`` and
+    ``sph.state.Response``."""
+    h, u, gravity, count, wave, row = (
+        cloud.smoothing_length,
+        cloud.specific_energy,
+        cloud.gravity,
+        cloud.neighbours,
+        evaluated.wave,
+        evaluated.row,
+    )
+    approach, acceleration, divergence, energy_rate = (
+        rates.approach,
+        rates.acceleration,
+        rates.divergence,
+        rates.energy,
+    )
     for i in prange(len(h)):
         if holding(count[i]) <= 0.0:
             step[i], reason[i] = 1e30, 0
@@ -55,14 +69,19 @@ def _limits(cloud, rates, evaluated, alpha, beta, courant, step, reason):
         step[i], reason[i] = best, why
 
 
-def steps(cloud: Cloud, rates: Rates, evaluated: Evaluated, alpha: float, beta: float, courant: float) -> tuple[np.ndarray, np.ndarray]:
-    """The largest step (n,) [s] that each particle allows, 1e30 where it has no say, and the index (n,) into ``REASONS`` of what limits it."""
+def steps(
+    cloud: Cloud, rates: Rates, evaluated: Evaluated, alpha: float, beta: float, courant: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The largest step (n,) [s] that each particle allows, 1e30 where it has no say, and the index (n,) into
+    ``REASONS`` of what limits it."""
     step, reason = np.empty(len(cloud.mass)), np.empty(len(cloud.mass), dtype=np.int8)
     _limits(cloud.fields, rates.sums, evaluated.response, alpha, beta, courant, step, reason)
     return step, reason
 
 
-def limit(cloud: Cloud, rates: Rates, evaluated: Evaluated, alpha: float, beta: float, courant: float) -> tuple[float, int, int]:
+def limit(
+    cloud: Cloud, rates: Rates, evaluated: Evaluated, alpha: float, beta: float, courant: float
+) -> tuple[float, int, int]:
     """The largest allowed step [s], the index into ``REASONS`` of what limits it, and the particle that does."""
     step, reason = steps(cloud, rates, evaluated, alpha, beta, courant)
     i = int(np.argmin(step))

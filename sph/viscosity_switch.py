@@ -1,4 +1,5 @@
-"""Which share of the artificial viscosity a particle takes, where a case chooses a law for it: ``[sph] viscosity_switch``.
+"""Which share of the artificial viscosity a particle takes, where a case chooses a law for it: ``[sph]
+viscosity_switch``.
 
 The share is that of the step before (of its divergence and curl, ``sph.rates``), so that a pair still needs one pass.
 """
@@ -29,5 +30,6 @@ _KERNELS = {"balsara": _balsara, "morris_monaghan": _morris_monaghan}
 
 
 def follow(name: str, dt: float, divergence, curl, sound, h, share) -> None:
-    """One step of ``dt`` [s] of the law ``name``: ``share`` (n,) in place, from div v and |curl v| (n,) [1/s], the speed of sound [m/s] and h [m]."""
+    """One step of ``dt`` [s] of the law ``name``: ``share`` (n,) in place, from div v and |curl v| (n,) [1/s], the
+    speed of sound [m/s] and h [m]."""
     _KERNELS[name](dt, divergence, curl, sound, h, share)

@@ -23,11 +23,24 @@ def pictures(runs: Runs, out: Path) -> None:
         if not rows:
             continue
         fines = runs.spacings(case)
-        figure, axes = plt.subplots(1, 2 if case == "deep_impact" else 3, figsize=(11 if case == "deep_impact" else 14, 5.2), layout="constrained")
+        figure, axes = plt.subplots(
+            1,
+            2 if case == "deep_impact" else 3,
+            figsize=(11 if case == "deep_impact" else 14, 5.2),
+            layout="constrained",
+        )
         for row in rows:
             words = f"{label(row)}, {100 * row['spacing_m'] * 2 ** (1 / 6):.0f} cm".replace("alpha0", "α₀ =")
-            pen = {"color": "0.4" if row["light"] else colour[row["alpha0"]], "ls": ("-", "--", ":", "-.")[fines.index(row["spacing_m"]) % 4]}
-            if row["curve"].split(" ")[0] in ("soft", "hard", "weak") or row["intact"] or row["following"] or viscosity(row) != VISCOSITY:
+            pen = {
+                "color": "0.4" if row["light"] else colour[row["alpha0"]],
+                "ls": ("-", "--", ":", "-.")[fines.index(row["spacing_m"]) % 4],
+            }
+            if (
+                row["curve"].split(" ")[0] in ("soft", "hard", "weak")
+                or row["intact"]
+                or row["following"]
+                or viscosity(row) != VISCOSITY
+            ):
                 # a band of thin lines under one name: which is which stands in tables.md
                 pen |= {"lw": 0.6, "alpha": 0.55, "ls": "-"}
                 words = "_nolegend_"
@@ -43,7 +56,11 @@ def pictures(runs: Runs, out: Path) -> None:
         if case == "deep_impact":
             for x, y, c in ((2.0, 3.20e6, "C0"), (2.0, 0.52e6, "C1"), (2.0, 0.49e6, "C2")):
                 axes[0].plot(x, y, "o", mfc="none", color=c, ms=8)
-            axes[0].set(xlabel="vertical speed v [m/s]", ylabel="mass faster than v at 50 ms [kg]; circles: published", ylim=(10, None))
+            axes[0].set(
+                xlabel="vertical speed v [m/s]",
+                ylabel="mass faster than v at 50 ms [kg]; circles: published",
+                ylim=(10, None),
+            )
             axes[1].set(xlabel="distance from the impact point [m]", ylabel="distention at 50 ms, below the ground")
         else:
             axes[0].set(xlabel="time [ms]", ylabel="momentum transferred / the projectile’s")
@@ -57,14 +74,23 @@ def pictures(runs: Runs, out: Path) -> None:
 
 
 def slices(folder: Path, runs: Runs, out: Path) -> None:
-    """The source's Figures 1 and 2: vertical velocity at the end in slices through the plane of flight, and the distention of alpha0 = 3."""
+    """The source's Figures 1 and 2: vertical velocity at the end in slices through the plane of flight, and the
+    distention of alpha0 = 3."""
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    rows = [row for alpha0 in (1.0, 1.5, 3.0) if (fine := runs.spacings("deep_impact")) and (row := runs.get("deep_impact", alpha0, fine[0]))]
-    rows += [row for alpha0 in (1.0, 1.5, 3.0) if (fine := runs.spacings("momentum_transfer")) and (row := runs.get("momentum_transfer", alpha0, fine[0]))]
+    rows = [
+        row
+        for alpha0 in (1.0, 1.5, 3.0)
+        if (fine := runs.spacings("deep_impact")) and (row := runs.get("deep_impact", alpha0, fine[0]))
+    ]
+    rows += [
+        row
+        for alpha0 in (1.0, 1.5, 3.0)
+        if (fine := runs.spacings("momentum_transfer")) and (row := runs.get("momentum_transfer", alpha0, fine[0]))
+    ]
     if not rows:
         return
     for case in dict.fromkeys(row["case"] for row in rows):
@@ -85,10 +111,18 @@ def _slice(figure, pair, row: dict, particles) -> None:
     porous = row["alpha0"] > 1.0
     parts = (
         (particles.velocity[cut, 2], "vertical velocity [m/s]", dict(cmap="coolwarm", vmin=-limit, vmax=limit)),
-        (particles.distention[cut] if porous else particles.density[cut], "distention" if porous else "density [kg/m³]", dict(cmap="viridis")),
+        (
+            particles.distention[cut] if porous else particles.density[cut],
+            "distention" if porous else "density [kg/m³]",
+            dict(cmap="viridis"),
+        ),
     )
     for panel, (values, words, colours) in zip(pair, parts):
-        shown = panel.scatter(x[:, 0], x[:, 2], c=values, s=30.0 * particles.smoothing_length[cut] / reach, lw=0, **colours)
+        shown = panel.scatter(
+            x[:, 0], x[:, 2], c=values, s=30.0 * particles.smoothing_length[cut] / reach, lw=0, **colours
+        )
         figure.colorbar(shown, ax=panel, label=words)
-        panel.set(xlim=(-reach, reach), ylim=(-reach, 0.4 * reach), aspect="equal", xlabel="x, downrange [m]", ylabel="z [m]")
+        panel.set(
+            xlim=(-reach, reach), ylim=(-reach, 0.4 * reach), aspect="equal", xlabel="x, downrange [m]", ylabel="z [m]"
+        )
     pair[0].set_title(f"{label(row).replace('alpha0', 'α₀ =')}, {1e3 * row['end_s']:.0f} ms", fontsize=10, loc="left")

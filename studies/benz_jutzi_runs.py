@@ -1,4 +1,5 @@
-"""What is read from one finished run of Deep Impact or momentum transfer, and the runs by what they are (``benz_jutzi.py``)."""
+"""What is read from one finished run of Deep Impact or momentum transfer, and the runs by what they are
+(``benz_jutzi.py``)."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ CONE = math.cos(math.radians(25.0))
 ARRIVED = 0.5
 """A shock has arrived where half of the final peak pressure has been reached."""
 FLOOR = 0.02
-"""A profile of the distention may fall by this much between two rings and still count as monotone: the scatter of a ring."""
+"""A profile of the distention may fall by this much between two rings and still count as monotone: the scatter of a
+ring."""
 
 
 LONELY = 4
@@ -54,10 +56,17 @@ def inside(particles: Particles) -> np.ndarray:
 
 
 def ejecta(particles: Particles) -> dict[str, Any]:
-    """Time, mass [kg] and upward momentum [kg m/s] of what rises faster than each of ``ESCAPE``; the same above the ground; the projectile's with it."""
+    """Time, mass [kg] and upward momentum [kg m/s] of what rises faster than each of ``ESCAPE``; the same above the
+    ground; the projectile's with it."""
     counts, ball, up = inside(particles), particles.layer < 0, particles.velocity[:, 2]
     m = particles.mass
-    row: dict[str, Any] = {"time_s": float(particles.attributes["time"]), "mass_kg": [], "momentum": [], "air_kg": [], "ball_momentum": []}
+    row: dict[str, Any] = {
+        "time_s": float(particles.attributes["time"]),
+        "mass_kg": [],
+        "momentum": [],
+        "air_kg": [],
+        "ball_momentum": [],
+    }
     for limit in ESCAPE:
         gone = up > limit
         row["mass_kg"].append(float(m[gone & counts].sum()))
@@ -68,10 +77,11 @@ def ejecta(particles: Particles) -> dict[str, Any]:
 
 
 def rings(particles: Particles, spacing: float) -> dict[str, list[float]]:
-    """Distention in rings one ``spacing`` wide about the middle of the crushed zone at ground level, of matter now within the cone below it.
+    """Distention in rings one ``spacing`` wide about the middle of the crushed zone at ground level, of matter now
+    within the cone below it.
 
-    Middles of the rings, means weighted with mass, scatter. The middle is the mean place of what has lost half of its pores: an oblique impact crushes
-    downrange.
+    Middles of the rings, means weighted with mass, scatter. The middle is the mean place of what has lost half of its
+    pores: an oblique impact crushes downrange.
     """
     x = particles.position
     below = inside(particles) & (x[:, 2] < 0.0)
@@ -88,13 +98,22 @@ def rings(particles: Particles, spacing: float) -> dict[str, list[float]]:
     weight = np.bincount(ring, particles.mass[mine])
     with np.errstate(invalid="ignore"):
         mean = np.bincount(ring, particles.mass[mine] * particles.distention[mine]) / weight
-        spread = np.sqrt(np.maximum(np.bincount(ring, particles.mass[mine] * particles.distention[mine] ** 2) / weight - mean**2, 0.0))
+        spread = np.sqrt(
+            np.maximum(
+                np.bincount(ring, particles.mass[mine] * particles.distention[mine] ** 2) / weight - mean**2, 0.0
+            )
+        )
     kept = np.flatnonzero(number >= 4)
-    return {"radius_m": ((kept + 0.5) * spacing).tolist(), "distention": mean[kept].tolist(), "spread": spread[kept].tolist()}
+    return {
+        "radius_m": ((kept + 0.5) * spacing).tolist(),
+        "distention": mean[kept].tolist(),
+        "spread": spread[kept].tolist(),
+    }
 
 
 def shells(particles: Particles, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Depths [m] and median peak pressure [Pa] of shells two spacings thick, by where matter began, within the cone."""
+    """Depths [m] and median peak pressure [Pa] of shells two spacings thick, by where matter began, within the
+    cone."""
     x = particles.initial_position
     r = np.linalg.norm(x, axis=1)
     mine = inside(particles) & (-x[:, 2] > CONE * r)
@@ -104,7 +123,8 @@ def shells(particles: Particles, spacing: float) -> tuple[np.ndarray, np.ndarray
 
 
 def arrivals(times: list[float], looks: list[np.ndarray], depths: np.ndarray) -> dict[str, list[float]]:
-    """Time [s] at which the front passes ``DEPTHS``, linear between snapshots: it is at the outermost shell that has half of its final peak."""
+    """Time [s] at which the front passes ``DEPTHS``, linear between snapshots: it is at the outermost shell that has
+    half of its final peak."""
     final = looks[-1]
     front = [0.0]
     for look in looks[1:]:
@@ -114,7 +134,9 @@ def arrivals(times: list[float], looks: list[np.ndarray], depths: np.ndarray) ->
     passed = np.concatenate(([True], np.diff(place) > 0.0))
     return {
         "depth_m": list(DEPTHS),
-        "arrival_s": [float(np.interp(d, place[passed], when[passed])) if d <= place[-1] else math.nan for d in DEPTHS],
+        "arrival_s": [
+            float(np.interp(d, place[passed], when[passed])) if d <= place[-1] else math.nan for d in DEPTHS
+        ],
         "peak_Pa": [float(np.interp(d, depths, final)) for d in DEPTHS],
     }
 
@@ -141,25 +163,32 @@ def measure(run: Path) -> dict[str, Any]:
     report = json.loads((run / "2_sph" / "stage_report.json").read_text())
     return {
         "run": run.name, "case": kind, "alpha0": choice["p_alpha"]["alpha0"] if porous else 1.0,
-        "density_kg_m3": float(np.median(snapshot.read(files[0]).density[counts])), "light": "rho0" in str(choice.get("tillotson", {})),
+        "density_kg_m3": float(np.median(snapshot.read(files[0]).density[counts])),
+        "light": "rho0" in str(choice.get("tillotson", {})),
         "viscosity": [used["sph"]["alpha"], used["sph"]["beta"]],
         "intact": choice.get("strength") == "von_mises", "following": used["sph"].get("smoothing") == "density",
         "cut_off": cut_off(snapshot.read(files[min(1, len(files) - 1)])),
-        "curve": next((name for name, ends in CURVES.items() if ends == (kind, pascals(curve["Pe"]), pascals(curve["Ps"]))), "other") if curve else "",
+        "curve": next((name for name, ends in CURVES.items() if ends == (kind, pascals(curve["Pe"]),
+        pascals(curve["Ps"]))), "other") if curve else "",
         "spacing_m": spacing, "particles": len(particles), "end_s": times[-1], "steps": report["steps"],
-        "target_particle_kg": float(particles.mass[counts].min()), "projectile_particle_kg": float(particles.mass[particles.layer < 0].max()),
-        "projectile_momentum": report["projectile"]["momentum_kg_m_s"], "projectile_mass_kg": report["projectile"]["mass_kg"],
+        "target_particle_kg": float(particles.mass[counts].min()),
+        "projectile_particle_kg": float(particles.mass[particles.layer < 0].max()),
+        "projectile_momentum": report["projectile"]["momentum_kg_m_s"],
+        "projectile_mass_kg": report["projectile"]["mass_kg"],
         "energy_drift": report["drift_over_projectile"]["energy_J"],
-        "counted_kg": float(particles.mass[counts].sum()), "target_kg": float(particles.mass[particles.layer >= 0].sum()),
+        "counted_kg": float(particles.mass[counts].sum()),
+        "target_kg": float(particles.mass[particles.layer >= 0].sum()),
         "series": {key: [row[key] for row in series] for key in series[0]},
-        "speed_m_s": SPEEDS.tolist(), "mass_above_kg": [float(particles.mass[counts & (up > v)].sum()) for v in SPEEDS],
+        "speed_m_s": SPEEDS.tolist(),
+        "mass_above_kg": [float(particles.mass[counts & (up > v)].sum()) for v in SPEEDS],
         "rings": rings(particles, spacing), "shock": arrivals(times, looks, depths),
         "shells": {"depth_m": depths.tolist(), "peak_Pa": looks[-1].tolist()},
     }  # fmt: skip
 
 
 def cut_off(particles: Particles) -> dict[str, float]:
-    """Heat [J] and number of particles with at most ``LONELY`` neighbours, which feel no pressure (``sph.state``); kinetic energy of the projectile [J]."""
+    """Heat [J] and number of particles with at most ``LONELY`` neighbours, which feel no pressure (``sph.state``);
+    kinetic energy of the projectile [J]."""
     alone = particles.neighbours <= LONELY
     motion = 0.5 * particles.mass * np.einsum("ij,ij->i", particles.velocity, particles.velocity)
     return {
@@ -171,9 +200,12 @@ def cut_off(particles: Particles) -> dict[str, float]:
 
 
 def found(folder: Path, kept: dict[str, Any]) -> dict[str, Any]:
-    """Measures of all finished runs below a folder, by the run folder's name; those in ``kept`` are taken as they are."""
+    """Measures of all finished runs below a folder, by the run folder's name; those in ``kept`` are taken as they
+    are."""
     names = ("deep_impact", "momentum_transfer")
-    runs = sorted(path.parents[1] for path in folder.rglob("2_sph/done.json") if path.parents[1].name.rsplit("-", 1)[0] in names)
+    runs = sorted(
+        path.parents[1] for path in folder.rglob("2_sph/done.json") if path.parents[1].name.rsplit("-", 1)[0] in names
+    )
     for run in runs:
         if run.name not in kept:
             print(f"measuring {run.name}", flush=True)
@@ -190,13 +222,17 @@ class Runs:
     """Measured runs by what they are."""
 
     def __init__(self, measured: Iterable[dict[str, Any]]):
-        self.rows = sorted(measured, key=lambda row: (row["case"], row["spacing_m"], row["light"], row["alpha0"], row["curve"]))
+        self.rows = sorted(
+            measured, key=lambda row: (row["case"], row["spacing_m"], row["light"], row["alpha0"], row["curve"])
+        )
 
     def spacings(self, case: str) -> list[float]:
         """Spacings at the impact, the finest first."""
         return sorted({row["spacing_m"] for row in self.rows if row["case"] == case})
 
-    def get(self, case: str, alpha0: float, spacing: float, curve: str = "nominal", light: bool = False) -> dict[str, Any] | None:
+    def get(
+        self, case: str, alpha0: float, spacing: float, curve: str = "nominal", light: bool = False
+    ) -> dict[str, Any] | None:
         """One run with the case's own strength, supports and viscosity, if it is there."""
         wanted = (case, alpha0, spacing, curve if alpha0 > 1.0 else "", light, False, False)
         for row in self.rows:
@@ -215,7 +251,8 @@ def mass(row: dict[str, Any], limit: float = 2.0) -> float:
 
 
 def transferred(row: dict[str, Any], limit: float) -> np.ndarray:
-    """1 + P_ejecta in units of the projectile's momentum, in time; the projectile's own matter that flies off counts."""
+    """1 + P_ejecta in units of the projectile's momentum, in time; the projectile's own matter that flies off
+    counts."""
     k = ESCAPE.index(limit)
     both = np.array([a[k] + b[k] for a, b in zip(row["series"]["momentum"], row["series"]["ball_momentum"])])
     return 1.0 + both / row["projectile_momentum"]
@@ -236,7 +273,8 @@ def slope(row: dict[str, Any], slow: float = 2.0, fast: float = 100.0) -> float:
 
 
 def compacted(row: dict[str, Any]) -> tuple[float, bool]:
-    """Thickness [spacings] of the rings with a mean distention below 1.1, and whether the distention never falls outwards (by more than ``FLOOR``)."""
+    """Thickness [spacings] of the rings with a mean distention below 1.1, and whether the distention never falls
+    outwards (by more than ``FLOOR``)."""
     alpha = np.array(row["rings"]["distention"])
     return float((alpha < 1.1).sum()), bool((np.diff(alpha) > -FLOOR).all())
 
@@ -250,7 +288,9 @@ def label(row: dict[str, Any]) -> str:
         + (", following supports" if row["following"] else "")
         + (", viscosity ({:g}, {:g})".format(*viscosity(row)) if viscosity(row) != VISCOSITY else "")
     )
-    return name + (f", {row['curve'].split(' ')[0]}" if row["curve"] and not row["curve"].startswith("nominal") else "")
+    return name + (
+        f", {row['curve'].split(' ')[0]}" if row["curve"] and not row["curve"].startswith("nominal") else ""
+    )
 
 
 def size(row: dict[str, Any]) -> str:
@@ -261,10 +301,14 @@ def size(row: dict[str, Any]) -> str:
 def lonely(row: dict[str, Any]) -> str:
     """Share of the impact energy that is heat of particles without pressure, soon after the impact."""
     energy = 0.5 * row["projectile_momentum"] ** 2 / row["projectile_mass_kg"]
-    return f"{100 * row['cut_off']['heat_J'] / energy:.0f} % in {row['cut_off']['number']} at {1e3 * row['cut_off']['time_s']:.0f} ms"
+    return (
+        f"{100 * row['cut_off']['heat_J'] / energy:.0f} % in {row['cut_off']['number']} at "
+        f"{1e3 * row['cut_off']['time_s']:.0f} ms"
+    )
 
 
 def lattice(mass_kg: float, radius: float, density: float, count: int) -> tuple[float, float]:
-    """Nearest distance [m] and particle mass [kg] of ``count`` particles of a hexagonal lattice in a half-sphere (``mass_kg`` 0) or in a ball of that mass."""
+    """Nearest distance [m] and particle mass [kg] of ``count`` particles of a hexagonal lattice in a half-sphere
+    (``mass_kg`` 0) or in a ball of that mass."""
     volume = mass_kg / density if mass_kg else 2.0 / 3.0 * math.pi * radius**3
     return (math.sqrt(2.0) * volume / count) ** (1.0 / 3.0), density * volume / count

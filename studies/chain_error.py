@@ -1,9 +1,11 @@
-"""The chain error of a case: other draws of particles and grains, a coarser size, an earlier and a later handoff; written to the case's expected.toml.
+"""The chain error of a case: other draws of particles and grains, a coarser size, an earlier and a later handoff;
+written to the case's expected.toml.
 
-    python studies/chain_error.py --case cases/valhalla_980km --preset quick --members 8 --out runs/chain_error [--threads T] [--only-evaluate] [--dry]
+    python studies/chain_error.py --case cases/valhalla_980km --preset quick --members 8 --out runs/chain_error
+    [--threads T] [--only-evaluate] [--dry]
 
-Each member is a run of ``run_case`` in OUT; stages that agree are made once. What is done is not made again: the same command continues after any stop,
-and the table holds what is there so far. Formulas: ``pipeline/chain_error.py``.
+Each member is a run of ``run_case`` in OUT; stages that agree are made once. What is done is not made again: the same
+command continues after any stop, and the table holds what is there so far. Formulas: ``pipeline/chain_error.py``.
 """
 
 from __future__ import annotations
@@ -21,7 +23,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--case", type=Path, required=True, help="folder of the case")
     parser.add_argument("--preset", help="preset of the case (default: as run_case)")
-    parser.add_argument("--members", type=int, default=8, help="draws, the case as it is included; every second one has a shock stage of its own")
+    parser.add_argument(
+        "--members",
+        type=int,
+        default=8,
+        help="draws, the case as it is included; every second one has a shock stage of its own",
+    )
     parser.add_argument("--out", type=Path, required=True, help="folder of the runs")
     parser.add_argument("--threads", type=int, help="threads of each run")
     parser.add_argument("--only-evaluate", action="store_true", help="run nothing, evaluate what is done")
@@ -46,7 +53,9 @@ def main() -> int:
     if not given.dry:
         file = given.case / expected.FILE
         preset = f" --preset {given.preset}" if given.preset else ""
-        chain_error.write(study, rows, f"python studies/chain_error.py --case {given.case}{preset} --members {given.members}", file)
+        chain_error.write(
+            study, rows, f"python studies/chain_error.py --case {given.case}{preset} --members {given.members}", file
+        )
         print(f"written to {file}")
     return 0
 

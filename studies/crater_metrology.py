@@ -1,8 +1,9 @@
-"""Crater metrology on synthetic craters with known answers: accuracy at 5 to 40 particles per radius, and coverage of the error bars.
+"""Crater metrology on synthetic craters with known answers: accuracy at 5 to 40 particles per radius, and coverage of
+the error bars.
 
-``python studies/crater_metrology.py [--json] [--trials N] [--across LOW,HIGH] [--out FOLDER]``; the generator (fixtures/crater_trials.py)
-shares no code with crater/. ``--out`` writes ``trials.csv`` (every trial, as it is done: the same command continues a stopped run) and
-``coverage.md`` (the tables).
+``python studies/crater_metrology.py [--json] [--trials N] [--across LOW,HIGH] [--out FOLDER]``; the generator
+(fixtures/crater_trials.py) shares no code with crater/. ``--out`` writes ``trials.csv`` (every trial, as it is done:
+the same command continues a stopped run) and ``coverage.md`` (the tables).
 """
 
 from __future__ import annotations
@@ -68,7 +69,8 @@ def column(rows: list[dict], key: str) -> np.ndarray:
 
 
 def statistics(rows: list[dict], name: str) -> dict[str, float]:
-    """Share stated, coverage of one and 1.96 sigma, relative rms error, median relative sigma and their ratio, bias, median |error|."""
+    """Share stated, coverage of one and 1.96 sigma, relative rms error, median relative sigma and their ratio, bias,
+    median |error|."""
     value, sigma, true = (column(rows, key) for key in (name, f"{name}_sigma", f"{name}_true"))
     stated = np.isfinite(value)
     error, relative = (value - true)[stated], ((value - true) / true)[stated]
@@ -88,11 +90,26 @@ def statistics(rows: list[dict], name: str) -> dict[str, float]:
 
 def table(rows: list[dict], title: str) -> str:
     """Markdown table of all measures over some rows."""
-    head = ["measure", "stated", "within 1 sigma", "within 1.96 sigma", "rms error", "median sigma", "sigma / rms", "median error, signed"]
+    head = [
+        "measure",
+        "stated",
+        "within 1 sigma",
+        "within 1.96 sigma",
+        "rms error",
+        "median sigma",
+        "sigma / rms",
+        "median error, signed",
+    ]
     lines = [f"**{title}** ({len(rows)} craters)", "", "| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
     for name in NAMES:
         s = statistics(rows, name)
-        cells = [f"{s['stated']:.0%}", f"{s['within_1_sigma']:.1%}", f"{s['within_2_sigma']:.1%}", f"{s['rms']:.2%}", f"{s['median_sigma']:.2%}"]
+        cells = [
+            f"{s['stated']:.0%}",
+            f"{s['within_1_sigma']:.1%}",
+            f"{s['within_2_sigma']:.1%}",
+            f"{s['rms']:.2%}",
+            f"{s['median_sigma']:.2%}",
+        ]
         lines.append(f"| {name} | " + " | ".join(cells + [f"{s['sigma_over_rms']:.2f}", f"{s['bias']:+.2%}"]) + " |")
     return "\n".join(lines)
 
@@ -101,9 +118,20 @@ def tables(rows: list[dict]) -> str:
     """All rows, and the strata: resolution, sampling, body, what is known of the datum, family."""
     parts = [table(rows, "all")]
     bands = ((5, 8), (8, 12), (12, 20), (20, 40.1))
-    groups = [(f"{low:g} to {high:.0f} particles per radius", [r for r in rows if low <= float(r["per_radius"]) < high]) for low, high in bands]
-    for key, word in (("kind", "sampling"), ("datum", "known of the datum"), ("family", "profile"), ("body_km", "body radius [km], 0 a plane")):
-        groups += [(f"{word}: {value}", [r for r in rows if str(r[key]) == value]) for value in sorted({str(r[key]) for r in rows})]
+    groups = [
+        (f"{low:g} to {high:.0f} particles per radius", [r for r in rows if low <= float(r["per_radius"]) < high])
+        for low, high in bands
+    ]
+    for key, word in (
+        ("kind", "sampling"),
+        ("datum", "known of the datum"),
+        ("family", "profile"),
+        ("body_km", "body radius [km], 0 a plane"),
+    ):
+        groups += [
+            (f"{word}: {value}", [r for r in rows if str(r[key]) == value])
+            for value in sorted({str(r[key]) for r in rows})
+        ]
     return "\n\n".join(parts + [table(chosen, title) for title, chosen in groups if len(chosen) >= 8])
 
 
@@ -142,10 +170,19 @@ def main() -> None:
     for seed in range(asked.seed, asked.seed + asked.trials):
         if seed in known:
             continue
-        rows.append({key: f"{value:.6g}" if isinstance(value, float) else value for key, value in row_of(trials.draw(seed, (low, high))).items()})
+        rows.append(
+            {
+                key: f"{value:.6g}" if isinstance(value, float) else value
+                for key, value in row_of(trials.draw(seed, (low, high))).items()
+            }
+        )
         if file is not None:
             _write(file, rows)
-        print(f"{len(rows)}/{asked.trials} {rows[-1]['particles']} particles {rows[-1]['seconds']} s", file=sys.stderr, flush=True)
+        print(
+            f"{len(rows)}/{asked.trials} {rows[-1]['particles']} particles {rows[-1]['seconds']} s",
+            file=sys.stderr,
+            flush=True,
+        )
     text = tables(rows)
     print(text)
     if asked.out:

@@ -1,11 +1,13 @@
-"""The same settled bed with the same carved bowl, collapsed by this project, LAMMPS and LIGGGHTS: the profiles side by side.
+"""The same settled bed with the same carved bowl, collapsed by this project, LAMMPS and LIGGGHTS: the profiles side by
+side.
 
     python studies/dem_engines.py RUN [--out FOLDER] [--ranks N] [--seconds T]
 
-RUN is a run folder with ``2_sph/target.json`` and a settled bed (``run_case cases/valhalla_980km --preset tiny --until bed``). Into the bed a paraboloid is
-carved (350 km wide, 260 km deep, its rim moving outwards and up at 150 m/s) and left to collapse for T seconds (2400). LIGGGHTS has no twisting spring: its
-run is compared with one of our own without. All runs start without contact history. The grain noise is what a change of the time step by a tenth does
-to our own run. Writes ``profiles.csv``, ``profiles.png`` and ``table.json``, and prints the table.
+RUN is a run folder with ``2_sph/target.json`` and a settled bed (``run_case cases/valhalla_980km --preset tiny --until
+bed``). Into the bed a paraboloid is carved (350 km wide, 260 km deep, its rim moving outwards and up at 150 m/s) and
+left to collapse for T seconds (2400). LIGGGHTS has no twisting spring: its run is compared with one of our own
+without. All runs start without contact history. The grain noise is what a change of the time step by a tenth does to
+our own run. Writes ``profiles.csv``, ``profiles.png`` and ``table.json``, and prints the table.
 """
 
 from __future__ import annotations
@@ -36,16 +38,22 @@ def carve(run: Path, out: Path) -> None:
     keep = np.where(arc < BOWL, height < -DEPTH * (1.0 - (arc / BOWL) ** 2), height < 0.0)
     start = bed.select(keep)
     flat = np.hypot(start.position[:, 0], start.position[:, 1])
-    outward = np.column_stack([start.position[:, :2] / flat[:, None], np.zeros(len(start))]) + start.position / distance[keep][:, None]
+    outward = (
+        np.column_stack([start.position[:, :2] / flat[:, None], np.zeros(len(start))])
+        + start.position / distance[keep][:, None]
+    )
     start["velocity"] = SPEED * np.exp(-(((arc[keep] - BOWL) / 1e5) ** 2))[:, None] * outward
     for name in ("2_sph", "4_handoff"):
         (out / name).mkdir(parents=True)
     (out / "2_sph" / "target.json").write_bytes((run / "2_sph" / "target.json").read_bytes())
-    snapshot.write(Particles(dict(start), {**bed.attributes, "time": 0.0, "stage": "handoff"}), out / "4_handoff" / "start.vtkhdf")
+    snapshot.write(
+        Particles(dict(start), {**bed.attributes, "time": 0.0, "stage": "handoff"}), out / "4_handoff" / "start.vtkhdf"
+    )
 
 
 def profile(folder: Path, width: float):
-    """Mean height of the surface [m] in rings of ``width`` [m] about the axis, from the last snapshot, and the mean radius."""
+    """Mean height of the surface [m] in rings of ``width`` [m] about the axis, from the last snapshot, and the mean
+    radius."""
     import numpy as np
 
     from dem.beds.domain import Domain
@@ -56,7 +64,9 @@ def profile(folder: Path, width: float):
     x = last.position[last["state"] == 0]
     top = np.linalg.norm(x, axis=1) + last.radius[last["state"] == 0] - domain.datum_radius
     radius = float(last.radius.mean())
-    flat = 2.0 * domain.datum_radius * np.sin(0.5 * domain.polar_angle(x)) / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-9)
+    flat = (
+        2.0 * domain.datum_radius * np.sin(0.5 * domain.polar_angle(x)) / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-9)
+    )
     column = np.floor(x[:, :2] * flat[:, None] / (2.0 * radius)).astype(int)
     _, of = np.unique(column, axis=0, return_inverse=True)
     of = of.reshape(-1)
@@ -85,7 +95,12 @@ def main() -> None:
     from dem.engines import deviations, program
     from matter.errors import InputError
 
-    common = {"end_time": given.seconds, "latest_time": given.seconds, "accept": tuple(deviations.SENTENCES), "ranks": given.ranks}
+    common = {
+        "end_time": given.seconds,
+        "latest_time": given.seconds,
+        "accept": tuple(deviations.SENTENCES),
+        "ranks": given.ranks,
+    }
     full, untwisted = Contact(), Contact(shell=GrainLaw(twisting=0.0))
     runs = {
         "native": stage.Settings(contact=full, **common),
@@ -122,8 +137,10 @@ def main() -> None:
             heights, radius = profile(out, RING * report_radius(place))
             found[name] = heights
             table[name] = {
-                "wall_s": round(wall, 1), "steps": report["steps"], "grains": report["grains"], "floor_km": round(float(heights[:2].mean()) / 1e3, 2),
-                "rim_km": round(float(np.nanmax(heights)) / 1e3, 2), "overlap_max": round(report["overlap_max"], 3), "engine": report.get("engine"),
+                "wall_s": round(wall, 1), "steps": report["steps"], "grains": report["grains"],
+                "floor_km": round(float(heights[:2].mean()) / 1e3, 2),
+                "rim_km": round(float(np.nanmax(heights)) / 1e3, 2), "overlap_max": round(report["overlap_max"], 3),
+                "engine": report.get("engine"),
             }  # fmt: skip
             other = beside.get(name)
             if other in found:
@@ -132,15 +149,24 @@ def main() -> None:
                 table[name]["mean_radii"] = round(float(np.nanmean(heights - found[other]) / radius), 3)
             row = table[name]
             print(
-                f"{name:22} wall {row['wall_s']:7.1f} s  floor {row['floor_km']:8.2f} km  rim {row['rim_km']:7.2f} km  "
-                f"rms {row.get('rms_radii', 0.0):6.3f} r  mean {row.get('mean_radii', 0.0):6.3f} r  beside {row.get('beside', '-')}",
+                f"{name:22} wall {row['wall_s']:7.1f} s  floor {row['floor_km']:8.2f} km  rim {row['rim_km']:7.2f} km "
+                f" "
+                f"rms {row.get('rms_radii', 0.0):6.3f} r  mean {row.get('mean_radii', 0.0):6.3f} r  beside "
+                f"{row.get('beside', '-')}",
                 flush=True,
             )
     given.out.mkdir(parents=True, exist_ok=True)
     (given.out / "table.json").write_text(json.dumps(table, indent=1) + "\n")
     width = RING * radius
     columns = np.column_stack([(np.arange(len(next(iter(found.values())))) + 0.5) * width, *found.values()])
-    np.savetxt(given.out / "profiles.csv", columns, delimiter=",", fmt="%.6g", header="arc_m," + ",".join(n.replace(", ", " ") for n in found), comments="")
+    np.savetxt(
+        given.out / "profiles.csv",
+        columns,
+        delimiter=",",
+        fmt="%.6g",
+        header="arc_m," + ",".join(n.replace(", ", " ") for n in found),
+        comments="",
+    )
     draw(found, width, given.out / "profiles.png")
 
 
@@ -153,7 +179,14 @@ def draw(found: dict, width: float, path: Path) -> None:
     import numpy as np
 
     figure, axes = plt.subplots(figsize=(8.0, 4.0), layout="constrained")
-    styles = {"native": "k-", "native, step x 0.9": "k:", "native, no twist": "0.5", "lammps": "C0o", "lammps, no twist": "C0s", "liggghts, no twist": "C1^"}
+    styles = {
+        "native": "k-",
+        "native, step x 0.9": "k:",
+        "native, no twist": "0.5",
+        "lammps": "C0o",
+        "lammps, no twist": "C0s",
+        "liggghts, no twist": "C1^",
+    }
     for name, heights in found.items():
         style = styles[name]
         at = (np.arange(len(heights)) + 0.5) * width / 1e3

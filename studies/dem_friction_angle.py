@@ -1,9 +1,11 @@
-"""The friction angle of grains over friction mu and shape beta: a map, the friction for 30 deg, a second seed, and the tilted bed.
+"""The friction angle of grains over friction mu and shape beta: a map, the friction for 30 deg, a second seed, and the
+tilted bed.
 
-    python studies/dem_friction_angle.py [--out docs/results/dem_friction_angle] [--part map|find|tilt|all] [--shape 0.4]
+    python studies/dem_friction_angle.py [--out docs/results/dem_friction_angle] [--part map|find|tilt|all] [--shape
+    0.4]
 
-Every measurement is kept where ``dem.friction_angle`` keeps them, so the script goes on where it was stopped. One measurement takes one to two minutes of
-one core, a tilt three; the whole script some 50 minutes.
+Every measurement is kept where ``dem.friction_angle`` keeps them, so the script goes on where it was stopped. One
+measurement takes one to two minutes of one core, a tilt three; the whole script some 50 minutes.
 """
 
 from __future__ import annotations
@@ -30,12 +32,16 @@ def draw_map(out: Path) -> None:
     """Measure what is missing, write ``map.json`` and ``map.png``."""
     rows = []
     for friction in FRICTIONS:
-        for shape in SHAPES if friction > 0.0 else SHAPES[:1]:  # without friction there is no rolling resistance either
+        for shape in (
+            SHAPES if friction > 0.0 else SHAPES[:1]
+        ):  # without friction there is no rolling resistance either
             begin = time.process_time()
             found = friction_angle.measure(law(friction, shape), "shear", seed=1)
             rows.append({"friction": friction, "shape": shape, **found})
-            print(f"mu {friction:4.2f} beta {shape:4.2f}: {found['angle_deg']:6.2f} +- {found['error_deg']:.2f} deg, fraction {found['fraction']:.3f}, "
-                  f"{found['coordination']:.2f} contacts ({time.process_time() - begin:.0f} s)", flush=True)  # fmt: skip
+            print(f"mu {friction:4.2f} beta {shape:4.2f}: {found['angle_deg']:6.2f} +- {found['error_deg']:.2f} deg, "
+                  f"fraction {found['fraction']:.3f}, "
+                  f"{found['coordination']:.2f} contacts ({time.process_time() - begin:.0f} "
+                  f"s)", flush=True)  # fmt: skip
             (out / "map.json").write_text(json.dumps(rows, indent=1))
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -45,7 +51,14 @@ def draw_map(out: Path) -> None:
     axes = figure.add_subplot()
     for shape in SHAPES:
         line = [row for row in rows if row["shape"] == shape or row["friction"] == 0.0]
-        axes.errorbar([r["friction"] for r in line], [r["angle_deg"] for r in line], [r["error_deg"] for r in line], fmt="o-", capsize=3, label=f"{shape:g}")
+        axes.errorbar(
+            [r["friction"] for r in line],
+            [r["angle_deg"] for r in line],
+            [r["error_deg"] for r in line],
+            fmt="o-",
+            capsize=3,
+            label=f"{shape:g}",
+        )
     axes.axhline(WANTED, color="k", lw=0.6, ls="--")
     axes.set_xlabel("friction mu_s")
     axes.set_ylabel("friction angle in steady shear [deg]")

@@ -2,8 +2,8 @@
 
     python studies/encounter_claims.py CENSUS [--literal CENSUS] [--out DIR]
 
-``CENSUS`` is the folder of a census of the population ``literal`` at Callisto; ``--literal`` one made with the integrator ``rkck``, for the
-claims on step sizes. Writes ``claims.json`` and ``claims.md``.
+``CENSUS`` is the folder of a census of the population ``literal`` at Callisto; ``--literal`` one made with the
+integrator ``rkck``, for the claims on step sizes. Writes ``claims.json`` and ``claims.md``.
 """
 
 from __future__ import annotations
@@ -30,20 +30,27 @@ def score(e: Evidence) -> list[Score]:
 def as_markdown(scores: list[Score], e: Evidence, command: str) -> str:
     """The scores as a table."""
     a = e.attributes
-    tally = {verdict: sum(s.verdict == verdict for s in scores) for verdict in ("met", "not met", "arithmetic", "input")}
+    tally = {
+        verdict: sum(s.verdict == verdict for s in scores) for verdict in ("met", "not met", "arithmetic", "input")
+    }
     lines = [
         "# Published claims W01-W37 against the census",
         "",
-        f"Made by `{command}` from {int(((e.table['event'] == ENTRY) & (e.table['moon'] == 1)).sum()):,} entries at Callisto and "
-        f"{int(((e.table['event'] == ENTRY) & (e.table['moon'] == 0)).sum()):,} at Ganymede ({a['particles']:,} particles, population {a['population']}, "
-        f"integrator {a['integrator']}, seed {a['seed']}: not the seed with which the reading of the set-up was found).",
+        f"Made by `{command}` from {int(((e.table['event'] == ENTRY) & (e.table['moon'] == 1)).sum()):,} entries at "
+        f"Callisto and "
+        f"{int(((e.table['event'] == ENTRY) & (e.table['moon'] == 0)).sum()):,} at Ganymede ({a['particles']:,} "
+        f"particles, population {a['population']}, "
+        f"integrator {a['integrator']}, seed {a['seed']}: not the seed with which the reading of the set-up was "
+        f"found).",
         "",
         ", ".join(f"{n} {verdict}" for verdict, n in tally.items()) + ".",
         "",
         "| id | claim | published | found | reproduced if | verdict | note |",
         "|---|---|---|---|---|---|---|",
     ]
-    lines += [f"| {s.id} | {s.claim} | {s.published} | {s.found} | {s.tolerance} | {s.verdict} | {s.note} |" for s in scores]
+    lines += [
+        f"| {s.id} | {s.claim} | {s.published} | {s.found} | {s.tolerance} | {s.verdict} | {s.note} |" for s in scores
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -59,7 +66,9 @@ def main(arguments: list[str] | None = None) -> int:
     evidence = Evidence(table, attributes, literal)
     scores = score(evidence)
     command = "python studies/encounter_claims.py " + " ".join(arguments if arguments is not None else sys.argv[1:])
-    archive.write_text(given.out / "claims.json", json.dumps({"command": command, "claims": [asdict(s) for s in scores]}, indent=1))
+    archive.write_text(
+        given.out / "claims.json", json.dumps({"command": command, "claims": [asdict(s) for s in scores]}, indent=1)
+    )
     text = as_markdown(scores, evidence, command)
     archive.write_text(given.out / "claims.md", text)
     print(text)

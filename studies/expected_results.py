@@ -1,4 +1,5 @@
-"""README's first command, and whether it ends as the case's expected.toml says: exit 1 where a measure differs by more than two standard errors.
+"""README's first command, and whether it ends as the case's expected.toml says: exit 1 where a measure differs by more
+than two standard errors.
 
     python studies/expected_results.py [--case cases/valhalla_980km] [--preset quick] [--out runs] [--threads T]
 
@@ -28,7 +29,10 @@ def main() -> int:
     try:
         case = cases.read(given.case, given.preset)
         if (table := expected.of(case)) is None:
-            raise InputError(f"{given.case / expected.FILE} says nothing of the preset {given.preset}: studies/chain_error.py measures it")
+            raise InputError(
+                f"{given.case / expected.FILE} says nothing of the preset {given.preset}: studies/chain_error.py "
+                f"measures it"
+            )
         arguments = [str(given.case), "--preset", given.preset, "--out", str(given.out)]
         code = run_process.as_process(arguments + (["--threads", str(given.threads)] if given.threads else []))
         if code not in (0, 1):
@@ -38,7 +42,10 @@ def main() -> int:
         print(reason, file=sys.stderr)
         return reason.exit_code
     apart = [f"{one.crater} {one.measure}: {one.apart:+.1f} sigma" for one in found if not one.agrees]
-    print(f"{len(found) - len(apart)} of {len(found)} measures as expected" + "".join(f"\n  differs: {line}" for line in apart))
+    print(
+        f"{len(found) - len(apart)} of {len(found)} measures as expected"
+        + "".join(f"\n  differs: {line}" for line in apart)
+    )
     return 1 if apart or not found else 0
 
 

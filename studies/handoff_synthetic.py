@@ -1,8 +1,11 @@
-"""The handoff on flows and cavities with known answers: conservation, fields, shapes, and their convergence with grains per cavity radius.
+"""The handoff on flows and cavities with known answers: conservation, fields, shapes, and their convergence with
+grains per cavity radius.
 
-``python studies/handoff_synthetic.py [--flows] [--shapes] [--sphere] [--at 5,7,10] [--draws 3] [--json] [--out FOLDER]`` (all three parts without
-a choice; ``--at``: grains per cavity radius); flows and shapes come from ``fixtures/flows.py`` and ``shapes.py``. ``--out`` writes ``flows.csv``,
-``orders.csv``, ``shapes.csv``, ``sphere.csv``, the scatter over the draws, and ``tables.md``. Some 20 minutes of one core; ``--flows --at 5,7,10`` one.
+``python studies/handoff_synthetic.py [--flows] [--shapes] [--sphere] [--at 5,7,10] [--draws 3] [--json] [--out
+FOLDER]`` (all three parts without a choice; ``--at``: grains per cavity radius); flows and shapes come from
+``fixtures/flows.py`` and ``shapes.py``. ``--out`` writes ``flows.csv``, ``orders.csv``, ``shapes.csv``,
+``sphere.csv``, the scatter over the draws, and ``tables.md``. Some 20 minutes of one core; ``--flows --at 5,7,10``
+one.
 """
 
 from __future__ import annotations
@@ -38,7 +41,8 @@ def run_flows(counts: tuple[float, ...]) -> list[dict]:
 
 
 def run_shapes(counts: tuple[float, ...], draws: int) -> list[dict]:
-    """Every shape in every kind of cloud at the finest resolution, in shaken lattices at the others too; each in ``draws`` clouds and beds."""
+    """Every shape in every kind of cloud at the finest resolution, in shaken lattices at the others too; each in
+    ``draws`` clouds and beds."""
     rows = []
     for count in counts:
         for draw in range(draws):
@@ -46,7 +50,14 @@ def run_shapes(counts: tuple[float, ...], draws: int) -> list[dict]:
             for shape in shapes.SHAPES:
                 for kind in shapes.KINDS:
                     if count == counts[-1] or kind == "shaken":
-                        rows.append({"shape": shape, "cloud": kind, "draw": draw, **shapes.measured(shape, kind, count, grains, seed=1 + draw)})
+                        rows.append(
+                            {
+                                "shape": shape,
+                                "cloud": kind,
+                                "draw": draw,
+                                **shapes.measured(shape, kind, count, grains, seed=1 + draw),
+                            }
+                        )
                         print(json.dumps(rows[-1]), flush=True)
     return rows
 
@@ -57,7 +68,10 @@ def run_sphere(counts: tuple[float, ...], draws: int) -> list[dict]:
     for count in counts:
         grain = SPHERE[0] / count
         for draw in range(draws):
-            points, grains = clouds.sphere_cloud(fine=shapes.FINE * grain, seed=3 + draw), clouds.sphere_bed(grain=grain, seed=4 + draw)
+            points, grains = (
+                clouds.sphere_cloud(fine=shapes.FINE * grain, seed=3 + draw),
+                clouds.sphere_bed(grain=grain, seed=4 + draw),
+            )
             rows.append({"shape": "rim and curtain", "cloud": "graded glass on a sphere", "draw": draw,
                          **shapes.on_a_sphere(points, grains, *SPHERE, curtain=300)})  # fmt: skip
             print(json.dumps(rows[-1]), flush=True)
@@ -72,7 +86,10 @@ def scatter(rows: list[dict]) -> list[dict]:
         line = dict(zip(("shape", "cloud", "grains_per_radius"), key)) | {"draws": len(mine)}
         for name in ("source_volume_rel", "bed_volume_rel"):
             values = [row[name] for row in mine]
-            line |= {f"{name}_mean": sum(values) / len(values), f"{name}_rms": (sum(v * v for v in values) / len(values)) ** 0.5}
+            line |= {
+                f"{name}_mean": sum(values) / len(values),
+                f"{name}_rms": (sum(v * v for v in values) / len(values)) ** 0.5,
+            }
             line |= {f"{name}_worst": max(values, key=abs)}
         line["hausdorff_over_r_worst"] = max(row["hausdorff_over_r"] for row in mine)
         found.append(line)
@@ -86,7 +103,13 @@ def table(rows: list[dict], columns: list[str]) -> str:
 
 
 def _shown(value) -> str:
-    return f"{value:.2g}" if isinstance(value, float) and abs(value) < 1e-2 else f"{value:.3g}" if isinstance(value, float) else str(value)
+    return (
+        f"{value:.2g}"
+        if isinstance(value, float) and abs(value) < 1e-2
+        else f"{value:.3g}"
+        if isinstance(value, float)
+        else str(value)
+    )
 
 
 def orders(rows: list[dict]) -> list[dict]:
@@ -95,7 +118,15 @@ def orders(rows: list[dict]) -> list[dict]:
     for name in flows.FIELDS:
         mine = [row for row in rows if row["flow"] == name]
         counts = [row["grains_per_radius"] for row in mine]
-        found.append({"flow": name, **{key: flows.order(counts, [row[key] for row in mine]) for key in ("truth", "field_L2", "p_raw", "L_raw", "mass_raw")}})
+        found.append(
+            {
+                "flow": name,
+                **{
+                    key: flows.order(counts, [row[key] for row in mine])
+                    for key in ("truth", "field_L2", "p_raw", "L_raw", "mass_raw")
+                },
+            }
+        )
     return found
 
 
@@ -110,12 +141,22 @@ def main() -> None:
     options = parser.parse_args()
     everything = not (options.flows or options.shapes or options.sphere)
     began, results, texts = time.perf_counter(), {}, []
-    for part, make, usual in (("flows", run_flows, FLOWS_AT), ("shapes", run_shapes, SHAPES_AT), ("sphere", run_sphere, SPHERE_AT)):
+    for part, make, usual in (
+        ("flows", run_flows, FLOWS_AT),
+        ("shapes", run_shapes, SHAPES_AT),
+        ("sphere", run_sphere, SPHERE_AT),
+    ):
         if not (everything or getattr(options, part)):
             continue
-        rows = results[part] = make(options.at or usual) if part == "flows" else make(options.at or usual, options.draws)
+        rows = results[part] = (
+            make(options.at or usual) if part == "flows" else make(options.at or usual, options.draws)
+        )
         if part == "flows":
-            texts.append("### Flows\n\n" + table(rows, list(rows[0])) + "\n\n### Order of convergence against grains per cavity radius\n\n")
+            texts.append(
+                "### Flows\n\n"
+                + table(rows, list(rows[0]))
+                + "\n\n### Order of convergence against grains per cavity radius\n\n"
+            )
             results["orders"] = orders(rows)
             texts[-1] += table(results["orders"], list(results["orders"][0]))
         else:
@@ -134,7 +175,12 @@ def main() -> None:
         (options.out / "tables.md").write_text(text)
     if options.json:
         worst = (
-            {key: max((row[key] for row in results["flows"] if row["grains_per_radius"] == 10.0), default=None) for key in LIMITS} if "flows" in results else {}
+            {
+                key: max((row[key] for row in results["flows"] if row["grains_per_radius"] == 10.0), default=None)
+                for key in LIMITS
+            }
+            if "flows" in results
+            else {}
         )
         print(json.dumps({"seconds": time.perf_counter() - began, "worst_at_10": worst, "limits": LIMITS}))
 

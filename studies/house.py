@@ -1,21 +1,27 @@
-"""The house counted: arguments, lengths, circles, raw columns, places to touch; of one checkout, or of several side by side.
+"""The house counted: arguments, lengths, circles, raw columns, places to touch; of one checkout, or of several side by
+side.
 
     python studies/house.py [CHECKOUT ...] [--lines]
 
-A checkout is a folder that holds the rooms (``git worktree add ../before 1590728`` makes one of an older commit). ``--lines`` lists what was counted.
-Everything is read from the syntax trees of the files in the rooms; nothing is imported, so that any commit can be counted. What is counted:
+A checkout is a folder that holds the rooms (``git worktree add ../before 1590728`` makes one of an older commit).
+``--lines`` lists what was counted. Everything is read from the syntax trees of the files in the rooms; nothing is
+imported, so that any commit can be counted. What is counted:
 
-arguments    functions with more than 10 parameters (``self`` among them). Functions whose parameters are the options of a command (``typer``) are
-             counted apart: the command line declares them.
+arguments    functions with more than 10 parameters (``self`` among them). Functions whose parameters are the options
+             of a command (``typer``) are counted apart: the command line declares them.
 lines        functions of more than 60 and 100 lines, with their docstrings; a function inside another counts for both.
 modules      files of more than 350 lines.
-circles      sets of modules that reach each other by imports (Tarjan's strong components), those inside functions and under ``TYPE_CHECKING`` included.
-raw columns  lines with a number above 2 as last index, ``V[:, 7]``, ``report[4]``, ``row[4:7]``: 0, 1, 2 are the coordinates of a vector. Components of
-             symmetric tensors (3, 4, 5) are among them, and so are shown beside those above 5.
-numpy        lines of scalar laws (``law`` of ``matter.jit``) that call numpy, which compilers for devices refuse: ``math`` has the same functions.
-places       lines in the rooms that name a given law, outside of its own file and of the tests: what has to be touched for one more like it. The law is one
-             that nothing but its family knows (``PLACES``). A line counts if a name in it holds the law's as a word between underscores
-             (``normal_hertz``, ``SJKR``, ``as_murnaghan``), or a text without spaces does (a key, ``"murnaghan"``); comments and docstrings do not.
+circles      sets of modules that reach each other by imports (Tarjan's strong components), those inside functions and
+             under ``TYPE_CHECKING`` included.
+raw columns  lines with a number above 2 as last index, ``V[:, 7]``, ``report[4]``, ``row[4:7]``: 0, 1, 2 are the
+             coordinates of a vector. Components of symmetric tensors (3, 4, 5) are among them, and so are shown beside
+             those above 5.
+numpy        lines of scalar laws (``law`` of ``matter.jit``) that call numpy, which compilers for devices refuse:
+             ``math`` has the same functions.
+places       lines in the rooms that name a given law, outside of its own file and of the tests: what has to be touched
+             for one more like it. The law is one that nothing but its family knows (``PLACES``). A line counts if a
+             name in it holds the law's as a word between underscores (``normal_hertz``, ``SJKR``, ``as_murnaghan``),
+             or a text without spaces does (a key, ``"murnaghan"``); comments and docstrings do not.
 """
 
 from __future__ import annotations
@@ -42,7 +48,8 @@ PLACES = {
     "measure in all tables": ("depth_rim_to_floor_m", ""),
     "boundary": ("periodic", "sph/boundary/periodic.py"),
 }
-"""Per kind: the law that stands for it, and its own file. A measure has none of its own; where it is formed counts as a place."""
+"""Per kind: the law that stands for it, and its own file. A measure has none of its own; where it is formed counts as
+a place."""
 
 
 class House(NamedTuple):
@@ -73,7 +80,10 @@ def arguments(house: House) -> tuple[list[str], list[str]]:
     for name, node in house.functions():
         taken = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
         if len(taken) > MOST_ARGUMENTS:
-            options = sum("typer" in ast.dump(part) for part in [*node.args.defaults, *[a.annotation for a in taken if a.annotation]])
+            options = sum(
+                "typer" in ast.dump(part)
+                for part in [*node.args.defaults, *[a.annotation for a in taken if a.annotation]]
+            )
             declared = 2 * options > len(taken) or any("command" in ast.dump(part) for part in node.decorator_list)
             found[declared].append((len(taken), f"{len(taken)} {name}:{node.lineno} {node.name}"))
     free, declared_by_typer = ([text for _, text in sorted(part, key=lambda row: -row[0])] for part in found)
@@ -82,14 +92,19 @@ def arguments(house: House) -> tuple[list[str], list[str]]:
 
 def long_functions(house: House, most: int) -> list[str]:
     """Functions of more than ``most`` lines, longest first."""
-    found = [((node.end_lineno or 0) - node.lineno + 1, f"{name}:{node.lineno} {node.name}") for name, node in house.functions()]
+    found = [
+        ((node.end_lineno or 0) - node.lineno + 1, f"{name}:{node.lineno} {node.name}")
+        for name, node in house.functions()
+    ]
     return [f"{lines} {where}" for lines, where in sorted(found, reverse=True) if lines > most]
 
 
 def long_modules(house: House) -> list[str]:
     """Files of more than ``LONGEST_MODULE`` lines."""
     lengths = {name: text.count("\n") for name, (text, _) in house.files.items()}
-    return [f"{lines} {name}" for name, lines in sorted(lengths.items(), key=lambda row: -row[1]) if lines > LONGEST_MODULE]
+    return [
+        f"{lines} {name}" for name, lines in sorted(lengths.items(), key=lambda row: -row[1]) if lines > LONGEST_MODULE
+    ]
 
 
 def imports(house: House) -> dict[str, set[str]]:
@@ -99,7 +114,10 @@ def imports(house: House) -> dict[str, set[str]]:
     for module, name in modules.items():
         for node in ast.walk(house.files[name][1]):
             if isinstance(node, ast.ImportFrom):
-                wanted = [next((t for t in (f"{node.module}.{alias.name}", node.module) if t in modules), "") for alias in node.names]
+                wanted = [
+                    next((t for t in (f"{node.module}.{alias.name}", node.module) if t in modules), "")
+                    for alias in node.names
+                ]
             elif isinstance(node, ast.Import):
                 wanted = [alias.name for alias in node.names]
             else:
@@ -152,7 +170,9 @@ def raw_columns(house: House, room: str, above: int = LAST_COORDINATE) -> list[s
                 continue
             last = node.slice.elts[-1] if isinstance(node.slice, ast.Tuple) and node.slice.elts else node.slice
             # the bounds of a slice lie one behind the last column that it takes
-            number = max(_literal(last.lower), _literal(last.upper) - 1) if isinstance(last, ast.Slice) else _literal(last)
+            number = (
+                max(_literal(last.lower), _literal(last.upper) - 1) if isinstance(last, ast.Slice) else _literal(last)
+            )
             if number > above:
                 found.add((name, node.lineno))
     return [f"{name}:{line}" for name, line in sorted(found)]
@@ -182,7 +202,12 @@ def numpy_in_laws(house: House) -> list[str]:
         if not any(isinstance(mark, ast.Name) and mark.id == "law" for mark in marks):
             continue
         for node in ast.walk(function):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and ast.unparse(node.func.value) == "np" and not kind.match(node.func.attr):
+            if (
+                isinstance(node, ast.Call)
+                and isinstance(node.func, ast.Attribute)
+                and ast.unparse(node.func.value) == "np"
+                and not kind.match(node.func.attr)
+            ):
                 found.add((name, node.lineno))
     return [f"{name}:{line}" for name, line in sorted(found)]
 

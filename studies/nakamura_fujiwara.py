@@ -2,9 +2,10 @@
 
     python studies/nakamura_fujiwara.py RUNS [--out docs/results/nakamura_fujiwara]
 
-RUNS is a folder below which run folders of ``cases/nakamura_fujiwara`` lie, at any depth. The largest fragment is that of ``sph.fragments``. Speeds are medians
-over the outermost two millimetres of the sphere by where matter began: within 30 deg of the impact point (spall) and of its antipode. Verdicts use
-the default law of damage growth, with the stage's viscosity and with the case's; other laws and numerics stand beside it.
+RUNS is a folder below which run folders of ``cases/nakamura_fujiwara`` lie, at any depth. The largest fragment is that
+of ``sph.fragments``. Speeds are medians over the outermost two millimetres of the sphere by where matter began: within
+30 deg of the impact point (spall) and of its antipode. Verdicts use the default law of damage growth, with the stage's
+viscosity and with the case's; other laws and numerics stand beside it.
 """
 
 from __future__ import annotations
@@ -30,7 +31,13 @@ SKIN = 2e-3
 NEAR = 30.0
 
 
-NUMERICS = {"viscosity": "monaghan", "smoothing": "fixed", "volumes": "present", "gradients": "plain", "viscosity_switch": "none"}
+NUMERICS = {
+    "viscosity": "monaghan",
+    "smoothing": "fixed",
+    "volumes": "present",
+    "gradients": "plain",
+    "viscosity_switch": "none",
+}
 """What the verdicts' runs took; a run that differs says so."""
 WORDS = {
     "smoothing": "following supports",
@@ -52,7 +59,9 @@ def measure(run: Path) -> dict[str, Any]:
         target = particles.layer >= 0
         times.append(float(particles.attributes["time"]))
         shares.append(fragments.largest_share(particles))
-        broken.append(float(particles.mass[target & (particles.damage >= fragments.BROKEN)].sum() / particles.mass[target].sum()))
+        broken.append(
+            float(particles.mass[target & (particles.damage >= fragments.BROKEN)].sum() / particles.mass[target].sum())
+        )
     x, speed = particles.initial_position, np.linalg.norm(particles.velocity, axis=1)
     r = np.linalg.norm(x, axis=1)
     angle = np.degrees(np.arccos(np.clip(x[:, 2] / np.maximum(r, 1e-9), -1.0, 1.0)))
@@ -68,15 +77,19 @@ def measure(run: Path) -> dict[str, Any]:
         "numerics": [WORDS[key] for key, usual in NUMERICS.items() if used["sph"].get(key, usual) != usual],
         "spacing_m": spacing, "particles": int(target.sum()), "steps": report["steps"],
         "times_s": times, "largest": shares, "broken": broken,
-        "second": pieces[1].mass / float(particles.mass[target].sum()) if len(pieces) > 1 else 0.0, "fragments": len(pieces),
+        "second": pieces[1].mass / float(particles.mass[target].sum()) if len(pieces) > 1 else 0.0,
+        "fragments": len(pieces),
         "largest_speed_m_s": float(np.linalg.norm(pieces[0].velocity)) if pieces else 0.0,
-        "spall_m_s": [within(angle < NEAR, share) for share in (10, 50, 90)], "antipode_m_s": [within(angle > 180.0 - NEAR, share) for share in (10, 50, 90)],
-        "peak_Pa": float(particles.peak_pressure[target].max()), "energy_drift": report["drift_over_projectile"]["energy_J"],
+        "spall_m_s": [within(angle < NEAR, share) for share in (10, 50, 90)],
+        "antipode_m_s": [within(angle > 180.0 - NEAR, share) for share in (10, 50, 90)],
+        "peak_Pa": float(particles.peak_pressure[target].max()),
+        "energy_drift": report["drift_over_projectile"]["energy_J"],
     }  # fmt: skip
 
 
 def found(folder: Path, kept: dict[str, Any]) -> dict[str, Any]:
-    """Measures of all finished runs below a folder, by the run folder's name; those in ``kept`` are taken as they are."""
+    """Measures of all finished runs below a folder, by the run folder's name; those in ``kept`` are taken as they
+    are."""
     for done in sorted(folder.rglob("2_sph/done.json")):
         run = done.parents[1]
         if run.name.startswith(CASE + "-") and run.name not in kept:
@@ -91,8 +104,10 @@ def nominal(row: dict[str, Any]) -> bool:
 
 
 CRACKS = (
-    "A crack has crossed a particle after R_s / c_g: R_s is the radius of the sphere of its volume, 0.62 spacings, in `cube_root`, `single` and `fraction`, "
-    "and the support h (here 2 spacings) in `linear` and `weibull`, after the codes that have them. Codes that take h in the other laws too break more slowly, "
+    "A crack has crossed a particle after R_s / c_g: R_s is the radius of the sphere of its volume, 0.62 spacings, in "
+    "`cube_root`, `single` and `fraction`, "
+    "and the support h (here 2 spacings) in `linear` and `weibull`, after the codes that have them. Codes that take h "
+    "in the other laws too break more slowly, "
     "by a factor of 3.2."
 )
 """Stands where fragments are compared: beside flaws and law they hang on it."""
@@ -120,12 +135,29 @@ def verdicts(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
             if other["spacing_m"] == row["spacing_m"] and other["viscosity"] == row["viscosity"] and other is not row
         )
         spall, antipode = row["spall_m_s"], row["antipode_m_s"]
-        ours = f"largest fragment {row['largest'][-1]:.3f}; antipode {antipode[1]:.1f} m/s (10 to 90 %: {antipode[0]:.1f} to {antipode[2]:.1f}), "
+        ours = (
+            f"largest fragment {row['largest'][-1]:.3f}; antipode {antipode[1]:.1f} m/s (10 to 90 %: "
+            f"{antipode[0]:.1f} to {antipode[2]:.1f}), "
+        )
         ours += f"spall {spall[1]:.0f} m/s ({spall[0]:.0f} to {spall[2]:.0f}); peak {1e-9 * row['peak_Pa']:.1f} GPa"
         met = 0.2 <= row["largest"][-1] <= 0.4
-        tried = "" if row["viscosity"] == CASE_VISCOSITY else "not the case's viscosity, tried after the first comparison; "
-        why = f"{tried}second fragment {row['second']:.4f}; " + (f"at this size: {others}" if others else "other laws not run at this size")
-        made.append({"id": "V05", "ours": ours, "verdict": "met" if met else "not met", "resolution": resolution(row), "why": why})
+        tried = (
+            ""
+            if row["viscosity"] == CASE_VISCOSITY
+            else "not the case's viscosity, tried after the first comparison; "
+        )
+        why = f"{tried}second fragment {row['second']:.4f}; " + (
+            f"at this size: {others}" if others else "other laws not run at this size"
+        )
+        made.append(
+            {
+                "id": "V05",
+                "ours": ours,
+                "verdict": "met" if met else "not met",
+                "resolution": resolution(row),
+                "why": why,
+            }
+        )
     return made
 
 
@@ -137,13 +169,15 @@ def resolution(row: dict[str, Any]) -> str:
 def table(rows: list[dict[str, Any]]) -> str:
     """Every run in one table."""
     text = [
-        "| law | resolution, viscosity | largest fragment | second | broken | antipode, 10 / 50 / 90 % [m/s] | spall | peak [GPa] | energy |",
+        "| law | resolution, viscosity | largest fragment | second | broken | antipode, 10 / 50 / 90 % [m/s] | spall "
+        "| peak [GPa] | energy |",
         "|---" * 9 + "|",
     ]
     for row in rows:
         speeds = [" / ".join(f"{v:.3g}" for v in row[which]) for which in ("antipode_m_s", "spall_m_s")]
         text.append(
-            f"| {name(row)} | {resolution(row)} | {row['largest'][-1]:.3f} | {row['second']:.4f} | {row['broken'][-1]:.3f} | {speeds[0]} | {speeds[1]} "
+            f"| {name(row)} | {resolution(row)} | {row['largest'][-1]:.3f} | {row['second']:.4f} | "
+            f"{row['broken'][-1]:.3f} | {speeds[0]} | {speeds[1]} "
             f"| {1e-9 * row['peak_Pa']:.1f} | {100 * row['energy_drift']:+.3f} % |"
         )
     return "\n".join(text) + "\n\n" + CRACKS + "\n"
@@ -158,12 +192,16 @@ def picture(folder: Path, rows: list[dict[str, Any]], out: Path) -> None:
 
     shown = [row for row in rows if nominal(row)]
     cuts = [row for row in shown if row["spacing_m"] == min(other["spacing_m"] for other in shown)]
-    figure, axes = plt.subplots(1, 1 + len(cuts), figsize=(5.0 * (1 + len(cuts)), 4.5), squeeze=False, layout="constrained")
+    figure, axes = plt.subplots(
+        1, 1 + len(cuts), figsize=(5.0 * (1 + len(cuts)), 4.5), squeeze=False, layout="constrained"
+    )
     sizes, kinds = sorted({row["spacing_m"] for row in shown}), sorted({viscosity(row) for row in shown})
     for row in shown:
         style = ("-", "--", ":", "-.")[sizes.index(row["spacing_m"]) % 4]
         label = f"{viscosity(row)}, {row['particles']:,}"
-        axes[0, 0].plot(1e6 * np.array(row["times_s"]), row["largest"], style, color=f"C{kinds.index(viscosity(row))}", label=label)
+        axes[0, 0].plot(
+            1e6 * np.array(row["times_s"]), row["largest"], style, color=f"C{kinds.index(viscosity(row))}", label=label
+        )
     axes[0, 0].axhspan(0.2, 0.4, color="0.9")
     axes[0, 0].set(xlabel="t [us]", ylabel="largest fragment over the target", ylim=(0, 1))
     axes[0, 0].legend(fontsize=7, title="viscosity, particles")
@@ -172,8 +210,23 @@ def picture(folder: Path, rows: list[dict[str, Any]], out: Path) -> None:
         particles = snapshot.read(run / "2_sph" / "last.vtkhdf")
         cut = (np.abs(particles.position[:, 1]) < 0.5 * row["spacing_m"]) & (particles.layer >= 0)
         x = 100 * particles.position[cut]
-        dots = panel.scatter(x[:, 0], x[:, 2], c=particles.damage[cut], s=2.5e6 * row["spacing_m"] ** 2, cmap="inferno_r", vmin=0, vmax=1, lw=0)
-        panel.set(xlim=(-4, 4), ylim=(-4, 4), aspect="equal", xlabel="cm", title=f"damage at {1e6 * row['times_s'][-1]:.0f} us, {resolution(row)}")
+        dots = panel.scatter(
+            x[:, 0],
+            x[:, 2],
+            c=particles.damage[cut],
+            s=2.5e6 * row["spacing_m"] ** 2,
+            cmap="inferno_r",
+            vmin=0,
+            vmax=1,
+            lw=0,
+        )
+        panel.set(
+            xlim=(-4, 4),
+            ylim=(-4, 4),
+            aspect="equal",
+            xlabel="cm",
+            title=f"damage at {1e6 * row['times_s'][-1]:.0f} us, {resolution(row)}",
+        )
         panel.title.set_fontsize(8)
         figure.colorbar(dots, ax=panel, shrink=0.8)
     figure.savefig(out / "fragments.png", dpi=100)
@@ -198,7 +251,9 @@ def main() -> int:
     archive.write_text(path, json.dumps(kept, separators=(",", ":")))
     rows = sorted(kept.values(), key=lambda row: (row["spacing_m"], row["viscosity"], not nominal(row), name(row)))
     archive.write_text(given.out / "table.md", table(rows))
-    archive.write_text(given.out / "verdicts.json", json.dumps({"resolution": "", "verdicts": verdicts(rows)}, indent=1) + "\n")
+    archive.write_text(
+        given.out / "verdicts.json", json.dumps({"resolution": "", "verdicts": verdicts(rows)}, indent=1) + "\n"
+    )
     picture(given.runs, rows, given.out)
     print(table(rows))
     return 0

@@ -1,11 +1,13 @@
 """The runs behind the claims on the Ryugu shot, one command for each row, and what they found beside its limits.
 
     python studies/sci.py                                # the rows and their runs
-    python studies/sci.py S1 --out runs/sci              # makes the runs of a row, resumed where they were stopped; what rows share is made once
+    python studies/sci.py S1 --out runs/sci
+        # makes the runs of a row, resumed where they were stopped; what rows share is made once
     python studies/sci.py S1 --out runs/sci --check      # validates them and predicts their cost
     python studies/sci.py S1 --out runs/sci --evaluate   # the table of what is done so far
 
-Rows S are of the shock stage: apparent diameter and depth of snapshots, and the ballistic crater. Rows D are of the grains: ``measures.json`` of every run.
+Rows S are of the shock stage: apparent diameter and depth of snapshots, and the ballistic crater. Rows D are of the
+grains: ``measures.json`` of every run.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ GRAVITY, DENSITY, REACH = 1.2e-4, 1227.0, 14.5
 
 
 class Row(NamedTuple):
-    """What must be shown, the runs by name (arguments of ``run_case``), and the times [s] at which shock stages are measured."""
+    """What must be shown, the runs by name (arguments of ``run_case``), and the times [s] at which shock stages are
+    measured."""
 
     shows: str
     runs: dict[str, tuple[str, ...]]
@@ -47,7 +50,14 @@ def sets(*values: str) -> tuple[str, ...]:
 
 
 SPH, COARSE, SMALL = ("--until", "sph"), ("--preset", "coarse29"), ("--preset", "small")
-FINE = sets("sph.spacing_at_impact=6.5 cm", "sph.growth=0.04", "sph.spacing_far=1 m", "sph.projectile_particles=8", "sph.end_time=1.2 s", "handoff.time=1.2 s")
+FINE = sets(
+    "sph.spacing_at_impact=6.5 cm",
+    "sph.growth=0.04",
+    "sph.spacing_far=1 m",
+    "sph.projectile_particles=8",
+    "sph.end_time=1.2 s",
+    "handoff.time=1.2 s",
+)
 EARLY = sets("sph.end_time=15.5 ms", "handoff.time=last", "sph.snapshot_interval=1 ms", "sph.history_interval=0.5 ms")
 WIDE = sets('target.layers=[{name="soil",material="basalt",thickness="30 m"}]')
 # one bed in the springs of the collapse for all engines, so that no contact carries an offset
@@ -60,7 +70,8 @@ ROWS = {
         "switch at 15 and 30 ms, alpha halved and doubled: D 5 %, depth 10 % at 1 and 4 s",
         {
             "15 ms": SPH, "30 ms": (*SPH, *LATER), "coarse": (*SPH, *COARSE), "coarse 30 ms": (*SPH, *COARSE, *LATER),
-            "coarse alpha / 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.05")), "coarse alpha x 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.2")),
+            "coarse alpha / 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.05")), "coarse alpha x 2": (*SPH, *COARSE,
+            *sets("sph.late.alpha=0.2")),
         },
         (1.0, 4.0),
     ),
@@ -87,13 +98,15 @@ ROWS = {
     "D2": Row(
         "hexagonal packing: D below 0.95, depth below 0.9 of the random one, its change with the number larger",
         {
-            **{f"hcp {count:,}": ("--preset", "hcp", *sets(f"bed.count={count}", "handoff.time=6 s")) for count in (50_000, 100_000)},
+            **{f"hcp {count:,}": ("--preset", "hcp", *sets(f"bed.count={count}",
+            "handoff.time=6 s")) for count in (50_000, 100_000)},
             "tilted 50,000": sets("bed.packing=hcp_tilted", "bed.count=50000", "handoff.time=6 s"),
         },
     ),
     "D3": Row("against the observation: D 14.5-16.7, depth 2.07-2.99, rim 16.2-19.8 m", {"case": ()}),
     "D5": Row(
-        "springs four times as stiff D 3 %, depth 5 %; three beds: the scatter is the error (inspect_handoff RUN --sensitivity does the rest)",
+        "springs four times as stiff D 3 %, depth 5 %; three beds: the scatter is the error (inspect_handoff RUN "
+        "--sensitivity does the rest)",
         {
             "small": SMALL, "springs x 4": (*SMALL, *sets("dem.springs_for=0.05 m/s")),
             "bed 2": (*SMALL, *sets("bed.seed=2")), "bed 3": (*SMALL, *sets("bed.seed=3")),
@@ -101,18 +114,23 @@ ROWS = {
     ),
     "D6": Row(
         "bowls of 12, 18 and 22 m, one size of grains: 18 to 22 m D 3 %, depth 5 %",
-        {f"{radius} m": (*SMALL, *sets(f"bed.arc_radius={radius} m", f"bed.count={count}")) for radius, count in ((12, 6700), (18, 20_000), (22, 34_800))},
+        {f"{radius} m": (*SMALL, *sets(f"bed.arc_radius={radius} m", f"bed.count={count}")) for radius, count in ((12,
+        6700), (18, 20_000), (22, 34_800))},
     ),
-    "D7": Row("1 Pa of cohesion: smaller", {"none": SMALL, "1 Pa": (*SMALL, *sets("dem.contact.cohesion=zhang", "dem.contact.shell.cohesion=1 Pa"))}),
+    "D7": Row("1 Pa of cohesion: smaller", {"none": SMALL, "1 Pa": (*SMALL, *sets("dem.contact.cohesion=zhang",
+    "dem.contact.shell.cohesion=1 Pa"))}),
     "D9": Row(
         "the same all in SPH, to 100 s",
-        {"sph": (*SPH, *COARSE, *sets("sph.end_time=100 s", "sph.snapshot_interval=2 s", "sph.history_interval=0.2 s"))},
+        {"sph": (*SPH, *COARSE, *sets("sph.end_time=100 s", "sph.snapshot_interval=2 s",
+        "sph.history_interval=0.2 s"))},
         (4.0, 20.0, 100.0),
     ),
     "E": Row(
-        "other engines from one bed: momentum and energy lost by 10 s 2 %, D and depth within twice the scatter of three beds",
+        "other engines from one bed: momentum and energy lost by 10 s 2 %, D and depth within twice the scatter of "
+        "three beds",
         {
-            "native": SAME, "lammps": (*SAME, *sets("dem.engine=lammps", ACCEPT)), "native, no twist": (*SAME, *NO_TWIST),
+            "native": SAME, "lammps": (*SAME, *sets("dem.engine=lammps", ACCEPT)), "native, no twist": (*SAME,
+            *NO_TWIST),
             "liggghts, no twist": (*SAME, *NO_TWIST, *sets("dem.engine=liggghts", ACCEPT)),
         },
     ),
@@ -134,7 +152,8 @@ def run(arguments: Sequence[str], out: Path, check: bool) -> tuple[int, Path | N
 
 
 def measured(path: Path) -> Measures:
-    """The crater in a snapshot, on the choices of the run that it comes from. Raises ``InputError`` where none is found."""
+    """The crater in a snapshot, on the choices of the run that it comes from. Raises ``InputError`` where none is
+    found."""
     particles = snapshot.read(path)
     known = choices.of_snapshot(path, particles.attributes)
     if known is None:
@@ -154,25 +173,37 @@ def of_shock(folder: Path, times: Sequence[float]) -> list[str]:
         try:
             found = measured(path)
             size = "  ".join(
-                f"{name} {found[key].value:.3g} m" for name, key in (("D", "diameter_apparent_m"), ("d", "depth_m")) if found[key].value is not None
+                f"{name} {found[key].value:.3g} m"
+                for name, key in (("D", "diameter_apparent_m"), ("d", "depth_m"))
+                if found[key].value is not None
             )
         except InputError as reason:
             size = str(reason)
         flown = ballistic.measure_profile(ballistic.profile_of(snapshot.read(path), GRAVITY, DENSITY, REACH)[0])
-        free = "  ".join(f"{name} {flown[key].value:.4g}" for name, key in (("D", "diameter_apparent_m"), ("V", "volume_m3")) if key in flown)
+        free = "  ".join(
+            f"{name} {flown[key].value:.4g}"
+            for name, key in (("D", "diameter_apparent_m"), ("V", "volume_m3"))
+            if key in flown
+        )
         lines.append(f"{time:8.3g} s  {size}   ballistic: {free}")
     return lines
 
 
 def inside(folder: Path, times: Sequence[float], radius: float) -> list[str]:
-    """A line for each time: vertical momentum and kinetic energy of the matter within ``radius`` [m] of the point of impact."""
+    """A line for each time: vertical momentum and kinetic energy of the matter within ``radius`` [m] of the point of
+    impact."""
     lines = []
     for time in times:
-        path = min(snapshot.series(folder / "2_sph"), key=lambda one: abs(float(snapshot.attributes(one)["time"]) - time))
+        path = min(
+            snapshot.series(folder / "2_sph"), key=lambda one: abs(float(snapshot.attributes(one)["time"]) - time)
+        )
         particles = snapshot.read(path)
         near = particles.select(np.linalg.norm(particles.position, axis=1) < radius)
         energy = 0.5 * near.mass @ np.sum(near.velocity**2, axis=1)
-        lines.append(f"{float(particles.attributes['time']):8.3g} s  p_z {near.mass @ near.velocity[:, 2]:.6g} kg m/s  energy {energy:.6g} J")
+        lines.append(
+            f"{float(particles.attributes['time']):8.3g} s  p_z {near.mass @ near.velocity[:, 2]:.6g} kg m/s  energy "
+            f"{energy:.6g} J"
+        )
     return lines
 
 
@@ -184,10 +215,22 @@ def of_grains(folder: Path) -> list[str]:
     measures = json.loads(path.read_text())
     lines = []
     for part in ("final", "ballistic"):
-        rows = {key: value for key, value in measures.get(part, {}).items() if key.endswith(("_m", "_m3")) and isinstance(value, dict) and value.get("value")}
-        lines.append(f"  {part}: " + ", ".join(f"{key} {value['value']:.4g} +- {value.get('sigma') or float('nan'):.2g}" for key, value in rows.items()))
+        rows = {
+            key: value
+            for key, value in measures.get(part, {}).items()
+            if key.endswith(("_m", "_m3")) and isinstance(value, dict) and value.get("value")
+        }
+        lines.append(
+            f"  {part}: "
+            + ", ".join(
+                f"{key} {value['value']:.4g} +- {value.get('sigma') or float('nan'):.2g}"
+                for key, value in rows.items()
+            )
+        )
     ledger = folder / "4_handoff" / "ledger.json"
-    failing = [row["name"] for row in json.loads(ledger.read_text()) if row["verdict"] == "fail"] if ledger.is_file() else []
+    failing = (
+        [row["name"] for row in json.loads(ledger.read_text()) if row["verdict"] == "fail"] if ledger.is_file() else []
+    )
     return [*lines, f"  ledger: {', '.join(failing) if failing else 'no row fails'}"]
 
 
@@ -202,7 +245,9 @@ def main() -> int:
     """Run, check or evaluate a row; the largest exit code of its runs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("row", nargs="?", choices=list(ROWS))
-    parser.add_argument("--out", type=Path, default=Path("runs/sci"), help="folder of the runs and of the book of what was run")
+    parser.add_argument(
+        "--out", type=Path, default=Path("runs/sci"), help="folder of the runs and of the book of what was run"
+    )
     parser.add_argument("--check", action="store_true", help="validate and predict only")
     parser.add_argument("--evaluate", action="store_true", help="run nothing")
     given = parser.parse_args()
@@ -210,7 +255,10 @@ def main() -> int:
         for name, row in ROWS.items():
             print(f"{name}  {row.shows}")
             for label, arguments in row.runs.items():
-                print(f"      {label:18} run_case cases/sci_ryugu " + " ".join(f'"{part}"' if " " in part else part for part in arguments))
+                print(
+                    f"      {label:18} run_case cases/sci_ryugu "
+                    + " ".join(f'"{part}"' if " " in part else part for part in arguments)
+                )
         return 0
     row, worst = ROWS[given.row], 0
     print(f"{given.row}: {row.shows}")

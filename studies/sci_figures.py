@@ -1,7 +1,10 @@
-"""The two figures of the source on the Ryugu shot (abstract on the SPH-SSDEM framework), drawn from runs of ``cases/sci_ryugu``.
+"""The two figures of the source on the Ryugu shot (abstract on the SPH-SSDEM framework), drawn from runs of
+``cases/sci_ryugu``.
 
-    python studies/sci_figures.py handoff RUN --out figure_1.png           # velocity of the particles handed over, and of the grains that begin
-    python studies/sci_figures.py craters RUN [RUN ...] --out figure_2.png # settled craters in section, with their diameters and depth
+    python studies/sci_figures.py handoff RUN --out figure_1.png
+        # velocity of the particles handed over, and of the grains that begin
+    python studies/sci_figures.py craters RUN [RUN ...] --out figure_2.png
+        # settled craters in section, with their diameters and depth
 
 Sections are slabs of one grain diameter on both sides of the plane y = 0.
 """
@@ -44,7 +47,15 @@ def circles(ax: Any, particles: Particles, radius: np.ndarray, colour: np.ndarra
     """The particles as circles of their size, the nearest to the plane on top."""
     order = np.argsort(-np.abs(particles.position[:, 1]))
     places = particles.position[order][:, [0, 2]]
-    discs = EllipseCollection(2 * radius[order], 2 * radius[order], np.zeros(len(order)), offsets=places, units="xy", offset_transform=ax.transData, **how)
+    discs = EllipseCollection(
+        2 * radius[order],
+        2 * radius[order],
+        np.zeros(len(order)),
+        offsets=places,
+        units="xy",
+        offset_transform=ax.transData,
+        **how,
+    )
     if isinstance(colour, str):
         discs.set_facecolor(colour)
     else:
@@ -61,7 +72,8 @@ def of_particles(particles: Particles) -> np.ndarray:
 
 
 def handoff(runs: list[Path], path: Path) -> None:
-    """Figure 1: speed of the particles handed over (left) and of the grains that begin (right); numbers and radii on top."""
+    """Figure 1: speed of the particles handed over (left) and of the grains that begin (right); numbers and radii on
+    top."""
     run = runs[0]
     moment = float(json.loads((run / "4_handoff" / "handoff.json").read_text())["time_s"])
     series = [*snapshot.series(run / "2_sph"), run / "2_sph" / f"last{snapshot.SUFFIX}"]
@@ -70,7 +82,9 @@ def handoff(runs: list[Path], path: Path) -> None:
     sizes = of_particles(before), after.radius
     half = float(np.median(after.radius))
     fig, axes = plt.subplots(1, 2, figsize=(11, 3.2), layout="constrained", sharey=True)
-    for ax, particles, radius, name in zip(axes, (before, after), sizes, ("shock stage, as handed over", "grains, as they begin")):
+    for ax, particles, radius, name in zip(
+        axes, (before, after), sizes, ("shock stage, as handed over", "grains, as they begin")
+    ):
         part, size = slab(particles, radius, half)
         speed = np.linalg.norm(part.velocity, axis=1)
         discs = circles(ax, part, size, speed, norm=LogNorm(SLOW, FAST), cmap="viridis")
@@ -85,10 +99,19 @@ def handoff(runs: list[Path], path: Path) -> None:
 
 
 def craters(runs: list[Path], path: Path) -> None:
-    """Figure 2: a panel for each run; rim diameter, crater diameter and depth marked, packing, r and N in the left corner."""
+    """Figure 2: a panel for each run; rim diameter, crater diameter and depth marked, packing, r and N in the left
+    corner."""
     columns = min(3, len(runs))
     rows = -(-len(runs) // columns)
-    fig, axes = plt.subplots(rows, columns, figsize=(4.6 * columns, 2.4 * rows), layout="constrained", sharex=True, sharey=True, squeeze=False)
+    fig, axes = plt.subplots(
+        rows,
+        columns,
+        figsize=(4.6 * columns, 2.4 * rows),
+        layout="constrained",
+        sharex=True,
+        sharey=True,
+        squeeze=False,
+    )
     for ax in axes.flat[len(runs) :]:
         ax.remove()
     for ax, run in zip(axes.flat, runs):
@@ -99,7 +122,9 @@ def craters(runs: list[Path], path: Path) -> None:
         circles(ax, part, size, "tan", edgecolor="saddlebrown", linewidth=0.3)
         rim, wide, deep = (final[name]["value"] for name in ("diameter_rim_m", "diameter_apparent_m", "depth_m"))
         for level, length in ((2.6, rim), (1.1, wide)):
-            ax.annotate("", (-0.5 * length, level), (0.5 * length, level), arrowprops={"arrowstyle": "<->", "color": MARK})
+            ax.annotate(
+                "", (-0.5 * length, level), (0.5 * length, level), arrowprops={"arrowstyle": "<->", "color": MARK}
+            )
             ax.text(0.0, level + 0.15, f"{length:.1f} m", ha="center", color="darkgoldenrod")
         ax.annotate("", (0.0, 0.0), (0.0, -deep), arrowprops={"arrowstyle": "<->", "color": MARK})
         ax.text(0.3, -0.6 * deep, f"{deep:.2f} m", color="darkgoldenrod")

@@ -2,7 +2,8 @@
 
     python studies/sph_late.py --out docs/results/sph_late NAME=RUN_FOLDER [NAME=RUN_FOLDER ...]
 
-The first run is what the others are compared with, at the times that both have. Reads ``2_sph/stage_report.json`` and ``6_crater/time_series.csv``.
+The first run is what the others are compared with, at the times that both have. Reads ``2_sph/stage_report.json`` and
+``6_crater/time_series.csv``.
 """
 
 from __future__ import annotations
@@ -35,11 +36,17 @@ def main() -> None:
     table = []
     for name, run in runs.items():
         report, own = json.loads((run / "2_sph" / "stage_report.json").read_text()), found[name]
-        common = [(k, int(np.argmin(np.abs(reference["time_s"] - t)))) for k, t in enumerate(own["time_s"]) if np.min(np.abs(reference["time_s"] - t)) < 1e-4]
+        common = [
+            (k, int(np.argmin(np.abs(reference["time_s"] - t))))
+            for k, t in enumerate(own["time_s"])
+            if np.min(np.abs(reference["time_s"] - t)) < 1e-4
+        ]
         off = [own["diameter_apparent_m"][k] / reference["diameter_apparent_m"][j] - 1.0 for k, j in common]
         row = {
-            "run": name, "steps": report["steps"], "late": report.get("late") or None, "end_s": float(own["time_s"][-1]),
-            "diameter_m": float(own["diameter_apparent_m"][-1]), "diameter_sigma_m": float(own["diameter_apparent_m_sigma"][-1]),
+            "run": name, "steps": report["steps"], "late": report.get("late") or None,
+            "end_s": float(own["time_s"][-1]),
+            "diameter_m": float(own["diameter_apparent_m"][-1]),
+            "diameter_sigma_m": float(own["diameter_apparent_m_sigma"][-1]),
             "depth_m": float(own["depth_m"][-1]),
             "over_first_last_three": float(np.mean(off[-3:])) if len(off) >= 3 else None,
         }  # fmt: skip
@@ -59,7 +66,15 @@ def draw(found: dict[str, dict[str, np.ndarray]], path: Path) -> None:
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
     for name, own in found.items():
-        left.errorbar(own["time_s"], own["diameter_apparent_m"], own["diameter_apparent_m_sigma"], fmt="o-", ms=3, capsize=2, label=name)
+        left.errorbar(
+            own["time_s"],
+            own["diameter_apparent_m"],
+            own["diameter_apparent_m_sigma"],
+            fmt="o-",
+            ms=3,
+            capsize=2,
+            label=name,
+        )
         right.errorbar(own["time_s"], own["depth_m"], own["depth_m_sigma"], fmt="o-", ms=3, capsize=2)
     for axes, what in ((left, "apparent diameter [m]"), (right, "depth [m]")):
         axes.set(xlabel="time [s]", ylabel=what, ylim=(0.0, None))

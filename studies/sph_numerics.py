@@ -1,6 +1,7 @@
 """Both sets of numerics against exact solutions, row by row: former value, new value, limit, met before and now.
 
-    python studies/sph_verification.py --numerics reconstructed --out NEW            # measures; the former set stands in docs/results/sph_verification
+    python studies/sph_verification.py --numerics reconstructed --out NEW
+        # measures; the former set stands in docs/results/sph_verification
     python studies/sph_numerics.py [--former FILE] --new NEW/shocks.json [--out FILE]
 
 Rows that only one of the two files holds are left out and counted.
@@ -40,16 +41,30 @@ def rows(name: str, entry: dict[str, Any]) -> Iterator[tuple[str, str, str, bool
         yield "... width of the front, supports", f"{entry['front_width_h']:.2f}", "", None
     elif kind == "sod":
         layers = float(name.split("/")[1].split()[0])
-        most, value = tube_limit(layers), f"L1 {100.0 * entry['L1_density']:.2f} %, speed {100.0 * (entry['shock_speed'] / SOD - 1.0):+.1f} %"
+        most, value = (
+            tube_limit(layers),
+            f"L1 {100.0 * entry['L1_density']:.2f} %, speed {100.0 * (entry['shock_speed'] / SOD - 1.0):+.1f} %",
+        )
         yield f"Sod's tube, {layers:g} layers", value, f"{100.0 * most:g} %", entry["L1_density"] < most
     elif kind == "quiet":
-        yield f"quiet end, pulse of {entry['sigma_spacings']:g} spacings", f"{100.0 * entry['returned']:.2f} %", "", None
+        yield (
+            f"quiet end, pulse of {entry['sigma_spacings']:g} spacings",
+            f"{100.0 * entry['returned']:.2f} %",
+            "",
+            None,
+        )
     else:
         first = ""
         for one in entry["rows"]:
             first = one["what"] if not one["what"].startswith("...") else first
-            what = one["what"] if one["what"] == first else f"{first.split(':')[0]}, {one['what'].removeprefix('... ')}"
-            limit = f"{one['wanted']:.4g} within {one['limit']:g}{' of it' if one['relative'] else ''}" if "wanted" in one else ""
+            what = (
+                one["what"] if one["what"] == first else f"{first.split(':')[0]}, {one['what'].removeprefix('... ')}"
+            )
+            limit = (
+                f"{one['wanted']:.4g} within {one['limit']:g}{' of it' if one['relative'] else ''}"
+                if "wanted" in one
+                else ""
+            )
             yield what, f"{one['value']:.4g}", limit, one.get("met")
 
 
@@ -65,7 +80,15 @@ def table(former: dict[str, Any], new: dict[str, Any]) -> str:
             lost += was is True and is_met is False
             text.append(f"| {what} | {before} | {now} | {limit} | {words[was]} | {words[is_met]} |")
     both = sum(name in former for name in new)
-    return "\n".join([*text, "", f"{both} measurements in both files ({len(former)} in the former, {len(new)} in the new one); rows lost: {lost}.", ""])
+    return "\n".join(
+        [
+            *text,
+            "",
+            f"{both} measurements in both files ({len(former)} in the former, {len(new)} in the new one); rows lost: "
+            f"{lost}.",
+            "",
+        ]
+    )
 
 
 def main() -> None:

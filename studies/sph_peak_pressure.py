@@ -1,9 +1,10 @@
-"""Peak pressure of an ice ball on ice at 18.234 km/s against the planar limit, for both sets of numerics, and the weights and supports between them.
+"""Peak pressure of an ice ball on ice at 18.234 km/s against the planar limit, for both sets of numerics, and the
+weights and supports between them.
 
     python studies/sph_peak_pressure.py [--json] [--size N] [--threads T] [--only TEXT]
 
-The whole stage on weightless ground; N is the number of spacings along the ball's radius. The planar limit is 111 GPa (both Hugoniots from
-``sph.eos.hugoniot``): a particle that has seen more has been overshot.
+The whole stage on weightless ground; N is the number of spacings along the ball's radius. The planar limit is 111 GPa
+(both Hugoniots from ``sph.eos.hugoniot``): a particle that has seen more has been overshot.
 """
 
 from __future__ import annotations
@@ -38,10 +39,14 @@ def settings(spacings: float, **changes) -> stage.Settings:
     """The ball's radius over the spacing is ``spacings``; until the shock has run through the ball."""
     spacing, end = RADIUS / spacings, 0.18
     values = dict(
-        target=Target(layers=(Layer(name="ground", material="ice", thickness=2.5 * RADIUS),), shape="half_space", width=5.0 * RADIUS),
-        impact=Impact(speed=SPEED, angle_from_vertical=0.0, projectile=Projectile(material="ice", radius=RADIUS), expected_transient_diameter=4.0 * RADIUS),
-        spacing_at_impact=spacing, spacing_far=3.0 * spacing, fine_radius=1.5 * RADIUS, growth=0.2, contact_refinement=1.0, contact_radius=1.5 * spacing,
-        first_step=1e-7 * spacing, end_time=end, snapshot_interval=end, history_interval=end / 3.0, sides="free", floor="free",
+        target=Target(layers=(Layer(name="ground", material="ice", thickness=2.5 * RADIUS),), shape="half_space",
+        width=5.0 * RADIUS),
+        impact=Impact(speed=SPEED, angle_from_vertical=0.0, projectile=Projectile(material="ice", radius=RADIUS),
+        expected_transient_diameter=4.0 * RADIUS),
+        spacing_at_impact=spacing, spacing_far=3.0 * spacing, fine_radius=1.5 * RADIUS, growth=0.2,
+        contact_refinement=1.0, contact_radius=1.5 * spacing,
+        first_step=1e-7 * spacing, end_time=end, snapshot_interval=end, history_interval=end / 3.0, sides="free",
+        floor="free",
     )  # fmt: skip
     return stage.Settings(**(values | changes))
 
@@ -55,7 +60,10 @@ def measured(spacings: float, **changes) -> dict[str, float]:
         last = snapshot.read(out / "last.vtkhdf")
     ball = last.layer < 0
     peaks = {"target_Pa": float(last.peak_pressure[~ball].max()), "ball_Pa": float(last.peak_pressure[ball].max())}
-    for name, share in (("ball_median_Pa", 0.5), ("ball_nine_tenths_Pa", 0.9)):  # that this share of its mass (equal particles) did not pass
+    for name, share in (
+        ("ball_median_Pa", 0.5),
+        ("ball_nine_tenths_Pa", 0.9),
+    ):  # that this share of its mass (equal particles) did not pass
         peaks[name] = float(np.quantile(last.peak_pressure[ball], share))
     return {"particles": len(ball), **peaks, "wall_s": time.perf_counter() - begun}
 
@@ -76,7 +84,11 @@ def main() -> None:
             continue
         row = measured(options.size, **changes)
         result[name] = row
-        peaks = ", ".join(f"{key.removesuffix('_Pa').replace('_', ' ')} {value / 1e9:.1f}" for key, value in row.items() if key.endswith("_Pa"))
+        peaks = ", ".join(
+            f"{key.removesuffix('_Pa').replace('_', ' ')} {value / 1e9:.1f}"
+            for key, value in row.items()
+            if key.endswith("_Pa")
+        )
         print(f"{name}: {peaks} GPa, {row['particles']:.0f} particles, {row['wall_s']:.0f} s", flush=True)
     if options.json:
         print(json.dumps(result))

@@ -1,11 +1,12 @@
 """The production kernels against exact solutions, as one table.
 
-    python studies/sph_verification.py [--json] [--out FOLDER] [--layers N] [--only TEXT] [--numerics monaghan|reconstructed]
+    python studies/sph_verification.py [--json] [--out FOLDER] [--layers N] [--only TEXT] [--numerics
+    monaghan|reconstructed]
 
-Pistons over the Rankine-Hugoniot tables, compaction waves of porous material, Sod's tube, what a quiet end returns, elastic waves, a slope, a blast, a
-collapse, a spinning ball, rings, a rod; one set of viscosity, step and kernel for all (printed first). The set-ups are those of the tests
-(``fixtures/columns.py``, ``solutions.py``). ``--out`` writes ``shocks.md`` and ``shocks.json``, row by
-row: the same command continues a stopped run.
+Pistons over the Rankine-Hugoniot tables, compaction waves of porous material, Sod's tube, what a quiet end returns,
+elastic waves, a slope, a blast, a collapse, a spinning ball, rings, a rod; one set of viscosity, step and kernel for
+all (printed first). The set-ups are those of the tests (``fixtures/columns.py``, ``solutions.py``). ``--out`` writes
+``shocks.md`` and ``shocks.json``, row by row: the same command continues a stopped run.
 """
 
 from __future__ import annotations
@@ -29,11 +30,22 @@ from sph.materials import collect
 from sph.porosity import compaction_wave
 
 SHELLS = [(5_000, sums, switch) for switch in (None, "balsara", "morris_monaghan") for sums in ("plain", "corrected")]
-SHELLS += [(10_000, "plain", None), (10_000, "plain", "morris_monaghan"), *((n, "corrected", "morris_monaghan") for n in (10_000, 20_000, 60_000))]
+SHELLS += [
+    (10_000, "plain", None),
+    (10_000, "plain", "morris_monaghan"),
+    *((n, "corrected", "morris_monaghan") for n in (10_000, 20_000, 60_000)),
+]
 SOLIDS = [("basalt", "basalt"), ("ice", "ice"), ("water_thesis", "water"), ("aluminum", "aluminum"), ("iron", "iron")]
 
 
-def compared(name: str, piston: float, got: columns.Shock, wanted: tuple[float, float, float, float], limits: tuple[float, ...], begun: float) -> dict:
+def compared(
+    name: str,
+    piston: float,
+    got: columns.Shock,
+    wanted: tuple[float, float, float, float],
+    limits: tuple[float, ...],
+    begun: float,
+) -> dict:
     """One row: relative errors of P, rho, u and the speed, and whether each is within its limit."""
     errors = [value / exact - 1.0 for value, exact in zip((got.P, got.rho, got.u, got.speed), wanted)]
     met = all(abs(error) <= limit for error, limit in zip(errors, limits) if limit > 0.0)
@@ -68,9 +80,9 @@ def compaction(name: str, alpha0: float | None, curve: dict | None, speed: float
     front = waves.front
     got = columns.shocked(materials, speed, front.shock_speed, layers=layers, fastest=waves.fastest)
     label = f"{name}, alpha0 = {materials.rows.alpha0[0]:g}"
-    return compared(label, speed, got, (front.P, front.rho, front.u, front.shock_speed), (0.02, 0.02, 0.0, 0.02), begun) | {
-        "distention_exact": waves.distention
-    }
+    return compared(
+        label, speed, got, (front.P, front.rho, front.u, front.shock_speed), (0.02, 0.02, 0.0, 0.02), begun
+    ) | {"distention_exact": waves.distention}
 
 
 def solved(what: str, measure: Callable[[], float], wanted: float, limit: float, relative: bool = True) -> dict:
@@ -97,7 +109,12 @@ def stopped(particles: int, **options) -> list[dict]:
     stop, viscous, energy = solutions.shell(particles, **options)
     how = f"gradients {options.get('gradients', 'plain')}, viscosity {options.get('viscosity_switch', 'everywhere')}"
     return [
-        solved(f"Verney's shell of {particles:,} particles, {how}: inner radius at its stop over exact", lambda: stop, 1.0, 0.03),
+        solved(
+            f"Verney's shell of {particles:,} particles, {how}: inner radius at its stop over exact",
+            lambda: stop,
+            1.0,
+            0.03,
+        ),
         {"what": "... share of the kinetic energy that viscosity took", "value": viscous},
         solved("... change of the total energy over the kinetic", lambda: energy, 0.0, 1e-3, False),
     ]
@@ -118,7 +135,15 @@ def pulled() -> list[dict]:
     """The rod's exponent."""
     rates = np.array([3.0, 10.0, 30.0, 100.0, 300.0, 1000.0])
     strength = [solutions.rod(rate) for rate in rates]
-    return [solved("tensile strength of a rod: power of the rate, 3 to 1000 /s", lambda: np.polyfit(np.log(rates), np.log(strength), 1)[0], 0.25, 0.05, False)]
+    return [
+        solved(
+            "tensile strength of a rod: power of the rate, 3 to 1000 /s",
+            lambda: np.polyfit(np.log(rates), np.log(strength), 1)[0],
+            0.25,
+            0.05,
+            False,
+        )
+    ]
 
 
 def blown(across: int, gamma: float, terms: bool) -> list[dict]:
@@ -130,7 +155,10 @@ def blown(across: int, gamma: float, terms: bool) -> list[dict]:
         solved("... radius of the half level outside it", lambda: got.half_level, 1.0, 0.02),
         solved("... radius of the front that smears to such a shell", lambda: got.front, 1.0, 0.02),
         solved("... largest density over that behind the front", lambda: got.density, 1.0, 0.4),
-        {"what": f"... kinetic share of the energy (exact {solutions.kinetic_share(gamma):.3g})", "value": got.kinetic},
+        {
+            "what": f"... kinetic share of the energy (exact {solutions.kinetic_share(gamma):.3g})",
+            "value": got.kinetic,
+        },
         solved("... change of the total energy", lambda: got.energy, 0.0, 1e-3, False),
     ]
 
@@ -141,19 +169,37 @@ def rest() -> dict[str, Callable[[], list[dict]]]:
     for name in ("basalt", "ice", "aluminum"):
         for transverse in (False, True):
             label = f"{'shear' if transverse else 'pressure'} wave in {name}, speed over exact"
-            found[label] = lambda label=label, name=name, across=transverse: [solved(label, lambda: solutions.elastic_speed(name, across), 1.0, 0.015)]
+            found[label] = lambda label=label, name=name, across=transverse: [
+                solved(label, lambda: solutions.elastic_speed(name, across), 1.0, 0.015)
+            ]
     for sums in ("plain", "corrected"):
         for name in ("basalt", "ice", "aluminum"):
-            label = f"wave along a bar of {name}{', corrected gradients' if sums == 'corrected' else ''}, speed over exact"
-            found[label] = lambda label=label, name=name, sums=sums: [solved(label, lambda: solutions.bar_speed(name, gradients=sums), 1.0, 0.015)]
+            label = (
+                f"wave along a bar of {name}{', corrected gradients' if sums == 'corrected' else ''}, speed over exact"
+            )
+            found[label] = lambda label=label, name=name, sums=sums: [
+                solved(label, lambda: solutions.bar_speed(name, gradients=sums), 1.0, 0.015)
+            ]
     angle, more = solutions.angle_of_slope(math.radians(30.0)), math.radians(2.0)
     free = math.sin(more) / (math.cos(angle) * math.sin(angle + more))
     found["slope"] = lambda: [
-        solved("dry slope 2 deg below its angle: speed over free sliding", lambda: solutions.slope(angle - more), 0.0, 0.01, False),
+        solved(
+            "dry slope 2 deg below its angle: speed over free sliding",
+            lambda: solutions.slope(angle - more),
+            0.0,
+            0.01,
+            False,
+        ),
         solved("... 2 deg above it", lambda: solutions.slope(angle + more), free, 0.3),
     ]
     found["slope on a stressed rim"] = lambda: [
-        solved("dry slope on a stressed rim, 2 deg below its angle", lambda: solutions.slope(angle - more, rock=False), 0.0, 0.01, False),
+        solved(
+            "dry slope on a stressed rim, 2 deg below its angle",
+            lambda: solutions.slope(angle - more, rock=False),
+            0.0,
+            0.01,
+            False,
+        ),
         solved("... 2 deg above it", lambda: solutions.slope(angle + more, rock=False), free, 0.3),
     ]
     found["rod"], found["rings"] = pulled, rung
@@ -167,7 +213,14 @@ def rest() -> dict[str, Callable[[], list[dict]]]:
             for terms in (False, True):
                 found[f"blast {gamma:.3g} {across}{' terms' if terms else ''}"] = partial(blown, across, gamma, terms)
     found["blast 1.67 62 terms"] = partial(blown, 62, 5.0 / 3.0, True)
-    found["collapse"] = lambda: [solved("pressureless collapse at 0.8 of free fall: radius over exact", lambda: solutions.collapse(40, 0.8), 1.0, 0.01)]
+    found["collapse"] = lambda: [
+        solved(
+            "pressureless collapse at 0.8 of free fall: radius over exact",
+            lambda: solutions.collapse(40, 0.8),
+            1.0,
+            0.01,
+        )
+    ]
     return found
 
 
@@ -180,19 +233,40 @@ def jobs(layers: int) -> dict[str, Callable[[], dict]]:
     for row in shocks.POROUS:
         found[f"compaction/{row[0]} {row[1]} {row[3]:g}"] = partial(compaction, *row, layers)
     for count in (50, 100, 200, 400):
-        found[f"sod/{count}"] = lambda count=count: dict(zip(("layers", "L1_density", "shock_speed"), (count, *shock_tube.sod(count))))
+        found[f"sod/{count}"] = lambda count=count: dict(
+            zip(("layers", "L1_density", "shock_speed"), (count, *shock_tube.sod(count)))
+        )
     for count in (50, 100):
         found[f"sod/{count} terms"] = lambda count=count: dict(
-            zip(("layers", "L1_density", "shock_speed"), (f"{count}, length_terms", *shock_tube.sod(count, length_terms=True)))
+            zip(
+                ("layers", "L1_density", "shock_speed"),
+                (f"{count}, length_terms", *shock_tube.sod(count, length_terms=True)),
+            )
         )
     for sigma in (4.0, 8.0):
-        found[f"quiet/{sigma:g}"] = lambda sigma=sigma: {"sigma_spacings": sigma, "returned": quiet_end.returned("quiet", sigma)}
+        found[f"quiet/{sigma:g}"] = lambda sigma=sigma: {
+            "sigma_spacings": sigma,
+            "returned": quiet_end.returned("quiet", sigma),
+        }
     for name, job in rest().items():
         found[f"solutions/{name}"] = lambda job=job: {"rows": job()}
     return found
 
 
-TITLES = ("material", "piston m/s", "P", "error", "rho", "error", "u", "error", "shock m/s", "error", "alpha behind", "met")
+TITLES = (
+    "material",
+    "piston m/s",
+    "P",
+    "error",
+    "rho",
+    "error",
+    "u",
+    "error",
+    "shock m/s",
+    "error",
+    "alpha behind",
+    "met",
+)
 HEAD = f"| {' | '.join(TITLES)} |\n|{'---|' * len(TITLES)}"
 
 
@@ -209,17 +283,24 @@ def other(row: dict) -> str:
     if "wanted" not in row:
         return f"| {row['what']} | {row['value']:.4g} | | | |"
     limit = f"{100 * row['limit']:g} %" if row["relative"] else f"{row['limit']:g}"
-    return f"| {row['what']} | {row['value']:.4g} | {row['wanted']:.4g} | {limit} | {'yes' if row['met'] else '**no**'} |"
+    return (
+        f"| {row['what']} | {row['value']:.4g} | {row['wanted']:.4g} | {limit} | {'yes' if row['met'] else '**no**'} |"
+    )
 
 
 def page(numerics: dict, done: dict[str, dict]) -> str:
     """The tables of what was measured."""
     text = [f"Numerics of every row: {', '.join(f'{key} {value}' for key, value in numerics.items())}.", ""]
-    kinds = {kind: [row for name, row in done.items() if name.startswith(f"{kind}/")] for kind in ("pistons", "compaction", "sod", "quiet")}
+    kinds = {
+        kind: [row for name, row in done.items() if name.startswith(f"{kind}/")]
+        for kind in ("pistons", "compaction", "sod", "quiet")
+    }
     for title, kind in (("Pistons into solids", "pistons"), ("Compaction waves", "compaction")):
         text += [f"## {title}", "", HEAD, *map(line, kinds[kind]), ""]
     text += ["## Sod's tube", "", "| layers per unit | L1 of the density | shock speed (1.7522) |", "|---|---|---|"]
-    text += [f"| {row['layers']} | {100 * row['L1_density']:.2f} % | {row['shock_speed']:.4f} |" for row in kinds["sod"]]
+    text += [
+        f"| {row['layers']} | {100 * row['L1_density']:.2f} % | {row['shock_speed']:.4f} |" for row in kinds["sod"]
+    ]
     text += ["", "## Quiet end", "", "| half width of the pulse, spacings | momentum returned |", "|---|---|"]
     text += [f"| {row['sigma_spacings']:g} | {100 * row['returned']:.2f} % |" for row in kinds["quiet"]]
     text += ["", "## Other solutions", "", "| | measured | exact | limit | met |", "|---|---|---|---|---|"]
@@ -235,7 +316,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--out", type=Path, default=None)
-    parser.add_argument("--layers", type=int, default=150, help="how far fronts may run; a column is higher where a precursor runs ahead of the front")
+    parser.add_argument(
+        "--layers",
+        type=int,
+        default=150,
+        help="how far fronts may run; a column is higher where a precursor runs ahead of the front",
+    )
     parser.add_argument("--only", default="", help="measure only what has this text in its name")
     parser.add_argument("--numerics", choices=columns.SETS, default="monaghan", help="the set of fixtures/columns.py")
     options = parser.parse_args()
@@ -251,7 +337,10 @@ def main() -> None:
         if name in content["done"] or options.only not in name:
             continue
         content["done"][name] = job()
-        print(line(content["done"][name]) if "case" in content["done"][name] else f"{name}: {content['done'][name]}", flush=True)
+        print(
+            line(content["done"][name]) if "case" in content["done"][name] else f"{name}: {content['done'][name]}",
+            flush=True,
+        )
         if options.out and kept:
             options.out.mkdir(parents=True, exist_ok=True)
             content["done"] = {key: content["done"][key] for key in wanted if key in content["done"]}

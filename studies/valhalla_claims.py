@@ -1,11 +1,11 @@
 """Run the variants of the Valhalla cases that the thesis' claims W50-W69 ask for, and table what is met.
 
-    python studies/valhalla_claims.py --out runs/claims                      # everything, at the quick size: an hour or more on two cores
+    python studies/valhalla_claims.py --out runs/claims   # everything, at the quick size: an hour or more on two cores
     python studies/valhalla_claims.py --out runs/claims --runs 350_base 350_one
     python studies/valhalla_claims.py --out runs/claims --table              # the table alone, of what there is
 
-Started again, it goes on where it was. Leaves run folders, measured/<run>/ (time_series.csv, measures.json, pictures), claims.md,
-claims.json and figures_22_25.png (the thesis' Figures 22 to 25 with these runs beside).
+Started again, it goes on where it was. Leaves run folders, measured/<run>/ (time_series.csv, measures.json, pictures),
+claims.md, claims.json and figures_22_25.png (the thesis' Figures 22 to 25 with these runs beside).
 """
 
 from __future__ import annotations
@@ -32,19 +32,48 @@ def matrix(size: str, more: tuple[str, ...] = ()) -> list[sweep.Variant]:
     """All runs at a size (a preset of the cases), each with ``more`` settings."""
     rows: list[tuple[str, str, tuple[str, ...]]] = []
     many = ("sph.projectile_particles=81",)
-    rows += [("350", "base", many), ("350", "literal", (LITERAL, *many)), ("350", "one", ("sph.projectile_particles=1",))]
-    rows += [("350", "literal_one", (LITERAL, "sph.projectile_particles=1")), ("350", "ice", (ICE, *many)), ("350", "literal_ice", (LITERAL, ICE, *many))]
-    rows += [("600", "base", ()), ("600", "literal", (LITERAL,)), ("980", "base", ()), ("980", "literal", (LITERAL,)), ("980", "ice", (ICE,))]
-    rows += [("350", "weak", (WEAK, *many)), ("980", "weak", (WEAK,)), ("350", "flaws", (*FLAWS, *many)), ("350", "literal_flaws", (LITERAL, *FLAWS, *many))]
+    rows += [
+        ("350", "base", many),
+        ("350", "literal", (LITERAL, *many)),
+        ("350", "one", ("sph.projectile_particles=1",)),
+    ]
+    rows += [
+        ("350", "literal_one", (LITERAL, "sph.projectile_particles=1")),
+        ("350", "ice", (ICE, *many)),
+        ("350", "literal_ice", (LITERAL, ICE, *many)),
+    ]
+    rows += [
+        ("600", "base", ()),
+        ("600", "literal", (LITERAL,)),
+        ("980", "base", ()),
+        ("980", "literal", (LITERAL,)),
+        ("980", "ice", (ICE,)),
+    ]
+    rows += [
+        ("350", "weak", (WEAK, *many)),
+        ("980", "weak", (WEAK,)),
+        ("350", "flaws", (*FLAWS, *many)),
+        ("350", "literal_flaws", (LITERAL, *FLAWS, *many)),
+    ]
     for case, own in (("350", many), ("980", ())):
         rows += [(case, f"angle{angle}", (f"impact.angle_from_vertical={angle} deg", *own)) for angle in (15, 65)]
     for case, radii in RADII.items():
         for name, radius in radii.items():
-            # at the quick size of 980 km projectile particles weigh what they do at v2: their number goes with the volume
-            own = many if case == "350" else (f"sph.projectile_particles={round(37 * (radius / 53.9) ** 3)}",) if size == "quick" else ()
+            # at the quick size of 980 km projectile particles weigh what they do at v2: their number goes with the
+            # volume
+            own = (
+                many
+                if case == "350"
+                else (f"sph.projectile_particles={round(37 * (radius / 53.9) ** 3)}",)
+                if size == "quick"
+                else ()
+            )
             rows.append((case, name, (f"impact.projectile.radius={radius} km", f"impact.speed={SPEEDS[name]}", *own)))
     rows += [("980", "courant", ("sph.courant=0.15",)), ("980", "gravity", ("sph.gravity_shift=0",))]
-    return [sweep.Variant(f"{case}_{name}", ROOT / "cases" / f"valhalla_{case}km", size, (*own, *more)) for case, name, own in rows]
+    return [
+        sweep.Variant(f"{case}_{name}", ROOT / "cases" / f"valhalla_{case}km", size, (*own, *more))
+        for case, name, own in rows
+    ]
 
 
 def table(variants: list[sweep.Variant], out: Path, command: str) -> None:
@@ -60,7 +89,9 @@ def table(variants: list[sweep.Variant], out: Path, command: str) -> None:
     scores = evidence.score(valhalla.CLAIMS, found)
     folders = ", ".join(f"{name} = {run.facts['run']}" for name, run in found.items())
     settings = f"Runs: {folders or 'none'}."
-    archive.write_text(out / "claims.md", evidence.as_markdown(scores, "Published claims W50-W69 against the runs", command, settings))
+    archive.write_text(
+        out / "claims.md", evidence.as_markdown(scores, "Published claims W50-W69 against the runs", command, settings)
+    )
     archive.write_text(out / "claims.json", evidence.as_json(scores, command))
     figures.draw(found, out / "figures_22_25.png")
     print((out / "claims.md").read_text())
@@ -72,7 +103,13 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("runs/valhalla_claims"))
     parser.add_argument("--runs", nargs="+", metavar="NAME", help="a part of the matrix")
     parser.add_argument("--size", choices=("quick", "thesis"), default="quick")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="laid over every run: --set 'sph.end_time=3 min' to try the script")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="laid over every run: --set 'sph.end_time=3 min' to try the script",
+    )
     parser.add_argument("--table", action="store_true", help="run nothing, table what there is")
     parser.add_argument("--threads", type=int)
     given = parser.parse_args()

@@ -1,11 +1,12 @@
 """Transient crater of the 980 km case against the particle spacing, extrapolated to none.
 
-    python studies/valhalla_convergence.py --out runs/convergence                             # graded: 74, 52, 37 and 26 km (about half an hour on two cores)
+    python studies/valhalla_convergence.py --out runs/convergence
+        # graded: 74, 52, 37 and 26 km (about half an hour on two cores)
     python studies/valhalla_convergence.py --out runs/convergence --uniform runs/valhalla_980km-1234abcd
 
-All zones are refined together (far spacing, contact spacing and the projectile's particles go with the spacing at the impact), so that runs
-differ in resolution alone. ``--uniform``: run folder of the 300,000 particles of one size, shown beside. Started again, it goes on where it was. Leaves
-convergence.png, .md, .json.
+All zones are refined together (far spacing, contact spacing and the projectile's particles go with the spacing at the
+impact), so that runs differ in resolution alone. ``--uniform``: run folder of the 300,000 particles of one size, shown
+beside. Started again, it goes on where it was. Leaves convergence.png, .md, .json.
 """
 
 from __future__ import annotations
@@ -44,7 +45,12 @@ def row_of(name: str, run: Path, measures: dict[str, Any]) -> dict[str, Any]:
 
     report = json.loads((run / "2_sph" / "stage_report.json").read_text())
     first = snapshot.attributes(snapshot.series(run / "2_sph")[0])
-    row: dict[str, Any] = {"name": name, "run": run.name, "spacing_m": float(first["spacing_at_impact_m"]), "particles": report["particles"]}
+    row: dict[str, Any] = {
+        "name": name,
+        "run": run.name,
+        "spacing_m": float(first["spacing_at_impact_m"]),
+        "particles": report["particles"],
+    }
     row["peak_pressure_Pa"] = report["peak_pressure_Pa"]
     for choice in CHOICES:
         crater = measures["transient"].get(f"at_maximum_{choice}", {})
@@ -58,17 +64,37 @@ def row_of(name: str, run: Path, measures: dict[str, Any]) -> dict[str, Any]:
 def as_markdown(rows: list[dict[str, Any]], fits: dict[str, Any], command: str) -> str:
     """The table."""
     lines = ["# Transient crater against particle spacing, 980 km case", "", f"Made by `{command}`.", ""]
-    lines += ["| run | spacing [km] | particles | peak pressure [GPa] | at maximum of | t [min] | D [km] | depth [km] |", "|---|---|---|---|---|---|---|---|"]
+    lines += [
+        "| run | spacing [km] | particles | peak pressure [GPa] | at maximum of | t [min] | D [km] | depth [km] |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
     for row in rows:
         for choice in CHOICES:
-            cells = [f"{row[f'{q}_at_{choice}'] / 1e3:.0f} +- {row[f'{q}_at_{choice}_sigma'] / 1e3:.0f}" for q in QUANTITIES]
-            start = f"| {row['name']} ({row['run']}) | {row['spacing_m'] / 1e3:.1f} | {row['particles']:,} | {row['peak_pressure_Pa'] / 1e9:.1f} |"
+            cells = [
+                f"{row[f'{q}_at_{choice}'] / 1e3:.0f} +- {row[f'{q}_at_{choice}_sigma'] / 1e3:.0f}" for q in QUANTITIES
+            ]
+            start = (
+                f"| {row['name']} ({row['run']}) | {row['spacing_m'] / 1e3:.1f} | {row['particles']:,} | "
+                f"{row['peak_pressure_Pa'] / 1e9:.1f} |"
+            )
             lines.append(f"{start} {choice} | {row[f'time_s_at_{choice}'] / 60:.1f} | {cells[0]} | {cells[1]} |")
-    lines += ["", "Extrapolated to spacing zero (the graded runs; q0 + a s, error: the fit's and the difference to a free order):", ""]
-    lines += ["| quantity | extrapolated [km] | slope [km per km] | scatter about the line [km] | free order | with it [km] |", "|---|---|---|---|---|---|"]
+    lines += [
+        "",
+        "Extrapolated to spacing zero (the graded runs; q0 + a s, error: the fit's and the difference to a free "
+        "order):",
+        "",
+    ]
+    lines += [
+        "| quantity | extrapolated [km] | slope [km per km] | scatter about the line [km] | free order | with it [km] "
+        "|",
+        "|---|---|---|---|---|---|",
+    ]
     for name, fit in fits.items():
         free = (f"{fit.free_order:.2f}", f"{fit.free_value / 1e3:.0f}") if fit.free_order is not None else ("-", "-")
-        lines.append(f"| {name} | {fit.value / 1e3:.0f} +- {fit.sigma / 1e3:.0f} | {fit.slope:.2f} | {fit.scatter / 1e3:.1f} | {free[0]} | {free[1]} |")
+        lines.append(
+            f"| {name} | {fit.value / 1e3:.0f} +- {fit.sigma / 1e3:.0f} | {fit.slope:.2f} | {fit.scatter / 1e3:.1f} | "
+            f"{free[0]} | {free[1]} |"
+        )
     return "\n".join(lines) + "\n"
 
 
@@ -82,11 +108,15 @@ def table(chosen: list[sweep.Variant], out: Path, uniform: Path | None, command:
         place = sweep.measure(variant, out)
         print(f"{variant.name:<6} {'measured' if place else 'not run'}", flush=True)
         if place:
-            rows.append(row_of(variant.name, variant.run_folder(out), json.loads((place / "measures.json").read_text())))
+            rows.append(
+                row_of(variant.name, variant.run_folder(out), json.loads((place / "measures.json").read_text()))
+            )
     fits = {}
     for key in (f"{quantity}_at_{choice}" for choice in CHOICES for quantity in QUANTITIES):
         try:
-            fits[key] = convergence.extrapolated(*([row[column] for row in rows] for column in ("spacing_m", key, f"{key}_sigma")))
+            fits[key] = convergence.extrapolated(
+                *([row[column] for row in rows] for column in ("spacing_m", key, f"{key}_sigma"))
+            )
         except InputError as reason:
             print(f"{key}: {reason}")
     beside = None
@@ -96,7 +126,12 @@ def table(chosen: list[sweep.Variant], out: Path, uniform: Path | None, command:
         beside = row_of("uniform", uniform, json.loads((uniform / "6_crater" / "measures.json").read_text()))
     text = as_markdown([*rows, *([beside] if beside else [])], fits, command)
     archive.write_text(out / "convergence.md", text)
-    content = {"command": command, "rows": rows, "uniform": beside, "extrapolated": {key: vars(fit) for key, fit in fits.items()}}
+    content = {
+        "command": command,
+        "rows": rows,
+        "uniform": beside,
+        "extrapolated": {key: vars(fit) for key, fit in fits.items()},
+    }
     tables.write_json(out / "convergence.json", content)
     if rows:
         convergence.draw(rows, fits, out / "convergence.png", beside)
@@ -109,7 +144,13 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("runs/valhalla_convergence"))
     parser.add_argument("--runs", nargs="+", metavar="NAME", help=f"a part of {' '.join(f'{s}km' for s in SPACINGS)}")
     parser.add_argument("--uniform", type=Path, help="run folder of the case at its thesis size")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="laid over every run: --set 'sph.end_time=3 min' to try the script")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="laid over every run: --set 'sph.end_time=3 min' to try the script",
+    )
     parser.add_argument("--table", action="store_true", help="run nothing, table what there is")
     parser.add_argument("--threads", type=int)
     given = parser.parse_args()

@@ -2,16 +2,18 @@
 
     python studies/validation_table.py [--check]
 
-Reads ``docs/claims.toml`` (each claim: id, what it says, what was published, when it counts as reproduced) and, in the folders of ``docs/results``,
+Reads ``docs/claims.toml`` (each claim: id, what it says, what was published, when it counts as reproduced) and, in the
+folders of ``docs/results``,
 
-* ``verdicts.json``: ``{"resolution": "...", "verdicts": [{"id", "ours", "verdict", "resolution", "why", "claim", "published", "tolerance"}]}``, all but the
-  first three optional; the resolution at the top holds for rows without their own, and for the folder's other kinds of file;
+* ``verdicts.json``: ``{"resolution": "...", "verdicts": [{"id", "ours", "verdict", "resolution", "why", "claim",
+  "published", "tolerance"}]}``, all but the first three optional; the resolution at the top holds for rows without
+  their own, and for the folder's other kinds of file;
 * ``claims.json`` of ``python studies/encounter_claims.py`` and ``studies/valhalla_claims.py``;
 * ``ledger_*.json`` of the handoff, whose rows are named like the criteria;
 * ``shocks.json`` of ``studies/sph_verification.py``;
 
-and writes ``docs/validation.md``. A claim may have several rows; one without any is ``not run``. ``--check`` writes nothing and ends with 1 when the page is
-not what it would be.
+and writes ``docs/validation.md``. A claim may have several rows; one without any is ``not run``. ``--check`` writes
+nothing and ends with 1 when the page is not what it would be.
 """
 
 from __future__ import annotations
@@ -62,7 +64,8 @@ _POWER = r"\d\.\d+e\+\d+"
 
 
 class Row(NamedTuple):
-    """One finding: the claim's id, where it was found, and the words of the table; empty words are those of the claim."""
+    """One finding: the claim's id, where it was found, and the words of the table; empty words are those of the
+    claim."""
 
     id: str
     folder: str
@@ -105,7 +108,8 @@ def of_claims(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[
         if row["id"] in known:
             error = f" (error {row['error']})" if row.get("error") else ""
             yield Row(
-                row["id"], path.parent.name, row.get("ours", row.get("found", "")) + error, row["verdict"], resolution, row.get("why", row.get("note", "")),
+                row["id"], path.parent.name, row.get("ours", row.get("found", "")) + error, row["verdict"], resolution,
+                row.get("why", row.get("note", "")),
                 row["claim"], row["published"], row["tolerance"],
             )  # fmt: skip
 
@@ -116,32 +120,72 @@ def of_ledger(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[
     for row in json.loads(path.read_text()):
         if row["name"] in known and row["verdict"] in OF_LEDGER:
             ours = "-" if row["value"] is None else f"{row['value']:.3g}"
-            yield Row(row["name"], path.parent.name, ours, OF_LEDGER[row["verdict"]], f"{size}; {resolution}".removesuffix("; "), readable_note(row["note"]))
+            yield Row(
+                row["name"],
+                path.parent.name,
+                ours,
+                OF_LEDGER[row["verdict"]],
+                f"{size}; {resolution}".removesuffix("; "),
+                readable_note(row["note"]),
+            )
 
 
 def readable_note(note: str) -> str:
-    """A note of a kept ledger with its lengths [m] and volumes [m^3] in the units of today's ledgers: ``328 cells of 83.9 km to 336 km``."""
+    """A note of a kept ledger with its lengths [m] and volumes [m^3] in the units of today's ledgers: ``328 cells of
+    83.9 km to 336 km``."""
     note = re.sub(rf"({_POWER}) \.\.\. ({_POWER}) m\b", r"\1 m to \2 m", note)
     note = re.sub(rf"({_POWER}) m\^3", lambda found: readable.volume(float(found[1])), note)
     return re.sub(rf"({_POWER}) m\b(?![\^/])", lambda found: readable.length(float(found[1])), note)
 
 
 def of_shocks(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[Row]:
-    """The columns and bodies of the shock stage's verification: per claim one row, of the largest errors or of all values."""
+    """The columns and bodies of the shock stage's verification: per claim one row, of the largest errors or of all
+    values."""
     done = json.loads(path.read_text())["done"]
-    for key, start in (("V01", "pistons/"), ("V02", "compaction/aluminum"), ("V02b", ("compaction/basalt", "compaction/ice"))):
+    for key, start in (
+        ("V01", "pistons/"),
+        ("V02", "compaction/aluminum"),
+        ("V02b", ("compaction/basalt", "compaction/ice")),
+    ):
         if found := [row for name, row in done.items() if name.startswith(start)]:
             worst = {part: max(abs(row[f"{part}_error"]) for row in found) for part in ("P", "rho", "u", "speed")}
             words = "largest error of " if len(found) > 1 else "error of "
             ours = words + ", ".join(f"{part} {100 * value:.2f} %" for part, value in worst.items())
-            ours += f", front {max(row['front_width_h'] for row in found):.1f} h, alpha behind at most {max(row['distention'] for row in found):.4f}"
-            yield Row(key, path.parent.name, ours, "met" if all(row["met"] for row in found) else "not met", resolution, f"{len(found)} columns")
+            ours += (
+                f", front {max(row['front_width_h'] for row in found):.1f} h, alpha behind at most "
+                f"{max(row['distention'] for row in found):.4f}"
+            )
+            yield Row(
+                key,
+                path.parent.name,
+                ours,
+                "met" if all(row["met"] for row in found) else "not met",
+                resolution,
+                f"{len(found)} columns",
+            )
     for key, names in OF_SOLUTIONS.items():
-        found = [row for name in names for solution in done if solution.startswith(name) for row in done[solution].get("rows", ()) if "met" in row]
+        found = [
+            row
+            for name in names
+            for solution in done
+            if solution.startswith(name)
+            for row in done[solution].get("rows", ())
+            if "met" in row
+        ]
         if key in known and found:
             met = all(row["met"] for row in found)
-            ours = "; ".join(f"{row['what'].removeprefix('... ')} {row['value']:.4g} ({row['wanted']:g} +- {row['limit']:g})" for row in found)
-            yield Row(key, path.parent.name, ours, "not met" if not met else "in part" if key in PARTLY else "met", resolution, PARTLY.get(key, ""))
+            ours = "; ".join(
+                f"{row['what'].removeprefix('... ')} {row['value']:.4g} ({row['wanted']:g} +- {row['limit']:g})"
+                for row in found
+            )
+            yield Row(
+                key,
+                path.parent.name,
+                ours,
+                "not met" if not met else "in part" if key in PARTLY else "met",
+                resolution,
+                PARTLY.get(key, ""),
+            )
 
 
 def rows(results: Path, known: dict[str, Claim]) -> list[Row]:
@@ -171,7 +215,13 @@ def lines_of(claim: Claim, found: list[Row]) -> list[str]:
     if measured := [row for row in found if row.verdict != "not run"]:
         found = measured
     if not found:
-        return ["| " + " | ".join([claim.id, cell(claim.claim), cell(claim.published), "-", cell(claim.tolerance), "not run", "", "", ""]) + " |"]
+        return [
+            "| "
+            + " | ".join(
+                [claim.id, cell(claim.claim), cell(claim.published), "-", cell(claim.tolerance), "not run", "", "", ""]
+            )
+            + " |"
+        ]
     lines = []
     for row in found:
         verdict = f"**{row.verdict}**" if row.verdict == "not met" else row.verdict
@@ -201,20 +251,29 @@ def page(known: dict[str, Claim], found: list[Row]) -> str:
     """The whole page."""
     by_id = {key: [row for row in found if row.id == key] for key in known}
     chapters = list(dict.fromkeys(claim.chapter for claim in known.values()))
-    counts = {title: Counter(verdict_of(by_id[key]) for key, claim in known.items() if claim.chapter == title) for title in chapters}
+    counts = {
+        title: Counter(verdict_of(by_id[key]) for key, claim in known.items() if claim.chapter == title)
+        for title in chapters
+    }
     text = [
         "# What was published, and what was found here",
         "",
-        "Made by `python studies/validation_table.py` from [claims.toml](claims.toml) and the files in [results](results/README.md); edit those, not this",
+        "Made by `python studies/validation_table.py` from [claims.toml](claims.toml) and the files in "
+        "[results](results/README.md); edit those, not this",
         "page.",
-        "Claims that are not met stay, with the reason as far as it is known. A claim with several rows counts by the worst of them; a limit that a case",
-        "waives counts as not met. In part: what was looked at is met, the rest not run. Input: a value that was taken over; arithmetic: a printed formula or",
+        "Claims that are not met stay, with the reason as far as it is known. A claim with several rows counts by the "
+        "worst of them; a limit that a case",
+        "waives counts as not met. In part: what was looked at is met, the rest not run. Input: a value that was "
+        "taken over; arithmetic: a printed formula or",
         "sum that was worked out again.",
         "",
         "| | " + " | ".join(VERDICTS) + " | all |",
         "|---|" + "---|" * (len(VERDICTS) + 1),
     ]
-    text += [f"| {title} | " + " | ".join(str(count[v]) for v in VERDICTS) + f" | {count.total()} |" for title, count in counts.items()]
+    text += [
+        f"| {title} | " + " | ".join(str(count[v]) for v in VERDICTS) + f" | {count.total()} |"
+        for title, count in counts.items()
+    ]
     for title in chapters:
         text += ["", f"## {title}", "", "| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
         for key, claim in known.items():

@@ -1,10 +1,13 @@
-"""The slow comparisons with the literature (tests marked ``validation``), one by one: what each takes, and whether it passes.
+"""The slow comparisons with the literature (tests marked ``validation``), one by one: what each takes, and whether it
+passes.
 
-    python studies/validation_times.py [tests/sph ...] [--out runs/validation_times.json] [--limit 3600] [--again failed] [--list]
+    python studies/validation_times.py [tests/sph ...] [--out runs/validation_times.json] [--limit 3600] [--again
+    failed] [--list]
 
-Every test is a process of its own, so that one that runs out of memory or time takes no other with it. The file is written after each; the same command goes on
-with those that are missing (``--again failed`` repeats what did not pass, ``--again all`` everything). Prints a table at the end and exits with 1 where a test
-failed. Wall times count compilation where a kernel was not in the cache.
+Every test is a process of its own, so that one that runs out of memory or time takes no other with it. The file is
+written after each; the same command goes on with those that are missing (``--again failed`` repeats what did not pass,
+``--again all`` everything). Prints a table at the end and exits with 1 where a test failed. Wall times count
+compilation where a kernel was not in the cache.
 """
 
 from __future__ import annotations
@@ -28,8 +31,11 @@ OUTCOMES = {0: "passed", 1: "failed", 2: "interrupted", 4: "usage", 5: "not foun
 
 
 def validation_tests(where: list[str]) -> list[str]:
-    """Node ids of the tests marked ``validation`` below ``where``; raises ``SystemExit`` with pytest's words when they cannot be collected."""
-    found = subprocess.run([*PYTEST, "--collect-only", "-m", "validation", *where], cwd=ROOT, capture_output=True, text=True)
+    """Node ids of the tests marked ``validation`` below ``where``; raises ``SystemExit`` with pytest's words when they
+    cannot be collected."""
+    found = subprocess.run(
+        [*PYTEST, "--collect-only", "-m", "validation", *where], cwd=ROOT, capture_output=True, text=True
+    )
     if found.returncode not in (0, 5):
         raise SystemExit(found.stdout + found.stderr)
     return [line for line in found.stdout.splitlines() if "::" in line]
@@ -39,7 +45,12 @@ def run_one(test: str, limit: float) -> dict[str, Any]:
     """Outcome and wall time [s] of one test; the end of its output where it did not pass."""
     begun = time.monotonic()
     process = subprocess.Popen(
-        [*PYTEST, "-m", "validation", test], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+        [*PYTEST, "-m", "validation", test],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
     )
     late = False
     try:
@@ -63,7 +74,9 @@ def table(results: dict[str, dict[str, Any]]) -> str:
     total = sum(row["wall_s"] for _, row in rows)
     lines = ["| test | outcome | wall [s] |", "|---|---|---|"]
     lines += [f"| {test} | {row['outcome']} | {row['wall_s']:.0f} |" for test, row in rows]
-    return "\n".join([*lines, f"| {len(rows)} tests | {sum(row['outcome'] == 'passed' for _, row in rows)} passed | {total:.0f} |"])
+    return "\n".join(
+        [*lines, f"| {len(rows)} tests | {sum(row['outcome'] == 'passed' for _, row in rows)} passed | {total:.0f} |"]
+    )
 
 
 def main() -> int:

@@ -1,4 +1,5 @@
-"""What a bed is like: packing fraction, bulk density, stress against weight, coordination, against distance from the centre."""
+"""What a bed is like: packing fraction, bulk density, stress against weight, coordination, against distance from the
+centre."""
 
 from __future__ import annotations
 
@@ -41,15 +42,19 @@ class Shells:
         return (inside @ quantity) / (inside @ self.volume)
 
 
-def static_contact(bed: Assembly, first: np.ndarray, second: np.ndarray, overlap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Normal (tangent) stiffness [N/m] and normal force [N], cohesion included, of contacts at rest between the grains of these indices."""
+def static_contact(
+    bed: Assembly, first: np.ndarray, second: np.ndarray, overlap: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Normal (tangent) stiffness [N/m] and normal force [N], cohesion included, of contacts at rest between the grains
+    of these indices."""
     radii = np.column_stack([bed.X[first, RADIUS], bed.X[second, RADIUS]])
     k = np.minimum(bed.V[first, STIFFNESS], bed.V[second, STIFFNESS])
     return contact.at_rest(overlap, radii, k, bed.pair_table[bed.kind[first], bed.kind[second]], bed.scheme)
 
 
 def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Static contacts: indices of both grains, force on the second (m, 3), branch vector (m, 3), overlap over the smaller radius."""
+    """Static contacts: indices of both grains, force on the second (m, 3), branch vector (m, 3), overlap over the
+    smaller radius."""
     first, second, history = bed.touching()
     branch = bed.X[second, :3] - bed.X[first, :3]
     d = np.linalg.norm(branch, axis=1)
@@ -64,7 +69,8 @@ def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
 def radial_stress(bed: Assembly, shells: Shells, window: float) -> tuple[np.ndarray, np.ndarray]:
     """Radial and mean tangential normal stress [Pa], positive in compression, smoothed over ``window``.
 
-    sigma = (1/V) sum f x b over contacts (Christoffersen et al. 1981), each spread over the shells that its branch crosses.
+    sigma = (1/V) sum f x b over contacts (Christoffersen et al. 1981), each spread over the shells that its branch
+    crosses.
     """
     first, second, force, branch, _ = contact_forces(bed)
     up = bed.X[first, :3] + 0.5 * branch
@@ -73,7 +79,9 @@ def radial_stress(bed: Assembly, shells: Shells, window: float) -> tuple[np.ndar
     tt = 0.5 * (np.einsum("ij,ij->i", force, branch) - rr)
     ends = np.sort(np.linalg.norm(np.stack([bed.X[first, :3], bed.X[second, :3]]), axis=2), axis=0)
     distance = np.linalg.norm(bed.X[:, :3], axis=1)
-    floor = np.flatnonzero(distance - bed.walls[0, WALL_RADIUS] < bed.X[:, RADIUS])  # the branch from a grain to the core is radial
+    floor = np.flatnonzero(
+        distance - bed.walls[0, WALL_RADIUS] < bed.X[:, RADIUS]
+    )  # the branch from a grain to the core is radial
     gap = distance[floor] - bed.walls[0, WALL_RADIUS]
     rr = np.concatenate([rr, bed.V[floor, STIFFNESS] * (bed.X[floor, RADIUS] - gap) * gap])
     tt = np.concatenate([tt, np.zeros(len(floor))])
@@ -85,7 +93,8 @@ def radial_stress(bed: Assembly, shells: Shells, window: float) -> tuple[np.ndar
 
 
 def coordination(bed: Assembly, which: np.ndarray) -> tuple[float, float]:
-    """Mean contacts per grain among ``which`` (mask), rattlers included, and the share of rattlers (fewer than two contacts)."""
+    """Mean contacts per grain among ``which`` (mask), rattlers included, and the share of rattlers (fewer than two
+    contacts)."""
     first, second, _, _, _ = contact_forces(bed)
     count = np.bincount(first, minlength=len(bed.X)) + np.bincount(second, minlength=len(bed.X))
     count += (bed.wall_history[:, : len(bed.walls), TOUCHING] != 0.0).sum(axis=1)
@@ -104,11 +113,17 @@ def residual(bed: Assembly, g: float) -> dict[str, float]:
     unit = float(np.sqrt(g * bed.mean_radius))
     below = bed.headroom == 0
     head = float(np.sqrt(np.mean(speed[~below] ** 2)) / unit) if (~below).any() else 0.0
-    return {"rms": float(np.sqrt(np.mean(speed[below] ** 2)) / unit), "max": float(speed[below].max() / unit), "headroom_rms": head, "unit_m_s": unit}
+    return {
+        "rms": float(np.sqrt(np.mean(speed[below] ** 2)) / unit),
+        "max": float(speed[below].max() / unit),
+        "headroom_rms": head,
+        "unit_m_s": unit,
+    }
 
 
 def creep(bed: Assembly) -> np.ndarray:
-    """Horizontal velocity [m/s] at the pole, (x, y), of the rotation about the body's centre that fits the grains below the datum best."""
+    """Horizontal velocity [m/s] at the pole, (x, y), of the rotation about the body's centre that fits the grains
+    below the datum best."""
     below = bed.headroom == 0
     x, v = bed.X[below, :3], bed.W[below, :3]
     inertia = np.einsum("ij,ij->", x, x) * np.eye(3) - np.einsum("ij,ik->jk", x, x)
@@ -119,8 +134,9 @@ def creep(bed: Assembly) -> np.ndarray:
 def rearrangement_speed(bed: Assembly, g: float) -> float:
     """Rms speed of the grains below the datum against the mean of the grains that they touch, over sqrt(g r).
 
-    Smooth motions drop out of it, above all the sloshing of the bed in its cone, a mode of hours (omega^2 = g k tanh(k H) with k = 1.84 /
-    arc radius) which no settling can wait for; it counts in ``residual`` and is taken out by ``Settling._level``.
+    Smooth motions drop out of it, above all the sloshing of the bed in its cone, a mode of hours (omega^2 = g k tanh(k
+    H) with k = 1.84 / arc radius) which no settling can wait for; it counts in ``residual`` and is taken out by
+    ``Settling._level``.
     """
     first, second, _ = bed.touching()
     n = len(bed.X)
@@ -142,7 +158,8 @@ def overlaps(bed: Assembly) -> dict[str, Any]:
     return {"contacts": len(x), "mean": float(x.mean()), "p99": float(np.percentile(x, 99)), "max": float(x.max())}
 
 
-# -- flat ground ---------------------------------------------------------------------------------------------------------------
+# -- flat ground
+# ---------------------------------------------------------------------------------------------------------------
 
 
 def ground_mass(ground: FlatGround, container: Container, points: int = 4001) -> float:
@@ -168,18 +185,34 @@ def _static_wall_forces(X, k, kind, rows, tables, history, out):
 def wall_forces(bed: Assembly) -> np.ndarray:
     """Force of the resting grains on each wall [N], shape (w, 3): normal and tangential springs."""
     out = np.zeros((len(bed.walls), 3))
-    _static_wall_forces(bed.X, np.ascontiguousarray(bed.V[:, STIFFNESS]), bed.kind.astype(np.int64), bed.walls, bed.wall_tables, bed.wall_history, out)
+    _static_wall_forces(
+        bed.X,
+        np.ascontiguousarray(bed.V[:, STIFFNESS]),
+        bed.kind.astype(np.int64),
+        bed.walls,
+        bed.wall_tables,
+        bed.wall_history,
+        out,
+    )
     return out
 
 
-def bulk_fraction(position: np.ndarray, radius: np.ndarray, container: Container, margin: float, points: int = 400_000) -> float:
-    """Grain volume over the volume of the grains' cells, for grains at least ``margin`` [m] away from sides, floor and datum; nan without any.
+def bulk_fraction(
+    position: np.ndarray, radius: np.ndarray, container: Container, margin: float, points: int = 400_000
+) -> float:
+    """Grain volume over the volume of the grains' cells, for grains at least ``margin`` [m] away from sides, floor and
+    datum; nan without any.
 
-    A point of space belongs to the cell of the grain with the smallest d^2 - r^2 (radical Voronoi cells); volumes are counted with random points.
+    A point of space belongs to the cell of the grain with the smallest d^2 - r^2 (radical Voronoi cells); volumes are
+    counted with random points.
     """
     from scipy.spatial import cKDTree
 
-    inner = (container.side_depth(position) > margin) & (position[:, 2] < -margin) & (position[:, 2] > container.floor + margin)
+    inner = (
+        (container.side_depth(position) > margin)
+        & (position[:, 2] < -margin)
+        & (position[:, 2] > container.floor + margin)
+    )
     if not inner.any():
         return float("nan")
     reach = 2.5 * float(radius.max())

@@ -1,7 +1,9 @@
-"""Containers of flat ground: bowl, box and upright cylinder, below z = 0 with the datum at z = 0 and uniform gravity towards -z.
+"""Containers of flat ground: bowl, box and upright cylinder, below z = 0 with the datum at z = 0 and uniform gravity
+towards -z.
 
-Above the datum the headroom goes on with upright sides to ``top``, where the walls end: what is thrown over them has left. All walls are as rough as the
-grains that lie on them (the seed's bowl: the same contact parameters as between grains).
+Above the datum the headroom goes on with upright sides to ``top``, where the walls end: what is thrown over them has
+left. All walls are as rough as the grains that lie on them (the seed's bowl: the same contact parameters as between
+grains).
 """
 
 from __future__ import annotations
@@ -16,13 +18,24 @@ from dem.walls import PLANE, SPHERE_INSIDE, Wall, cylinder
 from matter.errors import InputError
 
 SHAPES = ("bowl", "box", "cylinder")
-_KEYS = ("shape", "radius_m", "floor_m", "datum_m", "top_m", "damped_width_m", "damping_rate_1_s", "floor_species", "side_species")
+_KEYS = (
+    "shape",
+    "radius_m",
+    "floor_m",
+    "datum_m",
+    "top_m",
+    "damped_width_m",
+    "damping_rate_1_s",
+    "floor_species",
+    "side_species",
+)
 
 
 @dataclass(frozen=True)
 class Container:
-    """``shape`` one of ``SHAPES``; ``radius`` of bowl or cylinder, half the width of a box [m]; heights of floor (the bowl's: -radius) and of the
-    walls' top [m]; width [m] and rate [1/s] of the damped layer along the sides; species of floor and sides."""
+    """``shape`` one of ``SHAPES``; ``radius`` of bowl or cylinder, half the width of a box [m]; heights of floor (the
+    bowl's: -radius) and of the walls' top [m]; width [m] and rate [1/s] of the damped layer along the sides; species
+    of floor and sides."""
 
     shape: str
     radius: float
@@ -37,9 +50,14 @@ class Container:
         if self.shape not in SHAPES:
             raise InputError(f"no container {self.shape!r} (there are {', '.join(SHAPES)})")
         if not (self.radius > 0.0 and self.floor < 0.0 <= self.top):
-            raise InputError(f"a {self.shape} of radius {self.radius:.6g} m between {self.floor:.6g} and {self.top:.6g} m holds nothing below z = 0")
+            raise InputError(
+                f"a {self.shape} of radius {self.radius:.6g} m between {self.floor:.6g} and {self.top:.6g} m holds "
+                f"nothing below z = 0"
+            )
         if self.shape == "bowl" and self.floor != -self.radius:
-            raise InputError(f"a bowl is as deep as its radius: radius {self.radius:.6g} m, floor at {self.floor:.6g} m")
+            raise InputError(
+                f"a bowl is as deep as its radius: radius {self.radius:.6g} m, floor at {self.floor:.6g} m"
+            )
 
     def volume(self, bottom: float, top: float) -> float:
         """Volume between two heights [m^3]."""
@@ -75,7 +93,9 @@ class Container:
     def walls(self) -> tuple[Wall, ...]:
         """Wall 0 is what carries the bed: the floor, or the bowl."""
         if self.shape == "bowl":
-            side = cylinder(self.radius, 0.0, max(self.top, 1e-9 * self.radius), species=self.side_species, rims=(False, False))
+            side = cylinder(
+                self.radius, 0.0, max(self.top, 1e-9 * self.radius), species=self.side_species, rims=(False, False)
+            )
             return (Wall(SPHERE_INSIDE, radius=self.radius, top=0.0, species=self.floor_species), side)
         floor = Wall(PLANE, point=(0.0, 0.0, self.floor), species=self.floor_species)
         if self.shape == "cylinder":
@@ -103,8 +123,10 @@ class Container:
     def as_attribute(self) -> dict[str, Any]:
         """Plain values for a snapshot's attribute ``domain`` (with the snapshot's ``frame`` = ``plane``)."""
         return {
-            "shape": self.shape, "radius_m": self.radius, "floor_m": self.floor, "datum_m": 0.0, "top_m": self.top, "damped_width_m": self.damped_width,
-            "damping_rate_1_s": self.damping_rate, "floor_species": self.floor_species, "side_species": self.side_species,
+            "shape": self.shape, "radius_m": self.radius, "floor_m": self.floor, "datum_m": 0.0, "top_m": self.top,
+            "damped_width_m": self.damped_width,
+            "damping_rate_1_s": self.damping_rate, "floor_species": self.floor_species,
+            "side_species": self.side_species,
         }  # fmt: skip
 
     @staticmethod
@@ -113,5 +135,16 @@ class Container:
         missing = [key for key in _KEYS if key not in values]
         if missing:
             raise InputError(f"the snapshot's attribute 'domain' lacks {', '.join(missing)}")
-        radius, floor, top, width, rate = (float(values[key]) for key in ("radius_m", "floor_m", "top_m", "damped_width_m", "damping_rate_1_s"))
-        return Container(str(values["shape"]), radius, floor, top, width, rate, int(values["floor_species"]), int(values["side_species"]))
+        radius, floor, top, width, rate = (
+            float(values[key]) for key in ("radius_m", "floor_m", "top_m", "damped_width_m", "damping_rate_1_s")
+        )
+        return Container(
+            str(values["shape"]),
+            radius,
+            floor,
+            top,
+            width,
+            rate,
+            int(values["floor_species"]),
+            int(values["side_species"]),
+        )

@@ -1,7 +1,9 @@
-"""The piece of the body that the grains fill: above the core, inside a cone with its apex at the centre, up to a headroom.
+"""The piece of the body that the grains fill: above the core, inside a cone with its apex at the centre, up to a
+headroom.
 
-Gravity and the cone are both radial, so the cone carries no weight; beyond its upper end (``top_radius``) the domain is open, and what
-crosses its side there, or the cone itself, has left. The outermost grains are damped so that waves do not come back from the cone.
+Gravity and the cone are both radial, so the cone carries no weight; beyond its upper end (``top_radius``) the domain
+is open, and what crosses its side there, or the cone itself, has left. The outermost grains are damped so that waves
+do not come back from the cone.
 """
 
 from __future__ import annotations
@@ -14,12 +16,21 @@ import numpy as np
 from dem.walls import CONE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
 from matter.errors import InputError
 
-_KEYS = ("core_radius_m", "datum_radius_m", "top_radius_m", "cone_half_angle_rad", "damped_width_m", "damping_rate_1_s", "core_species")
+_KEYS = (
+    "core_radius_m",
+    "datum_radius_m",
+    "top_radius_m",
+    "cone_half_angle_rad",
+    "damped_width_m",
+    "damping_rate_1_s",
+    "core_species",
+)
 
 
 @dataclass(frozen=True)
 class Domain:
-    """Radii from the centre [m], half angle of the cone [rad], arc radius along the datum [m], damped width [m] and its rate [1/s]."""
+    """Radii from the centre [m], half angle of the cone [rad], arc radius along the datum [m], damped width [m] and
+    its rate [1/s]."""
 
     core_radius: float
     datum_radius: float

@@ -1,4 +1,5 @@
-"""What a bed's grains will be like, before there is any: size, number, time step, from the settings alone; for predictions."""
+"""What a bed's grains will be like, before there is any: size, number, time step, from the settings alone; for
+predictions."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ from matter import material
 
 
 class Expected(NamedTuple):
-    """Mean grain ``radius`` [m], number of grains ``below`` the datum, time ``step`` [s], ``height`` of bed and headroom over the radius."""
+    """Mean grain ``radius`` [m], number of grains ``below`` the datum, time ``step`` [s], ``height`` of bed and
+    headroom over the radius."""
 
     radius: float
     below: float
@@ -34,10 +36,16 @@ def expected(settings: Settings) -> Expected:
     bowl = target.flat and (settings.shape == "bowl" or (settings.shape == "auto" and target.shape == "half_sphere"))
     if target.flat:
         deep = extent if bowl else settings.depth or depth(diameter, target.radius)
-        area = 4.0 * extent**2 if settings.shape == "box" or (settings.shape == "auto" and target.shape == "block") else math.pi * extent**2
+        area = (
+            4.0 * extent**2
+            if settings.shape == "box" or (settings.shape == "auto" and target.shape == "block")
+            else math.pi * extent**2
+        )
         below, above = area * deep * (2.0 / 3.0 if bowl else 1.0), area * top
     else:
-        deep = settings.depth or depth(diameter, target.radius - (target.outer_radii[0] if len(target.layers) > 1 else 0.0))
+        deep = settings.depth or depth(
+            diameter, target.radius - (target.outer_radii[0] if len(target.layers) > 1 else 0.0)
+        )
         angle = 2.0 * math.pi / 3.0 * (1.0 - math.cos(min(extent / target.radius, 0.5 * math.pi)))
         below = angle * (target.radius**3 - (target.radius - deep) ** 3)
         above = angle * ((target.radius + top) ** 3 - target.radius**3)
@@ -45,7 +53,11 @@ def expected(settings: Settings) -> Expected:
     grain = (filled * (below + above) / settings.count * 0.75 / math.pi) ** (1.0 / 3.0)
     r, mass = np.array([grain]), np.array([rho * 4.0 / 3.0 * math.pi * grain**3 / filled])
     pressure = rho * g * deep
-    k = flat_settling.stiffness(r, mass, contact, pressure, settings.largest_speed) if target.flat else contact.stiffness(r, mass, name, pressure)
+    k = (
+        flat_settling.stiffness(r, mass, contact, pressure, settings.largest_speed)
+        if target.flat
+        else contact.stiffness(r, mass, name, pressure)
+    )
     least = 1.0 - settings.radius_spread  # m / k goes as r^2 where k goes as r
     step = least * shortest_contact_time(mass, k) / contact.steps_per_contact
     return Expected(grain, settings.count * below / (below + above), step, (deep + top) / grain)

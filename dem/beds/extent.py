@@ -1,9 +1,10 @@
 """How wide and deep a bed is when a case does not say it, from the expected transient diameter D.
 
-radius    1.25 D in flat ground, 1.5 D along the arc of a body: 2.5 and 3 crater radii. The collapsed crater with its rim reaches some 1.4 crater radii,
-          the sides' damped layer begins beyond two. (A crater wider than 0.8 of its bed cannot be handed over.) Never beyond the ground that there is.
-depth     0.75 D: twice the depth of the transient crater; in a body no deeper than the innermost layer's surface, in flat ground than its bottom. A bowl is
-          as deep as it is wide.
+radius    1.25 D in flat ground, 1.5 D along the arc of a body: 2.5 and 3 crater radii. The collapsed crater with its
+          rim reaches some 1.4 crater radii, the sides' damped layer begins beyond two. (A crater wider than 0.8 of its
+          bed cannot be handed over.) Never beyond the ground that there is.
+depth     0.75 D: twice the depth of the transient crater; in a body no deeper than the innermost layer's surface, in
+          flat ground than its bottom. A bowl is as deep as it is wide.
 """
 
 from __future__ import annotations

@@ -31,31 +31,47 @@ def container_of(settings: Settings, ground: FlatGround) -> Container:
     """The container that the settings ask for; ``InputError`` when the ground cannot hold it."""
     shape = OF_TARGET[ground.shape] if settings.shape == "auto" else settings.shape
     if shape == "cap":
-        raise InputError('[bed] shape = "cap" is for spherical targets; flat ground is filled as a bowl, a box or a cylinder')
+        raise InputError(
+            '[bed] shape = "cap" is for spherical targets; flat ground is filled as a bowl, a box or a cylinder'
+        )
     radius = settings.arc_radius
     if shape == "bowl":
         if settings.depth is not None and settings.depth != radius:
-            raise InputError(f"[bed] a bowl is as deep as its radius: leave depth out, or make it arc_radius = {radius:.6g} m")
+            raise InputError(
+                f"[bed] a bowl is as deep as its radius: leave depth out, or make it arc_radius = {radius:.6g} m"
+            )
         depth = radius
     else:
-        depth = extent.depth(settings.impact.expected_transient_diameter, ground.depth) if settings.depth is None else settings.depth
+        depth = (
+            extent.depth(settings.impact.expected_transient_diameter, ground.depth)
+            if settings.depth is None
+            else settings.depth
+        )
     if depth > ground.depth * (1.0 + 1e-9):
-        raise InputError(f"[bed] the {shape} reaches {depth:.6g} m down, the ground of the target only {ground.depth:.6g} m")
+        raise InputError(
+            f"[bed] the {shape} reaches {depth:.6g} m down, the ground of the target only {ground.depth:.6g} m"
+        )
     top = settings.headroom_fraction * settings.impact.expected_transient_diameter
     species = settings.contact.species_of(ground.materials[int(ground.layer_of(np.array([-depth * 0.999]))[0])])
-    return Container(shape, radius, -depth, top, floor_species=species, side_species=species if shape == "bowl" else -1)
+    return Container(
+        shape, radius, -depth, top, floor_species=species, side_species=species if shape == "bowl" else -1
+    )
 
 
 def maker(settings: Settings, ground: FlatGround) -> Callable[[Path], None]:
     """Check the settings against the ground; what is returned makes the bed in a folder."""
     if not settings.contact.linear:
-        raise InputError(f'[bed] flat ground is settled with springs of constant stiffness: normal = "{settings.contact.normal}" is not for it')
+        raise InputError(
+            f'[bed] flat ground is settled with springs of constant stiffness: normal = "{settings.contact.normal}" '
+            f"is not for it"
+        )
     container = container_of(settings, ground)
     return lambda out: make(settings, ground, container, out)
 
 
 def make(settings: Settings, ground: FlatGround, container: Container, out: Path) -> None:
-    """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to rest."""
+    """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
+    rest."""
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
     hexagonal = settings.packing != "rcp"
     if hexagonal:
@@ -64,7 +80,9 @@ def make(settings: Settings, ground: FlatGround, container: Container, out: Path
     else:
         radius = packing.contained_radii(settings.count, settings.radius_spread, container, seeds[0])
         points = packing.contained_points(radius, container, seeds[1])
-    work = FlatSettling(points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal, settings.largest_speed)
+    work = FlatSettling(
+        points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal, settings.largest_speed
+    )
     bed, facts = finish(work, out)
     wave = float(np.max(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
     width = settings.damped_layers * 2.0 * bed.mean_radius
@@ -90,7 +108,10 @@ def make(settings: Settings, ground: FlatGround, container: Container, out: Path
     checkpoint.clear(out)
     moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
     if moving > settings.residual_speed:
-        raise Unsound(f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {facts['steps']:.0f} steps (limit {settings.residual_speed:g})")
+        raise Unsound(
+            f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {facts['steps']:.0f} steps (limit "
+            f"{settings.residual_speed:g})"
+        )
 
 
 def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: dict[str, float]) -> dict[str, Any]:
@@ -98,7 +119,9 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
     below = bed.headroom == 0
     z, rattlers = bed_measures.coordination(bed, below)
     inner = below & (container.side_depth(bed.X[:, :3]) > BULK_MARGIN * bed.mean_radius)
-    inner &= (bed.X[:, 2] < -BULK_MARGIN * bed.mean_radius) & (bed.X[:, 2] > container.floor + BULK_MARGIN * bed.mean_radius)
+    inner &= (bed.X[:, 2] < -BULK_MARGIN * bed.mean_radius) & (
+        bed.X[:, 2] > container.floor + BULK_MARGIN * bed.mean_radius
+    )
     weight = float(bed.mass[below].sum() * ground.g)
     forces = bed_measures.wall_forces(bed)
     mass = bed_measures.ground_mass(ground, container)
@@ -107,7 +130,9 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
         "grains": len(bed.X),
         "grains_headroom": int((~below).sum()),
         "mean_radius_m": bed.mean_radius,
-        "packing_fraction": bed_measures.bulk_fraction(bed.X[:, :3], bed.X[:, RADIUS], container, BULK_MARGIN * bed.mean_radius),
+        "packing_fraction": bed_measures.bulk_fraction(
+            bed.X[:, :3], bed.X[:, RADIUS], container, BULK_MARGIN * bed.mean_radius
+        ),
         "packing_fraction_with_walls": grains / container.volume(container.floor, 0.0),
         "coordination_number": z,
         "coordination_number_bulk": bed_measures.coordination(bed, inner)[0] if inner.any() else float("nan"),

@@ -27,7 +27,8 @@ def is_flat(path: Path) -> bool:
 
 @dataclass(frozen=True)
 class FlatGround:
-    """Layers from the bottom up, heights [m] above the undisturbed surface z = 0, uniform gravity ``g`` [m/s^2] towards -z."""
+    """Layers from the bottom up, heights [m] above the undisturbed surface z = 0, uniform gravity ``g`` [m/s^2]
+    towards -z."""
 
     depth: float
     g: float
@@ -42,7 +43,9 @@ class FlatGround:
     def read(path: Path) -> FlatGround:
         """Read ``target.json``; ``InputError`` says what is missing in it, or that the ground has no weight."""
         content = archive.read_json(path)
-        missing = [k for k in ("depth_m", "half_width_m", "surface_gravity_m_s2", "layers", "profile") if k not in content]
+        missing = [
+            k for k in ("depth_m", "half_width_m", "surface_gravity_m_s2", "layers", "profile") if k not in content
+        ]
         missing += [f"profile.{k}" for k in _PROFILE_KEYS if k not in content.get("profile", {})]
         missing += [f"layers.{k}" for k in _LAYER_KEYS if any(k not in layer for layer in content.get("layers", []))]
         if missing:
@@ -51,7 +54,9 @@ class FlatGround:
         if not g > 0.0:
             raise InputError(f"{path}: without gravity no bed of grains settles; set [target] gravity")
         profile = {key: np.asarray(content["profile"][key], dtype=float) for key in _PROFILE_KEYS}
-        if not profile["pressure_Pa"].any():  # start = "literal": the shock stage begins without the weight, the grains lie under it
+        if not profile[
+            "pressure_Pa"
+        ].any():  # start = "literal": the shock stage begins without the weight, the grains lie under it
             profile["pressure_Pa"] = weight(profile["height_m"], profile["density_kg_m3"], g)
         return FlatGround(
             float(content["depth_m"]),
@@ -78,14 +83,17 @@ class FlatGround:
         return np.minimum(np.searchsorted(self.tops, height, side="left"), len(self.tops) - 1)
 
     def density(self, height: np.ndarray) -> np.ndarray:
-        """Bulk density [kg/m^3] at a height, interpolated within the layer; beyond the profile that of its nearest point."""
+        """Bulk density [kg/m^3] at a height, interpolated within the layer; beyond the profile that of its nearest
+        point."""
         height = np.asarray(height, dtype=float)
         layer, rho = self.layer_of(height), np.empty(np.shape(height))
         for k in np.unique(layer):
             here = self.profile["layer"].astype(int) == k
             if not here.any():
                 raise InputError(f"target.json: the profile holds no point of layer {self.names[k]!r}")
-            rho[layer == k] = np.interp(height[layer == k], self.profile["height_m"][here], self.profile["density_kg_m3"][here])
+            rho[layer == k] = np.interp(
+                height[layer == k], self.profile["height_m"][here], self.profile["density_kg_m3"][here]
+            )
         return rho
 
     def pressure(self, height: np.ndarray) -> np.ndarray:
@@ -100,6 +108,7 @@ def ground_of(path: Path) -> LayeredBody | FlatGround:
 
 
 def weight(height: np.ndarray, density: np.ndarray, g: float) -> np.ndarray:
-    """g times the integral of the density [kg/m^3] from each ``height`` [m], ascending, to the surface z = 0: the pressure [Pa] of ground in balance."""
+    """g times the integral of the density [kg/m^3] from each ``height`` [m], ascending, to the surface z = 0: the
+    pressure [Pa] of ground in balance."""
     steps = np.diff(np.append(height, 0.0)) * 0.5 * (density + np.append(density[1:], density[-1]))
     return np.asarray(g * np.cumsum(steps[::-1])[::-1])

@@ -1,11 +1,14 @@
-"""From a packing to a bed at rest in a container of flat ground: the phases of ``dem.beds.settling`` under uniform gravity.
+"""From a packing to a bed at rest in a container of flat ground: the phases of ``dem.beds.settling`` under uniform
+gravity.
 
-A random packing goes through all of them; a hexagonal one begins with friction, since without it a crystal that the container cuts flows.
+A random packing goes through all of them; a hexagonal one begins with friction, since without it a crystal that the
+container cuts flows.
 
-Springs stiff enough for fast contacts to come (``stiffness``) would need tiny overlaps, which weak gravity takes long to bring about. The bed is therefore
-settled under gravity inflated by I, up to the overlaps at the floor that the rule for the load at rest gives, which is the same as softer springs. In
-the phase ``ease`` gravity is let down to its own value, as 1/time^2, so that it falls by e in no less than three times sqrt(r/g) of the moment: grains
-stay in contact while their overlaps go. Lengths of phases count in sqrt(r/g) where that is longer than a wave's way through the bed.
+Springs stiff enough for fast contacts to come (``stiffness``) would need tiny overlaps, which weak gravity takes long
+to bring about. The bed is therefore settled under gravity inflated by I, up to the overlaps at the floor that the rule
+for the load at rest gives, which is the same as softer springs. In the phase ``ease`` gravity is let down to its own
+value, as 1/time^2, so that it falls by e in no less than three times sqrt(r/g) of the moment: grains stay in contact
+while their overlaps go. Lengths of phases count in sqrt(r/g) where that is longer than a wave's way through the bed.
 """
 
 from __future__ import annotations
@@ -29,17 +32,22 @@ from dem.gravity import Field
 from matter.particles import Particles
 
 REST_SHARE = 0.03
-"""Of ``static_overlap``, for k_n at rest: overlaps of 0.001 radii, so that the packing fraction is that of hard grains within half a percent."""
+"""Of ``static_overlap``, for k_n at rest: overlaps of 0.001 radii, so that the packing fraction is that of hard grains
+within half a percent."""
 LOOSE = 8.0
 """Length of the phase ``grip`` of a hexagonal packing over its usual one."""
 EASE = 6.0
 """Length of the phase ``ease`` in sqrt(r/g)."""
 
 
-def stiffness(radius: np.ndarray, mass: np.ndarray, contact: Contact, pressure: float, speed: float | None) -> np.ndarray:
-    """k_n [N/m] from the ``pressure`` at the floor [Pa] and the largest ``speed`` v of contacts to come [m/s] (None: at rest)
+def stiffness(
+    radius: np.ndarray, mass: np.ndarray, contact: Contact, pressure: float, speed: float | None
+) -> np.ndarray:
+    """k_n [N/m] from the ``pressure`` at the floor [Pa] and the largest ``speed`` v of contacts to come [m/s] (None:
+    at rest)
 
-    k_n = max(33 P_floor r / x_max, m (v / (x_max r))^2),   x_max = ``static_overlap``  (Schwartz, Richardson & Michel 2012, section 2.4; pkdgrav's rule,
+    k_n = max(33 P_floor r / x_max, m (v / (x_max r))^2),   x_max = ``static_overlap``
+    (Schwartz, Richardson & Michel 2012, section 2.4; pkdgrav's rule,
     which takes P_floor r / x_max: contacts at the floor then overlap by some 3 x_max).
     """
     x = contact.static_overlap
@@ -54,7 +62,8 @@ class FlatSettling(Settling):
     own = (*Settling.own, "pull", "drag_rate")
 
     def __init__(
-        self, points: np.ndarray, radius: np.ndarray, ground: FlatGround, container: Container, contact: Contact, limit: float,
+        self, points: np.ndarray, radius: np.ndarray, ground: FlatGround, container: Container, contact: Contact,
+        limit: float,
         hexagonal: bool = False, speed: float | None = None,
     ):  # fmt: skip
         self.ground, self.container, self.speed = ground, container, speed
@@ -67,8 +76,13 @@ class FlatSettling(Settling):
         stiff = float(stiffness(mean, mass, contact, floor, speed)[0])
         self.inflation = stiff / float(stiffness(mean, mass, contact, floor, None)[0])
         wave = 2.0 * float(mean[0]) * math.sqrt(stiff / float(mass[0]))
-        # radii keep their places: a bed with friction comes to rest without that, and exchanged radii pack tighter (0.67) than random ones
-        plan = [phase._replace(exchange=False) for phase in PHASES if not (hexagonal and phase.fire and phase.name != "lay")]
+        # radii keep their places: a bed with friction comes to rest without that, and exchanged radii pack tighter
+        # (0.67) than random ones
+        plan = [
+            phase._replace(exchange=False)
+            for phase in PHASES
+            if not (hexagonal and phase.fire and phase.name != "lay")
+        ]
         if hexagonal:  # what the container's sides leave unsupported has to fall first
             plan[0] = plan[0]._replace(length=LOOSE * plan[0].length)
         if self.inflation > 1.0:
@@ -79,7 +93,8 @@ class FlatSettling(Settling):
         self.plan = tuple(plan)
         super().__init__(points, radius, ground, container, contact, limit)  # type: ignore[arg-type]
 
-    # -- gravity -------------------------------------------------------------------------------------------------------------
+    # -- gravity
+    # -------------------------------------------------------------------------------------------------------------
 
     def _begin(self, grains: Particles) -> None:
         before = "ease" not in [phase.name for phase in self.plan[: self.phase]]
@@ -90,8 +105,11 @@ class FlatSettling(Settling):
             grains = self._take_headroom(grains)
         super()._begin(grains)
         if self.plan[self.phase].name == "lay":
-            self.bed.A[self.bed.headroom == 0] = 0.0  # not even the first step may move the bed, whose friction is off meanwhile
-        self.bed.drag /= 4.0  # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
+            self.bed.A[self.bed.headroom == 0] = (
+                0.0  # not even the first step may move the bed, whose friction is off meanwhile
+            )
+        # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
+        self.bed.drag /= 4.0
         self.drag_rate = float(self.bed.drag[0])
 
     def _pull(self, times: float) -> None:
@@ -113,13 +131,17 @@ class FlatSettling(Settling):
         self._pull(self.pull)
         self.bed.gravity = self.gravity
 
-    # -- what depends on the shape of the ground -----------------------------------------------------------------------------
+    # -- what depends on the shape of the ground
+    # -----------------------------------------------------------------------------
 
     def span(self) -> float:
-        """Height of bed and headroom, or the way of a wave in sqrt(r/g) when that is longer [m]: hard grains wait for their fall, not for waves."""
+        """Height of bed and headroom, or the way of a wave in sqrt(r/g) when that is longer [m]: hard grains wait for
+        their fall, not for waves."""
         bed = self.bed
         wave = float(np.median(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
-        return max(self.container.top - self.container.floor, wave * math.sqrt(bed.mean_radius / self.surface_gravity()))
+        return max(
+            self.container.top - self.container.floor, wave * math.sqrt(bed.mean_radius / self.surface_gravity())
+        )
 
     def surface_gravity(self) -> float:
         """g in force now [m/s^2]."""
@@ -146,9 +168,11 @@ class FlatSettling(Settling):
         return grains
 
     def matched(self, grains: Particles, bed: Any) -> Particles:
-        """The grains with material, species, mass and stiffness for where they are; ``bed`` None takes a nominal packing fraction.
+        """The grains with material, species, mass and stiffness for where they are; ``bed`` None takes a nominal
+        packing fraction.
 
-        The mass of a grain is rho(z) V / phi with one phi for the whole bed, so that it weighs what the ground between floor and datum does.
+        The mass of a grain is rho(z) V / phi with one phi for the whole bed, so that it weighs what the ground between
+        floor and datum does.
         """
         ground, box = self.ground, self.container
         height = grains.position[:, 2]

@@ -67,7 +67,8 @@ class LayeredBody:
         return np.minimum(np.searchsorted(self.outer, radius, side="left"), len(self.outer) - 1)
 
     def density(self, radius: np.ndarray) -> np.ndarray:
-        """Bulk density [kg/m^3] at a distance from the centre, interpolated within the layer; above the surface that of the surface."""
+        """Bulk density [kg/m^3] at a distance from the centre, interpolated within the layer; above the surface that
+        of the surface."""
         radius = np.asarray(radius, dtype=float)
         layer = self.layer_of(radius)
         rho = np.empty(radius.shape)
@@ -75,7 +76,9 @@ class LayeredBody:
             here = self.profile["layer"].astype(int) == k
             if not here.any():
                 raise InputError(f"target.json: the profile holds no point of layer {self.names[k]!r}")
-            rho[layer == k] = np.interp(radius[layer == k], self.profile["radius_m"][here], self.profile["density_kg_m3"][here])
+            rho[layer == k] = np.interp(
+                radius[layer == k], self.profile["radius_m"][here], self.profile["density_kg_m3"][here]
+            )
         return rho
 
     def pressure(self, radius: np.ndarray) -> np.ndarray:

@@ -2,11 +2,11 @@
 
 Random close packing: random points, overlaps relaxed away, and radii exchanged until every grain fits its cage.
 
-Grains relaxed from random points alone keep giving way under load for as long as one cares to wait (power-law ageing; Chacko,
-Sollich & Fielding 2019, Phys. Rev. Lett. 123, 108001): a frictionless ocean of them never comes to rest. When the radii take part in
-the relaxation, the packing becomes stable (Hagh, Nagel, Liu, Manning & Corwin 2022, PNAS 119, e2117622119). Here the *set* of radii
-stays exactly as drawn: only their order among the grains follows the pressure. Measured at 20,000 grains: residual speed 2.3 m/s
-without, 0.1 m/s with the exchange, after the same number of steps.
+Grains relaxed from random points alone keep giving way under load for as long as one cares to wait (power-law ageing;
+Chacko, Sollich & Fielding 2019, Phys. Rev. Lett. 123, 108001): a frictionless ocean of them never comes to rest. When
+the radii take part in the relaxation, the packing becomes stable (Hagh, Nagel, Liu, Manning & Corwin 2022, PNAS 119,
+e2117622119). Here the *set* of radii stays exactly as drawn: only their order among the grains follows the pressure.
+Measured at 20,000 grains: residual speed 2.3 m/s without, 0.1 m/s with the exchange, after the same number of steps.
 
 Protocol of relaxation: O'Hern, Silbert, Liu & Nagel 2003, Phys. Rev. E 68, 011306.
 """
@@ -29,7 +29,8 @@ from matter.packing import hexagonal
 SOURCES = ("OHern2003", "Hagh2022")
 
 FRACTION = 0.665
-"""Grain volume over the whole domain: slightly above random close packing (0.65 at this spread of radii), so that all grains are caged."""
+"""Grain volume over the whole domain: slightly above random close packing (0.65 at this spread of radii), so that all
+grains are caged."""
 HEXAGONAL = math.pi / math.sqrt(18.0)
 """Grain volume over the whole of a hexagonal close packing."""
 EXCHANGE = 0.01
@@ -67,7 +68,10 @@ def contained_points(radius: np.ndarray, container: Container, seed: np.random.S
     rng = np.random.default_rng(seed)
     points = np.empty((len(radius), 3))
     todo = np.arange(len(radius))
-    low, high = np.array([-container.radius, -container.radius, container.floor]), np.array([container.radius, container.radius, container.top])
+    low, high = (
+        np.array([-container.radius, -container.radius, container.floor]),
+        np.array([container.radius, container.radius, container.top]),
+    )
     while len(todo):
         points[todo] = rng.uniform(low, high, (len(todo), 3))
         todo = todo[container.depth_inside(points[todo]) < radius[todo]]
@@ -77,7 +81,8 @@ def contained_points(radius: np.ndarray, container: Container, seed: np.random.S
 def hexagonal_in(count: int, container: Container, tilted: bool = False) -> tuple[np.ndarray, float]:
     """Centres (n, 3) and radius [m] of touching equal grains in hexagonal close packing that fit into the container.
 
-    Close-packed planes are level, the lowest on the floor; ``tilted``: turned by odd angles, so that none is level or upright.
+    Close-packed planes are level, the lowest on the floor; ``tilted``: turned by odd angles, so that none is level or
+    upright.
 
     The radius is that at which about ``count`` fit. Raises ``InputError`` when the container holds too few for that.
     """
@@ -118,10 +123,12 @@ def _wall_overlaps(X, rows, out):
 
 
 def exchange_radii(bed: Assembly, domain: Domain | Container, lid: bool, which: np.ndarray) -> None:
-    """Let the radii among the grains ``which`` (mask) change places by a small step: squeezed grains shrink, loose ones grow.
+    """Let the radii among the grains ``which`` (mask) change places by a small step: squeezed grains shrink, loose
+    ones grow.
 
-    A grain's pressure, sum of overlaps / r^2, is compared with the mean of its neighbours'; the radii so asked for are ranked, and the
-    grains take the unchanged set of radii in that order. The pair list stays as it is: changes are far below its skin.
+    A grain's pressure, sum of overlaps / r^2, is compared with the mean of its neighbours'; the radii so asked for are
+    ranked, and the grains take the unchanged set of radii in that order. The pair list stays as it is: changes are far
+    below its skin.
     """
     n, radius = len(bed.X), bed.X[:, RADIUS].copy()
     first = np.repeat(np.arange(bed.active), np.diff(bed.row))

@@ -1,16 +1,21 @@
 """The phases in which a bed settles.
 
-======= ======== ========== ======================= ====================================================================
+======= ======== ========== ======================= ===================================================================
 phase   friction steering   weight above the datum  purpose
-======= ======== ========== ======================= ====================================================================
+======= ======== ========== ======================= ===================================================================
 pack    off      FIRE       (no gravity, a lid)     random points become a stable close packing (radii change places)
-load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it without load
-trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks for
+load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it
+                                                    without load
+trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks
+                                                    for
 grip    on       drag       (headroom taken away)   friction and its springs
-rest    on       drag       (headroom taken away)   until grains move at a tenth of the limit in their cages, and none faster than half of it
-free    on       none       (headroom taken away)   proof: by itself the bed stays below the limit, no grain beyond four times it
-lay     off      FIRE       0                       the headroom is laid back onto the bed, which is held still: touching, no load
-======= ======== ========== ======================= ====================================================================
+rest    on       drag       (headroom taken away)   until grains move at a tenth of the limit in their cages, and none
+                                                    faster than half of it
+free    on       none       (headroom taken away)   proof: by itself the bed stays below the limit, no grain beyond
+                                                    four times it
+lay     off      FIRE       0                       the headroom is laid back onto the bed, which is held still:
+                                                    touching, no load
+======= ======== ========== ======================= ===================================================================
 """
 
 from __future__ import annotations
@@ -22,7 +27,8 @@ LIGHT = 1e-3
 
 
 class Phase(NamedTuple):
-    """``length`` in travel times of a wave through the bed at the collision step; ``light`` weight above the datum at start and end."""
+    """``length`` in travel times of a wave through the bed at the collision step; ``light`` weight above the datum at
+    start and end."""
 
     name: str
     length: float

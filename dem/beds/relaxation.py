@@ -5,8 +5,8 @@ The step of velocity Verlet is kept; after each step the velocity is steered alo
     v <- (1 - alpha) v + alpha |v| a / |a|        while P = sum m a.v > 0 (the step grows, alpha shrinks)
     v <- 0, dt <- dt/2, alpha <- alpha_0          as soon as P < 0
 
-with norms weighted by mass. Contacts have no friction; dashpots may stay (they quench the stiff modes). alpha keeps a floor: without it
-the stiff modes gain energy between two stops, and the imbalance falls ten times more slowly.
+with norms weighted by mass. Contacts have no friction; dashpots may stay (they quench the stiff modes). alpha keeps a
+floor: without it the stiff modes gain energy between two stops, and the imbalance falls ten times more slowly.
 
 Source: Bitzek, Koskinen, Gaehler, Moseler & Gumbsch 2006, Phys. Rev. Lett. 97, 170201.
 """
@@ -24,8 +24,8 @@ SOURCES = ("Bitzek2006",)
 
 _ALPHA, _FLOOR, _SHRINK, _GROW, _HALVE, _PATIENCE = 0.1, 0.03, 0.99, 1.1, 0.5, 5
 LARGEST_STEP = 3.0
-"""Largest step over the collision step t_c/30: the stiffest mode of a packing is 2.5 times that of a pair, Verlet without dashpots is
-stable to 7 of these."""
+"""Largest step over the collision step t_c/30: the stiffest mode of a packing is 2.5 times that of a pair, Verlet
+without dashpots is stable to 7 of these."""
 
 
 class Fire:

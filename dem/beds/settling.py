@@ -1,8 +1,8 @@
 """From random points to a bed at rest, in the phases of ``dem.beds.phases``, resumable at any step.
 
-Weight is switched by the place of a grain (below or above the datum). Masses are set after ``load`` and once more after the first
-``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the bed comes to rest, so that no bed grain
-can lean on them, and carving them later changes nothing.
+Weight is switched by the place of a grain (below or above the datum). Masses are set after ``load`` and once more
+after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the bed
+comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
 """
 
 from __future__ import annotations
@@ -36,11 +36,13 @@ EXCHANGE_EVERY = 3
 REST_LIMIT = 15
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
 LEVEL_GAIN = 2.0
-"""Correction per round of ``rest`` over the estimate in ``_level``: the solid layer bridges part of it, so the estimate is too small."""
+"""Correction per round of ``rest`` over the estimate in ``_level``: the solid layer bridges part of it, so the
+estimate is too small."""
 LOOSE = 4.0
 """Largest speed of any one grain after ``free``, over the limit on the rms speed."""
 QUIET = 0.1
-"""Rms speed of grains against their neighbours at the end of ``rest``, over the limit: slow modes that creep under the drag run faster without it."""
+"""Rms speed of grains against their neighbours at the end of ``rest``, over the limit: slow modes that creep under the
+drag run faster without it."""
 
 
 def threads_for(count: int) -> int:
@@ -57,7 +59,9 @@ class Settling:
     own: tuple[str, ...] = ("phase", "done", "repeats", "total", "steps", "free_speed")
     """Numbers of the settling that a checkpoint holds besides the assembly."""
 
-    def __init__(self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact, limit: float):
+    def __init__(
+        self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact, limit: float
+    ):
         self.body, self.domain, self.contact, self.limit = body, domain, contact, limit
         smooth = OCEAN.model_copy(update={"restitution": 0.5})
         self.smooth_contact = contact.model_copy(update={"shell": smooth, "ocean": smooth})
@@ -72,7 +76,8 @@ class Settling:
         """Where a phase stands in the plan (the first of that name)."""
         return next(k for k, phase in enumerate(self.plan) if phase.name == name)
 
-    # -- what depends on the shape of the ground -----------------------------------------------------------------------------
+    # -- what depends on the shape of the ground
+    # -----------------------------------------------------------------------------
 
     def span(self) -> float:
         """Height of bed and headroom [m]."""
@@ -87,7 +92,8 @@ class Settling:
         return self._squared_distance() > self.domain.datum_radius**2
 
     def deep(self) -> np.ndarray:
-        """Which grains lie so far below the datum that their radii may change places under load: at the datum the step in pressure would sort them by size."""
+        """Which grains lie so far below the datum that their radii may change places under load: at the datum the step
+        in pressure would sort them by size."""
         deep = self.domain.datum_radius - 2.5 * self.bed.mean_radius
         return self._squared_distance() < deep**2
 
@@ -99,7 +105,8 @@ class Settling:
         """Speed of the bed as a whole [m/s]."""
         return float(np.linalg.norm(bed_measures.creep(bed)))
 
-    # -- phases --------------------------------------------------------------------------------------------------------------
+    # -- phases
+    # --------------------------------------------------------------------------------------------------------------
 
     def _begin(self, grains: Particles) -> None:
         """Grains in the walls and with the laws of the present phase."""
@@ -109,7 +116,9 @@ class Settling:
             walls = (*walls, self.domain.lid())
         contact = self.contact if now.friction else self.smooth_contact
         limit = np.inf if now.fire else contact.overlap_stop
-        self.bed = Assembly(grains, contact, walls, self.gravity, threads=threads_for(len(grains)), overlap_limit=limit)
+        self.bed = Assembly(
+            grains, contact, walls, self.gravity, threads=threads_for(len(grains)), overlap_limit=limit
+        )
         wave = 2.0 * self.bed.X[:, RADIUS] * np.sqrt(self.bed.V[:, STIFFNESS] / self.bed.V[:, MASS])
         travel = self.span() / float(np.median(wave))
         self.steps = max(20, int(now.length * travel / self.bed.dt))
@@ -164,7 +173,10 @@ class Settling:
             self.repeats += 1
             if now.name == "rest":
                 sloshing = self.sloshing(bed) / found["unit_m_s"]
-                quiet = max(bed_measures.rearrangement_speed(bed, g), sloshing) < QUIET * self.limit and found["max"] < 0.5 * self.limit
+                quiet = (
+                    max(bed_measures.rearrangement_speed(bed, g), sloshing) < QUIET * self.limit
+                    and found["max"] < 0.5 * self.limit
+                )
                 self.phase = free if quiet or enough else rest
                 if self.phase == rest:
                     grains = self._level(grains, bed, g)
@@ -189,11 +201,12 @@ class Settling:
         return True
 
     def _level(self, grains: Particles, bed: Assembly, g: float) -> Particles:
-        """The grains with the weight of the solid layer on the liquid one levelled, so that the bed does not slosh in its cone.
+        """The grains with the weight of the solid layer on the liquid one levelled, so that the bed does not slosh in
+        its cone.
 
-        A bed whose solid layer is slightly heavier on one side creeps over to the other, under the drag at v = a / rate; a gradient of
-        the solid grains' mass of a R / (g H_s) per R (parts in a thousand) takes the force away. Without the drag that mode would swing
-        for hours.
+        A bed whose solid layer is slightly heavier on one side creeps over to the other, under the drag at v = a /
+        rate; a gradient of the solid grains' mass of a R / (g H_s) per R (parts in a thousand) takes the force away.
+        Without the drag that mode would swing for hours.
         """
         solid = grains.species != SPECIES.index("ocean")
         if not solid.any() or solid.all():
@@ -244,7 +257,8 @@ class Settling:
         """Travel times done, in the plan without repetitions."""
         return sum(p.length for p in self.plan[: self.phase]) + self.plan[self.phase].length * self.done / self.steps
 
-    # -- state ---------------------------------------------------------------------------------------------------------------
+    # -- state
+    # ---------------------------------------------------------------------------------------------------------------
 
     def save(self, out: Path) -> None:
         """Write a checkpoint."""
@@ -261,13 +275,22 @@ class Settling:
         saved = checkpoint.Both(arrays, scalars)
         self.phase = int(saved["phase"])
         for label in ("aside", "rested"):
-            fields, tables = ({k.split("/", 2)[2]: v for k, v in saved.items() if k.startswith(f"{label}/{part}/")} for part in ("fields", "tables"))
+            fields, tables = (
+                {k.split("/", 2)[2]: v for k, v in saved.items() if k.startswith(f"{label}/{part}/")}
+                for part in ("fields", "tables")
+            )
             if fields:
                 setattr(self, label, Particles(fields, {"time": 0.0}, tables))
         # with the grains of the checkpoint: random points would not pass the limit on overlaps of the later phases
         bed = checkpoint.Part(saved, "bed")
         x, v, w = bed["X"], bed["V"], bed["W"]
-        names = {"identity": "identity", "material": "material", "species": "kind", "density": "density", "headroom": "headroom"}
+        names = {
+            "identity": "identity",
+            "material": "material",
+            "species": "kind",
+            "density": "density",
+            "headroom": "headroom",
+        }
         fields = {"position": x[:, :3], "radius": x[:, RADIUS], "velocity": w[:, :3], "angular_velocity": w[:, WX:]}
         fields |= {"mass": v[:, MASS], "stiffness": v[:, STIFFNESS]}
         self._begin(Particles({**fields, **{name: bed[here] for name, here in names.items()}}, {"time": 0.0}))
@@ -276,7 +299,8 @@ class Settling:
         self.bed.restore(bed)
         self.fire.restore(checkpoint.Part(saved, "fire"))
 
-    # -- grains --------------------------------------------------------------------------------------------------------------
+    # -- grains
+    # --------------------------------------------------------------------------------------------------------------
 
     def thrown(self, points: np.ndarray, radius: np.ndarray) -> Particles:
         """Grains at rest at the random points, with masses for a nominal packing fraction."""
@@ -284,18 +308,21 @@ class Settling:
         zero = np.zeros((n, 3))
         grains = Particles(
             dict(
-                identity=np.arange(n), position=points, velocity=zero, angular_velocity=zero, radius=radius, mass=np.ones(n),
-                material=np.zeros(n), species=np.zeros(n), density=np.zeros(n), stiffness=np.ones(n), headroom=np.zeros(n),
+                identity=np.arange(n), position=points, velocity=zero, angular_velocity=zero, radius=radius,
+                mass=np.ones(n),
+                material=np.zeros(n), species=np.zeros(n), density=np.zeros(n), stiffness=np.ones(n),
+                headroom=np.zeros(n),
             )
         )  # fmt: skip
         return self.matched(grains, None)
 
     def matched(self, grains: Particles, bed: Any) -> Particles:
-        """The grains with material, species, mass and stiffness for where they are; ``bed`` None takes a nominal packing fraction.
+        """The grains with material, species, mass and stiffness for where they are; ``bed`` None takes a nominal
+        packing fraction.
 
-        The mass of a grain is rho(r) V / phi(r), phi measured in windows of 5 radii; in a liquid it is made never to grow
-        outwards (isotonic regression): a frictionless ocean of grains that are lighter below than above turns over. At last the whole is scaled to the body's
-        mass between floor and datum.
+        The mass of a grain is rho(r) V / phi(r), phi measured in windows of 5 radii; in a liquid it is made never to
+        grow outwards (isotonic regression): a frictionless ocean of grains that are lighter below than above turns
+        over. At last the whole is scaled to the body's mass between floor and datum.
         """
         domain, body = self.domain, self.body
         distance = np.linalg.norm(grains.position, axis=1)
@@ -309,7 +336,9 @@ class Settling:
             shells = bed_measures.Shells(grains.position, grains.radius, domain, 0.25 * mean, top)
             phi = shells.smooth(np.asarray(shells.share.sum(axis=0)).ravel(), 5.0 * mean)
             grain_density = rho / np.interp(distance, shells.middle, phi)
-            liquid = np.flatnonzero([self.contact.species_of(body.materials[k]) == SPECIES.index("ocean") for k in body.layer_of(distance)])
+            liquid = np.flatnonzero(
+                [self.contact.species_of(body.materials[k]) == SPECIES.index("ocean") for k in body.layer_of(distance)]
+            )
             if len(liquid):
                 outwards = liquid[np.argsort(distance[liquid], kind="stable")]
                 found = isotonic_regression(grain_density[outwards], weights=volume[outwards], increasing=False)
@@ -331,12 +360,19 @@ class Settling:
 
 
 def settle(
-    points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact, limit: float, out: Path
+    points: np.ndarray,
+    radius: np.ndarray,
+    body: LayeredBody,
+    domain: Domain,
+    contact: Contact,
+    limit: float,
+    out: Path,
 ) -> tuple[Assembly, dict[str, float]]:
-    """Settle grains of ``radius`` [m] thrown at ``points`` until the bed's rms speed over sqrt(g r) stays below ``limit``.
+    """Settle grains of ``radius`` [m] thrown at ``points`` until the bed's rms speed over sqrt(g r) stays below
+    ``limit``.
 
-    Resumes from a checkpoint in ``out``. Returns the bed and facts on how it got there: ``steps``, and ``free_run_speed``, the rms speed over
-    sqrt(g r) after a travel time without any damping.
+    Resumes from a checkpoint in ``out``. Returns the bed and facts on how it got there: ``steps``, and
+    ``free_run_speed``, the rms speed over sqrt(g r) after a travel time without any damping.
     """
     return finish(Settling(points, radius, body, domain, contact, limit), out)
 

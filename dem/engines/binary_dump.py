@@ -1,8 +1,9 @@
 """Binary dumps (``dump custom`` to a name that ends in ``.bin``) of LIGGGHTS and LAMMPS, one time step a file.
 
-Header: time step and number of atoms (int64), triclinic flag and six boundary flags (int32), six box bounds (float64), columns per atom and number of blocks
-(int32). LAMMPS (revision 2) puts before it -len, a magic string of that length, byte order and revision (int32), after the column count the unit style, a flag
-with the time, the column names (each with an int32 length or flag before it). Then, for each block, the number of values (int32) and the values (float64).
+Header: time step and number of atoms (int64), triclinic flag and six boundary flags (int32), six box bounds (float64),
+columns per atom and number of blocks (int32). LAMMPS (revision 2) puts before it -len, a magic string of that length,
+byte order and revision (int32), after the column count the unit style, a flag with the time, the column names (each
+with an int32 length or flag before it). Then, for each block, the number of values (int32) and the values (float64).
 Source: dump_custom.cpp of both programs, tools/binary2txt.cpp of LAMMPS.
 """
 
@@ -17,7 +18,8 @@ from matter.errors import InputError
 
 
 def read(path: Path, columns: int) -> tuple[int, np.ndarray]:
-    """The time step and the table (atoms, columns), in the order of the file. Raises ``InputError`` when the file is cut short or another's."""
+    """The time step and the table (atoms, columns), in the order of the file. Raises ``InputError`` when the file is
+    cut short or another's."""
     raw = path.read_bytes()
     try:
         step, table = _parsed(raw)

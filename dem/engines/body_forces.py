@@ -26,7 +26,9 @@ def lines(scene: Scene) -> list[str]:
     if scene.gravity.radius == 0.0 and not damped:
         return out
     out.append('variable squared atom "x*x+y*y+z*z"')
-    gravity = Polynomial.fit(scene.gravity, scene.lower).formula("v_squared") if scene.gravity.radius > 0.0 else "0.0*x"
+    gravity = (
+        Polynomial.fit(scene.gravity, scene.lower).formula("v_squared") if scene.gravity.radius > 0.0 else "0.0*x"
+    )
     out.append(f'variable pull atom "mass*({gravity})"')
     if damped and scene.domain is not None:
         out += _drag(scene.domain)
@@ -43,11 +45,13 @@ def _drag(domain: Domain | Container) -> list[str]:
     if isinstance(domain, Container):
         depth, inside = _layer_of_container(domain), f"(z<={domain.top:.17g})"
     else:
-        depth = f"(1.0-({domain.half_angle:.17g}-acos(z/sqrt(v_squared)))*{domain.datum_radius / domain.damped_width:.17g})"
+        widths = domain.datum_radius / domain.damped_width
+        depth = f"(1.0-({domain.half_angle:.17g}-acos(z/sqrt(v_squared)))*{widths:.17g})"
         inside = f"(v_squared<={domain.top_radius**2:.17g})"
     return [
         f'variable depth atom "{depth}"',
-        f'variable drag atom "mass*{domain.damping_rate:.17g}*{inside}*((v_depth>0.0)*(v_depth<1.0)*v_depth*v_depth+(v_depth>=1.0))"',
+        f"variable drag atom "
+        f'"mass*{domain.damping_rate:.17g}*{inside}*((v_depth>0.0)*(v_depth<1.0)*v_depth*v_depth+(v_depth>=1.0))"',
     ]
 
 
@@ -61,7 +65,8 @@ def _layer_of_container(container: Container) -> str:
 
 
 def aside(domain: Domain | Container) -> list[str]:
-    """The region ``aside``: beside the domain and below its top. Grains there have left and are taken out, as the stage itself does."""
+    """The region ``aside``: beside the domain and below its top. Grains there have left and are taken out, as the
+    stage itself does."""
     if isinstance(domain, Container):
         return _aside_of_container(domain)
     height = domain.top_radius
@@ -74,10 +79,15 @@ def aside(domain: Domain | Container) -> list[str]:
 
 
 def _aside_of_container(container: Container) -> list[str]:
-    """Beside upright sides; what is below z = 0 outside a bowl lies within those and has gone through it, which is an error and not taken out."""
+    """Beside upright sides; what is below z = 0 outside a bowl lies within those and has gone through it, which is an
+    error and not taken out."""
     radius, height = f"{container.radius:.17g}", f"{container.top:.17g}"
     if container.shape == "box":
         beside = f"region beside block -{radius} {radius} -{radius} {radius} INF INF side out"
     else:
         beside = f"region beside cylinder z 0 0 {radius} INF INF side out"
-    return [beside, f"region below block INF INF INF INF INF {height} side in", "region aside intersect 2 beside below"]
+    return [
+        beside,
+        f"region below block INF INF INF INF INF {height} side in",
+        "region aside intersect 2 beside below",
+    ]

@@ -1,6 +1,8 @@
-"""Central gravity for engines that take forces as formulas of x, y, z: one polynomial in place of the table of ``dem.gravity``.
+"""Central gravity for engines that take forces as formulas of x, y, z: one polynomial in place of the table of
+``dem.gravity``.
 
-    a = -q(s) x,   s = |x|^2,   q = g(r) / r = sum_k c_k u^k  with u = (s - s_m) / s_w  between two radii,  G M s^(-3/2) above the upper one
+    a = -q(s) x,   s = |x|^2,   q = g(r) / r = sum_k c_k u^k  with u = (s - s_m) / s_w  between two radii,
+    G M s^(-3/2) above the upper one
 
 The polynomial is fitted to the table between the core and the surface; ``error`` is its largest relative error there.
 """
@@ -20,7 +22,8 @@ ENOUGH = 5e-4
 
 @dataclass(frozen=True)
 class Polynomial:
-    """``coefficients`` c_k [1/s^2] from k = 0; ``middle``, ``half_width`` [m^2]; ``upper`` radius [m]; ``gm`` [m^3/s^2]; ``error`` of g, relative."""
+    """``coefficients`` c_k [1/s^2] from k = 0; ``middle``, ``half_width`` [m^2]; ``upper`` radius [m]; ``gm``
+    [m^3/s^2]; ``error`` of g, relative."""
 
     coefficients: np.ndarray
     middle: float
@@ -31,7 +34,8 @@ class Polynomial:
 
     @staticmethod
     def fit(field: Field, lower: float) -> Polynomial:
-        """The lowest degree whose error is below ``ENOUGH``, else the highest, for radii from ``lower`` [m] to the field's own."""
+        """The lowest degree whose error is below ``ENOUGH``, else the highest, for radii from ``lower`` [m] to the
+        field's own."""
         upper = field.radius
         r = np.linspace(lower, upper, 4001)
         s, g = r * r, field.strength(r)

@@ -1,8 +1,10 @@
-"""Grains in classes of like stiffness and mass: what an engine calls atom types, and the contact numbers of each pair of classes.
+"""Grains in classes of like stiffness and mass: what an engine calls atom types, and the contact numbers of each pair
+of classes.
 
-An engine's contact parameters belong to pairs of types, ours to pairs of grains: k_n = min(k_i, k_j), dashpots C = number sqrt(k m_red), moments
-in beta R. Grains of one species whose k_n and mass lie in the same cells of a logarithmic grid make a class with the mean k_n, mass and radius;
-``rounding`` says by how much a pair's own numbers differ from those of its classes.
+An engine's contact parameters belong to pairs of types, ours to pairs of grains: k_n = min(k_i, k_j), dashpots C =
+number sqrt(k m_red), moments in beta R. Grains of one species whose k_n and mass lie in the same cells of a
+logarithmic grid make a class with the mean k_n, mass and radius; ``rounding`` says by how much a pair's own numbers
+differ from those of its classes.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ MOST = 60
 
 
 class PairNumbers(NamedTuple):
-    """The contact of two classes, or a class and a wall: restitution e_n, k_n and k_t [N/m], C_n and C_t [kg/s], mu, beta, R [m], m_red [kg], mu_r, mu_t."""
+    """The contact of two classes, or a class and a wall: restitution e_n, k_n and k_t [N/m], C_n and C_t [kg/s], mu,
+    beta, R [m], m_red [kg], mu_r, mu_t."""
 
     restitution: float
     k_n: float
@@ -52,7 +55,8 @@ class PairNumbers(NamedTuple):
 
 @dataclass(frozen=True)
 class Classes:
-    """``of`` class of each grain; per class: ``species``, ``stiffness`` [N/m], ``mass`` [kg], ``radius`` [m], ``count``."""
+    """``of`` class of each grain; per class: ``species``, ``stiffness`` [N/m], ``mass`` [kg], ``radius`` [m],
+    ``count``."""
 
     of: np.ndarray
     species: np.ndarray
@@ -78,7 +82,9 @@ class Classes:
         of = of.reshape(-1)
         count = np.bincount(of)
         stiffness, mass = (np.exp(np.bincount(of, v) / count) for v in (k, m))
-        return Classes(of, found[:, 0].astype(np.int64), stiffness, mass, np.bincount(of, grains.radius) / count, count)
+        return Classes(
+            of, found[:, 0].astype(np.int64), stiffness, mass, np.bincount(of, grains.radius) / count, count
+        )
 
     def pair(self, contact: Contact, a: int, b: int) -> PairNumbers:
         """The contact of a grain of class ``a`` with one of class ``b``."""
@@ -94,7 +100,8 @@ class Classes:
         return numbers(contact, law, float(self.stiffness[a]), float(self.mass[a]), float(self.radius[a]))
 
     def merged(self, most: int) -> tuple[Classes, list[np.ndarray]]:
-        """At most ``most`` wider classes of like species and stiffness, and which of these make up each (for walls, where an engine has few groups)."""
+        """At most ``most`` wider classes of like species and stiffness, and which of these make up each (for walls,
+        where an engine has few groups)."""
         step = STIFFNESS_STEP
         while True:
             cells = np.column_stack([self.species, _cell(np.log(self.stiffness), step)])
@@ -113,10 +120,12 @@ class Classes:
         return wide, [np.flatnonzero(of == k) for k in range(len(found))]
 
     def rounding(self, grains: Particles) -> dict[str, float]:
-        """Rms and largest relative difference of the grains' own stiffness, root of mass and radius from those of their classes."""
+        """Rms and largest relative difference of the grains' own stiffness, root of mass and radius from those of
+        their classes."""
         out = {}
         for name, own, mean in (
-            ("stiffness", grains.stiffness, self.stiffness), ("root_mass", np.sqrt(grains.mass), np.sqrt(self.mass)), ("radius", grains.radius, self.radius),
+            ("stiffness", grains.stiffness, self.stiffness), ("root_mass", np.sqrt(grains.mass), np.sqrt(self.mass)),
+            ("radius", grains.radius, self.radius),
         ):  # fmt: skip
             off = own / mean[self.of] - 1.0
             out[f"{name}_rms"], out[f"{name}_max"] = float(np.sqrt(np.mean(off**2))), float(np.max(np.abs(off)))
@@ -141,7 +150,12 @@ def law_of(contact: Contact, species: int) -> GrainLaw:
 def softer(one: GrainLaw, two: GrainLaw) -> GrainLaw:
     """The law of a contact between two species: the smaller of each value (``Contact.pair_table``)."""
     first, second = one.model_dump(), two.model_dump()
-    return GrainLaw.model_construct(**{name: min(first[name], second[name]) if isinstance(first[name], float | int) else first[name] for name in first})
+    return GrainLaw.model_construct(
+        **{
+            name: min(first[name], second[name]) if isinstance(first[name], float | int) else first[name]
+            for name in first
+        }
+    )
 
 
 def numbers(contact: Contact, law: GrainLaw, k: float, reduced: float, radius: float) -> PairNumbers:
@@ -150,4 +164,16 @@ def numbers(contact: Contact, law: GrainLaw, k: float, reduced: float, radius: f
     root = np.sqrt(k * reduced)
     c_n = float(normal_hooke.damping_number(law.restitution) * root)
     c_t = float(normal_hooke.damping_number(law.restitution_tangential) * np.sqrt(ratio) * root)
-    return PairNumbers(law.restitution, float(k), float(ratio * k), c_n, c_t, law.friction, law.shape, float(radius), float(reduced), law.rolling, law.twisting)
+    return PairNumbers(
+        law.restitution,
+        float(k),
+        float(ratio * k),
+        c_n,
+        c_t,
+        law.friction,
+        law.shape,
+        float(radius),
+        float(reduced),
+        law.rolling,
+        law.twisting,
+    )

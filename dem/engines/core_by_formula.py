@@ -2,8 +2,9 @@
 
     F_n = k_n o - C_n v_r,  o = r + R - |x| > 0,   C_n = number sqrt(k_n m)
 
-along the outward radius, with every grain's own k_n and e_n; no friction. Triangles fail on a convex wall: with edges that touch, grains near an edge are
-pushed by two facets at once (the floor of a settled Valhalla bed pushed 18 % too hard); with edges that do not, grains sink between two facets.
+along the outward radius, with every grain's own k_n and e_n; no friction. Triangles fail on a convex wall: with edges
+that touch, grains near an edge are pushed by two facets at once (the floor of a settled Valhalla bed pushed 18 % too
+hard); with edges that do not, grains sink between two facets.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from matter import archive
 from matter.formats import lammps_data
 
 MARGIN = 4.0
-"""Grains within this many mean radii of the sphere's contact are looked at; the group is made anew several times per snapshot."""
+"""Grains within this many mean radii of the sphere's contact are looked at; the group is made anew several times per
+snapshot."""
 REGROUP = '"group near_core region near_core"'
 
 
@@ -31,7 +33,9 @@ def write_constants(scene: Scene, wall: Wall, folder: Path) -> None:
     number = np.zeros(len(SPECIES))
     for k in range(len(SPECIES)):
         e = law_of(scene.contact, k).restitution
-        number[k] = normal_hooke.damping_number(e if wall.species < 0 else min(e, law_of(scene.contact, wall.species).restitution))
+        number[k] = normal_hooke.damping_number(
+            e if wall.species < 0 else min(e, law_of(scene.contact, wall.species).restitution)
+        )
     damping = number[grains.species] * np.sqrt(grains.stiffness * grains.mass)
     who = lammps_data.identities(grains)
     for name, values in (("stiffness", grains.stiffness), ("damping", damping)):
@@ -55,7 +59,8 @@ def lines(scene: Scene, wall: Wall) -> list[str]:
         "fix core_grain all store/state 0 v_core_stiffness v_core_damping c_core_radius",
         f'variable core_far atom "sqrt({squared})"',
         f'variable core_depth atom "f_core_grain[3]+{wall.radius:.17g}-v_core_far"',
-        f'variable core_push atom "(v_core_depth>0.0)*(f_core_grain[1]*v_core_depth-f_core_grain[2]*({along})/v_core_far)/v_core_far"',
+        f"variable core_push atom "
+        f'"(v_core_depth>0.0)*(f_core_grain[1]*v_core_depth-f_core_grain[2]*({along})/v_core_far)/v_core_far"',
         *(f'variable core_{c} atom "v_core_push*({c}-({at}))"' for c, at in zip("xyz", centre)),
         "fix core near_core addforce v_core_x v_core_y v_core_z",
     ]

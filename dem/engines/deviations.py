@@ -1,6 +1,7 @@
 """What an engine cannot do as ``dem`` does it: refused by name, unless the case accepts it by that name.
 
-``[dem] accept = ["no_twist", ...]``. Accepted deviations that a run made use of stand in its ``stage_report.json`` and in ``measures.json``.
+``[dem] accept = ["no_twist", ...]``. Accepted deviations that a run made use of stand in its ``stage_report.json`` and
+in ``measures.json``.
 """
 
 from __future__ import annotations
@@ -17,22 +18,27 @@ from dem.walls import SPHERE_OUTSIDE
 from matter.errors import InputError
 
 Deviation = Literal[
-    "no_twist", "damping_by_size_class", "stiffness_by_size_class", "rolling_of_equal_spheres", "sliding_spring", "contacts_begin_unloaded",
+    "no_twist", "damping_by_size_class", "stiffness_by_size_class", "rolling_of_equal_spheres", "sliding_spring",
+    "contacts_begin_unloaded",
     "ejecta_not_slowed", "spin_not_damped", "smooth_core", "clamp_sliding", "springs_of_the_bed",
 ]  # fmt: skip
 
 SENTENCES: dict[str, str] = {
     "no_twist": "contacts do not resist twisting",
-    "damping_by_size_class": "dashpots (and in LAMMPS the twisting spring) are those of classes of grains of like stiffness and mass, not of each pair",
+    "damping_by_size_class": "dashpots (and in LAMMPS the twisting spring) are those of classes of grains of like "
+    "stiffness and mass, not of each pair",
     "stiffness_by_size_class": "the stiffness of a grain is the mean of its class",
     "rolling_of_equal_spheres": "the rolling rate of unequal spheres lacks the term of their sizes",
-    "sliding_spring": "at the limit of friction LIGGGHTS counts the spring without its dashpot; LAMMPS lets both together carry the limit",
+    "sliding_spring": "at the limit of friction LIGGGHTS counts the spring without its dashpot; LAMMPS lets both "
+    "together carry the limit",
     "contacts_begin_unloaded": "tangential, rolling and twisting springs of the start begin at zero",
-    "ejecta_not_slowed": "returning ejecta are not slowed to what their contacts can stop: they may pass through the uppermost grains",
+    "ejecta_not_slowed": "returning ejecta are not slowed to what their contacts can stop: they may pass through the "
+    "uppermost grains",
     "spin_not_damped": "the damped layer at the side damps velocities, not spins",
     "smooth_core": "the core pushes, but does not resist sliding and rolling on it",
     "clamp_sliding": "sliding shortens the spring although the case asks for reset",
-    "springs_of_the_bed": "contacts keep the springs in which the bed settled, softer than springs_for asks; [bed] largest_speed settles it in such springs",
+    "springs_of_the_bed": "contacts keep the springs in which the bed settled, softer than springs_for asks; [bed] "
+    "largest_speed settles it in such springs",
 }
 assert set(SENTENCES) == set(get_args(Deviation))
 
@@ -41,7 +47,8 @@ ROUNDING = 1e-6
 
 
 class Start(NamedTuple):
-    """What the grains of a start ask for: ``loaded`` contacts, ``ejecta`` among them, springs ``stiffer`` than those of the bed."""
+    """What the grains of a start ask for: ``loaded`` contacts, ``ejecta`` among them, springs ``stiffer`` than those
+    of the bed."""
 
     loaded: bool = False
     ejecta: bool = False
@@ -67,7 +74,9 @@ def needed(engine: str, scene: Scene, start: Start) -> list[str]:
         "contacts_begin_unloaded": start.loaded,
         "ejecta_not_slowed": start.ejecta,
         "spin_not_damped": scene.domain is not None and scene.domain.damped_width > 0.0,
-        "smooth_core": ours and bool(rough) and any(wall.kind == SPHERE_OUTSIDE and wall.species >= 0 for wall in scene.walls),
+        "smooth_core": ours
+        and bool(rough)
+        and any(wall.kind == SPHERE_OUTSIDE and wall.species >= 0 for wall in scene.walls),
         "clamp_sliding": contact.sliding == "reset" and bool(rough),
         "springs_of_the_bed": start.stiffer,
     }
@@ -75,19 +84,29 @@ def needed(engine: str, scene: Scene, start: Start) -> list[str]:
 
 
 def check(engine: str, scene: Scene, needs: Sequence[str], accepted: Sequence[str]) -> None:
-    """Raise ``InputError`` for laws that the engine lacks, and with every deviation that is needed and not accepted."""
+    """Raise ``InputError`` for laws that the engine lacks, and with every deviation that is needed and not
+    accepted."""
     _laws(engine, scene.contact)
     if engine == liggghts.NAME and len(found := liggghts.rolling_numbers(scene)) > 1:
-        raise InputError(f"[dem] engine = {engine!r} takes one rolling friction for all contacts; this case has {', '.join(f'{mu:g}' for mu in sorted(found))}")
+        raise InputError(
+            f"[dem] engine = {engine!r} takes one rolling friction for all contacts; this case has "
+            f"{', '.join(f'{mu:g}' for mu in sorted(found))}"
+        )
     missing = [name for name in needs if name not in accepted]
     if missing:
         listed = "".join(f"\n  {name}: {SENTENCES[name]}" for name in missing)
         text = ", ".join(f'"{name}"' for name in [*accepted, *missing])
-        raise InputError(f"[dem] engine = {engine!r} cannot do all that this case asks for:{listed}\nto run it all the same: [dem] accept = [{text}]")
+        raise InputError(
+            f"[dem] engine = {engine!r} cannot do all that this case asks for:{listed}\nto run it all the same: [dem] "
+            f"accept = [{text}]"
+        )
 
 
 def _laws(engine: str, contact: Contact) -> None:
     values = contact.model_dump()
     for name, known in (("normal", "hooke"), ("tangential", "spring"), ("cohesion", "none")):
         if values.get(name, known) != known:
-            raise InputError(f"[dem.contact] {name} = {values[name]!r}: engine = {engine!r} is given {name} = {known!r} only; use engine = 'native'")
+            raise InputError(
+                f"[dem.contact] {name} = {values[name]!r}: engine = {engine!r} is given {name} = {known!r} only; use "
+                f"engine = 'native'"
+            )

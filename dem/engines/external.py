@@ -1,17 +1,21 @@
-"""The collapse on LAMMPS or LIGGGHTS: the same inputs, snapshots, history and end as ``dem.stage``, with the stepping done by a subprocess.
+"""The collapse on LAMMPS or LIGGGHTS: the same inputs, snapshots, history and end as ``dem.stage``, with the stepping
+done by a subprocess.
 
-The engine writes a binary dump at every row of the history. Each is read into the stage's own assembly, which then stands for the engine's
-state: energies, momenta, overlaps, the surface profile, what has left and when the profile is still are found by the same code as in a native run.
-What cannot be known from dumps is left out: elastic energy is that of the normal springs, all that is lost is booked as dissipated in contacts,
-and the balances of momentum and energy are not measured.
+The engine writes a binary dump at every row of the history. Each is read into the stage's own assembly, which then
+stands for the engine's state: energies, momenta, overlaps, the surface profile, what has left and when the profile is
+still are found by the same code as in a native run. What cannot be known from dumps is left out: elastic energy is
+that of the normal springs, all that is lost is booked as dissipated in contacts, and the balances of momentum and
+energy are not measured.
 
-Ejecta that are clear of the bed at the start and cannot be back before ``latest_time`` are flown here, under the same gravity; all others stay in the engine's
-box with the bed. What leaves the box is booked when it is missed.
+Ejecta that are clear of the bed at the start and cannot be back before ``latest_time`` are flown here, under the same
+gravity; all others stay in the engine's box with the bed. What leaves the box is booked when it is missed.
 
-Stop and resume use the engine's own restart files, which hold the contact history. The stage's checkpoint of the same step stands beside each. An engine
-that begins from a restart works out its first forces with the velocities of a full step, where one that goes on has those of half a step: LAMMPS is
-therefore told to begin anew at every restart that it writes, and a resumed run on one rank has the same bits. On several ranks the domains are cut anew, and
-LIGGGHTS' restarts do not give back all of its state (1e-6 radii apart after ten steps): such a resume is another run of the same collapse.
+Stop and resume use the engine's own restart files, which hold the contact history. The stage's checkpoint of the same
+step stands beside each. An engine that begins from a restart works out its first forces with the velocities of a full
+step, where one that goes on has those of half a step: LAMMPS is therefore told to begin anew at every restart that it
+writes, and a resumed run on one rank has the same bits. On several ranks the domains are cut anew, and LIGGGHTS'
+restarts do not give back all of its state (1e-6 radii apart after ten steps): such a resume is another run of the same
+collapse.
 """
 
 from __future__ import annotations
@@ -59,25 +63,45 @@ class ExternalCollapse(Collapse):
     def __init__(self, settings: Settings, start: Particles, body: LayeredBody | FlatGround, out: Path):
         program.find(settings.engine)
         if settings.stiffness != "fixed" or settings.sleeping:  # schemes of our own stepping
-            raise InputError(f"[dem] stiffness = 'following' and sleeping need engine = 'native': {settings.engine} steps every grain with one stiffness")
-        loaded = any(np.any(start.tables.get(f"contacts/{name}", np.zeros((0, TOUCHING)))[:, :TOUCHING]) for name in ("history", "wall_history"))
+            raise InputError(
+                f"[dem] stiffness = 'following' and sleeping need engine = 'native': {settings.engine} steps every "
+                f"grain with one stiffness"
+            )
+        loaded = any(
+            np.any(start.tables.get(f"contacts/{name}", np.zeros((0, TOUCHING)))[:, :TOUCHING])
+            for name in ("history", "wall_history")
+        )
         super().__init__(settings, start, body, out)
         self.engine, self.folder = ENGINES[settings.engine], out / FOLDER
         bed, rest = self.bed, settings.latest_time - self.bed.start_time
-        self.over = OverGround(self.domain, bed.gravity) if isinstance(self.domain, Container) else OverBody(self.domain, bed.gravity)
+        self.over = (
+            OverGround(self.domain, bed.gravity)
+            if isinstance(self.domain, Container)
+            else OverBody(self.domain, bed.gravity)
+        )
         flight.look(bed, self.domain)
-        self.aloft = np.sort(bed.identity[(bed.state == BALLISTIC) & self.over.stays_away(bed.X[:, :3], bed.W[:, :3], rest)])
+        self.aloft = np.sort(
+            bed.identity[(bed.state == BALLISTIC) & self.over.stays_away(bed.X[:, :3], bed.W[:, :3], rest)]
+        )
         grains = bed.particles({"time": bed.start_time, "species": []}, tables=False)
         grains = grains.select((grains["state"] != LEFT) & ~np.isin(grains.identity, self.aloft))
         reach = self.over.reach(grains.position, grains.velocity, rest, float(bed.X[:, RADIUS].max()))
-        self.scene = Scene(grains, settings.contact, self.domain.walls(), bed.gravity, bed.dt, reach, self.domain, self._skin())
+        self.scene = Scene(
+            grains, settings.contact, self.domain.walls(), bed.gravity, bed.dt, reach, self.domain, self._skin()
+        )
         ejecta = bool(np.any(grains.identity >= start.attributes.get("bed_grains", np.iinfo(np.int64).max)))
-        wanted = stiffening.springs_for(settings.springs_for, start, settings.contact, isinstance(self.domain, Container))
-        self.needs = deviations.needed(settings.engine, self.scene, deviations.Start(loaded, ejecta, wanted.factor > 1.0))
+        wanted = stiffening.springs_for(
+            settings.springs_for, start, settings.contact, isinstance(self.domain, Container)
+        )
+        self.needs = deviations.needed(
+            settings.engine, self.scene, deviations.Start(loaded, ejecta, wanted.factor > 1.0)
+        )
         deviations.check(settings.engine, self.scene, self.needs, settings.accept)
         # whole holds, so that a restart finds the forces of the step at which it was written
         self.row_steps = HOLD_STEPS * max(1, round(settings.history_interval / (HOLD_STEPS * self.bed.dt)))
-        self.restart_steps = self.row_steps * max(1, round(settings.snapshot_interval / (self.row_steps * self.bed.dt)))
+        self.restart_steps = self.row_steps * max(
+            1, round(settings.snapshot_interval / (self.row_steps * self.bed.dt))
+        )
 
     def _fly(self, steps: int) -> None:
         """Move the grains that fly here by ``steps`` steps of velocity Verlet."""
@@ -97,7 +121,8 @@ class ExternalCollapse(Collapse):
         fastest = float(np.max(np.linalg.norm(bed.W[there, :3], axis=1)))
         return float(np.clip(2.0 * LIST_STEPS * fastest * bed.dt / bed.mean_radius, 0.1, 0.6))
 
-    # -- time ----------------------------------------------------------------------------------------------------------------
+    # -- time
+    # ----------------------------------------------------------------------------------------------------------------
 
     def advance(self) -> None:
         """Run the engine until the profile is still (not before ``end_time``) or ``latest_time`` is reached."""
@@ -127,8 +152,8 @@ class ExternalCollapse(Collapse):
     def _finished_steps(self, running: subprocess.Popen[bytes], last: int, total: int) -> Iterator[int]:
         """The steps after ``last`` whose dump (and restart, where due) is whole.
 
-        The engine's log tells how far it is, but its files may be closed later than that: a dump counts when it is whole, a restart when the
-        engine has gone on to the next row.
+        The engine's log tells how far it is, but its files may be closed later than that: a dump counts when it is
+        whole, a restart when the engine has gone on to the next row.
         """
         log = self.folder / LOG
         while last < total:
@@ -136,11 +161,18 @@ class ExternalCollapse(Collapse):
             reached = _reached(log)
             step = last + self.row_steps
             with_restart = step % self.restart_steps == 0 and step < total
-            if step <= reached and (ended or reached > step or not with_restart) and binary_dump.whole(self._dump(step)):
+            if (
+                step <= reached
+                and (ended or reached > step or not with_restart)
+                and binary_dump.whole(self._dump(step))
+            ):
                 yield step
                 last = step
             elif ended:
-                raise UnphysicalState(f"{self.settings.engine} ended after step {last} of {total}: {program.complaint(self.folder, LOG)} (see {log})")
+                raise UnphysicalState(
+                    f"{self.settings.engine} ended after step {last} of {total}: "
+                    f"{program.complaint(self.folder, LOG)} (see {log})"
+                )
             else:
                 time.sleep(POLL_S)
             stop_here("dem")
@@ -174,7 +206,8 @@ class ExternalCollapse(Collapse):
                     old.unlink()
 
     def _book_missing(self, missing: np.ndarray) -> None:
-        """Book what the engine no longer holds; a grain that cannot have left by its last known place and speed is an error."""
+        """Book what the engine no longer holds; a grain that cannot have left by its last known place and speed is an
+        error."""
         bed = self.bed
         if not missing.any():
             return
@@ -184,17 +217,25 @@ class ExternalCollapse(Collapse):
         lost = missing & ~beyond & ~beside
         if lost.any():
             raise UnphysicalState(
-                f"{self.settings.engine} lost grain {bed.identity[lost][0]} inside the domain; last seen at {bed.where(int(np.flatnonzero(lost)[0]))}"
+                f"{self.settings.engine} lost grain {bed.identity[lost][0]} inside the domain; last seen at "
+                f"{bed.where(int(np.flatnonzero(lost)[0]))}"
             )
         flying = bed.state == BALLISTIC
-        flat = isinstance(self.domain, Container)  # from flat ground nothing escapes: what leaves the box comes down outside, or too late
+        flat = isinstance(
+            self.domain, Container
+        )  # from flat ground nothing escapes: what leaves the box comes down outside, or too late
         escaped = beyond & (not flat)
         outside = (beside & flying) | (beyond & flat)
-        by_reason = {"escaped": bed.identity[escaped], "landed_outside": bed.identity[outside], "through_the_side": bed.identity[beside & ~flying]}
+        by_reason = {
+            "escaped": bed.identity[escaped],
+            "landed_outside": bed.identity[outside],
+            "through_the_side": bed.identity[beside & ~flying],
+        }
         for reason, who in by_reason.items():
             bed.change_states(np.isin(bed.identity, who), LEFT, reason)
 
-    # -- what is known -------------------------------------------------------------------------------------------------------
+    # -- what is known
+    # -------------------------------------------------------------------------------------------------------
 
     def _row(self) -> list[float]:
         bed = self.bed
@@ -223,9 +264,11 @@ class ExternalCollapse(Collapse):
             "box_half_edge_m": scene.reach,
         }
         report["notes"] += [
-            f"Stepped by {self.settings.engine}; energies, momenta and overlaps are those of its dumps. elastic_J holds the normal springs only, "
+            f"Stepped by {self.settings.engine}; energies, momenta and overlaps are those of its dumps. elastic_J "
+            f"holds the normal springs only, "
             "dissipated_contacts_J all that is missing from the total; the balances are not measured.",
-            "The engine keeps springs in the contact plane by projection; they do not turn with the pair's mean spin about the normal.",
+            "The engine keeps springs in the contact plane by projection; they do not turn with the pair's mean spin "
+            "about the normal.",
             f"{len(self.aloft)} grains that could not be back before the latest end were flown by the stage itself.",
         ]
         return report

@@ -1,18 +1,18 @@
 """LAMMPS (granular package) as the engine: the deck that says what ``dem`` means.
 
-=========================  =====================================================================================================
+=========================  ============================================================================================
 here                       there
-=========================  =====================================================================================================
-normal_hooke               ``hooke k_n e_n`` with ``damping coeff_restitution``: the dashpot of every pair from its own masses
+=========================  ============================================================================================
+normal_hooke        ``hooke k_n e_n`` with ``damping coeff_restitution``: the dashpot of every pair from its own masses
 tangential_spring          ``tangential linear_history k_t C_t/C_n mu``
 rolling_sds                ``rolling sds``: k = k_n beta^2, gamma = C_n beta^2, mu = mu_r beta (scaled by R there)
-twisting_sds               ``twisting sds``: k = 2 k_t (beta R)^2, gamma = 2 C_t (beta R)^2, mu = mu_t mu beta R (not scaled there)
+twisting_sds   ``twisting sds``: k = 2 k_t (beta R)^2, gamma = 2 C_t (beta R)^2, mu = mu_t mu beta R (not scaled there)
 walls                      ``fix wall/gran/region`` with the same law, one for each wall and group of like classes
 central gravity, damping   atom-style variables in ``fix addforce``
-=========================  =====================================================================================================
+=========================  ============================================================================================
 
-Rolling and twisting dashpots, k_twist and mu_twist are those of the classes' mean mass and radius. Source: LAMMPS documentation, pair_style granular and
-fix wall/gran/region (version 22 July 2025).
+Rolling and twisting dashpots, k_twist and mu_twist are those of the classes' mean mass and radius. Source: LAMMPS
+documentation, pair_style granular and fix wall/gran/region (version 22 July 2025).
 """
 
 from __future__ import annotations
@@ -34,16 +34,21 @@ SOURCES = ("Thompson2022",)
 
 NAME = "lammps"
 ROUGH_GROUPS, SMOOTH_GROUPS = 8, 3
-"""Groups of grains that have a law of their own at rough and at smooth walls: each costs a pass over all grains, and the program knows 32 groups."""
+"""Groups of grains that have a law of their own at rough and at smooth walls: each costs a pass over all grains, and
+the program knows 32 groups."""
 MOST_BINS = 128
-"""Bins of the neighbour search along an edge of the box, at most: few grains in a wide sky must not ask for gigabytes."""
+"""Bins of the neighbour search along an edge of the box, at most: few grains in a wide sky must not ask for
+gigabytes."""
 
 
 def law(pair: PairNumbers, tail: bool) -> str:
     """One contact in the syntax of ``pair_coeff`` and of wall fixes."""
     text = f"hooke {pair.k_n:.17g} {pair.restitution:.17g}"
     if pair.rough:
-        text += f" tangential linear_history {pair.k_t:.17g} {pair.c_t / pair.c_n if pair.c_n else 0.0:.17g} {pair.friction:.17g}"
+        text += (
+            f" tangential linear_history {pair.k_t:.17g} {pair.c_t / pair.c_n if pair.c_n else 0.0:.17g} "
+            f"{pair.friction:.17g}"
+        )
     else:
         text += " tangential linear_nohistory 0.0 0.0"
     square = pair.shape**2
@@ -51,7 +56,10 @@ def law(pair: PairNumbers, tail: bool) -> str:
         text += f" rolling sds {pair.k_n * square:.17g} {pair.c_n * square:.17g} {pair.rolling * pair.shape:.17g}"
     if pair.rough and pair.arm > 0.0 and pair.twisting > 0.0:
         arm2 = pair.arm**2
-        text += f" twisting sds {2.0 * pair.k_t * arm2:.17g} {2.0 * pair.c_t * arm2:.17g} {pair.twisting * pair.friction * pair.arm:.17g}"
+        text += (
+            f" twisting sds {2.0 * pair.k_t * arm2:.17g} {2.0 * pair.c_t * arm2:.17g} "
+            f"{pair.twisting * pair.friction * pair.arm:.17g}"
+        )
     return text + " damping coeff_restitution" + ("" if tail else " limit_damping")
 
 
@@ -65,9 +73,13 @@ def region(wall: Wall, name: str, reach: float) -> str:
         return _upright(wall, name)
     if wall.kind == REVOLVED and (sides := wall.cylinder()):
         radius, low, high = sides
-        return f"region {name} cylinder z {x:.17g} {y:.17g} {radius:.17g} {z + low:.17g} {z + high:.17g} side in open 1 open 2"
+        return (
+            f"region {name} cylinder z {x:.17g} {y:.17g} {radius:.17g} {z + low:.17g} {z + high:.17g} side in open 1 "
+            f"open 2"
+        )
     if wall.kind == SPHERE_INSIDE and np.isfinite(wall.top):
-        # joined with all that is above the top: of the sphere's surface only the part below counts, of the plane only what lies outside
+        # joined with all that is above the top: of the sphere's surface only the part below counts, of the plane only
+        # what lies outside
         return "\n".join(
             [
                 f"region {name}ball sphere {x:.17g} {y:.17g} {z:.17g} {wall.radius:.17g} side in",
@@ -76,13 +88,19 @@ def region(wall: Wall, name: str, reach: float) -> str:
             ]
         )
     if wall.kind in (SPHERE_OUTSIDE, SPHERE_INSIDE):
-        return f"region {name} sphere {x:.17g} {y:.17g} {z:.17g} {wall.radius:.17g} side {'out' if wall.kind == SPHERE_OUTSIDE else 'in'}"
+        return (
+            f"region {name} sphere {x:.17g} {y:.17g} {z:.17g} {wall.radius:.17g} side "
+            f"{'out' if wall.kind == SPHERE_OUTSIDE else 'in'}"
+        )
     if wall.kind == CONE and np.allclose(wall.direction, (0.0, 0.0, 1.0)):
         top = wall.top * math.cos(wall.half_angle) if np.isfinite(wall.top) else 2.0 * reach
         low = 1e-3 * top
         width = math.tan(wall.half_angle)
         # open at both ends: only the side is a wall
-        return f"region {name} cone z {x:.17g} {y:.17g} {width * low:.17g} {width * top:.17g} {z + low:.17g} {z + top:.17g} side in open 1 open 2"
+        return (
+            f"region {name} cone z {x:.17g} {y:.17g} {width * low:.17g} {width * top:.17g} {z + low:.17g} "
+            f"{z + top:.17g} side in open 1 open 2"
+        )
     raise InputError(f"[dem] engine = {NAME!r} has no wall of this kind ({wall})")
 
 
@@ -109,7 +127,9 @@ def planes(walls: Sequence[Wall]) -> list[tuple[int, str, str, str]]:
         sides: dict[int, tuple[list[str], list[str]]] = {}
         for wall in walls:
             if flat(wall) and wall.direction[axis]:
-                sides.setdefault(wall.species, ([], []))[0 if wall.direction[axis] > 0 else 1].append(f"{wall.point[axis]:.17g}")
+                sides.setdefault(wall.species, ([], []))[0 if wall.direction[axis] > 0 else 1].append(
+                    f"{wall.point[axis]:.17g}"
+                )
         for species, (low, high) in sides.items():
             out += [(species, "xyz"[axis], one, two) for one, two in zip_longest(low, high, fillvalue="NULL")]
     return out
@@ -123,16 +143,21 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         scene.write_data(folder)
     cut = 2.0 * float(scene.grains.radius.max()) + scene.skin_length
     lines = [
-        "units si", "atom_style sphere", "boundary f f f", "newton off", "comm_modify mode single vel yes", "atom_modify map array", "processors * * 1",
+        "units si", "atom_style sphere", "boundary f f f", "newton off", "comm_modify mode single vel yes",
+        "atom_modify map array", "processors * * 1",
         f"read_data {DATA}" if plan.resume is None else f"read_restart restart.{plan.resume}",
-        f"change_box all x final {-reach:.17g} {reach:.17g} y final {-reach:.17g} {reach:.17g} z final {-reach:.17g} {reach:.17g}"
+        f"change_box all x final {-reach:.17g} {reach:.17g} y final {-reach:.17g} {reach:.17g} z final {-reach:.17g} "
+        f"{reach:.17g}"
         if plan.resume is None else "",
         f"neighbor {scene.skin_length:.17g} bin", "neigh_modify every 1 delay 0 check yes",
         f"neigh_modify binsize {max(0.5 * cut, 2.0 * reach / MOST_BINS):.17g}",
         "pair_style granular",
     ]  # fmt: skip
     for a in range(len(classes)):
-        lines += [f"pair_coeff {a + 1} {b + 1} {law(classes.pair(contact, a, b), contact.attractive_tail)}" for b in range(a, len(classes))]
+        lines += [
+            f"pair_coeff {a + 1} {b + 1} {law(classes.pair(contact, a, b), contact.attractive_tail)}"
+            for b in range(a, len(classes))
+        ]
     pairs = planes(scene.walls)
     lines += [region(wall, f"wall{w}", reach) for w, wall in enumerate(scene.walls) if not flat(wall)]
     for rough in (True, False):
@@ -158,7 +183,8 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         lines += [*body_forces.aside(scene.domain), "fix aside all evaporate 10 100000 aside 1"]
     lines += [
         f"timestep {scene.dt:.17g}", "balance 1.05 shift xy 10 1.02" if len(scene.grains) > 5000 else "",
-        "thermo_style custom step atoms ke", f"thermo {plan.dump_every}", "thermo_modify lost ignore flush yes norm no",
+        "thermo_style custom step atoms ke", f"thermo {plan.dump_every}",
+        "thermo_modify lost ignore flush yes norm no",
         f"dump out all custom {plan.dump_every} dump.*.bin {' '.join(plan.columns)}" if plan.dumps else "",
         f"restart {plan.restart_every} restart.*" if plan.restart_every else "",
         f"run {plan.settle} upto" if plan.settle else "",

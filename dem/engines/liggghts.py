@@ -1,20 +1,22 @@
 """LIGGGHTS as the engine: the deck that says what ``dem`` means, as far as LIGGGHTS can.
 
-=========================  =====================================================================================================
+=========================  ============================================================================================
 here                       there
-=========================  =====================================================================================================
-normal_hooke               ``hooke/stiffness``: kn and gamman per pair of types (matrices), gamman = C_n / m_red of the classes
+=========================  ============================================================================================
+normal_hooke       ``hooke/stiffness``: kn and gamman per pair of types (matrices), gamman = C_n / m_red of the classes
 tangential_spring, cap     ``tangential history``: kt, gammat likewise; the Coulomb test there is on the spring alone
-rolling_sds                ``rolling_friction epsd3``: coefficientRollingFriction = mu_r beta, rollingStiffness = 1/mu_r^2 (one number for all),
-                           coefficientRollingViscousDamping = C_r / (2 sqrt(I_r k_r)), I_r = 7/5 of the reduced m r^2
+rolling_sds                ``rolling_friction epsd3``: coefficientRollingFriction = mu_r beta, rollingStiffness =
+                           1/mu_r^2 (one number for all), coefficientRollingViscousDamping = C_r / (2 sqrt(I_r k_r)),
+                           I_r = 7/5 of the reduced m r^2
 twisting_sds               absent (``no_twist``)
-walls                      planes along the axes as primitives, bowls and cones as triangle meshes, each with a type of its own; a core as a
-                           force by formula (``core_by_formula``)
+walls                      planes along the axes as primitives, bowls and cones as triangle meshes, each with a type of
+                           its own; a core as a force by formula (``core_by_formula``)
 central gravity, damping   atom-style variables in ``fix addforce``
-=========================  =====================================================================================================
+=========================  ============================================================================================
 
-mu_r above 1 asks for a rollingStiffness below 1, which the program refuses under ``units si``: the deck says ``units lj``, whose constants are
-all 1, so that every number stays in SI. Source: LIGGGHTS 3.8 documentation, gran_model_hooke_stiffness, gran_rolling_friction_epsd3, fix wall/gran.
+mu_r above 1 asks for a rollingStiffness below 1, which the program refuses under ``units si``: the deck says ``units
+lj``, whose constants are all 1, so that every number stays in SI. Source: LIGGGHTS 3.8 documentation,
+gran_model_hooke_stiffness, gran_rolling_friction_epsd3, fix wall/gran.
 """
 
 from __future__ import annotations
@@ -43,7 +45,15 @@ def matrices(scene: Scene) -> dict[str, np.ndarray]:
     """Every ``peratomtypepair`` property by its keyword; types are the classes and then the walls."""
     classes, contact = scene.classes, scene.contact
     n, total = len(classes), len(classes) + len(scene.walls)
-    names = ("kn", "kt", "gamman", "gammat", "coefficientFriction", "coefficientRollingFriction", "coefficientRollingViscousDamping")
+    names = (
+        "kn",
+        "kt",
+        "gamman",
+        "gammat",
+        "coefficientFriction",
+        "coefficientRollingFriction",
+        "coefficientRollingViscousDamping",
+    )
     out = {name: np.zeros((total, total)) for name in names}
     for a in range(n):
         for b in range(total):
@@ -71,7 +81,9 @@ def _values(pair: PairNumbers, inertia: float) -> dict[str, float]:
         "gammat": pair.c_t / pair.reduced if pair.rough else 0.0,
         "coefficientFriction": pair.friction,
         "coefficientRollingFriction": pair.rolling * pair.shape if rolls else 0.0,
-        "coefficientRollingViscousDamping": pair.c_n * pair.arm**2 / (2.0 * math.sqrt(inertia * k_r)) if rolls else 0.0,
+        "coefficientRollingViscousDamping": pair.c_n * pair.arm**2 / (2.0 * math.sqrt(inertia * k_r))
+        if rolls
+        else 0.0,
     }
 
 
@@ -93,7 +105,8 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
     cut = 2.0 * float(scene.grains.radius.max()) + scene.skin_length
     box = f"{-reach:.17g} {reach:.17g}"
     lines = [
-        "units lj", "atom_style granular", "boundary f f f", "newton off", "communicate single vel yes", "atom_modify map array", "processors * * 1",
+        "units lj", "atom_style granular", "boundary f f f", "newton off", "communicate single vel yes",
+        "atom_modify map array", "processors * * 1",
         f"read_data {DATA}" if plan.resume is None else f"read_restart restart.{plan.resume}",
         f"change_box all x final {box} y final {box} z final {box} units box" if plan.resume is None else "",
         f"neighbor {scene.skin_length:.17g} bin", "neigh_modify every 1 delay 0 check yes",
@@ -104,8 +117,13 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
     ]  # fmt: skip
     rolling = rolling_numbers(scene)
     for name, values in matrices(scene).items():
-        lines.append(f"fix {name} all property/global {name} peratomtypepair {total} {' '.join(f'{v:.17g}' for v in values.reshape(-1))}")
-    lines.append(f"fix rollingStiffness all property/global rollingStiffness scalar {1.0 / max(rolling, default=1.0) ** 2:.17g}")
+        lines.append(
+            f"fix {name} all property/global {name} peratomtypepair {total} "
+            f"{' '.join(f'{v:.17g}' for v in values.reshape(-1))}"
+        )
+    lines.append(
+        f"fix rollingStiffness all property/global rollingStiffness scalar {1.0 / max(rolling, default=1.0) ** 2:.17g}"
+    )
     model = "hooke/stiffness tangential history" + (" rolling_friction epsd3" if rolling else "")
     limit = "" if scene.contact.attractive_tail else " limitForce on"
     lines += [f"pair_style gran model {model}{limit}", "pair_coeff * *"]
@@ -122,11 +140,15 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
             continue
         meshes.append(f"mesh{w}")
         if plan.resume is None:
-            wall_meshes.write(wall, float(scene.grains.radius.mean()), folder / f"wall{w}.stl", reach, 0.95 * scene.lower)
+            wall_meshes.write(
+                wall, float(scene.grains.radius.mean()), folder / f"wall{w}.stl", reach, 0.95 * scene.lower
+            )
         # facets within this angle count as one smooth surface: their common edges push nothing
         lines.append(f"fix mesh{w} all mesh/surface file wall{w}.stl type {count + w + 1} curvature {SMOOTH_ANGLE}")
     if meshes:  # the program takes one fix for all of them
-        lines.append(f"fix meshes all wall/gran model {model} mesh n_meshes {len(meshes)} meshes {' '.join(meshes)}{limit}")
+        lines.append(
+            f"fix meshes all wall/gran model {model} mesh n_meshes {len(meshes)} meshes {' '.join(meshes)}{limit}"
+        )
     if any("store/state" in line for line in forces):
         lines.append("run 0")  # fix store/state reads a list that the program makes at its first run
     lines += forces
@@ -134,7 +156,8 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
     tasks += [core_by_formula.REGROUP] if any(wall.kind == SPHERE_OUTSIDE for wall in scene.walls) else []
     lines += [
         "fix move all nve/sphere" if plan.integrate else "",
-        f"timestep {scene.dt:.17g}", "thermo_style custom step atoms ke", f"thermo {plan.dump_every}", "thermo_modify lost ignore flush yes norm no",
+        f"timestep {scene.dt:.17g}", "thermo_style custom step atoms ke", f"thermo {plan.dump_every}",
+        "thermo_modify lost ignore flush yes norm no",
         f"dump out all custom {plan.dump_every} dump.*.bin {' '.join(plan.columns)}" if plan.dumps else "",
         f"restart {plan.restart_every} restart.*" if plan.restart_every else "",
         *(body_forces.aside(scene.domain) if scene.domain is not None else []),

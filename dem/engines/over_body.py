@@ -1,4 +1,5 @@
-"""What flies over a body beside an engine: Kepler orbits about its centre, and the box that holds all that comes back in time."""
+"""What flies over a body beside an engine: Kepler orbits about its centre, and the box that holds all that comes back
+in time."""
 
 from __future__ import annotations
 
@@ -47,7 +48,8 @@ class OverBody:
         return outward & ((energy >= 0.0) | (back > rest))
 
     def reach(self, x: np.ndarray, v: np.ndarray, rest: float, largest: float) -> float:
-        """Half the edge of the box [m]: as far as these bound grains can rise in ``rest`` [s], within ``BOX_LIMIT``; ``largest`` radius of a grain [m]."""
+        """Half the edge of the box [m]: as far as these bound grains can rise in ``rest`` [s], within ``BOX_LIMIT``;
+        ``largest`` radius of a grain [m]."""
         r, speed = np.linalg.norm(x, axis=1), np.linalg.norm(v, axis=1)
         energy = 0.5 * speed**2 - self.gm / r
         apoapsis = np.where(energy < 0.0, self.gm / np.maximum(-energy, _TINY), np.inf)

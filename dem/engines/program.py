@@ -1,4 +1,5 @@
-"""Finding and starting an engine: its program, the MPI launcher that belongs to it, and the environment that both need."""
+"""Finding and starting an engine: its program, the MPI launcher that belongs to it, and the environment that both
+need."""
 
 from __future__ import annotations
 
@@ -19,15 +20,19 @@ LOCK = "engine.lock"
 PATIENCE_S = 10.0
 """How long a new engine waits for one that is about to end."""
 _GUARD = 'read line || { kill -TERM -"$0"; sleep 3; kill -KILL -"$0"; } 2>/dev/null'
-"""What the guard does: a line means that all is well, the end of the pipe that the process at its other end was killed."""
+"""What the guard does: a line means that all is well, the end of the pipe that the process at its other end was
+killed."""
 LAUNCHERS = {"lammps": ("mpiexec",), "liggghts": ("mpirun", "mpiexec")}
 
 
 def find(engine: str) -> str:
-    """Path of the engine's program: beside this Python or on PATH; raises ``InputError`` that says how to install it."""
+    """Path of the engine's program: beside this Python or on PATH; raises ``InputError`` that says how to install
+    it."""
     found = _beside(PROGRAMS[engine]) or shutil.which(PROGRAMS[engine])
     if found is None:
-        raise InputError(f"[dem] engine = {engine!r}: the program {PROGRAMS[engine]!r} is not installed ({HOW[engine]})")
+        raise InputError(
+            f"[dem] engine = {engine!r}: the program {PROGRAMS[engine]!r} is not installed ({HOW[engine]})"
+        )
     return found
 
 
@@ -44,12 +49,16 @@ def command(engine: str, deck: str, ranks: int, extra: tuple[str, ...] = ()) -> 
             return [str(at), "-np", str(ranks), *words]
     launcher = shutil.which(LAUNCHERS[engine][0])
     if launcher is None:
-        raise InputError(f"[dem] ranks = {ranks}: no {' or '.join(LAUNCHERS[engine])} beside {program} or on PATH; ranks = 1 needs none")
+        raise InputError(
+            f"[dem] ranks = {ranks}: no {' or '.join(LAUNCHERS[engine])} beside {program} or on PATH; ranks = 1 needs "
+            f"none"
+        )
     return [launcher, "-np", str(ranks), *words]
 
 
 def environment(engine: str) -> dict[str, str]:
-    """Variables for the engine: one thread a rank, ranks as root and beyond the cores allowed, MPI's library of this environment found."""
+    """Variables for the engine: one thread a rank, ranks as root and beyond the cores allowed, MPI's library of this
+    environment found."""
     made = {
         **os.environ,
         "OMP_NUM_THREADS": "1",
@@ -58,17 +67,22 @@ def environment(engine: str) -> dict[str, str]:
         "OMPI_MCA_rmaps_base_oversubscribe": "1",
     }
     if engine == "lammps":
-        made["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, [str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")]))
+        made["LD_LIBRARY_PATH"] = os.pathsep.join(
+            filter(None, [str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")])
+        )
     return made
 
 
 class Engine(subprocess.Popen[bytes]):
-    """A running engine, the leader of a process group of its own, and the guard that ends the group when this process is killed."""
+    """A running engine, the leader of a process group of its own, and the guard that ends the group when this process
+    is killed."""
 
     def guard(self) -> None:
         """Start the guard: a shell at the end of a pipe whose other end is open as long as this process lives."""
         words = ["/bin/sh", "-c", _GUARD, str(self.pid)]
-        self._guard = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        self._guard = subprocess.Popen(
+            words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        )
 
     def wait(self, timeout: float | None = None) -> int:
         """Wait for its end, and dismiss the guard."""
@@ -91,19 +105,28 @@ class Engine(subprocess.Popen[bytes]):
 def start(engine: str, deck: str, ranks: int, folder: Path, log: str) -> Engine:
     """Start the engine in ``folder``; it writes ``log`` and, what it prints, ``<log>.out``.
 
-    It ends with this process, even where that is killed, and holds a lock on the folder as long as it lives: raises ``InputError`` while an
-    engine that was started before still works there.
+    It ends with this process, even where that is killed, and holds a lock on the folder as long as it lives: raises
+    ``InputError`` while an engine that was started before still works there.
     """
     words = command(engine, deck, ranks, ("-log", log))
     with open(folder / LOCK, "ab") as held, open(folder / f"{log}.out", "wb") as said:
         _take(held.fileno(), folder)
-        running = Engine(words, cwd=folder, env=environment(engine), stdout=said, stderr=subprocess.STDOUT, start_new_session=True, pass_fds=(held.fileno(),))
+        running = Engine(
+            words,
+            cwd=folder,
+            env=environment(engine),
+            stdout=said,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            pass_fds=(held.fileno(),),
+        )
     running.guard()
     return running
 
 
 def _take(file: int, folder: Path) -> None:
-    """Lock the open ``file``: the lock goes on to the engine, which inherits the file, and ends with the last process that holds it."""
+    """Lock the open ``file``: the lock goes on to the engine, which inherits the file, and ends with the last process
+    that holds it."""
     until = time.monotonic() + PATIENCE_S
     while True:
         try:
@@ -111,7 +134,10 @@ def _take(file: int, folder: Path) -> None:
             return
         except BlockingIOError:
             if time.monotonic() > until:
-                raise InputError(f"an engine that an earlier run started still works in {folder}: end it (fuser {folder / LOCK}) and try again") from None
+                raise InputError(
+                    f"an engine that an earlier run started still works in {folder}: end it (fuser {folder / LOCK}) "
+                    f"and try again"
+                ) from None
             time.sleep(0.1)
         except OSError:  # a file system without locks: the guard has to do
             return
@@ -119,7 +145,11 @@ def _take(file: int, folder: Path) -> None:
 
 def complaint(folder: Path, log: str) -> str:
     """The first error that the engine reported, or the end of what it said."""
-    said = b"".join(path.read_bytes() for path in (folder / log, folder / f"{log}.out") if path.is_file()).decode(errors="replace").splitlines()
+    said = (
+        b"".join(path.read_bytes() for path in (folder / log, folder / f"{log}.out") if path.is_file())
+        .decode(errors="replace")
+        .splitlines()
+    )
     wrong = [line.strip() for line in said if line.startswith("ERROR") or "libmpi" in line]
     return wrong[0] if wrong else " / ".join(line.strip() for line in said[-3:] if line.strip())
 

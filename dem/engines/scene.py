@@ -21,12 +21,14 @@ from matter.particles import Particles
 COLUMNS = ("id", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz")
 DATA = "start.data"
 HOLD_STEPS = 5
-"""Steps for which g(r)/r and the damping rate of a grain are held: evaluating the formulas in each would cost as much as the contacts."""
+"""Steps for which g(r)/r and the damping rate of a grain are held: evaluating the formulas in each would cost as much
+as the contacts."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Physics. ``domain`` gives the damped layer, or None; ``reach`` half the edge of the cube that the grains may not leave [m]."""
+    """Physics. ``domain`` gives the damped layer, or None; ``reach`` half the edge of the cube that the grains may not
+    leave [m]."""
 
     grains: Particles
     contact: Contact
@@ -55,8 +57,13 @@ class Scene:
     def write_data(self, folder: Path, walls: int = 0) -> None:
         """Write the data file; types are the classes, and ``walls`` more for boundaries."""
         classes = self.classes
-        names = [f"species {s} k_n {k:.4g} m {m:.4g}" for s, k, m in zip(classes.species, classes.stiffness, classes.mass)]
-        typed = Particles({**self.grains, "species": classes.of}, {**self.grains.attributes, "species": names + [f"wall {w}" for w in range(walls)]})
+        names = [
+            f"species {s} k_n {k:.4g} m {m:.4g}" for s, k, m in zip(classes.species, classes.stiffness, classes.mass)
+        ]
+        typed = Particles(
+            {**self.grains, "species": classes.of},
+            {**self.grains.attributes, "species": names + [f"wall {w}" for w in range(walls)]},
+        )
         lammps_data.write(typed, folder / DATA)
 
 
@@ -64,7 +71,8 @@ class Scene:
 class Plan:
     """Until which step, what is written every how many steps, and the restart to go on from (its step), if any.
 
-    ``integrate`` False leaves the grains where they are with the velocities they have: springs load at a known rate (a test of the laws).
+    ``integrate`` False leaves the grains where they are with the velocities they have: springs load at a known rate (a
+    test of the laws).
     """
 
     steps: int

@@ -1,7 +1,8 @@
 """Curved walls as triangles, for an engine that knows planes and meshes only.
 
-Facets are chords of the surface they stand for; the vertices are moved outwards so that facets lie as far inside it as outside, by at most ``DEVIATION`` grain
-radii. A sphere's facets come from a subdivided icosahedron, cut where no grain can touch it; a cone's are strips of about square halves.
+Facets are chords of the surface they stand for; the vertices are moved outwards so that facets lie as far inside it as
+outside, by at most ``DEVIATION`` grain radii. A sphere's facets come from a subdivided icosahedron, cut where no grain
+can touch it; a cone's are strips of about square halves.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ def write(wall: Wall, grain: float, path: Path, reach: float, lower: float = 0.0
 def mesh(wall: Wall, grain: float, reach: float, lower: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (v, 3) [m] and faces (f, 3).
 
-    ``grain`` mean radius [m]; ``reach`` half the edge of the box [m]; ``lower`` distance from a cone's apex below which no grain can be [m].
+    ``grain`` mean radius [m]; ``reach`` half the edge of the box [m]; ``lower`` distance from a cone's apex below
+    which no grain can be [m].
     """
     if wall.kind == SPHERE_INSIDE:
         return _sphere(wall, grain)
@@ -77,7 +79,9 @@ def _cone(wall: Wall, grain: float, reach: float, lower: float) -> tuple[np.ndar
     angle = 2.0 * math.pi * np.arange(around) / around
     slant = np.linspace(low, top, along + 1)
     ring = np.outer(np.cos(angle), one) + np.outer(np.sin(angle), two)
-    vertices = slant[:, None, None] * (math.cos(wall.half_angle) * axis + math.sin(wall.half_angle) * shift * ring[None])
+    vertices = slant[:, None, None] * (
+        math.cos(wall.half_angle) * axis + math.sin(wall.half_angle) * shift * ring[None]
+    )
     return vertices.reshape(-1, 3) + np.asarray(wall.point, dtype=float), _strips(along, around)
 
 
@@ -90,7 +94,9 @@ def _cylinder(wall: Wall, grain: float) -> tuple[np.ndarray, np.ndarray]:
     angle, height = 2.0 * math.pi * np.arange(around) / around, np.linspace(low, high, along + 1)
     width = radius * (1.0 + 0.25 * (math.pi / around) ** 2)
     ring = np.tile(width * np.column_stack([np.cos(angle), np.sin(angle)]), (along + 1, 1))
-    return np.column_stack([ring, np.repeat(height, around)]) + np.asarray(wall.point, dtype=float), _strips(along, around)
+    return np.column_stack([ring, np.repeat(height, around)]) + np.asarray(wall.point, dtype=float), _strips(
+        along, around
+    )
 
 
 def _around(radius: float, grain: float) -> int:
@@ -123,4 +129,6 @@ def _plane(wall: Wall, reach: float) -> tuple[np.ndarray, np.ndarray]:
     corners = np.stack([np.stack([i + a, j + b], -1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
     places, at = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
     at = at.reshape(-1, 4)
-    return centre + edge * (places[:, :1] * one + places[:, 1:] * two), np.concatenate([at[:, [0, 1, 2]], at[:, [0, 2, 3]]])
+    return centre + edge * (places[:, :1] * one + places[:, 1:] * two), np.concatenate(
+        [at[:, [0, 1, 2]], at[:, [0, 2, 3]]]
+    )

@@ -2,14 +2,15 @@
 
     F_c = c (2 beta R)^2        while the grains touch
 
-c interparticle tensile strength [Pa], beta shape parameter, R = r1 r2 / (r1 + r2) [m] (on a wall the radius of the grain): the pull of a
-square of side 2 beta R. It does not depend on the overlap, so the force that pulls a contact open slowly is F_c itself. Energy -F_c x.
+c interparticle tensile strength [Pa], beta shape parameter, R = r1 r2 / (r1 + r2) [m] (on a wall the radius of the
+grain): the pull of a square of side 2 beta R. It does not depend on the overlap, so the force that pulls a contact
+open slowly is F_c itself. Energy -F_c x.
 
-The Coulomb limit and those of rolling and twisting stay those of the contact force without the pull: a cohesive contact at rest is
-pressed by F_c, and cohesion adds to shear strength as in Mohr's law.
+The Coulomb limit and those of rolling and twisting stay those of the contact force without the pull: a cohesive
+contact at rest is pressed by F_c, and cohesion adds to shear strength as in Mohr's law.
 
-Source: Zhang, Richardson, Barnouin, Michel, Schwartz & Ballouz 2018, ApJ 857, 15 (pkdgrav). LIGGGHTS: none; LAMMPS: none (``dmt``
-pulls with 4 pi gamma R, the same force for one pair of radii with gamma = c beta^2 R / pi).
+Source: Zhang, Richardson, Barnouin, Michel, Schwartz & Ballouz 2018, ApJ 857, 15 (pkdgrav). LIGGGHTS: none; LAMMPS:
+none (``dmt`` pulls with 4 pi gamma R, the same force for one pair of radii with gamma = c beta^2 R / pi).
 """
 
 from __future__ import annotations
@@ -38,7 +39,11 @@ class Parameters(NamedTuple):
 
 def fault(p: Parameters) -> str:
     """What is wrong with the values together."""
-    return "pulls over an area (2 beta R)^2: a species with cohesion needs shape above zero" if p.cohesion > 0.0 and p.shape == 0.0 else ""
+    return (
+        "pulls over an area (2 beta R)^2: a species with cohesion needs shape above zero"
+        if p.cohesion > 0.0 and p.shape == 0.0
+        else ""
+    )
 
 
 def constant_pull(radius: np.ndarray, p: Parameters) -> np.ndarray:

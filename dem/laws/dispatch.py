@@ -1,8 +1,8 @@
 """Which law each part of a contact follows: every law of this folder behind one call, chosen by ``kind``.
 
-In a loop that is compiled for a ``dem.scheme.Scheme`` the choice is a constant and costs nothing. ``bodies`` is a ``dem.contact.Bodies``: stiffness k_n [N/m],
-reduced mass [kg], R [m], and the two radii [m]. The ``row`` holds the numbers of a pair of species (``between``); what each family's file brings is in
-CONTRIBUTING.md.
+In a loop that is compiled for a ``dem.scheme.Scheme`` the choice is a constant and costs nothing. ``bodies`` is a
+``dem.contact.Bodies``: stiffness k_n [N/m], reduced mass [kg], R [m], and the two radii [m]. The ``row`` holds the
+numbers of a pair of species (``between``); what each family's file brings is in CONTRIBUTING.md.
 """
 
 from __future__ import annotations
@@ -10,7 +10,16 @@ from __future__ import annotations
 from types import ModuleType
 from typing import Any
 
-from dem.laws import cohesion_sjkr, cohesion_zhang, normal_hertz, normal_hooke, rolling_sds, tangential_mindlin, tangential_spring, twisting_sds
+from dem.laws import (
+    cohesion_sjkr,
+    cohesion_zhang,
+    normal_hertz,
+    normal_hooke,
+    rolling_sds,
+    tangential_mindlin,
+    tangential_spring,
+    twisting_sds,
+)
 from matter.law_family import Family
 
 NORMAL = Family("normal", "normal law", (normal_hooke, normal_hertz), prefix="normal_")
@@ -21,9 +30,19 @@ COHESION = Family("cohesion", "law of cohesion", (cohesion_zhang, cohesion_sjkr)
 
 FAMILIES = (NORMAL, TANGENTIAL, ROLLING, TWISTING, COHESION)
 
-stiffness = NORMAL.choose("stiffness", "overlap, bodies", inline=True, about="k_n [N/m] at this overlap [m]: the tangent stiffness.")
-elastic_force = NORMAL.choose("elastic_force", "overlap, k", rows=False, inline=True, about="The part of the normal force [N] that the spring holds.")
-elastic_energy = NORMAL.choose("elastic_energy", "overlap, k", rows=False, inline=True, about="What the normal spring holds [J].")
+stiffness = NORMAL.choose(
+    "stiffness", "overlap, bodies", inline=True, about="k_n [N/m] at this overlap [m]: the tangent stiffness."
+)
+elastic_force = NORMAL.choose(
+    "elastic_force",
+    "overlap, k",
+    rows=False,
+    inline=True,
+    about="The part of the normal force [N] that the spring holds.",
+)
+elastic_energy = NORMAL.choose(
+    "elastic_energy", "overlap, k", rows=False, inline=True, about="What the normal spring holds [J]."
+)
 normal_force = NORMAL.choose(
     "force",
     "overlap, separation_speed, k, damping, tail",
@@ -60,8 +79,12 @@ twisting_moment = TWISTING.choose(
     inline=True,
     about="Moment [N m] about n and the twisting spring [rad] after the test of the slider.",
 )
-pull = COHESION.choose("pull", "overlap, bodies", otherwise="0.0", inline=True, about="Pull of cohesion [N] at this overlap [m].")
-binding_energy = COHESION.choose("binding_energy", "overlap, bodies", otherwise="0.0", inline=True, about="Binding energy of cohesion [J].")
+pull = COHESION.choose(
+    "pull", "overlap, bodies", otherwise="0.0", inline=True, about="Pull of cohesion [N] at this overlap [m]."
+)
+binding_energy = COHESION.choose(
+    "binding_energy", "overlap, bodies", otherwise="0.0", inline=True, about="Binding energy of cohesion [J]."
+)
 
 
 def smaller(one: Any, two: Any) -> Any:
@@ -70,7 +93,8 @@ def smaller(one: Any, two: Any) -> Any:
 
 
 def between(module: ModuleType | None, one: Any, two: Any) -> tuple[float, ...]:
-    """The row of a law (none: no numbers) for a contact of two species with these ``Parameters``; ``two`` None stands for a rigid wall.
+    """The row of a law (none: no numbers) for a contact of two species with these ``Parameters``; ``two`` None stands
+    for a rigid wall.
 
     A law whose numbers are not the smaller of each value says how they combine: ``row(one, two)``.
     """

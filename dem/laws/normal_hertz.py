@@ -1,20 +1,23 @@
 """Normal contact force: Hertz' spring with a dashpot whose restitution does not depend on the speed.
 
-    F_n = (2/3) k x - C_n u_n,    k = 2 E* sqrt(R x) = 2 E* a      (the tangent stiffness; (2/3) k x = (4/3) E* sqrt(R) x^(3/2))
+    F_n = (2/3) k x - C_n u_n,    k = 2 E* sqrt(R x) = 2 E* a
+        (the tangent stiffness; (2/3) k x = (4/3) E* sqrt(R) x^(3/2))
     C_n = -2 sqrt(5/6) ln(e_n) sqrt(k m_red / (pi^2 + ln^2 e_n))
     1/E* = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2
 
-x overlap [m], u_n separation speed [m/s], R = r1 r2 / (r1 + r2) [m] (on a wall the radius of the grain, and E* = E / (1 - nu^2): it is
-rigid), a radius of the contact [m], E Young's modulus [Pa], nu Poisson's ratio, m_red reduced mass [kg], e_n coefficient of restitution.
+x overlap [m], u_n separation speed [m/s], R = r1 r2 / (r1 + r2) [m] (on a wall the radius of the grain, and E* = E /
+(1 - nu^2): it is rigid), a radius of the contact [m], E Young's modulus [Pa], nu Poisson's ratio, m_red reduced mass
+[kg], e_n coefficient of restitution.
 
-With y = x^(5/4) and d tau = x^(1/4) dt the motion is a damped linear oscillator, so a pair rebounds with exactly e_n at any speed (attractive
-tail kept). Without damping the contact lasts 2.868 (m_red^2 / (R E*^2 v))^(1/5) and is (15 m_red v^2 / (16 sqrt(R) E*))^(2/5) deep.
+With y = x^(5/4) and d tau = x^(1/4) dt the motion is a damped linear oscillator, so a pair rebounds with exactly e_n
+at any speed (attractive tail kept). Without damping the contact lasts 2.868 (m_red^2 / (R E*^2 v))^(1/5) and is (15
+m_red v^2 / (16 sqrt(R) E*))^(2/5) deep.
 
 Valid for overlaps below about a tenth of the radii and speeds far below that of sound.
 
-Source: Hertz 1882, J. reine angew. Math. 92, 156; dashpot: Antypov & Elliott 2011, EPL 94, 50004 (Tsuji, Tanaka & Ishida 1992,
-Powder Technol. 71, 239, has the same x^(1/4) with a numerical fit of its factor). LIGGGHTS: ``model hertz`` with ``limitForce off``;
-LAMMPS: ``hertz/material`` with ``damping coeff_restitution``.
+Source: Hertz 1882, J. reine angew. Math. 92, 156; dashpot: Antypov & Elliott 2011, EPL 94, 50004 (Tsuji, Tanaka &
+Ishida 1992, Powder Technol. 71, 239, has the same x^(1/4) with a numerical fit of its factor). LIGGGHTS: ``model
+hertz`` with ``limitForce off``; LAMMPS: ``hertz/material`` with ``damping coeff_restitution``.
 """
 
 from __future__ import annotations
@@ -43,9 +46,12 @@ class Parameters(NamedTuple):
 
     restitution: normal_hooke.Restitution = 0.55
     elastic_modulus: Annotated[
-        PositivePressure | None, Field(description="Young's modulus E, for ``normal = \"hertz\"``; an ocean without one takes the shell's.")
+        PositivePressure | None,
+        Field(description="Young's modulus E, for ``normal = \"hertz\"``; an ocean without one takes the shell's."),
     ] = None
-    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5, description='Poisson\'s ratio nu, for ``normal = "hertz"``.')] = 0.25
+    poisson_ratio: Annotated[
+        float, Field(ge=0.0, lt=0.5, description='Poisson\'s ratio nu, for ``normal = "hertz"``.')
+    ] = 0.25
 
 
 class Row(NamedTuple):
@@ -105,7 +111,8 @@ def contact_time(modulus: float, radius: float, reduced_mass: float, speed: floa
 
 
 def rayleigh_time(radius: np.ndarray, density: np.ndarray, shear_modulus: float, poisson_ratio: float) -> np.ndarray:
-    """Time [s] in which a Rayleigh wave runs half round a grain; explicit steps stay well below it (Thornton & Randall 1988)."""
+    """Time [s] in which a Rayleigh wave runs half round a grain; explicit steps stay well below it (Thornton & Randall
+    1988)."""
     return np.pi * radius * np.sqrt(density / shear_modulus) / (0.1631 * poisson_ratio + 0.8766)
 
 
@@ -114,15 +121,21 @@ def grain_stiffness(radius: np.ndarray, overlap: float, p: Parameters) -> np.nda
     return np.asarray(2.0 * effective_modulus(p, p) * radius * np.sqrt(0.5 * overlap))
 
 
-def longest_step(radius: np.ndarray, mass: np.ndarray, speed: float, p: Parameters, rayleigh_fraction: float, steps_per_contact: int) -> float:
-    """Longest step [s] for grains of one species: the ``rayleigh_fraction`` of the Rayleigh time, and the shortest undamped contact with a rigid wall at
-    ``speed`` [m/s] over ``steps_per_contact``."""
+def longest_step(
+    radius: np.ndarray, mass: np.ndarray, speed: float, p: Parameters, rayleigh_fraction: float, steps_per_contact: int
+) -> float:
+    """Longest step [s] for grains of one species: the ``rayleigh_fraction`` of the Rayleigh time, and the shortest
+    undamped contact with a rigid wall at ``speed`` [m/s] over ``steps_per_contact``."""
     modulus, nu = elastic_constants(p)
     density = mass / (4.0 / 3.0 * np.pi * radius**3)
     step = rayleigh_fraction * float(np.min(rayleigh_time(radius, density, modulus / (2.0 * (1.0 + nu)), nu)))
     if speed > 0.0:
         quick = int(np.argmin(mass**2 / radius))
-        step = min(step, contact_time(modulus / (1.0 - nu * nu), float(radius[quick]), float(mass[quick]), speed) / steps_per_contact)
+        step = min(
+            step,
+            contact_time(modulus / (1.0 - nu * nu), float(radius[quick]), float(mass[quick]), speed)
+            / steps_per_contact,
+        )
     return step
 
 
@@ -146,7 +159,8 @@ def elastic_energy(overlap, stiffness):
 
 @law
 def force(overlap, separation_speed, stiffness, damping, attractive_tail):
-    """F_n [N] from overlap [m], u_n [m/s], the tangent stiffness k [N/m], C_n [kg/s]; ``attractive_tail`` False clips it at zero."""
+    """F_n [N] from overlap [m], u_n [m/s], the tangent stiffness k [N/m], C_n [kg/s]; ``attractive_tail`` False clips
+    it at zero."""
     f = 2.0 / 3.0 * stiffness * overlap - damping * separation_speed
     if f < 0.0 and not attractive_tail:
         return 0.0

@@ -6,13 +6,14 @@
 x overlap [m], u_n separation speed of the two grains along their line of centres [m/s] (negative while they approach),
 k_n stiffness [N/m], m_red = m1 m2 / (m1 + m2) reduced mass [kg], e_n coefficient of restitution.
 
-With the attractive tail kept (the force may pull at the end of a contact) a pair rebounds with exactly e_n after
-t_c = pi / sqrt(k_n/m_red - (C_n / 2 m_red)^2). With the tail clipped at zero the true restitution is larger (0.50 -> 0.55).
+With the attractive tail kept (the force may pull at the end of a contact) a pair rebounds with exactly e_n after t_c =
+pi / sqrt(k_n/m_red - (C_n / 2 m_red)^2). With the tail clipped at zero the true restitution is larger (0.50 -> 0.55).
 
 Valid for overlaps that are small against the radii; the linear law has no material stiffness of its own.
 
-Source: Cundall & Strack 1979, Géotechnique 29, 47; Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs 4-7 and 15. LIGGGHTS:
-``model hooke/stiffness`` with ``limitForce off``; LAMMPS: ``hooke`` with ``damping coeff_restitution``.
+Source: Cundall & Strack 1979, Géotechnique 29, 47; Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs
+4-7 and 15. LIGGGHTS: ``model hooke/stiffness`` with ``limitForce off``; LAMMPS: ``hooke`` with ``damping
+coeff_restitution``.
 """
 
 from __future__ import annotations

@@ -4,14 +4,15 @@
     k_r = k_n (beta R)^2,  C_r = C_n (beta R)^2
     w_r = (w2 - w1) tangential part + (l2 - l1) / (2 l1 l2)  n x u_t
 
-theta rolling spring [rad], the integral of the rolling rate w_r [rad/s] (Bagi & Kuhn 2004 for unequal spheres); M_r acts on grain 1.
-R = r1 r2 / (r1 + r2) [m]; beta is the shape parameter (0 sphere, 1 strongly angular): a contact behaves like a disc of radius beta R.
-At the limit the spring is set to carry exactly the limit, with the sliding rule ``cap`` only ever shortened to it
-(pkdgrav instead leaves it as it was before the step; the moment is the same).
-On a wall R is the radius of the grain and the second term of w_r is dropped, so that pure sliding raises no moment.
+theta rolling spring [rad], the integral of the rolling rate w_r [rad/s] (Bagi & Kuhn 2004 for unequal spheres); M_r
+acts on grain 1. R = r1 r2 / (r1 + r2) [m]; beta is the shape parameter (0 sphere, 1 strongly angular): a contact
+behaves like a disc of radius beta R. At the limit the spring is set to carry exactly the limit, with the sliding rule
+``cap`` only ever shortened to it (pkdgrav instead leaves it as it was before the step; the moment is the same). On a
+wall R is the radius of the grain and the second term of w_r is dropped, so that pure sliding raises no moment.
 
-Source: Zhang et al. 2017, Icarus 294, 98 (the four-component law); moments of Jiang et al. 2015, Comput. Geotech. 65, 147.
-LIGGGHTS: ``rolling_friction epsd3`` with rmu = mu_r beta and rollingStiffness = 1/mu_r^2; LAMMPS: ``rolling sds``.
+Source: Zhang et al. 2017, Icarus 294, 98 (the four-component law); moments of Jiang et al. 2015, Comput. Geotech. 65,
+147. LIGGGHTS: ``rolling_friction epsd3`` with rmu = mu_r beta and rollingStiffness = 1/mu_r^2; LAMMPS: ``rolling
+sds``.
 """
 
 from __future__ import annotations
@@ -27,7 +28,9 @@ from matter.jit import law
 SOURCES = ("Zhang2017", "Jiang2015", "BagiKuhn2004")
 
 
-Shape = Annotated[float, Field(ge=0.0, le=2.0, description="Shape parameter beta: 0 is a sphere, 1 is strongly angular.")]
+Shape = Annotated[
+    float, Field(ge=0.0, le=2.0, description="Shape parameter beta: 0 is a sphere, 1 is strongly angular.")
+]
 
 
 class Parameters(NamedTuple):
@@ -41,8 +44,9 @@ class Parameters(NamedTuple):
 def moment(ax, ay, az, wx, wy, wz, stiffness, damping, limit, rule):
     """Moment and spring after the test of the slider.
 
-    ``a`` rolling spring with this step's increment added [rad], ``w`` rolling rate [rad/s], ``stiffness`` k_r [N m], ``damping`` C_r
-    [N m s], ``limit`` [N m], ``rule`` of ``tangential_spring``; returns (M_x, M_y, M_z, a_x, a_y, a_z).
+    ``a`` rolling spring with this step's increment added [rad], ``w`` rolling rate [rad/s], ``stiffness`` k_r [N m],
+    ``damping`` C_r [N m s], ``limit`` [N m], ``rule`` of ``tangential_spring``; returns (M_x, M_y, M_z, a_x, a_y,
+    a_z).
     """
     mx = stiffness * ax + damping * wx
     my = stiffness * ay + damping * wy

@@ -3,22 +3,27 @@
     F_t = k_t S + C_t u_t,    |F_t| <= mu_s |F_n|
     k_t = kappa k_n (kappa = 2/7 by default),  C_t = -2 ln(e_t) sqrt(k_t m_red / (pi^2 + ln^2 e_t))
 
-S tangential spring [m], the integral of the slip velocity u_t of grain 2 relative to grain 1 at the contact [m/s]; F_t acts on
-grain 1. S turns with the contact: it is rotated about the normal with the mean spin and kept in the contact plane.
+S tangential spring [m], the integral of the slip velocity u_t of grain 2 relative to grain 1 at the contact [m/s]; F_t
+acts on grain 1. S turns with the contact: it is rotated about the normal with the mean spin and kept in the contact
+plane.
 
 When the limit is reached the spring follows one of three rules, chosen by name:
 
-``cap``    the force has the magnitude mu_s |F_n| along k_t S + C_t u_t; the spring is only ever shortened, to mu_s |F_n| / k_t when it is longer: as
-           LIGGGHTS does, with the dashpot also under the limit. The default: slow slip carries the full static friction into rest, and a contact
-           never gains energy, for the force is the projection of k_t S + C_t u_t onto the disc of the limit, in which k_t S lies, so
-           (F_t - k_t S) . u_t >= 0. LAMMPS instead lets the spring carry what the dashpot leaves of the limit.
-``clamp``  the same force, and the spring is set to carry exactly that. A slip so fast that the dashpot alone reaches the limit loads the spring at once
-           with more than its work, which does not vanish with the step: a falling heap of frictional grains gained 1e-3 of its energy in single
-           steps.
-``reset``  the spring is set to zero and the force is min(mu_s |F_n|, C_t |u_t|) along the slip: stick-slip, a weaker bed (pkdgrav).
+``cap``    the force has the magnitude mu_s |F_n| along k_t S + C_t u_t; the spring is only ever shortened, to mu_s
+           |F_n| / k_t when it is longer: as LIGGGHTS does, with the dashpot also under the limit. The default: slow
+           slip carries the full static friction into rest, and a contact never gains energy, for the force is the
+           projection of k_t S + C_t u_t onto the disc of the limit, in which k_t S lies, so (F_t - k_t S) . u_t >= 0.
+           LAMMPS instead lets the spring carry what the dashpot leaves of the limit.
+``clamp``  the same force, and the spring is set to carry exactly that. A slip so fast that the dashpot alone reaches
+the limit loads the spring at once
+           with more than its work, which does not vanish with the step: a falling heap of frictional grains gained
+           1e-3 of its energy in single steps.
+``reset``  the spring is set to zero and the force is min(mu_s |F_n|, C_t |u_t|) along the slip: stick-slip, a weaker
+bed (pkdgrav).
 
-Source: Cundall & Strack 1979, Géotechnique 29, 47; Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs 8-14; rule ``clamp``:
-Luding 2008, Granular Matter 10, 235. LIGGGHTS: ``tangential history``; LAMMPS: ``tangential linear_history``.
+Source: Cundall & Strack 1979, Géotechnique 29, 47; Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs
+8-14; rule ``clamp``: Luding 2008, Granular Matter 10, 235. LIGGGHTS: ``tangential history``; LAMMPS: ``tangential
+linear_history``.
 """
 
 from __future__ import annotations
@@ -40,9 +45,10 @@ class Parameters(NamedTuple):
     """``friction``: mu_s; ``restitution_tangential``: e_t in (0, 1]."""
 
     friction: Annotated[float, Field(ge=0.0, le=2.0, description="Coulomb friction, mu_s.")] = 0.5
-    restitution_tangential: Annotated[float, Field(gt=0.0, le=1.0, description="Tangential coefficient of restitution, e_t: sets the tangential dashpot.")] = (
-        0.55
-    )
+    restitution_tangential: Annotated[
+        float,
+        Field(gt=0.0, le=1.0, description="Tangential coefficient of restitution, e_t: sets the tangential dashpot."),
+    ] = 0.55
 
 
 def stiffness_ratio(one: object, two: object, given: float) -> float:

@@ -6,8 +6,8 @@
 phi twisting spring [rad]; M_t acts on grain 1 along the normal n (from 1 to 2). Symbols as in ``rolling_sds``.
 At the limit the spring is set to carry exactly the limit, with the sliding rule ``cap`` only ever shortened to it.
 
-Source: Zhang et al. 2017, Icarus 294, 98; Jiang et al. 2015, Comput. Geotech. 65, 147. LIGGGHTS has no independent twisting spring;
-LAMMPS: ``twisting sds`` with k_twist = 2 k_t (beta R)^2 and mu_twist = mu_t mu_s beta R.
+Source: Zhang et al. 2017, Icarus 294, 98; Jiang et al. 2015, Comput. Geotech. 65, 147. LIGGGHTS has no independent
+twisting spring; LAMMPS: ``twisting sds`` with k_twist = 2 k_t (beta R)^2 and mu_twist = mu_t mu_s beta R.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ class Parameters(NamedTuple):
 
 @law
 def moment(angle, rate, stiffness, damping, limit, rule):
-    """Moment [N m] and spring [rad] after the test of the slider (``rule`` of ``tangential_spring``); returns (M, phi)."""
+    """Moment [N m] and spring [rad] after the test of the slider (``rule`` of ``tangential_spring``); returns (M,
+    phi)."""
     m = stiffness * angle + damping * rate
     if rule == CAP:
         return max(-limit, min(limit, m)), max(-limit / stiffness, min(limit / stiffness, angle))

@@ -1,16 +1,18 @@
 """A small periodic cell of grains: simple shear at constant normal stress, and a bed that is tilted.
 
-Both are periodic along x and y. Sheared, the cell is periodic along z too, with images that slide past each other (Lees & Edwards 1972, J. Phys. C
-5, 1921): image k above moves with k dgamma/dt L_z along x, and L_z follows the normal stress,
+Both are periodic along x and y. Sheared, the cell is periodic along z too, with images that slide past each other
+(Lees & Edwards 1972, J. Phys. C 5, 1921): image k above moves with k dgamma/dt L_z along x, and L_z follows the normal
+stress,
 
     d(ln L_z)/dt = RESPONSE (sigma_zz - P) / P      [in units of 1 / (d sqrt(rho / P))]
 
-so that the whole cell shears evenly, without a wall. Tilted, z is bounded below by grains that are held (a rough base) and open above, and
-gravity turns from -z towards +x. Contacts are ``dem.contact``, the laws of the stage with Hooke's springs and without cohesion; time steps are
-those of ``dem.integrator``.
+so that the whole cell shears evenly, without a wall. Tilted, z is bounded below by grains that are held (a rough base)
+and open above, and gravity turns from -z towards +x. Contacts are ``dem.contact``, the laws of the stage with Hooke's
+springs and without cohesion; time steps are those of ``dem.integrator``.
 
-Units inside: mean diameter d = 1, density of a grain rho = 1, and P = 1 (sheared) or g = 1 (tilted). The stress of the contacts is
-sigma_ab = (1/V) sum f_a b_b, compression positive (Christoffersen, Mehrabadi & Nemat-Nasser 1981, J. Appl. Mech. 48, 339).
+Units inside: mean diameter d = 1, density of a grain rho = 1, and P = 1 (sheared) or g = 1 (tilted). The stress of the
+contacts is sigma_ab = (1/V) sum f_a b_b, compression positive (Christoffersen, Mehrabadi & Nemat-Nasser 1981, J. Appl.
+Mech. 48, 339).
 """
 
 from __future__ import annotations
@@ -51,13 +53,15 @@ RESPONSE = 0.05
 STEPS_PER_CONTACT = 15
 SKIN = 0.12
 
-# what a stretch of steps sums: stress xx yy zz xz (from contacts), kinetic energy of fluctuations, contacts, height, mean velocity along x, time steps
+# what a stretch of steps sums: stress xx yy zz xz (from contacts), kinetic energy of fluctuations, contacts, height,
+# mean velocity along x, time steps
 XX, YY, ZZ, XZ, FLUCTUATION, CONTACTS, HEIGHT, FLOW, STEPS = range(9)
 SUMS = 9
 
 
 class Sample(NamedTuple):
-    """Grains of the cell: tables ``X``, ``V``, ``W``, ``A``, ``F`` (``dem.columns``), which are ``held`` (n,), and places at the last list ``start`` (n, 3)."""
+    """Grains of the cell: tables ``X``, ``V``, ``W``, ``A``, ``F`` (``dem.columns``), which are ``held`` (n,), and
+    places at the last list ``start`` (n, 3)."""
 
     X: np.ndarray
     V: np.ndarray
@@ -69,7 +73,8 @@ class Sample(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """The half list ``row`` (n + 1,), ``col`` (m,), histories ``hist`` (m, 8), and ``table`` (1, 1, columns) the numbers of every contact."""
+    """The half list ``row`` (n + 1,), ``col`` (m,), histories ``hist`` (m, 8), and ``table`` (1, 1, columns) the
+    numbers of every contact."""
 
     row: np.ndarray
     col: np.ndarray
@@ -78,8 +83,8 @@ class Touching(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """``period`` (3,) [d]; ``clock`` (2,): slide of the images [d] and strain so far; ``slab`` (2,): heights between which contacts count for the stress;
-    ``gravity`` (3,)."""
+    """``period`` (3,) [d]; ``clock`` (2,): slide of the images [d] and strain so far; ``slab`` (2,): heights between
+    which contacts count for the stress; ``gravity`` (3,)."""
 
     period: np.ndarray
     clock: np.ndarray
@@ -88,7 +93,8 @@ class Frame(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """``rate`` of shear, ``pressure`` (0: heights are kept), ``drag``, ``dt``; ``rule`` of sliding and attractive ``tail`` of the contacts."""
+    """``rate`` of shear, ``pressure`` (0: heights are kept), ``drag``, ``dt``; ``rule`` of sliding and attractive
+    ``tail`` of the contacts."""
 
     rate: float
     pressure: float
@@ -122,7 +128,8 @@ def neighbours(X, period, shift, skin, row, col):
 
 @kernel(fastmath=True)
 def _pairs(sample, touching, frame, drive, shift, slide, stress):
-    """Forces of all pairs: ``F`` and the histories; sums f_a b_b of those in the slab into ``stress`` (xx yy zz xz); returns contacts and worst overlap.
+    """Forces of all pairs: ``F`` and the histories; sums f_a b_b of those in the slab into ``stress`` (xx yy zz xz);
+    returns contacts and worst overlap.
 
     ``shift`` [d] and ``slide`` [sqrt(P / rho)]: place and velocity along x of the image above.
     """
@@ -159,12 +166,28 @@ def _pairs(sample, touching, frame, drive, shift, slide, stress):
             meeting, l1, l2 = meeting_of_grains((nx, ny, nz), velocity, one, two, 0.0)
             nx, ny, nz, overlap = meeting.nx, meeting.ny, meeting.nz, meeting.overlap
             springs = Springs(
-                hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2], hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST], hist[e, TOUCHING], 0.0
+                hist[e, SLIP],
+                hist[e, SLIP + 1],
+                hist[e, SLIP + 2],
+                hist[e, ROLL],
+                hist[e, ROLL + 1],
+                hist[e, ROLL + 2],
+                hist[e, TWIST],
+                hist[e, TOUCHING],
+                0.0,
             )
             bodies = Bodies(min(ki, V[j, STIFFNESS]), mi * mj / (mi + mj), ri * rj / (ri + rj), ri, rj, 0.0)
-            fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(meeting, bodies, numbers, springs, drive.dt, drive.tail, scheme)
+            fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(
+                meeting, bodies, numbers, springs, drive.dt, drive.tail, scheme
+            )
             hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2] = h.sx, h.sy, h.sz
-            hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST], hist[e, TOUCHING] = h.ax, h.ay, h.az, h.phi, h.flag
+            hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST], hist[e, TOUCHING] = (
+                h.ax,
+                h.ay,
+                h.az,
+                h.phi,
+                h.flag,
+            )
             found += 1
             worst = max(worst, overlap / min(ri, rj))
             tx -= fn * nx
@@ -195,7 +218,8 @@ def _pairs(sample, touching, frame, drive, shift, slide, stress):
 
 @kernel
 def _advance(steps, sample, touching, frame, drive, sums):
-    """Up to ``steps`` steps, fewer when the list is used up; returns the steps done and the worst overlap. What is measured is added to ``sums`` (SUMS,).
+    """Up to ``steps`` steps, fewer when the list is used up; returns the steps done and the worst overlap. What is
+    measured is added to ``sums`` (SUMS,).
 
     In and out: ``Sample``, of which ``held`` grains do not move, ``Touching``, ``Frame``.
     """
@@ -259,17 +283,29 @@ def _advance(steps, sample, touching, frame, drive, sums):
 
 def _table(contact_law: Contact) -> np.ndarray:
     """Parameters of two solid grains: springs of constant stiffness and no cohesion, whatever the case takes."""
-    return np.ascontiguousarray(contact_law.model_copy(update={"normal": "hooke", "tangential": "spring", "cohesion": "none"}).pair_table()[:1, :1])
+    return np.ascontiguousarray(
+        contact_law.model_copy(update={"normal": "hooke", "tangential": "spring", "cohesion": "none"}).pair_table()[
+            :1, :1
+        ]
+    )
 
 
 class Cell:
     """Grains in a periodic cell under one contact law.
 
-    ``x`` (n, 3) positions, ``radius`` (n,), ``period`` (3,): z counts only where the images slide. ``stiffness``: k_n of a grain of mean size.
-    ``slab`` (2,): heights between which the stress is measured; everywhere at first.
+    ``x`` (n, 3) positions, ``radius`` (n,), ``period`` (3,): z counts only where the images slide. ``stiffness``: k_n
+    of a grain of mean size. ``slab`` (2,): heights between which the stress is measured; everywhere at first.
     """
 
-    def __init__(self, x: np.ndarray, radius: np.ndarray, period: np.ndarray, contact_law: Contact, stiffness: float, held: np.ndarray | None = None):
+    def __init__(
+        self,
+        x: np.ndarray,
+        radius: np.ndarray,
+        period: np.ndarray,
+        contact_law: Contact,
+        stiffness: float,
+        held: np.ndarray | None = None,
+    ):
         n = len(x)
         self.period = np.array(period, dtype=float)
         self.law, self.table = contact_law, _table(contact_law)
@@ -281,7 +317,11 @@ class Cell:
         self.held = np.zeros(n, dtype=np.bool_) if held is None else held
         self.clock = np.zeros(2)
         self.dt = math.pi * math.sqrt(0.5 * float(np.min(mass / self.V[:, STIFFNESS]))) / STEPS_PER_CONTACT
-        self.row, self.col, self.hist = np.zeros(n + 1, dtype=np.int64), np.zeros(12 * n, dtype=np.int32), np.zeros((0, HISTORY))
+        self.row, self.col, self.hist = (
+            np.zeros(n + 1, dtype=np.int64),
+            np.zeros(12 * n, dtype=np.int32),
+            np.zeros((0, HISTORY)),
+        )
         self.start = self.X[:, :3].copy()
         self.rate, self.pressure, self.drag, self.gravity = 0.0, 0.0, 0.0, np.zeros(3)
         self.overlap_limit = 0.5
@@ -304,8 +344,9 @@ class Cell:
         self.start = self.X[:, :3].copy()
 
     def run(self, steps: int) -> dict[str, float]:
-        """Advance and return means over these steps: stresses ``xx yy zz xz``, ``fluctuation`` (kinetic energy of a grain), ``coordination``,
-        ``height``, ``flow`` (mean velocity along x) and ``fraction`` (grain volume over cell volume).
+        """Advance and return means over these steps: stresses ``xx yy zz xz``, ``fluctuation`` (kinetic energy of a
+        grain), ``coordination``, ``height``, ``flow`` (mean velocity along x) and ``fraction`` (grain volume over cell
+        volume).
 
         Raises ``UnphysicalState`` when grains overlap by half a radius: the cell has burst.
         """
@@ -314,11 +355,23 @@ class Cell:
         while left > 0:
             sample = Sample(self.X, self.V, self.W, self.A, self.F, self.held, self.start)
             touching = Touching(self.row, self.col, self.hist, self.table)
-            drive = Drive(float(self.rate), float(self.pressure), float(self.drag), self.dt, RULES[self.law.sliding], self.law.attractive_tail)
-            done, worst = _advance(left, sample, touching, Frame(self.period, self.clock, self.slab, self.gravity), drive, sums)
+            drive = Drive(
+                float(self.rate),
+                float(self.pressure),
+                float(self.drag),
+                self.dt,
+                RULES[self.law.sliding],
+                self.law.attractive_tail,
+            )
+            done, worst = _advance(
+                left, sample, touching, Frame(self.period, self.clock, self.slab, self.gravity), drive, sums
+            )
             left -= done
             if worst > self.overlap_limit or not np.isfinite(self.X).all():
-                raise UnphysicalState(f"the periodic cell has burst: grains overlap by {worst:.3g} radii after a strain of {self.clock[1]:.3g}")
+                raise UnphysicalState(
+                    f"the periodic cell has burst: grains overlap by {worst:.3g} radii after a strain of "
+                    f"{self.clock[1]:.3g}"
+                )
             if left > 0:
                 self._build()
         mean = sums / sums[STEPS]

@@ -1,5 +1,5 @@
-"""Pages that are not written by hand: the reference from the code itself (keys, laws, measures, rows of the ledger, commands), and documents of the repository
-with their links turned to this site. Called by ``conf.py``."""
+"""Pages that are not written by hand: the reference from the code itself (keys, laws, measures, rows of the ledger,
+commands), and documents of the repository with their links turned to this site. Called by ``conf.py``."""
 
 from __future__ import annotations
 
@@ -37,7 +37,14 @@ DOCUMENTS = {
 
 def write(site: Path) -> None:
     """Write every generated page into ``site``."""
-    pages = {"keys": keys(), "laws": laws(), "materials": materials(), "measures": measures(), "ledger": ledger(), "commands": commands()}
+    pages = {
+        "keys": keys(),
+        "laws": laws(),
+        "materials": materials(),
+        "measures": measures(),
+        "ledger": ledger(),
+        "commands": commands(),
+    }
     pages = {f"reference/{name}": text for name, text in pages.items()} | documents(site)
     for name, text in pages.items():
         path = site / f"{name}.md"
@@ -53,14 +60,23 @@ def documents(site: Path) -> dict[str, str]:
         places |= {file: f"{kind}/{file.parent.name}" for file in sorted(folder.glob("*/README.md"))}
     pages = {page: linked(file, page, places, site) for file, page in places.items()}
     for kind in ("results", "cases"):
-        listed = "\n".join(Path(page).name for page in pages if page.startswith(f"{kind}/") and not page.endswith("/index"))
+        listed = "\n".join(
+            Path(page).name for page in pages if page.startswith(f"{kind}/") and not page.endswith("/index")
+        )
         tree = f"\n\n::::{{toctree}}\n:maxdepth: 1\n\n{listed}\n::::\n"
-        pages[f"{kind}/index"] = pages.get(f"{kind}/index", "# Cases that ship with bolide\n\n`run_case --list cases` names them with their presets.") + tree
+        pages[f"{kind}/index"] = (
+            pages.get(
+                f"{kind}/index",
+                "# Cases that ship with bolide\n\n`run_case --list cases` names them with their presets.",
+            )
+            + tree
+        )
     return pages
 
 
 def linked(file: Path, page: str, places: dict[Path, str], site: Path) -> str:
-    """A document whose links lead to pages of this site; a link to any other file becomes its name, pictures are taken from where they stand."""
+    """A document whose links lead to pages of this site; a link to any other file becomes its name, pictures are taken
+    from where they stand."""
 
     def turned(match: re.Match[str]) -> str:
         mark, words, target = match.groups()
@@ -79,7 +95,10 @@ def linked(file: Path, page: str, places: dict[Path, str], site: Path) -> str:
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     """A Markdown table; bars inside cells are escaped."""
     lines = [list(head)]
-    lines += [["---"] * len(lines[0]), *([cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows)]
+    lines += [
+        ["---"] * len(lines[0]),
+        *([cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows),
+    ]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
@@ -90,12 +109,21 @@ def keys() -> str:
     used = uses()
     parts = [
         "# Keys of a case file",
-        'Written from the settings themselves, as `run_case --describe` prints them. Quantities are texts with a unit (`"12 km/s"`); '
-        "the unit named is that of the base. *Used by*: shipped cases that set the key, in the case itself or in a preset.",
+        "Written from the settings themselves, as `run_case --describe` prints them. Quantities are texts with a unit "
+        '(`"12 km/s"`); '
+        "the unit named is that of the base. *Used by*: shipped cases that set the key, in the case itself or in a "
+        "preset.",
     ]
     for one in all_keys.tables():
         rows = [
-            (f"`{key.path[-1]}`", html(key.allowed), html(key.default), html(key.meaning), cases_that_set(used.get(key.name, []))) for key in all_keys.keys(one)
+            (
+                f"`{key.path[-1]}`",
+                html(key.allowed),
+                html(key.default),
+                html(key.meaning),
+                cases_that_set(used.get(key.name, [])),
+            )
+            for key in all_keys.keys(one)
         ]
         head = f"[[{one.name}]]" if one.listed else f"[{one.name}]"
         parts += [f"## `{head}`", html(one.meaning)]
@@ -152,7 +180,9 @@ def laws() -> str:
 
 def _sources(tree: ast.Module) -> tuple[str, ...]:
     for node in tree.body:
-        if isinstance(node, ast.Assign) and any(isinstance(target, ast.Name) and target.id == "SOURCES" for target in node.targets):
+        if isinstance(node, ast.Assign) and any(
+            isinstance(target, ast.Name) and target.id == "SOURCES" for target in node.targets
+        ):
             return tuple(ast.literal_eval(node.value))
     return ()
 
@@ -165,9 +195,17 @@ def materials() -> str:
     for name in material.names():
         chosen = material.choices(name)
         own = ", ".join(f"{key} = {value}" for key, value in chosen.items() if key not in ("title", "note"))
-        rows.append((f"`{name}`", html(chosen.get("title", "")), html(own) or "the defaults", ", ".join(sorted(material.load(name)))))
+        rows.append(
+            (
+                f"`{name}`",
+                html(chosen.get("title", "")),
+                html(own) or "the defaults",
+                ", ".join(sorted(material.load(name))),
+            )
+        )
     return (
-        "# Materials\n\nFiles in `matter/materials/`; each number stands there with its source. `[sph.materials.<name>]` in a case changes single values.\n\n"
+        "# Materials\n\nFiles in `matter/materials/`; each number stands there with its source. "
+        "`[sph.materials.<name>]` in a case changes single values.\n\n"
         + table(("name", "what", "laws", "sections"), rows)
         + "\n"
     )
@@ -177,11 +215,22 @@ def measures() -> str:
     """The measures of a crater, with what is compared and what counts as a match."""
     from matter.crater_measures import TABLE
 
-    rows = [(f"`{one.name}`", html(one.words), one.unit, "yes" if one.compared else "no", f"{one.match:.0%}" if one.match else " ") for one in TABLE]
+    rows = [
+        (
+            f"`{one.name}`",
+            html(one.words),
+            one.unit,
+            "yes" if one.compared else "no",
+            f"{one.match:.0%}" if one.match else " ",
+        )
+        for one in TABLE
+    ]
     text = (
-        "# Measures of a crater\n\nEvery measure stands in `6_crater/measures.json` with value, standard deviation (`sigma`, and its parts) "
+        "# Measures of a crater\n\nEvery measure stands in `6_crater/measures.json` with value, standard deviation "
+        "(`sigma`, and its parts) "
         "and unit, for the transient crater at "
-        "each of its moments and for the final one. *Match*: the relative difference up to which two independent craters count as the same."
+        "each of its moments and for the final one. *Match*: the relative difference up to which two independent "
+        "craters count as the same."
     )
     return f"{text}\n\n{table(('name', 'what', 'unit', 'compared', 'match'), rows)}\n"
 
@@ -191,11 +240,17 @@ def ledger() -> str:
     from handoff.ledger import LIMITS, VERDICTS, WAIVABLE
 
     rows = [
-        (f"`{name}`", f"{'at least' if row.least else 'at most'} {row.limit:g} {row.unit if row.unit != '1' else ''}".strip(), html(row.meaning))
+        (
+            f"`{name}`",
+            f"{'at least' if row.least else 'at most'} {row.limit:g} {row.unit if row.unit != '1' else ''}".strip(),
+            html(row.meaning),
+        )
         for name, row in LIMITS.items()
     ]
     text = (
-        "# Rows of the handoff's ledger\n\n`4_handoff/ledger.json`, `inspect_handoff RUN`. Verdicts: " + ", ".join(f"`{word}`" for word in VERDICTS) + ". "
+        "# Rows of the handoff's ledger\n\n`4_handoff/ledger.json`, `inspect_handoff RUN`. Verdicts: "
+        + ", ".join(f"`{word}`" for word in VERDICTS)
+        + ". "
         "Only " + ", ".join(f"`{name}`" for name in WAIVABLE) + " may be waived, with a reason (`[handoff.waive]`)."
     )
     return f"{text}\n\n{table(('row', 'limit', 'meaning'), rows)}\n"
@@ -208,16 +263,21 @@ def commands() -> str:
     for name in names:
         code = f"import sys; sys.argv[0] = {name!r}; from pipeline.cli import {name}; {name}()"
         env = {**os.environ, "COLUMNS": "110", "TERM": "dumb"}
-        said = subprocess.run([sys.executable, "-c", code, "--help"], cwd=ROOT, capture_output=True, text=True, check=True, env=env).stdout
+        said = subprocess.run(
+            [sys.executable, "-c", code, "--help"], cwd=ROOT, capture_output=True, text=True, check=True, env=env
+        ).stdout
         parts += [f"## `{name}`", "```text\n" + re.sub(r"\x1b\[[0-9;]*m", "", said).strip("\n") + "\n```"]
     return "\n\n".join(parts) + "\n"
 
 
 def html(text: str) -> str:
-    """Text from a docstring inside a table: code in single backquotes, nothing that Markdown would take for markup of its own."""
+    """Text from a docstring inside a table: code in single backquotes, nothing that Markdown would take for markup of
+    its own."""
     text = " ".join(str(text).split())
     parts = re.split(r"(``[^`]+``|`[^`]+`)", text)
-    return "".join(part.replace("``", "`") if part.startswith("`") else re.sub(r"([*_<>\[\]$#])", r"\\\1", part) for part in parts)
+    return "".join(
+        part.replace("``", "`") if part.startswith("`") else re.sub(r"([*_<>\[\]$#])", r"\\\1", part) for part in parts
+    )
 
 
 def prose(doc: str) -> str:
@@ -225,7 +285,9 @@ def prose(doc: str) -> str:
     out: list[str] = []
     for block in re.split(r"\n\s*\n", doc.strip("\n")):
         lines = block.split("\n")
-        fixed = any(line.startswith("    ") for line in lines) or any(re.match(r"=+( =+)*$|\s*[-=]{4,}", line) for line in lines)
+        fixed = any(line.startswith("    ") for line in lines) or any(
+            re.match(r"=+( =+)*$|\s*[-=]{4,}", line) for line in lines
+        )
         if fixed:
             first = 0
             while first < len(lines) and not lines[first].startswith("    ") and not re.match(r"=+", lines[first]):

@@ -1,7 +1,9 @@
-"""Other codes' files as particles and back: one module per format, with ``read(path, columns) -> Particles`` or ``write(particles, path)``.
+"""Other codes' files as particles and back: one module per format, with ``read(path, columns) -> Particles`` or
+``write(particles, path)``.
 
-Read: this project's own snapshots, delimited text (CSV, ASCII columns), HDF5 with named datasets, miluphcuda (HDF5 and text), OpenSPH state files
-(``.ssf``), LIGGGHTS and LAMMPS text dumps. Written: LIGGGHTS and LAMMPS data files, legacy VTK, PLY, CSV.
+Read: this project's own snapshots, delimited text (CSV, ASCII columns), HDF5 with named datasets, miluphcuda (HDF5 and
+text), OpenSPH state files (``.ssf``), LIGGGHTS and LAMMPS text dumps. Written: LIGGGHTS and LAMMPS data files, legacy
+VTK, PLY, CSV.
 """
 
 from __future__ import annotations
@@ -12,7 +14,17 @@ import numpy as np
 
 from matter import hdf5_input, snapshot
 from matter.errors import InputError
-from matter.formats import delimited, hdf5_columns, lammps_data, lammps_dump, miluphcuda, opensph, plausible, ply_points, vtk_legacy
+from matter.formats import (
+    delimited,
+    hdf5_columns,
+    lammps_data,
+    lammps_dump,
+    miluphcuda,
+    opensph,
+    plausible,
+    ply_points,
+    vtk_legacy,
+)
 from matter.particles import Particles
 
 NAMES = ("snapshot", "csv", "hdf5", "miluphcuda", "opensph", "lammps")
@@ -53,11 +65,13 @@ NEEDED = {
 
 
 def read(path: Path, form: str | None = None, columns: str | None = None, materials: str | None = None) -> Particles:
-    """Particles of a file in one of the formats of ``NAMES`` (by default: what its name, and for HDF5 its content, says).
+    """Particles of a file in one of the formats of ``NAMES`` (by default: what its name, and for HDF5 its content,
+    says).
 
-    ``columns`` names the columns of a text file without a header (``delimited``), the datasets of an HDF5 file (``hdf5_columns``) or the switches that
-    miluphcuda was compiled with (``miluphcuda``); ``materials`` lists the names behind the material numbers, ``"ice,water"``. Raises ``InputError``
-    with a way out when the file cannot be read.
+    ``columns`` names the columns of a text file without a header (``delimited``), the datasets of an HDF5 file
+    (``hdf5_columns``) or the switches that miluphcuda was compiled with (``miluphcuda``); ``materials`` lists the
+    names behind the material numbers, ``"ice,water"``. Raises ``InputError`` with a way out when the file cannot be
+    read.
     """
     path = Path(path)
     if not path.is_file():
@@ -113,7 +127,8 @@ def lacking(particles: Particles) -> dict[str, list[str]]:
 
 
 def save(particles: Particles, path: Path) -> None:
-    """Write imported particles as a snapshot; refuses a name that ParaView would not recognise, and values that no particle can have (``plausible``)."""
+    """Write imported particles as a snapshot; refuses a name that ParaView would not recognise, and values that no
+    particle can have (``plausible``)."""
     if Path(path).suffix != snapshot.SUFFIX:
         raise InputError(f"--out {path}: the name has to end in {snapshot.SUFFIX}")
     particles.need("position")
@@ -123,17 +138,24 @@ def save(particles: Particles, path: Path) -> None:
 
 
 def export(particles: Particles, path: Path, form: str | None = None) -> str:
-    """Write particles for another program, in one of the formats of ``WRITTEN`` (by default: what the name says); the format taken.
+    """Write particles for another program, in one of the formats of ``WRITTEN`` (by default: what the name says); the
+    format taken.
 
-    Raises ``InputError`` for an unknown format, for fields that the format needs and the particles lack, and for values that are not finite.
+    Raises ``InputError`` for an unknown format, for fields that the format needs and the particles lack, and for
+    values that are not finite.
     """
     form = form or _OUT_BY_SUFFIX.get(Path(path).suffix.lower())
     if form not in WRITTEN:
         ends = ", ".join(f"{suffix} {name}" for suffix, name in _OUT_BY_SUFFIX.items())
-        raise InputError(f"--out {path}: name the format with --format (formats: {', '.join(WRITTEN)}; by the name's end: {ends})")
+        raise InputError(
+            f"--out {path}: name the format with --format (formats: {', '.join(WRITTEN)}; by the name's end: {ends})"
+        )
     for name in particles:
         bad = ~np.isfinite(particles[name])
         if bad.any():
-            raise InputError(f"field {name!r} has {int(np.count_nonzero(bad))} values that are not finite: no other program could read them")
+            raise InputError(
+                f"field {name!r} has {int(np.count_nonzero(bad))} values that are not finite: no other program could "
+                f"read them"
+            )
     WRITTEN[form](particles, Path(path))
     return form

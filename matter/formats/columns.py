@@ -10,7 +10,12 @@ from matter import quantity
 from matter.errors import InputError
 from matter.particles import FIELDS, Particles
 
-_VECTORS = {"position": "x y z", "velocity": "vx vy vz", "angular_velocity": "omegax omegay omegaz", "gravity": "gx gy gz"}
+_VECTORS = {
+    "position": "x y z",
+    "velocity": "vx vy vz",
+    "angular_velocity": "omegax omegay omegaz",
+    "gravity": "gx gy gz",
+}
 _SCALARS = {
     "id": "identity",
     "particle": "identity",
@@ -30,7 +35,8 @@ _STRESS = ("sxx", "sxy", "sxz", "syy", "syz", "szz")
 
 
 def slots() -> dict[str, tuple[str, int | None]]:
-    """Column name (lower case) -> field and component; a field's own name works too, with ``_x`` or ``_0`` for components."""
+    """Column name (lower case) -> field and component; a field's own name works too, with ``_x`` or ``_0`` for
+    components."""
     found: dict[str, tuple[str, int | None]] = {}
     for name, entry in FIELDS.items():
         if not entry.shape:
@@ -47,7 +53,8 @@ def slots() -> dict[str, tuple[str, int | None]]:
 
 
 def components(particles: Particles) -> list[tuple[str, str, np.ndarray]]:
-    """Every field taken apart into columns, the position first: label (``velocity_x``, ``deviatoric_stress_0``), field, values (n,).
+    """Every field taken apart into columns, the position first: label (``velocity_x``, ``deviatoric_stress_0``),
+    field, values (n,).
 
     Raises ``InputError`` for particles without a position.
     """
@@ -58,15 +65,17 @@ def components(particles: Particles) -> list[tuple[str, str, np.ndarray]]:
         if not shape:
             found.append((name, name, particles[name]))
         else:
-            found += [(f"{name}_{'xyz'[k] if shape == (3,) else k}", name, particles[name][:, k]) for k in range(shape[0])]
+            found += [
+                (f"{name}_{'xyz'[k] if shape == (3,) else k}", name, particles[name][:, k]) for k in range(shape[0])
+            ]
     return found
 
 
 def assemble(names: list[str], table: np.ndarray, source: str) -> Particles:
     """Particles from a table with one column per name.
 
-    A name may carry a unit, ``"x [km]"``; without one it is SI. Columns named ``-`` are left out, unknown ones are an error, as are
-    vectors with a component missing.
+    A name may carry a unit, ``"x [km]"``; without one it is SI. Columns named ``-`` are left out, unknown ones are an
+    error, as are vectors with a component missing.
     """
     known, parts = slots(), {}
     for k, text in enumerate(names):
@@ -74,13 +83,16 @@ def assemble(names: list[str], table: np.ndarray, source: str) -> Particles:
         if name == "-":
             continue
         if name not in known:
-            raise InputError(f"{source}: unknown column {text!r}; name it '-' to leave it out (known: {', '.join(known)})")
+            raise InputError(
+                f"{source}: unknown column {text!r}; name it '-' to leave it out (known: {', '.join(known)})"
+            )
         parts[known[name]] = table[:, k] * factor(unit, FIELDS[known[name][0]].unit, f"{source}: column {text!r}")
     return joined(parts, source)
 
 
 def joined(parts: dict[tuple[str, int | None], np.ndarray], source: str) -> Particles:
-    """Particles from columns (n,) by field and component (None for scalars), in SI; identities are counted where there are none.
+    """Particles from columns (n,) by field and component (None for scalars), in SI; identities are counted where there
+    are none.
 
     Raises ``InputError`` for a vector that lacks a component and for particles without a position.
     """
@@ -107,10 +119,13 @@ def _split(text: str) -> tuple[str, str]:
 
 
 def factor(unit: str, si: str, where: str) -> float:
-    """What a value in ``unit`` is multiplied with to be in ``si``; 1 without a unit. Raises ``InputError`` for another dimension."""
+    """What a value in ``unit`` is multiplied with to be in ``si``; 1 without a unit. Raises ``InputError`` for another
+    dimension."""
     if not unit:
         return 1.0
     try:
-        return quantity.parse(unit if unit[0].isdigit() else f"1 {unit}", "" if si == "1" else si)  # "1e10 kg" is a unit too
+        return quantity.parse(
+            unit if unit[0].isdigit() else f"1 {unit}", "" if si == "1" else si
+        )  # "1e10 kg" is a unit too
     except ValueError as reason:
         raise InputError(f"{where}: {reason}") from None

@@ -1,8 +1,9 @@
 """Delimited text, both ways.
 
-Read: CSV with a header line, or columns of numbers with ``--columns``; commas, semicolons, tabs or blanks between. Written: CSV with one header line of
-names and units, ``position_x [m],...``, one particle a line, every number exact. Spreadsheets, pandas, R and ParaView read it, and so does ``read``.
-Only what particles carry fits into such a table: time and names of materials stay behind.
+Read: CSV with a header line, or columns of numbers with ``--columns``; commas, semicolons, tabs or blanks between.
+Written: CSV with one header line of names and units, ``position_x [m],...``, one particle a line, every number exact.
+Spreadsheets, pandas, R and ParaView read it, and so does ``read``. Only what particles carry fits into such a table:
+time and names of materials stay behind.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ _AT_ONCE = 50_000
 
 
 def read(path: Path, columns: str | None = None) -> Particles:
-    """Particles of a text file, one per line; lines that start with ``#`` are comments (the last one before the data may be the header)."""
+    """Particles of a text file, one per line; lines that start with ``#`` are comments (the last one before the data
+    may be the header)."""
     lines = list(enumerate(numbers.text(path).splitlines(), 1))
     rows = [(number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if not rows:
@@ -31,7 +33,9 @@ def read(path: Path, columns: str | None = None) -> Particles:
     elif header is None:
         comments = [line.lstrip()[1:] for _, line in lines[: rows[0][0] - 1] if line.lstrip().startswith("#")]
         if not comments:
-            raise InputError(f"{path} has no header: name its columns with --columns 'x,y,z,vx,vy,vz,m,rho' ('-' leaves one out)")
+            raise InputError(
+                f"{path} has no header: name its columns with --columns 'x,y,z,vx,vy,vz,m,rho' ('-' leaves one out)"
+            )
         header = comments[-1]
     if not rows:
         raise InputError(f"{path} holds a header and no data")

@@ -1,8 +1,9 @@
 """Any HDF5 file whose particles stand in datasets: named by hand, or by their own names.
 
-``columns`` maps names to datasets: ``"position=PartType0/Coordinates [km], velocity=PartType0/Velocities [km/s], m=PartType0/Masses [1e10 kg]"``. The
-left side is a field or a column name of ``columns.slots`` (``x``, ``rho``, ``u`` ...), the unit belongs to the dataset and is SI without one. Vectors are
-datasets of shape (n, 3), stresses (n, 6) as xx xy xz yy yz zz or (n, 9). Without ``columns`` every dataset whose own name is known is taken.
+``columns`` maps names to datasets: ``"position=PartType0/Coordinates [km], velocity=PartType0/Velocities [km/s],
+m=PartType0/Masses [1e10 kg]"``. The left side is a field or a column name of ``columns.slots`` (``x``, ``rho``, ``u``
+...), the unit belongs to the dataset and is SI without one. Vectors are datasets of shape (n, 3), stresses (n, 6) as
+xx xy xz yy yz zz or (n, 9). Without ``columns`` every dataset whose own name is known is taken.
 """
 
 from __future__ import annotations
@@ -26,7 +27,11 @@ def read(path: Path, columns: str | None = None) -> Particles:
 
     with hdf5_input.opened(path) as file:
         there: dict[str, h5py.Dataset] = {}
-        file.visititems(lambda name, item: there.update({name: item}) if isinstance(item, h5py.Dataset) and item.ndim in (1, 2) else None)
+        file.visititems(
+            lambda name, item: (
+                there.update({name: item}) if isinstance(item, h5py.Dataset) and item.ndim in (1, 2) else None
+            )
+        )
         wanted = _given(columns, there, str(path)) if columns else _guessed(there, str(path))
         parts: dict[tuple[str, int | None], np.ndarray] = {}
         for name, dataset, unit in wanted:
@@ -34,7 +39,10 @@ def read(path: Path, columns: str | None = None) -> Particles:
         time = file.attrs.get("time")
     lengths = {len(values) for values in parts.values()}
     if len(lengths) > 1:
-        raise InputError(f"{path}: the datasets {', '.join(dataset for _, dataset, _ in wanted)} differ in length: {sorted(lengths)}")
+        raise InputError(
+            f"{path}: the datasets {', '.join(dataset for _, dataset, _ in wanted)} differ in length: "
+            f"{sorted(lengths)}"
+        )
     particles = named.joined(parts, str(path))
     if time is not None:
         particles.attributes["time"] = float(np.ravel(time)[0])
@@ -47,7 +55,9 @@ def _given(columns: str, there, source: str) -> list[tuple[str, str, str]]:
     for entry in columns.split(","):
         match = re.fullmatch(r"\s*([^=\s]+)\s*=\s*/?([^\[\]]+?)\s*(?:\[(.*)\])?\s*", entry)
         if match is None:
-            raise InputError(f"--columns {entry.strip()!r}: write 'position=PartType0/Coordinates [km]', entries between commas")
+            raise InputError(
+                f"--columns {entry.strip()!r}: write 'position=PartType0/Coordinates [km]', entries between commas"
+            )
         name, dataset, unit = match.group(1).lower(), match.group(2), match.group(3) or ""
         if dataset not in there:
             raise InputError(f"{source} holds no dataset {dataset!r} (there are: {', '.join(there) or 'none'})")
@@ -57,10 +67,16 @@ def _given(columns: str, there, source: str) -> list[tuple[str, str, str]]:
 
 def _guessed(there, source: str) -> list[tuple[str, str, str]]:
     known = named.slots()
-    rows = [(name, dataset, "") for dataset in there for name in [dataset.rpartition("/")[2].lower()] if name in FIELDS or name in known]
+    rows = [
+        (name, dataset, "")
+        for dataset in there
+        for name in [dataset.rpartition("/")[2].lower()]
+        if name in FIELDS or name in known
+    ]
     if not any(name in ("position", "x") for name, _, _ in rows):
         raise InputError(
-            f"{source}: no dataset is named like a position; say which is what with --columns 'position=A/B [km],m=A/C' "
+            f"{source}: no dataset is named like a position; say which is what with --columns 'position=A/B "
+            f"[km],m=A/C' "
             f"(there are: {', '.join(there) or 'none'})"
         )
     return rows
@@ -84,6 +100,8 @@ def _take(parts: dict, name: str, values: np.ndarray, unit: str, where: str) -> 
     if entry.shape == (6,) and values.ndim == 2 and values.shape[1] == 9:
         values = values[:, _NINE]
     if values.ndim != 2 or values.shape[1:] != entry.shape:
-        raise InputError(f"{where}: {field} needs a dataset of shape (n, {entry.shape[0]}), this one has {values.shape}")
+        raise InputError(
+            f"{where}: {field} needs a dataset of shape (n, {entry.shape[0]}), this one has {values.shape}"
+        )
     for k in range(entry.shape[0]):
         parts[field, k] = values[:, k]

@@ -1,8 +1,10 @@
-"""Data files that LIGGGHTS and LAMMPS read with ``read_data`` (``atom_style sphere``, ``units si``): grains with place, size, mass, velocity and spin.
+"""Data files that LIGGGHTS and LAMMPS read with ``read_data`` (``atom_style sphere``, ``units si``): grains with
+place, size, mass, velocity and spin.
 
-``Atoms`` lines are ``id type diameter density x y z``, ``Velocities`` lines ``id vx vy vz wx wy wz`` (both programs: ``atom_vec_sphere.cpp``). Numbers carry
-17 digits; the mass is what the program makes of density and diameter, pi / 6 d^3 rho, so that it comes back to a rounding or two. Types are the
-grains' species (contact parameters), or their materials where they carry none; the first line names them. A data file holds no contact history.
+``Atoms`` lines are ``id type diameter density x y z``, ``Velocities`` lines ``id vx vy vz wx wy wz`` (both programs:
+``atom_vec_sphere.cpp``). Numbers carry 17 digits; the mass is what the program makes of density and diameter, pi / 6
+d^3 rho, so that it comes back to a rounding or two. Types are the grains' species (contact parameters), or their
+materials where they carry none; the first line names them. A data file holds no contact history.
 """
 
 from __future__ import annotations
@@ -20,12 +22,16 @@ _LONGEST = 240  # LIGGGHTS reads lines into 256 characters
 
 
 def write(particles: Particles, path: Path) -> None:
-    """Write grains; identities are counted from 1 where they are not unique and positive. Raises ``InputError`` without position, mass and radius."""
+    """Write grains; identities are counted from 1 where they are not unique and positive. Raises ``InputError``
+    without position, mass and radius."""
     particles.need("position", "mass", "radius")
     if len(particles) == 0:
         raise InputError("there are no particles to write")
     if np.any(particles.mass <= 0.0) or np.any(particles.radius <= 0.0):
-        raise InputError("grains without a mass or a radius cannot be written: a diameter of zero would make them points of another kind")
+        raise InputError(
+            "grains without a mass or a radius cannot be written: a diameter of zero would make them points of "
+            "another kind"
+        )
     kind, names = types(particles)
     who = identities(particles)
     density = particles.mass / (4.0 / 3.0 * np.pi * particles.radius**3)
@@ -41,13 +47,18 @@ def write(particles: Particles, path: Path) -> None:
         for axis in range(3):
             file.write(f"{low[axis]:.17g} {high[axis]:.17g} {'xyz'[axis]}lo {'xyz'[axis]}hi\n")
         file.write("\nAtoms\n\n")
-        np.savetxt(file, np.column_stack([who, kind, 2.0 * particles.radius, density, particles.position]), fmt=["%d", "%d"] + ["%.17g"] * 5)
+        np.savetxt(
+            file,
+            np.column_stack([who, kind, 2.0 * particles.radius, density, particles.position]),
+            fmt=["%d", "%d"] + ["%.17g"] * 5,
+        )
         file.write("\nVelocities\n\n")
         np.savetxt(file, np.column_stack([who, velocity, spin]), fmt=["%d"] + ["%.17g"] * 6)
 
 
 def identities(particles: Particles) -> np.ndarray:
-    """Whole numbers from 1: the grains' own identities, one higher, where those are unique and not negative (identity 0 is no atom), else counted."""
+    """Whole numbers from 1: the grains' own identities, one higher, where those are unique and not negative (identity
+    0 is no atom), else counted."""
     own = particles.identity if "identity" in particles else np.arange(len(particles))
     if len(np.unique(own)) < len(own) or own.min() < 0 or own.max() >= 2**31 - 1:
         own = np.arange(len(particles))

@@ -1,7 +1,7 @@
 """LIGGGHTS and LAMMPS text dumps (``dump custom``): the last time step of the file.
 
-The dump names its columns (``ITEM: ATOMS id type x y z vx vy vz radius``); numbers are taken as SI (``units si``). Types count from 1 there
-and materials from 0 here.
+The dump names its columns (``ITEM: ATOMS id type x y z vx vy vz radius``); numbers are taken as SI (``units si``).
+Types count from 1 there and materials from 0 here.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ _STEP = "ITEM: TIMESTEP"
 
 
 def read(path: Path, columns: str | None = None) -> Particles:
-    """Particles of the last step in a dump; columns that have no field here are left out. ``columns`` replaces the dump's own names."""
+    """Particles of the last step in a dump; columns that have no field here are left out. ``columns`` replaces the
+    dump's own names."""
     lines = numbers.text(path).splitlines()
     heads = [k for k, line in enumerate(lines) if line.startswith(_HEAD)]
     if not heads:

@@ -1,15 +1,17 @@
 """miluphcuda's output, HDF5 (``impact.0012.h5``) and text (``impact.0012``).
 
-Names and order are those of its own ``write_particles_to_file`` (``src/io.cu``, commit eea2c5e). The columns of the text file depend on the
-switches that the program was compiled with (``parameter.h``), which the file does not say: they are given as ``columns``,
-``"INTEGRATE_ENERGY,SOLID,FRAGMENTATION"``. In three dimensions a line holds
+Names and order are those of its own ``write_particles_to_file`` (``src/io.cu``, commit eea2c5e). The columns of the
+text file depend on the switches that the program was compiled with (``parameter.h``), which the file does not say:
+they are given as ``columns``, ``"INTEGRATE_ENERGY,SOLID,FRAGMENTATION"``. In three dimensions a line holds
 
-x y z  vx vy vz  m rho  [e]  sml  interactions  material  [JC: plastic strain, temperature]  [FRAGMENTATION: flaws, active flaws, d]
-[p, unless PALPHA_POROSITY]  [SOLID: local strain, S (9)]  [NAVIER_STOKES: (9)]  [SIRONO_POROSITY: (9)]  [PALPHA_POROSITY: alpha, p]
-[EPSALPHA_POROSITY: alpha, strain]  [FRAGMENTATION: one activation threshold per flaw]
+x y z  vx vy vz  m rho  [e]  sml  interactions  material  [JC: plastic strain, temperature]  [FRAGMENTATION: flaws,
+active flaws, d] [p, unless PALPHA_POROSITY]  [SOLID: local strain, S (9)]  [NAVIER_STOKES: (9)]  [SIRONO_POROSITY:
+(9)]  [PALPHA_POROSITY: alpha, p] [EPSALPHA_POROSITY: alpha, strain]  [FRAGMENTATION: one activation threshold per
+flaw]
 
-``sml`` is the kernel's support radius; d is the cube root of the damage; deactivated particles (material -1) are left out. Pressure and stress
-are taken as stored: there, damage acts on tension only where the stress is put together (with COLLINS_PLASTICITY it is in the pressure).
+``sml`` is the kernel's support radius; d is the cube root of the damage; deactivated particles (material -1) are left
+out. Pressure and stress are taken as stored: there, damage acts on tension only where the stress is put together (with
+COLLINS_PLASTICITY it is in the pressure).
 """
 
 from __future__ import annotations
@@ -25,7 +27,16 @@ from matter.errors import InputError
 from matter.formats import numbers
 from matter.particles import Particles
 
-SWITCHES = ("INTEGRATE_ENERGY", "JC_PLASTICITY", "FRAGMENTATION", "SOLID", "NAVIER_STOKES", "SIRONO_POROSITY", "PALPHA_POROSITY", "EPSALPHA_POROSITY")
+SWITCHES = (
+    "INTEGRATE_ENERGY",
+    "JC_PLASTICITY",
+    "FRAGMENTATION",
+    "SOLID",
+    "NAVIER_STOKES",
+    "SIRONO_POROSITY",
+    "PALPHA_POROSITY",
+    "EPSALPHA_POROSITY",
+)
 _DIM = 3
 _UPPER = (0, 1, 2, 4, 5, 8)  # xx xy xz yy yz zz among nine
 _DATASETS = {
@@ -44,7 +55,15 @@ _DATASETS = {
     "alpha_jutzi": "distention",
     "alpha_epspor": "distention",
 }
-_FIELD = {"m": "mass", "rho": "density", "e": "specific_energy", "sml": "smoothing_length", "noi": "neighbours", "material": "material", "p": "pressure"}
+_FIELD = {
+    "m": "mass",
+    "rho": "density",
+    "e": "specific_energy",
+    "sml": "smoothing_length",
+    "noi": "neighbours",
+    "material": "material",
+    "p": "pressure",
+}
 
 
 def is_one(names: set[str]) -> bool:
@@ -63,9 +82,14 @@ def _read_hdf5(path: Path) -> Particles:
     with hdf5_input.opened(path) as file:
         missing = [name for name in ("x", "v", "m", "rho", "material_type") if name not in file]
         if missing:
-            raise InputError(f"{path} lacks the dataset{'s' if len(missing) > 1 else ''} {', '.join(missing)}: not miluphcuda's output")
+            raise InputError(
+                f"{path} lacks the dataset{'s' if len(missing) > 1 else ''} {', '.join(missing)}: not miluphcuda's "
+                f"output"
+            )
         if file["x"].ndim != 2 or file["x"].shape[1] != _DIM:
-            raise InputError(f"{path}: positions of shape {file['x'].shape}; only runs in three dimensions can be used")
+            raise InputError(
+                f"{path}: positions of shape {file['x'].shape}; only runs in three dimensions can be used"
+            )
         fields = {field: hdf5_input.array(file, name) for name, field in _DATASETS.items() if name in file}
         if "deviatoric_stress" in file:
             fields["deviatoric_stress"] = hdf5_input.array(file, "deviatoric_stress").reshape(-1, 9)[:, _UPPER]
@@ -73,19 +97,27 @@ def _read_hdf5(path: Path) -> Particles:
             fields["damage"] = np.minimum(hdf5_input.array(file, "damage_total_porjutzi"), 1.0)
         elif "DIM_root_of_damage_tensile" in file:
             fields["damage"] = np.minimum(hdf5_input.array(file, "DIM_root_of_damage_tensile") ** _DIM, 1.0)
-        time = float(np.ravel(hdf5_input.array(file, "time"))[0]) if "time" in file else _time_beside(path.with_suffix(""))
+        time = (
+            float(np.ravel(hdf5_input.array(file, "time"))[0])
+            if "time" in file
+            else _time_beside(path.with_suffix(""))
+        )
     return _active(fields, time)
 
 
 def _read_text(path: Path, columns: str | None) -> Particles:
     if columns is None:
         raise InputError(
-            f"{path}: a text file of miluphcuda does not describe its columns; name the switches that were 1 in its parameter.h, "
+            f"{path}: a text file of miluphcuda does not describe its columns; name the switches that were 1 in its "
+            f"parameter.h, "
             f"--columns 'INTEGRATE_ENERGY,SOLID' for example (known: {', '.join(SWITCHES)})"
         )
     on = {word.strip().upper() for word in columns.split(",") if word.strip()}
     if unknown := sorted(on - set(SWITCHES)):
-        raise InputError(f"--columns: {', '.join(unknown)} decides no column of miluphcuda's text files (known: {', '.join(SWITCHES)})")
+        raise InputError(
+            f"--columns: {', '.join(unknown)} decides no column of miluphcuda's text files (known: "
+            f"{', '.join(SWITCHES)})"
+        )
     names = column_names(on)
     flawed, rows = "FRAGMENTATION" in on, []
     for number, line in enumerate(numbers.text(path).splitlines(), 1):
@@ -95,7 +127,10 @@ def _read_text(path: Path, columns: str | None) -> Particles:
         told = words[names.index("flaws")] if flawed and len(words) > names.index("flaws") else "0"
         flaws = int(told) if told.isdigit() else 0
         if len(words) != len(names) + flaws or not told.isdigit():
-            raise InputError(f"{path}, line {number}: {len(words)} numbers, {len(names) + flaws} expected with {columns}: were other switches on?")
+            raise InputError(
+                f"{path}, line {number}: {len(words)} numbers, {len(names) + flaws} expected with {columns}: were "
+                f"other switches on?"
+            )
         rows.append(words[: len(names)])
     if not rows:
         raise InputError(f"{path} holds no data")
@@ -116,7 +151,8 @@ def _read_text(path: Path, columns: str | None) -> Particles:
 
 
 def column_names(on: set[str]) -> list[str]:
-    """Names of the columns of a text file (without the activation thresholds at its end) for the switches that were on."""
+    """Names of the columns of a text file (without the activation thresholds at its end) for the switches that were
+    on."""
     names = [*"x y z vx vy vz m rho".split(), *(["e"] if "INTEGRATE_ENERGY" in on else []), "sml", "noi", "material"]
     names += ["ep", "T"] if "JC_PLASTICITY" in on else []
     names += ["flaws", "active", "d"] if "FRAGMENTATION" in on else []

@@ -21,7 +21,8 @@ def text(path: Path) -> str:
 def table(lines: Sequence[tuple[int, str]], path: Path) -> np.ndarray:
     """Numbers between blanks, shape (lines, columns); ``lines`` holds (number in the file, text).
 
-    Raises ``InputError`` naming the first line that has another count of numbers than the first one, or something that is not a number.
+    Raises ``InputError`` naming the first line that has another count of numbers than the first one, or something that
+    is not a number.
     """
     rows = [line.split() for _, line in lines]
     try:

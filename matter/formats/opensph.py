@@ -1,17 +1,19 @@
 """OpenSPH's binary state files (``.ssf``), all versions up to 20210808.
 
-Layout, from OpenSPH's own writer and reader (``core/io/Output.cpp``, ``Serializer.h``, commit f3033fa; little-endian, every integer, bool and enum
-8 bytes, every float a double, texts end with a zero byte):
+Layout, from OpenSPH's own writer and reader (``core/io/Output.cpp``, ``Serializer.h``, commit f3033fa; little-endian,
+every integer, bool and enum 8 bytes, every float a double, texts end with a zero byte):
 
-* header of 256 bytes: ``SPH``, run time [s], particles, quantities, materials, time step [s], version, run type (16 bytes), build date (16),
-  wall clock, attractors, zeros;
+* header of 256 bytes: ``SPH``, run time [s], particles, quantities, materials, time step [s], version, run type (16
+  bytes), build date (16), wall clock, attractors, zeros;
 * per quantity: identifier, order (number of derivatives), value type;
-* per material: ``MAT``, its number, its parameters (identifier, type, value), per quantity its range and least value for the time step, the first
-  particle and the one after the last, then the values of every quantity and its derivatives. Without materials: ``NOMAT``, the two numbers, values;
+* per material: ``MAT``, its number, its parameters (identifier, type, value), per quantity its range and least value
+  for the time step, the first particle and the one after the last, then the values of every quantity and its
+  derivatives. Without materials: ``NOMAT``, the two numbers, values;
 * per attractor: position, velocity, radius, mass, the number of its parameters, and these.
 
-Vectors are (x, y, z, h): the fourth number of a position is the smoothing length (for runs of spheres, the radius). The damage stored there
-is the cube root of what reduces the stress; pressure and stress are stored after damage and yield, as here.
+Vectors are (x, y, z, h): the fourth number of a position is the smoothing length (for runs of spheres, the radius).
+The damage stored there is the cube root of what reduces the stress; pressure and stress are stored after damage and
+yield, as here.
 """
 
 from __future__ import annotations
@@ -34,7 +36,16 @@ _PARAMETER = {0: 1, 1: 1, 2: 1, 3: 2, 5: 4, 6: 6, 7: 5, 8: 2}
 _TEXT, _NAME = 4, 99
 _ATTRACTOR = 10  # position and velocity of four numbers, radius, mass
 _POSITION, _DAMAGE, _STRESS = 0, 10, 6
-_SCALARS = {1: "mass", 2: "pressure", 3: "density", 4: "specific_energy", 5: "sound_speed", 17: "distention", 38: "neighbours", 44: "identity"}
+_SCALARS = {
+    1: "mass",
+    2: "pressure",
+    3: "density",
+    4: "specific_energy",
+    5: "sound_speed",
+    17: "distention",
+    38: "neighbours",
+    44: "identity",
+}
 _VECTORS = {20: "angular_velocity", 40: "initial_position"}
 _SPHERES = ("nbody", "rubble-pile")
 # support of the cubic spline, OpenSPH's default kernel, in smoothing lengths
@@ -49,7 +60,9 @@ class _Bytes:
 
     def take(self, size: int) -> bytes:
         if self.at + size > len(self.data):
-            raise InputError(f"{self.path} ends after {len(self.data)} bytes, in the middle of a value: not a whole .ssf file")
+            raise InputError(
+                f"{self.path} ends after {len(self.data)} bytes, in the middle of a value: not a whole .ssf file"
+            )
         self.at += size
         return self.data[self.at - size : self.at]
 
@@ -69,11 +82,13 @@ class _Bytes:
 
 
 def read(path: Path, support: float = _SUPPORT) -> Particles:
-    """Particles of a state file; ``support`` is the kernel's support in smoothing lengths (2 for OpenSPH's default, the cubic spline).
+    """Particles of a state file; ``support`` is the kernel's support in smoothing lengths (2 for OpenSPH's default,
+    the cubic spline).
 
-    Materials keep their names (``materials`` among the attributes) and particles their persistent index, where the file has them; ``time`` [s],
-    ``step_s``, ``opensph_version`` and ``attractors`` (how many point masses it holds, which are not read) are attributes. Raises
-    ``InputError`` for a file of another kind, a newer version, or one that is cut short.
+    Materials keep their names (``materials`` among the attributes) and particles their persistent index, where the
+    file has them; ``time`` [s], ``step_s``, ``opensph_version`` and ``attractors`` (how many point masses it holds,
+    which are not read) are attributes. Raises ``InputError`` for a file of another kind, a newer version, or one that
+    is cut short.
     """
     file = _Bytes(Path(path))
     if file.data[:4] != b"SPH\0":
@@ -103,11 +118,19 @@ def read(path: Path, support: float = _SUPPORT) -> Particles:
         file.take(8 * _ATTRACTOR)
         _parameters(file, int(file.integers()[0]))
     if file.at != len(file.data):
-        raise InputError(f"{path} holds {len(file.data) - file.at} bytes after its last value: not a file of OpenSPH's format {version}")
+        raise InputError(
+            f"{path} holds {len(file.data) - file.at} bytes after its last value: not a file of OpenSPH's format "
+            f"{version}"
+        )
     values = {key: np.concatenate([block[key] for block in blocks]) for key in blocks[0]}
     fields = _fields(values, kind, support, particles)
     fields["material"] = np.repeat(np.arange(len(sizes)), sizes)
-    facts: dict[str, Any] = {"time": time, "stage": "dem" if kind in _SPHERES else "sph", "step_s": step, "opensph_version": version}
+    facts: dict[str, Any] = {
+        "time": time,
+        "stage": "dem" if kind in _SPHERES else "sph",
+        "step_s": step,
+        "opensph_version": version,
+    }
     if any(names):
         facts["materials"] = [name or f"material_{number}" for number, name in enumerate(names)]
     if attractors:
@@ -156,7 +179,9 @@ def _values(file: _Bytes, table: np.ndarray, count: int) -> dict[tuple[int, int,
     return found
 
 
-def _fields(values: dict[tuple[int, int, int], np.ndarray], kind: str, support: float, count: int) -> dict[str, np.ndarray]:
+def _fields(
+    values: dict[tuple[int, int, int], np.ndarray], kind: str, support: float, count: int
+) -> dict[str, np.ndarray]:
     fields: dict[str, np.ndarray] = {"identity": np.arange(count)}
     for (quantity, derivative, form), numbers in values.items():
         if quantity == _POSITION and form == _VECTOR and derivative < 2:

@@ -1,4 +1,5 @@
-"""Another code's frame turned into this project's: the target's centre (or a point of flat ground) at the origin, the impact point on +z."""
+"""Another code's frame turned into this project's: the target's centre (or a point of flat ground) at the origin, the
+impact point on +z."""
 
 from __future__ import annotations
 
@@ -12,8 +13,11 @@ from matter.particles import FIELDS, Particles
 _SYMMETRIC = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
 
 
-def placed(particles: Particles, origin: Sequence[float] = (0.0, 0.0, 0.0), up: Sequence[float] = (0.0, 0.0, 1.0)) -> Particles:
-    """The same particles with ``origin`` [m] moved to (0, 0, 0) and the direction ``up`` turned onto +z by the shortest way.
+def placed(
+    particles: Particles, origin: Sequence[float] = (0.0, 0.0, 0.0), up: Sequence[float] = (0.0, 0.0, 1.0)
+) -> Particles:
+    """The same particles with ``origin`` [m] moved to (0, 0, 0) and the direction ``up`` turned onto +z by the
+    shortest way.
 
     Vectors and stresses turn with it; velocities are not shifted. Raises ``InputError`` for an ``up`` of no length.
     """
@@ -27,7 +31,9 @@ def placed(particles: Particles, origin: Sequence[float] = (0.0, 0.0, 0.0), up: 
             values = values @ turn.T
         elif FIELDS[name].shape == (6,):
             full = turn @ values[:, np.array(_SYMMETRIC)] @ turn.T
-            values = np.stack([full[:, 0, 0], full[:, 0, 1], full[:, 0, 2], full[:, 1, 1], full[:, 1, 2], full[:, 2, 2]], axis=1)
+            values = np.stack(
+                [full[:, 0, 0], full[:, 0, 1], full[:, 0, 2], full[:, 1, 1], full[:, 1, 2], full[:, 2, 2]], axis=1
+            )
         fields[name] = values
     return Particles(fields, particles.attributes, particles.tables)
 

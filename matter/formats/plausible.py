@@ -1,4 +1,5 @@
-"""Whether imported particles can be what they claim to be: values that no particle can have are refused, with the first particle that has one."""
+"""Whether imported particles can be what they claim to be: values that no particle can have are refused, with the
+first particle that has one."""
 
 from __future__ import annotations
 
@@ -24,13 +25,16 @@ _RANGES = {
 
 
 def check(particles: Particles) -> None:
-    """Raise ``InputError`` for values that are not finite, masses, densities, radii and lengths that are not above zero, damage outside 0 to 1, distention
-    below 1, and material numbers without a name where there are names."""
+    """Raise ``InputError`` for values that are not finite, masses, densities, radii and lengths that are not above
+    zero, damage outside 0 to 1, distention below 1, and material numbers without a name where there are names."""
     for name in particles:
         values = np.asarray(particles[name], dtype=float).reshape(len(particles), -1)
         bad = ~np.isfinite(values).all(axis=1)
         if bad.any():
-            raise InputError(f"field {name!r} has {int(np.count_nonzero(~np.isfinite(values)))} values that are not finite{_first(bad, values)}")
+            raise InputError(
+                f"field {name!r} has {int(np.count_nonzero(~np.isfinite(values)))} values that are not "
+                f"finite{_first(bad, values)}"
+            )
         if name in _RANGES:
             least, itself, most = _RANGES[name]
             bad = ((values < least) | (values > most) | ((values == least) & (not itself))).any(axis=1)
@@ -38,13 +42,19 @@ def check(particles: Particles) -> None:
                 words = (
                     f"above {least:g}"
                     if not itself
-                    else f"at least {round(least, 3) + 0.0:g}" + (f" and at most {round(most, 3):g}" if np.isfinite(most) else "")
+                    else f"at least {round(least, 3) + 0.0:g}"
+                    + (f" and at most {round(most, 3):g}" if np.isfinite(most) else "")
                 )
                 unit = "" if FIELDS[name].unit == "1" else f" {FIELDS[name].unit}"
-                raise InputError(f"field {name!r} must be {words}{unit}: {int(bad.sum())} of {len(particles)} particles are not{_first(bad, values)}")
+                raise InputError(
+                    f"field {name!r} must be {words}{unit}: {int(bad.sum())} of {len(particles)} particles are "
+                    f"not{_first(bad, values)}"
+                )
     names = particles.attributes.get("materials")
     if names and "material" in particles and (largest := int(np.max(particles["material"], initial=0))) >= len(names):
-        raise InputError(f"material number {largest} has no name: there are {len(names)} ({', '.join(names)}), counted from 0")
+        raise InputError(
+            f"material number {largest} has no name: there are {len(names)} ({', '.join(names)}), counted from 0"
+        )
 
 
 def _first(bad: np.ndarray, values: np.ndarray) -> str:
@@ -53,11 +63,13 @@ def _first(bad: np.ndarray, values: np.ndarray) -> str:
 
 
 def named(particles: Particles, names: list[str]) -> None:
-    """Give the material numbers of particles their ``names``. Particles without numbers are all of the one material; several raise ``InputError``."""
+    """Give the material numbers of particles their ``names``. Particles without numbers are all of the one material;
+    several raise ``InputError``."""
     if "material" not in particles:
         if len(names) != 1:
             raise InputError(
-                f"--materials names {len(names)} materials ({', '.join(names)}), and the file has no column of material numbers: give one name for all"
+                f"--materials names {len(names)} materials ({', '.join(names)}), and the file has no column of "
+                f"material numbers: give one name for all"
             )
         particles["material"] = np.zeros(len(particles), dtype=np.int32)
     particles.attributes["materials"] = names
@@ -69,5 +81,7 @@ def strangers(particles: Particles) -> list[str]:
     for name in particles.attributes.get("materials", []):
         if name not in material.names():
             near = difflib.get_close_matches(name, material.names(), n=1)
-            found.append(f"material {name!r} is not one of this project's{f'; did you mean {near[0]!r}?' if near else ''}")
+            found.append(
+                f"material {name!r} is not one of this project's{f'; did you mean {near[0]!r}?' if near else ''}"
+            )
     return found

@@ -1,6 +1,8 @@
-"""Points as PLY (Turk 1994, "The PLY polygon file format"): binary, little-endian, one ``vertex`` per particle with every field as properties.
+"""Points as PLY (Turk 1994, "The PLY polygon file format"): binary, little-endian, one ``vertex`` per particle with
+every field as properties.
 
-``x y z``, then each field under its own name, components as ``velocity_x`` or ``deviatoric_stress_0``. Read by MeshLab, CloudCompare, Blender, trimesh.
+``x y z``, then each field under its own name, components as ``velocity_x`` or ``deviatoric_stress_0``. Read by
+MeshLab, CloudCompare, Blender, trimesh.
 """
 
 from __future__ import annotations
@@ -19,12 +21,20 @@ _KIND = {"f8": ("<f8", "double"), "i8": ("<f8", "double"), "i4": ("<i4", "int"),
 
 def write(particles: Particles, path: Path) -> None:
     """Write every field. Raises ``InputError`` for particles without a position."""
-    columns = [(label.removeprefix("position_"), values.dtype.str[1:], values) for label, _, values in components(particles)]
+    columns = [
+        (label.removeprefix("position_"), values.dtype.str[1:], values) for label, _, values in components(particles)
+    ]
     table = np.empty(len(particles), dtype=[(label, _KIND[kind][0]) for label, kind, _ in columns])
     for label, _, column in columns:
         table[label] = column
     properties = "".join(f"property {_KIND[kind][1]} {label}\n" for label, kind, _ in columns)
-    comment = f"comment bolide {particles.attributes.get('stage', 'particles')}, SI, time {particles.attributes.get('time', 0.0)!r} s\n"
+    comment = (
+        f"comment bolide {particles.attributes.get('stage', 'particles')}, SI, time "
+        f"{particles.attributes.get('time', 0.0)!r} s\n"
+    )
     with archive.replacing(Path(path)) as temporary, open(temporary, "wb") as file:
-        file.write(f"ply\nformat binary_little_endian 1.0\n{comment}element vertex {len(particles)}\n{properties}end_header\n".encode())
+        file.write(
+            f"ply\nformat binary_little_endian 1.0\n{comment}element vertex "
+            f"{len(particles)}\n{properties}end_header\n".encode()
+        )
         file.write(table.tobytes())

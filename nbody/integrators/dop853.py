@@ -1,7 +1,7 @@
 """Coefficients of the Runge-Kutta method of Dormand and Prince of order 8(5,3).
 
-Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (2nd ed. 1993), section II.10; the numbers are scipy's. Most entries
-of the matrix are zero: ``COLUMNS[s, :COUNT[s]]`` lists the non-zero ones of stage s.
+Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (2nd ed. 1993), section II.10; the numbers are
+scipy's. Most entries of the matrix are zero: ``COLUMNS[s, :COUNT[s]]`` lists the non-zero ones of stage s.
 """
 
 from __future__ import annotations

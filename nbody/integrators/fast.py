@@ -1,9 +1,9 @@
 """Fast path: one particle at a time through the shared ephemeris, DOP853, events found on the way.
 
-Entering a moon's Hill sphere is found by advancing along the quintic Hermite interpolant of a step by (distance - r_H) / (largest possible
-relative speed), which cannot jump over a sphere; the event is then placed by repeating the step with partial lengths (regula falsi), so
-that it is as exact as the integration. Inside the Hill sphere steps are short and closest approach, surface and exit are placed the same
-way.
+Entering a moon's Hill sphere is found by advancing along the quintic Hermite interpolant of a step by (distance - r_H)
+/ (largest possible relative speed), which cannot jump over a sphere; the event is then placed by repeating the step
+with partial lengths (regula falsi), so that it is as exact as the integration. Inside the Hill sphere steps are short
+and closest approach, surface and exit are placed the same way.
 """
 
 from __future__ import annotations
@@ -28,11 +28,13 @@ TOLERANCE = 1e-9
 FLYING, TIMED_OUT, LEFT, HIT_PLANET, HIT_MOON = 0, 1, 2, 3, 4
 SCREEN = 10.0  # inside this many orbits of the outermost moon a particle is asked whether it will miss them all
 OUTER = 1.5  # of the start radius: beyond it a particle that moves outwards is lost
-NEAR = 8.0  # moons one by one inside this many orbits of the outermost: 0.1-0.4 km against IAS15 after a year, 0.2-1.7 km with 5
+# moons one by one inside this many orbits of the outermost: 0.1-0.4 km against IAS15 after a year, 0.2-1.7 km with 5
+NEAR = 8.0
 
 
 class Moons(NamedTuple):
-    """The moons as spheres: Hill radii (or multiples of them) ``hill``, radii and radii of the orbits, each (moons,) [m]."""
+    """The moons as spheres: Hill radii (or multiples of them) ``hill``, radii and radii of the orbits, each (moons,)
+    [m]."""
 
     hill: np.ndarray
     radius: np.ndarray
@@ -40,7 +42,8 @@ class Moons(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What ends a flight: its ``duration`` [s], the planet's radius and the radius ``outer`` beyond which it has left [m]; and the ``tolerance`` of a step."""
+    """What ends a flight: its ``duration`` [s], the planet's radius and the radius ``outer`` beyond which it has left
+    [m]; and the ``tolerance`` of a step."""
 
     duration: float
     planet_radius: float
@@ -49,7 +52,8 @@ class Limits(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step: its time [s], the state ``y`` (6,) at its begin, its length ``h`` [s], and whether the moons pull one by one (``near``)."""
+    """A step: its time [s], the state ``y`` (6,) at its begin, its length ``h`` [s], and whether the moons pull one by
+    one (``near``)."""
 
     t: float
     y: np.ndarray
@@ -58,7 +62,8 @@ class Step(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Room for a step: slopes ``kx``, ``kv`` (stages, 3), the ``new`` state (6,), and a state relative to a moon, ``out`` (6,)."""
+    """Room for a step: slopes ``kx``, ``kv`` (stages, 3), the ``new`` state (6,), and a state relative to a moon,
+    ``out`` (6,)."""
 
     kx: np.ndarray
     kv: np.ndarray
@@ -102,10 +107,13 @@ def record(events, count, particle, moon, kind, t, y, h, orbits, out):
 
 @law
 def locate(kind, moon, size, low, high, now, orbits, work):
-    """Partial step length in [low, high] at which the event happens; ``work.new`` holds the state there (Illinois regula falsi)."""
+    """Partial step length in [low, high] at which the event happens; ``work.new`` holds the state there (Illinois
+    regula falsi)."""
     t = now.t
     f_low, f_high, h, side = 0.0, 0.0, low, 0
-    for trial in range(62):  # one call of ``step`` for both ends and all trials: it is large, and every copy costs a second of compilation
+    for trial in range(
+        62
+    ):  # one call of ``step`` for both ends and all trials: it is large, and every copy costs a second of compilation
         if trial == 1:
             h = high
         elif trial > 1:
@@ -134,14 +142,17 @@ def locate(kind, moon, size, low, high, now, orbits, work):
 
 @law
 def first_entry(now, new, kv, last, orbits, moons, coefficient):
-    """Earliest bracket (moon, low, high) within a step in which the distance to a moon falls below its Hill radius; moon -1 if none.
+    """Earliest bracket (moon, low, high) within a step in which the distance to a moon falls below its Hill radius;
+    moon -1 if none.
 
     ``kv[0]`` and ``last`` hold the accelerations at both ends.
     """
     t, y, h, gm, hill, orbit = now.t, now.y, now.h, orbits.gm, moons.hill, moons.orbit
     found, found_low, found_high = -1, 0.0, h
     r0 = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
-    fastest = 1.5 * max(y[3] * y[3] + y[4] * y[4] + y[5] * y[5], new[3] * new[3] + new[4] * new[4] + new[5] * new[5]) ** 0.5
+    fastest = (
+        1.5 * max(y[3] * y[3] + y[4] * y[4] + y[5] * y[5], new[3] * new[3] + new[4] * new[4] + new[5] * new[5]) ** 0.5
+    )
     fitted = False
     for m in range(hill.shape[0]):
         speed = fastest + 1.02 * (gm[1] / orbit[m]) ** 0.5
@@ -182,7 +193,8 @@ def first_entry(now, new, kv, last, orbits, moons, coefficient):
 def within(particle, moon, approached, rv_before, moons, now, orbits, work, events, count):
     """Events of one step inside the Hill sphere of ``moon``: closest approach, collision, exit.
 
-    Returns (count, step length, passed, end): ``passed`` 1 after the closest approach, 2 after the exit (then the step ends there).
+    Returns (count, step length, passed, end): ``passed`` 1 after the closest approach, 2 after the exit (then the step
+    ends there).
     """
     passed, end = 0, FLYING
     t, y, h, near, new, out = now.t, now.y, now.h, now.near, work.new, work.out
@@ -211,9 +223,11 @@ def within(particle, moon, approached, rv_before, moons, now, orbits, work, even
 
 @law
 def misses(t, y, duration, gm, widest):
-    """Whether a particle that comes in will stay outside ``widest`` (orbits of the moons with their Hill spheres) until the end.
+    """Whether a particle that comes in will stay outside ``widest`` (orbits of the moons with their Hill spheres)
+    until the end.
 
-    Its osculating pericentre is beyond 1.2 ``widest``; inside 10 orbits the Sun changes the angular momentum by less than 1 % (pericentre 2 %).
+    Its osculating pericentre is beyond 1.2 ``widest``; inside 10 orbits the Sun changes the angular momentum by less
+    than 1 % (pericentre 2 %).
     """
     r2, w2, rv = 0.0, 0.0, 0.0
     for d in range(3):
@@ -232,9 +246,11 @@ def misses(t, y, duration, gm, widest):
 
 @law
 def fate(t, y, duration, inside, gm, planet_radius, outer, far):
-    """Whether a flight goes on: FLYING, TIMED_OUT, HIT_PLANET, or LEFT when it is beyond ``outer`` or cannot come back in time.
+    """Whether a flight goes on: FLYING, TIMED_OUT, HIT_PLANET, or LEFT when it is beyond ``outer`` or cannot come back
+    in time.
 
-    A bound orbit that goes out beyond ``far`` is taken to come back after four fifths of an osculating period: the Sun's pull has room.
+    A bound orbit that goes out beyond ``far`` is taken to come back after four fifths of an osculating period: the
+    Sun's pull has room.
     """
     if t >= duration * (1.0 - 1e-14):
         return TIMED_OUT
@@ -257,9 +273,10 @@ def fate(t, y, duration, inside, gm, planet_radius, outer, far):
 def fly(starts, first, limits, orbits, moons, events, ends, finals):
     """Integrate the particles ``starts`` (n, 6); rows of events go to ``events``.
 
-    ``ends`` (n, 2) says how each flight ended (TIMED_OUT, LEFT the radius ``outer``, HIT_PLANET, HIT_MOON) and after how many steps,
-    ``finals`` (n, 7) when and in which state (a particle that leaves is followed no further than it can come back). Returns (status,
-    count, particle): status 0 is good, 1 a full event table, 2 a step that became too small.
+    ``ends`` (n, 2) says how each flight ended (TIMED_OUT, LEFT the radius ``outer``, HIT_PLANET, HIT_MOON) and after
+    how many steps, ``finals`` (n, 7) when and in which state (a particle that leaves is followed no further than it
+    can come back). Returns (status, count, particle): status 0 is good, 1 a full event table, 2 a step that became too
+    small.
     """
     kx, kv = np.empty((STAGES, 3)), np.empty((STAGES, 3))
     y, new, last, out = np.empty(6), np.empty(6), np.empty(3), np.empty(6)
@@ -304,7 +321,9 @@ def fly(starts, first, limits, orbits, moons, events, ends, finals):
             growth = min(5.0, 0.9 * max(error, 1e-8) ** -0.125)
             if inside >= 0:
                 now = Step(t, y, h, near)
-                count, h, passed, end = within(first + p, inside, approached, rv_before, moons, now, orbits, work, events, count)
+                count, h, passed, end = within(
+                    first + p, inside, approached, rv_before, moons, now, orbits, work, events, count
+                )
                 approached = approached or passed > 0
                 if passed == 2:
                     leaving, inside = inside, np.int64(-1)
@@ -344,7 +363,8 @@ def fly(starts, first, limits, orbits, moons, events, ends, finals):
 
 @dataclass(frozen=True)
 class Flights:
-    """What became of a lot: ``table`` of events, ``ends`` (n, 2), ``finals`` (n, 7), and the ephemeris that all of them flew through."""
+    """What became of a lot: ``table`` of events, ``ends`` (n, 2), ``finals`` (n, 7), and the ephemeris that all of
+    them flew through."""
 
     table: dict[str, np.ndarray]
     ends: np.ndarray
@@ -379,6 +399,8 @@ def run(system: System, lot: Lot, duration: float, tolerance: float = TOLERANCE,
             break
         capacity *= 4
     if status != 0:
-        raise UnphysicalState(f"n-body: the step of particle {particle} became too small (start {lot.state[particle - lot.first]})")
+        raise UnphysicalState(
+            f"n-body: the step of particle {particle} became too small (start {lot.state[particle - lot.first]})"
+        )
     rows = rows[:found]
     return Flights(encounters.from_rows(rows, lot.weight[rows[:, 0].astype(int) - lot.first]), ends, finals, orbits)

@@ -1,12 +1,13 @@
 """As published: all bodies together, Runge-Kutta-Cash-Karp 4(5) with the step rules of the thesis.
 
-Cash and Karp 1990, ACM Trans. Math. Softw. 16, 201; step control of Press et al., Numerical Recipes, section 16.2. Winter 2017, section
-2.1.3: the fifth-order solution is carried on, a step is accepted when
+Cash and Karp 1990, ACM Trans. Math. Softw. 16, 201; step control of Press et al., Numerical Recipes, section 16.2.
+Winter 2017, section 2.1.3: the fifth-order solution is carried on, a step is accepted when
 
     |y5 - y4| < 0.1 eps mean|x_rel| (positions),  < eps mean|v_rel| (velocities),  eps = 1e-11,
 
-the means taken over all pairs of bodies. Eq. 5, h_max = 0.01 d_min/v_rel, acts in moon mode only: the steps at impact printed for normal
-mode (5-20 s) are several times too long for it, those of moon mode are not. Events are placed on the cubic Hermite interpolant of a step.
+the means taken over all pairs of bodies. Eq. 5, h_max = 0.01 d_min/v_rel, acts in moon mode only: the steps at impact
+printed for normal mode (5-20 s) are several times too long for it, those of moon mode are not. Events are placed on
+the cubic Hermite interpolant of a step.
 """
 
 from __future__ import annotations
@@ -57,7 +58,8 @@ class Leg(NamedTuple):
 
 
 class Bodies(NamedTuple):
-    """The massive bodies (Sun, planet, moons): states (bodies, 3) and masses ``gm`` (bodies,), Hill radii of the moons, radii of moons and planet [m]."""
+    """The massive bodies (Sun, planet, moons): states (bodies, 3) and masses ``gm`` (bodies,), Hill radii of the
+    moons, radii of moons and planet [m]."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -68,7 +70,8 @@ class Bodies(NamedTuple):
 
 @law
 def rkck(x, v, h, gm, kx, kv, xs, x_new, v_new):
-    """One step of length ``h`` from (x, v), shape (n, 3); kv[0] holds the accelerations. Returns the error over the tolerances."""
+    """One step of length ``h`` from (x, v), shape (n, 3); kv[0] holds the accelerations. Returns the error over the
+    tolerances."""
     n = x.shape[0]
     for i in range(n):
         for d in range(3):
@@ -124,7 +127,8 @@ def after(h, error):
 
 @law
 def between(u, leg, last, other, out):
-    """Relative state of bodies ``last`` and ``other`` at fraction ``u`` of a step (cubic Hermite) into ``out``; returns distance, r.v."""
+    """Relative state of bodies ``last`` and ``other`` at fraction ``u`` of a step (cubic Hermite) into ``out``;
+    returns distance, r.v."""
     h, x, v, x_new, v_new = leg.h, leg.x, leg.v, leg.x_new, leg.v_new
     for d in range(3):
         x0, x1 = x[last, d] - x[other, d], x_new[last, d] - x_new[other, d]
@@ -169,9 +173,11 @@ def record(rows, count, particle, moon, kind, t, u, leg, out):
 
 @kernel
 def normal_mode(massive, state, first, duration, outer, to_the_end, rows, saved, ends):
-    """Fly particles ``state`` (k, 6) one by one with the ``massive`` bodies (``Bodies``); ``saved[row]`` holds all states after an entry.
+    """Fly particles ``state`` (k, 6) one by one with the ``massive`` bodies (``Bodies``); ``saved[row]`` holds all
+    states after an entry.
 
-    ``ends`` (k, 2): how each flight ended, and after how many steps. Returns (status, count, particle): 1 table full, 2 step too small.
+    ``ends`` (k, 2): how each flight ended, and after how many steps. Returns (status, count, particle): 1 table full,
+    2 step too small.
     """
     x0, v0, gm, hill, radii = massive.position, massive.velocity, massive.gm, massive.hill, massive.radii
     bodies = x0.shape[0]
@@ -179,7 +185,14 @@ def normal_mode(massive, state, first, duration, outer, to_the_end, rows, saved,
     masses = np.zeros(n)
     masses[:bodies] = gm
     kx, kv = np.empty((6, n, 3)), np.empty((6, n, 3))
-    x, v, x_new, v_new, xs, out = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty(6)
+    x, v, x_new, v_new, xs, out = (
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty(6),
+    )
     count, never = np.int64(0), duration < 0.0  # typed, not literal: one compilation of each function called
     for p in range(state.shape[0]):
         for d in range(3):
@@ -242,7 +255,8 @@ def normal_mode(massive, state, first, duration, outer, to_the_end, rows, saved,
 
 @law
 def fate(x, v, t, duration, inside, gm, radii, outer, to_the_end):
-    """Whether a flight goes on: FLYING, TIMED_OUT, HIT_PLANET, or LEFT (cannot come back in time; not tested if ``to_the_end``)."""
+    """Whether a flight goes on: FLYING, TIMED_OUT, HIT_PLANET, or LEFT (cannot come back in time; not tested if
+    ``to_the_end``)."""
     last = x.shape[0] - 1
     if t >= duration * (1.0 - 1e-14):
         return TIMED_OUT
@@ -271,8 +285,8 @@ def fate(x, v, t, duration, inside, gm, radii, outer, to_the_end):
 def moon_mode(states, moon, gm, radius, hill, places, out, result):
     """Restart from the saved ``states`` (n, 6) with the particle at moon + ``places[i]`` until one run hits.
 
-    ``result`` receives relative state, state relative to the planet, time, step (14 numbers). Returns (index of the place that hit or -1,
-    steps).
+    ``result`` receives relative state, state relative to the planet, time, step (14 numbers). Returns (index of the
+    place that hit or -1, steps).
     """
     n = states.shape[0]
     last, other = n - 1, moon + 2
@@ -318,19 +332,23 @@ def moon_mode(states, moon, gm, radius, hill, places, out, result):
 
 @dataclass(frozen=True)
 class Flights:
-    """What became of a lot: table of events with collisions constructed in moon mode, ``ends`` (n, 2), steps taken in moon mode."""
+    """What became of a lot: table of events with collisions constructed in moon mode, ``ends`` (n, 2), steps taken in
+    moon mode."""
 
     table: dict[str, np.ndarray]
     ends: np.ndarray
     moon_steps: int
 
 
-def run(system: System, lot: Lot, duration: float, seed: int, screened: bool = True, to_the_end: bool = False) -> Flights:
+def run(
+    system: System, lot: Lot, duration: float, seed: int, screened: bool = True, to_the_end: bool = False
+) -> Flights:
     """Fly ``lot`` as published, moon mode included.
 
-    ``screened``: only particles that the fast path sees within 1.3 Hill radii of a moon are integrated, and moon-mode draws whose hyperbola
-    misses by more than a third are not: the rest cannot give an event (the fast path is right to a kilometre), but would cost 99.8 % of the
-    time. ``to_the_end``: particles that have left are integrated on, as in the thesis. Raises ``UnphysicalState``.
+    ``screened``: only particles that the fast path sees within 1.3 Hill radii of a moon are integrated, and moon-mode
+    draws whose hyperbola misses by more than a third are not: the rest cannot give an event (the fast path is right to
+    a kilometre), but would cost 99.8 % of the time. ``to_the_end``: particles that have left are integrated on, as in
+    the thesis. Raises ``UnphysicalState``.
     """
     picked = np.arange(len(lot.state))
     if screened:
@@ -365,7 +383,8 @@ def run(system: System, lot: Lot, duration: float, seed: int, screened: bool = T
 
 
 def _collisions(system: System, table: dict[str, np.ndarray], saved: np.ndarray, seed: int, screened: bool):
-    """Moon mode for every entry of ``table`` that is not followed by a direct collision; fills ``hit_probability`` of the entries."""
+    """Moon mode for every entry of ``table`` that is not followed by a direct collision; fills ``hit_probability`` of
+    the entries."""
     direct = {(p, m) for p, m in zip(*(table[name][table["direct"] == 1] for name in ("particle", "moon")))}
     made, out, result, total = [], np.zeros(6), np.zeros(14), 0
     number: dict[int, int] = {}

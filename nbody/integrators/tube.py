@@ -1,16 +1,18 @@
 """Weighted estimator: how often would a moon be where the particle crosses its orbit?
 
-The moon's longitude is uniform in time and its orbit a circle, so a particle enters the Hill sphere with the chance that the moon stands on
-that arc of its orbit from which the particle's path comes within r_H: possible only while the path is inside the torus of minor radius
-r_H around the orbit. For each passage of the torus the moon's phase is drawn uniformly from the window of width D that contains the arc,
-path and moon are followed, and if they meet, one entry of weight D / 2 pi is booked with the speed and place that they have there.
+The moon's longitude is uniform in time and its orbit a circle, so a particle enters the Hill sphere with the chance
+that the moon stands on that arc of its orbit from which the particle's path comes within r_H: possible only while the
+path is inside the torus of minor radius r_H around the orbit. For each passage of the torus the moon's phase is drawn
+uniformly from the window of width D that contains the arc, path and moon are followed, and if they meet, one entry of
+weight D / 2 pi is booked with the speed and place that they have there.
 
-For straight paths the expected weight is sqrt(r_H^2 - delta^2) / (pi a sin psi), delta the distance between the lines of path and orbit, psi the
-angle between relative motion and orbit. Spreading the moon over the torus instead, weight u dt r_H^2 / (2 pi a s^2), is simpler but counts paths that
-run along the orbit wrongly: for the population ``literal`` it gives 0.1 (s = r_H) and 0.2 km/s (s = 2 r_H) less for retrograde entries.
+For straight paths the expected weight is sqrt(r_H^2 - delta^2) / (pi a sin psi), delta the distance between the lines
+of path and orbit, psi the angle between relative motion and orbit. Spreading the moon over the torus instead, weight u
+dt r_H^2 / (2 pi a s^2), is simpler but counts paths that run along the orbit wrongly: for the population ``literal``
+it gives 0.1 (s = r_H) and 0.2 km/s (s = 2 r_H) less for retrograde entries.
 
-Closest approach, exit and collision follow on the two-body hyperbola; its focusing onto the Hill sphere, 1 + 2 GM/(r_H u^2), is in the weight. The
-moons do not pull the particle on its way.
+Closest approach, exit and collision follow on the two-body hyperbola; its focusing onto the Hill sphere, 1 + 2 GM/(r_H
+u^2), is in the weight. The moons do not pull the particle on its way.
 """
 
 from __future__ import annotations
@@ -36,7 +38,8 @@ STREAM = 4  # spawn key of this module's random numbers
 
 
 class Arc(NamedTuple):
-    """A step's path: states ``y``, ``new`` (6,) and accelerations ``a0``, ``a1`` (3,) at both ends, length ``h`` [s]."""
+    """A step's path: states ``y``, ``new`` (6,) and accelerations ``a0``, ``a1`` (3,) at both ends, length ``h``
+    [s]."""
 
     y: np.ndarray
     new: np.ndarray
@@ -82,7 +85,8 @@ def from_ring(x, orbit):
 
 @kernel
 def thread(starts, first, limits, orbits, rings, rows, ends):
-    """Fly particles ``starts`` (n, 6) without moons and note each passage through a torus: rows (particle, moon, dt, t, x, v at its begin).
+    """Fly particles ``starts`` (n, 6) without moons and note each passage through a torus: rows (particle, moon, dt,
+    t, x, v at its begin).
 
     ``ends`` (n, 2) as in ``fast.fly``. Returns (status, count, particle): 1 full table, 2 step too small.
     """
@@ -115,7 +119,9 @@ def thread(starts, first, limits, orbits, rings, rows, ends):
             r = (new[0] * new[0] + new[1] * new[1] + new[2] * new[2]) ** 0.5
             v2 = max(y[3] * y[3] + y[4] * y[4] + y[5] * y[5], new[3] * new[3] + new[4] * new[4] + new[5] * new[5])
             if min(r0, r) < widest + 1.5 * v2**0.5 * h:
-                count = passages(first + p, t, Arc(y, new, kv[0], last, h), rings, 1.5 * v2**0.5, inside, rows, count, out)
+                count = passages(
+                    first + p, t, Arc(y, new, kv[0], last, h), rings, 1.5 * v2**0.5, inside, rows, count, out
+                )
                 if count < 0:
                     return 1, 0, first + p
             t += h
@@ -134,7 +140,8 @@ def thread(starts, first, limits, orbits, rings, rows, ends):
 
 @law
 def passages(particle, t, arc, rings, speed, inside, rows, count, out):
-    """Follow one step along its curve and write a row for every torus left; returns the count, -1 when the table is full.
+    """Follow one step along its curve and write a row for every torus left; returns the count, -1 when the table is
+    full.
 
     Boundaries are found by advancing no further than
     the distance to them allows (to 1/500 of the tube), so that no passage is skipped.
@@ -194,7 +201,9 @@ def run(system: System, lot: Lot, duration: float, seed: int, tolerance: float =
             break
         capacity *= 4
     if status != 0:
-        raise UnphysicalState(f"n-body: the step of particle {particle} became too small (start {lot.state[particle - lot.first]})")
+        raise UnphysicalState(
+            f"n-body: the step of particle {particle} became too small (start {lot.state[particle - lot.first]})"
+        )
     table = _events(system, rows[:found], lot, seed)
     return Flights(table, ends, orbits)
 
@@ -220,7 +229,8 @@ def _events(system: System, rows: np.ndarray, lot: Lot, seed: int) -> dict[str, 
 
 
 class Meetings(NamedTuple):
-    """Entries into a Hill sphere: ``row`` of the passage, ``window`` of phases [rad], time since the passage began [s], states."""
+    """Entries into a Hill sphere: ``row`` of the passage, ``window`` of phases [rad], time since the passage began
+    [s], states."""
 
     row: np.ndarray
     window: np.ndarray
@@ -231,11 +241,14 @@ class Meetings(NamedTuple):
     motion: np.ndarray
 
 
-def meetings(x: np.ndarray, v: np.ndarray, duration: np.ndarray, moon: Body, gm: float, rng: np.random.Generator) -> Meetings:
-    """Put the moon at random on its orbit for each passage that begins at (x, v) (n, 3) and keep those that it meets within its Hill radius.
+def meetings(
+    x: np.ndarray, v: np.ndarray, duration: np.ndarray, moon: Body, gm: float, rng: np.random.Generator
+) -> Meetings:
+    """Put the moon at random on its orbit for each passage that begins at (x, v) (n, 3) and keep those that it meets
+    within its Hill radius.
 
-    The path is followed under the planet alone for ``duration`` [s] (hours), the moon on its circle; place and velocity of an entry are relative
-    to the moon.
+    The path is followed under the planet alone for ``duration`` [s] (hours), the moon on its circle; place and
+    velocity of an entry are relative to the moon.
     """
     hill, a = hill_radius(moon), moon.semi_major_axis
     rate = math.sqrt((gm + moon.gm) / a**3)
@@ -262,7 +275,8 @@ def meetings(x: np.ndarray, v: np.ndarray, duration: np.ndarray, moon: Body, gm:
 
 
 def _followed(x: np.ndarray, v: np.ndarray, h: np.ndarray, gm: float) -> tuple[np.ndarray, np.ndarray]:
-    """Two-body paths from (x, v) in ``SAMPLES`` steps of length ``h`` (n,): arrays (SAMPLES + 1, n, 3); leapfrog, good to (h v/r)^2."""
+    """Two-body paths from (x, v) in ``SAMPLES`` steps of length ``h`` (n,): arrays (SAMPLES + 1, n, 3); leapfrog, good
+    to (h v/r)^2."""
     paths, motions = np.empty((SAMPLES + 1, *x.shape)), np.empty((SAMPLES + 1, *x.shape))
     k = h[:, None]
     x, v = x.copy(), v.copy()
@@ -287,7 +301,13 @@ def _three(mine, index, place, velocity, moon_place, moon_motion, weight, gm) ->
         (EXIT, *bplane.mirrored(place, velocity, up), 2.0 * time),
     ):
         rows = np.zeros((len(mine), encounters.RAW))
-        rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 16] = mine[:, 0], index, kind, mine[:, 3] + later, mine[:, 2]
+        rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 16] = (
+            mine[:, 0],
+            index,
+            kind,
+            mine[:, 3] + later,
+            mine[:, 2],
+        )
         rows[:, 4:7], rows[:, 7:10], rows[:, 10:13], rows[:, 13:16] = x, v, moon_place + x, moon_motion + v
         tables.append(encounters.from_rows(rows, weight))
     return tables

@@ -1,1 +1,2 @@
-"""What ends the simulated piece of matter: images across planes (``images``: ``periodic``, ``wall``) and an outer edge (``edge``: ``fixed``, ``quiet``)."""
+"""What ends the simulated piece of matter: images across planes (``images``: ``periodic``, ``wall``) and an outer edge
+(``edge``: ``fixed``, ``quiet``)."""

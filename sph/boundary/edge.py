@@ -10,13 +10,16 @@ from sph.boundary import fixed, quiet
 
 
 class Edge:
-    """Laws of the edge, by particle identity: ``fixed`` (n,) bool, ``kappa`` (n,) [1/m], and density and specific energy at the start."""
+    """Laws of the edge, by particle identity: ``fixed`` (n,) bool, ``kappa`` (n,) [1/m], and density and specific
+    energy at the start."""
 
     ARRAYS = ("fixed", "kappa", "density", "energy")
 
-    def __init__(self, depth: np.ndarray, h: np.ndarray, density: np.ndarray, energy: np.ndarray, width: np.ndarray | float):
-        """All in order of identity: ``depth`` (n,) [m] of every particle below the edge (infinite where there is none), ``h`` (n,) its support, and
-        ``width`` (n,) of the quiet layer [m], 0 for none.
+    def __init__(
+        self, depth: np.ndarray, h: np.ndarray, density: np.ndarray, energy: np.ndarray, width: np.ndarray | float
+    ):
+        """All in order of identity: ``depth`` (n,) [m] of every particle below the edge (infinite where there is
+        none), ``h`` (n,) its support, and ``width`` (n,) of the quiet layer [m], 0 for none.
         """
         self.fixed = fixed.rim(depth, h)
         width = np.broadcast_to(np.asarray(width, dtype=float), depth.shape)
@@ -43,8 +46,21 @@ class Edge:
 
     def hold(self, cloud, rates) -> None:
         """Take the rates of the fixed rim away."""
-        fixed.hold(cloud.identity, self.fixed, cloud.gravity, rates.acceleration, rates.density, rates.energy, rates.stress)
+        fixed.hold(
+            cloud.identity, self.fixed, cloud.gravity, rates.acceleration, rates.density, rates.energy, rates.stress
+        )
 
     def fade(self, cloud, wave: np.ndarray, dt: float) -> None:
         """One step of the quiet layer."""
-        quiet.fade(dt, cloud.identity, self.kappa, self.density, self.energy, wave, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress)
+        quiet.fade(
+            dt,
+            cloud.identity,
+            self.kappa,
+            self.density,
+            self.energy,
+            wave,
+            cloud.velocity,
+            cloud.density,
+            cloud.specific_energy,
+            cloud.stress,
+        )

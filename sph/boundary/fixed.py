@@ -23,5 +23,6 @@ def hold(identity, fixed, gravity, acceleration, density_rate, energy_rate, stre
 
 
 def rim(depth: np.ndarray, h: np.ndarray) -> np.ndarray:
-    """(n,) bool: particles within one support radius ``h`` [m] of the edge, ``depth`` (n,) [m] their distance from it."""
+    """(n,) bool: particles within one support radius ``h`` [m] of the edge, ``depth`` (n,) [m] their distance from
+    it."""
     return depth < h

@@ -1,10 +1,13 @@
 """Images of particles across planes: what the pair loop sees beyond a periodic end or a wall.
 
-An image is a row behind those of the particles; the loop reads it like any neighbour's and never writes to it. It follows its particle exactly,
+An image is a row behind those of the particles; the loop reads it like any neighbour's and never writes to it. It
+follows its particle exactly,
 
-    x' = s x + a + b t,   v' = s v + b,   sigma'_ij = s_i s_j sigma_ij        (s, a, b per axis; volume, density, h and sound speed as its particle)
+    x' = s x + a + b t,   v' = s v + b,   sigma'_ij = s_i s_j sigma_ij
+        (s, a, b per axis; volume, density, h and sound speed as its particle)
 
-so that pairs across a plane are as antisymmetric as any. Planes are taken one after the other, each seeing the images of those before: corners come out right.
+so that pairs across a plane are as antisymmetric as any. Planes are taken one after the other, each seeing the images
+of those before: corners come out right.
 """
 
 from __future__ import annotations
@@ -39,8 +42,16 @@ def _fill_second(second, count, owner, sign, tensor):
         source, image = second[owner[g]], second[count + g]
         image[SHARE] = source[SHARE]
         sx, sy, sz = sign[g, 0], sign[g, 1], sign[g, 2]
-        image[SLOPE], image[SLOPE + 1], image[SLOPE + 2] = source[SLOPE], sx * sy * source[SLOPE + 1], sx * sz * source[SLOPE + 2]
-        image[SLOPE + 3], image[SLOPE + 4], image[SLOPE + 5] = source[SLOPE + 3], sy * sz * source[SLOPE + 4], source[SLOPE + 5]
+        image[SLOPE], image[SLOPE + 1], image[SLOPE + 2] = (
+            source[SLOPE],
+            sx * sy * source[SLOPE + 1],
+            sx * sz * source[SLOPE + 2],
+        )
+        image[SLOPE + 3], image[SLOPE + 4], image[SLOPE + 5] = (
+            source[SLOPE + 3],
+            sy * sz * source[SLOPE + 4],
+            source[SLOPE + 5],
+        )
         for a in range(3 if tensor else 0):
             for b in range(3):
                 image[TENSOR + 3 * a + b] = sign[g, a] * sign[g, b] * source[TENSOR + 3 * a + b]
@@ -55,7 +66,8 @@ def _renumber(order, index, entry, count):
 
 
 class Images:
-    """The planes of a run and the present images: ``owner`` (g,), ``sign``, ``shift`` [m] at time 0 and ``drift`` [m/s] (g, 3)."""
+    """The planes of a run and the present images: ``owner`` (g,), ``sign``, ``shift`` [m] at time 0 and ``drift``
+    [m/s] (g, 3)."""
 
     AHEAD = 12  # steps that a list reckons with while a piston moves
 
@@ -107,9 +119,13 @@ class Images:
                 made[1][:, plane.axis] = s * made[1][:, plane.axis] + a
                 made[2][:, plane.axis] = s * made[2][:, plane.axis] + b
                 pieces.append((owner[which], *made))
-            owner, sign, shift, drift = (np.concatenate([old, *new]) for old, *new in zip((owner, sign, shift, drift), *pieces))
+            owner, sign, shift, drift = (
+                np.concatenate([old, *new]) for old, *new in zip((owner, sign, shift, drift), *pieces)
+            )
             place = sign * position[owner] + shift + drift * time
-        self.owner, self.sign, self.shift, self.drift = (np.ascontiguousarray(a[count:]) for a in (owner, sign, shift, drift))
+        self.owner, self.sign, self.shift, self.drift = (
+            np.ascontiguousarray(a[count:]) for a in (owner, sign, shift, drift)
+        )
         return place[count:]
 
     def listed(self, position: np.ndarray, reach: np.ndarray, half_width: float) -> neighbours.Neighbours:

@@ -20,14 +20,16 @@ class Periodic(NamedTuple):
     high: float
 
     def images(self, x: np.ndarray, reach: np.ndarray, most: float, time: float):
-        """Indices, sign, shift [m] and drift [m/s] along the axis of what lies within 0.5 (``reach`` + ``most``) of an end; ``x`` (n,) along the axis.
+        """Indices, sign, shift [m] and drift [m/s] along the axis of what lies within 0.5 (``reach`` + ``most``) of an
+        end; ``x`` (n,) along the axis.
 
         Raises ``InputError`` when the period is shorter than the largest support: a particle would meet its own image.
         """
         period = self.high - self.low
         if period < most:
             raise InputError(
-                f"the period of {period:.4g} m along {'xyz'[self.axis]} is below the largest support, {most:.4g} m: widen it or refine the particles"
+                f"the period of {period:.4g} m along {'xyz'[self.axis]} is below the largest support, {most:.4g} m: "
+                f"widen it or refine the particles"
             )
         cut = 0.5 * (reach + most)
         for end, shift in ((x - self.low < cut, period), (self.high - x < cut, -period)):

@@ -4,9 +4,10 @@ Velocity and the departures of density, energy and stress from their start all f
 
     d(v, rho - rho_0, u - u_0, S)/dt = -kappa c (v, rho - rho_0, u - u_0, S),   kappa(d) = 3 A d^2 / D^3
 
-with c the longitudinal wave speed, d the depth in the layer and D its width. Because velocity and stress fade alike, the impedance of the layer is that of the
-matter at every frequency (the matched layer of one dimension): no continuous profile reflects, only its resolution does. A wave crosses the layer with
-exp(-A) of its amplitude left, turns at the fixed rim and leaves with exp(-2 A).
+with c the longitudinal wave speed, d the depth in the layer and D its width. Because velocity and stress fade alike,
+the impedance of the layer is that of the matter at every frequency (the matched layer of one dimension): no continuous
+profile reflects, only its resolution does. A wave crosses the layer with exp(-A) of its amplitude left, turns at the
+fixed rim and leaves with exp(-2 A).
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ ATTENUATION = 2.5  # A: exp(-2 A) = 0.7 %
 
 
 def fading(inside: np.ndarray, width: float) -> np.ndarray:
-    """kappa (n,) [1/m] at the distance ``inside`` (n,) [m] from the rim (the outer end of the layer), for a layer of ``width`` [m]."""
+    """kappa (n,) [1/m] at the distance ``inside`` (n,) [m] from the rim (the outer end of the layer), for a layer of
+    ``width`` [m]."""
     depth = np.clip(width - inside, 0.0, width)
     return 3.0 * ATTENUATION * depth**2 / width**3
 

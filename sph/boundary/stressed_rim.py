@@ -1,13 +1,15 @@
 """A fixed rim that answers with the stress of what leans on it, as a rough wall does.
 
-A rim whose own stress stays (``sph.boundary.fixed``) carries half of a shear stress in the layer next to it. Here its particles take the stress of their moving
-neighbours j, carried over without a gradient (as Adami, Hu & Adams 2012, J. Comput. Phys. 231, 7057, carry over the pressure),
+A rim whose own stress stays (``sph.boundary.fixed``) carries half of a shear stress in the layer next to it. Here its
+particles take the stress of their moving neighbours j, carried over without a gradient (as Adami, Hu & Adams 2012, J.
+Comput. Phys. 231, 7057, carry over the pressure),
 
     sigma_i = sum_j V_j sigma_j W_ij / sum_j V_j W_ij
 
-A rim particle that no moving one is near keeps its own. What leans on the rim is held off by its own density, in which the rim's particles count as ever.
-Pressure and deviator go together: with the deviator alone the layer above slides, its friction being that of another pressure (dry sand 2 degrees below its
-angle gains 28 % of free sliding, with both 1 %). The work of moving matter against the rim is not booked: the rim holds no energy.
+A rim particle that no moving one is near keeps its own. What leans on the rim is held off by its own density, in which
+the rim's particles count as ever. Pressure and deviator go together: with the deviator alone the layer above slides,
+its friction being that of another pressure (dry sand 2 degrees below its angle gains 28 % of free sliding, with both 1
+%). The work of moving matter against the rim is not booked: the rim holds no energy.
 """
 
 from __future__ import annotations
@@ -45,6 +47,7 @@ def _carry(kernel, row, index, entry, listed, still):
 
 
 def carry(row, neighbours, fixed: np.ndarray, owner: np.ndarray | None, kernel: int) -> None:
-    """Put the stress into the rows of the rim, ``fixed`` (n,) bool in the order of the cloud; ``owner`` (g,) of the images behind them, None without."""
+    """Put the stress into the rows of the rim, ``fixed`` (n,) bool in the order of the cloud; ``owner`` (g,) of the
+    images behind them, None without."""
     still = fixed if owner is None else np.concatenate([fixed, fixed[owner]])
     _carry(kernel, row, neighbours.index, neighbours.entry, neighbours.count, still)

@@ -14,7 +14,8 @@ from sph.target import Body
 
 
 def chosen(target: Target, sides: str | None, floor: str | None) -> tuple[str, str]:
-    """Sides and floor with their defaults: quiet under gravity and for a half-space, else free; a half-sphere has no floor, a sphere neither."""
+    """Sides and floor with their defaults: quiet under gravity and for a half-space, else free; a half-sphere has no
+    floor, a sphere neither."""
     default = "quiet" if target.flat and (target.gravity > 0.0 or target.shape == "half_space") else "free"
     return sides or default, "free" if target.shape in ("half_sphere", "sphere") else floor or default
 
@@ -31,7 +32,10 @@ def fault(target: Target, sides: str | None, floor: str | None, width: float) ->
     if target.gravity > 0.0 and "free" == (side if target.shape == "half_sphere" else bottom):
         return "under gravity the ground needs something to stand on: fixed, quiet or wall"
     if "quiet" in (side, bottom) and width >= min(target.radius, target.half_width):
-        return f"the quiet layer of {width:.4g} m (edge_width) leaves no ground: it is {target.radius:.4g} m deep and {2.0 * target.half_width:.4g} m wide"
+        return (
+            f"the quiet layer of {width:.4g} m (edge_width) leaves no ground: it is {target.radius:.4g} m deep and "
+            f"{2.0 * target.half_width:.4g} m wide"
+        )
     return ""
 
 
@@ -49,8 +53,18 @@ def images(target: Target, sides: str | None, floor: str | None, bottom: float) 
     return Images(tuple(planes)) if planes else None
 
 
-def edge(target: Target, sides: str | None, floor: str | None, bottom: float, width: float, body: Body, energy: np.ndarray, count: int) -> Edge | None:
-    """The fixed rim and quiet layer about ``body`` (in order of identity, its ``energy`` [J/kg]) among ``count`` particles; None where there is neither."""
+def edge(
+    target: Target,
+    sides: str | None,
+    floor: str | None,
+    bottom: float,
+    width: float,
+    body: Body,
+    energy: np.ndarray,
+    count: int,
+) -> Edge | None:
+    """The fixed rim and quiet layer about ``body`` (in order of identity, its ``energy`` [J/kg]) among ``count``
+    particles; None where there is neither."""
     side, under = chosen(target, sides, floor)
     if not {side, under} & {"fixed", "quiet"}:
         return None

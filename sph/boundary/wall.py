@@ -2,8 +2,9 @@
 
     x' = 2 w - x,   v_n' = 2 V - v_n,   w = at + V t;   the other components stay, sigma_nt' = -sigma_nt
 
-A particle and its image have the same state, so that the wall feels their pressure and nothing passes through it: no force along the wall, none of it lost.
-With V = 0 energy is kept to rounding (the mirrored whole conserves it, and both halves are alike); a piston does work.
+A particle and its image have the same state, so that the wall feels their pressure and nothing passes through it: no
+force along the wall, none of it lost. With V = 0 energy is kept to rounding (the mirrored whole conserves it, and both
+halves are alike); a piston does work.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ class Wall(NamedTuple):
     speed: float = 0.0
 
     def images(self, x: np.ndarray, reach: np.ndarray, most: float, time: float):
-        """Indices, sign, shift at time 0 [m] and drift [m/s] along the axis of what lies within 0.5 (``reach`` + ``most``) of the wall; ``x`` (n,)."""
+        """Indices, sign, shift at time 0 [m] and drift [m/s] along the axis of what lies within 0.5 (``reach`` +
+        ``most``) of the wall; ``x`` (n,)."""
         near = np.abs(x - self.at - self.speed * time) < 0.5 * (reach + most)
         yield np.flatnonzero(near), -1.0, 2.0 * self.at, 2.0 * self.speed
 

@@ -1,8 +1,9 @@
 """Grady-Kipp fragmentation with explicit Weibull flaws (Benz & Asphaug 1994, 1995).
 
-The number of flaws per volume that activate below the strain eps is n(eps) = k eps^m. Active flaws grow cracks at c_g = 0.4 c_p (c_p the longitudinal
-wave speed), and damage with them by one of the laws of ``sph.damage.growth``. The local strain is eps = sigma_max / E, with the largest principal
-tensile stress before damage and Young's modulus E = 9 K mu / (3 K + mu); in a porous material stress and strain are those of the matrix.
+The number of flaws per volume that activate below the strain eps is n(eps) = k eps^m. Active flaws grow cracks at c_g
+= 0.4 c_p (c_p the longitudinal wave speed), and damage with them by one of the laws of ``sph.damage.growth``. The
+local strain is eps = sigma_max / E, with the largest principal tensile stress before damage and Young's modulus E = 9
+K mu / (3 K + mu); in a porous material stress and strain are those of the matrix.
 """
 
 import math
@@ -40,18 +41,24 @@ def largest_principal(sxx, sxy, sxz, syy, syz, pressure):
 
 
 def expected(volumes: np.ndarray) -> float:
-    """About how many flaws ``flaws`` needs: (V / V_min) (ln n + 0.6), n the number of particles that are not much larger than the smallest."""
+    """About how many flaws ``flaws`` needs: (V / V_min) (ln n + 0.6), n the number of particles that are not much
+    larger than the smallest."""
     least = float(volumes.min())
     return float(volumes.sum()) / least * (math.log(np.count_nonzero(volumes < 1.5 * least)) + 0.6)
 
 
-def flaws_by_size(volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Seed the flaws of a strongly graded body: each particle gets those that it would have in a uniform body of n particles of its size.
+def flaws_by_size(
+    volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Seed the flaws of a strongly graded body: each particle gets those that it would have in a uniform body of n
+    particles of its size.
 
-    In a uniform body ``flaws`` deals out about n (ln n + 0.6), so that a particle of volume V has a Poisson number of mean ln n + 0.6, at least one, whose
-    strains are those of k V eps^m uniform between 0 and that mean. Particles of equal size come out as with ``flaws``. In a graded body ``flaws`` gives
-    the large ones more flaws, in proportion to their volume, so that their last opens at the same strain as that of the smallest particles. Here large
-    particles are wholly broken at lower strains, eps ~ V^(-1/m), as they are in a coarser run. Arguments and results as for ``flaws``.
+    In a uniform body ``flaws`` deals out about n (ln n + 0.6), so that a particle of volume V has a Poisson number of
+    mean ln n + 0.6, at least one, whose strains are those of k V eps^m uniform between 0 and that mean. Particles of
+    equal size come out as with ``flaws``. In a graded body ``flaws`` gives the large ones more flaws, in proportion to
+    their volume, so that their last opens at the same strain as that of the smallest particles. Here large particles
+    are wholly broken at lower strains, eps ~ V^(-1/m), as they are in a coarser run. Arguments and results as for
+    ``flaws``.
     """
     mean = math.log(max(len(volumes), 2)) + 0.6
     count = np.maximum(rng.poisson(mean, len(volumes)), 1)
@@ -66,8 +73,8 @@ def flaws_by_size(volumes: np.ndarray, parameters: Parameters, rng: np.random.Ge
 def flaws(volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Seed the flaws of one material (Benz & Asphaug 1995, section 2.3).
 
-    Flaw j = 1, 2, ... has the activation strain eps_j = (j / (k V))^(1/m), with V the whole volume of the material, and goes to a particle
-    drawn with a probability proportional to its volume, until every particle has at least one.
+    Flaw j = 1, 2, ... has the activation strain eps_j = (j / (k V))^(1/m), with V the whole volume of the material,
+    and goes to a particle drawn with a probability proportional to its volume, until every particle has at least one.
 
     Parameters
     ----------

@@ -8,8 +8,8 @@
 ``fraction``   (n_act / n) c_g / R_s, capped by n_act / n      Spheral
 =============  ==============================================  ========================
 
-They differ by up to the number of flaws of a particle (some tens) in how fast rock breaks; published comparisons with Nakamura & Fujiwara's fragments
-used one each.
+They differ by up to the number of flaws of a particle (some tens) in how fast rock breaks; published comparisons with
+Nakamura & Fujiwara's fragments used one each.
 """
 
 from matter.law_family import Family
@@ -23,10 +23,13 @@ counted = FAMILY.choose(
     "opened, total, strain, least, most",
     otherwise="float(opened), float(total)",
     rows=False,
-    about="How many flaws count as active, and of how many, as floats: ``opened`` of ``total`` are open at the strain ``strain``; the weakest opens at "
+    about="How many flaws count as active, and of how many, as floats: ``opened`` of ``total`` are open at the strain "
+    "``strain``; the weakest opens at "
     "``least``, the strongest at ``most``.",
 )
-cap = FAMILY.choose("cap", "active, total", otherwise="0.0", rows=False, about="The largest D^(1/3) that the active flaws can bring.")
+cap = FAMILY.choose(
+    "cap", "active, total", otherwise="0.0", rows=False, about="The largest D^(1/3) that the active flaws can bring."
+)
 crack_speed = FAMILY.choose(
     "crack_speed",
     "at_rest, bulk, shear, rho, D",

@@ -2,7 +2,8 @@
 
     d(D^(1/3))/dt = n_act c_g / h,   D^(1/3) <= (n_act / n)^(1/3),   c_g = 0.4 sqrt((K + 4/3 mu (1 - D)) / rho)
 
-with the support radius h for the size of the volume, and the crack speed of the damaged material at its present density.
+with the support radius h for the size of the volume, and the crack speed of the damaged material at its present
+density.
 """
 
 import math

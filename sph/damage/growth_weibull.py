@@ -2,7 +2,8 @@
 
     d(D^(1/3))/dt = c_g / h min[(eps / eps_min)^m0, n]^(1/3),   m0 = ln n / ln(eps_max / eps_min),   up to D = 1
 
-for eps > eps_min, the strains at which the weakest and the strongest of the n flaws open; m0 = 1 for a single flaw. h is the support radius.
+for eps > eps_min, the strains at which the weakest and the strongest of the n flaws open; m0 = 1 for a single flaw. h
+is the support radius.
 """
 
 import math

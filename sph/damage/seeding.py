@@ -10,12 +10,13 @@ from sph.damage import grady_kipp
 from sph.materials import Materials
 
 MOST = 3e8
-"""Flaws of one material that are dealt out one by one: 1.2 GB. A body so graded that it would need more has them by the size of its particles."""
+"""Flaws of one material that are dealt out one by one: 1.2 GB. A body so graded that it would need more has them by
+the size of its particles."""
 
 
 def seed_flaws(cloud: Cloud, materials: Materials, seed: int) -> None:
-    """Flaws by identity, so that no sorting changes them; one random stream per material. Predamaged material is broken and
-    has none."""
+    """Flaws by identity, so that no sorting changes them; one random stream per material. Predamaged material is
+    broken and has none."""
     solid = cloud.mass / (cloud.density * cloud.distention)
     place = np.argsort(cloud.identity)
     streams = np.random.SeedSequence([seed, 77]).spawn(len(materials.names))
@@ -35,7 +36,8 @@ def seed_flaws(cloud: Cloud, materials: Materials, seed: int) -> None:
             start, strain = grady_kipp.flaws_by_size(solid[mine], weibull, rng)
             spread = float(solid[mine].max() / solid[mine].min())
             progress.tell(
-                f"{name}: its particles differ by {spread:.2g} in volume, too much to deal out flaws one by one: each has those of a uniform body of its size, "
+                f"{name}: its particles differ by {spread:.2g} in volume, too much to deal out flaws one by one: each "
+                f"has those of a uniform body of its size, "
                 "and large ones break as in a coarser run"
             )
         cloud.flaw_first[mine], cloud.flaw_last[mine] = start[:-1] + offset, start[1:] + offset

@@ -26,16 +26,26 @@ def draw(law: str, name: str, axes: Any) -> str:
     for speed in SPEEDS:
         try:
             states.append(hugoniot.behind(pressure, rest, float(speed)))
-        except ValueError:  # Murnaghan: energy does not enter, and beyond some speed no state obeys the jump conditions
+        except (
+            ValueError
+        ):  # Murnaghan: energy does not enter, and beyond some speed no state obeys the jump conditions
             break
     up, us, rho, P = (np.array([getattr(s, key) for s in states]) for key in ("v", "shock_speed", "rho", "P"))
     axes[0].plot(up / 1e3, us / 1e3, ".-")
     axes[0].set(xlabel="particle speed [km/s]", ylabel="shock speed [km/s]")
     grid = np.linspace(0.6, max(1.2, rho.max() / rest.rho), 400) * rest.rho
     axes[1].plot(rho, P / 1e9, ".-", label="Hugoniot")
-    axes[1].plot(grid, [dispatch.pressure_and_derivatives(rows.eos[0], rows.eos_row[0], r, 0.0)[0] / 1e9 for r in grid], label="cold (u = 0)")
+    axes[1].plot(
+        grid,
+        [dispatch.pressure_and_derivatives(rows.eos[0], rows.eos_row[0], r, 0.0)[0] / 1e9 for r in grid],
+        label="cold (u = 0)",
+    )
     axes[1].axhline(-rows.tension[0] / 1e9, color="grey", lw=0.8, ls=":", label="tension cut")
-    axes[1].set(xlabel="density [kg/m$^3$]", ylabel="pressure [GPa]", ylim=(min(-0.05 * P.max() / 1e9, -rows.tension[0] / 1e9), None))
+    axes[1].set(
+        xlabel="density [kg/m$^3$]",
+        ylabel="pressure [GPa]",
+        ylim=(min(-0.05 * P.max() / 1e9, -rows.tension[0] / 1e9), None),
+    )
     axes[1].legend()
     lines = [f"{'up m/s':>8} {'us m/s':>10} {'rho kg/m3':>10} {'P GPa':>10} {'u MJ/kg':>10}"]
     lines += [f"{s.v:8.0f} {s.shock_speed:10.1f} {s.rho:10.1f} {s.P / 1e9:10.4g} {s.u / 1e6:10.4g}" for s in states]

@@ -1,7 +1,8 @@
-"""Which equation of state a material has: every law of this folder behind one call, chosen by ``kind`` and fed from a row of numbers, rho0 first.
+"""Which equation of state a material has: every law of this folder behind one call, chosen by ``kind`` and fed from a
+row of numbers, rho0 first.
 
-A law file defines ``pressure_and_derivatives``, ``density``, ``energy`` and ``modulus``. Sound speeds are exact for every law,
-c^2 = dP/drho|u + (P / rho^2) dP/du|rho.
+A law file defines ``pressure_and_derivatives``, ``density``, ``energy`` and ``modulus``. Sound speeds are exact for
+every law, c^2 = dP/drho|u + (P / rho^2) dP/du|rho.
 """
 
 import math
@@ -15,12 +16,20 @@ FAMILY = Family("eos", "equation of state", (tillotson, murnaghan, ideal_gas))
 pressure_and_derivatives = FAMILY.choose(
     "pressure_and_derivatives",
     "rho, u",
-    about="P [Pa], dP/drho at constant u, dP/du at constant rho, at density rho [kg/m^3] and specific energy u [J/kg].",
+    about="P [Pa], dP/drho at constant u, dP/du at constant rho, at density rho [kg/m^3] and specific energy u "
+    "[J/kg].",
 )
 density = FAMILY.choose(
-    "density", "P, u", about="The density [kg/m^3] with pressure P [Pa] at specific energy u [J/kg], the densest one; -1 where none exists."
+    "density",
+    "P, u",
+    about="The density [kg/m^3] with pressure P [Pa] at specific energy u [J/kg], the densest one; -1 where none "
+    "exists.",
 )
-energy = FAMILY.choose("energy", "rho, P", about="The specific energy u >= 0 [J/kg] with pressure P [Pa] at density rho [kg/m^3]; -1 where none exists.")
+energy = FAMILY.choose(
+    "energy",
+    "rho, P",
+    about="The specific energy u >= 0 [J/kg] with pressure P [Pa] at density rho [kg/m^3]; -1 where none exists.",
+)
 modulus = FAMILY.choose("modulus", "", about="Bulk modulus at rest [Pa]; 0 for a gas.")
 
 

@@ -1,8 +1,10 @@
 """Shock states by solving Rankine-Hugoniot on an equation of state.
 
-A shock that runs at us into material of density rho0, energy u0, pressure P0 and velocity v0 leaves it with the velocity up:
+A shock that runs at us into material of density rho0, energy u0, pressure P0 and velocity v0 leaves it with the
+velocity up:
 
-    rho0 (us - v0) = rho (us - up),   P - P0 = rho0 (us - v0) (up - v0),   u - u0 = (P + P0) (1/rho0 - 1/rho) / 2,   P = P(rho, u)
+    rho0 (us - v0) = rho (us - up),   P - P0 = rho0 (us - v0) (up - v0),   u - u0 = (P + P0) (1/rho0 - 1/rho) / 2,
+    P = P(rho, u)
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ from sph.materials import Rows
 
 
 class State(NamedTuple):
-    """Density [kg/m^3], specific energy [J/kg], pressure [Pa], velocity [m/s], and the speed of the shock that made it [m/s] (0: none)."""
+    """Density [kg/m^3], specific energy [J/kg], pressure [Pa], velocity [m/s], and the speed of the shock that made it
+    [m/s] (0: none)."""
 
     rho: float
     u: float
@@ -31,13 +34,16 @@ class State(NamedTuple):
 def solid(rows: Rows, m: int) -> tuple[Callable[[float, float], float], State]:
     """P(rho, u) of material ``m`` without its pores, and its state at rest."""
     kind, row = rows.eos[m], rows.eos_row[m]
-    return lambda rho, u: dispatch.pressure_and_derivatives(kind, row, rho, u)[0], State(float(rows.rho0[m]), 0.0, 0.0, 0.0)
+    return lambda rho, u: dispatch.pressure_and_derivatives(kind, row, rho, u)[0], State(
+        float(rows.rho0[m]), 0.0, 0.0, 0.0
+    )
 
 
 def behind(pressure: Callable[[float, float], float], ahead: State, velocity: float) -> State:
     """The state behind a shock that brings material from ``ahead`` to ``velocity`` [m/s] (above that of ``ahead``).
 
-    The fastest shock that obeys the jump conditions. Raises ``ValueError`` when there is none up to a compression of 1e6.
+    The fastest shock that obeys the jump conditions. Raises ``ValueError`` when there is none up to a compression of
+    1e6.
     """
     jump = velocity - ahead.v
     if jump <= 0.0:
@@ -53,7 +59,9 @@ def behind(pressure: Callable[[float, float], float], ahead: State, velocity: fl
         state = made(x)
         return state.P - pressure(state.rho, state.u)
 
-    grid = np.concatenate([np.geomspace(1e-6, 0.01, 120), np.linspace(0.01, 0.999, 400)[1:], 1.0 - np.geomspace(1e-3, 1e-6, 20)[1:]])
+    grid = np.concatenate(
+        [np.geomspace(1e-6, 0.01, 120), np.linspace(0.01, 0.999, 400)[1:], 1.0 - np.geomspace(1e-3, 1e-6, 20)[1:]]
+    )
     for low, high in itertools.pairwise(grid.tolist()):
         if miss(low) > 0.0 >= miss(high):
             return made(float(brentq(miss, low, high, xtol=1e-15, rtol=1e-14)))

@@ -1,7 +1,8 @@
 """The planar limit: pressure of a plate that hits another at a normal speed v, before any free surface is felt.
 
-Both sides of the contact move on with one speed w and share one pressure: P_target(w) = P_projectile(v - w), each on its own Hugoniot (Melosh 1989, section
-4.5). A sphere reaches it at the first contact only; nothing in a run should lie much above it. Pores count as crushed: the shock starts from the bulk density.
+Both sides of the contact move on with one speed w and share one pressure: P_target(w) = P_projectile(v - w), each on
+its own Hugoniot (Melosh 1989, section 4.5). A sphere reaches it at the first contact only; nothing in a run should lie
+much above it. Pores count as crushed: the shock starts from the bulk density.
 """
 
 from __future__ import annotations

@@ -6,12 +6,14 @@
     vapour (eta < 1 and u >= Ecv):                Pe = a rho u + [b rho u / w + A mu exp(-beta z)] exp(-alpha z^2)
     between (eta < 1, Eiv < u < Ecv):             P  = [(u - Eiv) Pe + (Ecv - u) Pc] / (Ecv - Eiv)
 
-The cold curve A mu + B mu^2 turns back up below its minimum at mu = -A / (2 B), to a spurious GPa of pressure in cold water at half its density (B > A
-there); below the minimum it stays at its least value -A^2 / (4 B), which the material's tension cut then takes to what it can bear.
+The cold curve A mu + B mu^2 turns back up below its minimum at mu = -A / (2 B), to a spurious GPa of pressure in cold
+water at half its density (B > A there); below the minimum it stays at its least value -A^2 / (4 B), which the
+material's tension cut then takes to what it can bear.
 
-Sound speed: c^2 = dP/drho|u + (P / rho^2) dP/du|rho, derived exactly in all three regions (published codes use the compressed form
-everywhere or blend c^2 linearly). Valid for rho > 0; u below zero is read as u = 0 (no thermal pressure below the cold curve).
-Expanded and cold, the compressed form is tension; the tension that a material bears is cut elsewhere (``sph.state``).
+Sound speed: c^2 = dP/drho|u + (P / rho^2) dP/du|rho, derived exactly in all three regions (published codes use the
+compressed form everywhere or blend c^2 linearly). Valid for rho > 0; u below zero is read as u = 0 (no thermal
+pressure below the cold curve). Expanded and cold, the compressed form is tension; the tension that a material bears is
+cut elsewhere (``sph.state``).
 """
 
 import math
@@ -43,7 +45,8 @@ EXAMPLE = Parameters(2700.0, 0.5, 1.5, 2.67e10, 2.67e10, 4.87e8, 4.72e6, 1.82e7,
 
 
 def kinks(p: Parameters) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Densities [kg/m^3] and specific energies [J/kg] at which derivatives jump: the borders of the forms, and the least cold pressure."""
+    """Densities [kg/m^3] and specific energies [J/kg] at which derivatives jump: the borders of the forms, and the
+    least cold pressure."""
     return (p.rho0, p.rho0 * (1.0 - 0.5 * p.A / p.B)), (p.Eiv, p.Ecv)
 
 
@@ -96,7 +99,11 @@ def pressure_and_derivatives(rho, u, p):
     pc, pc_rho, pc_u = _compressed(rho, u, p)
     pe, pe_rho, pe_u = _expanded(rho, u, p)
     f = (u - p.Eiv) / (p.Ecv - p.Eiv)
-    return f * pe + (1.0 - f) * pc, f * pe_rho + (1.0 - f) * pc_rho, f * pe_u + (1.0 - f) * pc_u + (pe - pc) / (p.Ecv - p.Eiv)
+    return (
+        f * pe + (1.0 - f) * pc,
+        f * pe_rho + (1.0 - f) * pc_rho,
+        f * pe_u + (1.0 - f) * pc_u + (pe - pc) / (p.Ecv - p.Eiv),
+    )
 
 
 @law
@@ -116,8 +123,8 @@ def sound_speed(rho, u, p):
 def density(P, u, p):
     """The density [kg/m^3] with pressure P [Pa] at specific energy u [J/kg]; -1 where none exists.
 
-    Compressed: Newton steps from rho0. Where the pressure at rho0 is above P, the first root below rho0 (the condensed branch; tension down to the law's
-    least pressure has one too), found by walking down and bisection.
+    Compressed: Newton steps from rho0. Where the pressure at rho0 is above P, the first root below rho0 (the condensed
+    branch; tension down to the law's least pressure has one too), found by walking down and bisection.
     """
     if P >= pressure(p.rho0, u, p):
         rho = p.rho0
@@ -146,7 +153,8 @@ def density(P, u, p):
 
 @law
 def energy(rho, P, p):
-    """The specific energy u >= 0 [J/kg] with pressure P [Pa] at density rho [kg/m^3], by bisection; -1 where none exists."""
+    """The specific energy u >= 0 [J/kg] with pressure P [Pa] at density rho [kg/m^3], by bisection; -1 where none
+    exists."""
     low, high = 0.0, p.E0
     if pressure(rho, low, p) > P:
         return -1.0

@@ -27,7 +27,8 @@ def kernel(r, h):
 
 @law
 def gradient_factor(r, h):
-    """(1/r) dW/dr [1/m^5]: the gradient is this times the separation vector. Finite at r = 0, zero beyond the support."""
+    """(1/r) dW/dr [1/m^5]: the gradient is this times the separation vector. Finite at r = 0, zero beyond the
+    support."""
     hinv = 1.0 / h
     q = r * hinv
     norm = 8.0 / math.pi * hinv * hinv * hinv * hinv * hinv

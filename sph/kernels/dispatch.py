@@ -1,4 +1,5 @@
-"""Which smoothing kernel the sums take, chosen by ``kind``; a kernel's file defines ``kernel`` and ``gradient_factor``.
+"""Which smoothing kernel the sums take, chosen by ``kind``; a kernel's file defines ``kernel`` and
+``gradient_factor``.
 
 In a loop that is compiled for a ``sph.scheme.Scheme`` the choice is a constant and costs nothing.
 """
@@ -13,5 +14,6 @@ gradient_factor = FAMILY.choose(
     "gradient_factor",
     "r, h",
     rows=False,
-    about="(1/r) dW/dr [1/m^5]: the gradient is this times the separation vector. Finite at r = 0, zero beyond the support.",
+    about="(1/r) dW/dr [1/m^5]: the gradient is this times the separation vector. Finite at r = 0, zero beyond the "
+    "support.",
 )

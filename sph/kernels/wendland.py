@@ -2,7 +2,8 @@
 
     W(r, h) = 21 / (2 pi h^3) (1 - q)^4 (1 + 4 q),   q = r / h < 1
 
-Its Fourier transform is positive, so that particles do not pair up however many neighbours they have; it wants more of them than the cubic spline.
+Its Fourier transform is positive, so that particles do not pair up however many neighbours they have; it wants more of
+them than the cubic spline.
 """
 
 import math
@@ -23,7 +24,8 @@ def kernel(r, h):
 
 @law
 def gradient_factor(r, h):
-    """(1/r) dW/dr [1/m^5]: the gradient is this times the separation vector. Finite at r = 0, zero beyond the support."""
+    """(1/r) dW/dr [1/m^5]: the gradient is this times the separation vector. Finite at r = 0, zero beyond the
+    support."""
     hinv = 1.0 / h
     rest = max(1.0 - r * hinv, 0.0)
     return -210.0 / math.pi * hinv * hinv * hinv * hinv * hinv * rest * rest * rest

@@ -1,4 +1,5 @@
-"""``python -m sph.porosity p_alpha pumice``: how the pores of a material close, slowly and by shocks, as a picture and a table."""
+"""``python -m sph.porosity p_alpha pumice``: how the pores of a material close, slowly and by shocks, as a picture and
+a table."""
 
 from __future__ import annotations
 
@@ -30,13 +31,18 @@ def draw(law: str, name: str, axes: Any) -> str:
     lines = [f"{'up m/s':>8} {'us m/s':>10} {'rho kg/m3':>10} {'P GPa':>10} {'alpha':>8} {'precursor m/s':>14}"]
     for w in waves:
         first = f"{w.precursor.shock_speed:14.1f}" if w.precursor else f"{'-':>14}"
-        lines.append(f"{w.front.v:8.0f} {w.front.shock_speed:10.1f} {w.front.rho:10.1f} {w.front.P / 1e9:10.4g} {w.distention:8.4f} {first}")
+        lines.append(
+            f"{w.front.v:8.0f} {w.front.shock_speed:10.1f} {w.front.rho:10.1f} {w.front.P / 1e9:10.4g} "
+            f"{w.distention:8.4f} {first}"
+        )
     return "\n".join(lines)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns its exit code."""
-    return figure.command("porosity", "Crush curve and compaction waves of a material.", dispatch.FAMILY.names[1:], draw, arguments)
+    return figure.command(
+        "porosity", "Crush curve and compaction waves of a material.", dispatch.FAMILY.names[1:], draw, arguments
+    )
 
 
 if __name__ == "__main__":

@@ -2,9 +2,10 @@
 
     D_c = 1 - (alpha - 1) / (alpha_0 - 1),   D^(1/3) = min(D_tension^(1/3) + D_c^(1/3), 1)
 
-The second is the integral of the sum of rates, eq. 3.17, from D = 0: the rate of D_c^(1/3) itself (eq. 3.16) is infinite at alpha = alpha_0, so that codes
-which integrate it need a cut-off. alpha is the resting distention, so elastic changes break nothing; alpha_0 is that at the start of the impact: what the
-weight of the body has closed before counts as intact. alpha_0 = 1 gives D_c = 0.
+The second is the integral of the sum of rates, eq. 3.17, from D = 0: the rate of D_c^(1/3) itself (eq. 3.16) is
+infinite at alpha = alpha_0, so that codes which integrate it need a cut-off. alpha is the resting distention, so
+elastic changes break nothing; alpha_0 is that at the start of the impact: what the weight of the body has closed
+before counts as intact. alpha_0 = 1 gives D_c = 0.
 """
 
 from matter.jit import law

@@ -1,7 +1,9 @@
-"""The waves that a piston drives into porous material: one shock, or an elastic precursor and a compaction front behind it.
+"""The waves that a piston drives into porous material: one shock, or an elastic precursor and a compaction front
+behind it.
 
-Jump conditions as in ``sph.eos.hugoniot``, with the porous pressure P(rho, u) of a material that is loaded from its rest. The precursor brings the material to
-its elastic limit P = Pe; where a single shock would be slower than it, the two run apart (Jutzi, Benz & Michel 2008, section 5.1).
+Jump conditions as in ``sph.eos.hugoniot``, with the porous pressure P(rho, u) of a material that is loaded from its
+rest. The precursor brings the material to its elastic limit P = Pe; where a single shock would be slower than it, the
+two run apart (Jutzi, Benz & Michel 2008, section 5.1).
 """
 
 from __future__ import annotations
@@ -45,7 +47,8 @@ def loading(rows: Rows, m: int) -> tuple[Callable[[float, float], float], Callab
 
 
 def elastic_limit(rows: Rows, m: int) -> State:
-    """The state behind a precursor of material ``m`` (of a law with a crush curve): P = Pe, reached by a shock from rest."""
+    """The state behind a precursor of material ``m`` (of a law with a crush curve): P = Pe, reached by a shock from
+    rest."""
     pressure, _, rest = loading(rows, m)
     P = crush.onset(rows.crush[m], rows.crush_row[m])
     low, high = rest.rho, 1.5 * rest.rho

@@ -1,4 +1,5 @@
-"""Which crush curve a material has, chosen by ``kind`` and fed from a row of numbers; a law file defines ``openness``, ``slope`` and ``onset``."""
+"""Which crush curve a material has, chosen by ``kind`` and fed from a row of numbers; a law file defines ``openness``,
+``slope`` and ``onset``."""
 
 from matter.law_family import Family
 from sph.porosity import crush_quadratic, crush_table, crush_two_power

@@ -2,7 +2,8 @@
 
     (alpha - 1) / (alpha_s - 1) = [(Ps - P) / (Ps - Pe)]^2,   Pe < P < Ps
 
-1 below Pe, 0 from Ps on. P is the pressure of the porous material; alpha_s, the distention where crushing starts, belongs to ``sph.porosity.p_alpha``.
+1 below Pe, 0 from Ps on. P is the pressure of the porous material; alpha_s, the distention where crushing starts,
+belongs to ``sph.porosity.p_alpha``.
 """
 
 from typing import NamedTuple

@@ -32,7 +32,10 @@ def fault(p: Parameters) -> str:
     """What is wrong with the values together, or nothing."""
     count = len(p.pressures)
     if count != len(p.distentions) or not 2 <= count <= MOST:
-        return f"pressures and distentions must be lists of one length, 2 to {MOST}; they have {count} and {len(p.distentions)}"
+        return (
+            f"pressures and distentions must be lists of one length, 2 to {MOST}; they have {count} and "
+            f"{len(p.distentions)}"
+        )
     if any(b <= a for a, b in zip(p.pressures, p.pressures[1:])):
         return "pressures must ascend"
     if any(b >= a for a, b in zip(p.distentions, p.distentions[1:])) or p.distentions[-1] != 1.0:

@@ -1,9 +1,10 @@
 """Crush curve of two powers (Jutzi, Benz & Michel 2008, Icarus 198, 242; pumice: Jutzi et al. 2009).
 
-    (alpha - 1) / (alpha_s - 1) = { (alpha_e - alpha_t) [(Pt - P) / (Pt - Pe)]^n1 + (alpha_t - 1) [(Ps - P) / (Ps - Pe)]^n2 } / (alpha_e - 1)
+    (alpha - 1) / (alpha_s - 1) = { (alpha_e - alpha_t) [(Pt - P) / (Pt - Pe)]^n1 + (alpha_t - 1) [(Ps - P) / (Ps -
+    Pe)]^n2 } / (alpha_e - 1)
 
-for Pe < P < Pt; the second term alone for Pt <= P < Ps. alpha_e and alpha_t are those of the measured curve; a material of another distention alpha_s takes the
-curve scaled, as the formula says.
+for Pe < P < Pt; the second term alone for Pt <= P < Ps. alpha_e and alpha_t are those of the measured curve; a
+material of another distention alpha_s takes the curve scaled, as the formula says.
 """
 
 from typing import Annotated, NamedTuple

@@ -1,7 +1,7 @@
 """Which porosity law a material has, chosen by ``kind`` and fed from a row of numbers, alpha0 first.
 
-A law file defines ``compact``, ``at_pressure`` and the flag ``CRUSHES`` (whether it takes a crush curve); ``row(p, matrix)`` where its numbers are not its
-parameters.
+A law file defines ``compact``, ``at_pressure`` and the flag ``CRUSHES`` (whether it takes a crush curve); ``row(p,
+matrix)`` where its numbers are not its parameters.
 """
 
 from matter.jit import law
@@ -17,15 +17,21 @@ _compact = FAMILY.choose(
     otherwise="1.0, 1.0, 1.0, 1.0, 1.0",
     about="``compact`` of material with pores.",
 )
-_at_pressure = FAMILY.choose("at_pressure", "curve, curve_row, eos_kind, eos_row, P", otherwise="0.0, 1.0", about="``at_pressure`` of material with pores.")
+_at_pressure = FAMILY.choose(
+    "at_pressure",
+    "curve, curve_row, eos_kind, eos_row, P",
+    otherwise="0.0, 1.0",
+    about="``at_pressure`` of material with pores.",
+)
 
 
 @law
 def compact(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, crushing):
-    """The distention of a particle of bulk density rho [kg/m^3] and specific energy u [J/kg] that would rest at ``rest``.
+    """The distention of a particle of bulk density rho [kg/m^3] and specific energy u [J/kg] that would rest at
+    ``rest``.
 
-    Returns alpha; the new resting distention (never above the old); f of the matrix strain for compression and for expansion; and the sound speed over that
-    of the matrix.
+    Returns alpha; the new resting distention (never above the old); f of the matrix strain for compression and for
+    expansion; and the sound speed over that of the matrix.
     """
     if rest <= 1.0:
         return 1.0, 1.0, 1.0, 1.0, 1.0
@@ -34,7 +40,8 @@ def compact(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, crus
 
 @law
 def at_pressure(kind, pores, curve, curve_row, eos_kind, eos_row, P):
-    """The cold material under the pressure P >= 0 [Pa], loaded from rest: bulk density [kg/m^3], and the distention that it would rest at."""
+    """The cold material under the pressure P >= 0 [Pa], loaded from rest: bulk density [kg/m^3], and the distention
+    that it would rest at."""
     if kind == 0 or pores[0] <= 1.0:
         return dispatch.density(eos_kind, eos_row, P, 0.0), 1.0
     return _at_pressure(kind, pores, curve, curve_row, eos_kind, eos_row, P)

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 
 class Matrix(NamedTuple):
-    """rho0 [kg/m^3] and bulk modulus [Pa] of the solid at rest; the pressure at which its crush curve starts [Pa] (0: none), and the form of crushing."""
+    """rho0 [kg/m^3] and bulk modulus [Pa] of the solid at rest; the pressure at which its crush curve starts [Pa] (0:
+    none), and the form of crushing."""
 
     rho0: float
     bulk_modulus: float

@@ -2,26 +2,30 @@
 
     P = P_s(alpha rho, u) / alpha,   alpha = rho_s / rho                                           (eqs. 3.1, 3.3)
 
-Loading follows the crush curve, alpha = 1 + (alpha_s - 1) openness(P), from the pressure Pe on; everything else is elastic:
+Loading follows the crush curve, alpha = 1 + (alpha_s - 1) openness(P), from the pressure Pe on; everything else is
+elastic:
 
-    d alpha / dP = (alpha^2 / K_0) (1 - 1/h^2),   h = 1 + (alpha - 1) (c_e - c_0) / (c_0 (alpha_0 - 1))       (Herrmann's elastic part)
+    d alpha / dP = (alpha^2 / K_0) (1 - 1/h^2),   h = 1 + (alpha - 1) (c_e - c_0) / (c_0 (alpha_0 - 1))
+        (Herrmann's elastic part)
 
-with c_e and c_0 the sound speeds of the porous and the solid material and K_0 the bulk modulus of the matrix at rest; c_e = c_0 means alpha constant.
-alpha_s = alpha at Pe on the elastic line from alpha_0 (= alpha_0 when c_e = c_0).
+with c_e and c_0 the sound speeds of the porous and the solid material and K_0 the bulk modulus of the matrix at rest;
+c_e = c_0 means alpha constant. alpha_s = alpha at Pe on the elastic line from alpha_0 (= alpha_0 when c_e = c_0).
 
-**State.** A particle keeps one number, the distention alpha_z that it would have if it were unloaded to P = 0: it can only fall. Given rho and u, alpha
-solves the implicit equation (elastic line of alpha_z, or crush curve, whichever is lower); on the crush curve alpha_z follows. The published codes integrate
-d alpha/dt (eq. 3.7), which lets particles drift off their crush curve and limits the step; here each lies on or below it, to rounding.
+**State.** A particle keeps one number, the distention alpha_z that it would have if it were unloaded to P = 0: it can
+only fall. Given rho and u, alpha solves the implicit equation (elastic line of alpha_z, or crush curve, whichever is
+lower); on the crush curve alpha_z follows. The published codes integrate d alpha/dt (eq. 3.7), which lets particles
+drift off their crush curve and limits the step; here each lies on or below it, to rounding.
 
-**Forms.** ``pressure``: alpha(P) with the pressure of the particle. ``density``: alpha(rho), the crush curve met by the cold pressure
-P_s(alpha rho, 0) / alpha (eq. 3.6, for compression whose heat can be left out).
+**Forms.** ``pressure``: alpha(P) with the pressure of the particle. ``density``: alpha(rho), the crush curve met by
+the cold pressure P_s(alpha rho, 0) / alpha (eq. 3.6, for compression whose heat can be left out).
 
-**Stress.** The matrix is strained by f times the strain of the porous material, and what acts is S / alpha (eqs. 3.8-3.13):
+**Stress.** The matrix is strained by f times the strain of the porous material, and what acts is S / alpha (eqs.
+3.8-3.13):
 
-    f = rho_s' / (alpha rho') = 1 + (rho / alpha) d alpha / d rho                              (printed as eq. 3.11 without "1 +")
+    f = rho_s' / (alpha rho') = 1 + (rho / alpha) d alpha / d rho                   (printed as eq. 3.11 without "1 +")
 
-along the path that the particle takes: adiabatic (du = P / rho^2 d rho) on the crush curve or the elastic line. alpha = 1 is solid and costs nothing;
-alpha_0 = 1 is safe.
+along the path that the particle takes: adiabatic (du = P / rho^2 d rho) on the crush curve or the elastic line. alpha
+= 1 is solid and costs nothing; alpha_0 = 1 is safe.
 """
 
 import math
@@ -53,7 +57,8 @@ EXAMPLE = Parameters(1.5)
 
 
 class Pores(NamedTuple):
-    """What the compiled laws read of a material: alpha0, start (alpha_s), stretch (dh/d alpha), stiffness K_0 [Pa], cold (1: the form ``density``)."""
+    """What the compiled laws read of a material: alpha0, start (alpha_s), stretch (dh/d alpha), stiffness K_0 [Pa],
+    cold (1: the form ``density``)."""
 
     alpha0: float
     start: float
@@ -67,7 +72,8 @@ Row = Pores
 
 @law
 def elastic_slope(alpha, p):
-    """d alpha / dP [1/Pa] off the crush curve; beyond alpha_0, where h would fall to zero, and below 1 that of alpha_0 and 1."""
+    """d alpha / dP [1/Pa] off the crush curve; beyond alpha_0, where h would fall to zero, and below 1 that of alpha_0
+    and 1."""
     alpha = min(max(alpha, 1.0), p.alpha0)
     h = 1.0 + p.stretch * (alpha - 1.0)
     return alpha * alpha / p.stiffness * (1.0 - 1.0 / (h * h)) if p.stretch < 0.0 else 0.0
@@ -75,7 +81,8 @@ def elastic_slope(alpha, p):
 
 @law
 def along_elastic(alpha, change, p):
-    """The distention after a change of pressure [Pa] along the elastic line (one Runge-Kutta step: the change is a few per cent of K_0)."""
+    """The distention after a change of pressure [Pa] along the elastic line (one Runge-Kutta step: the change is a few
+    per cent of K_0)."""
     if p.stretch >= 0.0:
         return alpha
     k1 = elastic_slope(alpha, p)
@@ -128,7 +135,8 @@ def _elastic(rho, u, rest, kind, material, p):
 
 @law
 def _crushed(rho, u, most, kind, material, curve, row, p):
-    """Distention on the crush curve between 1 and ``most``: alpha - crush(P(alpha)) rises with alpha, Newton steps kept inside a bracket."""
+    """Distention on the crush curve between 1 and ``most``: alpha - crush(P(alpha)) rises with alpha, Newton steps
+    kept inside a bracket."""
     P, by_alpha, _r, _u = _bulk(1.0, rho, u, kind, material)
     if on_curve(P, curve, row, p) <= 1.0:
         return 1.0
@@ -153,8 +161,9 @@ def _crushed(rho, u, most, kind, material, curve, row, p):
 def distention(rho, u, rest, kind, material, curve, row, p, crushing):
     """The distention of a particle and what it keeps of it.
 
-    rho bulk density [kg/m^3], u [J/kg], ``rest`` alpha_z so far; ``kind`` and ``material`` the equation of state of the matrix, ``curve`` and ``row`` the crush
-    curve, ``p`` a ``Pores``; ``crushing`` False keeps the pores from closing for good.
+    rho bulk density [kg/m^3], u [J/kg], ``rest`` alpha_z so far; ``kind`` and ``material`` the equation of state of
+    the matrix, ``curve`` and ``row`` the crush curve, ``p`` a ``Pores``; ``crushing`` False keeps the pores from
+    closing for good.
 
     Returns alpha, the new alpha_z, and whether the particle is on the crush curve.
     """
@@ -173,7 +182,8 @@ def distention(rho, u, rest, kind, material, curve, row, p, crushing):
 def strain_factor(rho, u, alpha, by_pressure, kind, material, p):
     """f = 1 + (rho / alpha) d alpha / d rho for a path with the slope ``by_pressure`` = d alpha / dP [1/Pa].
 
-    Where heat alone closes pores it comes out some 1e-4 below zero; it is 0 there: shear stress never grows against the strain.
+    Where heat alone closes pores it comes out some 1e-4 below zero; it is 0 there: shear stress never grows against
+    the strain.
     """
     if by_pressure == 0.0:
         return 1.0

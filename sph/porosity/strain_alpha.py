@@ -7,10 +7,12 @@ With the volume strain eps = ln(V / V0) = -ln(rho / rho_00), negative in compres
     power        eps_c < eps <= eps_x        alpha = 1 + (alpha_x - 1) [(eps_c - eps) / (eps_c - eps_x)]^2
     solid        eps <= eps_c                alpha = 1
 
-    eps_x = eps_e + ln(alpha_x / alpha_0) / kappa,   eps_c = eps_x + 2 (1 - alpha_x) / (kappa alpha_x)          (continuous slope)
+    eps_x = eps_e + ln(alpha_x / alpha_0) / kappa,   eps_c = eps_x + 2 (1 - alpha_x) / (kappa alpha_x)
+        (continuous slope)
 
-kappa near 1 means that nearly all compression goes into the pores (f = 1 - kappa in the exponential part). Irreversible: a particle keeps the smallest alpha
-that it has had. The pressure is that of P-alpha, P_s(alpha rho, u) / alpha.
+kappa near 1 means that nearly all compression goes into the pores (f = 1 - kappa in the exponential part).
+Irreversible: a particle keeps the smallest alpha that it has had. The pressure is that of P-alpha, P_s(alpha rho, u) /
+alpha.
 """
 
 import math

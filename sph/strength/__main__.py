@@ -1,4 +1,5 @@
-"""``python -m sph.strength collins granite``: the yield surface of a material, intact, half broken and broken, as a picture and a table."""
+"""``python -m sph.strength collins granite``: the yield surface of a material, intact, half broken and broken, as a
+picture and a table."""
 
 from __future__ import annotations
 
@@ -27,7 +28,9 @@ def draw(law: str, name: str, axes: Any) -> str:
     mixes = rows.mixes_damage[0] > 0
     grid = np.linspace(-0.2e9, 3e9, 400)
     for D in (0.0, 0.5, 1.0):
-        axes[0].plot(grid / 1e9, [(1.0 if mixes else 1.0 - D) * limit(P, 0.0, D) / 1e9 for P in grid], label=f"D = {D:g}")
+        axes[0].plot(
+            grid / 1e9, [(1.0 if mixes else 1.0 - D) * limit(P, 0.0, D) / 1e9 for P in grid], label=f"D = {D:g}"
+        )
     axes[0].set(xlabel="pressure [GPa]", ylabel=r"$\sqrt{J_2}$ at yield [GPa]")
     axes[0].legend()
     heat = np.linspace(0.0, 5e6, 200)
@@ -35,7 +38,9 @@ def draw(law: str, name: str, axes: Any) -> str:
     axes[1].set(xlabel="specific energy [MJ/kg]", ylabel=r"$\sqrt{J_2}$ at yield, 1 GPa, intact [GPa]")
     lines = [f"{'P MPa':>8} {'intact MPa':>12} {'broken MPa':>12}"]
     broken = 1.0 if mixes else 0.0
-    lines += [f"{P / 1e6:8.0f} {limit(P, 0.0, 0.0) / 1e6:12.5g} {broken * limit(P, 0.0, 1.0) / 1e6:12.5g}" for P in PRESSURES]
+    lines += [
+        f"{P / 1e6:8.0f} {limit(P, 0.0, 0.0) / 1e6:12.5g} {broken * limit(P, 0.0, 1.0) / 1e6:12.5g}" for P in PRESSURES
+    ]
     return "\n".join(lines)
 
 

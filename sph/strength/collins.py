@@ -1,12 +1,14 @@
-"""Rock strength of Collins, Melosh & Ivanov 2004 (Meteorit. Planet. Sci. 39, 217): intact and broken rock, mixed by damage.
+"""Rock strength of Collins, Melosh & Ivanov 2004 (Meteorit. Planet. Sci. 39, 217): intact and broken rock, mixed by
+damage.
 
     intact (Lundborg 1968)   Y_i = Y_i0 + mu_i P / (1 + mu_i P / (Y_M - Y_i0))
     broken                   Y_d = min(Y_d0 + mu_d P, Y_i)
     sqrt(J2) <= Y = [(1 - D) Y_i + D Y_d] max(1 - u / u_melt, 0)
 
-Eqs. 1-4 there, softening by energy in place of temperature. Y_i0 cohesion, mu_i coefficient of internal friction, Y_M the limiting strength at high
-pressure, Y_d0 and mu_d of the broken rock, D damage. Under tension both branches go on with their slope at P = 0 down to zero (the intact one smoothly).
-D stands in Y: the shear stress itself is not reduced by (1 - D) once more.
+Eqs. 1-4 there, softening by energy in place of temperature. Y_i0 cohesion, mu_i coefficient of internal friction, Y_M
+the limiting strength at high pressure, Y_d0 and mu_d of the broken rock, D damage. Under tension both branches go on
+with their slope at P = 0 down to zero (the intact one smoothly). D stands in Y: the shear stress itself is not reduced
+by (1 - D) once more.
 """
 
 import math
@@ -25,8 +27,8 @@ SQRT3 = 1.7320508075688772
 
 
 class Parameters(NamedTuple):
-    """Y_i0 (cohesion) [Pa], mu_i (internal_friction), Y_M (limiting_strength) [Pa] > cohesion, Y_d0 (cohesion_damaged) [Pa], mu_d (friction_damaged),
-    melt_energy [J/kg] (default: no softening)."""
+    """Y_i0 (cohesion) [Pa], mu_i (internal_friction), Y_M (limiting_strength) [Pa] > cohesion, Y_d0 (cohesion_damaged)
+    [Pa], mu_d (friction_damaged), melt_energy [J/kg] (default: no softening)."""
 
     cohesion: Annotated[Pressure, Field(ge=0.0)]
     internal_friction: Annotated[float, Field(ge=0.0)]

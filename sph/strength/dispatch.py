@@ -1,7 +1,7 @@
 """Which yield law a material has, chosen by ``kind`` and fed from a row of numbers.
 
-A law file defines ``yield_stress``, the flag ``MIXES_DAMAGE`` (whether damage stands in it; else damage takes the shear stress as a whole) and, where its
-surface ends in tension, ``apex``.
+A law file defines ``yield_stress``, the flag ``MIXES_DAMAGE`` (whether damage stands in it; else damage takes the
+shear stress as a whole) and, where its surface ends in tension, ``apex``.
 """
 
 from matter.law_family import Family
@@ -13,6 +13,12 @@ yield_stress = FAMILY.choose(
     "yield_stress",
     "P, u, D",
     otherwise="0.0",
-    about="The limit of sqrt(3 J2) [Pa] at pressure P [Pa], specific energy u [J/kg] and damage D; 0 for a material without strength.",
+    about="The limit of sqrt(3 J2) [Pa] at pressure P [Pa], specific energy u [J/kg] and damage D; 0 for a material "
+    "without strength.",
 )
-apex = FAMILY.choose("apex", "u, D", otherwise="1e300", about="The tension [Pa] at which the yield surface ends; 1e300 where it does not.")
+apex = FAMILY.choose(
+    "apex",
+    "u, D",
+    otherwise="1e300",
+    about="The tension [Pa] at which the yield surface ends; 1e300 where it does not.",
+)

@@ -1,11 +1,14 @@
-"""Drucker-Prager yield: friction and cohesion (Drucker & Prager 1952, Q. Appl. Math. 10, 157), for soil, sand and broken rock.
+"""Drucker-Prager yield: friction and cohesion (Drucker & Prager 1952, Q. Appl. Math. 10, 157), for soil, sand and
+broken rock.
 
-    sqrt(J2) <= (1 - D) A + B P,   A = 6 c cos(phi) / (sqrt(3) (3 - sin(phi))),   B = 6 sin(phi) / (sqrt(3) (3 - sin(phi)))
+    sqrt(J2) <= (1 - D) A + B P,   A = 6 c cos(phi) / (sqrt(3) (3 - sin(phi))),
+    B = 6 sin(phi) / (sqrt(3) (3 - sin(phi)))
 
-phi angle of internal friction, c cohesion, P pressure (positive in compression), D damage: the cone through the compressive edges of Mohr-Coulomb, so that
-triaxial compression yields at the angle phi. Damage breaks the cohesion and leaves the friction; the shear stress itself is not reduced by it. The whole is
-softened by the melt energy, its tip with it. The cone ends at the tension P = -(1 - D) A / B: beyond it no pressure is borne, and none at all by dry sand (c
-= 0). phi = 0 is a constant shear strength, c cot(phi) then infinite.
+phi angle of internal friction, c cohesion, P pressure (positive in compression), D damage: the cone through the
+compressive edges of Mohr-Coulomb, so that triaxial compression yields at the angle phi. Damage breaks the cohesion and
+leaves the friction; the shear stress itself is not reduced by it. The whole is softened by the melt energy, its tip
+with it. The cone ends at the tension P = -(1 - D) A / B: beyond it no pressure is borne, and none at all by dry sand
+(c = 0). phi = 0 is a constant shear strength, c cot(phi) then infinite.
 """
 
 import math
@@ -68,8 +71,8 @@ def yield_stress(P, u, D, k):
 
 @law
 def apex(u, D, k):
-    """The largest tension [Pa] that the cone admits, (1 - D) A / B = (1 - D) c cot(phi), softened as its height is; 1e300 without friction (while any
-    cohesion is left)."""
+    """The largest tension [Pa] that the cone admits, (1 - D) A / B = (1 - D) c cot(phi), softened as its height is;
+    1e300 without friction (while any cohesion is left)."""
     left = (1.0 - D) * k.A * thermal_softening.softening(u, k.melt_energy)
     if left <= 0.0:
         return 0.0

@@ -1,4 +1,5 @@
-"""Thermal softening: strength falls linearly with specific energy and is gone at the melt energy (Benz & Asphaug 1999, section 2).
+"""Thermal softening: strength falls linearly with specific energy and is gone at the melt energy (Benz & Asphaug 1999,
+section 2).
 
     Y(u) = Y max(1 - u / u_melt, 0)
 

@@ -2,8 +2,9 @@
 
     S <- f S,   f = min(Y / sqrt(3 J2), 1),   J2 = S:S / 2,   Y = Y0 max(1 - u / u_melt, 0)
 
-This is the radial return: after it sqrt(3 J2) = Y, and a second application changes nothing. (Benz & Asphaug print Y^2 / (3 J2), which
-returns below the yield surface and makes the result depend on the step.) Damage takes the shear stress as a whole, (1 - D) S (``sph.state``).
+This is the radial return: after it sqrt(3 J2) = Y, and a second application changes nothing. (Benz & Asphaug print Y^2
+/ (3 J2), which returns below the yield surface and makes the result depend on the step.) Damage takes the shear stress
+as a whole, (1 - D) S (``sph.state``).
 """
 
 import math
@@ -19,7 +20,8 @@ MIXES_DAMAGE = False
 
 
 class Parameters(NamedTuple):
-    """Y0: yield stress of the cold material [Pa]; melt_energy: specific energy at which strength is gone [J/kg] (default: never)."""
+    """Y0: yield stress of the cold material [Pa]; melt_energy: specific energy at which strength is gone [J/kg]
+    (default: never)."""
 
     Y0: PositivePressure
     melt_energy: SpecificEnergy = math.inf

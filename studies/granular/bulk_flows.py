@@ -1,10 +1,13 @@
-"""Flows of many grains whose outcome is known from experiments: a column that collapses, a hopper that drains, a heap that is left on a plate.
+"""Flows of many grains whose outcome is known from experiments: a column that collapses, a hopper that drains, a heap
+that is left on a plate.
 
-Units: mean diameter d = 1, density of a grain 1, g = 1; of column and heap a quarter between two smooth planes, of the hopper all: in a quarter a vault of
-a dozen grains, held by its mirror images, blocks a hole of eight diameters. k_n = 600 rho g H d^2 for the
-height H of the filling, so that neither load nor fall makes overlaps above some hundredths of a diameter.
+Units: mean diameter d = 1, density of a grain 1, g = 1; of column and heap a quarter between two smooth planes, of the
+hopper all: in a quarter a vault of a dozen grains, held by its mirror images, blocks a hole of eight diameters. k_n =
+600 rho g H d^2 for the height H of the filling, so that neither load nor fall makes overlaps above some hundredths of
+a diameter.
 
-Sources: Lube, Huppert, Sparks & Hallworth 2004, J. Fluid Mech. 508, 175 (column); Beverloo, Leniger & van de Velde 1961, Chem. Eng. Sci. 15, 260 (hopper).
+Sources: Lube, Huppert, Sparks & Hallworth 2004, J. Fluid Mech. 508, 175 (column); Beverloo, Leniger & van de Velde
+1961, Chem. Eng. Sci. 15, 260 (hopper).
 """
 
 from __future__ import annotations
@@ -33,10 +36,12 @@ STIFFNESS = 600.0
 
 
 def filled(
-    radius: float, height: float, floor: Sequence[Wall], contact: Contact, seed: int = 1, spread: float = 0.15, sides: Sequence[Wall] = SIDES,
+    radius: float, height: float, floor: Sequence[Wall], contact: Contact, seed: int = 1, spread: float = 0.15,
+    sides: Sequence[Wall] = SIDES,
     stiffness: float = STIFFNESS,
 ) -> Assembly:  # fmt: skip
-    """A quarter of an upright cylinder of grains, without ``sides`` the whole, at rest on the walls ``floor``; the last wall is the cylinder itself.
+    """A quarter of an upright cylinder of grains, without ``sides`` the whole, at rest on the walls ``floor``; the
+    last wall is the cylinder itself.
 
     ``stiffness``: k_n over rho g H d^2.
 
@@ -46,7 +51,9 @@ def filled(
     sector = 0.5 * math.pi if sides else 2.0 * math.pi
     count = int(PACKED * 0.5 * sector * radius**2 * height / (math.pi / 6.0))
     if count < 50:
-        raise InputError(f"a cylinder of radius {radius:g} and height {height:g} diameters holds {count} grains: too few")
+        raise InputError(
+            f"a cylinder of radius {radius:g} and height {height:g} diameters holds {count} grains: too few"
+        )
     r = 0.5 * rng.uniform(1.0 - spread, 1.0 + spread, count)
     along, angle = (radius - r) * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, sector, count)
     x = np.column_stack([along * np.cos(angle), along * np.sin(angle), rng.uniform(r, height - r)])
@@ -54,7 +61,8 @@ def filled(
     zero, ones = np.zeros((count, 3)), np.ones(count)
     grains = Particles(
         dict(
-            identity=np.arange(count), position=x, velocity=zero, angular_velocity=zero, mass=mass, radius=r, material=0 * ones, species=0 * ones,
+            identity=np.arange(count), position=x, velocity=zero, angular_velocity=zero, mass=mass, radius=r,
+            material=0 * ones, species=0 * ones,
             stiffness=stiffness * height * 2.0 * r,
         )
     )  # fmt: skip
@@ -102,7 +110,8 @@ def remove_fallen(bed: Assembly, below: float) -> int:
 
 
 def thickness(bed: Assembly, width: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Middles of rings [d] about the axis and the thickness of the deposit in them: grain volume over area and ``PACKED``."""
+    """Middles of rings [d] about the axis and the thickness of the deposit in them: grain volume over area and
+    ``PACKED``."""
     x = bed.X[: bed.moving]
     across = np.hypot(x[:, 0], x[:, 1])
     edges = np.arange(0.0, across.max() + 2.0 * width, width)
@@ -111,7 +120,8 @@ def thickness(bed: Assembly, width: float = 1.0) -> tuple[np.ndarray, np.ndarray
 
 
 class Column(NamedTuple):
-    """Aspect ratio at the start; run-out (r_end - r_0) / r_0 measured and after Lube et al.; height at the end over r_0, likewise; duration [sqrt(d/g)]."""
+    """Aspect ratio at the start; run-out (r_end - r_0) / r_0 measured and after Lube et al.; height at the end over
+    r_0, likewise; duration [sqrt(d/g)]."""
 
     aspect: float
     runout: float
@@ -123,7 +133,8 @@ class Column(NamedTuple):
 
 
 FRONT = (0.5, 2.5)
-"""Thicknesses [d] between which the outer slope of the deposit is fitted; where it comes to nothing is the run-out: the last grains lie one by one."""
+"""Thicknesses [d] between which the outer slope of the deposit is fitted; where it comes to nothing is the run-out:
+the last grains lie one by one."""
 
 
 def front(place: np.ndarray, deep: np.ndarray) -> float:
@@ -153,12 +164,20 @@ def column(aspect: float, radius: float, contact: Contact, seed: int = 1) -> Col
     inner = bed.X[np.hypot(bed.X[:, 0], bed.X[:, 1]) < max(2.0, 0.15 * radius)]
     expected = 1.24 * aspect if aspect < 1.7 else 1.6 * math.sqrt(aspect)
     high = aspect if aspect < 1.0 else 0.88 * aspect ** (1.0 / 6.0)
-    return Column(aspect, edge / radius - 1.0, expected, float((inner[:, 2] + inner[:, RADIUS]).max()) / radius, high, duration, len(bed.X))
+    return Column(
+        aspect,
+        edge / radius - 1.0,
+        expected,
+        float((inner[:, 2] + inner[:, RADIUS]).max()) / radius,
+        high,
+        duration,
+        len(bed.X),
+    )
 
 
 class Hopper(NamedTuple):
-    """Diameter of the hole [d]; mass per time [rho d^3 sqrt(g/d)] and its standard error; bulk fraction of the filling; grains that have fallen; the time
-    of the rate [sqrt(d/g)]."""
+    """Diameter of the hole [d]; mass per time [rho d^3 sqrt(g/d)] and its standard error; bulk fraction of the
+    filling; grains that have fallen; the time of the rate [sqrt(d/g)]."""
 
     hole: float
     rate: float
@@ -169,7 +188,8 @@ class Hopper(NamedTuple):
 
 
 SHARES = (0.08, 0.35)
-"""Shares of the filling between which the rate is taken: the flow has come to its pace, and the filling is still higher than the hole is wide."""
+"""Shares of the filling between which the rate is taken: the flow has come to its pace, and the filling is still
+higher than the hole is wide."""
 
 
 def filling(radius: float, height: float, contact: Contact, seed: int = 1) -> Assembly:
@@ -178,7 +198,8 @@ def filling(radius: float, height: float, contact: Contact, seed: int = 1) -> As
 
 
 def hopper(hole: float, full: Assembly, radius: float, contact: Contact) -> Hopper:
-    """A flat-bottomed hopper of ``radius``, ``full`` (``filling``), drains through a round hole in its floor; the rate is that between ``SHARES``.
+    """A flat-bottomed hopper of ``radius``, ``full`` (``filling``), drains through a round hole in its floor; the rate
+    is that between ``SHARES``.
 
     Raises ``InputError`` when nothing has fallen for a time of 20 sqrt(d/g).
     """
@@ -214,7 +235,8 @@ def beverloo(hole: np.ndarray, fraction: float, c: float = 0.58, k: float = 1.4)
 
 
 class Heap(NamedTuple):
-    """Slope of the heap's side [deg] by a straight line through the ring-wise surface, its standard error, and the grains left."""
+    """Slope of the heap's side [deg] by a straight line through the ring-wise surface, its standard error, and the
+    grains left."""
 
     angle_deg: float
     error_deg: float

@@ -1,8 +1,9 @@
-"""A bowl of settled grains with a steep cavity carved into it, let go: how a packing holds its slopes, without any impact.
+"""A bowl of settled grains with a steep cavity carved into it, let go: how a packing holds its slopes, without any
+impact.
 
-The cavity is a paraboloid about the axis, depth (1 - (s/S)^2) below the datum within the distance S; its rim slope is 2 depth / S. Grains whose centres
-lie in it and the headroom are taken away, the others keep their contacts. What is measured is the profile (mean top of the grains in rings) and the
-steepest slope over a third of S.
+The cavity is a paraboloid about the axis, depth (1 - (s/S)^2) below the datum within the distance S; its rim slope is
+2 depth / S. Grains whose centres lie in it and the headroom are taken away, the others keep their contacts. What is
+measured is the profile (mean top of the grains in rings) and the steepest slope over a third of S.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ CHECKPOINT_EVERY_S = 60.0
 
 
 class Relaxed(NamedTuple):
-    """Rings [m], heights [m] at the start and the end; steepest slope [deg] at both; depth on the axis [m]; mass-weighted mean move over r; time [s]."""
+    """Rings [m], heights [m] at the start and the end; steepest slope [deg] at both; depth on the axis [m];
+    mass-weighted mean move over r; time [s]."""
 
     ring: list[float]
     before: list[float]
@@ -42,7 +44,8 @@ class Relaxed(NamedTuple):
 
 
 def carved(bed: Particles, width: float, depth: float) -> Particles:
-    """The bed without its headroom and the grains of the cavity of radius ``width`` S and ``depth`` [m]; contacts of the others are kept."""
+    """The bed without its headroom and the grains of the cavity of radius ``width`` S and ``depth`` [m]; contacts of
+    the others are kept."""
     if bed.attributes.get("frame") != "plane":
         raise InputError("a cavity of this kind is carved into flat ground: the bed's frame is not 'plane'")
     across = np.hypot(bed.position[:, 0], bed.position[:, 1])
@@ -54,7 +57,8 @@ def carved(bed: Particles, width: float, depth: float) -> Particles:
 
 
 def profile(grains: Particles, width: float, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Middles of rings of ``width`` [m] up to ``reach`` and the mean over cells of that size of the highest top in them; nan where a ring is empty."""
+    """Middles of rings of ``width`` [m] up to ``reach`` and the mean over cells of that size of the highest top in
+    them; nan where a ring is empty."""
     x, top = grains.position, grains.position[:, 2] + grains.radius
     size = width
     cells: dict[tuple[int, int], float] = {}
@@ -71,21 +75,29 @@ def profile(grains: Particles, width: float, reach: float) -> tuple[np.ndarray, 
 def steepest(ring: np.ndarray, height: np.ndarray, over: float) -> float:
     """Largest slope [deg] of a straight line over the distance ``over`` [m] along the profile."""
     width = max(3, round(over / (ring[1] - ring[0])))
-    slopes = [np.polyfit(ring[k : k + width], height[k : k + width], 1)[0] for k in range(len(ring) - width + 1) if np.isfinite(height[k : k + width]).all()]
+    slopes = [
+        np.polyfit(ring[k : k + width], height[k : k + width], 1)[0]
+        for k in range(len(ring) - width + 1)
+        if np.isfinite(height[k : k + width]).all()
+    ]
     return math.degrees(math.atan(max(slopes)))
 
 
 def relax(
-    bed: Particles, contact: Contact, g: float, width: float, depth: float, longest: float = 60.0, threads: int = 1, sleep: bool = True,
+    bed: Particles, contact: Contact, g: float, width: float, depth: float, longest: float = 60.0, threads: int = 1,
+    sleep: bool = True,
     out: Path | None = None,
 ) -> Relaxed:  # fmt: skip
     """Carve and step until the rms speed is below 0.002 sqrt(g r), at most ``longest`` sqrt(r/g).
 
-    ``sleep``: grains at rest are skipped (``dem.sleeping``). With a folder ``out`` it goes on from the checkpoint there.
+    ``sleep``: grains at rest are skipped (``dem.sleeping``). With a folder ``out`` it goes on from the checkpoint
+    there.
     """
     box = Container.of_attribute(bed.attributes["domain"])
     start = carved(bed, width, depth)
-    run = Assembly(start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads, extras=Extras(sleep=sleep))
+    run = Assembly(
+        start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads, extras=Extras(sleep=sleep)
+    )
     saved = checkpoint.newest(out) if out else None
     if saved is not None:
         run.restore(checkpoint.Both(*saved))
@@ -110,6 +122,7 @@ def relax(
     _, after = profile(end, cell, reach)
     moved = np.linalg.norm(end.position - start.position[np.argsort(start.identity, kind="stable")], axis=1)
     return Relaxed(
-        ring.tolist(), before.tolist(), after.tolist(), steepest(ring, before, width / 3.0), steepest(ring, after, width / 3.0), -float(after[0]),
+        ring.tolist(), before.tolist(), after.tolist(), steepest(ring, before, width / 3.0), steepest(ring, after,
+        width / 3.0), -float(after[0]),
         float(np.average(moved, weights=end.mass) / radius), run.time, still,
     )  # fmt: skip

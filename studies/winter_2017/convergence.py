@@ -1,8 +1,9 @@
 """A quantity against the particle spacing, extrapolated to none, with an error.
 
-q(s) = q0 + a s^p is fitted with the errors of the values as weights (Richardson 1911; Roache 1994): with p = 1 (the surface of a particle cloud is known to a
-share of a spacing), and with p free in [0.5, 3] where there are four spacings or more. q0 of p = 1 is quoted; its error holds the fit's own (as if every
-departure from the law were scatter) and the difference between the two orders.
+q(s) = q0 + a s^p is fitted with the errors of the values as weights (Richardson 1911; Roache 1994): with p = 1 (the
+surface of a particle cloud is known to a share of a spacing), and with p free in [0.5, 3] where there are four
+spacings or more. q0 of p = 1 is quoted; its error holds the fit's own (as if every departure from the law were
+scatter) and the difference between the two orders.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ ORDERS = (0.5, 3.0)
 
 @dataclass(frozen=True)
 class Extrapolation:
-    """``value`` at zero spacing with its error ``sigma``; slope of the linear fit, scatter about it, value and order of the free fit (None: too few)."""
+    """``value`` at zero spacing with its error ``sigma``; slope of the linear fit, scatter about it, value and order
+    of the free fit (None: too few)."""
 
     value: float
     sigma: float
@@ -54,7 +56,9 @@ def extrapolated(spacing: np.ndarray, values: np.ndarray, sigma: np.ndarray) -> 
     scatter = float(np.sqrt(np.mean((q - value - slope * s) ** 2)))
     free_value, order = None, None
     if len(np.unique(s)) >= 4:
-        order = float(minimize_scalar(lambda p: _line(s, q, e, p)[2], bounds=ORDERS, method="bounded", options={"xatol": 1e-4}).x)
+        order = float(
+            minimize_scalar(lambda p: _line(s, q, e, p)[2], bounds=ORDERS, method="bounded", options={"xatol": 1e-4}).x
+        )
         free_value = float(_line(s, q, e, order)[0][0])
     both = 0.0 if free_value is None else abs(free_value - value)
     return Extrapolation(float(value), float(np.hypot(spread, both)), float(slope), scatter, free_value, order)
@@ -71,24 +75,38 @@ def _line(s: np.ndarray, q: np.ndarray, e: np.ndarray, order: float) -> tuple[np
     return coefficients * units, covariance * np.outer(units, units), chi2
 
 
-def draw(rows: list[Mapping[str, float]], fits: Mapping[str, Extrapolation], path: Path, uniform: Mapping[str, float] | None = None) -> None:
-    """Transient diameter and depth against spacing [km] with the extrapolation; ``uniform``: a run of one spacing, which takes no part in the fit."""
+def draw(
+    rows: list[Mapping[str, float]],
+    fits: Mapping[str, Extrapolation],
+    path: Path,
+    uniform: Mapping[str, float] | None = None,
+) -> None:
+    """Transient diameter and depth against spacing [km] with the extrapolation; ``uniform``: a run of one spacing,
+    which takes no part in the fit."""
     fig = figure(9.0, 4.4)
     axes = fig.subplots(1, 2)
-    for axis, name, label in zip(axes, ("diameter_apparent_m", "depth_m"), ("apparent diameter [km]", "depth below datum [km]")):
+    for axis, name, label in zip(
+        axes, ("diameter_apparent_m", "depth_m"), ("apparent diameter [km]", "depth below datum [km]")
+    ):
         for choice, colour in (("depth", INK[0]), ("volume", INK[1])):
             key = f"{name}_at_{choice}"
             s = np.array([row["spacing_m"] for row in rows]) * 1e-3
             y, e = (np.array([row[column] for row in rows]) * 1e-3 for column in (key, f"{key}_sigma"))
-            axis.errorbar(s, y, yerr=e, fmt="o", color=colour, markersize=4, capsize=3, label=f"graded, at maximum {choice}")
+            axis.errorbar(
+                s, y, yerr=e, fmt="o", color=colour, markersize=4, capsize=3, label=f"graded, at maximum {choice}"
+            )
             if uniform is not None:
-                axis.errorbar([uniform["spacing_m"] * 1e-3], [uniform[key] * 1e-3], yerr=[uniform[f"{key}_sigma"] * 1e-3], fmt="s", color=colour,
-                              markerfacecolor="white", markersize=6, capsize=3, label=f"300,000 of one size, at maximum {choice}")  # fmt: skip
+                axis.errorbar([uniform["spacing_m"] * 1e-3], [uniform[key] * 1e-3],
+                yerr=[uniform[f"{key}_sigma"] * 1e-3], fmt="s", color=colour,
+                              markerfacecolor="white", markersize=6, capsize=3,
+                              label=f"300,000 of one size, at maximum {choice}")  # fmt: skip
             if key in fits:
                 fit = fits[key]
                 line = np.linspace(0.0, s.max(), 50)
                 axis.plot(line, fit.at(line * 1e3) * 1e-3, color=colour, linewidth=1.0, linestyle="--")
-                axis.errorbar([0.0], [fit.value * 1e-3], yerr=[fit.sigma * 1e-3], fmt="*", color=colour, markersize=9, capsize=3)
+                axis.errorbar(
+                    [0.0], [fit.value * 1e-3], yerr=[fit.sigma * 1e-3], fmt="*", color=colour, markersize=9, capsize=3
+                )
         axis.set(xlabel="particle spacing at the impact [km]", ylabel=label, xlim=(-3.0, None))
         axis.grid(alpha=0.25, linewidth=0.6)
     axes[0].legend(frameon=False, fontsize=7)

@@ -1,7 +1,7 @@
 """The form in which a published claim is scored against a matrix of runs.
 
-Evidence of one run: what the crater stage wrote (``measures.json``, ``time_series.csv``, ``profile_transient.csv``) and what ``follow_run`` found. A claim
-whose runs are missing is ``not run``; nothing is inferred.
+Evidence of one run: what the crater stage wrote (``measures.json``, ``time_series.csv``, ``profile_transient.csv``)
+and what ``follow_run`` found. A claim whose runs are missing is ``not run``; nothing is inferred.
 """
 
 from __future__ import annotations
@@ -31,15 +31,20 @@ class Value(NamedTuple):
 
     def text(self, scale: float = KM, unit: str = "km", digits: int = 0) -> str:
         """``477 +- 6 km``."""
-        return f"{self.value * scale:.{digits}f} +- {self.sigma * scale:.{digits}f} {unit}" if math.isfinite(self.value) else "none"
+        return (
+            f"{self.value * scale:.{digits}f} +- {self.sigma * scale:.{digits}f} {unit}"
+            if math.isfinite(self.value)
+            else "none"
+        )
 
 
 @dataclass(frozen=True)
 class Run:
     """What one run left: SI throughout.
 
-    ``interior``: columns of ``follow_run.follow``; ``annulus``: the undamaged ring (inner, outer distance) or None, ``damage``: (distance, mean damage) behind
-    it; ``end_s``: the last time; ``shell_m``: thickness of the outermost layer as it starts.
+    ``interior``: columns of ``follow_run.follow``; ``annulus``: the undamaged ring (inner, outer distance) or None,
+    ``damage``: (distance, mean damage) behind it; ``end_s``: the last time; ``shell_m``: thickness of the outermost
+    layer as it starts.
     """
 
     name: str
@@ -62,7 +67,9 @@ class Run:
         """Depth of the shock stage's last state; zero, within the deepest ring, where no hollow is left."""
         late = self.measures.get("late_sph", {})
         depth = _value(late.get("depth_m"))
-        return depth if math.isfinite(depth.value) or not late else Value(0.0, float(late.get("deepest_ring_m") or 0.0))
+        return (
+            depth if math.isfinite(depth.value) or not late else Value(0.0, float(late.get("deepest_ring_m") or 0.0))
+        )
 
     def inside(self, name: str, time: float) -> float:
         """A quantity of ``follow_run`` at the snapshot nearest to ``time`` [s]."""
@@ -75,7 +82,9 @@ def read_run(name: str, run: Path, measured: Path) -> Run:
     Raises ``InputError`` when a file is missing.
     """
     facts = follow_run.target_facts(run)
-    measures, compared, inside = (_json(measured / file) for file in ("measures.json", "compare.json", follow_run.FILE))
+    measures, compared, inside = (
+        _json(measured / file) for file in ("measures.json", "compare.json", follow_run.FILE)
+    )
     profile = measured / "profile_transient.csv"
     damage = inside["damage"]
     return Run(
@@ -161,9 +170,16 @@ def _scored(claim: Claim, runs: Mapping[str, Run]) -> Score:
 
 def as_markdown(scores: list[Score], title: str, command: str, notes: str = "") -> str:
     """The scores as a table."""
-    tally = ", ".join(f"{n} {verdict}" for verdict in ("met", "not met", "undecided", "not run") if (n := sum(s.verdict == verdict for s in scores)))
+    tally = ", ".join(
+        f"{n} {verdict}"
+        for verdict in ("met", "not met", "undecided", "not run")
+        if (n := sum(s.verdict == verdict for s in scores))
+    )
     lines = [f"# {title}", "", f"Made by `{command}`.{' ' + notes if notes else ''}", "", f"{tally}.", ""]
-    lines += ["| id | claim | published | ours | error | reproduced if | verdict | why (runs) |", "|---|---|---|---|---|---|---|---|"]
+    lines += [
+        "| id | claim | published | ours | error | reproduced if | verdict | why (runs) |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
     for s in scores:
         why = f"{s.why} ({', '.join(s.runs)})".strip() if s.runs and s.verdict != "not run" else s.why
         cells = (s.id, s.claim, s.published, s.ours, s.error, s.tolerance, s.verdict, why)

@@ -1,6 +1,8 @@
-"""What the shock stage's snapshots say beyond the shape of the crater: matter in the air, damage about the crater, and what lies under it.
+"""What the shock stage's snapshots say beyond the shape of the crater: matter in the air, damage about the crater, and
+what lies under it.
 
-Heights are over the sphere of ``target.json``; the undisturbed places of particles are the snapshots' own ``initial_position``.
+Heights are over the sphere of ``target.json``; the undisturbed places of particles are the snapshots' own
+``initial_position``.
 """
 
 from __future__ import annotations
@@ -31,8 +33,8 @@ TOP = 0.4
 def follow(run: Path, radius: float, heard: Callable[[Path], None] | None = None) -> list[dict[str, float]]:
     """One row of plain numbers per snapshot of a run: ``airborne``, ``projectile_depth`` and ``interface`` together.
 
-    ``radius`` [m] is the apparent radius of the transient crater, within which the ocean's surface is followed. Raises ``InputError`` when the run has no
-    shock stage.
+    ``radius`` [m] is the apparent radius of the transient crater, within which the ocean's surface is followed. Raises
+    ``InputError`` when the run has no shock stage.
     """
     facts = target_facts(run)
     ground = datums.sphere(facts["radius_m"], source="radius of the target")
@@ -56,7 +58,8 @@ def follow(run: Path, radius: float, heard: Callable[[Path], None] | None = None
 
 
 def write(run: Path, radius: float, time: float, out: Path, heard: Callable[[Path], None] | None = None) -> None:
-    """Write ``interior.json``: the rows of ``follow``, and damage against distance at the snapshot nearest to ``time`` [s], if one is within 30 s of it."""
+    """Write ``interior.json``: the rows of ``follow``, and damage against distance at the snapshot nearest to ``time``
+    [s], if one is within 30 s of it."""
     rows = follow(run, radius, heard)
     facts = target_facts(run)
     times = np.array([row["time_s"] for row in rows])
@@ -65,7 +68,12 @@ def write(run: Path, radius: float, time: float, out: Path, heard: Callable[[Pat
     if abs(times[nearest] - time) <= 30.0:
         particles = snapshot.read(snapshot.series(Path(run) / "2_sph")[nearest])
         s, mean = damage_by_distance(particles, datums.sphere(facts["radius_m"]), facts["shell_m"])
-        damage = {"time_s": float(times[nearest]), "distance_m": s.tolist(), "mean": mean.tolist(), "annulus_m": undamaged_annulus(s, mean)}
+        damage = {
+            "time_s": float(times[nearest]),
+            "distance_m": s.tolist(),
+            "mean": mean.tolist(),
+            "annulus_m": undamaged_annulus(s, mean),
+        }
     plain = [{name: value if np.isfinite(value) else None for name, value in row.items()} for row in rows]
     archive.write_text(Path(out) / FILE, json.dumps({"radius_m": radius, "rows": plain, "damage": damage}, indent=1))
 
@@ -77,7 +85,10 @@ def target_facts(run: Path) -> dict[str, float]:
         raise InputError(f"{path} is missing: run the shock stage first")
     content: dict[str, Any] = archive.read_json(path)
     outer = content["layers"][-1]
-    return {"radius_m": float(content["radius_m"]), "shell_m": float(outer["outer_radius_m"] - outer["inner_radius_m"])}
+    return {
+        "radius_m": float(content["radius_m"]),
+        "shell_m": float(outer["outer_radius_m"] - outer["inner_radius_m"]),
+    }
 
 
 def airborne(particles: Particles, ground: Datum, above: float) -> dict[str, float]:
@@ -93,22 +104,27 @@ def airborne(particles: Particles, ground: Datum, above: float) -> dict[str, flo
 
 
 def projectile_depth(particles: Particles, ground: Datum, shell: float) -> dict[str, float]:
-    """Depth of the deepest projectile particle [m] and the share of the projectile's mass deeper than ``shell`` [m]; NaN without a projectile."""
+    """Depth of the deepest projectile particle [m] and the share of the projectile's mass deeper than ``shell`` [m];
+    NaN without a projectile."""
     foreign = particles.layer < 0
     if not foreign.any():
         return {"projectile_deepest_m": float("nan"), "projectile_below_shell": float("nan")}
     _, _, height = ground.polar(particles.position[foreign])
     mass = particles.mass[foreign]
-    return {"projectile_deepest_m": float(-height.min()), "projectile_below_shell": float(mass[height < -shell].sum() / mass.sum())}
+    return {
+        "projectile_deepest_m": float(-height.min()),
+        "projectile_below_shell": float(mass[height < -shell].sum() / mass.sum()),
+    }
 
 
 def interface(particles: Particles, ground: Datum, shell: float, radius: float, spacing: float) -> dict[str, float]:
     """How the base of the shell has moved, and what of the layer below it has come up.
 
-    ``interface_down_m``: mean sinking of the particles that started within one spacing of the base (on either side) and within half of ``radius`` of the axis,
-    less that of the ones beyond three radii (the body as a whole rings). ``interface_down_most_m``: the largest of them (particles that are now
-    above the datum left out). ``below_risen_kg``: mass of the layer below that stands, within ``radius`` of the axis, more than half a spacing over where that
-    layer began.
+    ``interface_down_m``: mean sinking of the particles that started within one spacing of the base (on either side)
+    and within half of ``radius`` of the axis, less that of the ones beyond three radii (the body as a whole rings).
+    ``interface_down_most_m``: the largest of them (particles that are now above the datum left out).
+    ``below_risen_kg``: mass of the layer below that stands, within ``radius`` of the axis, more than half a spacing
+    over where that layer began.
     """
     _, _, height = ground.polar(particles.position)
     before_distance, _, before_height = ground.polar(particles.initial_position)
@@ -123,26 +139,38 @@ def interface(particles: Particles, ground: Datum, shell: float, radius: float, 
     ringing = float(np.average(sunk[far], weights=particles.mass[far])) if far.any() else 0.0
     risen = (particles.layer == outer - 1) & (distance < radius) & (height + ringing > -shell + 0.5 * spacing)
     return {
-        "interface_down_m": float(np.average(sunk[under], weights=particles.mass[under])) - ringing if under.any() else float("nan"),
+        "interface_down_m": float(np.average(sunk[under], weights=particles.mass[under])) - ringing
+        if under.any()
+        else float("nan"),
         "interface_down_most_m": float(sunk[under].max()) - ringing if under.any() else float("nan"),
         "below_risen_kg": float(particles.mass[risen].sum()),
     }
 
 
 def damage_by_distance(particles: Particles, ground: Datum, shell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Mean distance [m] and mass-weighted mean damage of the surface ice, in rings of ``FEWEST`` particles or more about the impact point.
+    """Mean distance [m] and mass-weighted mean damage of the surface ice, in rings of ``FEWEST`` particles or more
+    about the impact point.
 
-    Surface ice started in the upper ``TOP`` of the shell; distance is where it is now, along the datum. All azimuths are in one ring.
+    Surface ice started in the upper ``TOP`` of the shell; distance is where it is now, along the datum. All azimuths
+    are in one ring.
     """
     particles.need("damage", "initial_position", "layer", "mass")
     _, _, before = ground.polar(particles.initial_position)
     chosen = (particles.layer == particles.layer.max()) & (before > -TOP * shell)
     distance, _, _ = ground.polar(particles.position[chosen])
-    return ring_means(distance, particles.damage[chosen], particles.mass[chosen], 1.5 * float(particles.attributes["spacing_at_impact_m"]))
+    return ring_means(
+        distance,
+        particles.damage[chosen],
+        particles.mass[chosen],
+        1.5 * float(particles.attributes["spacing_at_impact_m"]),
+    )
 
 
-def ring_means(distance: np.ndarray, values: np.ndarray, weight: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
-    """Means of ``distance`` and ``values`` (n,) over rings from the axis outwards, each at least ``width`` wide and of at least ``FEWEST`` members."""
+def ring_means(
+    distance: np.ndarray, values: np.ndarray, weight: np.ndarray, width: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Means of ``distance`` and ``values`` (n,) over rings from the axis outwards, each at least ``width`` wide and of
+    at least ``FEWEST`` members."""
     order = np.argsort(distance, kind="stable")
     s, v, w = distance[order], values[order], weight[order]
     middles, means, first = [], [], 0
@@ -156,8 +184,11 @@ def ring_means(distance: np.ndarray, values: np.ndarray, weight: np.ndarray, wid
     return np.array(middles), np.array(means)
 
 
-def undamaged_annulus(distance: np.ndarray, damage: np.ndarray, sound: float = 0.5, broken: float = 0.9) -> tuple[float, float] | None:
-    """Inner and outer distance [m] of the widest annulus with damage below ``sound`` between two zones above ``broken``; None where there is none."""
+def undamaged_annulus(
+    distance: np.ndarray, damage: np.ndarray, sound: float = 0.5, broken: float = 0.9
+) -> tuple[float, float] | None:
+    """Inner and outer distance [m] of the widest annulus with damage below ``sound`` between two zones above
+    ``broken``; None where there is none."""
     inside = np.flatnonzero(damage > broken)
     if len(inside) < 2:
         return None

@@ -23,10 +23,11 @@ def central_pit_diameter(diameter: float) -> float:
 
 
 def transient_from_frustum(diameter: float, depth: float, floor_diameter: float) -> float:
-    """D_t^2 H_t [m^3] of the paraboloid with the volume of a frustum of ``diameter``, ``floor_diameter`` and ``depth``.
+    """D_t^2 H_t [m^3] of the paraboloid with the volume of a frustum of ``diameter``, ``floor_diameter`` and
+    ``depth``.
 
-    (2/3) H (D^2 + D D_f + D_f^2). Winter 2017, eq. 3 states D_t^3 H_t = 5 D^3 H / (1 + 6 / (1 + D_f/D + (D_f/D)^2)), which is no volume
-    (``thesis_equation_3``); both are here.
+    (2/3) H (D^2 + D D_f + D_f^2). Winter 2017, eq. 3 states D_t^3 H_t = 5 D^3 H / (1 + 6 / (1 + D_f/D + (D_f/D)^2)),
+    which is no volume (``thesis_equation_3``); both are here.
     """
     return 2.0 / 3.0 * depth * (diameter**2 + diameter * floor_diameter + floor_diameter**2)
 

@@ -14,7 +14,8 @@ MOONS = {"ganymede": 0, "callisto": 1}
 
 @dataclass(frozen=True)
 class Score:
-    """One claim: what was published, what is found, what counts as reproduced, verdict (met, not met, input, arithmetic) and the reason."""
+    """One claim: what was published, what is found, what counts as reproduced, verdict (met, not met, input,
+    arithmetic) and the reason."""
 
     id: str
     claim: str

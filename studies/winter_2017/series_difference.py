@@ -22,7 +22,8 @@ class Difference(NamedTuple):
 
 
 def read_series(path: Path, stage: str = "sph") -> dict[str, np.ndarray]:
-    """Columns of a ``time_series.csv`` for one stage, NaN where a cell is empty; raises ``InputError`` without the file."""
+    """Columns of a ``time_series.csv`` for one stage, NaN where a cell is empty; raises ``InputError`` without the
+    file."""
     if not Path(path).is_file():
         raise InputError(f"no time series at {path}")
     with open(path, newline="") as file:
@@ -32,7 +33,8 @@ def read_series(path: Path, stage: str = "sph") -> dict[str, np.ndarray]:
 
 
 def open_until(time: np.ndarray, depth: np.ndarray) -> float:
-    """Time [s] at which the depth [m] first falls below half of its largest value (the last time, where it never does).
+    """Time [s] at which the depth [m] first falls below half of its largest value (the last time, where it never
+    does).
 
     Afterwards the crater is so shallow that a relative difference says nothing.
     """
@@ -44,8 +46,11 @@ def open_until(time: np.ndarray, depth: np.ndarray) -> float:
     return float(t[fallen[0]]) if len(fallen) else float(t[-1])
 
 
-def difference(time_a: np.ndarray, a: np.ndarray, time_b: np.ndarray, b: np.ndarray, start: float, until: float) -> Difference:
-    """Compare ``b`` with the reference ``a`` at the times [s] of ``a`` after ``start``, ``b`` interpolated, before ``until``.
+def difference(
+    time_a: np.ndarray, a: np.ndarray, time_b: np.ndarray, b: np.ndarray, start: float, until: float
+) -> Difference:
+    """Compare ``b`` with the reference ``a`` at the times [s] of ``a`` after ``start``, ``b`` interpolated, before
+    ``until``.
 
     Raises ``InputError`` when fewer than three times are common before ``until``.
     """
@@ -59,4 +64,6 @@ def difference(time_a: np.ndarray, a: np.ndarray, time_b: np.ndarray, b: np.ndar
     relative = np.where(early, np.abs(other - a) / np.where(early, a, 1.0), 0.0)
     worst = int(np.argmax(relative))
     otherwise = float(np.delete(relative, worst).max())
-    return Difference(float(relative[worst]), otherwise, float(time_a[worst]), float(time_a[early][-1]), int(early.sum()))
+    return Difference(
+        float(relative[worst]), otherwise, float(time_a[worst]), float(time_a[early][-1]), int(early.sum())
+    )

@@ -1,6 +1,8 @@
-"""The published claims W50-W69 (Winter 2017, chapter 3) and how each is judged; numbering of the project's list of claims.
+"""The published claims W50-W69 (Winter 2017, chapter 3) and how each is judged; numbering of the project's list of
+claims.
 
-Distances to published numbers are judged with both errors in quadrature. Runs are named ``<case>_<variant>``: ``350_base``, ``980_literal``.
+Distances to published numbers are judged with both errors in quadrature. Runs are named ``<case>_<variant>``:
+``350_base``, ``980_literal``.
 """
 
 from __future__ import annotations
@@ -23,7 +25,11 @@ DEPTH = {"350": 75e3, "600": 225e3, "980": 300e3}
 SPEEDS = (19.99e3, 18.234e3, 14.1e3, 9.59e3)
 """v1 is 19.89 km/s in the text; Table 9 was made with 19.99 km/s."""
 RADII = {"350": (24.69, 26.25, 31.16, 40.29), "600": (47.0, 49.0, 58.16, 75.2), "980": (50.71, 53.9, 63.98, 82.72)}
-MASSES = {"350": (5.78, 6.95, 11.62, 25.11), "600": (37.62, 45.19, 75.58, 163.37), "980": (50.08, 60.15, 100.6, 217.45)}
+MASSES = {
+    "350": (5.78, 6.95, 11.62, 25.11),
+    "600": (37.62, 45.19, 75.58, 163.37),
+    "980": (50.08, 60.15, 100.6, 217.45),
+}
 RATIOS = {"350": (0.14, 0.15, 0.18, 0.23), "600": (0.15, 0.16, 0.19, 0.25), "980": (0.1, 0.11, 0.13, 0.17)}
 ICE = 917.0
 PUBLISHED_TIME = 16.8 * 60.0
@@ -31,9 +37,15 @@ START = 180.0
 """Numerical settings are compared from this time [s] on."""
 
 
-def _variants(runs: Mapping[str, Run], case: str, quantity: str, scale: float, unit: str, at: str = "depth", but: str = "") -> str:
+def _variants(
+    runs: Mapping[str, Run], case: str, quantity: str, scale: float, unit: str, at: str = "depth", but: str = ""
+) -> str:
     """The same quantity of every other run of a case, as text."""
-    told = [f"{name} {run.transient(quantity, at).text(scale, unit)}" for name, run in sorted(runs.items()) if name.startswith(case) and name != but]
+    told = [
+        f"{name} {run.transient(quantity, at).text(scale, unit)}"
+        for name, run in sorted(runs.items())
+        if name.startswith(case) and name != but
+    ]
     return "; ".join(told)
 
 
@@ -51,14 +63,22 @@ def _same_crater(runs: Mapping[str, Run]) -> Finding:
     if "350_literal" in runs and "350_literal_one" in runs:
         a, b = runs["350_literal"], runs["350_literal_one"]
         why = "literal start: " + ", ".join(
-            f"d{letter} {(b.transient(name).value - a.transient(name).value) * KM:.0f} km" for letter, name in (("D", "diameter_apparent_m"), ("H", "depth_m"))
+            f"d{letter} {(b.transient(name).value - a.transient(name).value) * KM:.0f} km"
+            for letter, name in (("D", "diameter_apparent_m"), ("H", "depth_m"))
         )
     return Finding(ours, error, bool(met and rms < MPD["350"]) if math.isfinite(dD + dH) else None, why)
 
 
 def _cut(profile: Profile, radius: float) -> Profile:
     near = profile.radius <= radius
-    return Profile(profile.radius[near], profile.height[near], profile.p16[near], profile.p84[near], profile.count[near], profile.header)
+    return Profile(
+        profile.radius[near],
+        profile.height[near],
+        profile.p16[near],
+        profile.p84[near],
+        profile.count[near],
+        profile.header,
+    )
 
 
 def _not_deeper(runs: Mapping[str, Run]) -> Finding:
@@ -72,7 +92,9 @@ def _not_deeper(runs: Mapping[str, Run]) -> Finding:
 
 
 def _more_ejecta(runs: Mapping[str, Run]) -> Finding:
-    pairs = [("350_base", "350_one")] + [("350_literal", "350_literal_one")] * ("350_literal" in runs and "350_literal_one" in runs)
+    pairs = [("350_base", "350_one")] + [("350_literal", "350_literal_one")] * (
+        "350_literal" in runs and "350_literal_one" in runs
+    )
     told, met = [], None
     for number, (many, one) in enumerate(pairs):
         rows = [[runs[name].inside(column, 396.0) for name in (many, one)] for column in AIRBORNE]
@@ -83,7 +105,12 @@ def _more_ejecta(runs: Mapping[str, Run]) -> Finding:
             f"{many}/{one}: {count[0]:.0f}/{count[1]:.0f} particles (target alone {rows[0][0]:.0f}/{rows[0][1]:.0f}), "
             f"{mass[0]:.3g}/{mass[1]:.3g} kg (target alone {rows[2][0]:.3g}/{rows[2][1]:.3g})"
         )
-    return Finding(told[0], "", met, "by number; the masses say whether it is more than counting" + ("; " + told[1] if len(told) > 1 else ""))
+    return Finding(
+        told[0],
+        "",
+        met,
+        "by number; the masses say whether it is more than counting" + ("; " + told[1] if len(told) > 1 else ""),
+    )
 
 
 AIRBORNE = ("airborne_target", "airborne_projectile", "airborne_target_kg", "airborne_projectile_kg")
@@ -94,10 +121,24 @@ def _undamaged_ring(runs: Mapping[str, Run]) -> Finding:
     others = "; ".join(f"{name}: {_ring_text(runs[name])}" for name in RING_ELSEWHERE if name in runs)
     if run.damage is None:
         return Finding("", "", None, "no snapshot at 6.6 min")
-    return Finding(_ring_text(run), f"ring width {float(np.median(np.diff(run.damage[0]))) * KM:.0f} km", run.annulus is not None, others)
+    return Finding(
+        _ring_text(run),
+        f"ring width {float(np.median(np.diff(run.damage[0]))) * KM:.0f} km",
+        run.annulus is not None,
+        others,
+    )
 
 
-RING_ELSEWHERE = ("350_literal", "350_one", "350_ice", "350_weak", "350_flaws", "350_literal_flaws", "600_base", "980_base")
+RING_ELSEWHERE = (
+    "350_literal",
+    "350_one",
+    "350_ice",
+    "350_weak",
+    "350_flaws",
+    "350_literal_flaws",
+    "600_base",
+    "980_base",
+)
 
 
 def _ring_text(run: Run) -> str:
@@ -115,24 +156,37 @@ def _ring_text(run: Run) -> str:
 def _time_of_transient(runs: Mapping[str, Run]) -> Finding:
     run = runs["350_base"]
     t = run.transient("time_s")
-    why = f"at maximum volume {run.transient('time_s', 'volume').text(1 / 60, 'min', 1)}; scaling 4.7 to 8.9 min; " + _variants_of_time(runs)
+    why = (
+        f"at maximum volume {run.transient('time_s', 'volume').text(1 / 60, 'min', 1)}; scaling 4.7 to 8.9 min; "
+        + _variants_of_time(runs)
+    )
     return Finding(t.text(1 / 60, "min", 1), f"{t.sigma / 60:.1f} min", within(t, 16.8 * 60, 72.0, 72.0), why)
 
 
 def _variants_of_time(runs: Mapping[str, Run]) -> str:
-    return "; ".join(f"{n} {r.transient('time_s').value / 60:.1f} min" for n, r in sorted(runs.items()) if n.startswith("350_") and n != "350_base")
+    return "; ".join(
+        f"{n} {r.transient('time_s').value / 60:.1f} min"
+        for n, r in sorted(runs.items())
+        if n.startswith("350_") and n != "350_base"
+    )
 
 
 def _depth(case: str) -> Callable[[Mapping[str, Run]], Finding]:
     def judge(runs: Mapping[str, Run]) -> Finding:
         H = runs[f"{case}_base"].transient("depth_m")
         why = (
-            "; ".join(told for kind in ("literal", "weak") if (told := _variants(runs, f"{case}_{kind}", "depth_m", KM, "km")))
+            "; ".join(
+                told
+                for kind in ("literal", "weak")
+                if (told := _variants(runs, f"{case}_{kind}", "depth_m", KM, "km"))
+            )
             + "; at maximum volume "
             + runs[f"{case}_base"].transient("depth_m", "volume").text()
         )
         why += "; " + _pair_notes(runs, case)
-        return Finding(H.text(), f"{H.sigma * KM:.0f} km", within(H, DEPTH[case], MPD[case], MPD[case]), why.strip("; "))
+        return Finding(
+            H.text(), f"{H.sigma * KM:.0f} km", within(H, DEPTH[case], MPD[case], MPD[case]), why.strip("; ")
+        )
 
     return judge
 
@@ -141,7 +195,10 @@ def _diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
     def judge(runs: Mapping[str, Run]) -> Finding:
         run = runs[f"{case}_base"]
         D = run.transient("diameter_apparent_m")
-        why = f"at maximum volume {run.transient('diameter_apparent_m', 'volume').text()}, rim {run.transient('diameter_rim_m', 'volume').text()}"
+        why = (
+            f"at maximum volume {run.transient('diameter_apparent_m', 'volume').text()}, rim "
+            f"{run.transient('diameter_rim_m', 'volume').text()}"
+        )
         if scaling := run.facts.get("scaling_m"):
             why += f"; gravity scaling {scaling[0] * KM:.0f} to {scaling[1] * KM:.0f} km"
         for kind in ("literal", "weak"):
@@ -160,8 +217,17 @@ def _rim_diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
     def judge(runs: Mapping[str, Run]) -> Finding:
         D = runs[f"{case}_base"].transient("diameter_rim_m", "volume")
         t = runs[f"{case}_base"].transient("time_s", "volume")
-        told = f"{runs[f'{case}_literal'].transient('diameter_rim_m', 'volume').text()} from the literal start; " if f"{case}_literal" in runs else ""
-        return Finding(D.text(), f"{D.sigma * KM:.0f} km", within(D, *DIAMETER[case]), f"{told}at maximum volume, {t.text(1 / 60, 'min', 1)}")
+        told = (
+            f"{runs[f'{case}_literal'].transient('diameter_rim_m', 'volume').text()} from the literal start; "
+            if f"{case}_literal" in runs
+            else ""
+        )
+        return Finding(
+            D.text(),
+            f"{D.sigma * KM:.0f} km",
+            within(D, *DIAMETER[case]),
+            f"{told}at maximum volume, {t.text(1 / 60, 'min', 1)}",
+        )
 
     return judge
 
@@ -176,8 +242,8 @@ def _at(run: Run, name: str, time: float) -> float | None:
 
 
 def _nearest_to_published(run: Run, case: str) -> str:
-    """When D(t) and H(t) together come nearest to the published pair, and how near in its errors: tells a crater of another size from one taken at
-    another time."""
+    """When D(t) and H(t) together come nearest to the published pair, and how near in its errors: tells a crater of
+    another size from one taken at another time."""
     t, D, H = (run.series[name] for name in ("time_s", "diameter_apparent_m", "depth_m"))
     D0, plus, minus = DIAMETER[case]
     with np.errstate(invalid="ignore"):
@@ -187,15 +253,25 @@ def _nearest_to_published(run: Run, case: str) -> str:
     at = int(np.nanargmin(off))
     both = "within both errors" if off[at] <= 1.0 else f"{off[at]:.1f} errors off"
     phase = "growing" if t[at] <= run.transient("time_s").value else "collapsing"
-    return f"{run.name} comes nearest to the published pair at {t[at] / 60:.1f} min, {phase}: D {D[at] * KM:.0f}, H {H[at] * KM:.0f} km, {both}"
+    return (
+        f"{run.name} comes nearest to the published pair at {t[at] / 60:.1f} min, {phase}: D {D[at] * KM:.0f}, H "
+        f"{H[at] * KM:.0f} km, {both}"
+    )
 
 
 def _pair_notes(runs: Mapping[str, Run], case: str) -> str:
-    return "; ".join(note for name in (f"{case}_base", f"{case}_literal", f"{case}_weak") if name in runs and (note := _nearest_to_published(runs[name], case)))
+    return "; ".join(
+        note
+        for name in (f"{case}_base", f"{case}_literal", f"{case}_weak")
+        if name in runs and (note := _nearest_to_published(runs[name], case))
+    )
 
 
 def _depth_over_diameter(runs: Mapping[str, Run]) -> Finding:
-    ratios = [ratio_of(runs[f"{c}_base"].transient("depth_m"), runs[f"{c}_base"].transient("diameter_apparent_m")) for c in DEPTH]
+    ratios = [
+        ratio_of(runs[f"{c}_base"].transient("depth_m"), runs[f"{c}_base"].transient("diameter_apparent_m"))
+        for c in DEPTH
+    ]
     met = all(0.21 <= r.value <= 0.38 for r in ratios) if all(math.isfinite(r.value) for r in ratios) else None
     at_volume = ", ".join(f"{runs[f'{c}_base'].transient('depth_over_diameter', 'volume').value:.2f}" for c in DEPTH)
     errors = ", ".join(f"{r.sigma:.3f}" for r in ratios)
@@ -209,11 +285,15 @@ def _vanishes(names: tuple[str, ...]) -> Callable[[Mapping[str, Run]], Finding]:
             run = runs[name]
             H, end = run.transient("depth_m"), run.final_depth
             share = ratio_of(end, H) if end.value > 0.0 else Value(0.0, end.sigma / H.value)
-            told.append(f"{name} {share.value:.2f} ({end.value * KM:.0f} of {H.value * KM:.0f} km at {run.end_s / 60:.0f} min)")
+            told.append(
+                f"{name} {share.value:.2f} ({end.value * KM:.0f} of {H.value * KM:.0f} km at {run.end_s / 60:.0f} min)"
+            )
             errors.append(f"{share.sigma:.2f}")
             verdicts.append(share.value < 0.25 if math.isfinite(share.value) else None)
         met = None if None in verdicts else all(verdicts)
-        return Finding("; ".join(told), ", ".join(errors), met, "the shock stage alone; its broken ice has no friction")
+        return Finding(
+            "; ".join(told), ", ".join(errors), met, "the shock stage alone; its broken ice has no friction"
+        )
 
     return judge
 
@@ -228,20 +308,33 @@ def _penetrates(runs: Mapping[str, Run]) -> Finding:
         verdicts.append((H.value > run.shell_m) == through if math.isfinite(H.value) else None)
         if math.isfinite(t):
             why.append(
-                f"{case}: at {t / 60:.1f} min {100 * run.inside('projectile_below_shell', t):.0f} % of the projectile below the shell's base, deepest ever "
-                f"{np.nanmax(run.interior['projectile_deepest_m']) * KM:.0f} km, base pushed down {run.inside('interface_down_m', t) * KM:.0f} km "
-                f"(most {run.inside('interface_down_most_m', t) * KM:.0f}), ocean above its level {run.inside('below_risen_kg', t):.2g} kg then, "
+                f"{case}: at {t / 60:.1f} min {100 * run.inside('projectile_below_shell', t):.0f} % of the projectile "
+                f"below the shell's base, deepest ever "
+                f"{np.nanmax(run.interior['projectile_deepest_m']) * KM:.0f} km, base pushed down "
+                f"{run.inside('interface_down_m', t) * KM:.0f} km "
+                f"(most {run.inside('interface_down_most_m', t) * KM:.0f}), ocean above its level "
+                f"{run.inside('below_risen_kg', t):.2g} kg then, "
                 f"{np.nanmax(run.interior['below_risen_kg']):.2g} kg later at most"
             )
-    return Finding("; ".join(told), ", ".join(errors) + " km", None if None in verdicts else all(verdicts), "; ".join(why))
+    return Finding(
+        "; ".join(told), ", ".join(errors) + " km", None if None in verdicts else all(verdicts), "; ".join(why)
+    )
 
 
 def _monotone(runs: Mapping[str, Run]) -> Finding:
-    pairs = [(runs[f"{c}_base"].transient("diameter_apparent_m"), runs[f"{c}_base"].transient("depth_m")) for c in DEPTH]
+    pairs = [
+        (runs[f"{c}_base"].transient("diameter_apparent_m"), runs[f"{c}_base"].transient("depth_m")) for c in DEPTH
+    ]
     known = all(math.isfinite(D.value + H.value) for D, H in pairs)
-    met = all(b[0].value > a[0].value and b[1].value > a[1].value for a, b in itertools.pairwise(pairs)) if known else None
+    met = (
+        all(b[0].value > a[0].value and b[1].value > a[1].value for a, b in itertools.pairwise(pairs))
+        if known
+        else None
+    )
     told = ", ".join(f"({D.value * KM:.0f}, {H.value * KM:.0f})" for D, H in pairs)
-    return Finding(f"(D, H) = {told} km", ", ".join(f"({D.sigma * KM:.0f}, {H.sigma * KM:.0f})" for D, H in pairs) + " km", met)
+    return Finding(
+        f"(D, H) = {told} km", ", ".join(f"({D.sigma * KM:.0f}, {H.sigma * KM:.0f})" for D, H in pairs) + " km", met
+    )
 
 
 def _angles(case: str) -> Callable[[Mapping[str, Run]], Finding]:
@@ -254,10 +347,18 @@ def _angles(case: str) -> Callable[[Mapping[str, Run]], Finding]:
         spread = (max(d.value for d in D) - min(d.value for d in D)) / mean
         met = H[0].value > H[1].value > H[2].value and ratio.value > 1.3 and spread < 0.15
         told = ", ".join(f"{h.value * KM:.0f}" for h in H)
-        ours = f"H {told} km, H15/H65 = {ratio.value:.2f}; D {', '.join(f'{d.value * KM:.0f}' for d in D)} km, spread {100 * spread:.0f} %"
+        ours = (
+            f"H {told} km, H15/H65 = {ratio.value:.2f}; D {', '.join(f'{d.value * KM:.0f}' for d in D)} km, spread "
+            f"{100 * spread:.0f} %"
+        )
         error = f"ratio {ratio.sigma:.2f}; D {max(d.sigma for d in D) * KM:.0f} km"
         scaling = (math.cos(math.radians(15)) / math.cos(math.radians(65))) ** (1 / 3)
-        return Finding(ours, error, met, f"gravity scaling: D15/D65 = {scaling:.2f} (cos^(1/3)), ours {D[0].value / D[2].value:.2f}")
+        return Finding(
+            ours,
+            error,
+            met,
+            f"gravity scaling: D15/D65 = {scaling:.2f} (cos^(1/3)), ours {D[0].value / D[2].value:.2f}",
+        )
 
     return judge
 
@@ -277,13 +378,19 @@ def _equal_energy(case: str) -> Callable[[Mapping[str, Run]], Finding]:
             verdicts.append(None if not math.isfinite(d.value) else within(d, 1.0, plus / D0, minus / D0))
         scaling = [(v / SPEEDS[1]) ** (0.434 - 0.783 * 2 / 3) for v in (SPEEDS[0], *SPEEDS[2:])]
         why = "gravity scaling (D ~ d^0.783 v^0.434) gives " + ", ".join(f"{s:.2f}" for s in scaling)
-        return Finding(f"D ratio {', '.join(D)}; H ratio {', '.join(H)}", "; ".join(errors), None if None in verdicts else all(verdicts), why)
+        return Finding(
+            f"D ratio {', '.join(D)}; H ratio {', '.join(H)}",
+            "; ".join(errors),
+            None if None in verdicts else all(verdicts),
+            why,
+        )
 
     return judge
 
 
 def masses(radius_2: float) -> list[tuple[float, float]]:
-    """Radius [m] and mass [kg] of Table 9 for the four speeds, from the radius at v2: m v^2 constant, ice of 917 kg/m^3."""
+    """Radius [m] and mass [kg] of Table 9 for the four speeds, from the radius at v2: m v^2 constant, ice of 917
+    kg/m^3."""
     m2 = 4.0 / 3.0 * math.pi * ICE * radius_2**3
     masses_of_speeds = [m2 * (SPEEDS[1] / v) ** 2 for v in SPEEDS]
     return [((3.0 * m / (4.0 * math.pi * ICE)) ** (1.0 / 3.0), m) for m in masses_of_speeds]
@@ -298,10 +405,18 @@ def _table_masses(_: Mapping[str, Run]) -> Finding:
 
 
 def _table_ratios(_: Mapping[str, Run]) -> Finding:
-    return _arithmetic({c: [2.0 * r / DIAMETER[c][0] for r, _ in masses(RADII[c][1] * 1e3)] for c in RADII}, RATIOS, 0.0, 3, 0.0051)
+    return _arithmetic(
+        {c: [2.0 * r / DIAMETER[c][0] for r, _ in masses(RADII[c][1] * 1e3)] for c in RADII}, RATIOS, 0.0, 3, 0.0051
+    )
 
 
-def _arithmetic(ours: dict[str, list[float]], published: Mapping[str, tuple[float, ...]], relative: float, digits: int, absolute: float = 0.0) -> Finding:
+def _arithmetic(
+    ours: dict[str, list[float]],
+    published: Mapping[str, tuple[float, ...]],
+    relative: float,
+    digits: int,
+    absolute: float = 0.0,
+) -> Finding:
     off = []
     for case, row in published.items():
         for number, (a, b) in enumerate(zip(ours[case], row), 1):
@@ -316,8 +431,16 @@ def _projectile_for_diameter(runs: Mapping[str, Run]) -> Finding:
     verdicts = [within(D, *DIAMETER[c]) for c, D in diameters.items()]
     ratio = ratio_of(diameters["980"], diameters["600"])
     told = "; ".join(f"d = {2 * RADII[c][1]:.1f} km -> D = {D.text()}" for c, D in diameters.items())
-    why = f"D980/D600 = {ratio.value:.2f} +- {ratio.sigma:.2f}, published 1.63; a third more energy gives 1.07 to 1.08 by any scaling"
-    return Finding(told, ", ".join(f"{D.sigma * KM:.0f}" for D in diameters.values()) + " km", None if None in verdicts else all(verdicts), why)
+    why = (
+        f"D980/D600 = {ratio.value:.2f} +- {ratio.sigma:.2f}, published 1.63; a third more energy gives 1.07 to 1.08 "
+        f"by any scaling"
+    )
+    return Finding(
+        told,
+        ", ".join(f"{D.sigma * KM:.0f}" for D in diameters.values()) + " km",
+        None if None in verdicts else all(verdicts),
+        why,
+    )
 
 
 def _rings(runs: Mapping[str, Run]) -> Finding:
@@ -327,59 +450,100 @@ def _rings(runs: Mapping[str, Run]) -> Finding:
         ratio = run.transient("depth_m").value / run.shell_m
         told.append(f"{case}: H / shell = {ratio:.2f}")
         verdicts.append((ratio > 1.0) == over if math.isfinite(ratio) else None)
-    errors = ", ".join(f"{runs[f'{c}_base'].transient('depth_m').sigma / runs[f'{c}_base'].shell_m:.2f}" for c in ("350", "980"))
-    return Finding("; ".join(told), errors, None if None in verdicts else all(verdicts), "a preference of the thesis, not a measurement")
+    errors = ", ".join(
+        f"{runs[f'{c}_base'].transient('depth_m').sigma / runs[f'{c}_base'].shell_m:.2f}" for c in ("350", "980")
+    )
+    return Finding(
+        "; ".join(told),
+        errors,
+        None if None in verdicts else all(verdicts),
+        "a preference of the thesis, not a measurement",
+    )
 
 
 def _setting(name: str) -> Callable[[Mapping[str, Run]], Finding]:
     def judge(runs: Mapping[str, Run]) -> Finding:
         a, b = runs["980_base"].series, runs[name].series
         end = open_until(a["time_s"], a["depth_m"])
-        differences = {w: difference(a["time_s"], a[c], b["time_s"], b[c], START, end) for w, c in (("D", "diameter_apparent_m"), ("depth", "depth_m"))}
+        differences = {
+            w: difference(a["time_s"], a[c], b["time_s"], b[c], START, end)
+            for w, c in (("D", "diameter_apparent_m"), ("depth", "depth_m"))
+        }
         ours = ", ".join(
-            f"{w} {100 * x.relative:.1f} % (at {x.at_s / 60:.0f} min; at all other times at most {100 * x.otherwise:.1f} %)" for w, x in differences.items()
+            f"{w} {100 * x.relative:.1f} % (at {x.at_s / 60:.0f} min; at all other times at most "
+            f"{100 * x.otherwise:.1f} %)"
+            for w, x in differences.items()
         )
-        sizes = ", ".join(f"{w} {100 * float(np.nanmedian(a[c + '_sigma'] / a[c])):.1f} %" for w, c in (("D", "diameter_apparent_m"), ("depth", "depth_m")))
+        sizes = ", ".join(
+            f"{w} {100 * float(np.nanmedian(a[c + '_sigma'] / a[c])):.1f} %"
+            for w, c in (("D", "diameter_apparent_m"), ("depth", "depth_m"))
+        )
         met = all(x.relative < 0.02 for x in differences.values())
-        return Finding(ours, f"of the measuring, median: {sizes}", met, f"3 min until the depth is half of its largest ({end / 60:.0f} min)")
+        return Finding(
+            ours,
+            f"of the measuring, median: {sizes}",
+            met,
+            f"3 min until the depth is half of its largest ({end / 60:.0f} min)",
+        )
 
     return judge
 
 
 CLAIMS = (
-    Claim("W50", "81 and 1 projectile particles give the same crater (Fig. 20)", "almost identical", "dD, dH < 26 km, RMS < 26 km",
+    Claim("W50", "81 and 1 projectile particles give the same crater (Fig. "
+                 "20)", "almost identical", "dD, dH < 26 km, RMS < 26 km",
           ("350_base", "350_one"), _same_crater),
-    Claim("W51", "a single heavy particle does not penetrate deeper", "not deeper", "dH < 13 km", ("350_base", "350_one"), _not_deeper),
-    Claim("W52", "more ejecta with 81 particles, at 6.6 min", "significantly more", "number(81) > number(1); masses beside it",
+    Claim("W51", "a single heavy particle does not penetrate "
+                 "deeper", "not deeper", "dH < 13 km", ("350_base", "350_one"), _not_deeper),
+    Claim("W52", "more ejecta with 81 particles, at 6.6 "
+                 "min", "significantly more", "number(81) > number(1); masses beside it",
           ("350_base", "350_one"), _more_ejecta),
-    Claim("W53", "an undamaged ring surrounds the crater at 6.6 min", "ring", "damage < 0.5 between two zones > 0.9", ("350_base",), _undamaged_ring),
-    Claim("W54", "350 km: transient crater fully developed", "16.8 +- 1.2 min", "within both errors", ("350_base",), _time_of_transient),
-    *(Claim(i, f"{c} km: transient depth", f"{DEPTH[c] * KM:.0f} +- {MPD[c] * KM:.0f} km", "within both errors", (f"{c}_base",), _depth(c))
+    Claim("W53", "an undamaged ring surrounds the crater at 6.6 "
+                 "min", "ring", "damage < 0.5 between two zones > 0.9", ("350_base",), _undamaged_ring),
+    Claim("W54", "350 km: transient crater fully "
+                 "developed", "16.8 +- 1.2 min", "within both errors", ("350_base",), _time_of_transient),
+    *(Claim(i, f"{c} km: transient depth", f"{DEPTH[c] * KM:.0f} +- {MPD[c] * KM:.0f} "
+                                           f"km", "within both errors", (f"{c}_base",), _depth(c))
       for i, c in (("W55", "350"), ("W56", "600"), ("W57", "980"))),
-    *(Claim("W58", f"{c} km: transient diameter", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} km", "within both errors",
+    *(Claim("W58", f"{c} km: transient diameter", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} "
+                                                  f"km", "within both errors",
             (f"{c}_base",), _diameter(c)) for c in DIAMETER),
-    *(Claim("W58", f"{c} km: the same, rim crest to rim crest (Figure 8 defines D so)", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} km",
+    *(Claim("W58", f"{c} km: the same, rim crest to rim crest (Figure 8 defines D "
+                   f"so)", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} km",
             "within both errors", (f"{c}_base",), _rim_diameter(c)) for c in DIAMETER),
-    Claim("W59", "transient H/D of the three", "0.214, 0.375, 0.306", "0.21 to 0.38", ("350_base", "600_base", "980_base"), _depth_over_diameter),
-    *(Claim("W60", f"{c} km: the crater disappears almost completely", "disappears", "final depth < 0.25 of the transient",
+    Claim("W59", "transient H/D of the three", "0.214, 0.375, 0.306", "0.21 to 0.38", ("350_base", "600_base",
+    "980_base"), _depth_over_diameter),
+    *(Claim("W60", f"{c} km: the crater disappears almost "
+                   f"completely", "disappears", "final depth < 0.25 of the transient",
             (f"{c}_base",), _vanishes((f"{c}_base",))) for c in DEPTH),
-    Claim("W61", "it flattens without an ocean too", "flattens", "the same, ocean replaced by ice", ("350_ice",), _vanishes(("350_ice",))),
-    Claim("W61", "the same, published (literal) start", "flattens", "the same, ocean replaced by ice", ("350_literal_ice",), _vanishes(("350_literal_ice",))),
-    Claim("W61", "the same, 980 km", "flattens", "the same, ocean replaced by ice", ("980_ice",), _vanishes(("980_ice",))),
-    Claim("W62", "600 and 980 penetrate the shell into the ocean, 350 does not", "yes, yes, no", "floor against the shell's thickness",
+    Claim("W61", "it flattens without an ocean too", "flattens", "the same, ocean replaced by ice", ("350_ice",),
+    _vanishes(("350_ice",))),
+    Claim("W61", "the same, published (literal) start", "flattens", "the same, ocean replaced by ice",
+    ("350_literal_ice",), _vanishes(("350_literal_ice",))),
+    Claim("W61", "the same, 980 km", "flattens", "the same, ocean replaced by ice", ("980_ice",), _vanishes(("980_ice",
+    ))),
+    Claim("W62", "600 and 980 penetrate the shell into the ocean, 350 does "
+                 "not", "yes, yes, no", "floor against the shell's thickness",
           ("350_base", "600_base", "980_base"), _penetrates),
-    Claim("W63", "depth grows with diameter (Fig. 22)", "(350, 75), (600, 225), (980, 300) km", "monotone", ("350_base", "600_base", "980_base"), _monotone),
-    *(Claim("W64", f"{c} km: steeper is deeper, D the same (Fig. 23)", "H15 > H40 > H65", "H15/H65 > 1.3, D spread < 15 %",
+    Claim("W63", "depth grows with diameter (Fig. 22)", "(350, 75), (600, 225), (980, 300) km", "monotone",
+    ("350_base", "600_base", "980_base"), _monotone),
+    *(Claim("W64", f"{c} km: steeper is deeper, D the same (Fig. "
+                   f"23)", "H15 > H40 > H65", "H15/H65 > 1.3, D spread < 15 %",
             (f"{c}_angle15", f"{c}_base", f"{c}_angle65"), _angles(c)) for c in ("350", "980")),
     Claim("W65", "Table 9, radii", "see Table 9", "0.2 %", (), _table_radii),
     Claim("W66", "Table 9, masses [1e16 kg]", "see Table 9", "0.2 %", (), _table_masses),
     Claim("W67", "Table 9, projectile over crater diameter", "see Table 9", "rounding", (), _table_ratios),
-    *(Claim("Table 9", f"{c} km: equal energy gives the same D", "ratio 1", "within the published error of D", (f"{c}_base", f"{c}_v1", f"{c}_v3", f"{c}_v4"),
+    *(Claim("Table 9", f"{c} km: equal energy gives the same D", "ratio 1", "within the published error of D",
+    (f"{c}_base", f"{c}_v1", f"{c}_v3", f"{c}_v4"),
             _equal_energy(c)) for c in ("350", "980")),
-    Claim("W68", "projectile diameters for the three craters", "52.5 -> 350, 98 -> 600, 107.8 -> 980 km", "within both errors",
+    Claim("W68", "projectile diameters for the three "
+                 "craters", "52.5 -> 350, 98 -> 600, 107.8 -> 980 km", "within both errors",
           ("350_base", "600_base", "980_base"), _projectile_for_diameter),
-    Claim("W69", "rings need a crater deeper than the shell: 980 yes, 350 no", "H > shell, H < shell", "sign", ("350_base", "980_base"), _rings),
-    Claim("numerics", "980 km, Courant factor halved: D(t), depth(t)", "no change", "2 %", ("980_base", "980_courant"), _setting("980_courant")),
-    Claim("numerics", "980 km, gravity at every step: D(t), depth(t)", "no change", "2 %", ("980_base", "980_gravity"), _setting("980_gravity")),
+    Claim("W69", "rings need a crater deeper than the shell: 980 yes, 350 "
+                 "no", "H > shell, H < shell", "sign", ("350_base", "980_base"), _rings),
+    Claim("numerics", "980 km, Courant factor halved: D(t), "
+                      "depth(t)", "no change", "2 %", ("980_base", "980_courant"), _setting("980_courant")),
+    Claim("numerics", "980 km, gravity at every step: D(t), "
+                      "depth(t)", "no change", "2 %", ("980_base", "980_gravity"), _setting("980_gravity")),
 )  # fmt: skip
 """Every claim of the table, in its order."""

@@ -1,7 +1,9 @@
-"""A named set of variants of a case, each run to the end of the shock stage and measured; what is there already is not made again.
+"""A named set of variants of a case, each run to the end of the shock stage and measured; what is there already is not
+made again.
 
-A variant is a case, a preset and ``--set`` texts; its run folder is the one that ``run_case`` gives them. Measures are those of the crater stage, in
-``<out>/measured/<name>/``, beside ``interior.json`` of ``studies.winter_2017.follow_run``.
+A variant is a case, a preset and ``--set`` texts; its run folder is the one that ``run_case`` gives them. Measures are
+those of the crater stage, in ``<out>/measured/<name>/``, beside ``interior.json`` of
+``studies.winter_2017.follow_run``.
 """
 
 from __future__ import annotations
@@ -47,7 +49,8 @@ class Variant:
 
 
 def chosen(variants: Iterable[Variant], names: Iterable[str] | None) -> list[Variant]:
-    """The variants of these names, in their own order (all, without names); raises ``InputError`` for an unknown one."""
+    """The variants of these names, in their own order (all, without names); raises ``InputError`` for an unknown
+    one."""
     known = {variant.name: variant for variant in variants}
     wanted = list(names or known)
     for name in wanted:
@@ -57,7 +60,8 @@ def chosen(variants: Iterable[Variant], names: Iterable[str] | None) -> list[Var
 
 
 def run(variant: Variant, out: Path, threads: int | None = None) -> int:
-    """``run_case ... --until sph`` as its own process, resumed where it stopped; its exit code. SIGTERM and SIGINT are handed on."""
+    """``run_case ... --until sph`` as its own process, resumed where it stopped; its exit code. SIGTERM and SIGINT are
+    handed on."""
     command = [str(variant.case), "--preset", variant.preset, "--out", str(out), "--until", "sph"]
     command += [part for text in variant.overrides for part in ("--set", text)]
     return as_process(command + (["--threads", str(threads)] if threads else []))
@@ -69,7 +73,8 @@ def state(variant: Variant, out: Path) -> str:
 
 
 def measure(variant: Variant, out: Path) -> Path | None:
-    """Measure a finished run, unless that was done by the same code; the folder of the measures, None where the run is not finished."""
+    """Measure a finished run, unless that was done by the same code; the folder of the measures, None where the run is
+    not finished."""
     finished = state(variant, out)
     if not finished:
         return None
@@ -80,7 +85,9 @@ def measure(variant: Variant, out: Path) -> Path | None:
     settings = compose(variant.read())["crater"]
     assert isinstance(settings, stage.Settings)
     room = Path(stage.__file__).resolve().parent
-    reached = {path for module in (stage, follow_run) for path in jit.reached_sources(Path(module.__file__ or "").resolve())}
+    reached = {
+        path for module in (stage, follow_run) for path in jit.reached_sources(Path(module.__file__ or "").resolve())
+    }
     sources = b"".join(path.read_bytes() for path in sorted(reached) if path.parent in (room, Path(__file__).parent))
     key = hashlib.sha256(finished.encode() + folder.settings_text(settings).encode() + sources).hexdigest()
     place = variant.measured(out)
@@ -89,14 +96,20 @@ def measure(variant: Variant, out: Path) -> Path | None:
     place.mkdir(parents=True, exist_ok=True)
     run_folder = variant.run_folder(out)
     stage.run(settings, _shock_only(run_folder, place), place)
-    largest = json.loads((place / "measures.json").read_text())["transient"].get("at_maximum_volume", {}).get("diameter_apparent_m", {}).get("value")
+    largest = (
+        json.loads((place / "measures.json").read_text())["transient"]
+        .get("at_maximum_volume", {})
+        .get("diameter_apparent_m", {})
+        .get("value")
+    )
     follow_run.write(run_folder, 0.5 * (largest or settings.impact.expected_transient_diameter), DAMAGE_AT, place)
     archive.write_text(place / folder.DONE, json.dumps({"key": key, "run": run_folder.name}))
     return place
 
 
 def _shock_only(run_folder: Path, place: Path) -> Path:
-    """A folder that holds the run's shock stage alone: a late stage of grains, where there is one, is not what a sweep compares."""
+    """A folder that holds the run's shock stage alone: a late stage of grains, where there is one, is not what a sweep
+    compares."""
     view = place / "run"
     view.mkdir(exist_ok=True)
     link = view / stages.folder(run_folder, "sph").name

@@ -17,20 +17,31 @@ G, DENSITY, SPACING = 1.2e-4, 1230.0, 0.25
 def ground(reach=12.0, depth=2.0):
     """A level lattice whose topmost layer is half a spacing deep."""
     edge = np.arange(-reach, reach, SPACING) + 0.5 * SPACING
-    place = np.stack(np.meshgrid(edge, edge, -edge[(edge > 0.0) & (edge < depth)], indexing="ij"), axis=-1).reshape(-1, 3)
+    place = np.stack(np.meshgrid(edge, edge, -edge[(edge > 0.0) & (edge < depth)], indexing="ij"), axis=-1).reshape(
+        -1, 3
+    )
     return place[np.hypot(place[:, 0], place[:, 1]) < reach]
 
 
 def shot(place, velocity, **more):
     n = len(place)
     mass = np.full(n, DENSITY * SPACING**3)
-    fields = {"position": place, "initial_position": place, "velocity": velocity, "mass": mass, "density": np.full(n, DENSITY), "layer": np.zeros(n)}
+    fields = {
+        "position": place,
+        "initial_position": place,
+        "velocity": velocity,
+        "mass": mass,
+        "density": np.full(n, DENSITY),
+        "layer": np.zeros(n),
+    }
     return Particles(fields | more, {"time": 4.0})
 
 
 def test_places_where_single_particles_land():
     place = np.array([[1.0, 2.0, 0.0], [0.0, 0.0, 3.0], [5.0, 0.0, -0.5], [5.0, 0.0, -0.5], [5.0, 0.0, -0.5]])
-    velocity = np.array([[0.03, 0.04, 0.05], [0.1, 0.0, -0.02], [1.0, 0.0, 0.02], [1.0, 0.0, 0.005], [1.0, 0.0, -0.02]])
+    velocity = np.array(
+        [[0.03, 0.04, 0.05], [0.1, 0.0, -0.02], [1.0, 0.0, 0.02], [1.0, 0.0, 0.005], [1.0, 0.0, -0.02]]
+    )
     found, flies = ballistic.landing(place, velocity, G)
     assert flies.tolist() == [True, True, True, False, False]  # 5 mm/s lift by 0.1 m only
     assert found[0] == pytest.approx([1.0 + 2.0 * 0.03 * 0.05 / G, 2.0 + 2.0 * 0.04 * 0.05 / G])  # range 2 u w / g
@@ -51,7 +62,8 @@ def pit(place, radius, depth):
 
 
 def test_a_pit_that_is_thrown_into_a_ring():
-    """All within 3 m and 1 m deep goes to 3 m + r / 2: diameter, depth and volume of the pit, its matter in the ring, 4 (L - 3) / L high."""
+    """All within 3 m and 1 m deep goes to 3 m + r / 2: diameter, depth and volume of the pit, its matter in the ring,
+    4 (L - 3) / L high."""
     place = ground()
     velocity = pit(place, 3.0, 1.0)
     source = shot(place, velocity)
@@ -80,7 +92,11 @@ def test_the_projectile_and_downward_flow_are_no_part_of_it():
     down[:, 2] = -1.0
     profile, _ = ballistic.profile_of(shot(place, down), G, DENSITY, 10.0)
     assert np.abs(profile.height).max() < 1e-12
-    ball = shot(np.vstack([place, [[0.0, 0.0, 5.0]]]), np.vstack([down, [[0.0, 0.0, 0.0]]]), layer=np.r_[np.zeros(len(place)), -1.0])
+    ball = shot(
+        np.vstack([place, [[0.0, 0.0, 5.0]]]),
+        np.vstack([down, [[0.0, 0.0, 0.0]]]),
+        layer=np.r_[np.zeros(len(place)), -1.0],
+    )
     assert np.abs(ballistic.profile_of(ball, G, DENSITY, 10.0)[0].height).max() < 1e-12
 
 
@@ -100,7 +116,9 @@ def test_of_a_run_it_is_that_of_the_snapshot_handed_over(tmp_path):
     assert last.measures["diameter_apparent_m"].value == pytest.approx(6.0, abs=0.3)
     assert handed.measures["diameter_apparent_m"].value == pytest.approx(4.0, abs=0.3)
     assert handed.as_dict()["diameter_apparent_m"]["value"] == handed.measures["diameter_apparent_m"].value
-    assert "1.05 of the ballistic one, within 10%" in ballistic.words(handed, 1.05 * handed.measures["diameter_apparent_m"].value, "the grains")
+    assert "1.05 of the ballistic one, within 10%" in ballistic.words(
+        handed, 1.05 * handed.measures["diameter_apparent_m"].value, "the grains"
+    )
     assert "NOT within" in ballistic.words(handed, 1.2 * handed.measures["diameter_apparent_m"].value, "the grains")
     (tmp_path / "4_handoff" / "handoff.json").write_text(json.dumps({"time_s": 0.0}))
     with pytest.raises(InputError, match="takes nothing away"):
@@ -119,8 +137,17 @@ def test_the_page_the_files_and_the_picture_of_a_flat_case_have_it(tmp_path):
         snapshot.write(particles, tmp_path / "2_sph" / f"snap_{number:04d}.vtkhdf")
     (tmp_path / "4_handoff" / "handoff.json").write_text(json.dumps({"time_s": 1.0}))
     soil = Layer(name="soil", material="basalt", thickness=8.0)
-    impact = Impact(speed=2000.0, angle_from_vertical=0.0, projectile=Projectile(material="basalt", radius=0.05), expected_transient_diameter=6.0)
-    stage.run(stage.Settings(target=Target(layers=(soil,), shape="half_sphere", gravity=G), impact=impact), tmp_path, tmp_path / "6_crater")
+    impact = Impact(
+        speed=2000.0,
+        angle_from_vertical=0.0,
+        projectile=Projectile(material="basalt", radius=0.05),
+        expected_transient_diameter=6.0,
+    )
+    stage.run(
+        stage.Settings(target=Target(layers=(soil,), shape="half_sphere", gravity=G), impact=impact),
+        tmp_path,
+        tmp_path / "6_crater",
+    )
     own = json.loads((tmp_path / "6_crater" / "measures.json").read_text())["ballistic"]
     assert own["snapshot"] == "2_sph/snap_0001.vtkhdf" and own["handed_over_s"] == 1.0
     assert own["diameter_apparent_m"]["value"] == pytest.approx(6.0, abs=0.6)  # a ring and a particle on either side

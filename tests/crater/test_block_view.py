@@ -29,7 +29,10 @@ def bowl(request):
     kind, rng = request.param, np.random.default_rng(5)
     if kind == "plane":
         shape = synthetic.Shape(synthetic.bowl(1000.0), 1000.0, 2500.0)
-        position, datum = synthetic.cloud_on_plane(shape, SPACING[kind], rng, "lattice", centre=(120.0, -80.0)), "plane"
+        position, datum = (
+            synthetic.cloud_on_plane(shape, SPACING[kind], rng, "lattice", centre=(120.0, -80.0)),
+            "plane",
+        )
         places = position - np.array([0.0, 0.0, LIFT[kind]])
     else:
         shape = synthetic.Shape(synthetic.bowl(300e3), 300e3, 750e3, 2142e3)
@@ -86,13 +89,24 @@ def _browser(file, tmp_path, *options):
     program = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")
     if program is None:
         pytest.skip("no Chromium on this machine")
-    quiet = ["--headless", "--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
+    quiet = [
+        "--headless",
+        "--no-sandbox",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+    ]
     place = [f"--user-data-dir={tmp_path / 'profile'}", "--virtual-time-budget=3000", "--dump-dom"]
-    return subprocess.run([program, *quiet, *options, *place, f"file://{file}"], capture_output=True, text=True, timeout=120).stdout
+    return subprocess.run(
+        [program, *quiet, *options, *place, f"file://{file}"], capture_output=True, text=True, timeout=120
+    ).stdout
 
 
 def test_a_browser_draws_it(bowl, tmp_path):
-    seen = _browser(_page(bowl, tmp_path), tmp_path, "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+    seen = _browser(
+        _page(bowl, tmp_path), tmp_path, "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"
+    )
     figure = re.search(r"<figure [^>]*id=\"block\"[^>]*>", seen).group()
     if "hidden" in figure and "no WebGL" in seen:
         pytest.skip("this Chromium has no WebGL")

@@ -1,4 +1,5 @@
-"""Comparison of craters: differences, ratios, verdicts, observations, a user's own files, cross-sections side by side."""
+"""Comparison of craters: differences, ratios, verdicts, observations, a user's own files, cross-sections side by
+side."""
 
 from __future__ import annotations
 
@@ -65,7 +66,10 @@ def test_resampled_profiles_share_radii_and_end_where_their_ground_ends():
         ('title = "a"\n', "states no source"),
         ('title = "a"\nsource = "b"\n', "no measure, no zone and no profile"),
         ('title = "a"\nsource = "b"\n[measures.depth_m]\nvalue = "3 m"\n', "value, minus and plus"),
-        ('title = "a"\nsource = "b"\n[measures.depth_m]\nvalue = "3 mm3"\nminus = "x"\nplus = "1 m"\n', "measures.depth_m"),
+        (
+            'title = "a"\nsource = "b"\n[measures.depth_m]\nvalue = "3 mm3"\nminus = "x"\nplus = "1 m"\n',
+            "measures.depth_m",
+        ),
         ("title = \n", "mine.toml"),
     ],
 )
@@ -85,9 +89,17 @@ def test_zones_and_trends_have_sizes():
 
 def test_a_profile_of_ones_own_in_kilometres_with_errors(tmp_path):
     path = tmp_path / "mine.csv"
-    path.write_text("\ufeff# body = Callisto\nradius_km,height_km,height_sigma_m\n0,-2,100\n5,-1,100\n10,,100\n15,0.1,100\n20,0.05,100\n")
+    path.write_text(
+        "\ufeff# body = "
+        "Callisto\nradius_km,height_km,height_sigma_m\n0,-2,100\n5,-1,100\n10,,100\n15,0.1,100\n20,0.05,100\n"
+    )
     profile = radial_profile.read_csv(path)
-    assert profile.radius[1] == 5000.0 and profile.p84[0] == -1900.0 and np.isnan(profile.height[2]) and profile.header["body"] == "Callisto"
+    assert (
+        profile.radius[1] == 5000.0
+        and profile.p84[0] == -1900.0
+        and np.isnan(profile.height[2])
+        and profile.header["body"] == "Callisto"
+    )
 
 
 def run_folder(path, seed, shift):
@@ -97,7 +109,10 @@ def run_folder(path, seed, shift):
     p = synthetic.cloud_on_plane(shape, 14.0, rng, "jitter") * shift
     (path / "5_dem").mkdir(parents=True)
     fields = {"position": p, "radius": np.full(len(p), 7.0 * shift), "material": np.zeros(len(p))}
-    snapshot.write(Particles(fields, {"packing_fraction": np.pi / 6, "materials": ["sand"], "time": 10.0}), path / "5_dem" / "last.vtkhdf")
+    snapshot.write(
+        Particles(fields, {"packing_fraction": np.pi / 6, "materials": ["sand"], "time": 10.0}),
+        path / "5_dem" / "last.vtkhdf",
+    )
     stage.measure_snapshot(path / "5_dem" / "last.vtkhdf", "plane", out=path / "6_crater")
 
 
@@ -118,7 +133,9 @@ def test_two_runs_a_csv_and_two_observations_in_one_picture(tmp_path, capsys):
         assert (tmp_path / "out" / name).stat().st_size > 20_000
     with pytest.raises(InputError, match="no snapshot or no datum"):
         plot_sections.draw_side_by_side([craters.load(str(tmp_path / "mine.csv"))], tmp_path / "x.png")
-    assert json.loads((tmp_path / "first" / "6_crater" / "measures.json").read_text())["final"]["by_azimuth"]["apparent_radius_m"]
+    assert json.loads((tmp_path / "first" / "6_crater" / "measures.json").read_text())["final"]["by_azimuth"][
+        "apparent_radius_m"
+    ]
 
 
 def q(value, sigma=1.0, unit="m"):
@@ -126,18 +143,29 @@ def q(value, sigma=1.0, unit="m"):
 
 
 def measured_run(path, transient=(500e3, 240e3), deepest=(476e3, 250e3), final=(550e3, 70e3), **said):
-    """A run folder as the crater stage leaves it: (apparent diameter, depth) at the maxima of volume (7 min) and depth (6 min), and final."""
+    """A run folder as the crater stage leaves it: (apparent diameter, depth) at the maxima of volume (7 min) and depth
+    (6 min), and final."""
     folder = path / "6_crater"
     folder.mkdir(parents=True)
 
     def entry(sizes, time, **more):
         D, d = sizes
         rim = {"diameter_rim_m": q(1.3 * D, 30e3), "depth_rim_to_floor_m": q(1.2 * d, 9e3)}
-        return {"diameter_apparent_m": q(D, 7e3), "depth_m": q(d, 8e3), "volume_m3": q(0.39 * D**2 * d, 1e14), **rim, "time_s": q(time, 30.0, "s"), **more}
+        return {
+            "diameter_apparent_m": q(D, 7e3),
+            "depth_m": q(d, 8e3),
+            "volume_m3": q(0.39 * D**2 * d, 1e14),
+            **rim,
+            "time_s": q(time, 30.0, "s"),
+            **more,
+        }
 
     content = {"transient": {}, "final": {"reason": "the run ends with the shock stage"}, "reference": []}
     if transient:
-        at = {"at_maximum_volume": entry(transient, 420.0, stage="sph"), "at_maximum_depth": entry(deepest, 360.0, stage="sph")}
+        at = {
+            "at_maximum_volume": entry(transient, 420.0, stage="sph"),
+            "at_maximum_depth": entry(deepest, 360.0, stage="sph"),
+        }
         content["transient"] = {**at["at_maximum_volume"], **at}
         radial_profile.write_csv(parabola(0.5 * transient[0], transient[1]), folder / "profile_transient.csv")
         radial_profile.write_csv(parabola(0.5 * deepest[0], deepest[1]), folder / "profile_transient_depth.csv")
@@ -162,7 +190,9 @@ def test_an_observation_of_a_transient_crater_meets_the_transient_crater(tmp_pat
     assert float(rows[1]["diameter_apparent_m_ratio"]) == pytest.approx(980 / 476, rel=1e-3)
     assert float(rows[1]["depth_m_ratio"]) == pytest.approx(300 / 250, rel=1e-3)
     printed = capsys.readouterr().out
-    assert "transient, maximum depth" in printed and "6.0 min" in printed and "final" not in printed.split("written")[0]
+    assert (
+        "transient, maximum depth" in printed and "6.0 min" in printed and "final" not in printed.split("written")[0]
+    )
     heights = list(csv.DictReader((tmp_path / "out" / "comparison_profiles.csv").open()))
     assert float(list(heights[0].values())[1]) == pytest.approx(-250e3, rel=0.01)
 
@@ -189,7 +219,9 @@ def test_two_runs_meet_final_with_final_or_transient_with_transient(tmp_path, ca
     rows = compared(tmp_path, first, measured_run(tmp_path / "third", transient=(510e3, 230e3), final=None))
     assert [row["stage"] for row in rows] == ["transient"] * 2 and float(rows[0]["diameter_apparent_m"]) == 500e3
     assert "transient with transient" in capsys.readouterr().out
-    rows = compared(tmp_path, measured_run(tmp_path / "fourth", transient=None), measured_run(tmp_path / "fifth", final=None))
+    rows = compared(
+        tmp_path, measured_run(tmp_path / "fourth", transient=None), measured_run(tmp_path / "fifth", final=None)
+    )
     assert not rows[1]["diameter_apparent_m_ratio"] and "no stage is common" in capsys.readouterr().out
 
 
@@ -232,7 +264,9 @@ def test_a_runs_own_profiles_by_path_give_the_runs_numbers(tmp_path):
 
 def test_a_profile_without_errors_states_none_and_columns_do_not_touch(tmp_path, capsys):
     radial_profile.write_csv(parabola(90e3, 35e3), tmp_path / "mine.csv")
-    rows = compared(tmp_path, measured_run(tmp_path / "quick"), measured_run(tmp_path / "second"), str(tmp_path / "mine.csv"))
+    rows = compared(
+        tmp_path, measured_run(tmp_path / "quick"), measured_run(tmp_path / "second"), str(tmp_path / "mine.csv")
+    )
     assert rows[2]["depth_m_plus"] == "" and rows[2]["volume_m3_plus"] == "" and rows[0]["depth_m_plus"] == "8000"
     table = [line for line in capsys.readouterr().out.splitlines() if line.startswith(("depth", "volume", "D "))]
     assert all("+- 0 " not in line and "km3 " not in line.replace("km3  ", "") for line in table)
@@ -244,8 +278,14 @@ def test_a_profile_without_errors_states_none_and_columns_do_not_touch(tmp_path,
 def test_labels_say_the_stage_once():
     crater = craters.Crater("Winter 2017 (transient)", {}, None, stage="transient", title="transient, maximum depth")
     assert crater.label == "Winter 2017 (transient): maximum depth"
-    assert craters.Crater("quick", {}, None, stage="transient", title="transient, maximum depth").label == "quick: transient, maximum depth"
-    assert craters.Crater("Valhalla, mapped zones", {}, None, stage="final", title="zones").label == "Valhalla, mapped zones"
+    assert (
+        craters.Crater("quick", {}, None, stage="transient", title="transient, maximum depth").label
+        == "quick: transient, maximum depth"
+    )
+    assert (
+        craters.Crater("Valhalla, mapped zones", {}, None, stage="final", title="zones").label
+        == "Valhalla, mapped zones"
+    )
 
 
 def test_the_widest_cell_makes_the_column():
@@ -256,7 +296,10 @@ def test_the_widest_cell_makes_the_column():
 
 def test_a_profile_may_say_its_stage(tmp_path):
     made = parabola(240e3, 200e3)
-    radial_profile.write_csv(Profile(made.radius, made.height, made.p16, made.p84, made.count, {"stage": "transient"}), tmp_path / "mine.csv")
+    radial_profile.write_csv(
+        Profile(made.radius, made.height, made.p16, made.p84, made.count, {"stage": "transient"}),
+        tmp_path / "mine.csv",
+    )
     rows = compared(tmp_path, measured_run(tmp_path / "quick"), str(tmp_path / "mine.csv"))
     assert [row["stage"] for row in rows] == ["transient"] * 2
     (tmp_path / "bad.csv").write_text("# stage = early\nradius_m,height_m\n0,-1\n1,-1\n2,0\n")
@@ -265,21 +308,32 @@ def test_a_profile_may_say_its_stage(tmp_path):
 
 
 def test_the_difference_is_that_of_the_crater_not_of_flat_ground_far_out():
-    """Depth 20 against 4 over a radius of 100, both flat out to 1000: RMS inside 1.5 radii, and the largest difference with its place."""
+    """Depth 20 against 4 over a radius of 100, both flat out to 1000: RMS inside 1.5 radii, and the largest difference
+    with its place."""
     r = np.linspace(0.5, 1000.0, 2000)
     nothing = np.full(len(r), np.nan)
-    deep, flat = (Profile(r, np.where(r < 100.0, -d * (1 - (r / 100.0) ** 2), 0.0), nothing, nothing, np.zeros(len(r), int), {}) for d in (20.0, 4.0))
+    deep, flat = (
+        Profile(r, np.where(r < 100.0, -d * (1 - (r / 100.0) ** 2), 0.0), nothing, nothing, np.zeros(len(r), int), {})
+        for d in (20.0, 4.0)
+    )
     found = difference.profile_difference(deep, flat)
     assert found["inside_m"] == pytest.approx(150.0, rel=0.02)
-    assert found["rms_inside_m"] == pytest.approx(16.0 / np.sqrt(3.0) / 1.5, rel=0.02)  # of 16 (1 - x^2) over x < 1, spread over x < 1.5
+    assert found["rms_inside_m"] == pytest.approx(
+        16.0 / np.sqrt(3.0) / 1.5, rel=0.02
+    )  # of 16 (1 - x^2) over x < 1, spread over x < 1.5
     assert found["rms_over_depth"] == pytest.approx(found["rms_inside_m"] / 20.0, rel=1e-3)
     assert found["rms_m"] < 0.2 * found["rms_inside_m"]
     assert found["largest_m"] == pytest.approx(16.0, rel=1e-3) and found["largest_at_m"] < 1.0
 
 
-@pytest.mark.parametrize(("line", "words"), [('kind = "transiant"', "did you mean 'transient'"), ('at = "width"', "known: volume, depth, diameter")])
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [('kind = "transiant"', "did you mean 'transient'"), ('at = "width"', "known: volume, depth, diameter")],
+)
 def test_an_observation_of_an_unknown_kind_is_refused(tmp_path, line, words):
     path = tmp_path / "mine.toml"
-    path.write_text(f'title = "a"\nsource = "b"\n{line}\n[measures.depth_m]\nvalue = "3 m"\nminus = "1 m"\nplus = "1 m"\n')
+    path.write_text(
+        f'title = "a"\nsource = "b"\n{line}\n[measures.depth_m]\nvalue = "3 m"\nminus = "1 m"\nplus = "1 m"\n'
+    )
     with pytest.raises(InputError, match=words):
         observations.read(path)

@@ -1,6 +1,8 @@
-"""Do the error bars cover? 200 random craters of four families, off centre, on tilted planes, at 5 to 10 particles per radius.
+"""Do the error bars cover? 200 random craters of four families, off centre, on tilted planes, at 5 to 10 particles per
+radius.
 
-The resolution's part of the errors is what noiseless profiles miss (test_resolution.py); nothing was set on these craters.
+The resolution's part of the errors is what noiseless profiles miss (test_resolution.py); nothing was set on these
+craters.
 """
 
 from __future__ import annotations
@@ -33,7 +35,9 @@ def trial(seed: int):
     shape = random_shape(seed, rng)
     spacing = 1.0 / rng.uniform(5.0, 10.0)
     kind = ("lattice", "jitter")[rng.integers(2)]
-    position = synthetic.cloud_on_plane(shape, spacing, rng, kind, centre=rng.uniform(-0.2, 0.2, 2), tilt=rng.uniform(0.0, 0.03))
+    position = synthetic.cloud_on_plane(
+        shape, spacing, rng, kind, centre=rng.uniform(-0.2, 0.2, 2), tilt=rng.uniform(0.0, 0.03)
+    )
     found = measure(Particles(synthetic.as_fields(position, spacing)), "plane")
     truth = (shape.depth, 2 * shape.apparent, 2 * shape.rim_found, shape.rim_height, shape.volume)
     values = [(found[name].value, found[name].sigma, true) for name, true in zip(NAMES, truth)]

@@ -54,7 +54,10 @@ def test_all_ejecta():
 
 def test_scattered_clumps_are_no_body():
     rng = np.random.default_rng(1)
-    clumps = [rng.uniform(-100, 100, 3) + synthetic.fill(rng, 1.0, (-1.5, -1.5, -1.5), (1.5, 1.5, 1.5), "jitter") for _ in range(40)]
+    clumps = [
+        rng.uniform(-100, 100, 3) + synthetic.fill(rng, 1.0, (-1.5, -1.5, -1.5), (1.5, 1.5, 1.5), "jitter")
+        for _ in range(40)
+    ]
     with pytest.raises(InputError, match="ejecta"):
         measure(Particles(synthetic.as_fields(np.vstack(clumps), 1.0)), "plane")
 
@@ -85,5 +88,7 @@ def test_a_bed_too_small_for_a_packing_fraction_is_taken_as_randomly_packed():
     """A bed without grains away from its walls says NaN for its packing fraction."""
     p = box(np.random.default_rng(1))
     fields = {"position": p, "radius": np.full(len(p), 0.1)}
-    found, usual = (cloud.of(Particles(fields, {"packing_fraction": value}), "bed") for value in (np.nan, cloud.RANDOM_PACKING))
+    found, usual = (
+        cloud.of(Particles(fields, {"packing_fraction": value}), "bed") for value in (np.nan, cloud.RANDOM_PACKING)
+    )
     assert np.array_equal(found.volume, usual.volume)

@@ -1,4 +1,5 @@
-"""Craters of an independent generator (drawn_craters.py), on planes and on spheres: no bias, and errors that are neither small nor padded.
+"""Craters of an independent generator (drawn_craters.py), on planes and on spheres: no bias, and errors that are
+neither small nor padded.
 
 The datum is fitted to the far field, nothing is told. ``pytest -m validation`` draws 200 of each.
 """
@@ -26,12 +27,20 @@ def table(seeds, sphere: bool, **how) -> dict[str, np.ndarray]:
         found = measure(Particles(drawn_craters.fields(drawn)), "sphere" if sphere else "plane")
         for name in NAMES:
             value, sigma = found[name].value, found[name].sigma
-            rows[name].append((np.nan if value is None else value, np.nan if sigma is None else sigma, drawn.truth[name], drawn.spacing))
+            rows[name].append(
+                (
+                    np.nan if value is None else value,
+                    np.nan if sigma is None else sigma,
+                    drawn.truth[name],
+                    drawn.spacing,
+                )
+            )
     return {name: np.array(values) for name, values in rows.items()}
 
 
 def assert_no_bias(rows: dict[str, np.ndarray]) -> None:
-    """The mean over draws of rim diameter and depth within 2 % or 0.3 spacings, whichever is more, and of volume within 3 %."""
+    """The mean over draws of rim diameter and depth within 2 % or 0.3 spacings, whichever is more, and of volume
+    within 3 %."""
     for name in ("diameter_rim_m", "depth_m", "diameter_apparent_m"):
         found, _, true, spacing = rows[name].T
         assert abs(np.nanmean(found - true)) < max(0.02 * np.mean(true), 0.3 * np.mean(spacing)), name
@@ -59,7 +68,8 @@ def test_a_few_draws_are_measured_right(sphere):
 @pytest.mark.validation
 @pytest.mark.parametrize("sphere", [False, True], ids=["plane", "sphere"])
 def test_two_hundred_draws(sphere):
-    """For each measure the truth lies within two sigma in 90 to 99 %, and the RMS of (found - true) / sigma is between 0.7 and 1.3."""
+    """For each measure the truth lies within two sigma in 90 to 99 %, and the RMS of (found - true) / sigma is between
+    0.7 and 1.3."""
     rows = table(range(5000, 5200), sphere)
     assert_no_bias(rows)
     for name in NAMES:
@@ -73,7 +83,14 @@ def test_the_generator_shares_no_code_with_the_measuring():
     tree = ast.parse(Path(drawn_craters.__file__).read_text())
     names = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
     names += [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-    assert {name.split(".")[0] for name in names} <= {"__future__", "collections", "dataclasses", "functools", "numpy", "scipy"}
+    assert {name.split(".")[0] for name in names} <= {
+        "__future__",
+        "collections",
+        "dataclasses",
+        "functools",
+        "numpy",
+        "scipy",
+    }
 
 
 @pytest.mark.parametrize("packing", drawn_craters.PACKINGS)
@@ -86,7 +103,8 @@ def test_every_packing_has_one_particle_per_unit_volume(packing):
 @pytest.mark.parametrize("sphere", [False, True], ids=["plane", "sphere"])
 @pytest.mark.parametrize("shape", drawn_craters.SHAPES)
 def test_the_stated_truth_is_that_of_the_ground(shape, sphere):
-    """The ground itself on a fine grid: crest, floor, where it meets the datum; the volume by counting random points below the datum."""
+    """The ground itself on a fine grid: crest, floor, where it meets the datum; the volume by counting random points
+    below the datum."""
     ground = drawn_craters.sharp(0.4, 0.09, 3.0) if shape == "sharp" else drawn_craters.smooth(0.4, 0.74)
     body = 6.0 if sphere else None
     truth = drawn_craters.truth_of(ground, 1.0, body)

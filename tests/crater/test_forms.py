@@ -71,7 +71,8 @@ def test_ejected_mass_joins_launch_speed_and_place():
 
 
 def sand_ejecta(mu: float, c1: float, height: float):
-    """A strike, a radius, and flat ground in two snapshots: particles at rest, then on their parabolas when each is 1.1 times as high as ``height``."""
+    """A strike, a radius, and flat ground in two snapshots: particles at rest, then on their parabolas when each is
+    1.1 times as high as ``height``."""
     strike = scaling.Strike(0.01, 2000.0, 0.0, 10.0, 900.0, 1500.0)
     radius, gravity, rng = 0.2, 10.0, np.random.default_rng(3)
     x, azimuth, slope = rng.uniform(0.013, 0.17, 4000), rng.uniform(0.0, 2.0 * np.pi, 4000), np.radians(47.0)
@@ -84,7 +85,8 @@ def sand_ejecta(mu: float, c1: float, height: float):
     frames = []
     for moved in (0.0, 1.0):
         content = {
-            "position": np.where(moved, place, [1.0, 1.0, -0.1]), "velocity": moved * speed, "mass": np.full(4000, 1e-3), "layer": np.zeros(4000, np.int32),
+            "position": np.where(moved, place, [1.0, 1.0, -0.1]), "velocity": moved * speed, "mass": np.full(4000,
+            1e-3), "layer": np.zeros(4000, np.int32),
         }  # fmt: skip
         frames.append(Particles(content, {"frame": "plane"}))
     return strike, radius, gravity, frames

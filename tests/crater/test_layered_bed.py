@@ -1,4 +1,5 @@
-"""A hexagonal bed whose layers lie flat: a crater one layer deep is a crater, whole layers that lie around it are no noise."""
+"""A hexagonal bed whose layers lie flat: a crater one layer deep is a crater, whole layers that lie around it are no
+noise."""
 
 from __future__ import annotations
 
@@ -22,11 +23,14 @@ def hexagonal_bed(half: int = 30, layers: int = 6) -> tuple[np.ndarray, np.ndarr
 
 
 def grains(position: np.ndarray) -> Particles:
-    return Particles({"position": position, "radius": np.full(len(position), 0.5)}, {"packing_fraction": np.pi / np.sqrt(18.0)})
+    return Particles(
+        {"position": position, "radius": np.full(len(position), 0.5)}, {"packing_fraction": np.pi / np.sqrt(18.0)}
+    )
 
 
 def struck_bed(radius: float, hills: float) -> np.ndarray:
-    """The bed without the top layer inside ``radius``; patches of six grains across with a layer more on a share ``hills`` of the ground around."""
+    """The bed without the top layer inside ``radius``; patches of six grains across with a layer more on a share
+    ``hills`` of the ground around."""
     rng = np.random.default_rng(1)
     position, layer = hexagonal_bed()
     away = np.hypot(position[:, 0], position[:, 1])

@@ -1,4 +1,5 @@
-"""One list of measures: every one is measured, shown and kept from its row, nothing else lists them, and a new one takes a row and a function."""
+"""One list of measures: every one is measured, shown and kept from its row, nothing else lists them, and a new one
+takes a row and a function."""
 
 from __future__ import annotations
 
@@ -31,20 +32,33 @@ FEWEST = 3
 
 
 def test_every_row_has_its_function_and_every_function_its_row():
-    made_here = [f for _, f in inspect.getmembers(quantities, inspect.isfunction) if f.__module__ == quantities.__name__ and not f.__name__.startswith("_")]
+    made_here = [
+        f
+        for _, f in inspect.getmembers(quantities, inspect.isfunction)
+        if f.__module__ == quantities.__name__ and not f.__name__.startswith("_")
+    ]
     assert {f.__name__ for f in made_here} == NAMES
     assert len(crater_measures.TABLE) == len(NAMES)
     for row in crater_measures.TABLE:
-        assert row.needs in ("", "diameter", "rim") and row.words and row.noun and row.unit in ("m", "m^3", "1", "deg"), row
+        assert (
+            row.needs in ("", "diameter", "rim") and row.words and row.noun and row.unit in ("m", "m^3", "1", "deg")
+        ), row
         assert bool(row.symbol) or not row.compared, row
-    assert sorted(row.column for row in crater_measures.TABLE if row.column) == list(range(1, len(crater_measures.COLUMNS) + 1))
+    assert sorted(row.column for row in crater_measures.TABLE if row.column) == list(
+        range(1, len(crater_measures.COLUMNS) + 1)
+    )
 
 
 def test_a_crater_has_every_measure_in_its_unit():
     shape = synthetic.Shape(synthetic.bowl(10.0, 0.25, 0.05), 10.0, 40.0)
-    found = measure(Particles(synthetic.as_fields(synthetic.cloud_on_plane(shape, 1.0, np.random.default_rng(3), "jitter"), 1.0)), "plane")
+    found = measure(
+        Particles(synthetic.as_fields(synthetic.cloud_on_plane(shape, 1.0, np.random.default_rng(3), "jitter"), 1.0)),
+        "plane",
+    )
     assert {name: cell.unit for name, cell in found.quantities.items()} == crater_measures.UNITS
-    assert all(isinstance(cell, Quantity) and (cell.value is not None or cell.reason) for cell in found.quantities.values())
+    assert all(
+        isinstance(cell, Quantity) and (cell.value is not None or cell.reason) for cell in found.quantities.values()
+    )
 
 
 def lists_of_measures(source: str) -> list[tuple[int, set[str]]]:
@@ -52,11 +66,21 @@ def lists_of_measures(source: str) -> list[tuple[int, set[str]]]:
     found = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, (ast.Tuple, ast.List, ast.Set, ast.Dict)):
-            names = {part.value for part in ast.walk(node) if isinstance(part, ast.Constant) and isinstance(part.value, str)}
+            names = {
+                part.value for part in ast.walk(node) if isinstance(part, ast.Constant) and isinstance(part.value, str)
+            }
         elif isinstance(node, ast.ClassDef):
-            names = {part.target.id for part in node.body if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name)}
+            names = {
+                part.target.id
+                for part in node.body
+                if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name)
+            }
         elif isinstance(node, ast.Subscript):
-            names = {part.value for part in ast.walk(node.slice) if isinstance(part, ast.Constant) and isinstance(part.value, str)}
+            names = {
+                part.value
+                for part in ast.walk(node.slice)
+                if isinstance(part, ast.Constant) and isinstance(part.value, str)
+            }
         else:
             continue
         if len(names & NAMES) >= FEWEST:
@@ -108,22 +132,26 @@ from crater.measure import measure
 from matter.particles import Particles
 from pipeline import expected, result
 shape = synthetic.Shape(synthetic.bowl(10.0, 0.25, 0.05), 10.0, 40.0)
-found = measure(Particles(synthetic.as_fields(synthetic.cloud_on_plane(shape, 1.0, np.random.default_rng(3), "jitter"), 1.0)), "plane")
+cloud = synthetic.cloud_on_plane(shape, 1.0, np.random.default_rng(3), "jitter")
+found = measure(Particles(synthetic.as_fields(cloud, 1.0)), "plane")
 assert abs(found["hole_m"].value - 5.0) < 0.5 and "depth of the hole" in report.as_text(found)
 out = Path({out!r})
 series.write_csv([series.Moment("sph", 1.0, out, found)], out / "time_series.csv")
 assert "hole_m,hole_m_sigma" in (out / "time_series.csv").read_text()
 entry = {{**found.as_dict(), "time_s": {{"value": 1.0}}, "from": "grains"}}
 (out / "6_crater").mkdir()
-(out / "6_crater" / "measures.json").write_text(__import__("json").dumps({{"final": entry, "transient": {{}}}}, default=float))
+text = __import__("json").dumps({{"final": entry, "transient": {{}}}}, default=float)
+(out / "6_crater" / "measures.json").write_text(text)
 assert "depth of the hole" in result.table(out)
 values = craters.values_of(entry)
 assert "hole_m" in values and "hole_m" in difference.verdict(values, values, None)
 one = craters.Crater("one", values, None)
-assert "hole / 1st" in compare._printed([one, craters.Crater("two", values, None)], "") and "hole_m_ratio" in compare._table([one])
+assert "hole / 1st" in compare._printed([one, craters.Crater("two", values, None)], "")
+assert "hole_m_ratio" in compare._table([one])
 assert settings.Errors(hole_m="1 m").hole_m == 1.0
 assert expected.Crater(hole_m={{"value": "1 m", "measuring": "1 m"}}).hole_m.value == 1.0
-assert settings.Published(quantity="hole_m", value="1 m", plus="1 m", minus="1 m", source="made up").quantity == "hole_m"
+known = settings.Published(quantity="hole_m", value="1 m", plus="1 m", minus="1 m", source="made up")
+assert known.quantity == "hole_m"
 """
 
 

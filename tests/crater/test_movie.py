@@ -16,7 +16,12 @@ def write(folder, times, grains=False):
     folder.mkdir(parents=True)
     p = synthetic.fill(np.random.default_rng(1), 0.3, (-3, -3, -1), (3, 3, 0), "jitter")
     for number, time in enumerate(times):
-        fields = synthetic.as_fields(p, 0.3) | {"damage": np.linspace(0, 1, len(p)), "velocity": p, "initial_position": p, "pressure": np.full(len(p), 1e9)}
+        fields = synthetic.as_fields(p, 0.3) | {
+            "damage": np.linspace(0, 1, len(p)),
+            "velocity": p,
+            "initial_position": p,
+            "pressure": np.full(len(p), 1e9),
+        }
         if grains:
             fields = {"position": p, "radius": np.full(len(p), 0.15)}
         snapshot.write(Particles(fields, {"time": time}), folder / f"snap_{number:04d}.vtkhdf")
@@ -37,7 +42,10 @@ def test_frames_of_both_stages_in_order(tmp_path):
 def test_the_last_state_is_the_last_frame_however_many_there_are(tmp_path, monkeypatch):
     write(tmp_path / "2_sph", (0.0, 1.0, 2.0, 3.0))
     write(tmp_path / "5_dem", (2.0, 4.0, 5.0), grains=True)
-    snapshot.write(Particles({"position": np.zeros((3, 3)), "radius": np.ones(3)}, {"time": 5.5}), tmp_path / "5_dem" / "last.vtkhdf")
+    snapshot.write(
+        Particles({"position": np.zeros((3, 3)), "radius": np.ones(3)}, {"time": 5.5}),
+        tmp_path / "5_dem" / "last.vtkhdf",
+    )
     assert [path.name for path in movie.shots(tmp_path)][-2:] == ["snap_0002.vtkhdf", "last.vtkhdf"]
     monkeypatch.setattr(movie, "MOST_FRAMES", 3)
     chosen = movie.shots(tmp_path)
@@ -79,7 +87,9 @@ def test_colours_of_the_legend_survive_in_the_gif(tmp_path):
     write(tmp_path / "2_sph", (0.0,))
     path = tmp_path / "2_sph" / "snap_0000.vtkhdf"
     some = snapshot.read(path)
-    some["layer"] = np.where(np.arange(len(some)) == np.argmax(some.position[:, 1]), -1, 0)  # far off the plane of the picture
+    some["layer"] = np.where(
+        np.arange(len(some)) == np.argmax(some.position[:, 1]), -1, 0
+    )  # far off the plane of the picture
     some.attributes["materials"] = ["basalt", "water"]
     some["material"] = np.ones(len(some))
     snapshot.write(some, path)

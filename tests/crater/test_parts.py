@@ -36,7 +36,9 @@ def test_colour_field_follows_the_known_smoothing():
     flat = datum.plane()
     edges = np.arange(0.0, 18.0, 0.5)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    columns = surface.Columns(edges, middle, np.ones(len(middle)), np.maximum(6, np.ceil(2 * np.pi * middle)).astype(int), 24)
+    columns = surface.Columns(
+        edges, middle, np.ones(len(middle)), np.maximum(6, np.ceil(2 * np.pi * middle)).astype(int), 24
+    )
     means = []
     for seed in range(3):
         p = synthetic.cloud_on_plane(shape, 1.0, np.random.default_rng(seed), "lattice")
@@ -58,7 +60,8 @@ def test_every_method_finds_flat_ground():
 
 
 def ground_of(given: datum.Datum, height) -> Relief:
-    """A relief with the ``height`` (distance, azimuth) and no particles under it: rings of a half to forty, spacing one."""
+    """A relief with the ``height`` (distance, azimuth) and no particles under it: rings of a half to forty, spacing
+    one."""
     edges = np.arange(0.0, 40.5, 0.5)
     s = 0.5 * (edges[1:] + edges[:-1])
     columns = surface.Columns(edges, s, np.ones(len(s)), np.full(len(s), 24), 24)
@@ -86,14 +89,18 @@ def test_a_fitted_plane_shrugs_off_boulders_and_the_blanket():
 
 @pytest.mark.parametrize("known", ["nothing", "centre", "radius"])
 def test_a_fitted_sphere_tells_a_blanket_from_its_own_curvature(known):
-    """The start is 0.6 too large and its centre 0.5 too low; the ground is a sphere of 100 with a crater and its blanket."""
+    """The start is 0.6 too large and its centre 0.5 too low; the ground is a sphere of 100 with a crater and its
+    blanket."""
     start = datum.sphere(100.6 if known != "radius" else 100.0, (0.0, 0.0, -0.5 if known != "centre" else 0.0))
 
     def height(s, a):
         along, up = 100.0 * np.sin(s / 100.0), 100.0 * np.cos(s / 100.0) - start.centre[2]
         return np.hypot(along, up) - start.radius + crater_with_blanket(s) + 0.0 * a
 
-    kept = {"centre": (0.0, 0.0, 0.0) if known == "centre" else None, "fixed_radius": 100.0 if known == "radius" else None}
+    kept = {
+        "centre": (0.0, 0.0, 0.0) if known == "centre" else None,
+        "fixed_radius": 100.0 if known == "radius" else None,
+    }
     found = far_field.refit(ground_of(start, height), start, 7.0, **kept)
     top = np.asarray(found.centre) + found.radius * np.asarray(found.axes)[2]
     assert abs(top[2] - 100.0) < max(3.0 * found.sigma, 0.02)
@@ -194,10 +201,18 @@ def test_compare_run_csv_and_observation(tmp_path, capsys):
     run = tmp_path / "a_run" / "6_crater"
     run.mkdir(parents=True)
     radial_profile.write_csv(parabola(460e3, 280e3), run / "profile.csv")
-    final = {"diameter_apparent_m": {"value": 920e3, "sigma": 20e3, "unit": "m"}, "depth_m": {"value": 280e3, "sigma": 9e3, "unit": "m"}}
+    final = {
+        "diameter_apparent_m": {"value": 920e3, "sigma": 20e3, "unit": "m"},
+        "depth_m": {"value": 280e3, "sigma": 9e3, "unit": "m"},
+    }
     (run / "measures.json").write_text(json.dumps({"transient": {}, "final": final, "reference": []}))
     radial_profile.write_csv(parabola(500e3, 200e3), tmp_path / "mine.csv")
-    assert compare.compare([str(tmp_path / "a_run"), str(tmp_path / "mine.csv")], observed="thesis_980km", out=tmp_path / "out") == 0
+    assert (
+        compare.compare(
+            [str(tmp_path / "a_run"), str(tmp_path / "mine.csv")], observed="thesis_980km", out=tmp_path / "out"
+        )
+        == 0
+    )
     printed = capsys.readouterr().out
     assert "920 +- 20 km" in printed and "RMS to first" in printed and "+177/-273 km" in printed
     table = (tmp_path / "out" / "comparison.csv").read_text().splitlines()

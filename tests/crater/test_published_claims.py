@@ -20,21 +20,50 @@ def profile(depth: float, radius: float) -> Profile:
     return Profile(S, h, h, h, np.full(60, 9))
 
 
-def run(name: str, D: float = 350e3, H: float = 75e3, t: float = 1008.0, end: float | None = 5e3, airborne: float = 100, annulus=None, **more) -> Run:
+def run(
+    name: str,
+    D: float = 350e3,
+    H: float = 75e3,
+    t: float = 1008.0,
+    end: float | None = 5e3,
+    airborne: float = 100,
+    annulus=None,
+    **more,
+) -> Run:
     def q(value, sigma):
         return {"value": value, "sigma": sigma, "unit": "m"}
 
-    crater = {"diameter_apparent_m": q(D, 5e3), "diameter_rim_m": q(D, 5e3), "depth_m": q(H, 5e3), "time_s": q(t, 18.0), "depth_over_diameter": q(H / D, 0.01)}
+    crater = {
+        "diameter_apparent_m": q(D, 5e3),
+        "diameter_rim_m": q(D, 5e3),
+        "depth_m": q(H, 5e3),
+        "time_s": q(t, 18.0),
+        "depth_over_diameter": q(H / D, 0.01),
+    }
     measures = {"transient": {"at_maximum_depth": crater, "at_maximum_volume": crater}}
     measures["late_sph"] = {"depth_m": q(end, 2e3), "deepest_ring_m": 3e3}
     time = np.arange(60.0, 1860.0, 60.0)
     series = {"time_s": time, "depth_m": np.full(30, H), "diameter_apparent_m": np.full(30, D)}
     series |= {f"{name}_sigma": np.full(30, 5e3) for name in ("depth_m", "diameter_apparent_m")}
-    names = ("airborne_projectile", "airborne_target_kg", "airborne_projectile_kg", "projectile_deepest_m", "projectile_below_shell")
+    names = (
+        "airborne_projectile",
+        "airborne_target_kg",
+        "airborne_projectile_kg",
+        "projectile_deepest_m",
+        "projectile_below_shell",
+    )
     inside = {n: np.ones(30) for n in (*names, "interface_down_m", "interface_down_most_m", "below_risen_kg")}
     inside |= {"time_s": time, "airborne_target": np.full(30, float(airborne))}
     ring = (np.array([50e3, 150e3, 250e3]), np.array([1.0, 0.0, 1.0 if annulus else 0.0]))
-    values = {"shell_m": 150e3, "end_s": 1800.0, "profile": profile(H, D / 2), "damage": ring, "annulus": annulus, "facts": {"run": name}, **more}
+    values = {
+        "shell_m": 150e3,
+        "end_s": 1800.0,
+        "profile": profile(H, D / 2),
+        "damage": ring,
+        "annulus": annulus,
+        "facts": {"run": name},
+        **more,
+    }
     return Run(name, measures, series, inside, **values)
 
 
@@ -66,10 +95,22 @@ def test_table_9_follows_from_equal_energy():
 
 def test_a_run_like_the_published_one_meets_its_claims_and_others_do_not():
     good = scores(run("350_base"))
-    for id, part in (("W54", ""), ("W55", ""), ("W58", "350 km: transient"), ("W58", "350 km: the same"), ("W60", "350")):
+    for id, part in (
+        ("W54", ""),
+        ("W55", ""),
+        ("W58", "350 km: transient"),
+        ("W58", "350 km: the same"),
+        ("W60", "350"),
+    ):
         assert one(good, id, part).verdict == "met", id
     bad = scores(run("350_base", D=240e3, H=124e3, t=144.0, end=40e3))
-    for id, part in (("W54", ""), ("W55", ""), ("W58", "350 km: transient"), ("W58", "350 km: the same"), ("W60", "350")):
+    for id, part in (
+        ("W54", ""),
+        ("W55", ""),
+        ("W58", "350 km: transient"),
+        ("W58", "350 km: the same"),
+        ("W60", "350"),
+    ):
         assert one(bad, id, part).verdict == "not met", id
     assert one(scores(run("350_base", end=None)), "W60", "350").verdict == "met"  # no hollow left at all
     blank = run("350_base", D=math.nan, H=math.nan)
@@ -77,8 +118,13 @@ def test_a_run_like_the_published_one_meets_its_claims_and_others_do_not():
 
 
 def test_errors_count_in_quadrature_and_on_their_own_side():
-    assert evidence.within(Value(100.0, 0.0), 90.0, plus=10.0, minus=1.0) and not evidence.within(Value(80.0, 0.0), 90.0, plus=20.0, minus=5.0)
-    assert evidence.within(Value(95.0, 4.0), 90.0, plus=3.0, minus=3.0) and evidence.within(Value(math.nan, 0.0), 1.0, 1.0, 1.0) is None
+    assert evidence.within(Value(100.0, 0.0), 90.0, plus=10.0, minus=1.0) and not evidence.within(
+        Value(80.0, 0.0), 90.0, plus=20.0, minus=5.0
+    )
+    assert (
+        evidence.within(Value(95.0, 4.0), 90.0, plus=3.0, minus=3.0)
+        and evidence.within(Value(math.nan, 0.0), 1.0, 1.0, 1.0) is None
+    )
     assert evidence.ratio_of(Value(2.0, 0.3), Value(4.0, 0.8)).sigma == pytest.approx(0.5 * math.hypot(0.15, 0.2))
 
 
@@ -101,8 +147,16 @@ def test_depth_against_shell_diameter_and_angle():
     flat = scores(run("350_base", H=160e3), run("600_base", D=420e3, H=140e3), run("980_base", D=480e3, H=130e3))
     for id in ("W62", "W63", "W68", "W69"):
         assert one(flat, id).verdict == "not met", id
-    assert one(scores(run("350_angle15", H=90e3), run("350_base"), run("350_angle65", H=60e3)), "W64", "350").verdict == "met"
-    assert one(scores(run("350_angle15", H=90e3, D=450e3), run("350_base"), run("350_angle65", H=60e3)), "W64", "350").verdict == "not met"
+    assert (
+        one(scores(run("350_angle15", H=90e3), run("350_base"), run("350_angle65", H=60e3)), "W64", "350").verdict
+        == "met"
+    )
+    assert (
+        one(
+            scores(run("350_angle15", H=90e3, D=450e3), run("350_base"), run("350_angle65", H=60e3)), "W64", "350"
+        ).verdict
+        == "not met"
+    )
 
 
 def test_equal_energy_and_numerical_settings():

@@ -1,4 +1,5 @@
-"""What the steps from ring means to measures get wrong without any noise: the constants RESOLUTION_* of crater/quantities.py."""
+"""What the steps from ring means to measures get wrong without any noise: the constants RESOLUTION_* of
+crater/quantities.py."""
 
 from __future__ import annotations
 
@@ -23,17 +24,27 @@ PROFILES = {
 
 
 def misses(height, across: float) -> list[float]:
-    """Depth, apparent radius, crest radius, rim height in spacings, and volume in spacings times the apparent area: measured minus true."""
+    """Depth, apparent radius, crest radius, rim height in spacings, and volume in spacings times the apparent area:
+    measured minus true."""
     true = synthetic.Shape(height, 1.0, 3.5)
     d, flat = 1.0 / across, datum.plane()
     edges = np.arange(0.0, 3.5, 0.5 * d)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    ground = SimpleNamespace(columns=SimpleNamespace(distance=middle, spacing=np.full(len(middle), d), edges=edges), datum=flat)
+    ground = SimpleNamespace(
+        columns=SimpleNamespace(distance=middle, spacing=np.full(len(middle), d), edges=edges), datum=flat
+    )
     mean = smoothing.smooth(height, middle, ground.columns.spacing)
     ruler = make_ruler(ground, true.apparent, mean)
     first = shape_of(mean, ruler, flat, None, 0.9 * true.apparent)
-    found = shape_of(mean, ruler, flat, make_crest_finder(ruler, mean, first.apparent, first.depth), 0.9 * true.apparent)
-    lengths = (found.depth - true.depth, found.apparent - true.apparent, found.rim - true.rim_found, found.rim_height - true.rim_height)
+    found = shape_of(
+        mean, ruler, flat, make_crest_finder(ruler, mean, first.apparent, first.depth), 0.9 * true.apparent
+    )
+    lengths = (
+        found.depth - true.depth,
+        found.apparent - true.apparent,
+        found.rim - true.rim_found,
+        found.rim_height - true.rim_height,
+    )
     return [x / d for x in lengths] + [(found.volume - true.volume) / (np.pi * true.apparent**2 * d)]
 
 
@@ -42,7 +53,9 @@ ACROSS = (7.0, 10.0, 14.0, 20.0, 30.0)
 
 def test_the_stated_resolution_is_what_noiseless_profiles_miss():
     table = np.array([misses(height, across) for height in PROFILES.values() for across in ACROSS])
-    crest = np.sqrt(quantities.RESOLUTION_CREST**2 - quantities.STEEP_WALL**2)  # which these profiles, passed through the linear map, cannot show
+    crest = np.sqrt(
+        quantities.RESOLUTION_CREST**2 - quantities.STEEP_WALL**2
+    )  # which these profiles, passed through the linear map, cannot show
     stated = (quantities.RESOLUTION_HEIGHT, quantities.RESOLUTION_DIAMETER, crest, quantities.RESOLUTION_VOLUME)
     assert stated == pytest.approx(np.sqrt(np.mean(table[:, [0, 1, 2, 4]] ** 2, axis=0)), rel=0.1)
 

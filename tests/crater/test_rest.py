@@ -20,7 +20,9 @@ def series(depth, diameter, stage="sph", spacing=10.0):
     made = []
     for t, d, D in zip(T, np.broadcast_to(depth, T.shape), np.broadcast_to(diameter, T.shape)):
         values = {"depth_m": d, "diameter_apparent_m": D, "volume_m3": np.pi / 8 * D**2 * d}
-        quantities = {name: SimpleNamespace(value=float(value) if np.isfinite(value) else None) for name, value in values.items()}
+        quantities = {
+            name: SimpleNamespace(value=float(value) if np.isfinite(value) else None) for name, value in values.items()
+        }
 
         class Measured(dict):
             ground = SimpleNamespace(columns=SimpleNamespace(spacing=np.array([spacing])))
@@ -59,31 +61,47 @@ def test_too_few_snapshots_cannot_tell():
     assert not found.settled and found.state == "not known to be at rest"
 
 
-@pytest.mark.parametrize(("report", "settled"), [({"still": True}, True), ({"still": False, "profile_change_radii": 0.31}, False)])
+@pytest.mark.parametrize(
+    ("report", "settled"), [({"still": True}, True), ({"still": False, "profile_change_radii": 0.31}, False)]
+)
 def test_grains_are_at_rest_when_the_collapse_says_so(tmp_path, report, settled):
     path = tmp_path / "stage_report.json"
     path.write_text(json.dumps(report))
     found = rest.of_grains(path, series(300.0 - 0.2 * T, 2000.0, "dem"))
     assert found.settled == settled
     if not settled:
-        assert "0.31 grain radii" in found.reason and found.as_dict() == {"settled": False, "state": "still moving", "settled_reason": found.reason}
+        assert "0.31 grain radii" in found.reason and found.as_dict() == {
+            "settled": False,
+            "state": "still moving",
+            "settled_reason": found.reason,
+        }
 
 
 def entry(time, depth=1.0, **more):
-    return {"depth_m": {"value": depth, "sigma": 0.1, "unit": "m"}, "time_s": {"value": time, "sigma": 0.0, "unit": "s"}, **more}
+    return {
+        "depth_m": {"value": depth, "sigma": 0.1, "unit": "m"},
+        "time_s": {"value": time, "sigma": 0.0, "unit": "s"},
+        **more,
+    }
 
 
 def test_both_maxima_are_named_with_their_times():
     transient = {"at_maximum_volume": entry(420.0, stage="sph"), "at_maximum_depth": entry(360.0, stage="sph")}
     found = heads.columns({"transient": transient, "final": entry(3840.0, settled=True, **{"from": "settled grains"})})
     assert [head.line for head, _ in found] == [
-        "transient, maximum volume, 7.0 min, SPH", "transient, maximum depth, 6.0 min, SPH", "final, 64.0 min, settled grains"]  # fmt: skip
+        "transient, maximum volume, 7.0 min, SPH", "transient, maximum depth, 6.0 min, SPH",
+        "final, 64.0 min, settled grains"]  # fmt: skip
     transient["at_maximum_depth"] = entry(420.0, stage="sph")
-    assert [head.line for head, _ in heads.columns({"transient": transient})] == ["transient, maximum volume and depth, 7.0 min, SPH"]
+    assert [head.line for head, _ in heads.columns({"transient": transient})] == [
+        "transient, maximum volume and depth, 7.0 min, SPH"
+    ]
 
 
 def test_what_still_grows_is_the_last_snapshot_and_stands_there_once():
-    transient = {"at_maximum_volume": entry(6.0, stage="sph", growing=True), "at_maximum_depth": entry(4.0, stage="sph", growing=False)}
+    transient = {
+        "at_maximum_volume": entry(6.0, stage="sph", growing=True),
+        "at_maximum_depth": entry(4.0, stage="sph", growing=False),
+    }
     last = entry(6.0, settled=False, state="still growing", **{"from": "all-SPH late stage"})
     lines = [head.line for head, _ in heads.columns({"transient": transient, "final": last})]
     assert lines == ["transient, maximum depth, 4 s, SPH", "last snapshot, still growing, 6 s, all-SPH late stage"]

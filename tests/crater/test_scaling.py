@@ -1,4 +1,5 @@
-"""Scaling laws against worked values: the table of VALIDATION-type numbers for the Valhalla projectiles, and the SCI crater."""
+"""Scaling laws against worked values: the table of VALIDATION-type numbers for the Valhalla projectiles, and the SCI
+crater."""
 
 from __future__ import annotations
 
@@ -11,14 +12,69 @@ from crater import scaling
 from matter.errors import InputError
 from studies.winter_2017 import formulas
 
-# projectile radius [km], angle [deg] -> transient diameter [km]; v = 18.234 km/s, both densities 917 kg/m^3, g = 1.236 m/s^2
+# projectile radius [km], angle [deg] -> transient diameter [km]; v = 18.234 km/s, both densities 917 kg/m^3, g = 1.236
+# m/s^2
 WORKED = [
-    (26.25, 0, dict(zahnle_2003=368.58, collins_2005=399.12, schmidt_housen_water=469.09, schmidt_housen_rock=399.23, schmidt_housen_sand=246.59)),
-    (26.25, 40, dict(zahnle_2003=337.28, collins_2005=365.19, schmidt_housen_water=429.22, holsapple_water=540.79, holsapple_sand=186.48)),
-    (49.0, 15, dict(zahnle_2003=593.97, collins_2005=641.97, schmidt_housen_water=754.52, holsapple_rock=449.24 * 1.0)),
-    (49.0, 40, dict(zahnle_2003=549.84, collins_2005=594.22, schmidt_housen_water=698.41, schmidt_housen_sand=379.95, holsapple_rock=405.32)),
-    (53.9, 40, dict(zahnle_2003=592.44, collins_2005=640.08, schmidt_housen_water=752.3, holsapple_water=950.81, holsapple_sand=338.79)),
-    (53.9, 65, dict(zahnle_2003=485.99, collins_2005=524.97, schmidt_housen_water=617.01, schmidt_housen_rock=525.11, holsapple_rock=337.93)),
+    (
+        26.25,
+        0,
+        dict(
+            zahnle_2003=368.58,
+            collins_2005=399.12,
+            schmidt_housen_water=469.09,
+            schmidt_housen_rock=399.23,
+            schmidt_housen_sand=246.59,
+        ),
+    ),
+    (
+        26.25,
+        40,
+        dict(
+            zahnle_2003=337.28,
+            collins_2005=365.19,
+            schmidt_housen_water=429.22,
+            holsapple_water=540.79,
+            holsapple_sand=186.48,
+        ),
+    ),
+    (
+        49.0,
+        15,
+        dict(zahnle_2003=593.97, collins_2005=641.97, schmidt_housen_water=754.52, holsapple_rock=449.24 * 1.0),
+    ),
+    (
+        49.0,
+        40,
+        dict(
+            zahnle_2003=549.84,
+            collins_2005=594.22,
+            schmidt_housen_water=698.41,
+            schmidt_housen_sand=379.95,
+            holsapple_rock=405.32,
+        ),
+    ),
+    (
+        53.9,
+        40,
+        dict(
+            zahnle_2003=592.44,
+            collins_2005=640.08,
+            schmidt_housen_water=752.3,
+            holsapple_water=950.81,
+            holsapple_sand=338.79,
+        ),
+    ),
+    (
+        53.9,
+        65,
+        dict(
+            zahnle_2003=485.99,
+            collins_2005=524.97,
+            schmidt_housen_water=617.01,
+            schmidt_housen_rock=525.11,
+            holsapple_rock=337.93,
+        ),
+    ),
 ]
 
 
@@ -47,7 +103,9 @@ def test_complex_enlargement_and_times():
     assert scaling.final_from_transient(350e3) / 1e3 == pytest.approx(780, rel=0.01)
     assert scaling.final_from_transient(1000.0) == 1250.0
     assert formulas.collapse_time(980e3, 1.236) / 60 == pytest.approx(14.84, rel=0.002)
-    volume = scaling.holsapple_volume(scaling.Strike(53.9e3, 18234.0, math.radians(40.0), 1.236, 917.0, 917.0), 0.98, 0.55)
+    volume = scaling.holsapple_volume(
+        scaling.Strike(53.9e3, 18234.0, math.radians(40.0), 1.236, 917.0, 917.0), 0.98, 0.55
+    )
     assert 6.0 < scaling.formation_time(volume, 1.236) / 60 < 9.0
 
 

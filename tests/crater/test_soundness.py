@@ -12,13 +12,20 @@ SHOCK = {
     "projectile": {"particles": 37, "particles_per_radius": 2.07, "momentum_kg_m_s": 1e6},
     "peak_pressure_Pa": 558e9,
     "peak_pressure": {
-        "projectile_largest_Pa": 558e9, "target_largest_Pa": 300e9, "projectile_half_Pa": 180e9, "projectile_nine_tenths_Pa": 90e9,
+        "projectile_largest_Pa": 558e9, "target_largest_Pa": 300e9, "projectile_half_Pa": 180e9,
+        "projectile_nine_tenths_Pa": 90e9,
         "planar_limit_Pa": 215e9, "planar_speed_m_s": 12e3,
     },
     "removed_angular_momentum_over_projectile": 0.1036,
     "edges": None,
 }  # fmt: skip
-COLLAPSE = {"overlap_max": 0.2354, "overlap_warning": 0.15, "dissipated_returning_J": 1.77e23, "energy_error": -4e-4, "momentum_error": 2e-15}
+COLLAPSE = {
+    "overlap_max": 0.2354,
+    "overlap_warning": 0.15,
+    "dissipated_returning_J": 1.77e23,
+    "energy_error": -4e-4,
+    "momentum_error": 2e-15,
+}
 AXES = "xyz"
 
 
@@ -29,7 +36,9 @@ def run_with(path, shock=None, collapse=None, rows=()):
             (path / folder / "stage_report.json").write_text(json.dumps(report))
     if rows:
         names = ["kinetic_J", "total_J", "mass_kg"]
-        names += [f"{kind}_{axis}" for kind in ("momentum", "angular_momentum", "removed_angular_momentum") for axis in AXES]
+        names += [
+            f"{kind}_{axis}" for kind in ("momentum", "angular_momentum", "removed_angular_momentum") for axis in AXES
+        ]
         lines = [",".join(names), *(",".join(str(row.get(name, 0.0)) for name in names) for row in rows)]
         (path / "2_sph" / "history.csv").write_text("\n".join(lines) + "\n")
     return path
@@ -44,22 +53,40 @@ def test_too_few_particles_and_too_much_pressure_are_cautions(tmp_path):
     assert "10.4% of the projectile's angular momentum" in removed
 
 
-@pytest.mark.parametrize(("ratio", "said"), [(0.5, "smears the first shock out"), (0.79, "smears"), (0.81, ""), (1.19, ""), (1.21, "more than any shock")])
+@pytest.mark.parametrize(
+    ("ratio", "said"),
+    [(0.5, "smears the first shock out"), (0.79, "smears"), (0.81, ""), (1.19, ""), (1.21, "more than any shock")],
+)
 def test_where_a_peak_pressure_is_out_of_range(tmp_path, ratio, said):
-    shock = {**SHOCK, "peak_pressure_Pa": ratio * 215e9, "removed_angular_momentum_over_projectile": 0.0, "projectile": {"particles_per_radius": 5.0}}
+    shock = {
+        **SHOCK,
+        "peak_pressure_Pa": ratio * 215e9,
+        "removed_angular_momentum_over_projectile": 0.0,
+        "projectile": {"particles_per_radius": 5.0},
+    }
     cautions = soundness.facts(run_with(tmp_path, shock))["cautions"]
     assert len(cautions) == bool(said) and all(said in words for words in cautions)
 
 
 def test_warnings_of_the_shock_stage_are_cautions(tmp_path):
-    assert soundness.facts(run_with(tmp_path, {"warnings": ["The flow is viscous."]}))["cautions"] == ["The flow is viscous"]
+    assert soundness.facts(run_with(tmp_path, {"warnings": ["The flow is viscous."]}))["cautions"] == [
+        "The flow is viscous"
+    ]
 
 
 def test_overlaps_and_returning_ejecta_are_cautions_by_number_or_by_note(tmp_path):
     overlap, lost = soundness.facts(run_with(tmp_path / "a", collapse=COLLAPSE))["cautions"]
     assert "0.235 radii, more than the 0.15" in overlap and "1.77 × 10²³ J" in lost
-    notes = {"notes": ["Ocean grains have no friction.", "Overlaps reached 0.235 radii (warning above 0.15).", "Returning ejecta lost 1.8e+23 J."]}
-    assert soundness.facts(run_with(tmp_path / "b", collapse=notes))["cautions"] == [note.rstrip(".") for note in notes["notes"][1:]]
+    notes = {
+        "notes": [
+            "Ocean grains have no friction.",
+            "Overlaps reached 0.235 radii (warning above 0.15).",
+            "Returning ejecta lost 1.8e+23 J.",
+        ]
+    }
+    assert soundness.facts(run_with(tmp_path / "b", collapse=notes))["cautions"] == [
+        note.rstrip(".") for note in notes["notes"][1:]
+    ]
     fine = {**COLLAPSE, "overlap_max": 0.1, "dissipated_returning_J": 0.0}
     assert soundness.facts(run_with(tmp_path / "c", collapse=fine))["cautions"] == []
 
@@ -97,9 +124,15 @@ def test_rows_of_resolution_and_collapse(tmp_path):
     assert rows["pressure that half of the projectile's mass reached"] == "180 GPa (0.84 of the planar limit)"
     rows = dict(soundness.collapse_rows(run))
     assert rows["largest overlap of two grains, in radii (warning above 0.15)"] == "0.235"
-    assert rows["energy taken from returning ejecta by scaled contacts, over the kinetic energy handed over"] == "17.700%"
+    assert (
+        rows["energy taken from returning ejecta by scaled contacts, over the kinetic energy handed over"] == "17.700%"
+    )
 
 
 def test_a_run_without_reports_says_nothing(tmp_path):
-    assert soundness.facts(tmp_path) == {} and soundness.resolution_rows(tmp_path) == [] and soundness.collapse_rows(tmp_path) == []
+    assert (
+        soundness.facts(tmp_path) == {}
+        and soundness.resolution_rows(tmp_path) == []
+        and soundness.collapse_rows(tmp_path) == []
+    )
     assert soundness.conservation_rows(tmp_path, 1.0, (1.0, "its radius")) == []

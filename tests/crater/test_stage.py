@@ -29,16 +29,28 @@ def settings(**more) -> stage.Settings:
         Layer(name="shell", material="ice", thickness="150 km"),
     )
     projectile = Projectile(material="ice", radius="53.9 km")
-    impact = Impact(speed="18.234 km/s", angle_from_vertical="40 deg", projectile=projectile, expected_transient_diameter="700 km")
+    impact = Impact(
+        speed="18.234 km/s", angle_from_vertical="40 deg", projectile=projectile, expected_transient_diameter="700 km"
+    )
     published = (
-        stage.Published(quantity="depth_m", at="volume", value="150 km", plus="20 km", minus="20 km", source="made up"),
-        stage.Published(quantity="diameter_apparent_m", at="volume", value="980 km", plus="177 km", minus="273 km", source="made up"),
+        stage.Published(
+            quantity="depth_m", at="volume", value="150 km", plus="20 km", minus="20 km", source="made up"
+        ),
+        stage.Published(
+            quantity="diameter_apparent_m",
+            at="volume",
+            value="980 km",
+            plus="177 km",
+            minus="273 km",
+            source="made up",
+        ),
     )
     return stage.Settings(target=Target(layers=layers), impact=impact, reference=published, **more)
 
 
 GRAIN = 35e3
-"""Spacing of the settled grains, finer than the shock stage's: with five to a radius the draw decides about the diameter."""
+"""Spacing of the settled grains, finer than the shock stage's: with five to a radius the draw decides about the
+diameter."""
 
 
 def cloud(ratio: float, body: float = R, spacing: float = SPACING) -> tuple[np.ndarray, synthetic.Shape]:
@@ -58,7 +70,9 @@ def carried(before: str) -> dict:
 
 def write_sph(folder):
     folder.mkdir(parents=True)
-    (folder / "target.json").write_text(json.dumps({"centre": [0, 0, 0], "radius_m": R, "surface_gravity_m_s2": GRAVITY}))
+    (folder / "target.json").write_text(
+        json.dumps({"centre": [0, 0, 0], "radius_m": R, "surface_gravity_m_s2": GRAVITY})
+    )
     for number, time in enumerate(TIMES):
         p, _ = cloud(DEPTH_RATIO[time])
         fields = synthetic.as_fields(p, SPACING, 917.0)
@@ -76,10 +90,16 @@ def write_grains(run):
     p, _ = cloud(0.0, spacing=GRAIN)
     lid = p[np.linalg.norm(p, axis=1) > R - 1.33 * GRAIN] * (1 + 1.33 * GRAIN / R)
     fields = synthetic.as_fields(np.vstack([p, lid]), GRAIN, 917.0)
-    fields |= {"headroom": np.r_[np.zeros(len(p)), np.ones(len(lid))], "radius": np.full(len(p) + len(lid), 0.5 * GRAIN)}
+    fields |= {
+        "headroom": np.r_[np.zeros(len(p)), np.ones(len(lid))],
+        "radius": np.full(len(p) + len(lid), 0.5 * GRAIN),
+    }
     snapshot.write(Particles(fields, {**facts, "time": 0.0, "stage": "bed"}), run / "3_bed" / "bed.vtkhdf")
     p, shape = cloud(0.15, spacing=GRAIN)
-    fields = synthetic.as_fields(p, GRAIN, 917.0) | {"velocity": np.zeros_like(p), "radius": np.full(len(p), 0.5 * GRAIN)}
+    fields = synthetic.as_fields(p, GRAIN, 917.0) | {
+        "velocity": np.zeros_like(p),
+        "radius": np.full(len(p), 0.5 * GRAIN),
+    }
     facts["measuring"] = carried("../3_bed/bed.vtkhdf")
     for name in ("snap_0000", "last"):
         snapshot.write(Particles(fields, {**facts, "time": 3600.0, "stage": "dem"}), run / "5_dem" / f"{name}.vtkhdf")
@@ -93,7 +113,9 @@ def both(tmp_path_factory):
     write_sph(run / "2_sph")
     shape = write_grains(run)
     (run / "4_handoff").mkdir()
-    rows = [{"name": "mass_total_rel", "value": 1e-15, "limit": 1e-12, "verdict": "pass", "unit": "1", "note": "a < b & c"}]
+    rows = [
+        {"name": "mass_total_rel", "value": 1e-15, "limit": 1e-12, "verdict": "pass", "unit": "1", "note": "a < b & c"}
+    ]
     (run / "4_handoff" / "ledger.json").write_text(json.dumps(rows))
     out = run / "6_crater"
     out.mkdir()
@@ -109,7 +131,15 @@ def test_transient_and_final_are_told_apart(both):
     assert measures["final"]["from"] == "settled grains"
     assert measures["final"]["depth_m"]["value"] == pytest.approx(shape.depth, abs=0.3 * GRAIN)
     assert measures["final"]["diameter_apparent_m"]["value"] == pytest.approx(2 * shape.apparent, rel=0.04)
-    for name in ("diameter_rim_m", "diameter_apparent_m", "depth_m", "depth_rim_to_floor_m", "rim_height_m", "volume_m3", "time_s"):
+    for name in (
+        "diameter_rim_m",
+        "diameter_apparent_m",
+        "depth_m",
+        "depth_rim_to_floor_m",
+        "rim_height_m",
+        "volume_m3",
+        "time_s",
+    ):
         for phase in ("transient", "final"):
             assert set(measures[phase][name]) >= {"value", "sigma", "unit"}
     assert set(measures["transient"]["by_method"]) == {"colour", "highest", "column", "alpha"}
@@ -148,17 +178,26 @@ def test_the_page_is_self_contained(both):
 
 
 def test_the_page_says_stage_time_and_place(both):
-    """Transient at both maxima with their times; the late stages by depth, inside 1.5 rim radii, and where they differ most."""
+    """Transient at both maxima with their times; the late stages by depth, inside 1.5 rim radii, and where they differ
+    most."""
     _, out, _ = both
     page = (out / "report.html").read_text()
-    assert "transient, maximum volume and diameter<br>(6.0 min, SPH)" in page and "transient, maximum depth<br>(4.0 min, SPH)" in page
+    assert (
+        "transient, maximum volume and diameter<br>(6.0 min, SPH)" in page
+        and "transient, maximum depth<br>(4.0 min, SPH)" in page
+    )
     assert "final<br>(60.0 min, settled grains)" in page
     compared = json.loads((out / "compare.json").read_text())["late_stage_sph_against_dem"]
     measures = json.loads((out / "measures.json").read_text())
     assert compared["inside_m"] == pytest.approx(0.75 * measures["final"]["diameter_rim_m"]["value"], rel=1e-9)
-    assert compared["largest_at_m"] < 0.5 * RIM and compared["largest_m"] == pytest.approx(-(0.15 - 0.02) * 2 * RIM, abs=0.5 * GRAIN)
+    assert compared["largest_at_m"] < 0.5 * RIM and compared["largest_m"] == pytest.approx(
+        -(0.15 - 0.02) * 2 * RIM, abs=0.5 * GRAIN
+    )
     assert compared["rms_inside_m"] > 1.5 * compared["rms_m"]  # flat ground far out makes it look small
-    assert "1.5 rim radii of the larger crater" in page and "from the axis, where the grains' ground lies" in page.replace("&#x27;", "'")
+    assert (
+        "1.5 rim radii of the larger crater" in page
+        and "from the axis, where the grains' ground lies" in page.replace("&#x27;", "'")
+    )
     at = [row["at"] for row in measures["reference"]]
     assert at == ["first maximum of volume, 6.0 min, SPH"] * 2
 
@@ -175,7 +214,12 @@ def test_a_run_that_ends_while_its_crater_grows_has_no_final_crater(tmp_path):
     assert measures["final"]["settled"] is False and measures["final"]["state"] == "still growing"
     assert measures["transient"]["growing"] is True
     page = (out / "report.html").read_text()
-    assert "last snapshot, still growing" in page and "is no final crater" in page and "final<br>" not in page and "maximum volume<br>" not in page
+    assert (
+        "last snapshot, still growing" in page
+        and "is no final crater" in page
+        and "final<br>" not in page
+        and "maximum volume<br>" not in page
+    )
     assert "The final crater" not in page and "Final surface" not in page and "The last snapshot</h2>" in page
     assert measures["reference"][0]["at"].startswith("last snapshot, volume still growing")
 
@@ -188,7 +232,10 @@ def test_only_the_shock_stage(tmp_path):
     measures = json.loads((out / "measures.json").read_text())
     assert measures["final"]["from"] == "all-SPH late stage"
     assert measures["final"]["diameter_apparent_m"]["value"] is None
-    assert "trough" in measures["final"]["diameter_apparent_m"]["reason"] or "hollow" in measures["final"]["diameter_apparent_m"]["reason"]
+    assert (
+        "trough" in measures["final"]["diameter_apparent_m"]["reason"]
+        or "hollow" in measures["final"]["diameter_apparent_m"]["reason"]
+    )
 
 
 def test_only_grains(tmp_path):
@@ -229,13 +276,18 @@ def measured_alone(path, out) -> dict:
 
 
 @pytest.mark.parametrize(
-    ("name", "entry"), [("2_sph/snap_0003", ("transient",)), ("2_sph/last", ("late_sph",)), ("5_dem/last", ("final",))], ids=["transient", "late", "grains"]
+    ("name", "entry"),
+    [("2_sph/snap_0003", ("transient",)), ("2_sph/last", ("late_sph",)), ("5_dem/last", ("final",))],
+    ids=["transient", "late", "grains"],
 )
 def test_one_snapshot_of_a_run_gives_the_numbers_of_the_run(both, tmp_path, capsys, name, entry):
-    """To the last digit: on what the run's crater stage kept, and, where that stage has not run, on what the snapshot carries."""
+    """To the last digit: on what the run's crater stage kept, and, where that stage has not run, on what the snapshot
+    carries."""
     run, out, _ = both
     known = numbers(json.loads((out / "measures.json").read_text())[entry[0]])
-    assert any(value is not None for value, _ in known.values()) == (name != "2_sph/last")  # the shock stage's end is nearly flat
+    assert any(value is not None for value, _ in known.values()) == (
+        name != "2_sph/last"
+    )  # the shock stage's end is nearly flat
     assert numbers(measured_alone(run / f"{name}.vtkhdf", tmp_path / "beside")) == known
     shutil.copytree(run, tmp_path / "bare", ignore=shutil.ignore_patterns("6_crater"))
     assert numbers(measured_alone(tmp_path / "bare" / f"{name}.vtkhdf", tmp_path / "carried")) == known
@@ -251,7 +303,9 @@ def test_a_snapshot_taken_away_says_what_it_misses_and_options_are_said(both, tm
     printed = capsys.readouterr().out
     assert "--datum-radius given" in printed and "datum: sphere of radius 2110 km" in printed
     stage.measure_snapshot(run / "5_dem" / "last.vtkhdf", datum_radius=R, out=tmp_path / "c")
-    depths = [json.loads((tmp_path / name / "measures.json").read_text())["final"]["depth_m"]["value"] for name in "cb"]
+    depths = [
+        json.loads((tmp_path / name / "measures.json").read_text())["final"]["depth_m"]["value"] for name in "cb"
+    ]
     assert depths[1] - depths[0] == pytest.approx(8e3, abs=0.03 * GRAIN)
 
 

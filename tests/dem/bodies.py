@@ -1,4 +1,5 @@
-"""A small ``target.json`` for tests: a layered body in hydrostatic balance, made here so that no other stage is needed."""
+"""A small ``target.json`` for tests: a layered body in hydrostatic balance, made here so that no other stage is
+needed."""
 
 from __future__ import annotations
 
@@ -11,9 +12,18 @@ G = 6.6743e-11
 
 
 def write_callisto(path: Path) -> None:
-    """Basalt to 1803 km, water to 1947 km, ice to 2102 km, with the densities of the relaxed body (g = 1.284 m/s^2 at the surface)."""
-    layers = [("core", "basalt", 0.0, 1802.752e3), ("ocean", "water", 1802.752e3, 1946.92e3), ("shell", "ice", 1946.92e3, 2101.811e3)]
-    density = {0: lambda p: 2700.0 * (1 + p / 26.7e9), 1: lambda p: 998.0 + (1108.9 - 998.0) * (p / 4.06e8) ** 0.9, 2: lambda p: 917.0 * (1 + p / 9.6e9)}
+    """Basalt to 1803 km, water to 1947 km, ice to 2102 km, with the densities of the relaxed body (g = 1.284 m/s^2 at
+    the surface)."""
+    layers = [
+        ("core", "basalt", 0.0, 1802.752e3),
+        ("ocean", "water", 1802.752e3, 1946.92e3),
+        ("shell", "ice", 1946.92e3, 2101.811e3),
+    ]
+    density = {
+        0: lambda p: 2700.0 * (1 + p / 26.7e9),
+        1: lambda p: 998.0 + (1108.9 - 998.0) * (p / 4.06e8) ** 0.9,
+        2: lambda p: 917.0 * (1 + p / 9.6e9),
+    }
     write_layered(path, layers, density, core_density=3006.0)
 
 
@@ -38,7 +48,13 @@ def write_layered(path: Path, layers, density, core_density: float) -> None:
         "mass_kg": float(mass[-1]),
         "surface_gravity_m_s2": float(G * mass[-1] / radius**2),
         "layers": [
-            {"name": n, "material": m, "inner_radius_m": lo, "outer_radius_m": hi, "mass_kg": float(shell[which == k].sum())}
+            {
+                "name": n,
+                "material": m,
+                "inner_radius_m": lo,
+                "outer_radius_m": hi,
+                "mass_kg": float(shell[which == k].sum()),
+            }
             for k, (n, m, lo, hi) in enumerate(layers)
         ],
         "profile": {

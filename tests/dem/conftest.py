@@ -17,9 +17,15 @@ def bed_settings() -> bed_stage.Settings:
         {"name": "shell", "material": "ice", "thickness": 150e3},
     ]
     impact = {
-        "speed": 18234.0, "angle_from_vertical": 0.698, "projectile": {"material": "ice", "radius": 53.9e3}, "expected_transient_diameter": 980e3,
+        "speed": 18234.0, "angle_from_vertical": 0.698, "projectile": {"material": "ice", "radius": 53.9e3},
+        "expected_transient_diameter": 980e3,
     }  # fmt: skip
-    return bed_stage.Settings(target=Target.model_validate({"layers": layers}), impact=Impact.model_validate(impact), count=3000, arc_radius=1.0e6)
+    return bed_stage.Settings(
+        target=Target.model_validate({"layers": layers}),
+        impact=Impact.model_validate(impact),
+        count=3000,
+        arc_radius=1.0e6,
+    )
 
 
 @pytest.fixture(scope="session")

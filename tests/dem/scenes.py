@@ -19,13 +19,16 @@ def grains(position: Any, radius: Any = 1.0, **fields: Any) -> Particles:
     position = np.atleast_2d(np.asarray(position, dtype=float))
     n = len(position)
     defaults = dict(
-        identity=np.arange(n), velocity=np.zeros((n, 3)), angular_velocity=np.zeros((n, 3)), mass=np.ones(n), material=np.zeros(n),
+        identity=np.arange(n), velocity=np.zeros((n, 3)), angular_velocity=np.zeros((n, 3)), mass=np.ones(n),
+        material=np.zeros(n),
         species=np.zeros(n), stiffness=np.full(n, 1e4), radius=np.broadcast_to(np.asarray(radius, dtype=float), (n,)),
     )  # fmt: skip
     return Particles({"position": position, **defaults, **fields})
 
 
-def assembly(particles: Particles, law: GrainLaw | None = None, walls=(), g=(0.0, 0.0, 0.0), dt=None, threads=1, **contact: Any) -> Assembly:
+def assembly(
+    particles: Particles, law: GrainLaw | None = None, walls=(), g=(0.0, 0.0, 0.0), dt=None, threads=1, **contact: Any
+) -> Assembly:
     """An assembly with one law for solid grains and uniform gravity."""
     settings = Contact(**({"shell": law} if law else {}), **contact)
     return Assembly(particles, settings, walls, Field.constant(g), dt=dt, threads=threads)
@@ -39,6 +42,8 @@ def cluster(side: int = 6, seed: int = 1, fall: float = 0.3) -> Particles:
     centre = lattice.mean(axis=0)
     radius = rng.uniform(0.85, 1.0, n)
     return grains(
-        lattice - centre + rng.normal(0.0, 0.02, (n, 3)), radius, velocity=-fall * (lattice - centre) + rng.normal(0.0, 0.5, (n, 3)),
-        angular_velocity=rng.normal(0.0, 1.0, (n, 3)), mass=1000.0 * radius**3, stiffness=1e6 * radius, species=rng.integers(0, 2, n),
+        lattice - centre + rng.normal(0.0, 0.02, (n, 3)), radius, velocity=-fall * (lattice - centre) + rng.normal(0.0,
+        0.5, (n, 3)),
+        angular_velocity=rng.normal(0.0, 1.0, (n, 3)), mass=1000.0 * radius**3, stiffness=1e6 * radius,
+        species=rng.integers(0, 2, n),
     )  # fmt: skip

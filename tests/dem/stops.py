@@ -13,8 +13,11 @@ from matter.errors import Stopped
 from matter.particles import Particles
 
 
-def interrupted(monkeypatch: pytest.MonkeyPatch, module: ModuleType, steps: Collection[int], run: Callable[[], None]) -> None:
-    """Call ``run`` again and again until it ends, the loop of ``module`` being asked to stop after each of ``steps``, counted over all calls."""
+def interrupted(
+    monkeypatch: pytest.MonkeyPatch, module: ModuleType, steps: Collection[int], run: Callable[[], None]
+) -> None:
+    """Call ``run`` again and again until it ends, the loop of ``module`` being asked to stop after each of ``steps``,
+    counted over all calls."""
     counted, stops = 0, 0
 
     def asked() -> bool:

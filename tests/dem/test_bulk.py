@@ -1,4 +1,5 @@
-"""Flows of many grains: small ones always, those that are compared with experiments with ``pytest -m validation`` (an hour of one core)."""
+"""Flows of many grains: small ones always, those that are compared with experiments with ``pytest -m validation`` (an
+hour of one core)."""
 
 import math
 
@@ -13,7 +14,8 @@ CONTACT = Contact(steps_per_contact=20)
 
 
 def test_a_small_column_runs_out():
-    """Ten grains across: the run-out is below that of experiments with many (12 % at 18 grains across, 17 % at 10), the height is theirs."""
+    """Ten grains across: the run-out is below that of experiments with many (12 % at 18 grains across, 17 % at 10),
+    the height is theirs."""
     found = bulk_flows.column(0.6, 8.0, CONTACT)
     assert 0.6 < found.runout / found.expected < 1.1
     assert found.height == pytest.approx(found.aspect, abs=0.15)
@@ -73,7 +75,9 @@ def test_thirty_degrees_hold_on_another_seed_and_by_tilt():
     friction, _, _ = friction_angle.friction_for(30.0, Contact())
     found = friction_angle.with_friction(Contact(), friction)
     assert friction_angle.measure(found, "shear", seed=7)["mohr_coulomb_deg"] == pytest.approx(30.0, abs=1.0)
-    assert friction_angle.measure(found, "tilt", seed=1, begin=20.0)["mohr_coulomb_deg"] == pytest.approx(30.0, abs=1.0)
+    assert friction_angle.measure(found, "tilt", seed=1, begin=20.0)["mohr_coulomb_deg"] == pytest.approx(
+        30.0, abs=1.0
+    )
 
 
 @pytest.mark.validation

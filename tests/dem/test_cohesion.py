@@ -22,7 +22,12 @@ def hangs(pull: float, contact: Contact, wall: bool) -> bool:
     bed = (
         Assembly(grains([[0, 0, 0.999]]), contact, [Wall(PLANE, species=0)], Field.constant((0, 0, 0)))
         if wall
-        else Assembly(grains([[0, 0, 0], [0, 0, 1.999]], mass=[1e12, 1.0], stiffness=[1e4, 1e4]), contact, [], Field.constant((0, 0, 0)))
+        else Assembly(
+            grains([[0, 0, 0], [0, 0, 1.999]], mass=[1e12, 1.0], stiffness=[1e4, 1e4]),
+            contact,
+            [],
+            Field.constant((0, 0, 0)),
+        )
     )
     light = bed.mass < 2.0
     bed.drag[light] = 5.0
@@ -31,12 +36,18 @@ def hangs(pull: float, contact: Contact, wall: bool) -> bool:
         bed.gravity.uniform[2] = pull * min(1.0, n / steps)
         bed.weight[:] = light
         bed.step()
-    return bool(abs(bed.position[bed.mass < 2.0, 2] - bed.position[bed.mass > 2.0, 2]) < 2.0) if not wall else bool(bed.position[0, 2] < 1.0)
+    return (
+        bool(abs(bed.position[bed.mass < 2.0, 2] - bed.position[bed.mass > 2.0, 2]) < 2.0)
+        if not wall
+        else bool(bed.position[0, 2] < 1.0)
+    )
 
 
 @pytest.mark.parametrize("wall, size", [(False, 0.5), (True, 1.0)])
 def test_a_contact_opens_at_the_pull_of_zhangs_law(wall, size):
-    force = cohesion_zhang.pull(0.01, Bodies(1e4, 0.5, size, 1.0, 0.0 if wall else 1.0, 0.0), cohesion_zhang.Parameters(100.0, 0.5))
+    force = cohesion_zhang.pull(
+        0.01, Bodies(1e4, 0.5, size, 1.0, 0.0 if wall else 1.0, 0.0), cohesion_zhang.Parameters(100.0, 0.5)
+    )
     assert force == pytest.approx(100.0 * (2 * 0.5 * size) ** 2)
     assert hangs(0.99 * force, ZHANG, wall) and not hangs(1.01 * force, ZHANG, wall)
 
@@ -73,7 +84,9 @@ def test_a_pull_presses_and_so_adds_friction():
         flat = STICKY.model_copy(update={"rolling": 5.0, "shape": 0.5})
         contact = Contact(shell=flat, cohesion="zhang", overlap_stop=1.5)
         sink = (force + 1.0) / 1e4
-        ball = Assembly(grains([[0, 0, 1.0 - sink]]), contact, [Wall(PLANE, species=0)], Field.constant((g, 0.0, -1.0)))
+        ball = Assembly(
+            grains([[0, 0, 1.0 - sink]]), contact, [Wall(PLANE, species=0)], Field.constant((g, 0.0, -1.0))
+        )
         for _ in range(1500):
             ball.step()
         return bool(ball.velocity[0, 0] > 0.1)
@@ -87,7 +100,8 @@ def test_a_pull_presses_and_so_adds_friction():
 def test_a_sticky_cluster_keeps_its_momenta_and_never_gains_energy(law, strength, normal):
     grain = STICKY.model_copy(update={"cohesion": strength, "elastic_modulus": 3e6})
     contact = Contact(
-        shell=grain, ocean=grain, cohesion=law, normal=normal, tangential="spring" if normal == "hooke" else "mindlin", overlap_stop=1.5,
+        shell=grain, ocean=grain, cohesion=law, normal=normal, tangential="spring" if normal == "hooke" else "mindlin",
+        overlap_stop=1.5,
         steps_per_contact=60, sliding="cap",
     )  # fmt: skip
     bed = Assembly(cluster(fall=0.1), contact)
@@ -111,7 +125,9 @@ def test_the_measured_force_of_a_contact_at_rest_is_the_one_that_acts(law, norma
     from dem.beds import bed_measures
 
     grain = GrainLaw(cohesion=50.0 if law != "none" else 0.0, shape=0.5, elastic_modulus=1e4)
-    contact = Contact(shell=grain, cohesion=law, normal=normal, tangential="spring" if normal == "hooke" else "mindlin")
+    contact = Contact(
+        shell=grain, cohesion=law, normal=normal, tangential="spring" if normal == "hooke" else "mindlin"
+    )
     pair = Assembly(grains([[0, 0, 0], [0, 1.35, 0]], [1.0, 0.4]), contact)
     force = bed_measures.contact_forces(pair)[2]
     assert np.allclose(force[0], pair.A[1, :3] * pair.mass[1], rtol=1e-9)

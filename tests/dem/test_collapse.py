@@ -32,7 +32,9 @@ def carved(tmp_path_factory, bed_run):
     flat = np.hypot(bed.position[:, 0], bed.position[:, 1])
     arc = datum * np.arctan2(flat, bed.position[:, 2])
     height = distance - datum
-    keep = np.where(arc < BOWL, height < -DEPTH * (1 - (arc / BOWL) ** 2), height < 60e3 * np.exp(-(arc - BOWL) / 100e3))
+    keep = np.where(
+        arc < BOWL, height < -DEPTH * (1 - (arc / BOWL) ** 2), height < 60e3 * np.exp(-(arc - BOWL) / 100e3)
+    )
     start = bed.select(keep)
     arc, flat = arc[keep], flat[keep]
     outward = np.column_stack([start.position[:, :2] / flat[:, None], np.zeros(len(start))])
@@ -41,7 +43,9 @@ def carved(tmp_path_factory, bed_run):
     flyers = start.select(np.arange(6))
     azimuth = np.arange(6) * np.pi / 3
     flyers["identity"] = 10_000 + np.arange(6)
-    flyers["position"] = (datum + 4e5) * np.column_stack([0.15 * np.cos(azimuth), 0.15 * np.sin(azimuth), np.full(6, np.sqrt(1 - 0.15**2))])
+    flyers["position"] = (datum + 4e5) * np.column_stack(
+        [0.15 * np.cos(azimuth), 0.15 * np.sin(azimuth), np.full(6, np.sqrt(1 - 0.15**2))]
+    )
     flyers["velocity"] = np.array([0.0, 0.0, 1.0]) * np.array([2500.0, 100.0, 0.0, -300.0, 200.0, 300.0])[:, None]
     flyers["mass"] = flyers.mass * np.array([1, 1, 0.01, 1, 1, 1])
     fields = {name: np.concatenate([start[name], flyers[name]]) for name in start}
@@ -127,7 +131,11 @@ def final(out):
 
     grains = snapshot.read(out / "last.vtkhdf")
     domain = Domain.of_attribute(grains.attributes["domain"])
-    return surface_profile(Assembly(grains, Contact(), domain.walls()), domain), grains.radius.mean(), grains.mass[grains.state != 0].sum()
+    return (
+        surface_profile(Assembly(grains, Contact(), domain.walls()), domain),
+        grains.radius.mean(),
+        grains.mass[grains.state != 0].sum(),
+    )
 
 
 def apparent_diameter(profile, radius):
@@ -146,7 +154,9 @@ def test_softening_and_sleep_end_in_the_same_crater(tmp_path, carved):
             (run / part).symlink_to(carved / part)
         (run / "5_dem").mkdir()
         contact = SETTINGS.contact.model_copy(update={"static_overlap": 0.2, "overlap_stop": 1.5, "sliding": "cap"})
-        settings = SETTINGS.model_copy(update={"end_time": 900.0, "latest_time": 900.0, "contact": contact, **shortcuts})
+        settings = SETTINGS.model_copy(
+            update={"end_time": 900.0, "latest_time": 900.0, "contact": contact, **shortcuts}
+        )
         stage.run(settings, run, run / "5_dem")
         ends.append(final(run / "5_dem"))
         found = history(run / "5_dem")
@@ -160,12 +170,17 @@ def test_softening_and_sleep_end_in_the_same_crater(tmp_path, carved):
 
 
 SOFT = SETTINGS.contact.model_copy(update={"static_overlap": 0.2, "overlap_stop": 1.5, "sliding": "cap"})
-SHORTCUTS = pytest.mark.parametrize("changes", [{}, {"contact": SOFT, "stiffness": "following", "sleeping": True}], ids=["as it is", "following and sleeping"])
+SHORTCUTS = pytest.mark.parametrize(
+    "changes",
+    [{}, {"contact": SOFT, "stiffness": "following", "sleeping": True}],
+    ids=["as it is", "following and sleeping"],
+)
 
 
 @SHORTCUTS
 def test_a_stopped_run_resumes_bit_for_bit(tmp_path, carved, monkeypatch, changes):
-    """The same files, whether a run was stopped on its way or not; the last stop falls behind the first softening of the springs."""
+    """The same files, whether a run was stopped on its way or not; the last stop falls behind the first softening of
+    the springs."""
     settings = SETTINGS.model_copy(update={"end_time": 700.0, "latest_time": 700.0, **changes})
     results = []
     for name, stops in (("whole", ()), ("resumed", (7, 61, 350))):
@@ -184,7 +199,8 @@ def test_a_stopped_run_resumes_bit_for_bit(tmp_path, carved, monkeypatch, change
 
 @SHORTCUTS
 def test_a_checkpoint_at_every_step_holds_the_whole_state(tmp_path, carved, monkeypatch, changes):
-    """A collapse that is made anew from its checkpoint after every step goes the way of one that runs through, in every array and number that it saves."""
+    """A collapse that is made anew from its checkpoint after every step goes the way of one that runs through, in
+    every array and number that it saves."""
     settings = SETTINGS.model_copy(update={"end_time": 900.0, "latest_time": 900.0, **changes})
     saved = {}
 
@@ -198,7 +214,12 @@ def test_a_checkpoint_at_every_step_holds_the_whole_state(tmp_path, carved, monk
     start = snapshot.read(carved / "4_handoff" / "start.vtkhdf")
 
     def made(name):
-        return collapsing.Collapse(settings, Particles({k: v.copy() for k, v in start.items()}, start.attributes, start.tables), ground, tmp_path / name)
+        return collapsing.Collapse(
+            settings,
+            Particles({k: v.copy() for k, v in start.items()}, start.attributes, start.tables),
+            ground,
+            tmp_path / name,
+        )
 
     through, anew = made("through"), made("anew")
     for collapse in (through, anew):  # to just before the springs soften for the first time
@@ -208,7 +229,9 @@ def test_a_checkpoint_at_every_step_holds_the_whole_state(tmp_path, carved, monk
         for collapse in (through, anew):
             _advance(collapse)
         (one, numbers), (two, others) = saved["through"], saved["anew"]
-        assert [name for name in one if not np.array_equal(one[name], two[name], equal_nan=one[name].dtype.kind == "f")] == []
+        assert [
+            name for name in one if not np.array_equal(one[name], two[name], equal_nan=one[name].dtype.kind == "f")
+        ] == []
         assert numbers == others
         softness.append(through.bed.softness)
         anew = made("anew")
@@ -230,7 +253,8 @@ def _advance(collapse, until=0.0):
 
 
 def test_springs_that_put_in_energy_make_a_run_unsound(tmp_path, carved, monkeypatch):
-    """The rule that guards against it switched off, and a weight that is said to need nothing: the report and the exit say so."""
+    """The rule that guards against it switched off, and a weight that is said to need nothing: the report and the exit
+    say so."""
     run = tmp_path
     for part in ("2_sph", "4_handoff"):
         (run / part).symlink_to(carved / part)
@@ -243,7 +267,9 @@ def test_springs_that_put_in_energy_make_a_run_unsound(tmp_path, carved, monkeyp
 
     monkeypatch.setattr(spring_change, "at_rest", weightless)
     monkeypatch.setattr(Following, "_affordable", lambda self, q: True)
-    settings = SETTINGS.model_copy(update={"end_time": 640.0, "latest_time": 640.0, "contact": SOFT, "stiffness": "following"})
+    settings = SETTINGS.model_copy(
+        update={"end_time": 640.0, "latest_time": 640.0, "contact": SOFT, "stiffness": "following"}
+    )
     with pytest.raises(Unsound, match=r"energy_error = .*stiffness_excess = .*limit 0.01"):
         stage.run(settings, run, run / "5_dem")
     report = json.loads((run / "5_dem" / "stage_report.json").read_text())
@@ -251,7 +277,10 @@ def test_springs_that_put_in_energy_make_a_run_unsound(tmp_path, carved, monkeyp
     handed = report["kinetic_handed_J"]
     assert found["stiffness_excess_J"][-1] == pytest.approx(report["stiffness_excess"] * handed)
     # nothing is taken out of the balance, so that its error shows it too
-    spent = sum(found[f"dissipated_{where}_J"][-1] for where in ("contacts", "damping", "walls")) - found["dissipated_flight_J"][-1]
+    spent = (
+        sum(found[f"dissipated_{where}_J"][-1] for where in ("contacts", "damping", "walls"))
+        - found["dissipated_flight_J"][-1]
+    )
     assert report["energy_error"] * (handed + spent) == pytest.approx(found["stiffness_excess_J"][-1], rel=0.02)
 
 
@@ -262,7 +291,11 @@ def test_a_bed_that_explodes_stops_with_a_name(tmp_path, carved):
     (run / "5_dem").mkdir()
     start = snapshot.read(carved / "4_handoff" / "start.vtkhdf")
     velocity = start.velocity.copy()
-    velocity[np.argmin(start.position[:, 0] ** 2 + start.position[:, 1] ** 2 + 1e12 * start.state)] = [0.0, 0.0, -9000.0]
+    velocity[np.argmin(start.position[:, 0] ** 2 + start.position[:, 1] ** 2 + 1e12 * start.state)] = [
+        0.0,
+        0.0,
+        -9000.0,
+    ]
     start["velocity"] = velocity
     snapshot.write(start, run / "4_handoff" / "start.vtkhdf")
     with pytest.raises(UnphysicalState, match=r"overlaps? .*limit 0.5.*place"):

@@ -71,10 +71,13 @@ def test_a_twisting_top_stops_linearly_in_its_time():
 
 
 def test_gross_sliding_impact_obeys_rigid_body_impulses():
-    # beyond th ~ 35 deg: v_t'/v_t = 1 - mu (1 + e) cot th, w' = 5 mu (1 + e) v cos th / (2 R) (Chung & Ooi 2011, test 4)
+    # beyond th ~ 35 deg: v_t'/v_t = 1 - mu (1 + e) cot th, w' = 5 mu (1 + e) v cos th / (2 R) (Chung & Ooi 2011, test
+    # 4)
     mu, e, speed, angle = 0.092, 0.98, 3.9, math.radians(60.0)
     law = GrainLaw(friction=mu, restitution=e, restitution_tangential=e, shape=0.0)
-    scene = grains([[0, 0, 1.001]], velocity=speed * np.array([[math.sin(angle), 0, -math.cos(angle)]]), stiffness=[1e7])
+    scene = grains(
+        [[0, 0, 1.001]], velocity=speed * np.array([[math.sin(angle), 0, -math.cos(angle)]]), stiffness=[1e7]
+    )
     ball = assembly(scene, law, [FLOOR], steps_per_contact=100)
     for _ in range(400):
         ball.step()
@@ -108,7 +111,8 @@ def test_energy_is_accounted_for():
 
 
 def test_energy_never_grows():
-    """All grains frictional, the default sliding rule (``clamp`` gains up to 1e-3 of the energy in single steps here)."""
+    """All grains frictional, the default sliding rule (``clamp`` gains up to 1e-3 of the energy in single steps
+    here)."""
     law = GrainLaw(friction=0.5, shape=0.5, restitution=0.5)
     bed = assembly(cluster(fall=0.1), law, ocean=law, overlap_stop=1.5)
     start, spent = sum(bed.energies().values()), 0.0
@@ -151,7 +155,11 @@ def test_history_survives_a_snapshot():
 def test_threads_and_order_change_only_the_last_bits():
     scene = cluster(5, fall=0.1)
     shuffled = scene.select(np.random.default_rng(3).permutation(len(scene)))
-    beds = [assembly(scene, overlap_stop=1.5), assembly(scene, overlap_stop=1.5, threads=3), assembly(shuffled, overlap_stop=1.5)]
+    beds = [
+        assembly(scene, overlap_stop=1.5),
+        assembly(scene, overlap_stop=1.5, threads=3),
+        assembly(shuffled, overlap_stop=1.5),
+    ]
     for bed in beds:
         for _ in range(100):
             bed.step()
@@ -166,7 +174,12 @@ def test_threads_and_order_change_only_the_last_bits():
 
 
 def test_too_deep_an_overlap_stops_with_grain_place_and_values():
-    scene = grains([[0, 0, 0], [2.1, 0, 0]], velocity=np.array([[60.0, 0, 0], [-60.0, 0, 0]]), identity=[11, 42], stiffness=np.full(2, 1e3))
+    scene = grains(
+        [[0, 0, 0], [2.1, 0, 0]],
+        velocity=np.array([[60.0, 0, 0], [-60.0, 0, 0]]),
+        identity=[11, 42],
+        stiffness=np.full(2, 1e3),
+    )
     pair = assembly(scene)
     with pytest.raises(UnphysicalState, match=r"grains (11|42) and (11|42) overlap by .*place.*k_n"):
         for _ in range(100):

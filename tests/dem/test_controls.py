@@ -1,4 +1,5 @@
-"""Control runs on a small settled bed: carved at the datum it stays, carved by a bowl at rest it moves by slope failure alone and gains no energy."""
+"""Control runs on a small settled bed: carved at the datum it stays, carved by a bowl at rest it moves by slope
+failure alone and gains no energy."""
 
 import csv
 import shutil
@@ -19,14 +20,24 @@ START, BOWL, DEPTH = 100.0, 500e3, 150e3
 
 @pytest.fixture(scope="module")
 def frictional(tmp_path_factory):
-    """A settled bed of ice on a core, without an ocean: grains of an ocean have no friction, and no slope of theirs stands."""
+    """A settled bed of ice on a core, without an ocean: grains of an ocean have no friction, and no slope of theirs
+    stands."""
     run = tmp_path_factory.mktemp("frictional")
     density = {0: lambda p: 2700.0 * (1 + p / 26.7e9), 1: lambda p: 917.0 * (1 + p / 9.6e9)}
-    bodies.write_layered(run / "2_sph" / "target.json", [("core", "basalt", 0.0, 1700e3), ("shell", "ice", 1700e3, 2100e3)], density, core_density=3006.0)
+    bodies.write_layered(
+        run / "2_sph" / "target.json",
+        [("core", "basalt", 0.0, 1700e3), ("shell", "ice", 1700e3, 2100e3)],
+        density,
+        core_density=3006.0,
+    )
     (run / "3_bed").mkdir()
-    layers = [{"name": "core", "material": "basalt", "thickness": 1700e3}, {"name": "shell", "material": "ice", "thickness": 400e3}]
+    layers = [
+        {"name": "core", "material": "basalt", "thickness": 1700e3},
+        {"name": "shell", "material": "ice", "thickness": 400e3},
+    ]
     impact = {
-        "speed": 18234.0, "angle_from_vertical": 0.698, "projectile": {"material": "ice", "radius": 53.9e3}, "expected_transient_diameter": 980e3,
+        "speed": 18234.0, "angle_from_vertical": 0.698, "projectile": {"material": "ice", "radius": 53.9e3},
+        "expected_transient_diameter": 980e3,
     }  # fmt: skip
     target = bed_stage.Settings.model_fields["target"].annotation.model_validate({"layers": layers})
     made = bed_stage.Settings.model_fields["impact"].annotation.model_validate(impact)
@@ -43,7 +54,9 @@ def collapsed(run, start, folder) -> tuple[Particles, dict[str, np.ndarray]]:
     stage.run(SETTINGS, folder, folder / "5_dem")
     with open(folder / "5_dem" / "history.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    return snapshot.read(folder / "5_dem" / "last.vtkhdf"), {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    return snapshot.read(folder / "5_dem" / "last.vtkhdf"), {
+        name: np.array([float(row[name]) for row in rows]) for name in rows[0]
+    }
 
 
 def mechanical(history) -> np.ndarray:
@@ -84,17 +97,31 @@ def test_the_carved_bed_at_rest_moves_by_slope_failure_alone(frictional, tmp_pat
 
 def test_depth_below_the_surface_of_a_known_heap():
     rng = np.random.default_rng(1)
-    points = np.stack(np.meshgrid(np.arange(-20, 20), np.arange(-20, 20), np.arange(-15, 0), indexing="ij"), axis=-1).reshape(-1, 3) + 0.5
+    points = (
+        np.stack(
+            np.meshgrid(np.arange(-20, 20), np.arange(-20, 20), np.arange(-15, 0), indexing="ij"), axis=-1
+        ).reshape(-1, 3)
+        + 0.5
+    )
     points = points + rng.uniform(-0.1, 0.1, points.shape)
     hole = (np.abs(points[:, 0]) < 6.0) & (np.abs(points[:, 1]) < 6.0)
     points = points[~hole | (points[:, 2] < -9.0)]
     heap = Particles({"position": points, "radius": np.full(len(points), 0.5)},
-                     {"frame": "plane", "domain": {"radius_m": 30.0, "floor_m": -15.0, "datum_m": 0.0, "top_m": 1.0}})  # fmt: skip
+                     {"frame": "plane", "domain": {"radius_m": 30.0, "floor_m": -15.0, "datum_m": 0.0,
+                     "top_m": 1.0}})  # fmt: skip
     found = control.depth_below_surface(heap)
     aside = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1])) - 6.0
-    truth = np.where(aside < 0.0, -9.0 - points[:, 2], np.minimum(-points[:, 2], np.where(points[:, 2] > -9.0, aside, np.hypot(aside, points[:, 2] + 9.0))))
-    seen = (np.abs(points[:, 0]) < 15.0) & (np.abs(points[:, 1]) < 4.0)  # away from the hole's corners and the heap's own edge
-    assert np.abs(found - truth)[seen].max() < 1.5 and np.abs(found - truth)[seen].mean() < 0.7  # in diameters: centres lie half of one inside
+    truth = np.where(
+        aside < 0.0,
+        -9.0 - points[:, 2],
+        np.minimum(-points[:, 2], np.where(points[:, 2] > -9.0, aside, np.hypot(aside, points[:, 2] + 9.0))),
+    )
+    seen = (np.abs(points[:, 0]) < 15.0) & (
+        np.abs(points[:, 1]) < 4.0
+    )  # away from the hole's corners and the heap's own edge
+    assert (
+        np.abs(found - truth)[seen].max() < 1.5 and np.abs(found - truth)[seen].mean() < 0.7
+    )  # in diameters: centres lie half of one inside
 
 
 def test_moved_finds_grains_by_their_identity():

@@ -27,11 +27,16 @@ FLOOR = 9 * 0.6 * 0.24 * 2.0
 def settled() -> Particles:
     """Some 130 grains at rest in a box, with the history of their contacts."""
     rng = np.random.default_rng(2)
-    x = np.stack(np.meshgrid(np.arange(3), np.arange(3), np.arange(14)), -1).reshape(-1, 3) * 2.9 + 1.5 + rng.uniform(-0.4, 0.4, (126, 3))
+    x = (
+        np.stack(np.meshgrid(np.arange(3), np.arange(3), np.arange(14)), -1).reshape(-1, 3) * 2.9
+        + 1.5
+        + rng.uniform(-0.4, 0.4, (126, 3))
+    )
     radius = rng.uniform(0.85, 1.0, len(x))
     bed = Assembly(grains(x, radius, mass=radius**3, stiffness=2e4 * radius), LAW, BOX, DOWN)
     bed.drag[:] = 0.3
-    # a grain may roll about the top for long: of eleven seeds four are not at rest after the first 36,000 steps, and which ones the last bits decide
+    # a grain may roll about the top for long: of eleven seeds four are not at rest after the first 36,000 steps, and
+    # which ones the last bits decide
     for drag, steps in ((0.1, 20_000), (0.0, 8_000), *(10 * [(1.0, 8_000)])):
         bed.drag[:] = drag
         for _ in range(steps):
@@ -60,7 +65,9 @@ def test_a_softer_bed_carries_on_with_the_same_forces(settled):
         spring_change.change(bed, q)
         assert balance(bed) == pytest.approx(start, rel=1e-9)
         bed.step()
-        assert np.percentile(np.abs(bed.A[:, :3]).max(axis=1), 95) < 0.02  # of g = 1, on grains that carry up to nine others
+        assert (
+            np.percentile(np.abs(bed.A[:, :3]).max(axis=1), 95) < 0.02
+        )  # of g = 1, on grains that carry up to nine others
         for _ in range(100):
             bed.step()
     assert bed.softness == pytest.approx(0.6) and bed.dt == pytest.approx(dt / np.sqrt(0.6))
@@ -101,7 +108,10 @@ def drop_on(settled: Particles, speed: float) -> Particles:
     """The bed and one grain that falls onto it."""
     top = float((settled.position[:, 2] + settled.radius).max())
     one = grains([[4.5, 4.5, top + 1.2]], [1.0], identity=[1000], velocity=[[0.0, 0.0, -speed]], stiffness=[2e4])
-    fields = {name: np.concatenate([settled[name], one[name] if name in one else np.zeros(1, settled[name].dtype)]) for name in settled}
+    fields = {
+        name: np.concatenate([settled[name], one[name] if name in one else np.zeros(1, settled[name].dtype)])
+        for name in settled
+    }
     fields["density"][-1] = 1.0
     return Particles(fields, {}, settled.tables)
 
@@ -126,8 +136,15 @@ def test_the_stiffness_follows_the_speed_between_its_bounds(settled):
 
 
 def hit(settled: Particles) -> tuple[Assembly, float]:
-    """The bed in springs 100 times as stiff, its upper grains on their way down: a wave that runs to the floor and back; and the energy handed to it."""
-    bed = Assembly(settled, LAW.model_copy(update={"shell": GrainLaw(friction=0.5, shape=0.4, restitution=0.9)}), BOX, DOWN, extras=Extras(offset=True))
+    """The bed in springs 100 times as stiff, its upper grains on their way down: a wave that runs to the floor and
+    back; and the energy handed to it."""
+    bed = Assembly(
+        settled,
+        LAW.model_copy(update={"shell": GrainLaw(friction=0.5, shape=0.4, restitution=0.9)}),
+        BOX,
+        DOWN,
+        extras=Extras(offset=True),
+    )
     spring_change.at_rest(bed)
     spring_change.change(bed, 100.0)
     spring_change.at_rest(bed)
@@ -141,7 +158,8 @@ def kept(bed: Assembly) -> float:
 
 
 def test_softening_leaves_the_energy_of_a_wave_alone(settled):
-    """A loaded bed with a wave in its contacts: k_n falls to a quarter at once, and every force that is not the weight's keeps its energy."""
+    """A loaded bed with a wave in its contacts: k_n falls to a quarter at once, and every force that is not the
+    weight's keeps its energy."""
     bed, handed = hit(settled)
     most = 0.0
     for _ in range(600):
@@ -160,9 +178,11 @@ def test_softening_leaves_the_energy_of_a_wave_alone(settled):
 
 
 def test_a_wave_keeps_its_energy_and_momentum_while_the_springs_follow(settled):
-    """Beside the same bed in fixed springs. With forces kept instead of energies the springs put in 21 times what the bed was handed.
+    """Beside the same bed in fixed springs. With forces kept instead of energies the springs put in 21 times what the
+    bed was handed.
 
-    Fixed springs of 1 and 0.1 times this stiffness differ by 5 % of the momentum and of the energy by 1 s: contacts last longer.
+    Fixed springs of 1 and 0.1 times this stiffness differ by 5 % of the momentum and of the energy by 1 s: contacts
+    last longer.
     """
     (bed, handed), (fixed, _) = hit(settled), hit(settled)
     follow = following_stiffness.Following(bed, FLOOR, handed)
@@ -260,9 +280,16 @@ def test_what_cannot_soften_is_refused():
 
 
 def test_two_that_flew_through_each_other_come_back_without_a_kick():
-    """Both in one place, above a third on the floor: apart they may come back at once, in one place one waits; in the search their springs begin at zero."""
+    """Both in one place, above a third on the floor: apart they may come back at once, in one place one waits; in the
+    search their springs begin at zero."""
     x = np.array([[4.0, 4.0, 1.0], [4.0, 4.0, 6.0], [4.5, 4.0, 7.0]])
-    start = grains(x, np.ones(3), velocity=np.array([[0, 0, 0], [0, 0, -1.0], [0, 0, -1.1]]), mass=np.ones(3), stiffness=np.full(3, 2e4))
+    start = grains(
+        x,
+        np.ones(3),
+        velocity=np.array([[0, 0, 0], [0, 0, -1.0], [0, 0, -1.1]]),
+        mass=np.ones(3),
+        stiffness=np.full(3, 2e4),
+    )
     start["state"] = np.array([ACTIVE, BALLISTIC, BALLISTIC])
     bed = Assembly(start, LAW, BOX, DOWN, extras=Extras(offset=True))
     above = np.ones(3, dtype=bool)

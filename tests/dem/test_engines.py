@@ -1,4 +1,5 @@
-"""LAMMPS and LIGGGHTS as engines: one contact, one collision, restart, and the whole stage. Each part skips where its program is missing."""
+"""LAMMPS and LIGGGHTS as engines: one contact, one collision, restart, and the whole stage. Each part skips where its
+program is missing."""
 
 from __future__ import annotations
 
@@ -60,7 +61,8 @@ def run_engine(engine, scene, plan, folder, ranks=1):
     return table[np.argsort(table[:, 0])]
 
 
-# -- one prescribed contact ------------------------------------------------------------------------------------------------------
+# -- one prescribed contact
+# ------------------------------------------------------------------------------------------------------
 
 LAW = GrainLaw()
 STEPS, DT, OVERLAP = 10, 1e-3, 2e-7
@@ -80,7 +82,8 @@ STATES = {
 
 
 def native_forces(grains, contact, walls=()):
-    """Forces and torques of our own step after the springs have loaded for ``STEPS`` steps in the same place at the same velocities."""
+    """Forces and torques of our own step after the springs have loaded for ``STEPS`` steps in the same place at the
+    same velocities."""
     bed = Assembly(grains, contact, walls, dt=DT, overlap_limit=np.inf)
     for _ in range(STEPS):
         bed._forces()  # without the drift before it
@@ -95,7 +98,8 @@ def test_force_and_torque_of_one_contact(tmp_path, engine, name):
         pytest.skip("LIGGGHTS has no twisting spring")
     velocity, first, second, radii = STATES[name]
     grains = scenes.grains(
-        [[0, 0, 0], [sum(radii) - OVERLAP, 0, 0]], np.array(radii), velocity=np.array([0 * X, velocity]), angular_velocity=np.array([first, second]),
+        [[0, 0, 0], [sum(radii) - OVERLAP, 0, 0]], np.array(radii), velocity=np.array([0 * X, velocity]),
+        angular_velocity=np.array([first, second]),
         mass=np.array(radii) ** 3,
     )  # fmt: skip
     # the rolling rate of unequal spheres is another one there (rolling_of_equal_spheres)
@@ -118,7 +122,8 @@ def test_force_and_torque_at_a_wall(tmp_path, engine, name):
         pytest.skip("LIGGGHTS has no twisting spring")
     z = np.array([0.0, 0.0, 1.0])
     velocity, spin = {
-        "sticking": (1e-6 * X, 0 * X), "sliding": (1e-2 * X, 0 * X), "rolling": (1e-6 * X, 1e-6 * Y), "rolling at its limit": (6e-5 * X, 6e-5 * Y),
+        "sticking": (1e-6 * X, 0 * X), "sliding": (1e-2 * X, 0 * X), "rolling": (1e-6 * X, 1e-6 * Y),
+        "rolling at its limit": (6e-5 * X, 6e-5 * Y),
         "twisting": (0 * X, 1e-6 * z),
     }[name]  # fmt: skip
     grains = scenes.grains([[0.0, 0.0, 1.0 - OVERLAP]], velocity=velocity[None], angular_velocity=spin[None])
@@ -130,14 +135,16 @@ def test_force_and_torque_at_a_wall(tmp_path, engine, name):
         assert np.abs(found[part] - ours[part]).max() < 1e-6 * np.abs(ours[part]).max()
 
 
-# -- whole collisions ------------------------------------------------------------------------------------------------------------
+# -- whole collisions
+# ------------------------------------------------------------------------------------------------------------
 
 
 PHASES = 16
 
 
 def collisions(step):
-    """Pairs of unequal grains about to meet obliquely, with spin; each pair ``step`` / ``PHASES`` metres further apart than the one before."""
+    """Pairs of unequal grains about to meet obliquely, with spin; each pair ``step`` / ``PHASES`` metres further apart
+    than the one before."""
     radii, gap = np.array([1.0, 0.8]), 1e-6 + step * np.arange(PHASES) / PHASES
     place = np.zeros((PHASES, 2, 3))
     place[:, :, 1] = 10.0 * np.arange(PHASES)[:, None]
@@ -146,7 +153,11 @@ def collisions(step):
     spin = np.array([[0.0, 0.02, -0.03], [0.0, 0.0, 0.05]])
     place[:, 1] += (gap / 0.1)[:, None] * (velocity[1] * [0, -1, -1])  # so that all meet at the same place
     every = {"velocity": velocity, "angular_velocity": spin, "mass": radii**3, "stiffness": np.array([2e4, 1e4])}
-    return scenes.grains(place.reshape(-1, 3), np.tile(radii, PHASES), **{k: np.tile(v, (PHASES,) + (1,) * (v.ndim - 1)) for k, v in every.items()})
+    return scenes.grains(
+        place.reshape(-1, 3),
+        np.tile(radii, PHASES),
+        **{k: np.tile(v, (PHASES,) + (1,) * (v.ndim - 1)) for k, v in every.items()},
+    )
 
 
 def outcome(velocity, spin, radius):
@@ -176,16 +187,24 @@ def test_whole_collisions(tmp_path, engine):
     assert errors[0] < 0.01 and errors[2] < 0.4 * errors[0]
 
 
-# -- walls, gravity, restart -----------------------------------------------------------------------------------------------------
+# -- walls, gravity, restart
+# -----------------------------------------------------------------------------------------------------
 
 
 def heap(count=60):
     """Grains that lie and roll in a bowl under gravity, wide of one another."""
     rng = np.random.default_rng(3)
-    place = np.stack(np.meshgrid(*(np.arange(4),) * 3, indexing="ij"), -1).reshape(-1, 3)[:count] * 2.05 - [3.1, 3.1, 6.0]
+    place = np.stack(np.meshgrid(*(np.arange(4),) * 3, indexing="ij"), -1).reshape(-1, 3)[:count] * 2.05 - [
+        3.1,
+        3.1,
+        6.0,
+    ]
     radius = np.full(count, 1.0)
     return scenes.grains(
-        place + rng.uniform(-0.02, 0.02, place.shape), radius, velocity=rng.normal(0, 0.3, (count, 3)), angular_velocity=rng.normal(0, 0.3, (count, 3))
+        place + rng.uniform(-0.02, 0.02, place.shape),
+        radius,
+        velocity=rng.normal(0, 0.3, (count, 3)),
+        angular_velocity=rng.normal(0, 0.3, (count, 3)),
     )
 
 
@@ -199,7 +218,9 @@ def test_a_restart_carries_the_contact_history(tmp_path, engine):
     _, middle = binary_dump.read(tmp_path / "through" / "dump.2000.bin", 10)
     middle = middle[np.argsort(middle[:, 0])]
     fields = {**grains, "position": middle[:, 1:4], "velocity": middle[:, 4:7], "angular_velocity": middle[:, 7:10]}
-    anew = run_engine(engine, Scene(Particles(fields), contact, walls, scene.gravity, dt, 12.0), Plan(100, 100), tmp_path / "anew")
+    anew = run_engine(
+        engine, Scene(Particles(fields), contact, walls, scene.gravity, dt, 12.0), Plan(100, 100), tmp_path / "anew"
+    )
     kept, lost = (np.sqrt(np.mean((found[:, 1:4] - through[:, 1:4]) ** 2)) for found in (resumed, anew))
     assert kept < 0.05 * lost
 
@@ -219,7 +240,11 @@ OFF_CONE = np.array([-np.cos(0.7), 0.0, np.sin(0.7)])
         (Wall(CONE, half_angle=0.7, top=70.0), 40.0 * IN_CONE + OFF_CONE, OFF_CONE),
         (Wall(SPHERE_INSIDE, radius=60.0, top=0.0, species=0), (47.2, 0.0, -35.4), (-0.8, 0.0, 0.6)),
         (cylinder(40.0, 0.0, 20.0, species=0, rims=(False, False)), (39.0, 0.0, 9.0), (-1.0, 0.0, 0.0)),
-        (Wall(PLANE, point=(0.0, -40.0, 0.0), direction=(0.0, 1.0, 0.0), top=20.0, species=0), (3.0, -39.0, 9.0), (0.0, 1.0, 0.0)),
+        (
+            Wall(PLANE, point=(0.0, -40.0, 0.0), direction=(0.0, 1.0, 0.0), top=20.0, species=0),
+            (3.0, -39.0, 9.0),
+            (0.0, 1.0, 0.0),
+        ),
     ],
 )
 def test_a_grain_on_a_wall_carries_its_weight(tmp_path, engine, wall, place, normal):
@@ -238,16 +263,23 @@ def test_a_grain_on_a_wall_carries_its_weight(tmp_path, engine, wall, place, nor
 
 @pytest.mark.parametrize("shape", ["bowl", "box", "cylinder"])
 def test_walls_of_a_container_end_at_its_top(tmp_path, engine, shape):
-    """Two grains that fly towards a side, one above the top and one below it: the one is gone beyond the side, the other is thrown back."""
+    """Two grains that fly towards a side, one above the top and one below it: the one is gone beyond the side, the
+    other is thrown back."""
     container = Container(shape, 30.0, -30.0, 10.0)
     law = GrainLaw(friction=0.0, restitution=1.0)
-    grains = scenes.grains([[25.0, 0.0, 5.0], [0.0, 25.0, 15.0]], velocity=np.array([[5.0, 0.0, 0.0], [0.0, 5.0, 0.0]]))
+    grains = scenes.grains(
+        [[25.0, 0.0, 5.0], [0.0, 25.0, 15.0]], velocity=np.array([[5.0, 0.0, 0.0], [0.0, 5.0, 0.0]])
+    )
     dt = shortest_contact_time(grains.mass, grains.stiffness) / 30
-    scene = Scene(grains, Contact(shell=law), container.walls(), Field.constant((0.0, 0.0, -1e-3)), dt, 80.0, container)
+    scene = Scene(
+        grains, Contact(shell=law), container.walls(), Field.constant((0.0, 0.0, -1e-3)), dt, 80.0, container
+    )
     steps = 100 * math.ceil(0.02 / dt)
     table = run_engine(engine, scene, Plan(steps, steps), tmp_path / shape)
     facets = 0.35 if engine == "liggghts" else 0.02  # a facet is turned by half its angle at most
-    assert table[0, 4:7] == pytest.approx([-5.0, 0.0, 0.0], abs=facets) and table[1, 4:7] == pytest.approx([0.0, 5.0, 0.0], abs=0.02)
+    assert table[0, 4:7] == pytest.approx([-5.0, 0.0, 0.0], abs=facets) and table[1, 4:7] == pytest.approx(
+        [0.0, 5.0, 0.0], abs=0.02
+    )
     assert table[1, 2] == pytest.approx(25.0 + 5.0 * steps * dt, abs=1e-6)
 
 
@@ -255,9 +287,13 @@ def test_walls_of_a_container_end_at_its_top(tmp_path, engine, shape):
 def test_the_damped_layer_of_a_container(tmp_path, engine, shape):
     """Speeds that its drag has taken are those of the container's own rates."""
     container = Container(shape, 30.0, -30.0, 10.0, damped_width=8.0, damping_rate=2.0)
-    place = np.array([[10.0, 0, -5], [25.0, 0, -5], [0, -27.0, -8], [12.0, 12.0, -20.0], [24.0, 3.0, 12.0], [26.0, 3.0, 8.0]])
+    place = np.array(
+        [[10.0, 0, -5], [25.0, 0, -5], [0, -27.0, -8], [12.0, 12.0, -20.0], [24.0, 3.0, 12.0], [26.0, 3.0, 8.0]]
+    )
     grains = scenes.grains(place, velocity=np.tile([0.0, 0.0, 1e-3], (6, 1)))
-    scene = Scene(grains, Contact(shell=scenes.SMOOTH), container.walls(), Field.constant((0.0, 0.0, 0.0)), 1e-3, 80.0, container)
+    scene = Scene(
+        grains, Contact(shell=scenes.SMOOTH), container.walls(), Field.constant((0.0, 0.0, 0.0)), 1e-3, 80.0, container
+    )
     table = run_engine(engine, scene, Plan(500, 500), tmp_path / shape)
     drag = np.where(place[:, 2] > container.top, 0.0, container.drag(place))
     assert (drag > 0.02).sum() >= 3 and drag[0] == drag[4] == 0.0
@@ -287,7 +323,8 @@ def test_central_gravity_of_a_layered_body(bed_run):
         assert q * r == pytest.approx(float(field.strength(np.array(r))), rel=1.05 * fitted.error)
 
 
-# -- refusals --------------------------------------------------------------------------------------------------------------------
+# -- refusals
+# --------------------------------------------------------------------------------------------------------------------
 
 
 def test_what_an_engine_cannot_do_is_refused_by_name():
@@ -296,10 +333,16 @@ def test_what_an_engine_cannot_do_is_refused_by_name():
     assert deviations.needed("lammps", scene, deviations.Start()) == ["rolling_of_equal_spheres", "sliding_spring"]
     needs = deviations.needed("liggghts", scene, deviations.Start(True))
     assert needs == ["no_twist", "rolling_of_equal_spheres", "sliding_spring", "contacts_begin_unloaded"]
-    with pytest.raises(InputError, match=r"no_twist: contacts do not resist twisting(.|\n)*accept = \[\"damping_by_size_class\", \"no_twist\", \"rolling"):
+    with pytest.raises(
+        InputError,
+        match=r"no_twist: contacts do not resist twisting(.|\n)*accept = \[\"damping_by_size_class\", \"no_twist\", "
+        r"\"rolling",
+    ):
         deviations.check("liggghts", scene, needs, ("damping_by_size_class",))
     deviations.check("liggghts", scene, needs, needs)
-    plain = Scene(scenes.grains([[0, 0, 0], [3, 0, 0]]), Contact(shell=scenes.SMOOTH), (), Field.constant((0, 0, 0)), 1e-3, 10.0)
+    plain = Scene(
+        scenes.grains([[0, 0, 0], [3, 0, 0]]), Contact(shell=scenes.SMOOTH), (), Field.constant((0, 0, 0)), 1e-3, 10.0
+    )
     assert deviations.needed("liggghts", plain, deviations.Start()) == []
     hertz = Contact(normal="hertz", tangential="mindlin", shell=GrainLaw(elastic_modulus=1e7))
     with pytest.raises(InputError, match="normal = 'hertz': engine = 'lammps' is given normal = 'hooke' only"):
@@ -339,7 +382,13 @@ def test_classes_are_exact_where_grains_are_alike_and_close_elsewhere():
     assert len(alike) == 1 and max(alike.rounding(scenes.grains(np.arange(30).reshape(10, 3))).values()) < 1e-12
     rng = np.random.default_rng(2)
     radius = np.exp(rng.uniform(0.0, np.log(5.0), 3000))
-    mixed = scenes.grains(rng.uniform(0, 100, (3000, 3)), radius, mass=radius**3, stiffness=1e4 * radius, species=rng.integers(0, 2, 3000))
+    mixed = scenes.grains(
+        rng.uniform(0, 100, (3000, 3)),
+        radius,
+        mass=radius**3,
+        stiffness=1e4 * radius,
+        species=rng.integers(0, 2, 3000),
+    )
     classes = Classes.sort(mixed)
     off = classes.rounding(mixed)
     assert len(classes) <= 60 and off["stiffness_max"] < 0.06 and off["root_mass_max"] < 0.1
@@ -352,9 +401,16 @@ def test_rolling_numbers_are_one(engine):
     assert liggghts.rolling_numbers(Scene(grains, Contact(), (), Field.constant((0, 0, 0)), 1e-3, 10.0)) == {1.05}
 
 
-# -- the stage -------------------------------------------------------------------------------------------------------------------
+# -- the stage
+# -------------------------------------------------------------------------------------------------------------------
 
-SETTINGS = dict(end_time=700.0, latest_time=700.0, still_interval=200.0, snapshot_interval=100.0, accept=tuple(deviations.SENTENCES))
+SETTINGS = dict(
+    end_time=700.0,
+    latest_time=700.0,
+    still_interval=200.0,
+    snapshot_interval=100.0,
+    accept=tuple(deviations.SENTENCES),
+)
 
 
 @pytest.fixture(scope="module")
@@ -376,21 +432,34 @@ def profile(folder):
     arc = domain.datum_radius * domain.polar_angle(bed.position)
     size = 2.0 * COLUMN * bed.radius.mean()
     ring = (arc / size).astype(int)
-    tops = [np.sort((distance + bed.radius)[ring == k])[-(2 * k + 3) :].mean() - domain.datum_radius for k in range(1, ring.max() - 1)]
+    tops = [
+        np.sort((distance + bed.radius)[ring == k])[-(2 * k + 3) :].mean() - domain.datum_radius
+        for k in range(1, ring.max() - 1)
+    ]
     return np.array(tops), bed.radius.mean()
 
 
 def test_what_the_stage_flies_itself(carved, tmp_path, engine):  # noqa: F811
     """Only the escaping grain: the others fall back, and every grain of the bed is the engine's."""
-    start, body = snapshot.read(carved / "4_handoff" / "start.vtkhdf"), LayeredBody.read(carved / "2_sph" / "target.json")
-    collapse = external.ExternalCollapse(stage.Settings(engine=engine, **{**SETTINGS, "latest_time": 7200.0}), start, body, tmp_path)
+    start, body = (
+        snapshot.read(carved / "4_handoff" / "start.vtkhdf"),
+        LayeredBody.read(carved / "2_sph" / "target.json"),
+    )
+    collapse = external.ExternalCollapse(
+        stage.Settings(engine=engine, **{**SETTINGS, "latest_time": 7200.0}), start, body, tmp_path
+    )
     assert collapse.aloft.tolist() == [10_000]
     assert sorted(np.concatenate([collapse.scene.grains.identity, collapse.aloft])) == sorted(start.identity)
-    assert collapse.scene.reach == pytest.approx(1.02 * np.max(np.linalg.norm(start.position[start.identity != 10_000], axis=1)), rel=0.2)
+    assert collapse.scene.reach == pytest.approx(
+        1.02 * np.max(np.linalg.norm(start.position[start.identity != 10_000], axis=1)), rel=0.2
+    )
 
 
 def test_the_native_schemes_are_refused(carved, tmp_path, engine):  # noqa: F811
-    start, body = snapshot.read(carved / "4_handoff" / "start.vtkhdf"), LayeredBody.read(carved / "2_sph" / "target.json")
+    start, body = (
+        snapshot.read(carved / "4_handoff" / "start.vtkhdf"),
+        LayeredBody.read(carved / "2_sph" / "target.json"),
+    )
     for scheme in ({"sleeping": True}, {"stiffness": "following"}):
         with pytest.raises(InputError, match="need engine = 'native'"):
             external.ExternalCollapse(stage.Settings(engine=engine, **SETTINGS, **scheme), start, body, tmp_path)
@@ -401,8 +470,13 @@ def test_the_stage_on_an_engine(carved, native, engine):  # noqa: F811
     out.mkdir()
     stage.run(stage.Settings(engine=engine, **SETTINGS), carved, out)
     report, ours = (json.loads((folder / "stage_report.json").read_text()) for folder in (out, native))
-    assert report["engine"]["name"] == engine and ("no_twist" in report["engine"]["deviations"]) == (engine == "liggghts")
-    assert report["momentum_error"] is None and report["booked"]["escaped"]["grains"] == ours["booked"]["escaped"]["grains"] == 1
+    assert report["engine"]["name"] == engine and ("no_twist" in report["engine"]["deviations"]) == (
+        engine == "liggghts"
+    )
+    assert (
+        report["momentum_error"] is None
+        and report["booked"]["escaped"]["grains"] == ours["booked"]["escaped"]["grains"] == 1
+    )
     assert report["time_s"] == pytest.approx(ours["time_s"], abs=12.0)
     rows = [np.genfromtxt(folder / "history.csv", delimiter=",", names=True) for folder in (out, native)]
     assert rows[0].dtype.names == rows[1].dtype.names
@@ -410,20 +484,31 @@ def test_the_stage_on_an_engine(carved, native, engine):  # noqa: F811
     # the escaping grain is flown by the stage: its energy per mass stays
     first, last = snapshot.read(carved / "4_handoff" / "start.vtkhdf"), snapshot.read(out / "last.vtkhdf")
     field = LayeredBody.read(carved / "2_sph" / "target.json").gravity()
-    here = [0.5 * np.sum(one.velocity[one.identity == 10_000] ** 2) + field.potential(one.position[one.identity == 10_000])[0] for one in (first, last)]
-    assert here[1] == pytest.approx(here[0], rel=1e-4) and np.linalg.norm(last.position[last.identity == 10_000]) > 3.1e6
+    here = [
+        0.5 * np.sum(one.velocity[one.identity == 10_000] ** 2)
+        + field.potential(one.position[one.identity == 10_000])[0]
+        for one in (first, last)
+    ]
+    assert (
+        here[1] == pytest.approx(here[0], rel=1e-4) and np.linalg.norm(last.position[last.identity == 10_000]) > 3.1e6
+    )
     for name in ("elastic_J", "contacts"):
         theirs = np.interp(rows[1]["time_s"], rows[0]["time_s"], rows[0][name])
         assert np.abs(theirs - rows[1][name]).max() < 0.15 * rows[1][name].max(), name
     assert len(snapshot.series(out)) == len(snapshot.series(native))
     (tops, radius), (own, _) = profile(out), profile(native)
     assert np.sqrt(np.mean((tops - own) ** 2)) < 0.5 * radius
-    assert not list(out.glob("checkpoint_*")) and not list((out / "engine").glob("restart*")) and (out / "engine" / "in.deck").is_file()
+    assert (
+        not list(out.glob("checkpoint_*"))
+        and not list((out / "engine").glob("restart*"))
+        and (out / "engine" / "in.deck").is_file()
+    )
 
 
 @pytest.fixture(scope="module")
 def ground(tmp_path_factory):
-    """A bowl of 800 grains that settled in springs for 1 m/s, carved, with two grains in flight: one comes down inside, one beside it."""
+    """A bowl of 800 grains that settled in springs for 1 m/s, carved, with two grains in flight: one comes down
+    inside, one beside it."""
     run = tmp_path_factory.mktemp("ground")
     bed, _ = settled(run, radius_spread=0.0, arc_radius=9.0, count=800, largest_speed=1.0)
     start = carved_bowl.carved(bed, 5.0, 4.0)
@@ -440,15 +525,27 @@ def ground(tmp_path_factory):
 
 
 def test_flat_ground_on_an_engine(ground, engine):
-    """Momentum, energy and the floor of the bowl after its collapse, beside our own; the grain that comes down beside the bowl is booked as such."""
-    usual = dict(end_time=8.0, latest_time=8.0, still_interval=2.0, snapshot_interval=2.0, history_interval=0.25, accept=tuple(deviations.SENTENCES))
+    """Momentum, energy and the floor of the bowl after its collapse, beside our own; the grain that comes down beside
+    the bowl is booked as such."""
+    usual = dict(
+        end_time=8.0,
+        latest_time=8.0,
+        still_interval=2.0,
+        snapshot_interval=2.0,
+        history_interval=0.25,
+        accept=tuple(deviations.SENTENCES),
+    )
     found = {}
     for name in ("native", engine):
         out = ground / f"5_{name}"
         out.mkdir(exist_ok=True)
         if not (out / "last.vtkhdf").is_file():
             stage.run(stage.Settings(engine=name, springs_for="bed", **usual), ground, out)
-        found[name] = json.loads((out / "stage_report.json").read_text()), np.genfromtxt(out / "history.csv", delimiter=",", names=True), out
+        found[name] = (
+            json.loads((out / "stage_report.json").read_text()),
+            np.genfromtxt(out / "history.csv", delimiter=",", names=True),
+            out,
+        )
     (ours, own, native), (report, rows, folder) = found["native"], found[engine]
     assert "springs_of_the_bed" not in report["engine"]["deviations"]
     assert report["booked"]["landed_outside"]["grains"] == ours["booked"]["landed_outside"]["grains"] == 1
@@ -463,14 +560,17 @@ def test_flat_ground_on_an_engine(ground, engine):
 
 
 def test_what_the_stage_flies_over_flat_ground(ground, tmp_path, engine):
-    """The grain that comes down beside the bowl; the one that comes down inside only where that is too late. The box holds what is back in time."""
+    """The grain that comes down beside the bowl; the one that comes down inside only where that is too late. The box
+    holds what is back in time."""
     start, flat = snapshot.read(ground / "4_handoff" / "start.vtkhdf"), ground_of(ground / "2_sph" / "target.json")
     accept = tuple(deviations.SENTENCES)
     for latest, aloft in ((14.0, [10_001]), (2.0, [10_000, 10_001])):
         settings = stage.Settings(engine=engine, accept=accept, end_time=1.0, latest_time=latest)
         collapse = external.ExternalCollapse(settings, start, flat, tmp_path)
         assert collapse.aloft.tolist() == aloft
-        assert collapse.scene.reach >= collapse.domain.top + latest**2 / 8.0 and collapse.scene.reach >= 9.0  # g = 1 m/s^2, a bowl of 9 m
+        assert (
+            collapse.scene.reach >= collapse.domain.top + latest**2 / 8.0 and collapse.scene.reach >= 9.0
+        )  # g = 1 m/s^2, a bowl of 9 m
 
 
 def test_springs_softer_than_asked_are_a_deviation(ground, tmp_path, engine):
@@ -484,7 +584,9 @@ def test_springs_softer_than_asked_are_a_deviation(ground, tmp_path, engine):
 
 def test_a_stopped_engine_resumes(carved, tmp_path, engine):  # noqa: F811
     """SIGTERM's flag after the first checkpoint; the resumed run passes through the states of an undisturbed one."""
-    settings = stage.Settings(engine=engine, **{**SETTINGS, "end_time": 500.0, "latest_time": 500.0, "snapshot_interval": 50.0})
+    settings = stage.Settings(
+        engine=engine, **{**SETTINGS, "end_time": 500.0, "latest_time": 500.0, "snapshot_interval": 50.0}
+    )
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     whole.mkdir()
     parts.mkdir()
@@ -527,9 +629,17 @@ time.sleep(1000)
 
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_no_engine_outlives_a_killed_run(tmp_path, engine, ranks):
-    """SIGKILL of the process that started it ends the engine and its ranks; until then no second one is let into the folder."""
+    """SIGKILL of the process that started it ends the engine and its ranks; until then no second one is let into the
+    folder."""
     grains = heap()
-    scene = Scene(grains, Contact(shell=GrainLaw(twisting=0.0)), (Wall(PLANE, point=(0, 0, -9.0), species=0),), Field.constant((0, 0, -1.0)), 1e-4, 12.0)
+    scene = Scene(
+        grains,
+        Contact(shell=GrainLaw(twisting=0.0)),
+        (Wall(PLANE, point=(0, 0, -9.0), species=0),),
+        Field.constant((0, 0, -1.0)),
+        1e-4,
+        12.0,
+    )
     external.ENGINES[engine].write(scene, Plan(10**9, 10**6), tmp_path, "in.deck")
     words = [sys.executable, "-c", PARENT.format(engine=engine, ranks=ranks, folder=str(tmp_path))]
     parent = subprocess.Popen(words, stdout=subprocess.PIPE)
@@ -563,7 +673,14 @@ def test_no_engine_outlives_a_killed_run(tmp_path, engine, ranks):
 def test_the_engine_ends_with_its_parent_asked_to_stop(tmp_path, engine):
     """A real signal to a running engine ends it and its ranks."""
     grains = heap()
-    scene = Scene(grains, Contact(shell=GrainLaw(twisting=0.0)), (Wall(PLANE, point=(0, 0, -9.0), species=0),), Field.constant((0, 0, -1.0)), 1e-4, 12.0)
+    scene = Scene(
+        grains,
+        Contact(shell=GrainLaw(twisting=0.0)),
+        (Wall(PLANE, point=(0, 0, -9.0), species=0),),
+        Field.constant((0, 0, -1.0)),
+        1e-4,
+        12.0,
+    )
     external.ENGINES[engine].write(scene, Plan(10**9, 10**6), tmp_path, "in.deck")
     running = program.start(engine, "in.deck", 1, tmp_path, "log")
     time.sleep(1.0)

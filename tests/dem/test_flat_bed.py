@@ -19,9 +19,16 @@ from matter.errors import InputError
 from studies.granular import carved_bowl
 from tests.dem.stops import interrupted, same_grains
 
-TARGET = Target.model_validate({"layers": [{"name": "soil", "material": "basalt", "thickness": 20.0}], "shape": "half_space", "gravity": 1.0})
+TARGET = Target.model_validate(
+    {"layers": [{"name": "soil", "material": "basalt", "thickness": 20.0}], "shape": "half_space", "gravity": 1.0}
+)
 IMPACT = Impact.model_validate(
-    {"speed": 2000.0, "angle_from_vertical": 0.0, "projectile": {"material": "basalt", "radius": 0.1}, "expected_transient_diameter": 8.0}
+    {
+        "speed": 2000.0,
+        "angle_from_vertical": 0.0,
+        "projectile": {"material": "basalt", "radius": 0.1},
+        "expected_transient_diameter": 8.0,
+    }
 )
 
 
@@ -29,9 +36,12 @@ def write_ground(path, depth=10.0, gravity=1.0, density=1500.0):
     """Uniform flat ground, as the shock stage writes it."""
     heights = [-depth, -0.001 * depth]
     content = {
-        "frame": "plane", "shape": "half_space", "depth_m": depth, "half_width_m": depth, "surface_gravity_m_s2": gravity,
-        "layers": [{"name": "soil", "material": "basalt", "bottom_m": -depth, "top_m": 0.0, "mass_kg_m2": density * depth}],
-        "profile": {"height_m": heights, "density_kg_m3": [density] * 2, "pressure_Pa": [-density * gravity * h for h in heights],
+        "frame": "plane", "shape": "half_space", "depth_m": depth, "half_width_m": depth,
+        "surface_gravity_m_s2": gravity,
+        "layers": [{"name": "soil", "material": "basalt", "bottom_m": -depth, "top_m": 0.0,
+        "mass_kg_m2": density * depth}],
+        "profile": {"height_m": heights, "density_kg_m3": [density] * 2,
+        "pressure_Pa": [-density * gravity * h for h in heights],
                     "gravity_m_s2": [gravity] * 2, "layer": [0, 0]},
     }  # fmt: skip
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -41,9 +51,18 @@ def write_ground(path, depth=10.0, gravity=1.0, density=1500.0):
 def settled(folder, **settings):
     write_ground(folder / "2_sph" / "target.json", depth=settings.get("arc_radius", 10.0))
     (folder / "3_bed").mkdir(exist_ok=True)
-    usual = dict(target=TARGET, impact=IMPACT, count=1300, arc_radius=10.0, depth=settings.get("arc_radius", 10.0), headroom_fraction=0.2)
+    usual = dict(
+        target=TARGET,
+        impact=IMPACT,
+        count=1300,
+        arc_radius=10.0,
+        depth=settings.get("arc_radius", 10.0),
+        headroom_fraction=0.2,
+    )
     bed_stage.run(bed_stage.Settings(**{**usual, **settings}), folder, folder / "3_bed")
-    return snapshot.read(folder / "3_bed" / "bed.vtkhdf"), json.loads((folder / "3_bed" / "bed_report.json").read_text())
+    return snapshot.read(folder / "3_bed" / "bed.vtkhdf"), json.loads(
+        (folder / "3_bed" / "bed_report.json").read_text()
+    )
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +84,10 @@ def test_a_random_bed_of_equal_grains(random_bed):
     assert 4.5 < report["coordination_number_bulk"] < 6.5
     assert report["overlap"]["mean"] < 0.003
     assert bed.attributes["frame"] == "plane" and bed.attributes["domain"]["shape"] == "cylinder"
-    assert np.array_equal(bed.headroom == 1, bed.position[:, 2] > 0.0) or np.mean((bed.headroom == 1) != (bed.position[:, 2] > 0.0)) < 0.02
+    assert (
+        np.array_equal(bed.headroom == 1, bed.position[:, 2] > 0.0)
+        or np.mean((bed.headroom == 1) != (bed.position[:, 2] > 0.0)) < 0.02
+    )
 
 
 def test_the_bed_stays_as_it_is_without_its_headroom(random_bed):
@@ -74,7 +96,9 @@ def test_the_bed_stays_as_it_is_without_its_headroom(random_bed):
     carved.tables.update(bed.tables)
     from dem.gravity import Field
 
-    run = Assembly(carved, Contact(), Container.of_attribute(bed.attributes["domain"]).walls(), Field.constant((0.0, 0.0, -1.0)))
+    run = Assembly(
+        carved, Contact(), Container.of_attribute(bed.attributes["domain"]).walls(), Field.constant((0.0, 0.0, -1.0))
+    )
     before = run.particles({}).position
     for _ in range(int(2.0 / run.dt)):
         run.step()
@@ -89,7 +113,8 @@ def test_a_hexagonal_bed_in_a_box(tmp_path):
 
 
 def test_a_tilted_lattice_has_no_level_layers(tmp_path):
-    """As dense as the level one, at rest; heights of its deep grains are spread where those of the level one stand in layers."""
+    """As dense as the level one, at rest; heights of its deep grains are spread where those of the level one stand in
+    layers."""
     bed, report = settled(tmp_path, shape="bowl", packing="hcp_tilted", arc_radius=8.0, radius_spread=0.0, count=900)
     check_at_rest(report)
     level, radius = packing.hexagonal_in(900, Container("bowl", 8.0, -8.0, 1.6))
@@ -105,14 +130,17 @@ def test_a_tilted_lattice_has_no_level_layers(tmp_path):
 
 
 def test_a_bowl_of_mixed_grains_under_weak_gravity_with_stiff_springs(tmp_path):
-    """Springs for contacts faster than those at rest: the bed is settled under inflated gravity, and ends at rest under its own."""
+    """Springs for contacts faster than those at rest: the bed is settled under inflated gravity, and ends at rest
+    under its own."""
     bed, report = settled(tmp_path, shape="bowl", largest_speed=2.0, count=700)
     check_at_rest(report)
     assert report["inflation_of_gravity"] > 3.0
     assert report["overlap"]["mean"] < 1e-3
     assert 0.58 < report["packing_fraction"] < 0.66
     domain = Container.of_attribute(bed.attributes["domain"])
-    assert domain.side_depth(bed.position[bed.headroom == 0]).min() > 0.9 * bed.radius.min()  # headroom may lean out above the walls
+    assert (
+        domain.side_depth(bed.position[bed.headroom == 0]).min() > 0.9 * bed.radius.min()
+    )  # headroom may lean out above the walls
 
 
 def test_ground_that_was_not_brought_into_balance_has_a_weight_all_the_same(tmp_path):
@@ -142,14 +170,21 @@ def test_a_bed_stopped_while_gravity_is_let_down_resumes_bit_for_bit(tmp_path, m
     for name in ("whole", "resumed"):
         first = dict(begins).get("ease", 0)
         stops = () if name == "whole" else (first + 50, first + 53, first + 97)
-        interrupted(monkeypatch, settling, stops, lambda name=name: beds.append(settled(tmp_path / name, shape="bowl", largest_speed=2.0, count=300)))
+        interrupted(
+            monkeypatch,
+            settling,
+            stops,
+            lambda name=name: beds.append(settled(tmp_path / name, shape="bowl", largest_speed=2.0, count=300)),
+        )
     assert len(beds) == 2 and "ease" in dict(begins)
     same_grains(beds[0][0], beds[1][0])
 
 
 def test_a_carved_cavity_slumps_and_a_stopped_one_ends_alike(random_bed, tmp_path, monkeypatch):
     bed, _ = random_bed
-    slippery = Contact(shell=GrainLaw(friction=0.1, shape=0.0))  # with their own friction a cavity of a few grains stands as it was carved
+    slippery = Contact(
+        shell=GrainLaw(friction=0.1, shape=0.0)
+    )  # with their own friction a cavity of a few grains stands as it was carved
     found = []
     monkeypatch.setattr(carved_bowl, "CHECKPOINT_EVERY_S", 0.0)
     for name in ("whole", "resumed"):
@@ -214,13 +249,17 @@ def test_a_body_is_filled_as_a_cap(tmp_path, bed_settings):
     from tests.dem import bodies
 
     bodies.write_callisto(tmp_path / "2_sph" / "target.json")
-    for change, words in (({"shape": "bowl"}, "is for flat ground"), ({"packing": "hcp_tilted"}, "hcp_tilted.* are for flat ground")):
+    for change, words in (
+        ({"shape": "bowl"}, "is for flat ground"),
+        ({"packing": "hcp_tilted"}, "hcp_tilted.* are for flat ground"),
+    ):
         with pytest.raises(InputError, match=words):
             bed_stage.run(bed_settings.model_copy(update=change), tmp_path, tmp_path)
 
 
 def test_a_carved_flat_bed_collapses(random_bed, tmp_path):
-    """Flat ground: the flanks of a steep cavity give way, a grain thrown up flies beside the contact search and comes back, balances hold."""
+    """Flat ground: the flanks of a steep cavity give way, a grain thrown up flies beside the contact search and comes
+    back, balances hold."""
     from dem import stage
     from studies.granular import carved_bowl
 
@@ -234,7 +273,9 @@ def test_a_carved_flat_bed_collapses(random_bed, tmp_path):
     (tmp_path / "4_handoff").mkdir()
     (tmp_path / "5_dem").mkdir()
     snapshot.write(start, tmp_path / "4_handoff" / "start.vtkhdf")
-    settings = stage.Settings(end_time=13.0, latest_time=14.0, still_interval=4.0, snapshot_interval=2.0, history_interval=1.0)
+    settings = stage.Settings(
+        end_time=13.0, latest_time=14.0, still_interval=4.0, snapshot_interval=2.0, history_interval=1.0
+    )
     stage.run(settings, tmp_path, tmp_path / "5_dem")
     report = json.loads((tmp_path / "5_dem" / "stage_report.json").read_text())
     assert report["momentum_error"] < 1e-9 and abs(report["energy_error"]) < 0.05

@@ -28,7 +28,8 @@ def total(bed: Assembly) -> float:
 
 
 def test_two_that_meet_head_on_part_with_their_restitution():
-    """Gap 0.3 m, closing at 3 m/s: they touch after 0.1 s, of which the look comes 0.1 s and more before; then they part at 1.8 m/s, mass 1 against 3."""
+    """Gap 0.3 m, closing at 3 m/s: they touch after 0.1 s, of which the look comes 0.1 s and more before; then they
+    part at 1.8 m/s, mass 1 against 3."""
     bed = flying([[0, 0, 0], [2.3, 0, 0]], [[2.0, 0, 0], [-1.0, 0, 0]], g=0.5, mass=np.array([1.0, 3.0]))
     heavy = int(np.argmax(bed.mass))
     assert flight_collisions.collide(bed, 0.09) == 0
@@ -45,7 +46,8 @@ def test_two_that_meet_head_on_part_with_their_restitution():
 
 
 def test_a_glancing_hit_slides_or_sticks():
-    """Contact at once, closing at 1, slip 2 across, reduced mass 0.5: sliding gives mu 1.6 x 0.5 x 1 across, rough grains stick (2/7 of m u_t)."""
+    """Contact at once, closing at 1, slip 2 across, reduced mass 0.5: sliding gives mu 1.6 x 0.5 x 1 across, rough
+    grains stick (2/7 of m u_t)."""
     for friction, expected in ((0.1, 0.1 * 1.6 * 0.5), (0.4, 2.0 / 7.0 * 0.5 * 2.0)):
         bed = flying([[0, 0, 0], [2.0 - 1e-12, 0, 0]], [[0.5, 1.0, 0], [-0.5, -1.0, 0]])
         bed.contact = Contact(shell=GrainLaw(restitution=0.6, friction=friction))
@@ -56,13 +58,22 @@ def test_a_glancing_hit_slides_or_sticks():
 
 
 def test_a_crossing_cloud_keeps_its_sums_and_shares_no_places():
-    """Three hundred grains that fly through one another: momentum, angular momentum and energy to rounding, and no two in one place."""
+    """Three hundred grains that fly through one another: momentum, angular momentum and energy to rounding, and no two
+    in one place."""
     rng = np.random.default_rng(1)
     n = 300
     x = np.stack(np.meshgrid(*[np.arange(7)] * 3), -1).reshape(-1, 3)[:n] * 1.5 - 4.5
     radius = rng.uniform(0.3, 0.6, n)
     speed = rng.normal(0.0, 0.3, (n, 3)) - 0.5 * np.sign(x[:, :1]) * [1.0, 0.0, 0.0]  # two halves through each other
-    bed = flying(x, speed, g=0.01, dt=0.005, radius=radius, mass=rng.uniform(0.5, 2.0, n), angular_velocity=rng.normal(0.0, 0.3, (n, 3)))
+    bed = flying(
+        x,
+        speed,
+        g=0.01,
+        dt=0.005,
+        radius=radius,
+        mass=rng.uniform(0.5, 2.0, n),
+        angular_velocity=rng.normal(0.0, 0.3, (n, 3)),
+    )
     energy, p, l = total(bed), bed.momentum(), bed.angular_momentum()
     hits, deepest = 0, 0.0
     for step in range(400):
@@ -70,7 +81,11 @@ def test_a_crossing_cloud_keeps_its_sums_and_shares_no_places():
             hits += flight_collisions.collide(bed, flight.EVERY * bed.dt)
         bed.step()
         pairs = cKDTree(bed.position).query_pairs(1.2, output_type="ndarray")
-        gap = np.linalg.norm(bed.position[pairs[:, 0]] - bed.position[pairs[:, 1]], axis=1) - bed.X[pairs[:, 0], 3] - bed.X[pairs[:, 1], 3]
+        gap = (
+            np.linalg.norm(bed.position[pairs[:, 0]] - bed.position[pairs[:, 1]], axis=1)
+            - bed.X[pairs[:, 0], 3]
+            - bed.X[pairs[:, 1], 3]
+        )
         deepest = max(deepest, float(-gap.min(initial=0.0)))
     assert hits > 150
     assert total(bed) == pytest.approx(energy, rel=1e-12) and bed.report[0] == bed.lost_in_flight > 0.2 * energy
@@ -81,7 +96,8 @@ def test_a_crossing_cloud_keeps_its_sums_and_shares_no_places():
 
 @pytest.mark.parametrize("shape", ["cylinder", "bowl", "box"])
 def test_a_grain_that_comes_down_on_the_upper_edge_of_a_wall_is_booked(shape):
-    """Its centre half a radius inside: in the wall it would be by half a radius at once, with 1250 J. Another comes back into the search."""
+    """Its centre half a radius inside: in the wall it would be by half a radius at once, with 1250 J. Another comes
+    back into the search."""
     box = Container(shape, 9.0, -9.0, 1.0)
     bed = flying([[8.5, 0, 6.0], [-7.0, 0, 6.0]], [[0, 0, -1.0], [0, 0, -1.0]], g=1.0, walls=box.walls())
     before = total(bed)
@@ -104,7 +120,8 @@ def test_the_side_of_a_cone_is_as_far_as_its_wall_says():
 
 
 def test_what_sinks_past_the_edge_of_a_wall_begins_unloaded():
-    """In the contact search, as the outermost grain of a heap: springs with an offset begin at zero force there, and push when it goes on outwards."""
+    """In the contact search, as the outermost grain of a heap: springs with an offset begin at zero force there, and
+    push when it goes on outwards."""
     box = Container("cylinder", 9.0, -9.0, 1.0)
     start = grains([[8.5, 0, 1.5]], velocity=np.array([[0.0, 0, 0]]))
     bed = Assembly(start, LAW, box.walls(), Field.constant((0.0, 0.0, -1.0)), dt=0.002, extras=Extras(offset=True))
@@ -121,7 +138,8 @@ def test_what_sinks_past_the_edge_of_a_wall_begins_unloaded():
 
 
 def test_the_stage_lets_what_flies_collide(tmp_path):
-    """Two grains on their way to one place above a bed part as their restitution says, and stay apart by their radii."""
+    """Two grains on their way to one place above a bed part as their restitution says, and stay apart by their
+    radii."""
     from tests.dem.test_stiffening import collapse, settled
 
     bed = settled(tmp_path, radius_spread=0.0, arc_radius=9.0, count=220)[0]
@@ -135,7 +153,9 @@ def test_the_stage_lets_what_flies_collide(tmp_path):
     made.advance()
     here = np.isin(made.bed.identity, who)
     closing = np.ptp(made.bed.W[here, 0])
-    assert np.ptp(made.bed.X[here, 0]) > 2.0 * bed.radius[pair].min() and closing == pytest.approx(0.55 * 4.0, rel=1e-6)
+    assert np.ptp(made.bed.X[here, 0]) > 2.0 * bed.radius[pair].min() and closing == pytest.approx(
+        0.55 * 4.0, rel=1e-6
+    )
     row = dict(zip(COLUMNS, made._row()))
     assert row["dissipated_flight_J"] == pytest.approx(0.25 * bed.mass[pair[0]] * 4.0**2 * (1.0 - 0.55**2), rel=1e-6)
     assert abs(row["energy_error"]) < 0.01

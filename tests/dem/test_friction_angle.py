@@ -33,9 +33,12 @@ def test_a_periodic_cell_keeps_its_momentum_and_loses_energy():
 
 
 def test_images_repel_across_the_sliding_border():
-    """Two grains that touch through the upper border, whose image is displaced: force, stress and slip are those of the pair in the open."""
+    """Two grains that touch through the upper border, whose image is displaced: force, stress and slip are those of
+    the pair in the open."""
     contact = law(friction=0.0, restitution=1.0)
-    cell = Cell(np.array([[0.0, 0.0, 0.2], [0.3, 0.0, 5.3]]), np.array([0.5, 0.5]), np.array([6.0, 6.0, 6.0]), contact, 100.0)
+    cell = Cell(
+        np.array([[0.0, 0.0, 0.2], [0.3, 0.0, 5.3]]), np.array([0.5, 0.5]), np.array([6.0, 6.0, 6.0]), contact, 100.0
+    )
     cell.clock[0] = 0.3  # the image above stands 0.3 further along x: below, 0.3 back
     cell._build()
     cell.run(1)
@@ -54,7 +57,8 @@ def test_the_cell_follows_the_normal_stress():
 
 
 def test_friction_makes_the_shear_stress_larger():
-    """Fast shear of small cells: smooth grains keep an angle below 13 deg, rough ones twice that, and rolling resistance adds to it."""
+    """Fast shear of small cells: smooth grains keep an angle below 13 deg, rough ones twice that, and rolling
+    resistance adds to it."""
     angles = []
     for contact in (law(0.0, 0.0), law(0.5, 0.0), law(0.5, 0.6)):
         cell = loose(contact, count=343)
@@ -66,7 +70,8 @@ def test_friction_makes_the_shear_stress_larger():
 
 
 def test_a_tilted_bed_flows_and_its_base_slows_it_down(monkeypatch):
-    """A small bed, turned quickly: it rests below the friction at its base (20.3 deg in slow shear), which is not that of smooth grains."""
+    """A small bed, turned quickly: it rests below the friction at its base (20.3 deg in slow shear), which is not that
+    of smooth grains."""
     for name, value in (("DEPTH", 6.0), ("WIDTH", 5.0), ("TURN", 0.2)):
         monkeypatch.setattr(friction_angle, name, value)
     found = friction_angle.tilt(law(0.5, 0.0), begin=18.0)
@@ -85,7 +90,8 @@ def test_a_burst_cell_is_refused():
 
 
 def test_an_angle_is_kept_and_a_friction_found(tmp_path, monkeypatch):
-    """With a measurement that is known beforehand: it is made once for each law and seed, and the friction solves for the wanted angle."""
+    """With a measurement that is known beforehand: it is made once for each law and seed, and the friction solves for
+    the wanted angle."""
     monkeypatch.setenv("BOLIDE_CACHE", str(tmp_path / "kernels"))
     friction_angle.jit.cache_root.cache_clear()
     made = []
@@ -97,10 +103,17 @@ def test_an_angle_is_kept_and_a_friction_found(tmp_path, monkeypatch):
     monkeypatch.setattr(friction_angle, "shear", known)
     try:
         friction, angle, error = friction_angle.friction_for(30.0, law())
-        assert 24.0 + 10.0 * friction + 0.15 == pytest.approx(30.0, abs=0.02) and angle == pytest.approx(30.0) and 0.0 < error < 0.25
+        assert (
+            24.0 + 10.0 * friction + 0.15 == pytest.approx(30.0, abs=0.02)
+            and angle == pytest.approx(30.0)
+            and 0.0 < error < 0.25
+        )
         before = len(made)
         contact = Contact.model_validate({"friction_angle": "30 deg", "shell": {"shape": 0.3}})
-        assert friction_angle.resolved(contact).shell.friction == friction and friction_angle.resolved(contact).friction_angle is None
+        assert (
+            friction_angle.resolved(contact).shell.friction == friction
+            and friction_angle.resolved(contact).friction_angle is None
+        )
         assert len(made) == before
         assert friction_angle.resolved(law()) == law()
         with pytest.raises(InputError, match="cannot be reached"):

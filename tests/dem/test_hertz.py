@@ -1,4 +1,5 @@
-"""Hertz and Mindlin: Chung & Ooi's (2011) tests 1, 2 and 4, restitution at any speed, springs while the area of a contact changes."""
+"""Hertz and Mindlin: Chung & Ooi's (2011) tests 1, 2 and 4, restitution at any speed, springs while the area of a
+contact changes."""
 
 import math
 from typing import NamedTuple
@@ -17,7 +18,9 @@ FLOOR = Wall(PLANE, species=0)
 
 
 def hertzian(modulus: float, nu: float, e: float = 1.0, mu: float = 0.0, steps: int = 100, **more) -> Contact:
-    law = GrainLaw(restitution=e, restitution_tangential=e, friction=mu, shape=0.0, elastic_modulus=modulus, poisson_ratio=nu)
+    law = GrainLaw(
+        restitution=e, restitution_tangential=e, friction=mu, shape=0.0, elastic_modulus=modulus, poisson_ratio=nu
+    )
     return Contact(shell=law, normal="hertz", tangential="mindlin", steps_per_contact=steps, **more)
 
 
@@ -30,14 +33,18 @@ class Bounce(NamedTuple):
 
 
 def drop(radius: float, density: float, speed: float, contact: Contact, wall: bool, angle: float = 0.0) -> Bounce:
-    """One sphere on a plane, or two against each other, until they part; times of touching and parting by interpolation."""
+    """One sphere on a plane, or two against each other, until they part; times of touching and parting by
+    interpolation."""
     mass = 4 / 3 * math.pi * radius**3 * density
     direction = np.array([math.sin(angle), 0.0, -math.cos(angle)])
     if wall:
-        scene = grains([[0, 0, radius * (1 + 1e-6)]], [radius], velocity=[speed * direction], mass=[mass], stiffness=[1.0])
+        scene = grains(
+            [[0, 0, radius * (1 + 1e-6)]], [radius], velocity=[speed * direction], mass=[mass], stiffness=[1.0]
+        )
     else:
         scene = grains(
-            [[0, 0, radius * (1 + 1e-6)], [0, 0, -radius * (1 + 1e-6)]], [radius, radius], velocity=[speed * direction, -speed * direction],
+            [[0, 0, radius * (1 + 1e-6)], [0, 0, -radius * (1 + 1e-6)]], [radius, radius], velocity=[speed * direction,
+            -speed * direction],
             mass=[mass] * 2, stiffness=[1.0] * 2,
         )  # fmt: skip
     bed = Assembly(scene, contact, [FLOOR] if wall else [])
@@ -79,14 +86,16 @@ def test_chung_ooi_2_sphere_on_a_rigid_plane(modulus, nu, density, force, deepes
 
 
 # angle from the normal [deg]: tangential restitution, |spin| after [rad/s]
-OBLIQUE = {10: (0.687, 213), 15: (0.624, None), 20: (0.616, 511), 25: (0.634, None), 30: (0.684, 617), 40: (0.781, 545),
+OBLIQUE = {10: (0.687, 213), 15: (0.624, None), 20: (0.616, 511), 25: (0.634, None), 30: (0.684, 617), 40: (0.781,
+545),
            50: (0.845, 457), 60: (0.893, 357), 70: (0.932, 246), 80: (0.966, 126)}  # fmt: skip
 
 
 @pytest.mark.parametrize("angle", OBLIQUE)
 def test_chung_ooi_4_oblique_impact(angle):
     radius, speed, e, mu = 2.5e-3, 3.9, 0.98, 0.092
-    # below 20 deg, where the contact sticks, the published curves follow the rule "displacement"; above the two rules agree
+    # below 20 deg, where the contact sticks, the published curves follow the rule "displacement"; above the two rules
+    # agree
     contact = hertzian(380e9, 0.23, e, mu, steps=400, mindlin_history="displacement" if angle < 20 else "force")
     found = drop(radius, 4000.0, speed, contact, wall=True, angle=math.radians(angle)).after
     slope, spin = OBLIQUE[angle]
@@ -99,7 +108,10 @@ def test_chung_ooi_4_oblique_impact(angle):
         assert abs(found.W[0, 4]) == pytest.approx(5 * mu * (1 + e) * across / (2 * radius), rel=0.005)
 
 
-@pytest.mark.parametrize("restitution, steps, tolerance", [(0.2, 100, 0.005), (0.55, 100, 0.005), (0.9, 100, 0.005), (0.55, 30, 0.01), (0.9, 30, 0.01)])
+@pytest.mark.parametrize(
+    "restitution, steps, tolerance",
+    [(0.2, 100, 0.005), (0.55, 100, 0.005), (0.9, 100, 0.005), (0.55, 30, 0.01), (0.9, 30, 0.01)],
+)
 @pytest.mark.parametrize("speed", [0.01, 10.0])
 def test_restitution_does_not_depend_on_the_speed(restitution, steps, tolerance, speed):
     modulus, nu, radius, density = 1e9, 0.25, 0.01, 2500.0
@@ -121,7 +133,8 @@ def test_the_undamped_contact_time_is_hertz_own():
 
 
 def cyclic(rule: str) -> float:
-    """Tangential work that a contact gives back over a cycle: slip while loose, press, slip back, loosen; per first energy."""
+    """Tangential work that a contact gives back over a cycle: slip while loose, press, slip back, loosen; per first
+    energy."""
     k, energy, spring = 1.0, 0.0, 0.0
     for stiffness, slip in ((1.0, 1.0), (4.0, 0.0), (4.0, -0.5), (1.0, 0.0), (1.0, None)):
         spring *= tangential_mindlin.kept(stiffness, k, tangential_mindlin.RULES[rule])
@@ -161,7 +174,9 @@ def test_a_cluster_keeps_its_momenta_and_never_gains_energy():
 def test_springs_survive_rebuilds_threads_order_and_snapshots():
     scene = cluster(5, fall=0.1)
     shuffled = scene.select(np.random.default_rng(3).permutation(len(scene)))
-    whole, often, threaded, other = (Assembly(s, HERTZ, threads=t) for s, t in ((scene, 1), (scene, 1), (scene, 3), (shuffled, 1)))
+    whole, often, threaded, other = (
+        Assembly(s, HERTZ, threads=t) for s, t in ((scene, 1), (scene, 1), (scene, 3), (shuffled, 1))
+    )
     for step in range(150):
         if step % 3 == 0:
             often._rebuild()
@@ -175,18 +190,24 @@ def test_springs_survive_rebuilds_threads_order_and_snapshots():
         assert np.allclose(first.tables["contacts/history"], found.tables["contacts/history"], rtol=1e-6, atol=1e-12)
         assert np.allclose(first.position, found.position, rtol=0, atol=1e-10)
     again = Assembly(first, HERTZ, dt=whole.dt)
-    assert np.allclose(first.tables["contacts/history"], again.particles({}).tables["contacts/history"], rtol=1e-9, atol=1e-15)
+    assert np.allclose(
+        first.tables["contacts/history"], again.particles({}).tables["contacts/history"], rtol=1e-9, atol=1e-15
+    )
     assert np.allclose(*(np.sort(bed.hist[bed.hist[:, 7] != 0.0, 8]) for bed in (again, whole)), rtol=1e-9)
 
 
 def test_a_mixed_pair_has_springs_in_series_and_a_wall_is_rigid():
     table = HERTZ.pair_table()
     assert table[0, 1, 7] == pytest.approx(1 / ((1 - 0.25**2) / 3e6 + (1 - 0.4**2) / 1e6))
-    shear = tangential_mindlin.effective_shear_modulus(*(normal_hertz.Parameters(0.5, *constants) for constants in ((3e6, 0.25), (1e6, 0.4))))
+    shear = tangential_mindlin.effective_shear_modulus(
+        *(normal_hertz.Parameters(0.5, *constants) for constants in ((3e6, 0.25), (1e6, 0.4)))
+    )
     assert shear == pytest.approx(1 / ((2 - 0.25) / (3e6 / 2.5) + (2 - 0.4) / (1e6 / 2.8)))
     assert table[0, 1, 6] == pytest.approx(4 * shear / table[0, 1, 7])
     bed = Assembly(grains([[0, 0, 2.0]]), HERTZ, [Wall(PLANE, species=1)])
-    assert bed.wall_tables[0, 0, 7] == pytest.approx(3e6 / (1 - 0.25**2)) and bed.wall_tables[0, 0, 6] == pytest.approx(table[0, 0, 6])
+    assert bed.wall_tables[0, 0, 7] == pytest.approx(3e6 / (1 - 0.25**2)) and bed.wall_tables[
+        0, 0, 6
+    ] == pytest.approx(table[0, 0, 6])
 
 
 def test_the_step_resolves_the_fastest_grain_and_the_smallest():

@@ -31,10 +31,15 @@ def title(case):
 
 def contact_of(normal: str, cohesion: str = "none", restitution: float = 1.0, **changes) -> Contact:
     """A contact of these laws, with the values that their files give as an example."""
-    taken = [dispatch.NORMAL.module(dispatch.NORMAL.kind(normal)), dispatch.COHESION.module(dispatch.COHESION.kind(cohesion))]
+    taken = [
+        dispatch.NORMAL.module(dispatch.NORMAL.kind(normal)),
+        dispatch.COHESION.module(dispatch.COHESION.kind(cohesion)),
+    ]
     example = {key: value for law in taken for key, value in getattr(law, "EXAMPLE", {}).items()}
     grain = GrainLaw(**{**example, **GRAIN, "restitution": restitution})
-    return Contact(shell=grain, normal=normal, tangential=taken[0].TANGENTIAL, cohesion=cohesion, overlap_stop=1.5, **changes)
+    return Contact(
+        shell=grain, normal=normal, tangential=taken[0].TANGENTIAL, cohesion=cohesion, overlap_stop=1.5, **changes
+    )
 
 
 def test_every_file_of_the_folder_is_listed_in_the_family_that_its_name_begins_with():
@@ -67,7 +72,10 @@ def test_the_keys_of_a_grain_are_those_of_the_laws_and_mean_one_thing():
         assert set(law._field_defaults) == set(law._fields), "a key of a grain needs a default"
         for key, kind in typing.get_type_hints(law, include_extras=True).items():
             ranges = {str(part.metadata) for part in typing.get_args(kind) if hasattr(part, "metadata")}
-            assert kinds.setdefault(key, ranges) == ranges and defaults.setdefault(key, law._field_defaults[key]) == law._field_defaults[key]
+            assert (
+                kinds.setdefault(key, ranges) == ranges
+                and defaults.setdefault(key, law._field_defaults[key]) == law._field_defaults[key]
+            )
     assert set(GrainLaw.model_fields) == set(kinds)
     assert GrainLaw().model_dump() == defaults
     assert all(field.description for field in GrainLaw.model_fields.values())
@@ -83,7 +91,9 @@ def test_a_normal_spring_holds_the_work_that_was_done_on_it(normal):
         assert held == pytest.approx(quad(force, 0.0, x, epsabs=0.0)[0], rel=1e-8) and held > 0.0
         rate = (force(x * (1 + 1e-6)) - force(x * (1 - 1e-6))) / (2e-6 * x)
         assert dispatch.stiffness(kind, row, x, BODIES) == pytest.approx(rate, rel=1e-6)
-        assert dispatch.normal_force(kind, x, 0.0, dispatch.stiffness(kind, row, x, BODIES), 1.0, True) == pytest.approx(force(x), rel=1e-14)
+        assert dispatch.normal_force(
+            kind, x, 0.0, dispatch.stiffness(kind, row, x, BODIES), 1.0, True
+        ) == pytest.approx(force(x), rel=1e-14)
 
 
 @pytest.mark.parametrize("cohesion", dispatch.COHESION.names[1:])
@@ -107,7 +117,12 @@ def test_what_binds_a_contact_is_the_work_of_its_pull(cohesion, second):
 @pytest.mark.parametrize("cohesion", dispatch.COHESION.names)
 def test_an_elastic_pair_keeps_its_energy(cohesion, normal):
     contact = contact_of(normal, cohesion, steps_per_contact=200, expected_speed=3.0)
-    scene = grains([[0, 0, 0], [2.001, 0, 0]], mass=[100.0, 100.0], stiffness=[1e6, 1e6], velocity=np.array([[0.0, 0, 0], [-3.0, 0, 0]]))
+    scene = grains(
+        [[0, 0, 0], [2.001, 0, 0]],
+        mass=[100.0, 100.0],
+        stiffness=[1e6, 1e6],
+        velocity=np.array([[0.0, 0, 0], [-3.0, 0, 0]]),
+    )
     pair = Assembly(scene, contact)
     start, deepest = sum(pair.energies().values()), 0.0
     while pair.time < 3.0 and (pair.contacts or pair.velocity[1, 0] < pair.velocity[0, 0]):
@@ -122,7 +137,12 @@ def test_an_elastic_pair_keeps_its_energy(cohesion, normal):
 @pytest.mark.parametrize("restitution", [0.3, 0.7])
 def test_a_pair_rebounds_with_the_restitution_that_was_asked_for(normal, restitution):
     contact = contact_of(normal, restitution=restitution, steps_per_contact=200, expected_speed=1.0)
-    scene = grains([[0, 0, 0], [2.001, 0, 0]], mass=[100.0, 100.0], stiffness=[1e6, 1e6], velocity=np.array([[0.0, 0, 0], [-1.0, 0, 0]]))
+    scene = grains(
+        [[0, 0, 0], [2.001, 0, 0]],
+        mass=[100.0, 100.0],
+        stiffness=[1e6, 1e6],
+        velocity=np.array([[0.0, 0, 0], [-1.0, 0, 0]]),
+    )
     pair = Assembly(scene, contact)
     while pair.time < 3.0 and (pair.contacts or pair.velocity[1, 0] < pair.velocity[0, 0]):
         pair.step()
@@ -137,7 +157,9 @@ def test_the_table_of_pairs_holds_the_rows_of_the_laws(normal, cohesion):
     assert table.shape == (2, 2, PAIR_COLUMNS) and PAIR_COLUMNS == COHESION.stop
     for family, columns in ((dispatch.NORMAL, NORMAL), (dispatch.COHESION, COHESION)):
         numbers = between(contact.law(family), *(contact.values(family, 0),) * 2) if contact.law(family) else ()
-        assert tuple(table[0, 0, columns][: len(numbers)]) == numbers and not table[0, 0, columns][len(numbers) :].any()
+        assert (
+            tuple(table[0, 0, columns][: len(numbers)]) == numbers and not table[0, 0, columns][len(numbers) :].any()
+        )
 
 
 def test_a_contact_at_rest_pushes_with_its_spring_less_its_pull():
@@ -147,7 +169,9 @@ def test_a_contact_at_rest_pushes_with_its_spring_less_its_pull():
             row, scheme = contact.pair_table()[0, 0], contact.scheme()
             k, push = at_rest(np.array([0.01]), np.array([[1.0, 2.0 / 3.0]]), np.array([1e4]), row[None], scheme)
             assert k[0] == dispatch.stiffness(scheme.normal, row[NORMAL], 0.01, BODIES)
-            held = dispatch.elastic_force(scheme.normal, 0.01, k[0]) - dispatch.pull(scheme.cohesion, row[COHESION], 0.01, BODIES)
+            held = dispatch.elastic_force(scheme.normal, 0.01, k[0]) - dispatch.pull(
+                scheme.cohesion, row[COHESION], 0.01, BODIES
+            )
             assert push[0] == pytest.approx(held, rel=1e-12)
 
 
@@ -164,7 +188,10 @@ def test_every_law_that_is_not_taken_is_idle(tmp_path):
 
     for family, number in LISTED:
         if family.key in ("normal", "cohesion"):
-            contact = contact_of(family.names[number] if family.key == "normal" else "hooke", family.names[number] if family.key == "cohesion" else "none")
+            contact = contact_of(
+                family.names[number] if family.key == "normal" else "hooke",
+                family.names[number] if family.key == "cohesion" else "none",
+            )
             idle = {path.stem for path in _laws(contact)}
             assert title((family, number)) not in idle
             assert {title((family, k)) for k in range(family.first, len(family.names)) if k != number} <= idle

@@ -13,10 +13,13 @@ STIFFNESS = 1e4
 
 
 def collide(restitution: float, steps: int, phase: float = 0.3, **contact):
-    """Head-on collision of two unit masses; returns the measured restitution and the contact time over the analytic one."""
+    """Head-on collision of two unit masses; returns the measured restitution and the contact time over the analytic
+    one."""
     dt = math.pi * math.sqrt(0.5 / STIFFNESS) / steps
     speed = 0.01
-    scene = grains([[0.0, 0.0, 0.0], [2.0 + phase * 2 * speed * dt, 0.0, 0.0]], velocity=np.array([[speed, 0, 0], [-speed, 0, 0]]))
+    scene = grains(
+        [[0.0, 0.0, 0.0], [2.0 + phase * 2 * speed * dt, 0.0, 0.0]], velocity=np.array([[speed, 0, 0], [-speed, 0, 0]])
+    )
     pair = assembly(scene, SMOOTH.model_copy(update={"restitution": restitution}), steps_per_contact=steps, **contact)
     overlap = lambda: 2.0 - abs(pair.position[1, 0] - pair.position[0, 0])  # noqa: E731
     before, begin, end = overlap(), None, None
@@ -53,7 +56,13 @@ def test_clipped_tail_has_its_known_larger_restitution():
 def test_restitution_of_unequal_grains_is_the_same():
     steps = 100
     radius, mass = np.array([1.0, 0.5]), np.array([1.0, 0.125])
-    scene = grains([[0, 0, 0], [1.5001, 0, 0]], radius, mass=mass, velocity=np.array([[0.01, 0, 0], [-0.01, 0, 0]]), stiffness=np.array([1e4, 2e4]))
+    scene = grains(
+        [[0, 0, 0], [1.5001, 0, 0]],
+        radius,
+        mass=mass,
+        velocity=np.array([[0.01, 0, 0], [-0.01, 0, 0]]),
+        stiffness=np.array([1e4, 2e4]),
+    )
     pair = assembly(scene, SMOOTH.model_copy(update={"restitution": 0.55}), steps_per_contact=steps)
     for _ in range(6 * steps):
         pair.step()

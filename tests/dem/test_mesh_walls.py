@@ -1,4 +1,5 @@
-"""Walls of triangles: distances against exact ones, one contact where one is due, no bump on a seam, the weight of a ball."""
+"""Walls of triangles: distances against exact ones, one contact where one is due, no bump on a seam, the weight of a
+ball."""
 
 import math
 import time
@@ -36,7 +37,8 @@ def test_the_inside_of_a_box_is_six_planes():
 
 
 def test_the_outside_of_a_box_is_touched_once():
-    """Faces, edges and corners from outside: exactly one of the six pieces answers, with the exact distance and direction."""
+    """Faces, edges and corners from outside: exactly one of the six pieces answers, with the exact distance and
+    direction."""
     half, table, rng = 0.5 * np.array(BOX), rows(box(inside=False), 0.5), np.random.default_rng(2)
     kinds = set()
     for x in rng.uniform(-half - 0.45, half + 0.45, (3000, 3)):
@@ -53,7 +55,8 @@ def test_the_outside_of_a_box_is_touched_once():
 
 
 def test_a_step_has_a_hollow_and_a_ridge():
-    """Floor, riser, tread: the hollow is two faces and nothing more, the ridge one contact, whichever piece it belongs to."""
+    """Floor, riser, tread: the hollow is two faces and nothing more, the ridge one contact, whichever piece it belongs
+    to."""
     profile = [(-3.0, 0.0), (0.0, 0.0), (0.0, 1.0), (3.0, 1.0)]
     points = np.array([(x, y, z) for x, z in profile for y in (-3.0, 3.0)])
     faces = [f for k in range(3) for f in ((2 * k, 2 * k + 2, 2 * k + 1), (2 * k + 1, 2 * k + 2, 2 * k + 3))]
@@ -61,7 +64,8 @@ def test_a_step_has_a_hollow_and_a_ridge():
     table = rows(walls, 0.5)
     assert len(walls) == 3
     assert sorted(d for d, _ in contacts(table, np.array([-0.2, 0.1, 0.3]), 0.5)) == pytest.approx([0.2, 0.3])
-    # beside the hollow the riser's lower edge is nearer than half a metre to points over the floor, but no contact of its own
+    # beside the hollow the riser's lower edge is nearer than half a metre to points over the floor, but no contact of
+    # its own
     assert [d for d, _ in contacts(table, np.array([-0.45, 0.1, 0.2]), 0.44)] == pytest.approx([0.2])
     for x, d in (([-0.2, 0.1, 1.3], math.hypot(0.2, 0.3)), ([0.2, 0.1, 1.3], 0.3), ([-0.2, 0.1, 0.8], 0.2)):
         assert [found for found, _ in contacts(table, np.array(x), 0.45)] == pytest.approx([d])
@@ -87,7 +91,12 @@ def test_a_ball_at_rest_presses_with_its_weight(where):
     """On a facet, on a corner of the mesh, on a seam: one contact, k_n x = m g."""
     g, k = 3.0, 1e4
     walls = walls_of(_plate(cells=6))
-    ball = assembly(grains([*where, 0.505], 0.5, stiffness=[k]), SMOOTH.model_copy(update={"restitution": 0.1}), walls, (0.0, 0.0, -g))
+    ball = assembly(
+        grains([*where, 0.505], 0.5, stiffness=[k]),
+        SMOOTH.model_copy(update={"restitution": 0.1}),
+        walls,
+        (0.0, 0.0, -g),
+    )
     for _ in range(4000):
         ball.step()
     assert (0.5 - ball.position[0, 2]) * k == pytest.approx(g, rel=1e-3)
@@ -97,7 +106,9 @@ def test_a_ball_at_rest_presses_with_its_weight(where):
 def test_a_ball_in_the_corner_of_a_box_rests_on_three_faces():
     walls, k = box(inside=True), 1e4
     start = -0.5 * np.array(BOX) + 0.402
-    ball = assembly(grains(start, 0.4, stiffness=[k]), SMOOTH.model_copy(update={"restitution": 0.1}), walls, (-1.0, -2.0, -3.0))
+    ball = assembly(
+        grains(start, 0.4, stiffness=[k]), SMOOTH.model_copy(update={"restitution": 0.1}), walls, (-1.0, -2.0, -3.0)
+    )
     for _ in range(6000):
         ball.step()
     overlap = 0.4 - (ball.position[0] + 0.5 * np.array(BOX))
@@ -105,10 +116,14 @@ def test_a_ball_in_the_corner_of_a_box_rests_on_three_faces():
 
 
 def test_a_ball_rolls_over_seams_without_a_bump():
-    """The same path to rounding on a mesh of facets as on a plane: no kick, no lost spring, whatever seam or corner it rolls over."""
+    """The same path to rounding on a mesh of facets as on a plane: no kick, no lost spring, whatever seam or corner it
+    rolls over."""
     law = GrainLaw(restitution=0.3, friction=0.5, shape=0.01)
     start = dict(radius=0.5, velocity=np.array([[1.0, 0.37, 0.0]]), stiffness=[1e5], mass=[2.0])
-    balls = [assembly(grains([-2.5, -1.0, 0.4999], **start), law, walls, (0, 0, -5.0)) for walls in (walls_of(_plate(cells=9)), [Wall(PLANE)])]
+    balls = [
+        assembly(grains([-2.5, -1.0, 0.4999], **start), law, walls, (0, 0, -5.0))
+        for walls in (walls_of(_plate(cells=9)), [Wall(PLANE)])
+    ]
     for _ in range(7500):
         for ball in balls:
             ball.step()
@@ -138,7 +153,11 @@ def test_bad_meshes_are_refused(tmp_path):
     trimesh.creation.icosphere(subdivisions=1).export(path)
     assert len(walls_of(path)) == 1
     with pytest.raises(InputError, match="smooth pieces"):
-        walls_of(trimesh.util.concatenate([trimesh.creation.box((1, 1, 1)).apply_translation([3 * k, 0, 0]) for k in range(9)]))
+        walls_of(
+            trimesh.util.concatenate(
+                [trimesh.creation.box((1, 1, 1)).apply_translation([3 * k, 0, 0]) for k in range(9)]
+            )
+        )
 
 
 def _plate(cells: int) -> trimesh.Trimesh:

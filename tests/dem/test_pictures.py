@@ -16,7 +16,9 @@ def grains(size):
     x = np.linspace(-0.5, 0.5, 6) * size
     zero = np.zeros(len(x), dtype=int)
     position = np.column_stack([x, 0.0 * x, np.full(len(x), -0.2 * size)])
-    return Particles({"position": position, "radius": np.full(len(x), 0.1 * size), "state": zero, "species": zero, "headroom": zero})
+    return Particles(
+        {"position": position, "radius": np.full(len(x), 0.1 * size), "state": zero, "species": zero, "headroom": zero}
+    )
 
 
 @pytest.mark.parametrize(("size", "unit", "across"), [(0.1, "mm", 100.0), (1.0, "m", 1.0), (30e3, "km", 30.0)])

@@ -30,7 +30,12 @@ def test_it_is_the_sum_over_pairs():
 def test_two_grains_go_round_each_other():
     mass, apart = 1e9, 10.0
     speed = math.sqrt(G * mass / (2 * apart))
-    scene = grains([[0, 0, 0], [apart, 0, 0]], mass=[mass] * 2, stiffness=[1.0] * 2, velocity=np.array([[0, -speed, 0], [0, speed, 0]]))
+    scene = grains(
+        [[0, 0, 0], [apart, 0, 0]],
+        mass=[mass] * 2,
+        stiffness=[1.0] * 2,
+        velocity=np.array([[0, -speed, 0], [0, speed, 0]]),
+    )
     period = math.pi * apart / speed
     pair = Assembly(scene, LAW, dt=period / 20_000, extras=Extras(self_gravity=SelfGravity(every=1)))
     start = sum(pair.energies().values())

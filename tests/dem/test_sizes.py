@@ -56,7 +56,8 @@ def mixture(seed: int = 4):
         assert k < 400
     x = np.array(placed)
     return grains(
-        x, radius, velocity=-0.3 * x + rng.normal(0.0, 0.5, x.shape), angular_velocity=rng.normal(0.0, 0.5, x.shape), mass=1000.0 * radius**3,
+        x, radius, velocity=-0.3 * x + rng.normal(0.0, 0.5, x.shape), angular_velocity=rng.normal(0.0, 0.5, x.shape),
+        mass=1000.0 * radius**3,
         stiffness=1e6 * radius, species=np.zeros(len(x)),
     )  # fmt: skip
 

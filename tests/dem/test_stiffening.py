@@ -29,12 +29,20 @@ def collapse(bed, folder, name="run", **settings):
     below = bed.select(bed.headroom == 0)
     below.tables.update(bed.tables)
     below.attributes["time"] = 0.0
-    usual = dict(end_time=4.0, latest_time=4.0, still_interval=2.0, snapshot_interval=1.0, history_interval=0.5, contact=Contact(static_overlap=0.01))
+    usual = dict(
+        end_time=4.0,
+        latest_time=4.0,
+        still_interval=2.0,
+        snapshot_interval=1.0,
+        history_interval=0.5,
+        contact=Contact(static_overlap=0.01),
+    )
     return collapsing.Collapse(stage.Settings(**{**usual, **settings}), below, ground_of(folder / "target.json"), out)
 
 
 def test_a_stiffened_bed_stays_in_balance(small_bed, tmp_path):
-    """Springs for 2 m/s under a bed that settled in springs for its weight: the same forces, the step of the new springs, and it stays where it is."""
+    """Springs for 2 m/s under a bed that settled in springs for its weight: the same forces, the step of the new
+    springs, and it stays where it is."""
     bed = small_bed
     soft, stiff = collapse(bed, tmp_path, springs_for="bed"), collapse(bed, tmp_path, springs_for="2 m/s")
     assert soft.springs.factor == 1.0 and not soft.bed.scheme.offset
@@ -42,13 +50,17 @@ def test_a_stiffened_bed_stays_in_balance(small_bed, tmp_path):
     wanted = two.mass * (2.0 / (0.01 * two.X[:, 3])) ** 2
     assert np.mean(two.V[:, 7] / wanted) == pytest.approx(1.0, rel=1e-3)
     q = stiff.springs.factor
-    assert q > 10.0 and two.dt == pytest.approx(one.dt / math.sqrt(q)) == pytest.approx(Contact().time_step(two.particles({})), rel=1e-9)
+    assert q > 10.0 and two.dt == pytest.approx(one.dt / math.sqrt(q)) == pytest.approx(
+        Contact().time_step(two.particles({})), rel=1e-9
+    )
     assert stiff.domain.damping_rate == pytest.approx(soft.domain.damping_rate * math.sqrt(q))
     before, after = stiff.springs_energy
     assert before == pytest.approx(one.elastic) and after == pytest.approx(before / q, rel=1e-9)
     for each in (one, two):  # headroom is gone, nothing else: the forces of the first step
         each.step()
-    assert two.contacts == one.contacts and np.abs(two.particles({}).velocity - one.particles({}).velocity).max() < 1e-4  # m/s at g = 1
+    assert (
+        two.contacts == one.contacts and np.abs(two.particles({}).velocity - one.particles({}).velocity).max() < 1e-4
+    )  # m/s at g = 1
     assert np.percentile(np.abs(two.A[:, :3]).max(axis=1), 95) < 0.02
     before = two.particles({}).position
     while two.time < 1.0:
@@ -68,13 +80,23 @@ def test_the_springs_of_a_start_are_for_its_fastest_approach(small_bed, tmp_path
     way = np.delete(moving.position, other, axis=0) - moving.position[other]
     distance = np.linalg.norm(way, axis=1)
     near = distance < 2.3 * moving.radius[0]
-    assert speed == pytest.approx(3.0 * np.max(-way[near, 2] / distance[near]))  # along the line to the neighbour that lies most in its way
+    assert speed == pytest.approx(
+        3.0 * np.max(-way[near, 2] / distance[near])
+    )  # along the line to the neighbour that lies most in its way
     assert 1.0 < speed < 2.99
     chosen = springs_for("auto", moving, Contact(static_overlap=0.01), flat=True)
-    assert chosen.speed == speed and chosen.factor == pytest.approx(float(np.mean(moving.mass * (speed / 0.01 / moving.radius) ** 2 / moving.stiffness)))
-    assert springs_for("auto", moving, Contact(), flat=False) == springs_for("bed", moving, Contact(), flat=True) == (0.0, 1.0)
+    assert chosen.speed == speed and chosen.factor == pytest.approx(
+        float(np.mean(moving.mass * (speed / 0.01 / moving.radius) ** 2 / moving.stiffness))
+    )
+    assert (
+        springs_for("auto", moving, Contact(), flat=False)
+        == springs_for("bed", moving, Contact(), flat=True)
+        == (0.0, 1.0)
+    )
     assert springs_for(1e-9, moving, Contact(), flat=True).factor == 1.0  # never softer
-    assert springs_for(1e9, moving, Contact(), flat=True).factor < 1e12  # nor faster than twice the sound speed of the material
+    assert (
+        springs_for(1e9, moving, Contact(), flat=True).factor < 1e12
+    )  # nor faster than twice the sound speed of the material
     moving["identity"][other] += int(bed.identity.max()) + 1  # ejecta do not count
     assert springs_for("auto", moving, Contact(), flat=True) == (0.0, 1.0)
 
@@ -98,7 +120,16 @@ def test_a_stiffened_run_resumes_bit_for_bit(small_bed, tmp_path, monkeypatch):
     for name, stops in (("whole", ()), ("resumed", (5, 61, 300))):
 
         def go(name=name):
-            made = collapse(bed, tmp_path, name, springs_for="1 m/s", end_time=0.3, latest_time=0.3, stiffness="following", history_interval=0.01)
+            made = collapse(
+                bed,
+                tmp_path,
+                name,
+                springs_for="1 m/s",
+                end_time=0.3,
+                latest_time=0.3,
+                stiffness="following",
+                history_interval=0.01,
+            )
             saved = stage.checkpoint.newest(tmp_path / name)
             if saved is not None:
                 made.restore(*saved)
@@ -109,7 +140,9 @@ def test_a_stiffened_run_resumes_bit_for_bit(small_bed, tmp_path, monkeypatch):
         ends.append((snapshot.read(tmp_path / name / "last.vtkhdf"), (tmp_path / name / "history.csv").read_text()))
     same_grains(ends[0][0], ends[1][0])
     assert ends[0][1] == ends[1][1]
-    assert ends[0][0].tables["contacts/history"].shape[1] == 8 and np.any(ends[0][0].tables["contacts/history"][:, 7] != 0.0)
+    assert ends[0][0].tables["contacts/history"].shape[1] == 8 and np.any(
+        ends[0][0].tables["contacts/history"][:, 7] != 0.0
+    )
 
 
 def test_another_engine_has_no_offsets():

@@ -13,19 +13,31 @@ from tests.dem.scenes import SMOOTH, assembly, grains
 
 ANGLE = 0.6
 SHAPES = (
-    (Wall(PLANE, point=(1.0, 0.0, -2.0), direction=(1.0, 2.0, 2.0)), lambda x: (x - [1.0, 0.0, -2.0]) @ np.array([1.0, 2.0, 2.0]) / 3.0),
+    (
+        Wall(PLANE, point=(1.0, 0.0, -2.0), direction=(1.0, 2.0, 2.0)),
+        lambda x: (x - [1.0, 0.0, -2.0]) @ np.array([1.0, 2.0, 2.0]) / 3.0,
+    ),
     (Wall(SPHERE_OUTSIDE, radius=2.0), lambda x: np.linalg.norm(x) - 2.0),
     (Wall(SPHERE_INSIDE, radius=9.0), lambda x: 9.0 - np.linalg.norm(x)),
-    (Wall(CONE, half_angle=ANGLE), lambda x: np.linalg.norm(x) * math.sin(ANGLE - math.acos(x[2] / np.linalg.norm(x)))),
+    (
+        Wall(CONE, half_angle=ANGLE),
+        lambda x: np.linalg.norm(x) * math.sin(ANGLE - math.acos(x[2] / np.linalg.norm(x))),
+    ),
     (cylinder(5.0), lambda x: 5.0 - math.hypot(x[0], x[1])),
     (cylinder(5.0, -1.0, 6.0, point=(0.0, 0.0, 1.0)), lambda x: 5.0 - math.hypot(x[0], x[1])),
     (cylinder(0.5, 0.0, 9.0, outside=True), lambda x: math.hypot(x[0], x[1]) - 0.5),
     (cylinder(7.0, axis=(0.0, 1.0, 1.0)), lambda x: 7.0 - math.sqrt(x[0] ** 2 + 0.5 * (x[1] - x[2]) ** 2)),
-    (cylinder(5.0, 0.0, 3.5), lambda x: math.hypot(5.0 - math.hypot(x[0], x[1]), x[2] - 3.5)),  # beyond the end: its rim
+    (
+        cylinder(5.0, 0.0, 3.5),
+        lambda x: math.hypot(5.0 - math.hypot(x[0], x[1]), x[2] - 3.5),
+    ),  # beyond the end: its rim
     (funnel((1.0, 0.0), (5.0, 4.0)), lambda x: (x[2] + 1.0 - math.hypot(x[0], x[1])) / math.sqrt(2.0)),
     (funnel((3.0, 0.0), (0.0, 3.0), outside=True), lambda x: (x[2] - 3.0 + math.hypot(x[0], x[1])) / math.sqrt(2.0)),
     (funnel((0.5, 2.0), (5.0, 2.0)), lambda x: x[2] - 2.0),
-    (funnel((2.0, 2.0), (5.0, 2.0)), lambda x: math.hypot(2.0 - math.hypot(x[0], x[1]), x[2] - 2.0)),  # over the hole: its edge
+    (
+        funnel((2.0, 2.0), (5.0, 2.0)),
+        lambda x: math.hypot(2.0 - math.hypot(x[0], x[1]), x[2] - 2.0),
+    ),  # over the hole: its edge
 )
 
 
@@ -45,7 +57,9 @@ def test_a_ball_at_rest_presses_with_its_weight(wall, exact):
     x, radius, g, k = np.array([0.9, 0.7, 4.0]), 0.2, 3.0, 1e4
     d, *normal = distance(wall.row(), *x)
     x = x + (d - 1.01 * radius) * np.array(normal)
-    ball = assembly(grains(x, radius, stiffness=[k]), SMOOTH.model_copy(update={"restitution": 0.1}), [wall], g * np.array(normal))
+    ball = assembly(
+        grains(x, radius, stiffness=[k]), SMOOTH.model_copy(update={"restitution": 0.1}), [wall], g * np.array(normal)
+    )
     for _ in range(6000):
         ball.step()
     assert (radius - exact(ball.position[0])) * k == pytest.approx(g, rel=1e-3)
@@ -77,7 +91,11 @@ def test_the_cone_carries_no_weight():
     # with gravity towards the apex its push has no radial part
     row = Wall(CONE, half_angle=ANGLE).row()
     azimuth = 1.1
-    x = 3.0 * np.array([math.sin(ANGLE) * math.cos(azimuth), math.sin(ANGLE) * math.sin(azimuth), math.cos(ANGLE)]) * 0.999999
+    x = (
+        3.0
+        * np.array([math.sin(ANGLE) * math.cos(azimuth), math.sin(ANGLE) * math.sin(azimuth), math.cos(ANGLE)])
+        * 0.999999
+    )
     x[2] += 1e-6
     _, *normal = distance(row, *x)
     assert abs(np.array(normal) @ x) < 1e-5
@@ -96,7 +114,9 @@ def test_a_step_of_water_runs_out_flat():
     ]  # fmt: skip
     mass, stiffness = radius**3, 200.0 * radius
     scene = grains(points, radius, mass=mass, stiffness=stiffness, species=np.ones(n))
-    packed = assembly(scene, SMOOTH, walls, (0, 0, -1.0), ocean=OCEAN.model_copy(update={"restitution": 0.5}), overlap_stop=1.99)
+    packed = assembly(
+        scene, SMOOTH, walls, (0, 0, -1.0), ocean=OCEAN.model_copy(update={"restitution": 0.5}), overlap_stop=1.99
+    )
     packed.overlap_limit = np.inf
     fire = Fire(packed)
     for _ in range(700):

@@ -1,4 +1,5 @@
-"""Calls of the commands in children of this process: exit code, output, time and memory of each, one forked from warm modules."""
+"""Calls of the commands in children of this process: exit code, output, time and memory of each, one forked from warm
+modules."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ _KILL_AFTER = 6 * SECONDS
 
 
 class Said(NamedTuple):
-    """How a call ended: exit code (negative: the signal that ended it), what it printed, CPU seconds, memory that it took [bytes]."""
+    """How a call ended: exit code (negative: the signal that ended it), what it printed, CPU seconds, memory that it
+    took [bytes]."""
 
     code: int
     text: str
@@ -77,7 +79,12 @@ def forked(work: Callable[[], object], log: Path) -> Said:
             break
         time.sleep(0.002)
     text = log.read_text(errors="replace") if log.is_file() else ""
-    return Said(os.waitstatus_to_exitcode(status), text, usage.ru_utime + usage.ru_stime, max(0, usage.ru_maxrss * 1024 - before))
+    return Said(
+        os.waitstatus_to_exitcode(status),
+        text,
+        usage.ru_utime + usage.ru_stime,
+        max(0, usage.ru_maxrss * 1024 - before),
+    )
 
 
 def _resident() -> int:

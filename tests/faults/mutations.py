@@ -13,9 +13,12 @@ import h5py
 import numpy as np
 
 ODD = (
-    '""', '"x"', '"-1 m"', '"1e-300 m"', '"1e300 m"', '"5e-324 m"', '"nan m"', '"inf s"', '"1 m 1 m"', '"m"', '"12 km/s"', '"3 parsec"', '"0 m"', '"1e9 kg"',
-    "nan", "inf", "-inf", "0", "-1", "1e308", "5e-324", "-0.0", "99999999999999999999999", "true", "[]", "{}", "[[]]", "[1, 2]", '["a"]', "{ a = 1 }",
-    "1979-05-27", "07:32:00", '"../../etc/passwd"', '"/dev/zero"', '"a/b"', "\"'; rm -rf /\"", '"\\u0000"', '"' + "y" * 5000 + '"', "[" * 60 + "]" * 60,
+    '""', '"x"', '"-1 m"', '"1e-300 m"', '"1e300 m"', '"5e-324 m"', '"nan m"', '"inf s"', '"1 m 1 m"', '"m"',
+    '"12 km/s"', '"3 parsec"', '"0 m"', '"1e9 kg"',
+    "nan", "inf", "-inf", "0", "-1", "1e308", "5e-324", "-0.0", "99999999999999999999999", "true", "[]", "{}", "[[]]",
+    "[1, 2]", '["a"]', "{ a = 1 }",
+    "1979-05-27", "07:32:00", '"../../etc/passwd"', '"/dev/zero"', '"a/b"', "\"'; rm -rf /\"", '"\\u0000"',
+    '"' + "y" * 5000 + '"', "[" * 60 + "]" * 60,
     '"\U0001f4a5"', '"$HOME"', '"{}"', '"%s"', "0x7fffffffffffffff",
 )  # fmt: skip
 _KEY = re.compile(r"^(\s*)([A-Za-z0-9_.\"-]+)(\s*=\s*)(.*)$")
@@ -24,7 +27,9 @@ _KEY = re.compile(r"^(\s*)([A-Za-z0-9_.\"-]+)(\s*=\s*)(.*)$")
 def case_text(text: str, rng: random.Random) -> str:
     """A case with one to three mistakes."""
     for _ in range(rng.randint(1, 3)):
-        text = rng.choice((_value, _value, _value, _value, _renamed, _without, _twice, _header, _cut, _bytes, _swapped))(text, rng)
+        text = rng.choice(
+            (_value, _value, _value, _value, _renamed, _without, _twice, _header, _cut, _bytes, _swapped)
+        )(text, rng)
     return text
 
 
@@ -68,7 +73,18 @@ def _header(text: str, rng: random.Random) -> str:
     heads = re.findall(r"^\[.*\]$", text, re.M)
     if not heads:
         return text
-    new = rng.choice(["[x]", "[]", "[[sph]]", "[target.layers]", "[preset]", "[a.b.c.d.e.f]", "[dem.contact.contact]", rng.choice(heads)])
+    new = rng.choice(
+        [
+            "[x]",
+            "[]",
+            "[[sph]]",
+            "[target.layers]",
+            "[preset]",
+            "[a.b.c.d.e.f]",
+            "[dem.contact.contact]",
+            rng.choice(heads),
+        ]
+    )
     return text.replace(rng.choice(heads), new, 1)
 
 
@@ -78,7 +94,11 @@ def _cut(text: str, rng: random.Random) -> str:
 
 def _bytes(text: str, rng: random.Random) -> str:
     place = rng.randrange(len(text) + 1)
-    return text[:place] + rng.choice(["\x00", "\x1b", "\ufeff", '"', "'''", "[", "]", "=", "\n", "\\", "#", "é", "\udc80"]) + text[place + rng.randint(0, 3) :]
+    return (
+        text[:place]
+        + rng.choice(["\x00", "\x1b", "\ufeff", '"', "'''", "[", "]", "=", "\n", "\\", "#", "é", "\udc80"])
+        + text[place + rng.randint(0, 3) :]
+    )
 
 
 def _swapped(text: str, rng: random.Random) -> str:
@@ -90,7 +110,8 @@ def _swapped(text: str, rng: random.Random) -> str:
     return "\n".join(lines)
 
 
-# -- snapshots ---------------------------------------------------------------------------------------------------------------
+# -- snapshots
+# ---------------------------------------------------------------------------------------------------------------
 
 
 def snapshot_file(path: Path, new: Path, rng: random.Random) -> str:
@@ -135,7 +156,9 @@ def _wrong_content(file: h5py.File, places: list[str], rng: random.Random) -> st
         return f"{place} is missing"
     shape, kind = here.shape, here.dtype
     values: Any = here[()] if shape and kind.kind in "fiu" and here.size else None
-    how = rng.choice(("gone", "group", "nan", "huge", "shape", "kind", "one", "equal", "vast", "link", "empty", "text", "negative"))
+    how = rng.choice(
+        ("gone", "group", "nan", "huge", "shape", "kind", "one", "equal", "vast", "link", "empty", "text", "negative")
+    )
     del file[place]
     if how == "gone" or values is None:
         return f"{place} is missing"
@@ -147,7 +170,9 @@ def _wrong_content(file: h5py.File, places: list[str], rng: random.Random) -> st
         "kind": lambda: file.create_dataset(place, data=np.zeros(shape, dtype=[("a", "f8"), ("b", "i4")])),
         "one": lambda: file.create_dataset(place, data=3.0),
         "equal": lambda: file.create_dataset(place, data=np.zeros(shape)),
-        "vast": lambda: file.create_dataset(place, shape=(10**11, *shape[1:]), dtype="f8", chunks=(1024, *shape[1:])),  # 800 GB that take no place
+        "vast": lambda: file.create_dataset(
+            place, shape=(10**11, *shape[1:]), dtype="f8", chunks=(1024, *shape[1:])
+        ),  # 800 GB that take no place
         "link": lambda: file.__setitem__(place, h5py.ExternalLink("/etc/passwd", "/x")),
         "empty": lambda: file.create_dataset(place, shape=(0, *shape[1:]), dtype="f8"),
         "text": lambda: file.create_dataset(place, data=np.full(len(values), b"abc")),
@@ -163,7 +188,8 @@ def _with(values: np.ndarray, bad: float, rng: random.Random) -> np.ndarray:
     return new
 
 
-# -- JSON --------------------------------------------------------------------------------------------------------------------
+# -- JSON
+# --------------------------------------------------------------------------------------------------------------------
 
 WRONG = ("null", "[]", "{}", "3", '"x"', "NaN", "1e999", "-1", "true", "[[[[]]]]", '{"value": "x"}', "[1, null]")
 

@@ -1,6 +1,8 @@
-"""Input that is wrong in every way that a seed can draw: no traceback, nothing slow, nothing large, no value out of its range accepted.
+"""Input that is wrong in every way that a seed can draw: no traceback, nothing slow, nothing large, no value out of
+its range accepted.
 
-A part of it runs with every change; the whole by ``pytest -m campaign tests/faults`` (the numbers of cases that the page names).
+A part of it runs with every change; the whole by ``pytest -m campaign tests/faults`` (the numbers of cases that the
+page names).
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ SHIPPED = sorted((ROOT / "cases").glob("*/case.toml")) + [ROOT / "examples" / "o
 
 def sizes(few: int, many: int):
     """The seed's draws: ``few`` with every change, ``many`` by the marker ``campaign``."""
-    return pytest.mark.parametrize("draws", [range(few), pytest.param(range(few, many), marks=pytest.mark.campaign)], ids=["few", "whole"])
+    return pytest.mark.parametrize(
+        "draws", [range(few), pytest.param(range(few, many), marks=pytest.mark.campaign)], ids=["few", "whole"]
+    )
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -55,7 +59,11 @@ def test_mutated_cases(draws, tmp_path):
         base = rng.choice(SHIPPED)
         file = tmp_path / "case.toml"
         file.write_bytes(mutations.case_text(base.read_text(), rng).encode("utf-8", "surrogateescape"))
-        return base.parent.name, call("run_case", [str(file), "--check", "--out", str(tmp_path / "runs")], tmp_path / "said"), (0, 2)
+        return (
+            base.parent.name,
+            call("run_case", [str(file), "--check", "--out", str(tmp_path / "runs")], tmp_path / "said"),
+            (0, 2),
+        )
 
     campaign(draws, one)
     assert not (tmp_path / "runs").exists()  # --check makes nothing
@@ -92,7 +100,12 @@ def test_no_value_out_of_its_range_is_taken(draws, tmp_path):
     random.Random(0).shuffle(trials)
     wrong = []
     for name, value in trials[draws.start : draws.stop]:
-        said = call("run_case", [str(ROOT / "examples" / "own_case.toml"), "--set", f"{name}={value}", "--check"], tmp_path / "said", tmp_path)
+        said = call(
+            "run_case",
+            [str(ROOT / "examples" / "own_case.toml"), "--set", f"{name}={value}", "--check"],
+            tmp_path / "said",
+            tmp_path,
+        )
         if said.faults((2,)) or name.split(".")[-1] not in said.text:
             wrong.append(f"{name} = {value}: {said.faults((2,))}\n{said.text[-300:]}")
     assert not wrong, f"{len(wrong)}:\n" + "\n".join(wrong[:20])
@@ -106,7 +119,13 @@ def crater(tmp_path_factory) -> Path:
     fields = synthetic_craters.as_fields(position, 1.2)
     path = tmp_path_factory.mktemp("crater") / "crater.vtkhdf"
     rest = {name: np.zeros((len(position), 3)) for name in ("velocity",)}
-    snapshot.write(Particles({"position": position, **rest, **{k: v for k, v in fields.items() if k != "position"}}, {"time": 1.0, "frame": "plane"}), path)
+    snapshot.write(
+        Particles(
+            {"position": position, **rest, **{k: v for k, v in fields.items() if k != "position"}},
+            {"time": 1.0, "frame": "plane"},
+        ),
+        path,
+    )
     return path
 
 
@@ -120,7 +139,13 @@ def test_mutated_snapshots(draws, crater, tmp_path):
     def one(rng: random.Random, draw: int) -> tuple[str, Said, tuple[int, ...]]:
         file = tmp_path / "bad.vtkhdf"
         what = mutations.snapshot_file(crater, file, rng)
-        name, more = rng.choice([("measure_crater", ["--datum", "plane"]), ("export_snapshot", ["--out", str(tmp_path / "out.ply")]), ("measure_crater", [])])
+        name, more = rng.choice(
+            [
+                ("measure_crater", ["--datum", "plane"]),
+                ("export_snapshot", ["--out", str(tmp_path / "out.ply")]),
+                ("measure_crater", []),
+            ]
+        )
         return f"{name}: {what}", call(name, [str(file), *more], tmp_path / "said", tmp_path), (0, 1, 2)
 
     campaign(draws, one)
@@ -137,7 +162,9 @@ def test_mutated_ledgers(draws, tmp_path):
     (place / "handoff.json").write_text("{}")
     text = (place / "ledger.json").read_text()
     sound = call("inspect_handoff", [str(place.parent)], tmp_path / "said", tmp_path)
-    assert "mass_total_rel" in sound.text and not sound.faults(), sound.text  # there is no run around it to draw pictures of
+    assert "mass_total_rel" in sound.text and not sound.faults(), (
+        sound.text
+    )  # there is no run around it to draw pictures of
 
     def one(rng: random.Random, draw: int) -> tuple[str, Said, tuple[int, ...]]:
         (place / "ledger.json").write_text(mutations.json_text(text, rng))
@@ -173,7 +200,11 @@ def test_mutated_files_of_others(draws, tmp_path):
         file = tmp_path / ("profile.csv" if profile else "table.csv")
         file.write_bytes(text.encode("utf-8", "surrogateescape"))
         shutil.rmtree(tmp_path / "out", ignore_errors=True)
-        words = [str(file), "thesis_980km", "--out", str(tmp_path / "out")] if profile else [str(file), "--out", str(tmp_path / "new.vtkhdf")]
+        words = (
+            [str(file), "thesis_980km", "--out", str(tmp_path / "out")]
+            if profile
+            else [str(file), "--out", str(tmp_path / "new.vtkhdf")]
+        )
         name = "compare_profiles" if profile else "import_snapshot"
         return name, call(name, words, tmp_path / "said", tmp_path), (0, 1, 2)
 
@@ -184,8 +215,17 @@ def _spoiled(text: str, rng: random.Random) -> str:
     if not text:
         return text
     place = rng.randrange(len(text))
-    bad = rng.choice(["nan", "1e999", ",", ",,", "\n", "\x00", "x", "-", "1e-320", '"', "\udcff", "#", ";", " " * 1000, "9" * 400])
-    return rng.choice([text[:place], text[:place] + bad + text[place + rng.randint(0, 6) :], text.replace(",", bad, rng.randint(1, 5)), bad + text])
+    bad = rng.choice(
+        ["nan", "1e999", ",", ",,", "\n", "\x00", "x", "-", "1e-320", '"', "\udcff", "#", ";", " " * 1000, "9" * 400]
+    )
+    return rng.choice(
+        [
+            text[:place],
+            text[:place] + bad + text[place + rng.randint(0, 6) :],
+            text.replace(",", bad, rng.randint(1, 5)),
+            bad + text,
+        ]
+    )
 
 
 def test_the_campaign_sees_what_it_looks_for(tmp_path):
@@ -204,6 +244,11 @@ def test_the_campaign_sees_what_it_looks_for(tmp_path):
 
     assert {"exit code 70", "a traceback"} <= set(calls.forked(raises, tmp_path / "a").faults())
     slow = calls.forked(dawdles, tmp_path / "b")
-    assert slow.code == 0 and slow.seconds > 0.25 and not slow.faults() and slow._replace(seconds=11.0).faults() == ["11.0 s"]
+    assert (
+        slow.code == 0
+        and slow.seconds > 0.25
+        and not slow.faults()
+        and slow._replace(seconds=11.0).faults() == ["11.0 s"]
+    )
     large = calls.forked(lambda: np.ones(2**26).sum(), tmp_path / "c")
     assert large.bytes > 400 * 2**20

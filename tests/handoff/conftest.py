@@ -44,7 +44,12 @@ def run_folder(tmp_path_factory, sphere_cloud, sphere_bed) -> Path:
     snapshot.write(sphere_bed, run / "3_bed" / "bed.vtkhdf")
     for number, (time, size) in enumerate(((60.0, 0.75), (120.0, 0.9), (180.0, 1.0), (240.0, 0.97))):
         source = clouds.sphere_source(
-            sphere_cloud, 500e3 * size, 200e3 * size, 50e3 * size, time, lambda p, s=size: clouds.excavation(p, 500e3, 80.0 * (1.0 - 0.6 * s))
+            sphere_cloud,
+            500e3 * size,
+            200e3 * size,
+            50e3 * size,
+            time,
+            lambda p, s=size: clouds.excavation(p, 500e3, 80.0 * (1.0 - 0.6 * s)),
         )
         snapshot.write(source, run / "2_sph" / f"snap_{number:04d}.vtkhdf")
     return run

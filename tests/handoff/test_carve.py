@@ -11,7 +11,13 @@ from matter.errors import InputError
 
 @pytest.fixture(scope="module")
 def carved(flat_bed, ground):
-    source = clouds.flat_source(1.7, ARC_FLAT, DEPTH, lambda p: -np.sqrt(np.maximum(CAVITY**2 - p[:, 0] ** 2 - p[:, 1] ** 2, 0.0)), lambda p: np.zeros_like(p))
+    source = clouds.flat_source(
+        1.7,
+        ARC_FLAT,
+        DEPTH,
+        lambda p: -np.sqrt(np.maximum(CAVITY**2 - p[:, 0] ** 2 - p[:, 1] ** 2, 0.0)),
+        lambda p: np.zeros_like(p),
+    )
     return transfer.hand_over(source, flat_bed, surface.Rules(), ground)
 
 
@@ -37,7 +43,9 @@ def test_contacts_of_untouched_neighbours_keep_their_history(flat_bed, carved):
     assert 0 < len(expected) < len(pairs)
     for pair, row in zip(after["contacts/pair"].tolist(), after["contacts/history"]):
         np.testing.assert_array_equal(row, pairs[tuple(pair)])
-    walls = {int(identity): row for (identity, _), row in zip(before["contacts/wall_pair"], before["contacts/wall_history"])}
+    walls = {
+        int(identity): row for (identity, _), row in zip(before["contacts/wall_pair"], before["contacts/wall_history"])
+    }
     assert [int(i) for i, _ in after["contacts/wall_pair"]] == [i for i in walls if i in kept]
     for (identity, _), row in zip(after["contacts/wall_pair"], after["contacts/wall_history"]):
         np.testing.assert_array_equal(row, walls[int(identity)])
@@ -47,7 +55,10 @@ def test_volumes_of_the_grains_sum_to_the_solid(flat_bed, carved):
     samples = carved.carving.samples
     inside = samples.weight[samples.inside].sum() * samples.volume
     assert carved.carving.volume.sum() == pytest.approx(inside, rel=1e-9)
-    assert np.all(carved.carving.volume[carved.carving.stays] > 0.0) and not carved.carving.volume[~carved.carving.stays].any()
+    assert (
+        np.all(carved.carving.volume[carved.carving.stays] > 0.0)
+        and not carved.carving.volume[~carved.carving.stays].any()
+    )
     solid = 4.0 / 3.0 * np.pi * flat_bed.radius**3
     packing = solid[carved.carving.stays] / carved.carving.volume[carved.carving.stays]
     assert 0.35 < np.percentile(packing, 1) and np.percentile(packing, 99) < 0.85
@@ -59,7 +70,13 @@ def test_a_lattice_bed_recovers_its_cells():
     points = np.stack(np.meshgrid(*(np.arange(n) + 0.5,) * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     points -= [n / 2, n / 2, n]
     region = domain.Cylinder(4.5, -9.0, -3.0, -3.0)
-    bed = clouds.bed_of(points, np.full(len(points), 0.5), "plane", {"radius_m": 4.5, "floor_m": -9.0, "datum_m": -3.0, "top_m": -3.0}, 0.52)
+    bed = clouds.bed_of(
+        points,
+        np.full(len(points), 0.5),
+        "plane",
+        {"radius_m": 4.5, "floor_m": -9.0, "datum_m": -3.0, "top_m": -3.0},
+        0.52,
+    )
     solid = alpha_shape(points, 1.0, 1.2).offset(0.5)
     samples = carve.points(region, cKDTree(points), cKDTree(points)).within(solid)
     assert samples.inside.all()
@@ -89,14 +106,15 @@ def test_domain_points_are_even_and_columns_cover_it():
     inner = np.linalg.norm(points, axis=1) < 1.7
     assert inner.mean() == pytest.approx((1.7**3 - 1.0) / (2.5**3 - 1.0), abs=0.005)
     assert cone.volume == pytest.approx(2 * np.pi / 3 * (1 - np.cos(0.6)) * (2.5**3 - 1.0))
-    assert cone.depth_inside(np.array([[0.0, 0.0, 1.4], [0.0, 0.0, 2.6], [np.sin(0.7) * 2, 0.0, np.cos(0.7) * 2]])) == pytest.approx(
-        [0.4, -0.1, -2.0 * np.sin(0.1)]
-    )
+    assert cone.depth_inside(
+        np.array([[0.0, 0.0, 1.4], [0.0, 0.0, 2.6], [np.sin(0.7) * 2, 0.0, np.cos(0.7) * 2]])
+    ) == pytest.approx([0.4, -0.1, -2.0 * np.sin(0.1)])
 
 
 @pytest.mark.parametrize("shape", ["bowl", "box", "cylinder"])
 def test_flat_domains_are_the_beds_own_containers(shape):
-    """What the bed stage records, read here: same volume, same distances from the walls, points of even density inside."""
+    """What the bed stage records, read here: same volume, same distances from the walls, points of even density
+    inside."""
     from dem.beds.container import Container
 
     bed = Container(shape, 10.0, -10.0, 2.0)
@@ -112,11 +130,17 @@ def test_flat_domains_are_the_beds_own_containers(shape):
 
 def test_an_unknown_container_is_refused():
     with pytest.raises(InputError, match="unknown shape"):
-        domain.read({"frame": "plane", "domain": {"radius_m": 1.0, "floor_m": -1.0, "datum_m": 0.0, "top_m": 0.5, "shape": "pot"}})
+        domain.read(
+            {
+                "frame": "plane",
+                "domain": {"radius_m": 1.0, "floor_m": -1.0, "datum_m": 0.0, "top_m": 0.5, "shape": "pot"},
+            }
+        )
 
 
 def test_points_are_split_until_every_particle_owns_some():
-    """Particles a tenth as wide as elsewhere: before, most of them own no point, and would hand their momentum to no grain."""
+    """Particles a tenth as wide as elsewhere: before, most of them own no point, and would hand their momentum to no
+    grain."""
     rng = np.random.default_rng(5)
     region = domain.Cylinder(4.5, -9.0, 0.0, 0.0)
     coarse = rng.uniform([-4.5, -4.5, -9.0], [4.5, 4.5, 0.0], (4000, 3))
@@ -134,6 +158,8 @@ def test_points_are_split_until_every_particle_owns_some():
     assert after.weight.sum() == pytest.approx(len(before.position), rel=1e-12)
     assert (region.depth_inside(after.position) > 0.0).all()
     # what the fine region takes of the volume stays what it was, and coarse particles alone change nothing
-    share = [samples.weight[np.isin(samples.particle, fine)].sum() / len(before.position) for samples in (before, after)]
+    share = [
+        samples.weight[np.isin(samples.particle, fine)].sum() / len(before.position) for samples in (before, after)
+    ]
     assert share[1] == pytest.approx(share[0], rel=0.02)
     assert carve.finer(before, region, tree, tree, np.full(len(particles), 729.0 / 4000.0)) is before

@@ -1,4 +1,5 @@
-"""What the handoff must show on known flows and shapes, against resolution (minutes: ``pytest -m validation tests/handoff/test_convergence.py``)."""
+"""What the handoff must show on known flows and shapes, against resolution (minutes: ``pytest -m validation
+tests/handoff/test_convergence.py``)."""
 
 import pytest
 

@@ -1,4 +1,5 @@
-"""The regional correction and the kernel mapping beside the defaults; what the ledger says about layers and peculiar motion."""
+"""The regional correction and the kernel mapping beside the defaults; what the ledger says about layers and peculiar
+motion."""
 
 import numpy as np
 import pytest
@@ -31,7 +32,12 @@ def test_a_regional_lack_is_closed_where_it_is():
 
 @pytest.fixture(scope="module", params=["vortices", "z_model"])
 def ways(request, flat_bed):
-    rules = {"nearest": {"mapping": "nearest"}, "regional": {"mapping": "nearest", "correction": "regional"}, "kernel": {"mapping": "kernel"}, "linear": {}}
+    rules = {
+        "nearest": {"mapping": "nearest"},
+        "regional": {"mapping": "nearest", "correction": "regional"},
+        "kernel": {"mapping": "kernel"},
+        "linear": {},
+    }
     return request.param, {name: flows.handed(request.param, 10.0, flat_bed, **rule) for name, rule in rules.items()}
 
 
@@ -39,7 +45,10 @@ def test_the_regional_correction_closes_locally_and_all_close_globally(ways, fla
     _, made = ways
     local = {}
     for name, (_, handoff, ledger) in made.items():
-        assert ledger["momentum_linear_rel_after"]["value"] < 1e-10 and ledger["momentum_angular_rel_after"]["value"] < 1e-10
+        assert (
+            ledger["momentum_linear_rel_after"]["value"] < 1e-10
+            and ledger["momentum_angular_rel_after"]["value"] < 1e-10
+        )
         local[name] = ledger["momentum_local_after_rel"]["value"]
         assert "regional part of it: at most" in ledger["momentum_local_after_rel"]["note"]
         assert (np.abs(handoff.mapped.regional).max() > 0.0) == (name == "regional")
@@ -65,7 +74,8 @@ def test_kernel_mean_is_exact_for_constants_only():
 
 
 def test_peculiar_motion_is_split_off(flat_bed):
-    """Random velocities on top of a translation: what the cells average away is found, within the noise of what they keep."""
+    """Random velocities on top of a translation: what the cells average away is found, within the noise of what they
+    keep."""
     _, made, ledger = flows.handed("translation", 10.0, flat_bed)
     bulk, peculiar = ledger["kinetic_energy_bulk"]["value"], ledger["kinetic_energy_peculiar"]["value"]
     assert peculiar < 1e-9 * bulk
@@ -73,7 +83,11 @@ def test_peculiar_motion_is_split_off(flat_bed):
     count = len(made.compact.places)
     noise = rng.normal(size=(count, 3))
     noisy = compare.Fields(
-        fields.samples, fields.mass_before, fields.mass_after, fields.velocity_before + noise[fields.samples.particle], fields.velocity_after
+        fields.samples,
+        fields.mass_before,
+        fields.mass_after,
+        fields.velocity_before + noise[fields.samples.particle],
+        fields.velocity_after,
     )
     bulk, peculiar = compare.energy_split(noisy, made.carving.heir)
     inside = made.carving.heir >= 0

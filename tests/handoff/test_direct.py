@@ -1,4 +1,5 @@
-"""The direct transition: what it keeps, how its overlaps are measured, and its place in the ledger, the record and the report."""
+"""The direct transition: what it keeps, how its overlaps are measured, and its place in the ledger, the record and the
+report."""
 
 import json
 import math
@@ -17,7 +18,8 @@ WAIVE = {"t_handoff_over_T_crater_max": "the shock needs minutes to leave the do
 
 def grains(position, radius, mass=1.0, stiffness=100.0) -> Particles:
     n = len(position)
-    return Particles({"position": position, "radius": np.full(n, radius) if np.isscalar(radius) else radius, "mass": np.full(n, mass),
+    return Particles({"position": position, "radius": np.full(n, radius) if np.isscalar(radius) else radius,
+    "mass": np.full(n, mass),
                       "stiffness": np.full(n, stiffness)})  # fmt: skip
 
 
@@ -57,7 +59,9 @@ def finished(run_folder, tmp_path_factory):
     for method in ("mapped", "direct"):
         outs[method] = tmp_path_factory.mktemp(method)
         try:
-            stage.run(stage.Settings(waive=WAIVE, method=method, pictures=method == "direct"), run_folder, outs[method])
+            stage.run(
+                stage.Settings(waive=WAIVE, method=method, pictures=method == "direct"), run_folder, outs[method]
+            )
         except Unsound as reason:
             assert "beyond the limit" in str(reason)
     return run_folder, outs
@@ -77,16 +81,25 @@ def test_direct_grains_are_the_particles(finished):
     compact = np.arange(record["grains"]["kept"])
     volume = 4.0 / 3.0 * np.pi * start.radius[compact] ** 3
     np.testing.assert_allclose(volume, (source.mass / source.density)[which[compact]], rtol=1e-12)
-    assert record["grains"]["ejecta"] == int(np.sum([count for name, count in record["particles"].items() if name != "compact"]))
+    assert record["grains"]["ejecta"] == int(
+        np.sum([count for name, count in record["particles"].items() if name != "compact"])
+    )
 
 
 def test_the_ledger_of_the_direct_way(finished):
     _, outs = finished
     book = {row["name"]: row for row in json.loads((outs["direct"] / "ledger.json").read_text())}
-    for name in ("mass_total_rel", "momentum_linear_rel_after", "momentum_angular_rel_after", "kinetic_energy_change_max"):
+    for name in (
+        "mass_total_rel",
+        "momentum_linear_rel_after",
+        "momentum_angular_rel_after",
+        "kinetic_energy_change_max",
+    ):
         assert book[name]["verdict"] == "pass"
     for name in ("overlap_max_over_r", "overlap_release_speed_over_median_flow"):
-        assert book[name]["verdict"] == "fail", book[name]  # spheres of the full volume cannot fill space without overlap
+        assert book[name]["verdict"] == "fail", book[
+            name
+        ]  # spheres of the full volume cannot fill space without overlap
     from handoff.ledger import LIMITS
 
     assert set(LIMITS) <= set(book)
@@ -98,7 +111,9 @@ def test_both_ways_stand_side_by_side_whichever_is_taken(finished, capsys):
     assert tables[0] == tables[1] and set(tables[0]["mapped"]) == set(tables[0]["direct"]) == set(direct.LABELS)
     mapped, straight = tables[0]["mapped"], tables[0]["direct"]
     assert straight["overlap_max_excess_over_r"] > 0.1 > mapped["overlap_max_excess_over_r"]
-    assert straight["momentum_linear_rel_after"] > 1e-6 > mapped["momentum_linear_rel_after"]  # the domain's side cuts particles
+    assert (
+        straight["momentum_linear_rel_after"] > 1e-6 > mapped["momentum_linear_rel_after"]
+    )  # the domain's side cuts particles
     assert straight["kinetic_energy_change"] != 0.0
     ledger = {row["name"]: row["value"] for row in json.loads((outs["mapped"] / "ledger.json").read_text())}
     assert mapped["momentum_linear_rel"] == ledger["momentum_linear_raw_rel"]
@@ -106,7 +121,11 @@ def test_both_ways_stand_side_by_side_whichever_is_taken(finished, capsys):
         step = min(row["time_step_contact_s"], row["time_step_release_s"] or math.inf)
         assert row["core_s_per_simulated_s"] == pytest.approx(row["grains"] / step / direct.GRAIN_STEPS_PER_S)
     page = (outs["direct"] / "report.html").read_text()
-    assert "Mapped against direct" in page and direct.LABELS["release_speed_excess_m_s"] in page and "velocity.png" in page
+    assert (
+        "Mapped against direct" in page
+        and direct.LABELS["release_speed_excess_m_s"] in page
+        and "velocity.png" in page
+    )
     print(direct.as_text(tables[0]))
     assert len(capsys.readouterr().out.splitlines()) == len(direct.LABELS) + 1
 

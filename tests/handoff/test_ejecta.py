@@ -42,7 +42,9 @@ def test_no_overlap_with_the_bed_or_among_the_ejecta(thrown):
     active = np.flatnonzero(start.state == 0)
     pairs = active[cKDTree(start.position[active]).query_pairs(2.0 * start.radius.max(), output_type="ndarray")]
     pairs = pairs[(pairs >= count).any(axis=1)]
-    overlap = start.radius[pairs].sum(axis=1) - np.linalg.norm(start.position[pairs[:, 0]] - start.position[pairs[:, 1]], axis=1)
+    overlap = start.radius[pairs].sum(axis=1) - np.linalg.norm(
+        start.position[pairs[:, 0]] - start.position[pairs[:, 1]], axis=1
+    )
     assert len(pairs) > 20
     assert overlap.max() <= 1e-9 * start.radius.max()
     assert np.count_nonzero(made.ejecta.moved) + made.ejecta.shrunk > 0
@@ -53,9 +55,9 @@ def test_overlaps_are_reported_where_they_are(thrown):
     source, bed, column, made = thrown
     book = account.ledger_of(made, source, bed, column, {})
     assert book["overlap_max_over_r"]["value"] == 0.0
-    one = int(made.carving.stays.sum()) + int(np.flatnonzero(made.ejecta.state == 0)[np.argmin(
-        cKDTree(made.start.position[: int(made.carving.stays.sum())]).query(made.ejecta.position[made.ejecta.state == 0])[0]
-    )])  # fmt: skip
+    stay, flying = int(made.carving.stays.sum()), np.flatnonzero(made.ejecta.state == 0)
+    distance, _ = cKDTree(made.start.position[:stay]).query(made.ejecta.position[flying])
+    one = stay + int(flying[np.argmin(distance)])
     radius = made.start.radius[one]
     made.start.radius[one] = 3.0 * radius
     try:
@@ -85,7 +87,10 @@ def test_light_grains_do_not_shorten_the_contact_time(thrown):
     _, bed, _, made = thrown
     count = int(made.carving.stays.sum())
     period = np.sqrt(made.start.mass / made.start.stiffness)
-    assert period[count:].min() >= 0.999 * np.median(made.start.mass[:count]) ** 0.5 / bed.stiffness[made.carving.stays].min() ** 0.5
+    assert (
+        period[count:].min()
+        >= 0.999 * np.median(made.start.mass[:count]) ** 0.5 / bed.stiffness[made.carving.stays].min() ** 0.5
+    )
 
 
 def test_materials_and_species_follow_the_source(thrown):
@@ -100,7 +105,8 @@ def test_materials_and_species_follow_the_source(thrown):
 
 
 def test_compact_matter_and_ejecta_count_apart(thrown):
-    """Ejecta hold all of the energy but a thousandth: a bed that loses its own passes the sum over both, and fails its own row."""
+    """Ejecta hold all of the energy but a thousandth: a bed that loses its own passes the sum over both, and fails its
+    own row."""
     source, bed, column, made = thrown
     start = made.start
     ejecta = np.arange(len(start)) >= int(made.carving.stays.sum())
@@ -108,11 +114,16 @@ def test_compact_matter_and_ejecta_count_apart(thrown):
     assert energy == pytest.approx(0.5 * np.sum(start.mass[ejecta, None] * start.velocity[ejecta] ** 2))
     own = 1e-3 * energy
     for kept, verdict in ((0.0, "fail"), (0.89, "fail"), (0.95, "pass"), (1.05, "pass"), (1.11, "fail")):
-        before, after = replace(made.sums.before, kinetic=energy + own), replace(made.sums.after, kinetic=energy + kept * own)
+        before, after = (
+            replace(made.sums.before, kinetic=energy + own),
+            replace(made.sums.after, kinetic=energy + kept * own),
+        )
         changed = replace(made, sums=replace(made.sums, before=before, after=after))
         book = account.ledger_of(changed, source, bed, column, {})
         assert book["kinetic_energy_change_min"]["verdict"] == "pass"
         assert book["kinetic_energy_compact_change"]["verdict"] == verdict
         assert book["kinetic_energy_compact_change"]["value"] == pytest.approx(abs(kept - 1.0), abs=1e-6)
     # the strain energy that is given up counts against what moves in the bed alone
-    assert float(book["elastic_over_kinetic_energy"]["note"].split(" J")[0]) == pytest.approx(book["elastic_over_kinetic_energy"]["value"] * own, rel=1e-3)
+    assert float(book["elastic_over_kinetic_energy"]["note"].split(" J")[0]) == pytest.approx(
+        book["elastic_over_kinetic_energy"]["value"] * own, rel=1e-3
+    )

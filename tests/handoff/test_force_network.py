@@ -7,7 +7,11 @@ from matter.particles import Particles
 
 
 def row_of_spheres(**more) -> Particles:
-    fields = {"position": [[0, 0, 0], [1.9, 0, 0], [3.7, 0, 0], [9, 0, 0]], "radius": np.ones(4), "stiffness": [10.0, 20.0, 30.0, 30.0]}
+    fields = {
+        "position": [[0, 0, 0], [1.9, 0, 0], [3.7, 0, 0], [9, 0, 0]],
+        "radius": np.ones(4),
+        "stiffness": [10.0, 20.0, 30.0, 30.0],
+    }
     return Particles(fields | more)
 
 
@@ -15,7 +19,10 @@ def test_forces_are_the_softer_stiffness_times_the_overlap():
     net = force_network.measure(row_of_spheres())
     order = np.argsort(net.force)
     np.testing.assert_allclose(net.force[order], [10.0 * 0.1, 20.0 * 0.2])
-    assert {frozenset(pair) for pair in zip(net.one.tolist(), net.other.tolist())} == {frozenset((0, 1)), frozenset((1, 2))}
+    assert {frozenset(pair) for pair in zip(net.one.tolist(), net.other.tolist())} == {
+        frozenset((0, 1)),
+        frozenset((1, 2)),
+    }
     assert net.mean == pytest.approx(2.5) and net.contacts_per_grain == pytest.approx(1.0)
     assert 1.0 < net.spread <= 4.0 / 2.5
 
@@ -30,7 +37,8 @@ def test_only_grains_in_contact_search_count():
 
 
 def test_offsets_of_contacts_count():
-    """A bed that settled in springs of 10 N/m and was stiffened a hundredfold: the same forces, a hundredth of each overlap."""
+    """A bed that settled in springs of 10 N/m and was stiffened a hundredfold: the same forces, a hundredth of each
+    overlap."""
     soft = row_of_spheres(identity=[7, 3, 9, 1])
     stiff = row_of_spheres(identity=[7, 3, 9, 1], stiffness=[1000.0, 2000.0, 3000.0, 3000.0])
     pair = np.array([[3, 7], [3, 9]])

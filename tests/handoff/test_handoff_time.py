@@ -16,7 +16,21 @@ G = 1.24
 
 def series(depth, drive, excess, radius=400e3, step=60.0, volume=1e17):
     return [
-        Diagnosis(f"snap_{k:04d}", k * step, radius if d > 0 else 0.0, d, volume * d / max(depth), 0.0, e, e, 1e25, 1e24, 0.0, 0.0, a)
+        Diagnosis(
+            f"snap_{k:04d}",
+            k * step,
+            radius if d > 0 else 0.0,
+            d,
+            volume * d / max(depth),
+            0.0,
+            e,
+            e,
+            1e25,
+            1e24,
+            0.0,
+            0.0,
+            a,
+        )
         for k, (d, a, e) in enumerate(zip(depth, drive, excess))
     ]
 
@@ -47,13 +61,27 @@ def test_never_later_than_the_first_maximum_of_depth():
 def test_takes_the_first_snapshot_of_the_window_where_there_is_one():
     """A small body: the shock has left long before a tenth of the crater's time."""
     depth = [0, 0.5, 0.8, 1.0, 1.3, 1.6, 1.8, 2.0, 1.9]
-    found = series(depth, [np.nan] + [50.0] * 8, [1e-1, 1e-2, 5e-4, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5], radius=5.0, step=1.0, volume=300.0)
+    found = series(
+        depth,
+        [np.nan] + [50.0] * 8,
+        [1e-1, 1e-2, 5e-4, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5],
+        radius=5.0,
+        step=1.0,
+        volume=300.0,
+    )
     choice = choose(found, 0.3, 1.2e-4)
     assert choice.index == 2 and choice.reason.startswith("window")
     assert choice.window[0] == 2.0 and choice.window[1] == pytest.approx(0.08 * np.sqrt(300.0 ** (1 / 3) / 1.2e-4))
     # the cavity must be resolved by then
     later = [*found[:4], *(row for row in found[4:])]
-    assert choose([Diagnosis(**{**row.__dict__, "radius": 1.0 if k < 4 else 5.0}) for k, row in enumerate(later)], 0.3, 1.2e-4).index == 4
+    assert (
+        choose(
+            [Diagnosis(**{**row.__dict__, "radius": 1.0 if k < 4 else 5.0}) for k, row in enumerate(later)],
+            0.3,
+            1.2e-4,
+        ).index
+        == 4
+    )
 
 
 def test_no_crater_is_a_clear_message():
@@ -62,10 +90,12 @@ def test_no_crater_is_a_clear_message():
 
 
 def test_a_crater_must_be_as_deep_as_the_transfer_asks_for(monkeypatch):
-    """The Ryugu shot in grains of 0.33 m: at 2 s wide enough and 0.58 m deep, which the transfer takes for none; 1.01 m at 4 s will do."""
+    """The Ryugu shot in grains of 0.33 m: at 2 s wide enough and 0.58 m deep, which the transfer takes for none; 1.01
+    m at 4 s will do."""
     seconds, radius, depth = (0.1, 1.1, 2.1, 3.1, 4.0), (0.75, 1.24, 1.72, 1.95, 2.16), (0.3, 0.5, 0.576, 0.65, 1.01)
     found = [
-        Diagnosis(f"snap_{k:04d}", t, r, d, d * r**2, 0.0, 1e-5, 1e-5, 1.0, 0.0, 0.0, 0.0, 50.0) for k, (t, r, d) in enumerate(zip(seconds, radius, depth))
+        Diagnosis(f"snap_{k:04d}", t, r, d, d * r**2, 0.0, 1e-5, 1e-5, 1.0, 0.0, 0.0, 0.0, 50.0)
+        for k, (t, r, d) in enumerate(zip(seconds, radius, depth))
     ]
     assert choose(found, 0.33, 1.2e-4).index == 4
     with pytest.raises(InputError, match=r"deeper than 2 \(widest 2.16 m, deepest 0.65 m, grains 0.36 m\)"):
@@ -82,10 +112,17 @@ def test_what_is_too_shallow_for_the_choice_is_none_to_the_transfer():
     column = hydrostatic.uniform(1.0, 1000.0, 20.0)
     for depth in (2.6, 1.6):
         source = clouds.flat_source(
-            1.6, 21.0, 10.0, lambda p, depth=depth: np.minimum(depth * ((np.hypot(p[:, 0], p[:, 1]) / 10.0) ** 2 - 1.0), 0.0), np.zeros_like, disorder=0.02
+            1.6,
+            21.0,
+            10.0,
+            lambda p, depth=depth: np.minimum(depth * ((np.hypot(p[:, 0], p[:, 1]) / 10.0) ** 2 - 1.0), 0.0),
+            np.zeros_like,
+            disorder=0.02,
         )
         if depth > cavity.RESOLVED_DEPTH:
-            assert transfer.hand_over(source, bed, surface.Rules(), column).carving.size.depth == pytest.approx(depth, abs=0.6)
+            assert transfer.hand_over(source, bed, surface.Rules(), column).carving.size.depth == pytest.approx(
+                depth, abs=0.6
+            )
             continue
         with pytest.raises(InputError, match="no crater"):
             transfer.hand_over(source, bed, surface.Rules(), column)
@@ -94,7 +131,9 @@ def test_what_is_too_shallow_for_the_choice_is_none_to_the_transfer():
 def test_diagnosis_of_a_bowl_and_its_drive(sphere_cloud):
     column = hydrostatic.from_target(clouds.target_table(), clouds.R_BODY)
     region = domain.Cone(clouds.R_CORE, clouds.R_BODY, clouds.R_BODY + clouds.HEADROOM, clouds.ARC / clouds.R_BODY)
-    source = clouds.sphere_source(sphere_cloud, 500e3, 200e3, 40e3, time=100.0, velocity=lambda p: np.zeros_like(p), curtain=40)
+    source = clouds.sphere_source(
+        sphere_cloud, 500e3, 200e3, 40e3, time=100.0, velocity=lambda p: np.zeros_like(p), curtain=40
+    )
     body = source.neighbours > 10
     falling = Particles({name: source[name] for name in source}, {**source.attributes, "time": 110.0})
     up = region.frame.up(source.position)
@@ -117,14 +156,23 @@ def test_files_of_a_stage(tmp_path):
     assert [path.name for path in handoff_time.files(tmp_path)] == ["last.vtkhdf"]
     for number in (2, 0, 1):
         (tmp_path / f"snap_{number:04d}.vtkhdf").touch()
-    assert [path.name for path in handoff_time.files(tmp_path)] == ["snap_0000.vtkhdf", "snap_0001.vtkhdf", "snap_0002.vtkhdf"]
+    assert [path.name for path in handoff_time.files(tmp_path)] == [
+        "snap_0000.vtkhdf",
+        "snap_0001.vtkhdf",
+        "snap_0002.vtkhdf",
+    ]
 
 
 def test_a_window_that_is_empty_waives_the_row_on_the_time_and_no_other_choice_does():
-    """A flow that the rule hands over late is not blamed for it; a time that somebody gave, or a window that held one, is judged."""
+    """A flow that the rule hands over late is not blamed for it; a time that somebody gave, or a window that held one,
+    is judged."""
     late = choose(series(DEPTH, [np.nan] + [5.0] * 8, [1e-1] * 9), 30e3, G)
     depth = [0, 0.5, 0.8, 1.0, 1.3, 1.6, 1.8, 2.0, 1.9]
-    early = choose(series(depth, [np.nan] + [50.0] * 8, [1e-1, 1e-2] + [1e-5] * 7, radius=5.0, step=1.0, volume=300.0), 0.3, 1.2e-4)
+    early = choose(
+        series(depth, [np.nan] + [50.0] * 8, [1e-1, 1e-2] + [1e-5] * 7, radius=5.0, step=1.0, volume=300.0),
+        0.3,
+        1.2e-4,
+    )
     assert late.window_is_empty and not early.window_is_empty
     column = hydrostatic.uniform(G, 3000.0, 1e6)
     cavity_now = SimpleNamespace(carving=SimpleNamespace(size=SimpleNamespace(volume=1e17)))

@@ -12,7 +12,9 @@ RADIUS, BOWL, RIM = 20.0, 9.0, 3.0
 def bowl_in_a_plane(points):
     """A paraboloid with a rim that falls as the cube of the distance."""
     rho = np.hypot(points[:, 0], points[:, 1])
-    return np.where(rho < RADIUS, -BOWL + (BOWL + RIM) * (rho / RADIUS) ** 2, RIM * (RADIUS / np.maximum(rho, 1e-9)) ** 3)
+    return np.where(
+        rho < RADIUS, -BOWL + (BOWL + RIM) * (rho / RADIUS) ** 2, RIM * (RADIUS / np.maximum(rho, 1e-9)) ** 3
+    )
 
 
 # particle spacing, and the error of the volume that it allows: a source this coarse rounds off the crest of the rim
@@ -34,7 +36,11 @@ def test_bowl_in_a_plane(in_a_plane):
     assert made.carving.size.radius == pytest.approx(rho0, rel=0.05)
     assert made.carving.size.volume == pytest.approx(truth, rel=allowed)
     samples = made.carving.samples
-    removed = ~made.carving.stays[samples.grain] & (samples.position[:, 2] < 0.0) & (np.hypot(*samples.position[:, :2].T) < RADIUS)
+    removed = (
+        ~made.carving.stays[samples.grain]
+        & (samples.position[:, 2] < 0.0)
+        & (np.hypot(*samples.position[:, :2].T) < RADIUS)
+    )
     assert samples.weight[removed].sum() * samples.volume == pytest.approx(truth, rel=allowed)
     assert ledger["cavity_volume_rel"]["value"] < 0.02
     assert ledger["cavity_hausdorff_over_r"]["value"] < 1.5
@@ -72,27 +78,47 @@ def test_bowl_on_a_sphere():
     assert np.linalg.norm(made.carving.solid.mesh.vertices, axis=1).max() < clouds.R_BODY + 2.5 * rim
 
 
-@pytest.mark.parametrize("region", [domain.Cone(1800e3, 2100e3, 2250e3, 0.7), domain.Cylinder(1500e3, -300e3, 0.0, 150e3)], ids=["sphere", "plane"])
+@pytest.mark.parametrize(
+    "region",
+    [domain.Cone(1800e3, 2100e3, 2250e3, 0.7), domain.Cylinder(1500e3, -300e3, 0.0, 150e3)],
+    ids=["sphere", "plane"],
+)
 @pytest.mark.parametrize("shift", [0.0, 150e3, 300e3])
 def test_a_cavity_off_the_axis_is_measured_about_its_own_centre(region, shift):
-    """A paraboloid of radius 400 km and depth 150 km, its centre downrange of the impact point, in a rough level surface."""
+    """A paraboloid of radius 400 km and depth 150 km, its centre downrange of the impact point, in a rough level
+    surface."""
     foot, _, _ = heights.feet(region, 4000)
     angle = shift / 2100e3
-    centre = 2100e3 * np.array([np.sin(angle), 0.0, np.cos(angle)]) if isinstance(region, domain.Cone) else np.array([shift, 0.0, 0.0])
+    centre = (
+        2100e3 * np.array([np.sin(angle), 0.0, np.cos(angle)])
+        if isinstance(region, domain.Cone)
+        else np.array([shift, 0.0, 0.0])
+    )
     along = cavity.around(foot, centre, region)[0]
-    height = np.minimum(0.0, -150e3 * (1.0 - (along / 400e3) ** 2)) + np.random.default_rng(1).normal(0.0, 5e3, len(foot))
+    height = np.minimum(0.0, -150e3 * (1.0 - (along / 400e3) ** 2)) + np.random.default_rng(1).normal(
+        0.0, 5e3, len(foot)
+    )
     found = cavity.measure(foot, height, region, 20e3)
     truth = np.pi * 400e3**2 * 150e3 / 2.0
     if isinstance(region, domain.Cone):
-        angle, floor = np.linspace(0.0, 400e3 / 2100e3, 2001), 2100e3 - 150e3 * (1.0 - np.linspace(0.0, 1.0, 2001) ** 2)
+        angle, floor = (
+            np.linspace(0.0, 400e3 / 2100e3, 2001),
+            2100e3 - 150e3 * (1.0 - np.linspace(0.0, 1.0, 2001) ** 2),
+        )
         truth = np.trapezoid(2.0 * np.pi * np.sin(angle) * (2100e3**3 - floor**3) / 3.0, angle)
     assert np.linalg.norm(found.centre - centre) < 8e3
-    assert found.radius == pytest.approx(400e3, rel=0.02) and found.depth == pytest.approx(150e3, rel=0.05) and found.volume == pytest.approx(truth, rel=0.01)
+    assert (
+        found.radius == pytest.approx(400e3, rel=0.02)
+        and found.depth == pytest.approx(150e3, rel=0.05)
+        and found.volume == pytest.approx(truth, rel=0.01)
+    )
 
 
 def test_surface_heights_of_a_known_solid():
     region = domain.Cone(1.0, 2.0, 2.4, 0.5)
-    foot, distance, height = heights.surface_heights(lambda p: np.linalg.norm(p, axis=1) < 1.8 + 0.3 * p[:, 0], region, 500)
+    foot, distance, height = heights.surface_heights(
+        lambda p: np.linalg.norm(p, axis=1) < 1.8 + 0.3 * p[:, 0], region, 500
+    )
     direction = foot / 2.0
     exact = 1.8 / (1.0 - 0.3 * direction[:, 0]) - 2.0
     np.testing.assert_allclose(height, exact, atol=0.002)

@@ -16,14 +16,21 @@ from matter.particles import Particles
 
 # the acceptance list of the project: name and limit
 ACCEPTANCE = {
-    "mass_total_rel": 1e-12, "momentum_linear_rel_after": 1e-10, "momentum_angular_rel_after": 1e-10, "momentum_local_rel": 0.05,
-    "kinetic_energy_change_min": -0.1, "kinetic_energy_change_max": 0.01, "velocity_field_L2": 0.05, "velocity_direction_deg_mean": 5,
-    "overlap_max_over_r": 0.01, "overlap_energy_over_KE": 0.001, "overlap_release_speed_over_median_flow": 0.01, "bulk_density_rel": 0.03,
-    "cavity_hausdorff_over_r": 1.5, "cavity_volume_rel": 0.02, "cavity_radius_over_r_DEM_min": 5, "ejecta_mass_curve_rel": 0.02,
-    "residual_pressure_over_bulk_modulus": 0.001, "elastic_over_kinetic_energy": 0.01, "t_handoff_over_T_crater_max": 0.1,
+    "mass_total_rel": 1e-12, "momentum_linear_rel_after": 1e-10, "momentum_angular_rel_after": 1e-10,
+    "momentum_local_rel": 0.05,
+    "kinetic_energy_change_min": -0.1, "kinetic_energy_change_max": 0.01, "velocity_field_L2": 0.05,
+    "velocity_direction_deg_mean": 5,
+    "overlap_max_over_r": 0.01, "overlap_energy_over_KE": 0.001, "overlap_release_speed_over_median_flow": 0.01,
+    "bulk_density_rel": 0.03,
+    "cavity_hausdorff_over_r": 1.5, "cavity_volume_rel": 0.02, "cavity_radius_over_r_DEM_min": 5,
+    "ejecta_mass_curve_rel": 0.02,
+    "residual_pressure_over_bulk_modulus": 0.001, "elastic_over_kinetic_energy": 0.01,
+    "t_handoff_over_T_crater_max": 0.1,
     "final_D_change_on_t_handoff_x2": 0.05, "final_d_change_on_t_handoff_x2": 0.1, "final_D_change_on_vcut_x2": 0.05,
-    "final_D_change_on_alpha_x1.5": 0.03, "bed_residual_speed_over_sqrt_g_r": 0.001, "control_no_impact_run_drift_over_r": 0.05,
-    "mass_raw_rel": 0.01, "momentum_linear_raw_rel": 0.01, "momentum_angular_raw_rel": 0.02, "correction_max_dv_over_rms_v": 0.05,
+    "final_D_change_on_alpha_x1.5": 0.03, "bed_residual_speed_over_sqrt_g_r": 0.001,
+    "control_no_impact_run_drift_over_r": 0.05,
+    "mass_raw_rel": 0.01, "momentum_linear_raw_rel": 0.01, "momentum_angular_raw_rel": 0.02,
+    "correction_max_dv_over_rms_v": 0.05,
 }  # fmt: skip
 
 
@@ -101,17 +108,22 @@ def test_every_limit_has_a_name_in_words():
 
 
 def test_softened_matter_stores_shear_by_its_own_modulus():
-    """A shear stress tau in a volume V stores V tau^2 / (2 mu): with the modulus that the snapshot says, of basalt where it says none."""
+    """A shear stress tau in a volume V stores V tau^2 / (2 mu): with the modulus that the snapshot says, of basalt
+    where it says none."""
     n = 5
     source = Particles(
         {
-            "position": np.tile([0.0, 0.0, -1.0], (n, 1)), "velocity": np.zeros((n, 3)), "mass": np.full(n, 2000.0), "density": np.full(n, 1000.0),
+            "position": np.tile([0.0, 0.0, -1.0], (n, 1)), "velocity": np.zeros((n, 3)), "mass": np.full(n, 2000.0),
+            "density": np.full(n, 1000.0),
             "material": np.zeros(n), "pressure": np.zeros(n), "sound_speed": np.full(n, 20.0),
             "deviatoric_stress": np.tile([0.0, 30.0, 0.0, 0.0, 0.0, 0.0], (n, 1)),
         },
         {"materials": ["basalt"]},
     )  # fmt: skip
-    region, column = domain.Cylinder(5.0, -5.0, 0.0, 1.0), hydrostatic.Column(np.array([-5.0, 0.0]), np.zeros(2), np.full(2, 1e-4), np.inf, 1e-4)
+    region, column = (
+        domain.Cylinder(5.0, -5.0, 0.0, 1.0),
+        hydrostatic.Column(np.array([-5.0, 0.0]), np.zeros(2), np.full(2, 1e-4), np.inf, 1e-4),
+    )
     own = material.load("basalt")["elastic"]["shear_modulus"]
     assert shock.residual(source, region, column).elastic == pytest.approx(2.0 * 30.0**2 / (2.0 * own))
     source.attributes["shear_moduli_Pa"] = [own * 1.5e-5]
@@ -119,7 +131,8 @@ def test_softened_matter_stores_shear_by_its_own_modulus():
 
 
 def test_the_scatter_of_a_cut_through_whole_cells():
-    """A paraboloid cut out of cubes at random places, kept or taken out by their centres: the scatter of its volume is the formula's."""
+    """A paraboloid cut out of cubes at random places, kept or taken out by their centres: the scatter of its volume is
+    the formula's."""
     radius, depth = 6.0, 4.0
     volume, rng = np.pi * radius**2 * depth / 2.0, np.random.default_rng(1)
     axis = np.arange(-9.0, 10.0)
@@ -131,18 +144,25 @@ def test_the_scatter_of_a_cut_through_whole_cells():
     mouth = np.pi * radius**2  # the plane on top is cut as well, here
     area = ledgers.volume_scatter(1.0, radius, depth, volume) ** 2 * 12.0 * volume**2
     assert abs(np.mean(found)) < 0.02
-    assert np.std(found) == pytest.approx(np.sqrt((area + mouth) / 6.0) / volume, rel=0.1)  # shaken by a whole cell: 1/6, not 1/12
+    assert np.std(found) == pytest.approx(
+        np.sqrt((area + mouth) / 6.0) / volume, rel=0.1
+    )  # shaken by a whole cell: 1/6, not 1/12
 
 
 def test_the_limit_on_the_cavitys_volume_follows_the_resolution():
-    """The quick Valhalla (7.7 grains per radius): a scatter of 2.7 %; 1.6 % is within it, 17 % would not be. Twenty grains per radius: the list's 2 %."""
+    """The quick Valhalla (7.7 grains per radius): a scatter of 2.7 %; 1.6 % is within it, 17 % would not be. Twenty
+    grains per radius: the list's 2 %."""
     quick = (53.6e3, 214.3e3, 203.8e3, 1.711e16)
-    assert ledgers.volume_scatter(*quick) == pytest.approx(0.025, abs=0.003) and ledgers.volume_limit(*quick) == 3.0 * ledgers.volume_scatter(*quick)
+    assert ledgers.volume_scatter(*quick) == pytest.approx(0.025, abs=0.003) and ledgers.volume_limit(
+        *quick
+    ) == 3.0 * ledgers.volume_scatter(*quick)
     assert ledgers.volume_limit(53.6e3 / 3.0, *quick[1:]) == LIMITS["cavity_volume_rel"].limit
     for value, verdict in ((0.016, "pass"), (0.17, "fail")):
         book = Ledger()
         book.measure("cavity_volume_rel", value, "coarse", bound=ledgers.volume_limit(*quick))
-        assert book["cavity_volume_rel"]["verdict"] == verdict and book["cavity_volume_rel"]["limit"] == ledgers.volume_limit(*quick)
+        assert book["cavity_volume_rel"]["verdict"] == verdict and book["cavity_volume_rel"][
+            "limit"
+        ] == ledgers.volume_limit(*quick)
 
 
 def test_criteria_and_quantities_apart():
@@ -151,7 +171,10 @@ def test_criteria_and_quantities_apart():
     book.state("cavity_radius", 2e5, "m", "of the source")
     book.state("ejecta_by_rule", "compact 3, fast 1", "1", "particles")
     book.complete()
-    assert {row["name"] for row in book.criteria} == set(LIMITS) and [row["name"] for row in book.quantities] == ["cavity_radius", "ejecta_by_rule"]
+    assert {row["name"] for row in book.criteria} == set(LIMITS) and [row["name"] for row in book.quantities] == [
+        "cavity_radius",
+        "ejecta_by_rule",
+    ]
     above, below = text(book).split("\n\n")
     assert "cavity_radius " not in above and "mass_raw_rel" in above and "not_applicable" not in below
     assert "compact 3, fast 1; particles" in below
@@ -167,25 +190,37 @@ def test_a_row_that_needs_more_runs_names_a_command_that_exists():
     for row in needing:
         named = {word.strip() for word in row["note"].split("--only ")[1:]}
         made = set(sensitivity._ROWS[row["name"]][1]) if row["name"] in sensitivity._ROWS else {"control_uncarved"}
-        assert row["note"].startswith("needs further runs: inspect_handoff RUN --sensitivity") and named == {"base", *made}
+        assert row["note"].startswith("needs further runs: inspect_handoff RUN --sensitivity") and named == {
+            "base",
+            *made,
+        }
 
 
 def full(**values):
     """A ledger in which every row holds, but for those given."""
     book = Ledger({name: "because" for name in WAIVABLE})
     for name, limit in LIMITS.items():
-        book.measure(name, values.get(name, 2.0 * limit.limit if limit.least and limit.limit > 0 else 0.1 * limit.limit))
+        book.measure(
+            name, values.get(name, 2.0 * limit.limit if limit.least and limit.limit > 0 else 0.1 * limit.limit)
+        )
     return book
 
 
 def test_the_worst_row_that_counts():
     assert full(velocity_field_L2=0.049).worst()["name"] == "velocity_field_L2"
-    assert full(velocity_field_L2=0.049, cavity_radius_over_r_DEM_min=5.01).worst()["name"] == "cavity_radius_over_r_DEM_min"
+    assert (
+        full(velocity_field_L2=0.049, cavity_radius_over_r_DEM_min=5.01).worst()["name"]
+        == "cavity_radius_over_r_DEM_min"
+    )
     assert full(velocity_field_L2=0.06, bulk_density_rel=0.3).worst()["name"] == "bulk_density_rel"
     assert full(bulk_density_rel=float("nan"), velocity_field_L2=9.0).worst()["name"] == "bulk_density_rel"
     assert full(kinetic_energy_change_min=-0.2).worst()["name"] == "kinetic_energy_change_min"
-    assert full(residual_pressure_over_bulk_modulus=40.0, mass_raw_rel=0.009).worst()["name"] == "mass_raw_rel"  # the other one is waived
-    assert full(mass_total_rel=9e-13, mass_raw_rel=0.008).worst()["name"] == "mass_raw_rel"  # rounding is no finding until it fails
+    assert (
+        full(residual_pressure_over_bulk_modulus=40.0, mass_raw_rel=0.009).worst()["name"] == "mass_raw_rel"
+    )  # the other one is waived
+    assert (
+        full(mass_total_rel=9e-13, mass_raw_rel=0.008).worst()["name"] == "mass_raw_rel"
+    )  # rounding is no finding until it fails
     assert Ledger().worst() is None
 
 
@@ -200,10 +235,19 @@ def test_the_first_words_on_a_handoff(tmp_path):
     book.amend("final_D_change_on_t_handoff_x2", 0.17, "diameter_apparent_m: time_x0.5 +17.0 %, time_x2 -3.0 %")
     book.amend("final_d_change_on_t_handoff_x2", 0.08, "")
     worst, known, _ = headline(book)
-    assert worst.startswith("Beyond the limit: final diameter: change when the handoff is half or twice as late: 0.17 (limit 0.05)")
-    assert known.startswith("The final diameter moves by up to 17 %, the final depth by up to 8 % when the handoff is half or twice as late")
-    head = "stage,time_s,depth_m,depth_m_sigma,diameter_apparent_m,diameter_apparent_m_sigma,volume_m3,volume_m3_sigma\n"
-    rows = "sph,180,200e3,3e3,,,2e16,1e15\nsph,240,1,1,1,1,1,1\ndem,180,190e3,4e3,4e5,1e4,1.8e16,0\ndem,240,1,1,1,1,1,1\n"
+    assert worst.startswith(
+        "Beyond the limit: final diameter: change when the handoff is half or twice as late: 0.17 (limit 0.05)"
+    )
+    assert known.startswith(
+        "The final diameter moves by up to 17 %, the final depth by up to 8 % when the handoff is half or twice as "
+        "late"
+    )
+    head = (
+        "stage,time_s,depth_m,depth_m_sigma,diameter_apparent_m,diameter_apparent_m_sigma,volume_m3,volume_m3_sigma\n"
+    )
+    rows = (
+        "sph,180,200e3,3e3,,,2e16,1e15\nsph,240,1,1,1,1,1,1\ndem,180,190e3,4e3,4e5,1e4,1.8e16,0\ndem,240,1,1,1,1,1,1\n"
+    )
     (tmp_path / "time_series.csv").write_text(head + rows)
     _, measured, *_ = headline(book, tmp_path / "time_series.csv")
     assert "(-10.0 %, 2.0 sigma)" in measured and "(-5.0 %, 2.0 sigma)" in measured and "diameter" not in measured
@@ -212,9 +256,12 @@ def test_the_first_words_on_a_handoff(tmp_path):
 
 
 def test_pressure_over_next_to_no_modulus_is_no_shock():
-    """A particle that has parted, with a hundredth of the others' sound speed, counts with a quarter of their modulus, not with 1e-4 of it."""
+    """A particle that has parted, with a hundredth of the others' sound speed, counts with a quarter of their modulus,
+    not with 1e-4 of it."""
     speed = np.array([4000.0, 4000.0, 4000.0, 40.0])
-    source = Particles({"density": np.full(4, 2700.0), "sound_speed": speed, "material": np.zeros(4)}, {"materials": ["basalt"]})
+    source = Particles(
+        {"density": np.full(4, 2700.0), "sound_speed": speed, "material": np.zeros(4)}, {"materials": ["basalt"]}
+    )
     bulk, _ = shock.moduli(source)
     assert bulk == pytest.approx(2700.0 * np.array([4000.0, 4000.0, 4000.0, 2000.0]) ** 2)
 
@@ -223,7 +270,13 @@ def test_what_weight_alone_does_around_a_cavity():
     """rho g R / K, and its strain energy V p^2 / (2 K), of the particles that count; nothing without weight."""
     n = 4
     source = Particles(
-        {"position": np.zeros((n, 3)), "mass": np.full(n, 5400.0), "density": np.full(n, 2700.0), "material": np.zeros(n), "sound_speed": np.full(n, 4000.0)},
+        {
+            "position": np.zeros((n, 3)),
+            "mass": np.full(n, 5400.0),
+            "density": np.full(n, 2700.0),
+            "material": np.zeros(n),
+            "sound_speed": np.full(n, 4000.0),
+        },
         {"materials": ["basalt"]},
     )
     bulk, share = 2700.0 * 4000.0**2, np.array([1.0, 1.0, 0.6, 0.1])

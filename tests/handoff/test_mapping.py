@@ -20,10 +20,14 @@ def test_linear_fields_come_out_exactly(seed, count):
     rng = np.random.default_rng(seed)
     points, query = cloud(seed=seed), rng.uniform(-0.95, 0.95, (50, 3))
     gradient, offset = rng.normal(size=(3, 3)), rng.normal(size=3)
-    value, found = interpolation.local_linear(cKDTree(points), points @ gradient + offset, rng.uniform(0.5, 2.0, len(points)), query, count)
+    value, found = interpolation.local_linear(
+        cKDTree(points), points @ gradient + offset, rng.uniform(0.5, 2.0, len(points)), query, count
+    )
     np.testing.assert_allclose(value, query @ gradient + offset, atol=1e-9)
     np.testing.assert_allclose(found, np.broadcast_to(gradient, (50, 3, 3)), atol=1e-7)
-    antisymmetric = 0.5 * np.array([gradient[1, 2] - gradient[2, 1], gradient[2, 0] - gradient[0, 2], gradient[0, 1] - gradient[1, 0]])
+    antisymmetric = 0.5 * np.array(
+        [gradient[1, 2] - gradient[2, 1], gradient[2, 0] - gradient[0, 2], gradient[0, 1] - gradient[1, 0]]
+    )
     np.testing.assert_allclose(interpolation.rotation_rate(found), np.tile(antisymmetric, (50, 1)), atol=1e-7)
 
 
@@ -43,7 +47,9 @@ def test_fit_converges_with_second_order():
 def test_no_velocity_is_made_up_in_a_plane_or_beyond_the_edge():
     plane = np.column_stack([cloud()[:, :2], np.zeros(3000)])
     motion = np.column_stack([plane[:, 0], np.zeros(3000), np.zeros(3000)])
-    value, gradient = interpolation.local_linear(cKDTree(plane), motion, np.ones(3000), np.array([[0.1, 0.2, 0.05], [0.0, 0.0, 0.5]]), 20)
+    value, gradient = interpolation.local_linear(
+        cKDTree(plane), motion, np.ones(3000), np.array([[0.1, 0.2, 0.05], [0.0, 0.0, 0.5]]), 20
+    )
     assert np.all(np.isfinite(value)) and np.all(np.isfinite(gradient))
     assert value[0, 0] == pytest.approx(0.1, abs=0.02)
     far, _ = interpolation.local_linear(cKDTree(cloud()), cloud(), np.ones(3000), np.array([[9.0, 0.0, 0.0]]), 20)
@@ -84,7 +90,13 @@ def test_closing_field_adds_exactly_what_lacks(seed):
 
 
 def test_sums_of_a_spinning_moving_sphere():
-    sums = correction.sums(np.array([2.0]), np.array([[0.0, 3.0, 0.0]]), np.array([[4.0, 0.0, 0.0]]), np.array([0.5]), np.array([[0.0, 0.0, 7.0]]))
+    sums = correction.sums(
+        np.array([2.0]),
+        np.array([[0.0, 3.0, 0.0]]),
+        np.array([[4.0, 0.0, 0.0]]),
+        np.array([0.5]),
+        np.array([[0.0, 0.0, 7.0]]),
+    )
     inertia = 0.4 * 2.0 * 0.25
     np.testing.assert_allclose(sums.momentum, [8.0, 0.0, 0.0])
     np.testing.assert_allclose(sums.angular, [0.0, 0.0, -24.0 + inertia * 7.0])
@@ -124,7 +136,9 @@ def test_mass_curve_difference():
     mass, speed = np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 2.0, 3.0, 4.0])
     assert compare.mass_curve_difference(mass, speed, mass, speed, 1.5) == 0.0
     assert compare.mass_curve_difference(mass, speed, mass[::-1], speed[::-1], 1.5) == 0.0
-    assert compare.mass_curve_difference(mass, speed, mass, np.array([1.0, 2.0, 3.0, 2.5]), 1.5) == pytest.approx(4.0 / 9.0)
+    assert compare.mass_curve_difference(mass, speed, mass, np.array([1.0, 2.0, 3.0, 2.5]), 1.5) == pytest.approx(
+        4.0 / 9.0
+    )
     assert compare.mass_curve_difference(mass, speed, mass, speed, 9.0) == 0.0
     assert compare.mass_curve_difference(mass, speed, mass, speed * 10, 9.0) == np.inf
 

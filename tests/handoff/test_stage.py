@@ -35,16 +35,22 @@ def test_outputs(finished):
     bed = snapshot.read(folder / "3_bed" / "bed.vtkhdf")
     assert set(bed) <= set(start) and "state" in start
     assert start.attributes["stage"] == "handoff" and start.attributes["time"] in (60.0, 120.0, 180.0, 240.0)
-    assert start.attributes["domain"] == bed.attributes["domain"] and start.attributes["species"] == bed.attributes["species"]
+    assert (
+        start.attributes["domain"] == bed.attributes["domain"]
+        and start.attributes["species"] == bed.attributes["species"]
+    )
     assert set(bed.tables) == set(start.tables)
     mesh = trimesh.load(out / "surface.ply", process=False)
     assert mesh.is_watertight and mesh.volume > 0.0
     rows = json.loads((out / "ledger.json").read_text())
     assert set(LIMITS) <= {row["name"] for row in rows}
     values = {row["name"]: row for row in rows}
-    for name in ("mass_total_rel", "momentum_linear_rel_after", "momentum_angular_rel_after", "mass_raw_rel", "momentum_linear_raw_rel",
-                 "momentum_angular_raw_rel", "correction_max_dv_over_rms_v", "kinetic_energy_change_max", "overlap_max_over_r",
-                 "cavity_hausdorff_over_r", "residual_pressure_over_bulk_modulus", "bed_residual_speed_over_sqrt_g_r"):  # fmt: skip
+    for name in ("mass_total_rel", "momentum_linear_rel_after", "momentum_angular_rel_after", "mass_raw_rel",
+    "momentum_linear_raw_rel",
+                 "momentum_angular_raw_rel", "correction_max_dv_over_rms_v", "kinetic_energy_change_max",
+                 "overlap_max_over_r",
+                 "cavity_hausdorff_over_r", "residual_pressure_over_bulk_modulus",
+                 "bed_residual_speed_over_sqrt_g_r"):  # fmt: skip
         assert values[name]["verdict"] == "pass", (name, values[name])
     assert values["t_handoff_over_T_crater_max"]["verdict"] == "waived"
     failing = [name for name, row in values.items() if row["verdict"] == "fail"]
@@ -96,6 +102,8 @@ def test_missing_inputs_are_named(run_folder, tmp_path):
 
 
 def test_prediction_grows_with_the_sizes():
-    small, large = (stage.predict(stage.Settings(particles=p, grains=g)) for p, g in ((15_000, 20_000), (300_000, 100_000)))
+    small, large = (
+        stage.predict(stage.Settings(particles=p, grains=g)) for p, g in ((15_000, 20_000), (300_000, 100_000))
+    )
     assert set(small) == {"wall_s", "memory_bytes", "disk_bytes"}
     assert all(large[name] > 2.0 * small[name] for name in small)

@@ -53,7 +53,9 @@ def test_rules_of_ejecta(sphere_cloud, column):
     limit = np.sqrt(2.0 * G * clouds.HEADROOM)
     side = np.cross(up[top], [0.0, 1.0, 0.0])
     side /= np.linalg.norm(side, axis=1)[:, None]
-    source.velocity[top[0]] = 0.98 * limit * up[top[0]]  # within the limit, but it starts above the datum: rises beyond the headroom
+    source.velocity[top[0]] = (
+        0.98 * limit * up[top[0]]
+    )  # within the limit, but it starts above the datum: rises beyond the headroom
     source.velocity[top[1]] = 1.5 * limit * side[1] + 10.0 * up[top[1]]  # fast along the ground and rising
     source.velocity[top[2]] = -1.5 * limit * up[top[2]]  # fast downwards
     source.velocity[deep] = 1.2 * limit * up[deep]  # fast upwards, but 250 km deep: it would not come out
@@ -75,7 +77,9 @@ def test_a_detached_block_is_ejecta(column):
     points = clouds.lattice((12.0, 12.0, 12.0), 1.0)
     points = np.concatenate([points[points[:, 2] < 0.0], clouds.lattice((2.0, 2.0, 2.0), 1.0) + [0.0, 0.0, 6.0]])
     source = clouds.source_of(points, np.ones(len(points)), np.zeros((len(points), 3)), 1000.0)
-    split, _, _ = surface.classify(source, domain.Cylinder(8.0, -8.0, 0.0, 9.0), hydrostatic.uniform(1.0, 1000.0, 9.0), surface.Rules())
+    split, _, _ = surface.classify(
+        source, domain.Cylinder(8.0, -8.0, 0.0, 9.0), hydrostatic.uniform(1.0, 1000.0, 9.0), surface.Rules()
+    )
     block = points[:, 2] > 2.0
     assert np.all(split.reason[block] == surface.DETACHED)
     assert np.mean(split.reason[~block] == surface.COMPACT) > 0.99
@@ -87,7 +91,9 @@ def changed(source: Particles, **fields) -> Particles:
 
 @pytest.fixture(scope="module")
 def bowl():
-    return clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.where(np.hypot(p[:, 0], p[:, 1]) < 10.0, -6.0, 0.0), lambda p: np.zeros_like(p))
+    return clouds.flat_source(
+        2.2, 21.0, 12.0, lambda p: np.where(np.hypot(p[:, 0], p[:, 1]) < 10.0, -6.0, 0.0), lambda p: np.zeros_like(p)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +117,13 @@ def test_inputs_that_cannot_be_handed_over(bowl, bed):
         hand(clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.full(len(p), -6.0), lambda p: np.zeros_like(p)), bed)
     with pytest.raises(InputError, match="headroom"):
         hand(
-            clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.where(np.hypot(p[:, 0], p[:, 1]) < 10.0, -6.0, 8.0), lambda p: np.zeros_like(p)),
+            clouds.flat_source(
+                2.2,
+                21.0,
+                12.0,
+                lambda p: np.where(np.hypot(p[:, 0], p[:, 1]) < 10.0, -6.0, 8.0),
+                lambda p: np.zeros_like(p),
+            ),
             bed,
         )
     velocity = np.zeros((n, 3))
@@ -155,7 +167,10 @@ def test_reference_density_is_that_with_pores():
     fields = {"position": np.zeros((2, 3)), "material": [0, 1], "density": [1800.0, 917.0], "distention": [1.5, 1.0]}
     source = Particles(fields, {"materials": ["basalt", "ice"]})
     assert surface.reference_density(source) == pytest.approx([1800.0, 917.0])
-    plain = Particles({name: value for name, value in fields.items() if name != "distention"}, {"materials": ["basalt", "unheard_of"]})
+    plain = Particles(
+        {name: value for name, value in fields.items() if name != "distention"},
+        {"materials": ["basalt", "unheard_of"]},
+    )
     assert surface.reference_density(plain) == pytest.approx([2700.0, 0.0])
 
 
@@ -180,6 +195,9 @@ def test_a_projectile_that_no_field_names_is_seen_by_its_fall(bowl, bed):
     above = np.argsort(-bowl.position[:, 2])[:20]
     position[above, 2] += 30.0
     velocity[above, 2] = -100.0
-    plain = Particles({name: bowl[name] for name in bowl if name != "layer"} | {"position": position, "velocity": velocity}, bowl.attributes)
+    plain = Particles(
+        {name: bowl[name] for name in bowl if name != "layer"} | {"position": position, "velocity": velocity},
+        bowl.attributes,
+    )
     with pytest.raises(InputError, match=r"100% of the kinetic energy falls .* still above the surface"):
         hand(plain, bed)

@@ -34,7 +34,11 @@ def test_sums_after_the_correction_recomputed_from_the_grains(handed):
     momentum = (inside[:, None] * source.velocity[made.compact.places]).sum(axis=0)
     angular = np.cross(made.compact.centre, inside[:, None] * source.velocity[made.compact.places]).sum(axis=0)
     scale = np.sum(inside * np.linalg.norm(source.velocity[made.compact.places], axis=1))
-    arm = np.sum(inside * np.linalg.norm(source.velocity[made.compact.places], axis=1) * np.linalg.norm(made.compact.centre, axis=1))
+    arm = np.sum(
+        inside
+        * np.linalg.norm(source.velocity[made.compact.places], axis=1)
+        * np.linalg.norm(made.compact.centre, axis=1)
+    )
     spin = (0.4 * start.mass * start.radius**2)[:, None] * start.angular_velocity
     found = np.cross(start.position, start.mass[:, None] * start.velocity).sum(axis=0) + spin.sum(axis=0)
     assert start.mass.sum() == pytest.approx(inside.sum(), rel=1e-12)
@@ -51,13 +55,17 @@ def test_field_against_the_truth(handed):
     name, field, _, made, ledger = handed
     start = made.start
     truth = field(seats(made))
-    error = np.sum(start.mass * np.sum((start.velocity - truth) ** 2, axis=1)) / np.sum(start.mass * np.sum(truth**2, axis=1))
+    error = np.sum(start.mass * np.sum((start.velocity - truth) ** 2, axis=1)) / np.sum(
+        start.mass * np.sum(truth**2, axis=1)
+    )
     assert np.sqrt(error) < (0.015 if name in LINEAR else 0.05)
     assert ledger["velocity_field_L2"]["value"] < 0.05
     assert ledger["velocity_direction_deg_mean"]["value"] < 5.0
     assert ledger["momentum_local_rel"]["value"] < 0.05
     assert ledger["kinetic_energy_change_min"]["value"] > -0.05
-    if name in LINEAR:  # the remap itself, before the correction: a grain moves as the matter of its cell, spread evenly about each particle
+    if name in LINEAR:
+        # the remap itself, before the correction: a grain moves as the matter of its cell, spread evenly about each
+        # particle
         off = np.linalg.norm(start.velocity - made.mapped.change - truth, axis=1)
         reach = start.radius.mean() * np.linalg.norm(gradient_of(field))
         assert np.sqrt(np.mean(off**2)) < 0.1 * reach + 1e-12 and off.max() < 0.7 * reach + 1e-12
@@ -67,7 +75,9 @@ def test_grains_take_half_the_vorticity_as_spin(handed):
     name, _, _, made, _ = handed
     expected = {"translation": [0, 0, 0], "rotation": [0.3, -0.2, 0.5], "shear": [0, 0.5, 0], "expansion": [0, 0, 0]}
     if name in expected:
-        np.testing.assert_allclose(made.start.angular_velocity, np.tile(expected[name], (len(made.start), 1)), atol=1e-9)
+        np.testing.assert_allclose(
+            made.start.angular_velocity, np.tile(expected[name], (len(made.start), 1)), atol=1e-9
+        )
     else:
         assert np.all(np.isfinite(made.start.angular_velocity))
 
@@ -75,7 +85,9 @@ def test_grains_take_half_the_vorticity_as_spin(handed):
 def test_carved_shape(handed):
     _, _, _, made, ledger = handed
     assert ledger["cavity_hausdorff_over_r"]["value"] < 1.5
-    assert ledger["cavity_volume_rel"]["value"] < 0.04  # 3 sigma of the cut grains; 0.02 at 20 per radius: see test_known_shapes
+    assert (
+        ledger["cavity_volume_rel"]["value"] < 0.04
+    )  # 3 sigma of the cut grains; 0.02 at 20 per radius: see test_known_shapes
     assert ledger["bulk_density_rel"]["value"] < 0.03
     assert np.mean(made.start.density) == pytest.approx(1100.0, rel=0.01)
 

@@ -17,15 +17,20 @@ def bowl(points):
 
 def curtain_about(radius, rng):
     """A cone of dense matter that leans outwards over the rim, three particles thick."""
-    length, azimuth = np.meshgrid(np.arange(1.0, 9.0, SPACING), np.arange(0.0, 2.0 * np.pi, SPACING / 14.0), indexing="ij")
+    length, azimuth = np.meshgrid(
+        np.arange(1.0, 9.0, SPACING), np.arange(0.0, 2.0 * np.pi, SPACING / 14.0), indexing="ij"
+    )
     across = radius + 0.7 * length.ravel()[:, None] + SPACING * np.array([0.0, 1.0, 2.0])
     turn = np.repeat(azimuth.ravel(), 3)
-    points = np.column_stack([across.ravel() * np.cos(turn), across.ravel() * np.sin(turn), np.repeat(1.0 + length.ravel(), 3)])
+    points = np.column_stack(
+        [across.ravel() * np.cos(turn), across.ravel() * np.sin(turn), np.repeat(1.0 + length.ravel(), 3)]
+    )
     return points + rng.normal(0.0, 0.05 * SPACING, points.shape)
 
 
 def shot(g, share=0.05):
-    """A bowl at ``share`` of the crater's own time, and the limit that its flow sets: [the source, its ground, the domain, the column, R / t]."""
+    """A bowl at ``share`` of the crater's own time, and the limit that its flow sets: [the source, its ground, the
+    domain, the column, R / t]."""
     volume = 0.5 * np.pi * R**2 * DEPTH
     time = share * 0.8 * np.sqrt(np.cbrt(volume) / g)
     ground = clouds.flat_source(SPACING, 20.0, 12.0, bowl, lambda p: np.zeros_like(p))
@@ -33,14 +38,22 @@ def shot(g, share=0.05):
     points = np.concatenate([ground.position, thrown])
     source = clouds.source_of(points, np.full(len(points), SPACING**3), np.zeros_like(points), 1000.0)
     source.attributes["time"] = time
-    return source, np.arange(len(points)) < len(ground), domain.Cylinder(20.0, -12.0, 0.0, HEADROOM), hydrostatic.uniform(g, 1000.0, 20.0), R / time
+    return (
+        source,
+        np.arange(len(points)) < len(ground),
+        domain.Cylinder(20.0, -12.0, 0.0, HEADROOM),
+        hydrostatic.uniform(g, 1000.0, 20.0),
+        R / time,
+    )
 
 
 @pytest.mark.parametrize("g", GRAVITIES.values(), ids=GRAVITIES)
 def test_ground_that_rises_at_half_the_limit_stays_and_a_curtain_goes(g):
     source, ground, region, column, flow = shot(g)
     outwards = source.position / np.linalg.norm(source.position, axis=1)[:, None]
-    source["velocity"] = np.where(ground[:, None], [0.0, 0.0, 0.5 * flow], 1.2 * flow * (0.7 * outwards + [0.0, 0.0, 0.6]))
+    source["velocity"] = np.where(
+        ground[:, None], [0.0, 0.0, 0.5 * flow], 1.2 * flow * (0.7 * outwards + [0.0, 0.0, 0.6])
+    )
     split = surface.by_motion(source, region, column, surface.Rules())
     assert split.speed_limit == pytest.approx(flow, rel=0.1)
     assert np.mean(split.compact[ground]) > 0.995
@@ -56,7 +69,10 @@ def test_under_weak_gravity_a_slow_curtain_goes_too():
     split = surface.by_motion(source, region, column, surface.Rules())
     assert np.all(split.reason[~ground] == surface.HIGH) and np.mean(split.compact[ground]) > 0.995
     # with a limit of the case's own the ground stays, too
-    assert np.mean(surface.by_motion(source, region, column, surface.Rules(speed_limit=0.2 * flow)).compact[ground]) > 0.995
+    assert (
+        np.mean(surface.by_motion(source, region, column, surface.Rules(speed_limit=0.2 * flow)).compact[ground])
+        > 0.995
+    )
     assert not np.any(surface.by_motion(source, region, column, surface.Rules(speed_limit=0.05 * flow)).compact)
 
 
@@ -64,24 +80,31 @@ def test_under_weak_gravity_a_slow_curtain_goes_too():
 def test_matter_of_the_wall_that_outruns_the_flow_goes_from_below_the_datum(g):
     source, ground, region, column, flow = shot(g)
     source["velocity"] = np.where(ground[:, None], 0.0, [0.0, 0.0, flow]) * np.ones((len(source), 3))
-    lining = ground & (source.position[:, 2] > bowl(source.position) - SPACING) & (np.hypot(*source.position[:, :2].T) < 0.5 * R)
+    lining = (
+        ground
+        & (source.position[:, 2] > bowl(source.position) - SPACING)
+        & (np.hypot(*source.position[:, :2].T) < 0.5 * R)
+    )
     source["velocity"] = np.where(lining[:, None], [0.0, 0.0, 1.5 * flow], source.velocity)
     assert np.all(surface.by_motion(source, region, column, surface.Rules()).reason[lining] == surface.FAST)
 
 
 def test_late_under_strong_gravity_the_headroom_sets_the_limit():
-    """A flow slower than what reaches the top of the bed stays in it; so does one whose time is not known, and the cones of a round body."""
+    """A flow slower than what reaches the top of the bed stays in it; so does one whose time is not known, and the
+    cones of a round body."""
     source, _, region, column, _ = shot(9.81, share=5.0)
     reaches = np.sqrt(2.0 * 9.81 * HEADROOM)
     assert surface.by_motion(source, region, column, surface.Rules()).speed_limit == pytest.approx(reaches)
     source.attributes["time"] = 0.0
-    assert surface.by_motion(source, region, hydrostatic.uniform(1.2e-4, 1000.0, 20.0), surface.Rules()).speed_limit == pytest.approx(
-        np.sqrt(2.0 * 1.2e-4 * HEADROOM)
-    )
+    assert surface.by_motion(
+        source, region, hydrostatic.uniform(1.2e-4, 1000.0, 20.0), surface.Rules()
+    ).speed_limit == pytest.approx(np.sqrt(2.0 * 1.2e-4 * HEADROOM))
 
 
 def test_without_a_cavity_the_spacing_takes_the_place_of_its_radius():
-    source = clouds.flat_source(SPACING, 20.0, 12.0, lambda p: np.zeros(len(p)), lambda p: np.tile([0.0, 0.0, 0.004], (len(p), 1)))
+    source = clouds.flat_source(
+        SPACING, 20.0, 12.0, lambda p: np.zeros(len(p)), lambda p: np.tile([0.0, 0.0, 0.004], (len(p), 1))
+    )
     split = surface.by_motion(
         Particles(source, {**source.attributes, "time": 100.0}),
         domain.Cylinder(20.0, -12.0, 0.0, HEADROOM),

@@ -1,4 +1,5 @@
-"""Files as OpenSPH and miluphcuda write them, put together from the descriptions of their own writers (never from the readers tested on them)."""
+"""Files as OpenSPH and miluphcuda write them, put together from the descriptions of their own writers (never from the
+readers tested on them)."""
 
 from __future__ import annotations
 
@@ -14,10 +15,11 @@ ZERO, FIRST, SECOND = 0, 1, 2
 
 
 def ssf(path: Path, bodies: list[dict], version: int = 20210808, kind: bytes = b"sph", attractors: int = 0) -> None:
-    """An OpenSPH state file. A body: ``name`` and arrays ``position`` (n, 4), ``velocity`` (n, 4), ``mass``, ``density``, ``energy``, ``pressure``,
-    ``stress`` (n, 5) as xx yy xy xz yz, ``damage``, ``flag``."""
+    """An OpenSPH state file. A body: ``name`` and arrays ``position`` (n, 4), ``velocity`` (n, 4), ``mass``,
+    ``density``, ``energy``, ``pressure``, ``stress`` (n, 5) as xx yy xy xz yz, ``damage``, ``flag``."""
     table = [
-        (POSITION, SECOND, VECTOR), (MASS, ZERO, SCALAR), (PRESSURE, ZERO, SCALAR), (DENSITY, FIRST, SCALAR), (ENERGY, FIRST, SCALAR),
+        (POSITION, SECOND, VECTOR), (MASS, ZERO, SCALAR), (PRESSURE, ZERO, SCALAR), (DENSITY, FIRST, SCALAR), (ENERGY,
+        FIRST, SCALAR),
         (STRESS, FIRST, TRACELESS), (DAMAGE, FIRST, SCALAR), (FLAG, ZERO, INDEX),
     ]  # fmt: skip
     count = sum(len(body["mass"]) for body in bodies)
@@ -39,7 +41,8 @@ def ssf(path: Path, bodies: list[dict], version: int = 20210808, kind: bytes = b
         first += n
         nothing = np.zeros(n)
         for values in (
-            body["position"], body["velocity"], np.full((n, 4), 9.0), body["mass"], body["pressure"], body["density"], nothing, body["energy"], nothing,
+            body["position"], body["velocity"], np.full((n, 4), 9.0), body["mass"], body["pressure"], body["density"],
+            nothing, body["energy"], nothing,
             body["stress"], np.full((n, 5), 8.0), body["damage"], nothing,
         ):  # fmt: skip
             out += np.ascontiguousarray(values, dtype="<f8").tobytes()
@@ -53,8 +56,10 @@ def body(n: int, seed: int, name: str = "basalt") -> dict:
     """Random values for one material of ``ssf``."""
     rng = np.random.default_rng(seed)
     return {
-        "name": name, "position": rng.normal(size=(n, 4)) ** 2, "velocity": rng.normal(size=(n, 4)), "mass": rng.random(n), "density": 2700 + rng.random(n),
-        "energy": rng.random(n), "pressure": rng.normal(size=n), "stress": rng.normal(size=(n, 5)), "damage": rng.random(n), "flag": rng.integers(0, 5, n),
+        "name": name, "position": rng.normal(size=(n, 4)) ** 2, "velocity": rng.normal(size=(n, 4)),
+        "mass": rng.random(n), "density": 2700 + rng.random(n),
+        "energy": rng.random(n), "pressure": rng.normal(size=n), "stress": rng.normal(size=(n, 5)),
+        "damage": rng.random(n), "flag": rng.integers(0, 5, n),
     }  # fmt: skip
 
 
@@ -65,16 +70,21 @@ def miluphcuda_values(n: int, seed: int) -> dict[str, np.ndarray]:
     stress = stress + stress.transpose(0, 2, 1)
     stress -= np.eye(3) * np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3.0
     return {
-        "x": rng.normal(size=(n, 3)), "v": rng.normal(size=(n, 3)), "a": rng.normal(size=(n, 3)), "a_grav": rng.normal(size=(n, 3)),
-        "time": np.array([33.0]), "m": rng.random(n) + 1.0, "rho": rng.random(n) + 2700.0, "e": rng.random(n), "sml": rng.random(n) + 0.5,
-        "number_of_interactions": rng.integers(20, 90, n), "material_type": rng.integers(0, 3, n), "p": rng.normal(size=n), "soundspeed": rng.random(n),
-        "alpha_jutzi": 1.0 + rng.random(n), "DIM_root_of_damage_tensile": rng.random(n), "number_of_activated_flaws": rng.integers(0, 2, n),
+        "x": rng.normal(size=(n, 3)), "v": rng.normal(size=(n, 3)), "a": rng.normal(size=(n, 3)),
+        "a_grav": rng.normal(size=(n, 3)),
+        "time": np.array([33.0]), "m": rng.random(n) + 1.0, "rho": rng.random(n) + 2700.0, "e": rng.random(n),
+        "sml": rng.random(n) + 0.5,
+        "number_of_interactions": rng.integers(20, 90, n), "material_type": rng.integers(0, 3, n),
+        "p": rng.normal(size=n), "soundspeed": rng.random(n),
+        "alpha_jutzi": 1.0 + rng.random(n), "DIM_root_of_damage_tensile": rng.random(n),
+        "number_of_activated_flaws": rng.integers(0, 2, n),
         "deviatoric_stress": stress.reshape(n, 9), "local_strain": rng.random(n), "tree_depth": np.full(n, 7),
     }  # fmt: skip
 
 
 def miluphcuda_text(path: Path, values: dict[str, np.ndarray], solid: bool, flaws: bool, porous: bool) -> None:
-    """The text file for the same values, column for column with the formats of its ``fprintf`` calls; particle i has i % 4 flaws."""
+    """The text file for the same values, column for column with the formats of its ``fprintf`` calls; particle i has i
+    % 4 flaws."""
     lines = []
     for i in range(len(values["m"])):
         line = "".join(f"{number:+.15e}\t" for number in (*values["x"][i], *values["v"][i]))
@@ -85,11 +95,15 @@ def miluphcuda_text(path: Path, values: dict[str, np.ndarray], solid: bool, flaw
         if not porous:
             line += f"{values['p'][i]:e}\t"
         if solid:
-            line += "".join(f"{number:.6e}\t" for number in (values["local_strain"][i], *values["deviatoric_stress"][i]))
+            line += "".join(
+                f"{number:.6e}\t" for number in (values["local_strain"][i], *values["deviatoric_stress"][i])
+            )
         if porous:
             line += f"{values['alpha_jutzi'][i]:.6e}\t{values['p'][i]:.6e}\t"
         if flaws:
             line += "".join(f"{0.001 * k:.6e}\t" for k in range(i % 4))
         lines.append(line + "\n")
     path.write_text("".join(lines))
-    path.with_name(path.name + ".info").write_text(f"Information about particle data of file {path.name}\nTime: \t {33.0:.20e}\nTotal mass: \t 1\n")
+    path.with_name(path.name + ".info").write_text(
+        f"Information about particle data of file {path.name}\nTime: \t {33.0:.20e}\nTotal mass: \t 1\n"
+    )

@@ -10,7 +10,12 @@ def close_packed(radius: float) -> np.ndarray:
     a = 2.0 ** (1.0 / 6.0)
     n = int(1.4 * radius)
     k, j, i = np.meshgrid(*(np.arange(-n, n + 1),) * 3, indexing="ij")
-    points = np.stack([(2 * i + (j + k) % 2) * 0.5, np.sqrt(3) / 2 * (j + (k % 2) / 3), np.sqrt(6) / 3 * k], axis=-1).reshape(-1, 3) * a
+    points = (
+        np.stack(
+            [(2 * i + (j + k) % 2) * 0.5, np.sqrt(3) / 2 * (j + (k % 2) / 3), np.sqrt(6) / 3 * k], axis=-1
+        ).reshape(-1, 3)
+        * a
+    )
     points += 0.123
     return points[np.linalg.norm(points, axis=1) < radius]
 
@@ -21,7 +26,9 @@ def cubic(shape: tuple[int, int, int]) -> np.ndarray:
 
 def test_circumradius_and_volume_of_known_tetrahedra():
     regular = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=float)  # edge sqrt(8)
-    corner = np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 6]], dtype=float)  # circumsphere through the box's diagonal
+    corner = np.array(
+        [[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 6]], dtype=float
+    )  # circumsphere through the box's diagonal
     flat = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], dtype=float)
     shapes = np.stack([regular, corner, flat])
     assert circumradius(shapes)[:2] == pytest.approx([np.sqrt(3.0), 3.5], rel=1e-14)
@@ -38,7 +45,8 @@ def test_ball_is_one_watertight_solid(disorder):
     assert len(shape.component_volume) == 1
     assert mesh.is_watertight and mesh.is_winding_consistent
     assert mesh.volume == pytest.approx(shape.volume, rel=1e-9)
-    # each surface particle stands for matter on both sides: the bare shape is too small, about half a spacing closes it
+    # each surface particle stands for matter on both sides: the bare shape is too small, about half a spacing closes
+    # it
     assert shape.volume < 0.92 * len(points)
     assert shape.offset(0.3).volume < len(points) < shape.offset(0.55).volume
     assert np.all(shape.members == 0) or disorder > 0.1
@@ -49,7 +57,9 @@ def test_offset_of_a_lattice_box_is_the_box_of_its_cells():
     shape = alpha_shape(cubic(n), 1.0, 1.0)
     assert shape.volume == pytest.approx(8 * 7 * 6, rel=1e-4)
     grown = shape.offset(0.5)
-    inner = np.random.default_rng(2).uniform([1.6, 1.6, -0.49], [6.4, 5.4, -0.1], (2000, 3))  # outside a face, away from its edges
+    inner = np.random.default_rng(2).uniform(
+        [1.6, 1.6, -0.49], [6.4, 5.4, -0.1], (2000, 3)
+    )  # outside a face, away from its edges
     beyond = inner.copy()
     beyond[:, 2] = -0.52
     assert not shape.contains(inner).any()
@@ -63,7 +73,9 @@ def test_point_location_agrees_with_the_surface():
     shape = alpha_shape(points, 1.0, 1.5)
     box = np.random.default_rng(4).uniform(-8, 8, (60_000, 3))
     for solid in (shape, shape.offset(0.45), shape.offset(0.45, smoothing=4)):
-        assert np.mean(solid.contains(box)) * 16.0**3 == pytest.approx(solid.volume, rel=0.02)  # 3 standard errors of the sampling
+        assert np.mean(solid.contains(box)) * 16.0**3 == pytest.approx(
+            solid.volume, rel=0.02
+        )  # 3 standard errors of the sampling
     assert np.array_equal(shape.contains(box[::-1])[::-1], shape.contains(box))
 
 
@@ -77,7 +89,10 @@ def test_detached_blocks_and_voids_are_counted():
     assert not shape.contains(np.zeros((1, 3)))[0]
     assert np.count_nonzero(shape.members == 1) == 64
     pieces = shape.only(1).surface().split(only_watertight=False)
-    assert sorted(np.sign(piece.volume) for piece in pieces) == [-1.0, 1.0]  # an outer skin and, turned inwards, the void
+    assert sorted(np.sign(piece.volume) for piece in pieces) == [
+        -1.0,
+        1.0,
+    ]  # an outer skin and, turned inwards, the void
     filled = alpha_shape(np.concatenate([hollow, block]), 1.0, 1.5, fill_below=1000.0)
     assert filled.voids_filled == 1 and filled.contains(np.zeros((1, 3)))[0]
     assert alpha_shape(np.concatenate([hollow, block]), 1.0, 1.5, fill_below=10.0).voids_filled == 0

@@ -38,7 +38,9 @@ def test_a_new_file_is_readable_by_others_and_folders_are_made(tmp_path):
 def test_a_full_disk_stops_with_one_message_and_keeps_what_was_there(tmp_path, monkeypatch):
     path = tmp_path / "state.h5"
     archive.write(path, {"a": np.arange(3)})
-    monkeypatch.setattr(os, "fsync", lambda number: (_ for _ in ()).throw(OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))))
+    monkeypatch.setattr(
+        os, "fsync", lambda number: (_ for _ in ()).throw(OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
+    )
     with pytest.raises(Stopped, match=r"no space left on the disk for .*state\.h5"):
         archive.write(path, {"a": np.zeros(3)})
     assert archive.read(path)[0]["a"].tolist() == [0, 1, 2] and os.listdir(tmp_path) == ["state.h5"]

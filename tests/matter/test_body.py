@@ -14,13 +14,17 @@ BALL = {"material": "ice", "radius": 53.9e3}
 
 def test_the_published_body():
     layers = [("core", "basalt", 1842e3), ("ocean", "water", 150e3), ("shell", "ice", 150e3)]
-    target = Target(layers=[Layer(name=name, material=material, thickness=thickness) for name, material, thickness in layers])
+    target = Target(
+        layers=[Layer(name=name, material=material, thickness=thickness) for name, material, thickness in layers]
+    )
     assert target.radius == 2142e3 and target.outer_radii == (1842e3, 1992e3, 2142e3)
     assert target.materials == ("basalt", "water", "ice")
 
 
 def test_a_projectile_flies_down_and_towards_plus_x():
-    impact = Impact(speed=18234.0, angle_from_vertical=math.radians(40), projectile=BALL, expected_transient_diameter=980e3)
+    impact = Impact(
+        speed=18234.0, angle_from_vertical=math.radians(40), projectile=BALL, expected_transient_diameter=980e3
+    )
     vx, vy, vz = impact.velocity
     assert vy == 0 and vx > 0 > vz
     assert math.hypot(vx, vz) == pytest.approx(18234.0) and math.degrees(math.atan2(vx, -vz)) == pytest.approx(40.0)

@@ -37,7 +37,9 @@ def test_none_and_cleared(tmp_path):
 def test_a_checkpoint_of_another_version_is_named(tmp_path):
     checkpoint.save(tmp_path, 3, {"x": np.zeros(2)}, {"dt": 0.1})
     arrays, scalars = checkpoint.newest(tmp_path)
-    with pytest.raises(InputError, match=r"checkpoint_0000000003\.h5 was written by another version of the program \(it has no 'wake'"):
+    with pytest.raises(
+        InputError, match=r"checkpoint_0000000003\.h5 was written by another version of the program \(it has no 'wake'"
+    ):
         scalars["wake"]
     with pytest.raises(InputError, match="has no 'hist'"):
         arrays["hist"]
@@ -47,10 +49,18 @@ def test_a_checkpoint_of_another_version_is_named(tmp_path):
 def state(step: int) -> tuple[dict, dict]:
     rng = np.random.default_rng(step)
     arrays = {
-        "x": rng.normal(size=(40, 3)), "state": rng.integers(0, 2, 40).astype(np.int8), "none": np.zeros((0, 3)), "group/flag": np.array([True, False]),
+        "x": rng.normal(size=(40, 3)), "state": rng.integers(0, 2, 40).astype(np.int8), "none": np.zeros((0, 3)),
+        "group/flag": np.array([True, False]),
         "single": np.array(2.5),
     }  # fmt: skip
-    return arrays, {"dt": np.float64(0.1), "phase": "impact", "count": np.int64(3), "on": True, "empty": "", "list": [1.5, 2.5]}
+    return arrays, {
+        "dt": np.float64(0.1),
+        "phase": "impact",
+        "count": np.int64(3),
+        "on": True,
+        "empty": "",
+        "list": [1.5, 2.5],
+    }
 
 
 def test_every_kind_of_value_comes_back_sound(tmp_path):
@@ -64,7 +74,8 @@ def test_every_kind_of_value_comes_back_sound(tmp_path):
 
 
 def test_no_flipped_bit_is_read_as_good(tmp_path):
-    """One bit at 300 places all over the newest file: what is read is what was written, or the checkpoint before it, and then somebody is told."""
+    """One bit at 300 places all over the newest file: what is read is what was written, or the checkpoint before it,
+    and then somebody is told."""
     for step in (5, 10):
         path = checkpoint.save(tmp_path, step, *state(step))
     whole, rng, told, fell_back = path.read_bytes(), np.random.default_rng(2), [], 0

@@ -31,8 +31,15 @@ def test_opensph_state(two_bodies):
 
     np.testing.assert_array_equal(found.position, both("position")[:, :3])
     np.testing.assert_array_equal(found.velocity, both("velocity")[:, :3])
-    np.testing.assert_array_equal(found.smoothing_length, 2.0 * both("position")[:, 3])  # the support of the cubic spline
-    for name, theirs in {"mass": "mass", "density": "density", "specific_energy": "energy", "pressure": "pressure"}.items():
+    np.testing.assert_array_equal(
+        found.smoothing_length, 2.0 * both("position")[:, 3]
+    )  # the support of the cubic spline
+    for name, theirs in {
+        "mass": "mass",
+        "density": "density",
+        "specific_energy": "energy",
+        "pressure": "pressure",
+    }.items():
         np.testing.assert_array_equal(found[name], both(theirs))
     np.testing.assert_allclose(found.damage, both("damage") ** 3)
     xx, yy, xy, xz, yz = both("stress").T
@@ -82,8 +89,10 @@ def test_miluphcuda_hdf5(impact_0012):
     path, values, alive = impact_0012
     found = formats.read(path, materials="ice,water,basalt")
     assert len(found) == 8 and found.attributes["time"] == 33.0
-    for name, theirs in {"position": "x", "velocity": "v", "mass": "m", "density": "rho", "specific_energy": "e", "smoothing_length": "sml",
-                         "pressure": "p", "gravity": "a_grav", "distention": "alpha_jutzi", "neighbours": "number_of_interactions"}.items():  # fmt: skip
+    for name, theirs in {"position": "x", "velocity": "v", "mass": "m", "density": "rho", "specific_energy": "e",
+    "smoothing_length": "sml",
+                         "pressure": "p", "gravity": "a_grav", "distention": "alpha_jutzi",
+                         "neighbours": "number_of_interactions"}.items():  # fmt: skip
         np.testing.assert_array_equal(found[name], values[theirs][alive])
     np.testing.assert_array_equal(found.identity, np.flatnonzero(alive))
     np.testing.assert_allclose(found.damage, values["DIM_root_of_damage_tensile"][alive] ** 3)
@@ -93,7 +102,9 @@ def test_miluphcuda_hdf5(impact_0012):
     assert not formats.lacking(found)
 
 
-@pytest.mark.parametrize(("solid", "flaws", "porous"), [(False, False, False), (True, False, True), (True, True, False), (True, True, True)])
+@pytest.mark.parametrize(
+    ("solid", "flaws", "porous"), [(False, False, False), (True, False, True), (True, True, False), (True, True, True)]
+)
 def test_miluphcuda_text(tmp_path, solid, flaws, porous):
     values, path = foreign.miluphcuda_values(9, 5), tmp_path / "impact.0012"
     foreign.miluphcuda_text(path, values, solid, flaws, porous)
@@ -103,9 +114,13 @@ def test_miluphcuda_text(tmp_path, solid, flaws, porous):
     np.testing.assert_allclose(found.position, values["x"], rtol=1e-15)
     np.testing.assert_allclose(found.pressure, values["p"], rtol=1e-6)
     np.testing.assert_array_equal(found.material, values["material_type"])
-    assert ("damage" in found) == flaws and ("distention" in found) == porous and ("deviatoric_stress" in found) == solid
+    assert (
+        ("damage" in found) == flaws and ("distention" in found) == porous and ("deviatoric_stress" in found) == solid
+    )
     if solid:
-        np.testing.assert_allclose(found.deviatoric_stress, values["deviatoric_stress"][:, miluphcuda._UPPER], rtol=1e-6)
+        np.testing.assert_allclose(
+            found.deviatoric_stress, values["deviatoric_stress"][:, miluphcuda._UPPER], rtol=1e-6
+        )
     if flaws:
         np.testing.assert_allclose(found.damage, values["DIM_root_of_damage_tensile"] ** 3, rtol=3e-6)
     with pytest.raises(InputError, match="other switches"):
@@ -115,7 +130,11 @@ def test_miluphcuda_text(tmp_path, solid, flaws, porous):
 def test_what_miluphcuda_does_not_say_is_asked_for(tmp_path, impact_0012):
     path = tmp_path / "impact.0000"
     path.write_text("1 2 3\n")
-    for columns, words in {None: "switches that were 1", "SOLIDS": "SOLIDS decides no column", "SOLID": "3 numbers, 22 expected"}.items():
+    for columns, words in {
+        None: "switches that were 1",
+        "SOLIDS": "SOLIDS decides no column",
+        "SOLID": "3 numbers, 22 expected",
+    }.items():
         with pytest.raises(InputError, match=words):
             formats.read(path, "miluphcuda", columns=columns)
     with h5py.File(tmp_path / "flat.h5", "w") as file:
@@ -140,7 +159,9 @@ def test_datasets_are_mapped_with_their_units(tmp_path):
         file["PartType0/Stress"] = stress
         file["PartType0/ParticleIDs"] = np.arange(6)[::-1]
         file.attrs["time"] = 4.0
-    mapping = "position=PartType0/Coordinates [km], velocity=/PartType0/Velocities [km/s], m=PartType0/Masses [1e10 kg],"
+    mapping = (
+        "position=PartType0/Coordinates [km], velocity=/PartType0/Velocities [km/s], m=PartType0/Masses [1e10 kg],"
+    )
     mapping += "deviatoric_stress=PartType0/Stress [GPa],id=PartType0/ParticleIDs"
     found = formats.read(tmp_path / "swift.h5", columns=mapping)
     np.testing.assert_allclose(found.position, 1e3 * place)
@@ -191,7 +212,9 @@ def test_another_frame_is_turned_upright(up):
     up = np.array(up, dtype=float)
     place, spin = rng.normal(size=(5, 3)) + [7, 0, 0], rng.normal(size=(5, 3))
     stress = rng.normal(size=(5, 6))
-    cloud = Particles({"position": place, "velocity": spin, "deviatoric_stress": stress, "mass": np.ones(5)}, {"time": 2.0})
+    cloud = Particles(
+        {"position": place, "velocity": spin, "deviatoric_stress": stress, "mass": np.ones(5)}, {"time": 2.0}
+    )
     found = placing.placed(cloud, (7.0, 0.0, 0.0), up)
     turn = placing.rotation_onto_z(up)
     np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
@@ -199,9 +222,15 @@ def test_another_frame_is_turned_upright(up):
     np.testing.assert_allclose(turn @ up, [0, 0, np.linalg.norm(up)], atol=1e-12)
     np.testing.assert_allclose(found.position[:, 2], (place - [7, 0, 0]) @ up / np.linalg.norm(up), atol=1e-12)
     # lengths, angles and the traction on the up plane stay what they are
-    np.testing.assert_allclose(np.einsum("ij,ij->i", found.position, found.velocity), np.einsum("ij,ij->i", place - [7, 0, 0], spin), atol=1e-12)
+    np.testing.assert_allclose(
+        np.einsum("ij,ij->i", found.position, found.velocity),
+        np.einsum("ij,ij->i", place - [7, 0, 0], spin),
+        atol=1e-12,
+    )
     full = stress[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
     normal = up / np.linalg.norm(up)
-    np.testing.assert_allclose(found.deviatoric_stress[:, 5], np.einsum("a,nab,b->n", normal, full, normal), atol=1e-12)
+    np.testing.assert_allclose(
+        found.deviatoric_stress[:, 5], np.einsum("a,nab,b->n", normal, full, normal), atol=1e-12
+    )
     with pytest.raises(InputError, match="no direction"):
         placing.placed(cloud, up=(0, 0, 0))

@@ -36,7 +36,10 @@ ITEM: ATOMS id type x y z vx vy vz radius mass c_pe
 
 def test_a_header_names_columns_and_units(tmp_path):
     path = tmp_path / "a.csv"
-    path.write_text("# made by hand\nx [km], y [km], z [km], m, p [GPa], sxx, sxy, sxz, syy, syz, szz, mat\n1,2,3,4,5,1,2,3,4,5,6,1\n0,0,0,1,0,0,0,0,0,0,0,0\n")
+    path.write_text(
+        "# made by hand\nx [km], y [km], z [km], m, p [GPa], sxx, sxy, sxz, syy, syz, szz, "
+        "mat\n1,2,3,4,5,1,2,3,4,5,6,1\n0,0,0,1,0,0,0,0,0,0,0,0\n"
+    )
     found = formats.read(path, materials="ice, water")
     np.testing.assert_allclose(found.position[0], [1e3, 2e3, 3e3])
     np.testing.assert_allclose(found.pressure, [5e9, 0.0])
@@ -107,12 +110,22 @@ def test_values_that_are_not_finite_are_not_imported(tmp_path):
 def test_csv_holds_every_number_and_reads_back(tmp_path):
     rng = np.random.default_rng(5)
     some = Particles(
-        {"position": rng.normal(size=(30, 3)) * 1e6, "deviatoric_stress": rng.normal(size=(30, 6)) * 1e8, "mass": rng.random(30), "material": [1, 0] * 15},
+        {
+            "position": rng.normal(size=(30, 3)) * 1e6,
+            "deviatoric_stress": rng.normal(size=(30, 6)) * 1e8,
+            "mass": rng.random(30),
+            "material": [1, 0] * 15,
+        },
         {"time": 3.0},
     )
     assert formats.export(some, tmp_path / "a.csv") == "csv" == formats.export(some, tmp_path / "b.txt", "csv")
     header, *rows = (tmp_path / "a.csv").read_text().splitlines()
-    assert header.startswith("position_x [m],position_y [m],position_z [m],") and "mass [kg]" in header and header.endswith("material") and len(rows) == 30
+    assert (
+        header.startswith("position_x [m],position_y [m],position_z [m],")
+        and "mass [kg]" in header
+        and header.endswith("material")
+        and len(rows) == 30
+    )
     back = formats.read(tmp_path / "a.csv")
     for name in some:
         np.testing.assert_array_equal(back[name], some[name])
@@ -123,15 +136,27 @@ def test_csv_holds_every_number_and_reads_back(tmp_path):
 @pytest.mark.parametrize(
     ("header", "rows", "words"),
     [
-        ("x,y,z,m", ["1,2,3,4", "1,2,3,-4"], "field 'mass' must be above 0 kg: 1 of 2 particles are not (the first is particle 2: -4)"),
+        (
+            "x,y,z,m",
+            ["1,2,3,4", "1,2,3,-4"],
+            "field 'mass' must be above 0 kg: 1 of 2 particles are not (the first is particle 2: -4)",
+        ),
         ("x,y,z,m", ["1,2,3,0"], "field 'mass' must be above 0 kg"),
         ("x,y,z,rho", ["1,2,3,-1", "0,0,0,1"], "field 'density' must be above 0 kg/m^3"),
         ("x,y,z,r", ["1,2,3,0"], "field 'radius' must be above 0 m"),
         ("x,y,z,h", ["1,2,3,-1"], "field 'smoothing_length' must be above 0 m"),
-        ("x,y,z,damage", ["1,2,3,1.5"], "field 'damage' must be at least 0 and at most 1: 1 of 1 particles are not (the first is particle 1: 1.5)"),
+        (
+            "x,y,z,damage",
+            ["1,2,3,1.5"],
+            "field 'damage' must be at least 0 and at most 1: 1 of 1 particles are not (the first is particle 1: 1.5)",
+        ),
         ("x,y,z,distention", ["1,2,3,0.5"], "field 'distention' must be at least 1"),
         ("x,y,z,mat", ["1,2,3,-1"], "field 'material' must be at least 0"),
-        ("x,y,z,m", ["1,2,nan,1", "1,2,3,1"], "field 'position' has 1 values that are not finite (the first is particle 1: 1, 2, nan)"),
+        (
+            "x,y,z,m",
+            ["1,2,nan,1", "1,2,3,1"],
+            "field 'position' has 1 values that are not finite (the first is particle 1: 1, 2, nan)",
+        ),
     ],
 )
 def test_values_that_no_particle_can_have_are_refused(tmp_path, header, rows, words):

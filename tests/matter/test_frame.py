@@ -18,7 +18,9 @@ azimuth = st.floats(-math.pi + 1e-6, math.pi - 1e-6)
 
 def place(height: float, arc: float, turn: float, centre=(0.0, 0.0, 0.0)) -> np.ndarray:
     r = R + height
-    return np.array([[r * math.sin(arc) * math.cos(turn), r * math.sin(arc) * math.sin(turn), r * math.cos(arc)]]) + np.array(centre)
+    return np.array(
+        [[r * math.sin(arc) * math.cos(turn), r * math.sin(arc) * math.sin(turn), r * math.cos(arc)]]
+    ) + np.array(centre)
 
 
 @given(st.floats(-1e6, 1e6), angle, azimuth)

@@ -27,9 +27,15 @@ def spoil(path, name, make):
     ("make", "words"),
     [
         (lambda group: group.create_group("mass"), "mass is a group, and an array is needed"),
-        (lambda group: group.__setitem__("mass", h5py.ExternalLink("/etc/passwd", "/x")), "mass is a link to another file"),
+        (
+            lambda group: group.__setitem__("mass", h5py.ExternalLink("/etc/passwd", "/x")),
+            "mass is a link to another file",
+        ),
         (lambda group: group.create_dataset("mass", data=[b"abc"] * 200), "mass holds no numbers"),
-        (lambda group: group.create_dataset("mass", shape=(10**11,), dtype="f8", chunks=(1024,)), "mass claims to hold 800 GB, and 0 MB are stored"),
+        (
+            lambda group: group.create_dataset("mass", shape=(10**11,), dtype="f8", chunks=(1024,)),
+            "mass claims to hold 800 GB, and 0 MB are stored",
+        ),
     ],
 )
 def test_what_is_no_array_of_this_file_is_refused(cloud, make, words):

@@ -56,8 +56,20 @@ def house(tmp_path):
 
 def result(house: Path) -> tuple[float, bool]:
     """The sum that the loop prints, and whether its machine code came from the cache."""
-    environment = {**os.environ, "PYTHONPATH": str(house), "BOLIDE_CACHE": str(house / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
-    done = subprocess.run([sys.executable, "-P", "-m", "sph.loop"], capture_output=True, text=True, env=environment, timeout=120, cwd=house)
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(house),
+        "BOLIDE_CACHE": str(house / "cache"),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "sph.loop"],
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=120,
+        cwd=house,
+    )
     assert done.returncode == 0, done.stderr
     value, hits = done.stdout.split(maxsplit=1)
     return float(value), "Counter()" not in hits

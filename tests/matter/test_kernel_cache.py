@@ -1,4 +1,5 @@
-"""A kernel runs the same machine code in the process that compiles it and in those that load it, and closures are found again."""
+"""A kernel runs the same machine code in the process that compiles it and in those that load it, and closures are
+found again."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from dem import forces
 from matter import kernel_cache
 
 ROOT = Path(__file__).resolve().parents[2]
-# pair sums of an elastic body, as in the shock stage: long enough for the optimiser to arrange them otherwise when it sees them a second time
+# pair sums of an elastic body, as in the shock stage: long enough for the optimiser to arrange them otherwise when it
+# sees them a second time
 PAIRS = """\
 import hashlib
 import sys
@@ -110,7 +112,12 @@ def house(tmp_path):
 
 def printed(house: Path, module: str, *arguments: str) -> list[str]:
     """Words that a module prints, run in a process of its own with the cache of this house."""
-    environment = {**os.environ, "PYTHONPATH": str(house), "BOLIDE_CACHE": str(house / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(house),
+        "BOLIDE_CACHE": str(house / "cache"),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
     command = [sys.executable, "-P", "-m", module, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120, cwd=house)
     assert done.returncode == 0, done.stderr
@@ -140,7 +147,9 @@ def names_within(loop) -> set[str]:
 
 
 def test_the_content_of_a_closure_is_that_of_its_scheme():
-    content = lambda **flags: kernel_cache.content_of(forces.pair_loop.__wrapped__(forces.Scheme(**flags)).py_func, str)  # noqa: E731
+    def content(**flags):
+        return kernel_cache.content_of(forces.pair_loop.__wrapped__(forces.Scheme(**flags)).py_func, str)
+
     assert content() == content()
     assert len({content(), content(normal=1), content(sleep=1), content(cohesion=1)}) == 4
     # a flag that only closures within read

@@ -13,7 +13,10 @@ from sph.families import FAMILIES
 from sph.porosity import p_alpha
 
 DIMENSIONS = {
-    "tillotson": {"rho0": "kg/m^3"} | dict.fromkeys(("A", "B"), "Pa") | dict.fromkeys(("E0", "Eiv", "Ecv"), "J/kg") | dict.fromkeys("ab", ""),
+    "tillotson": {"rho0": "kg/m^3"}
+    | dict.fromkeys(("A", "B"), "Pa")
+    | dict.fromkeys(("E0", "Eiv", "Ecv"), "J/kg")
+    | dict.fromkeys("ab", ""),
     "elastic": {"shear_modulus": "Pa", "bulk_modulus": "Pa"},
     "von_mises": {"Y0": "Pa"},
     "weibull": {"k": "1/m^3", "m": ""},
@@ -59,7 +62,14 @@ def test_values_are_si():
 
 def test_sound_speeds_are_those_of_the_materials():
     """c = sqrt(A / rho0) at rest: basalt 3145, ice 3214, water 1478, iron 4051 m/s."""
-    for name, speed in {"basalt": 3145, "ice": 3214, "water": 1478, "iron": 4051, "aluminum": 5277, "copper": 3952}.items():
+    for name, speed in {
+        "basalt": 3145,
+        "ice": 3214,
+        "water": 1478,
+        "iron": 4051,
+        "aluminum": 5277,
+        "copper": 3952,
+    }.items():
         values = material.section(name, "tillotson")
         assert (values["A"] / values["rho0"]) ** 0.5 == pytest.approx(speed, abs=1)
 

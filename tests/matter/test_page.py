@@ -13,7 +13,9 @@ from matter import ledger_words, page
 
 def test_every_table_and_picture_scrolls_in_a_box_of_its_own(tmp_path):
     (tmp_path / "a.png").write_bytes(b"\x89PNG")
-    whole = page.document("A < B", [page.table(["x", "y"], [["1", "2"]]), "", page.picture(tmp_path / "a.png", "seen from above")])
+    whole = page.document(
+        "A < B", [page.table(["x", "y"], [["1", "2"]]), "", page.picture(tmp_path / "a.png", "seen from above")]
+    )
     assert "<meta name=viewport content='width=device-width" in whole and "<title>A &lt; B</title>" in whole
     for tag in ("<table", "<img"):
         assert len(re.findall(tag, whole)) == len(re.findall(f"<div class=scroll>{tag}", whole)) == 1
@@ -23,9 +25,30 @@ def test_every_table_and_picture_scrolls_in_a_box_of_its_own(tmp_path):
 
 def test_a_ledger_in_words():
     rows = [
-        {"name": "mass_raw_rel", "value": 0.0016, "limit": 0.01, "verdict": "pass", "unit": "1", "note": "source 1.707662e+21 kg <"},
-        {"name": "cavity_radius", "value": 214323.2, "limit": None, "verdict": "not_applicable", "unit": "m", "note": ""},
-        {"name": "ejecta_by_rule", "value": "compact 3, fast 1", "limit": None, "verdict": "not_applicable", "unit": "1", "note": "particles"},
+        {
+            "name": "mass_raw_rel",
+            "value": 0.0016,
+            "limit": 0.01,
+            "verdict": "pass",
+            "unit": "1",
+            "note": "source 1.707662e+21 kg <",
+        },
+        {
+            "name": "cavity_radius",
+            "value": 214323.2,
+            "limit": None,
+            "verdict": "not_applicable",
+            "unit": "m",
+            "note": "",
+        },
+        {
+            "name": "ejecta_by_rule",
+            "value": "compact 3, fast 1",
+            "limit": None,
+            "verdict": "not_applicable",
+            "unit": "1",
+            "note": "particles",
+        },
         {"name": "new_row", "value": None, "limit": 1e-12, "verdict": "not_measured", "unit": "1", "note": ""},
     ]
     shown = page.ledger(rows)
@@ -57,27 +80,50 @@ def test_a_page_names_no_folders_of_the_machine(path, shown):
 
 @pytest.mark.parametrize("width", [1200, 400])
 def test_nothing_makes_the_page_itself_scroll_sideways(tmp_path, width):
-    """In a browser: wide tables and pictures scroll inside their boxes, long words break, the page stays as wide as the window."""
+    """In a browser: wide tables and pictures scroll inside their boxes, long words break, the page stays as wide as
+    the window."""
     program = shutil.which("chromium") or shutil.which("google-chrome")
     if program is None:
         pytest.skip("no Chromium on this machine")
     from PIL import Image
 
     Image.new("RGB", (1400, 300)).save(tmp_path / "wide.png")
-    wide = page.table(["quantity", *[f"column {k}" for k in range(12)]], [["apparent diameter", *["(24.16 ± 0.72) × 10⁶ km³"] * 12]])
+    wide = page.table(
+        ["quantity", *[f"column {k}" for k in range(12)]], [["apparent diameter", *["(24.16 ± 0.72) × 10⁶ km³"] * 12]]
+    )
     notes = page.table(["file", "note"], [["x", page.breakable("a" * 60 + ",b=" + "c/" * 200)]], notes=(1,))
     words = f"<p>{'volume_below_the_datum_' * 12}</p>"
     measured = (
         "<script>addEventListener('load',function(){var d=document.documentElement,out=[d.scrollWidth,innerWidth];"
-        "document.querySelectorAll('.scroll').forEach(function(x){out.push(x.scrollWidth>x.clientWidth?1:0)});parent.postMessage(out.join(' '),'*')})</script>"
+        "document.querySelectorAll('.scroll').forEach(function(x){out.push(x.scrollWidth>x.clientWidth?1:0)});"
+        "parent.postMessage(out.join(' '),'*')})</script>"
     )
-    (tmp_path / "p.html").write_text(page.document("A page", [words, wide, notes, page.picture(tmp_path / "wide.png", "wide"), measured]))
+    (tmp_path / "p.html").write_text(
+        page.document("A page", [words, wide, notes, page.picture(tmp_path / "wide.png", "wide"), measured])
+    )
     # in a frame: a headless window has a least width of 500
     frame = "<script>addEventListener('message',function(e){document.documentElement.dataset.found=e.data})</script>"
-    (tmp_path / "frame.html").write_text(f"<!doctype html>{frame}<iframe src=p.html style='width:{width}px;height:900px;border:0'></iframe>")
-    quiet = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
-    place = [f"--user-data-dir={tmp_path / 'profile'}", "--window-size=1300,950", "--virtual-time-budget=1000", "--dump-dom"]
-    seen = subprocess.run([program, *quiet, *place, f"file://{tmp_path / 'frame.html'}"], capture_output=True, text=True, timeout=60).stdout
+    (tmp_path / "frame.html").write_text(
+        f"<!doctype html>{frame}<iframe src=p.html style='width:{width}px;height:900px;border:0'></iframe>"
+    )
+    quiet = [
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+    ]
+    place = [
+        f"--user-data-dir={tmp_path / 'profile'}",
+        "--window-size=1300,950",
+        "--virtual-time-budget=1000",
+        "--dump-dom",
+    ]
+    seen = subprocess.run(
+        [program, *quiet, *place, f"file://{tmp_path / 'frame.html'}"], capture_output=True, text=True, timeout=60
+    ).stdout
     page_width, window, *boxes = map(int, re.search(r'data-found="([^"]*)"', seen).group(1).split())
     assert window == width and page_width <= width
     assert boxes == [1, 0, 1 if width < 700 else 0]  # the wide table always, the picture on a phone

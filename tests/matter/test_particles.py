@@ -12,7 +12,9 @@ from matter.particles import FIELDS, Particles
 
 @pytest.fixture
 def three() -> Particles:
-    return Particles({"position": np.arange(9.0).reshape(3, 3), "mass": [1, 2, 3]}, {"time": 1.0}, {"contacts/pair": [[0, 1]]})
+    return Particles(
+        {"position": np.arange(9.0).reshape(3, 3), "mass": [1, 2, 3]}, {"time": 1.0}, {"contacts/pair": [[0, 1]]}
+    )
 
 
 @pytest.mark.parametrize("name", FIELDS)
@@ -25,7 +27,9 @@ def test_every_field_has_a_readable_unit_and_a_meaning(name):
 
 def test_a_field_is_an_attribute_and_an_item(three):
     assert three.mass is three["mass"]
-    assert three.mass.dtype == np.float64 and len(three) == 3 and "mass" in three and list(three) == ["position", "mass"]
+    assert (
+        three.mass.dtype == np.float64 and len(three) == 3 and "mass" in three and list(three) == ["position", "mass"]
+    )
     assert three.tables["contacts/pair"].shape == (1, 2)
 
 

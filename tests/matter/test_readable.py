@@ -11,13 +11,24 @@ from matter import quantity, readable
 
 @pytest.mark.parametrize(
     ("metres", "text"),
-    [(612_300.0, "612 km"), (1_085_000.0, "1085 km"), (14.5, "14.5 m"), (-3.4e-3, "-3.4 mm"), (999.0, "999 m"), (1000.0, "1 km"), (0.0, "0 m")],
+    [
+        (612_300.0, "612 km"),
+        (1_085_000.0, "1085 km"),
+        (14.5, "14.5 m"),
+        (-3.4e-3, "-3.4 mm"),
+        (999.0, "999 m"),
+        (1000.0, "1 km"),
+        (0.0, "0 m"),
+    ],
 )
 def test_lengths(metres, text):
     assert readable.length(metres) == text
 
 
-@pytest.mark.parametrize(("seconds", "text"), [(450.0, "7.5 min"), (3600.0, "60.0 min"), (0.03, "30 ms"), (2.0, "2 s"), (6e-5, "60 us"), (0.0, "0 s")])
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(450.0, "7.5 min"), (3600.0, "60.0 min"), (0.03, "30 ms"), (2.0, "2 s"), (6e-5, "60 us"), (0.0, "0 s")],
+)
 def test_times(seconds, text):
     assert readable.clock(seconds) == text
 
@@ -32,14 +43,18 @@ def test_a_length_reads_back_to_its_three_digits(metres):
 @given(st.floats(1e-6, 1e5))
 def test_units_say_the_same(value):
     for factor, unit in (readable.length_unit(value), readable.time_unit(value)):
-        assert quantity.parse(f"1 {unit}", "m" if unit.endswith("m") and unit != "min" else "s") * factor == pytest.approx(1.0)
+        assert quantity.parse(
+            f"1 {unit}", "m" if unit.endswith("m") and unit != "min" else "s"
+        ) * factor == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [
-        (214_323.2, "m", "214.3 km"), (17.11e15, "m^3", "17.11 × 10⁶ km³"), (1.705e21, "kg", "1.705 × 10²¹ kg"), (0.9, "deg", "0.9°"), (0.0, "m", "0 m"),
-        (3.9e-16, "1", "3.9 × 10⁻¹⁶"), (1e-12, "1", "10⁻¹²"), (20_000.0, "1", "20,000"), (-0.00754, "1", "−0.00754"), (3e-5, "m^3", "30 cm³"),
+        (214_323.2, "m", "214.3 km"), (17.11e15, "m^3", "17.11 × 10⁶ km³"), (1.705e21, "kg", "1.705 × 10²¹ kg"), (0.9,
+        "deg", "0.9°"), (0.0, "m", "0 m"),
+        (3.9e-16, "1", "3.9 × 10⁻¹⁶"), (1e-12, "1", "10⁻¹²"), (20_000.0, "1", "20,000"), (-0.00754, "1", "−0.00754"),
+        (3e-5, "m^3", "30 cm³"),
         (5.5e22, "kg m^2/s", "5.5 × 10²² kg m²/s"), (3600.0, "s", "60 min"),
     ],
 )  # fmt: skip
@@ -71,7 +86,10 @@ def test_unequal_errors():
 
 
 def test_text_of_a_ledger():
-    assert readable.prose("0.3e-5 m^3, 2e+05 kg m^2/s, abc1e5, 8.391e+04") == "0.3 × 10⁻⁵ m³, 2 × 10⁵ kg m²/s, abc1e5, 8.391 × 10⁴"
+    assert (
+        readable.prose("0.3e-5 m^3, 2e+05 kg m^2/s, abc1e5, 8.391e+04")
+        == "0.3 × 10⁻⁵ m³, 2 × 10⁵ kg m²/s, abc1e5, 8.391 × 10⁴"
+    )
 
 
 @pytest.mark.parametrize(

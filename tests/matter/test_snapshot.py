@@ -30,7 +30,11 @@ def full() -> Particles:
         "domain": {"core_radius_m": 1.8e6},
         "count": 3,
     }
-    return Particles(fields, attributes, {"contacts/pair": rng.integers(0, 100, (80, 2)), "contacts/history": rng.normal(size=(80, 7))})
+    return Particles(
+        fields,
+        attributes,
+        {"contacts/pair": rng.integers(0, 100, (80, 2)), "contacts/history": rng.normal(size=(80, 7))},
+    )
 
 
 @pytest.mark.parametrize("count", [0, 1, 64, 65, 100])
@@ -53,7 +57,9 @@ def test_pyvista_opens_it_without_a_converter(tmp_path, full):
     snapshot.write(full, tmp_path / "s.vtkhdf")
     cloud = pyvista.read(tmp_path / "s.vtkhdf")
     np.testing.assert_array_equal(cloud.points, full.position)
-    np.testing.assert_array_equal(cloud.cells.reshape(-1, 2), np.column_stack([np.ones(100), np.arange(100)]))  # a vertex for each particle
+    np.testing.assert_array_equal(
+        cloud.cells.reshape(-1, 2), np.column_stack([np.ones(100), np.arange(100)])
+    )  # a vertex for each particle
     assert set(cloud.celltypes) == {pyvista.CellType.VERTEX}
     assert set(cloud.point_data) == set(full) - {"position"}
     for name in full:
@@ -71,9 +77,22 @@ def test_an_empty_snapshot_opens_too(tmp_path):
 def broken(count: int = 1000) -> Particles:
     """Particles of which every third is broken, in a cube of side 2."""
     rng = np.random.default_rng(3)
-    fields = {"position": rng.uniform(-1, 1, (count, 3)), "damage": np.where(np.arange(count) % 3 == 0, 1.0, 0.1), "material": np.arange(count) % 2}
+    fields = {
+        "position": rng.uniform(-1, 1, (count, 3)),
+        "damage": np.where(np.arange(count) % 3 == 0, 1.0, 0.1),
+        "material": np.arange(count) % 2,
+    }
     domain = {"datum_radius_m": 2.1e6, "core_species": 0}
-    return Particles(fields, {"time": 180.0, "stage": "sph", "materials": ["ice", "water"], "domain": domain, "contact": {"ice": {"friction": 0.5}}})
+    return Particles(
+        fields,
+        {
+            "time": 180.0,
+            "stage": "sph",
+            "materials": ["ice", "water"],
+            "domain": domain,
+            "contact": {"ice": {"friction": 0.5}},
+        },
+    )
 
 
 def test_thresholds_and_clips_take_particles_apart(tmp_path):
@@ -94,7 +113,11 @@ def test_time_materials_and_datum_are_field_data(tmp_path):
 
     snapshot.write(broken(), tmp_path / "s.vtkhdf")
     facts = pyvista.read(tmp_path / "s.vtkhdf").field_data
-    assert facts["TimeValue"] == [180.0] and list(facts["materials"]) == ["ice", "water"] and list(facts["stage"]) == ["sph"]
+    assert (
+        facts["TimeValue"] == [180.0]
+        and list(facts["materials"]) == ["ice", "water"]
+        and list(facts["stage"]) == ["sph"]
+    )
     assert facts["domain.datum_radius_m"] == [2.1e6] and "contact" not in facts
 
 
@@ -106,7 +129,9 @@ def test_pyvista_plays_a_series_in_time(tmp_path):
         some.attributes["time"] = time
         some["damage"] = np.full(1000, time)
         snapshot.write(some, tmp_path / f"snap_{number:04d}.vtkhdf")
-    snapshot.write_series(tmp_path, {"snap_0000.vtkhdf": 0.0, "snap_0001.vtkhdf": 60.0, "snap_0002.vtkhdf": 90.0}, "snap")
+    snapshot.write_series(
+        tmp_path, {"snap_0000.vtkhdf": 0.0, "snap_0001.vtkhdf": 60.0, "snap_0002.vtkhdf": 90.0}, "snap"
+    )
     reader = pyvista.get_reader(tmp_path / "snap.vtkhdf.series")
     assert reader.time_values == [0.0, 60.0, 90.0]
     reader.set_active_time_value(90.0)
@@ -129,7 +154,8 @@ reader.UpdatePipeline()
 facts = servermanager.Fetch(reader).GetFieldData()
 chosen = Threshold(Input=reader, Scalars=['POINTS', 'damage'], LowerThreshold=0.5, UpperThreshold=1.0)
 chosen.UpdatePipeline()
-print('found', chosen.GetDataInformation().GetNumberOfPoints(), len(reader.TimestepValues), facts.GetArray('TimeValue').GetValue(0),
+print('found', chosen.GetDataInformation().GetNumberOfPoints(), len(reader.TimestepValues),
+      facts.GetArray('TimeValue').GetValue(0),
       facts.GetAbstractArray('materials').GetValue(1))
 """
 

@@ -33,7 +33,9 @@ def test_tree_against_direct_sum(cloud):
     x, m, eps = cloud
     exact, energy = direct(x, m, eps)
     size = np.sqrt((exact**2).sum(axis=1).mean())
-    errors = [np.sqrt(((tree.gravity(x, m, eps, theta) - exact) ** 2).sum(axis=1).mean()) / size for theta in (0.9, 0.5, 0.2)]
+    errors = [
+        np.sqrt(((tree.gravity(x, m, eps, theta) - exact) ** 2).sum(axis=1).mean()) / size for theta in (0.9, 0.5, 0.2)
+    ]
     assert errors[1] < 5e-4
     assert errors[0] > errors[1] > errors[2]
     assert tree.gravity(x, m, eps, 1e-6) == pytest.approx(exact, rel=1e-9, abs=1e-12 * size)
@@ -52,7 +54,9 @@ def test_net_force_and_torque_are_removed(cloud):
 def test_order_of_particles_changes_nothing_but_rounding(cloud):
     x, m, eps = cloud
     turn = np.random.default_rng(5).permutation(len(m))
-    assert tree.gravity(x[turn], m[turn], eps[turn]) == pytest.approx(tree.gravity(x, m, eps)[turn], rel=1e-9, abs=1e-15)
+    assert tree.gravity(x[turn], m[turn], eps[turn]) == pytest.approx(
+        tree.gravity(x, m, eps)[turn], rel=1e-9, abs=1e-15
+    )
 
 
 def test_coincident_particles_end():

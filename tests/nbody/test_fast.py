@@ -57,7 +57,9 @@ def test_events_come_in_order_and_lie_where_they_should(flights):
     radius = system.hill_radii[table["moon"]]
     on_sphere = np.isin(table["event"], (encounters.ENTRY, encounters.EXIT))
     assert np.abs(table["distance"] - radius)[on_sphere].max() < 1.0
-    entries, approaches = (encounters.select(table, table["event"] == k) for k in (encounters.ENTRY, encounters.APPROACH))
+    entries, approaches = (
+        encounters.select(table, table["event"] == k) for k in (encounters.ENTRY, encounters.APPROACH)
+    )
     assert (np.cos(entries["angle"]) > 0).all()  # inwards
     assert np.abs(np.cos(approaches["angle"])).max() < 1e-4
     counts = [(table["event"] == k).sum() for k in (1, 2, 3, 4)]

@@ -27,7 +27,9 @@ def test_fall_keeps_energy_and_angular_momentum_and_agrees_with_integration():
         assert np.linalg.norm(path.y[:3, -1] - hit.position[0]) < 1.0
         assert np.linalg.norm(path.y[3:, -1] - hit.velocity[0]) < 1e-3
         up = hit.position[0] / CALLISTO.radius
-        assert np.degrees(hit.angle[0]) == pytest.approx(np.degrees(np.arccos(-up @ hit.velocity[0] / np.linalg.norm(hit.velocity[0]))), abs=1e-6)
+        assert np.degrees(hit.angle[0]) == pytest.approx(
+            np.degrees(np.arccos(-up @ hit.velocity[0] / np.linalg.norm(hit.velocity[0]))), abs=1e-6
+        )
 
 
 def test_slow_bound_fall_takes_the_elliptic_time():
@@ -45,7 +47,9 @@ def test_moon_mode_angles_follow_gilberts_law():
     """Impact angles of a wide beam are distributed as sin 2 gamma (Gilbert 1893): mean 45 deg."""
     rng = np.random.default_rng(5)
     velocity, entry = np.array([0.0, 0.0, -1.2e4]), np.array([0.6, 0.0, 0.8]) * HILL
-    places, _ = bplane.resample(np.tile(entry, (3000, 1)), np.tile(velocity, (3000, 1)), CALLISTO.radius, CALLISTO.gm, rng)
+    places, _ = bplane.resample(
+        np.tile(entry, (3000, 1)), np.tile(velocity, (3000, 1)), CALLISTO.radius, CALLISTO.gm, rng
+    )
     assert (places @ entry > 0).all()
     hit = bplane.fall(places, np.tile(velocity, (3000, 1)), CALLISTO.radius, CALLISTO.gm)
     assert kstest(hit.angle, lambda x: np.sin(x) ** 2).pvalue > 1e-3
@@ -55,7 +59,9 @@ def test_moon_mode_angles_follow_gilberts_law():
 def test_draws_match_the_solid_angle():
     rng = np.random.default_rng(6)
     velocity, entry = np.array([0.0, 0.0, -1.8e4]), np.array([0.0, 0.0, HILL])
-    _, draws = bplane.resample(np.tile(entry, (2000, 1)), np.tile(velocity, (2000, 1)), CALLISTO.radius, CALLISTO.gm, rng)
+    _, draws = bplane.resample(
+        np.tile(entry, (2000, 1)), np.tile(velocity, (2000, 1)), CALLISTO.radius, CALLISTO.gm, rng
+    )
     sine = bplane.capture_parameter(CALLISTO.radius, CALLISTO.gm, HILL, 1.8e4) / HILL
     expected = 1.0 / (1.0 - np.sqrt(1.0 - sine**2))
     assert draws.mean() == pytest.approx(expected, rel=4 / np.sqrt(2000))

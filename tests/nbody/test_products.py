@@ -28,7 +28,9 @@ def test_beam_model_gives_table_7():
     published = np.array([39.27, 42.18, 46.31, 53.38, 56.81, 59.4])
     assert (np.abs(np.degrees(angle) - published) < [1, 1, 1, 1.1, 3, 3]).all()
     assert share.sum() == pytest.approx(1.0)
-    wide, _ = analytic.beam_angles(np.radians(tables.BANDS), sigma=100.0 * math.pi)  # uniform elevation: more beams from the poles
+    wide, _ = analytic.beam_angles(
+        np.radians(tables.BANDS), sigma=100.0 * math.pi
+    )  # uniform elevation: more beams from the poles
     assert np.degrees(wide)[0] > 45.0
 
 
@@ -75,7 +77,8 @@ def test_tube_and_fast_give_the_same_number_of_entries():
 
 
 def test_corrected_population_is_the_flux_of_its_orbits():
-    """Against brute force: orbits with random elements, kept where they happen to be near the Hill sphere, weighted by inward speed."""
+    """Against brute force: orbits with random elements, kept where they happen to be near the Hill sphere, weighted by
+    inward speed."""
     from scipy.stats import ks_2samp
 
     jovian = census.jovian("callisto")
@@ -88,7 +91,9 @@ def test_corrected_population_is_the_flux_of_its_orbits():
         a = rng.uniform(0.8, 1.25, n) * np.linalg.norm(home)
         e, i = rng.uniform(0, 0.1, n), rng.uniform(0, math.radians(10), n)
         node, peri = rng.uniform(0, 2 * math.pi, (2, n))
-        mean = rng.uniform(-0.35, 0.35, n) - node - peri  # only those near Jupiter's longitude (0) can be close: |2 e| + 0.07 rad
+        mean = (
+            rng.uniform(-0.35, 0.35, n) - node - peri
+        )  # only those near Jupiter's longitude (0) can be close: |2 e| + 0.07 rad
         big = mean.copy()
         for _ in range(12):
             big = mean + e * np.sin(big)
@@ -125,7 +130,10 @@ def test_census_leaves_tables_and_pictures(tmp_path, capsys):
     with (tmp_path / "figure_15_impacts_over_speed.csv").open() as file:
         bars = [line for line in csv.DictReader(file) if line["moon"] == "callisto" and "grade" in line["subset"]]
     assert sum(float(line["weight"]) for line in bars) == pytest.approx(hit["weight"].sum(), rel=1e-4)
-    assert all((tmp_path / f"{name}.png").stat().st_size > 10_000 for name in ("figure_14_events_over_speed", "figure_18_basin_angles"))
+    assert all(
+        (tmp_path / f"{name}.png").stat().st_size > 10_000
+        for name in ("figure_14_events_over_speed", "figure_18_basin_angles")
+    )
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert 17_000 < summary["moons"]["callisto"]["v2_retrograde_mean"]["value"] < 19_000
     # again: nothing is flown twice

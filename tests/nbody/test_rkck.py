@@ -71,7 +71,8 @@ def _bodies(flights, table, row):
 
 
 def _leg(table, row, places, body):
-    """The last leg as the census takes it: under moon and Jupiter to a fifth of the Hill radius, then the hyperbola."""
+    """The last leg as the census takes it: under moon and Jupiter to a fifth of the Hill radius, then the
+    hyperbola."""
     shift = (table["jovicentric_position"][row] - table["position"][row])[None]
     motion = (table["jovicentric_velocity"][row] - table["velocity"][row])[None]
     rate = np.linalg.norm(motion, axis=1) / np.linalg.norm(shift, axis=1)
@@ -80,15 +81,20 @@ def _leg(table, row, places, body):
 
 
 def test_last_leg_against_full_integration(both):
-    """Hill sphere to surface: the hyperbola's speed within 1e-3 and angle within 1 deg of the integration of all bodies at 1 % steps."""
+    """Hill sphere to surface: the hyperbola's speed within 1e-3 and angle within 1 deg of the integration of all
+    bodies at 1 % steps."""
     table = both[0].table
     for row in list(entries(table).values())[:10]:
         moon = int(table["moon"][row])
         body, hill = SYSTEM.moons[moon], SYSTEM.hill_radii[moon]
         velocity = table["velocity"][row][None]
-        places, _ = bplane.resample(table["position"][row][None], velocity, 0.97 * body.radius, body.gm, np.random.default_rng(row))
+        places, _ = bplane.resample(
+            table["position"][row][None], velocity, 0.97 * body.radius, body.gm, np.random.default_rng(row)
+        )
         result = np.zeros(14)
-        hit, steps = rkck.moon_mode(_bodies(both[0], table, row), moon, SYSTEM.gm, body.radius, hill, places, np.zeros(6), result)
+        hit, steps = rkck.moon_mode(
+            _bodies(both[0], table, row), moon, SYSTEM.gm, body.radius, hill, places, np.zeros(6), result
+        )
         assert hit == 0 and 150 < steps < 1500
         predicted = _leg(table, row, places, body)
         speed = np.linalg.norm(result[3:6])
@@ -107,14 +113,18 @@ def test_last_leg_against_ias15(both):
         moon = int(table["moon"][row])
         body = SYSTEM.moons[moon]
         velocity = table["velocity"][row][None]
-        places, _ = bplane.resample(table["position"][row][None], velocity, 0.9 * body.radius, body.gm, np.random.default_rng(row))
+        places, _ = bplane.resample(
+            table["position"][row][None], velocity, 0.9 * body.radius, body.gm, np.random.default_rng(row)
+        )
         predicted = _leg(table, row, places, body)
         states = _bodies(both[0], table, row)
         states[4] = states[2 + moon] + np.concatenate([places[0], velocity[0]])
         sim = rebound.Simulation()
         for gm, s in zip([*SYSTEM.gm, 0.0], states):
             sim.add(m=gm, x=s[0], y=s[1], z=s[2], vx=s[3], vy=s[4], vz=s[5])
-        t = 0.2 * predicted.flight_time[0]  # of the hyperbolic part; the time to a fifth of the Hill radius comes before it
+        t = (
+            0.2 * predicted.flight_time[0]
+        )  # of the hyperbolic part; the time to a fifth of the Hill radius comes before it
         while True:  # to the surface in short steps, then back by linear interpolation
             sim.integrate(t)
             x = np.array(sim.particles[4].xyz) - np.array(sim.particles[int(2 + moon)].xyz)

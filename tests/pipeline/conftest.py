@@ -69,7 +69,8 @@ def fake_stages(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def drive():
-    """``drive(*arguments)`` starts run_case with the fake stages as a process; ``wait=False`` returns the running process."""
+    """``drive(*arguments)`` starts run_case with the fake stages as a process; ``wait=False`` returns the running
+    process."""
 
     def start(*arguments: object, wait: bool = True):
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(FAKES)]), "COLUMNS": "200"}

@@ -1,4 +1,5 @@
-"""``run_case`` with the real stages and a checkpoint every fraction of a second, so that a small run has some to be killed between."""
+"""``run_case`` with the real stages and a checkpoint every fraction of a second, so that a small run has some to be
+killed between."""
 
 import dem.collapse
 import sph.simulation

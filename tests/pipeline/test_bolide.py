@@ -21,13 +21,18 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def test_the_import_brings_nothing_heavy():
     """Neither numerics nor validation nor drawing; what it costs then is a matter of milliseconds."""
-    code = "import sys, bolide; print([name for name in ('numba', 'numpy', 'pandas', 'pydantic', 'matplotlib', 'pyvista', 'h5py') if name in sys.modules])"
+    code = (
+        "import sys, bolide; print([name for name in ('numba', 'numpy', 'pandas', 'pydantic', 'matplotlib', "
+        "'pyvista', 'h5py') if name in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, timeout=60)
     assert done.stdout.strip() == "[]", done.stderr
 
 
 def test_a_case_is_run_opened_and_gone_on_with(case_folder, tmp_path, fake_stages):
-    run = bolide.run(case_folder, "quick", out=tmp_path / "runs", quiet=True, **{"impact.speed": "15 km/s", "handoff.broken": True})
+    run = bolide.run(
+        case_folder, "quick", out=tmp_path / "runs", quiet=True, **{"impact.speed": "15 km/s", "handoff.broken": True}
+    )
     assert run.settings["impact"]["speed"] == "15000.0 m/s" and run.settings["sph"]["steps"] == 20
     assert list(run.unsound) == ["handoff"] and "mass_total_rel" in run.unsound["handoff"]
     assert run.measures["final"]["depth_m"] == (1.2e4, 2.6e4, "m", {})
@@ -46,30 +51,58 @@ def run(tmp_path) -> bolide.Run:
     (tmp_path / "case.used.toml").write_text("")
     for name in ("2_sph", "4_handoff", "5_dem", "6_crater"):
         (tmp_path / name).mkdir()
-    (tmp_path / "2_sph" / "history.csv").write_text("time_s,mass_kg,momentum_x,angular_momentum_x,total_J,steps\n0.0,1.0,2.0,3.0,4.0,5\n")
+    (tmp_path / "2_sph" / "history.csv").write_text(
+        "time_s,mass_kg,momentum_x,angular_momentum_x,total_J,steps\n0.0,1.0,2.0,3.0,4.0,5\n"
+    )
     for stage, name, times in (("sph", "2_sph", (0.0, 60.0)), ("dem", "5_dem", (62.0, 600.0))):
         for number, time in enumerate(times):
             fields = {"position": np.full((3, 3), time), "velocity": np.zeros((3, 3)), "mass": np.ones(3)}
-            snapshot.write(Particles(fields, {"time": time, "stage": stage}), tmp_path / name / f"snap_{number:04d}.vtkhdf")
+            snapshot.write(
+                Particles(fields, {"time": time, "stage": stage}), tmp_path / name / f"snap_{number:04d}.vtkhdf"
+            )
     radius = np.linspace(1e3, 1e5, 50)
     write_csv(
-        Profile(radius, -1e3 + 0.01 * radius, -2e3 + 0.01 * radius, 0.01 * radius, np.full(50, 9), {"body": "callisto"}), tmp_path / "6_crater" / "profile.csv"
+        Profile(
+            radius, -1e3 + 0.01 * radius, -2e3 + 0.01 * radius, 0.01 * radius, np.full(50, 9), {"body": "callisto"}
+        ),
+        tmp_path / "6_crater" / "profile.csv",
     )
     cell = {"value": 1.2e4, "sigma": 2e3, "unit": "m", "sigma_parts": {"chain": 1e3, "azimuth": None}}
-    content = {"final": {"depth_m": cell, "settled": True, "time_s": cell}, "transient": {"depth_m": {**cell, "value": None}}}
+    content = {
+        "final": {"depth_m": cell, "settled": True, "time_s": cell},
+        "transient": {"depth_m": {**cell, "value": None}},
+    }
     (tmp_path / "6_crater" / "measures.json").write_text(json.dumps(content))
-    (tmp_path / "4_handoff" / "ledger.json").write_text(json.dumps([{"name": "a", "value": 1.0, "limit": 2.0, "verdict": "pass", "unit": "1", "note": ""}]))
+    (tmp_path / "4_handoff" / "ledger.json").write_text(
+        json.dumps([{"name": "a", "value": 1.0, "limit": 2.0, "verdict": "pass", "unit": "1", "note": ""}])
+    )
     return bolide.open(tmp_path)
 
 
 def test_tables_carry_their_units(run):
     profile = run.profile()
-    assert list(profile["radius_m"])[-1] == 1e5 and profile.attrs["units"]["height_p16_m"] == "m" and profile.attrs["body"] == "callisto"
+    assert (
+        list(profile["radius_m"])[-1] == 1e5
+        and profile.attrs["units"]["height_p16_m"] == "m"
+        and profile.attrs["body"] == "callisto"
+    )
     units = run.history("sph").attrs["units"]
-    assert units == {"time_s": "s", "mass_kg": "kg", "momentum_x": "kg m/s", "angular_momentum_x": "kg m^2/s", "total_J": "J", "steps": ""}
+    assert units == {
+        "time_s": "s",
+        "mass_kg": "kg",
+        "momentum_x": "kg m/s",
+        "angular_momentum_x": "kg m^2/s",
+        "total_J": "J",
+        "steps": "",
+    }
     assert values.of_column("volume_m3_sigma") == "m^3"
     assert run.ledger.loc["a", "verdict"] == "pass"
-    for call in (lambda: run.profile("transient"), lambda: run.profile("deep"), lambda: run.history("dem"), lambda: run.history("bed")):
+    for call in (
+        lambda: run.profile("transient"),
+        lambda: run.profile("deep"),
+        lambda: run.history("dem"),
+        lambda: run.history("bed"),
+    ):
         with pytest.raises(bolide.InputError):
             call()
 
@@ -93,7 +126,9 @@ def test_the_snapshot_nearest_to_a_time(run):
 
 def test_craters_side_by_side(run):
     table = run.compare(run)
-    assert list(table["value"]) == [1.2e4, 1.2e4] and set(table["measure"]) == {"depth_m"} and set(table["unit"]) == {"m"}
+    assert (
+        list(table["value"]) == [1.2e4, 1.2e4] and set(table["measure"]) == {"depth_m"} and set(table["unit"]) == {"m"}
+    )
 
 
 def test_a_profile_is_drawn(run):
@@ -106,10 +141,19 @@ def test_a_profile_is_drawn(run):
 
 
 def test_what_is_known_without_a_run():
-    assert bolide.materials["ice"]["tillotson"]["rho0"] == pytest.approx(917.0, rel=0.1) and "basalt" in bolide.materials
+    assert (
+        bolide.materials["ice"]["tillotson"]["rho0"] == pytest.approx(917.0, rel=0.1) and "basalt" in bolide.materials
+    )
     with pytest.raises(KeyError, match="known: "):
         bolide.materials["cheese"]
-    shot = dict(projectile="ice", radius="53.9 km", speed="18.234 km/s", target="ice", gravity=1.236, angle_from_vertical="40 deg")
+    shot = dict(
+        projectile="ice",
+        radius="53.9 km",
+        speed="18.234 km/s",
+        target="ice",
+        gravity=1.236,
+        angle_from_vertical="40 deg",
+    )
     table = bolide.scaling(**shot)
     from crater import scaling
 
@@ -124,7 +168,9 @@ def test_what_is_known_without_a_run():
 
 def test_commands_by_the_module():
     def start(*arguments: str) -> subprocess.CompletedProcess:
-        return subprocess.run([sys.executable, "-m", "bolide", *arguments], capture_output=True, text=True, cwd=ROOT, timeout=60)
+        return subprocess.run(
+            [sys.executable, "-m", "bolide", *arguments], capture_output=True, text=True, cwd=ROOT, timeout=60
+        )
 
     assert start().returncode == 2 and "run_case" in start("--help").stderr
     assert start("run_case", "--version").stdout.startswith("bolide ")

@@ -55,7 +55,9 @@ def test_everything_wrong_is_said_at_once_with_its_line(case_folder):
     file = case_folder / "case.toml"
     text = file.read_text()
     text = text.replace('spacing = "52 km"', 'spacng = "52 km"').replace('radius = "53.9 km"', 'radius = "-53.9 km"')
-    text = text.replace('thickness = "150 km"', "thickness = 150").replace('material = "basalt"', 'material = "bassalt"')
+    text = text.replace('thickness = "150 km"', "thickness = 150").replace(
+        'material = "basalt"', 'material = "bassalt"'
+    )
     file.write_text(text)
     message = complaint(case_folder, "bed.radius=3 kg", "dem.contact.friction=7", "sph.eos=tilotson")
     lines = text.splitlines()
@@ -170,7 +172,9 @@ def test_the_used_case_is_a_case_with_the_same_settings(case_folder, tmp_path):
     before = compose(first)
     used.write(tmp_path / "case.used.toml", first, before)
     after = composed(tmp_path / "case.used.toml")
-    assert {stage: folder.settings_text(item) for stage, item in after.items()} == {stage: folder.settings_text(item) for stage, item in before.items()}
+    assert {stage: folder.settings_text(item) for stage, item in after.items()} == {
+        stage: folder.settings_text(item) for stage, item in before.items()
+    }
     content = tomllib.loads((tmp_path / "case.used.toml").read_text())
     assert content["impact"]["speed"] == "18234.0 m/s"
     assert content["bed"]["radius"] == "1000.0 m"  # a default
@@ -178,7 +182,10 @@ def test_the_used_case_is_a_case_with_the_same_settings(case_folder, tmp_path):
 
 
 def test_lines_of_keys_are_found_in_unusual_files():
-    text = 'a.b = 1\n[x]\ntext = """\n[y]\nz = 3\n"""\n"quoted key" = 2\n[[x.list]]\nq = 1\n[[x.list]]\nq = { r = 2 }\n[x.list.inner]\nw = 1\n'
+    text = (
+        'a.b = 1\n[x]\ntext = """\n[y]\nz = 3\n"""\n"quoted key" = 2\n[[x.list]]\nq = 1\n[[x.list]]\nq = { r = 2 '
+        "}\n[x.list.inner]\nw = 1\n"
+    )
     lines = toml_lines.key_lines(text)
     assert lines["a", "b"] == 1
     assert lines["x", "text"] == 3
@@ -198,7 +205,9 @@ def test_speed_and_angle_may_be_left_to_the_encounters(case_folder, tmp_path):
     case = cases.read(case_folder)
     assert not case.pinned
     found = tmp_path / "impact.toml"
-    found.write_text('speed = "9.6 km/s"\nangle_from_vertical = "45 deg"\n[projectile]\nmaterial = "ice"\nradius = "10 km"\n')
+    found.write_text(
+        'speed = "9.6 km/s"\nangle_from_vertical = "45 deg"\n[projectile]\nmaterial = "ice"\nradius = "10 km"\n'
+    )
     impact = compose(cases.with_impact(case, found))["sph"].impact
     assert impact.speed == pytest.approx(9600.0)
     assert impact.projectile.radius == pytest.approx(10e3)  # the file is the one truth about the impact
@@ -213,7 +222,9 @@ def test_an_impact_from_elsewhere_wins_over_the_case(case_folder, tmp_path):
     impact = composed(case_folder, f"nbody.impact={case_folder / 'mine.toml'}")["sph"].impact
     assert impact.speed == pytest.approx(9600.0)
     (case_folder / "mine.toml").write_text('speed = "-9.6 km/s"\n')
-    assert "impact.speed: must be greater than 0" in complaint(case_folder, f"nbody.impact={case_folder / 'mine.toml'}")
+    assert "impact.speed: must be greater than 0" in complaint(
+        case_folder, f"nbody.impact={case_folder / 'mine.toml'}"
+    )
     assert "nbody.impact: no file at" in complaint(case_folder, "nbody.impact=nowhere.toml")
 
 
@@ -246,22 +257,27 @@ def test_a_case_may_have_some_of_the_stages(case_folder, tmp_path):
     ("overrides", "words"),
     [
         # the right name, where spelling alone would lead elsewhere
-        (("impact.projectile.diameter=3 km",), "impact.projectile.diameter: there is no such key; did you mean 'radius' (half the diameter)?"),
+        (("impact.projectile.diameter=3 km",), "impact.projectile.diameter: there is no such key; did you mean "
+                                               "'radius' (half the diameter)?"),
         (("impact.angle=40 deg",), "did you mean 'angle_from_vertical' (0 is head-on)?"),
         (("impact.velocity=4 km/s",), "did you mean 'speed'?"),
         (("speed=4 km/s",), "--set speed  speed: there is no such table here; did you mean 'impact.speed'?"),
         (("sph.friction=0.4",), "sph.friction: there is no such key here; did you mean 'dem.contact.friction'"),
         # degrees where degrees are meant
-        (("impact.angle_from_vertical=40",), "impact.angle_from_vertical: the unit is missing: write it as a string, '40 deg' for example"),
+        (("impact.angle_from_vertical=40",), "impact.angle_from_vertical: the unit is missing: write it as a string, "
+                                             "'40 deg' for example"),
         (('impact.angle_from_vertical="40"',), "write it like '40 deg'"),
         # the option, where an option was wrong
-        (("dem.contact.shel.friction=0.4",), "--set dem.contact.shel.friction  dem.contact.shel: there is no such key"),
-        (("impact.angle_from_vertical=95 deg",), "--set impact.angle_from_vertical  impact: angle_from_vertical must lie in [0, 90) deg"),
+        (("dem.contact.shel.friction=0.4",), "--set dem.contact.shel.friction  dem.contact.shel: there is no such "
+                                             "key"),
+        (("impact.angle_from_vertical=95 deg",), "--set impact.angle_from_vertical  impact: angle_from_vertical must "
+                                                 "lie in [0, 90) deg"),
         # what a value is, in a user's words
         (("dem.contact.friction=nan",), "dem.contact.friction: nan is not a finite number"),
         (("sph.steps=2.5",), "sph.steps: must be a whole number (given: 2.5)"),
         (("case.stages=sph",), 'case.stages: must be a list, ["sph"] for example (given: "sph")'),
-        (("impact.speed",), "--set 'impact.speed': write it as key.path=value, --set 'sph.end_time=30 min' for example"),
+        (("impact.speed",), "--set 'impact.speed': write it as key.path=value, --set 'sph.end_time=30 min' for "
+                            "example"),
     ],
 )  # fmt: skip
 def test_a_message_says_what_to_write(case_folder, overrides, words):
@@ -278,14 +294,23 @@ def test_an_innocent_option_is_not_blamed(case_folder):
 
 def test_a_mistake_in_the_stages_is_one_error(case_folder):
     message = complaint(case_folder, 'case.stages=["sph", "krater"]')
-    assert "1 error:" in message and "--set case.stages  case.stages[1]" in message and "did you mean 'crater'" in message
+    assert (
+        "1 error:" in message and "--set case.stages  case.stages[1]" in message and "did you mean 'crater'" in message
+    )
 
 
 def test_a_value_of_several_kinds_is_one_complaint():
     place = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stages, "MODULES", REAL)
-        message = complaint(place, "handoff.time=later", "handoff.offset=x", "sph.materials.ice.strenth=x", "dem.accept=no_twist", "handoff.waive.x=3")
+        message = complaint(
+            place,
+            "handoff.time=later",
+            "handoff.offset=x",
+            "sph.materials.ice.strenth=x",
+            "dem.accept=no_twist",
+            "handoff.waive.x=3",
+        )
     for words in (
         '--set handoff.time  handoff.time: must be "auto" or "last"',
         "or: cannot read 'later' as a quantity: write a number and a unit, '1.5 s' for example (given: \"later\")",
@@ -304,7 +329,9 @@ def test_a_shipped_case_is_known_by_its_name_and_can_be_copied(tmp_path, monkeyp
     with pytest.raises(InputError, match=r"no case at valhala_980km.*did you mean 'valhalla_980km'"):
         cases.read(Path("valhala_980km"))
     done = call("run_case", "--copy", "valhalla_980km", "mine", cwd=tmp_path)
-    assert done.returncode == 0 and (tmp_path / "mine" / "case.toml").read_text() == (VALHALLA / "case.toml").read_text(), done.stderr
+    assert (
+        done.returncode == 0 and (tmp_path / "mine" / "case.toml").read_text() == (VALHALLA / "case.toml").read_text()
+    ), done.stderr
     (tmp_path / "valhalla_980km").mkdir()  # what is there comes before what ships
     with pytest.raises(InputError, match="no case at valhalla_980km"):
         cases.read(Path("valhalla_980km"))

@@ -19,7 +19,8 @@ def cloud(position, velocity, layer, **more):
     """Particles of 1 kg in the half-sphere of 22 m."""
     x = np.asarray(position, dtype=float)
     fields = {
-        "position": x, "initial_position": x.copy(), "velocity": np.asarray(velocity, dtype=float), "mass": np.ones(len(x)),
+        "position": x, "initial_position": x.copy(), "velocity": np.asarray(velocity, dtype=float),
+        "mass": np.ones(len(x)),
         "layer": np.asarray(layer, dtype=np.int32), "smoothing_length": np.full(len(x), 1.0), **more,
     }  # fmt: skip
     return Particles(fields, {"target_depth_m": 22.0, "time": 0.05})
@@ -34,7 +35,11 @@ def test_rising_matter_is_counted_by_its_vertical_speed_away_from_the_rim():
 
 
 def test_transferred_momentum_counts_the_projectile_and_its_peak():
-    series = {"time_s": [0.0, 1e-3, 2e-3], "momentum": [[0.0] * 3, [8.0] * 3, [4.0] * 3], "ball_momentum": [[0.0] * 3, [1.0] * 3, [1.0] * 3]}
+    series = {
+        "time_s": [0.0, 1e-3, 2e-3],
+        "momentum": [[0.0] * 3, [8.0] * 3, [4.0] * 3],
+        "ball_momentum": [[0.0] * 3, [1.0] * 3, [1.0] * 3],
+    }
     row = {"series": series, "projectile_momentum": 10.0}
     assert benz_jutzi.transferred(row, 1.0) == pytest.approx([1.0, 1.9, 1.5])
 

@@ -14,7 +14,15 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMANDS = ("run_case", "inspect_handoff", "compare_profiles", "measure_crater", "impact_census", "import_snapshot", "export_snapshot")
+COMMANDS = (
+    "run_case",
+    "inspect_handoff",
+    "compare_profiles",
+    "measure_crater",
+    "impact_census",
+    "import_snapshot",
+    "export_snapshot",
+)
 
 
 def python(code: str, *, path: tuple[Path, ...] = ()) -> subprocess.CompletedProcess:
@@ -49,11 +57,19 @@ def test_the_options_of_run_case_are_those_agreed(drive):
 
 
 def test_bad_input_is_exit_2_and_no_traceback(drive, case_folder, tmp_path):
-    code, _, err = drive(case_folder, "--set", "sph.spacng=1 km", "--set", "impact.projectile.radius=-1 km", "--out", tmp_path / "runs")
+    code, _, err = drive(
+        case_folder, "--set", "sph.spacng=1 km", "--set", "impact.projectile.radius=-1 km", "--out", tmp_path / "runs"
+    )
     assert code == 2 and "Traceback" not in err
     assert "did you mean 'spacing'" in err and "must be greater than 0" in err and "2 errors" in err
     assert not (tmp_path / "runs").exists()
-    for arguments in (("nowhere",), (case_folder, "--preset", "no"), (case_folder, "--from", "spf"), (case_folder, "--nonsense"), ()):
+    for arguments in (
+        ("nowhere",),
+        (case_folder, "--preset", "no"),
+        (case_folder, "--from", "spf"),
+        (case_folder, "--nonsense"),
+        (),
+    ):
         code, _, err = drive(*arguments)
         assert code == 2 and "Traceback" not in err, arguments
 
@@ -77,7 +93,9 @@ def test_an_unsound_stage_is_exit_1_with_its_reason(drive, case_folder, tmp_path
 
 
 def test_check_predicts_and_runs_nothing(drive, case_folder, tmp_path):
-    code, out, err = drive(case_folder, "--check", "--out", tmp_path / "runs", "--set", "sph.sleep_s=2", "--set", "sph.steps=100")
+    code, out, err = drive(
+        case_folder, "--check", "--out", tmp_path / "runs", "--set", "sph.sleep_s=2", "--set", "sph.steps=100"
+    )
     assert code == 0, err
     assert not (tmp_path / "runs").exists()
     assert re.search(r"sph +3 min 20 s +2 GB +3 MB", out)
@@ -94,7 +112,8 @@ def test_check_looks_at_the_presets_that_were_not_chosen(drive, case_folder):
     code, out, err = drive(case_folder, "--check")
     assert code == 0, err
     assert (
-        "WARNING: preset quick cannot be used: case.toml:31 sph.stepz: there is no such key; did you mean 'steps'?; case.toml:32 sph.spacing: the unit" in out
+        "WARNING: preset quick cannot be used: case.toml:31 sph.stepz: there is no such key; did you mean 'steps'?; "
+        "case.toml:32 sph.spacing: the unit" in out
     )
     assert drive(case_folder, "--check", "--preset", "quick")[0] == 2
 
@@ -123,7 +142,9 @@ def test_a_room_imported_from_elsewhere_is_named(tmp_path):
 
 
 def test_import_snapshot_reads_columns_with_units(tmp_path):
-    (tmp_path / "cloud.csv").write_text("x [km],y,z,vx,vy,vz,m,rho [g/cm^3],-\n1,2,3,4,5,6,7,0.917,9\n2,0,0,0,0,0,1,1,1\n")
+    (tmp_path / "cloud.csv").write_text(
+        "x [km],y,z,vx,vy,vz,m,rho [g/cm^3],-\n1,2,3,4,5,6,7,0.917,9\n2,0,0,0,0,0,1,1,1\n"
+    )
     code = """
         import sys
         from pipeline import cli
@@ -157,7 +178,8 @@ def test_import_places_and_export_hands_on(tmp_path):
     code = """
         import sys
         from pipeline import cli
-        sys.argv = ["import_snapshot", "{0}/cloud.csv", "--out", "{0}/cloud.vtkhdf", "--origin", "5,0,0", "--up", "0,1,0", "--time", "2 min"]
+        sys.argv = ["import_snapshot", "{0}/cloud.csv", "--out", "{0}/cloud.vtkhdf"]
+        sys.argv += ["--origin", "5,0,0", "--up", "0,1,0", "--time", "2 min"]
         try:
             cli.import_snapshot()
         except SystemExit as end:
@@ -172,7 +194,10 @@ def test_import_places_and_export_hands_on(tmp_path):
     """
     done = python(code.format(tmp_path))
     assert done.returncode == 2 and "Traceback" not in done.stderr and "name the format with --format" in done.stderr
-    assert "cannot be used by handoff: missing density, material" in done.stdout and "2 particles as lammps" in done.stdout
+    assert (
+        "cannot be used by handoff: missing density, material" in done.stdout
+        and "2 particles as lammps" in done.stdout
+    )
     with h5py.File(tmp_path / "cloud.vtkhdf") as file:
         np.testing.assert_allclose(file["particles/position"][:], [[0, 0, 0], [0, 0, 2]], atol=1e-12)
         np.testing.assert_allclose(file["particles/velocity"][1], [0, 0, 1], atol=1e-12)
@@ -184,7 +209,12 @@ def test_import_places_and_export_hands_on(tmp_path):
 def test_a_terminal_gets_a_bar_and_a_pipe_gets_lines(case_folder, tmp_path):
     pty = pytest.importorskip("pty")
     fakes = Path(__file__).resolve().parent / "fake_rooms"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(fakes)]), "TERM": "xterm", "COLUMNS": "120"}
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join([str(ROOT), str(fakes)]),
+        "TERM": "xterm",
+        "COLUMNS": "120",
+    }
     ours, theirs = pty.openpty()
     command = [sys.executable, str(fakes / "drive.py"), str(case_folder), "--out", str(tmp_path / "runs")]
     process = subprocess.Popen(command, stdout=theirs, stderr=subprocess.PIPE, env=environment)
@@ -201,5 +231,7 @@ def test_a_terminal_gets_a_bar_and_a_pipe_gets_lines(case_folder, tmp_path):
     os.close(ours)
     assert process.wait(timeout=60) == 0, process.stderr.read()
     text = seen.decode()
-    assert "100.0 %" in text and "step 60" in text and "\x1b[?25h" in text  # a moving bar, and the cursor is given back
+    assert (
+        "100.0 %" in text and "step 60" in text and "\x1b[?25h" in text
+    )  # a moving bar, and the cursor is given back
     assert "result: " in text.splitlines()[-1]

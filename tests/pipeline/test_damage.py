@@ -1,4 +1,5 @@
-"""Files that are damaged, in the way, or forbidden: one line that names them, exit code 2 (75 for a full disk), nothing lost, no traceback."""
+"""Files that are damaged, in the way, or forbidden: one line that names them, exit code 2 (75 for a full disk),
+nothing lost, no traceback."""
 
 from __future__ import annotations
 
@@ -41,7 +42,12 @@ def cloud(tmp_path: Path) -> Path:
     """A small snapshot."""
     path = tmp_path / "cloud.vtkhdf"
     place = np.random.default_rng(1).normal(size=(20, 3))
-    snapshot.write(Particles({"position": place, "velocity": 0.0 * place, "mass": np.ones(20), "radius": np.ones(20)}, {"time": 0.0}), path)
+    snapshot.write(
+        Particles(
+            {"position": place, "velocity": 0.0 * place, "mass": np.ones(20), "radius": np.ones(20)}, {"time": 0.0}
+        ),
+        path,
+    )
     return path
 
 
@@ -52,13 +58,22 @@ def test_an_output_that_is_a_file_is_refused_before_any_work(drive, case_folder,
             assert code == 2 and "is a file, and a folder is needed" in err and "Traceback" not in err and not out
         refused(call("measure_crater", cloud, "--out", place), "--out", "is a file, and a folder is needed")
         refused(call("impact_census", "--out", place), "--out", "is a file, and a folder is needed")
-        refused(call("compare_profiles", "thesis_980km", "thesis_600km", "--out", place), "--out", "is a file, and a folder is needed")
+        refused(
+            call("compare_profiles", "thesis_980km", "thesis_600km", "--out", place),
+            "--out",
+            "is a file, and a folder is needed",
+        )
     assert in_the_way.read_text() == "precious"
     refused(call("import_snapshot", cloud, "--out", in_the_way / "x.vtkhdf"), "is a file, and a folder is needed")
-    refused(call("export_snapshot", cloud, "--out", in_the_way.parent, "--format", "vtk"), "is a folder, and the name of a file is needed")
+    refused(
+        call("export_snapshot", cloud, "--out", in_the_way.parent, "--format", "vtk"),
+        "is a folder, and the name of a file is needed",
+    )
 
 
-@pytest.mark.skipif(os.geteuid() != 0 and not Path("/proc/self").exists(), reason="needs a place where nothing can be made")
+@pytest.mark.skipif(
+    os.geteuid() != 0 and not Path("/proc/self").exists(), reason="needs a place where nothing can be made"
+)
 def test_an_output_that_cannot_be_made_is_one_line(drive, case_folder):
     code, _, err = drive(case_folder, "--out", "/proc/none/runs")
     assert code == 2 and "Traceback" not in err and "/proc/none" in err and len(err.strip().splitlines()) == 1
@@ -106,7 +121,10 @@ def test_damaged_measures_are_named(tmp_path, text, call):
     with pytest.raises(InputError, match=r"measures\.json is damaged"):
         result.table(place.parent)
     if text == "{":
-        refused(call("compare_profiles", place.parent, "thesis_980km", "--out", tmp_path / "out"), "measures.json is damaged")
+        refused(
+            call("compare_profiles", place.parent, "thesis_980km", "--out", tmp_path / "out"),
+            "measures.json is damaged",
+        )
 
 
 @pytest.mark.parametrize("name", ["done.json", "begun.json"])
@@ -130,7 +148,9 @@ def test_a_damaged_mark_of_a_stage_removes_nothing(drive, case_folder, tmp_path,
 def test_a_reader_that_has_seen_enough_is_no_fault():
     code = "import sys; from pipeline import cli; sys.argv = ['run_case', '--help']; cli.run_case()"
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, text=True)
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, text=True
+    )
     assert process.stdout is not None and process.stderr is not None
     process.stdout.close()
     assert "Traceback" not in process.stderr.read()

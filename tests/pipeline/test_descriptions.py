@@ -1,4 +1,5 @@
-"""Every key of a case file says what it means: the settings themselves are the reference that ``run_case --describe`` prints."""
+"""Every key of a case file says what it means: the settings themselves are the reference that ``run_case --describe``
+prints."""
 
 from __future__ import annotations
 
@@ -46,7 +47,9 @@ def test_every_table_and_key_is_printed_with_unit_range_and_default():
     assert "  spacing_far  (quantity in m, > 0; default" in text
     assert "  courant  (number, > 0 and <= 1; default follows the case)" in text
     assert "  theta  (number, > 0 and <= 1; default 0.5)" in text
-    assert text.index("\n  spacing_at_impact  (") < text.index("\n  courant  (")  # what a stage sets itself stands before what it inherits
+    assert text.index("\n  spacing_at_impact  (") < text.index(
+        "\n  courant  ("
+    )  # what a stage sets itself stands before what it inherits
     assert "  angle_from_vertical  (quantity in deg; required)" in text
     assert '  time  (quantity in s, > 0 or "auto" | "last"; default "auto")' in text
     assert "  snapshot  (name of a file; default none)" in text
@@ -59,8 +62,16 @@ def test_every_table_and_key_is_printed_with_unit_range_and_default():
         ("sph.late", ["[sph.late]", "  sound_speed  (quantity in m/s, > 0; required)"], "[sph]"),
         ("[dem.contact]", ["[dem.contact.shell]", '  sliding  ("cap" | "clamp" | "reset"; default "cap")'], "[dem]"),
         ("target.layers.0", ["[[target.layers]]", "  thickness"], "[impact]"),
-        ("sph.materials.ice.collins", ["[sph.materials.NAME.collins]", "  internal_friction  (number, >= 0; required)"], "tillotson"),
-        ("dem.still_change", ["  dem.still_change  (number, > 0 and <= 5; default 0.1)", "mean grain radii"], "still_interval  ("),
+        (
+            "sph.materials.ice.collins",
+            ["[sph.materials.NAME.collins]", "  internal_friction  (number, >= 0; required)"],
+            "tillotson",
+        ),
+        (
+            "dem.still_change",
+            ["  dem.still_change  (number, > 0 and <= 5; default 0.1)", "mean grain radii"],
+            "still_interval  (",
+        ),
         ("still_change", ["  dem.still_change  ("], "[dem]"),
     ],
 )
@@ -71,7 +82,13 @@ def test_one_table_or_one_key(name, words, absent):
 
 @pytest.mark.parametrize(
     ("name", "meant"),
-    [("sph.lat", "sph.late"), ("dem.contct", "dem.contact"), ("spacing", "spacing_at_impact"), ("diameter", "radius"), ("velocity", "speed")],
+    [
+        ("sph.lat", "sph.late"),
+        ("dem.contct", "dem.contact"),
+        ("spacing", "spacing_at_impact"),
+        ("diameter", "radius"),
+        ("velocity", "speed"),
+    ],
 )
 def test_a_mistake_is_told_the_nearest_name(name, meant):
     with pytest.raises(InputError, match=f"did you mean '{meant}'"):
@@ -79,7 +96,8 @@ def test_a_mistake_is_told_the_nearest_name(name, meant):
 
 
 def test_numbers_are_shown_as_people_write_them():
-    assert [keys.shown(value, unit) for value, unit in ((52e3, "m"), (1000.0, "s"), (3600.0, "s"), (0.05, "s"), (0.6981317007977318, "rad"), (1, None))] == [
+    assert [keys.shown(value, unit) for value, unit in ((52e3, "m"), (1000.0, "s"), (3600.0, "s"), (0.05, "s"),
+    (0.6981317007977318, "rad"), (1, None))] == [
         '"52 km"', '"1000 s"', '"1 h"', '"50 ms"', '"40 deg"', "1",
     ]  # fmt: skip
 
@@ -87,7 +105,14 @@ def test_numbers_are_shown_as_people_write_them():
 def test_the_list_names_what_can_be_named(call):
     done = call("run_case", "--list", cwd=ROOT)
     assert done.returncode == 0, done.stderr
-    for words in ("valhalla_980km ", "presets: thesis, quick, tiny", "granite", "thesis_980km", "tillotson | murnaghan | ideal_gas", "hooke | hertz"):
+    for words in (
+        "valhalla_980km ",
+        "presets: thesis, quick, tiny",
+        "granite",
+        "thesis_980km",
+        "tillotson | murnaghan | ideal_gas",
+        "hooke | hertz",
+    ):
         assert words in done.stdout
     assert "granite" not in call("run_case", "--list", "observed", cwd=ROOT).stdout
     done = call("run_case", "--list", "material")
@@ -98,8 +123,18 @@ def test_the_version_and_the_shell_s_completion(call):
     for name in ("run_case", "inspect_handoff", "export_snapshot"):
         done = call(name, "--version")
         assert done.returncode == 0 and done.stdout.startswith("bolide 0."), done.stderr
-    for line, offered in (("run_case --descr", "--describe"), ("run_case --from ha", "handoff"), ("run_case cases/valhalla_980km --preset qu", "quick")):
-        done = call("run_case", cwd=ROOT, _RUN_CASE_COMPLETE="complete_bash", COMP_WORDS=line, COMP_CWORD=str(len(line.split()) - 1))
+    for line, offered in (
+        ("run_case --descr", "--describe"),
+        ("run_case --from ha", "handoff"),
+        ("run_case cases/valhalla_980km --preset qu", "quick"),
+    ):
+        done = call(
+            "run_case",
+            cwd=ROOT,
+            _RUN_CASE_COMPLETE="complete_bash",
+            COMP_WORDS=line,
+            COMP_CWORD=str(len(line.split()) - 1),
+        )
         assert done.stdout.split() == [offered], (line, done.stdout, done.stderr)
 
 
@@ -107,4 +142,6 @@ def test_the_example_of_a_message_is_a_key():
     with pytest.raises(InputError) as caught:
         overlay.parsed("impact.speed")
     path, value = overlay.parsed(str(caught.value).rpartition("--set ")[2].split("'")[1])
-    assert [key.name for key in keys.find(".".join(map(str, path)))[1]] == ["sph.end_time"] and quantity.parse(value, "s") == 1800.0
+    assert [key.name for key in keys.find(".".join(map(str, path)))[1]] == ["sph.end_time"] and quantity.parse(
+        value, "s"
+    ) == 1800.0

@@ -1,4 +1,5 @@
-"""The real thing, small: the six stages of Valhalla in a minute, killed in the shock stage and in the collapse, ending in the same bits."""
+"""The real thing, small: the six stages of Valhalla in a minute, killed in the shock stage and in the collapse, ending
+in the same bits."""
 
 from __future__ import annotations
 
@@ -77,7 +78,10 @@ def test_one_snapshot_of_the_run_gives_the_numbers_of_the_run(whole, tmp_path):
     run_folder, _ = whole
     measures = json.loads((run_folder / "6_crater" / "measures.json").read_text())
     shutil.copytree(run_folder, tmp_path / "bare", ignore=shutil.ignore_patterns("6_crater"))
-    for entry, name in ((measures["transient"], measures["transient"]["snapshot"]), (measures["final"], "5_dem/last.vtkhdf")):
+    for entry, name in (
+        (measures["transient"], measures["transient"]["snapshot"]),
+        (measures["final"], "5_dem/last.vtkhdf"),
+    ):
         for place in (run_folder, tmp_path / "bare"):
             code = "from pipeline.cli import measure_crater; measure_crater()"
             command = [sys.executable, "-c", code, str(place / name), "--out", str(tmp_path / "out")]
@@ -95,7 +99,8 @@ def test_one_snapshot_of_the_run_gives_the_numbers_of_the_run(whole, tmp_path):
 
 
 def test_the_run_comes_to_what_the_case_expects(whole):
-    """``expected.toml`` of the case at this size: every measure within two standard errors, and the chain error in every error bar."""
+    """``expected.toml`` of the case at this size: every measure within two standard errors, and the chain error in
+    every error bar."""
     run_folder, text = whole
     assert "against expected.toml, preset tiny of valhalla_980km" in text
     lines = [line for line in text.splitlines() if ", expected " in line]
@@ -108,7 +113,10 @@ def test_the_run_comes_to_what_the_case_expects(whole):
                 continue
             error = wanted.chain
             assert entry["sigma_parts"]["chain"] == pytest.approx(error) and entry["sigma"] >= error
-    assert chain.KNOWN in text and "errors include the chain error" in (run_folder / "6_crater" / "report.html").read_text()
+    assert (
+        chain.KNOWN in text
+        and "errors include the chain error" in (run_folder / "6_crater" / "report.html").read_text()
+    )
 
 
 def test_the_ledger_closes_mass_and_momenta(whole):
@@ -143,7 +151,16 @@ def test_a_control_run_shares_the_shock_stage_and_fills_the_ledger(whole):
     run_folder, _ = whole
     before = (run_folder / "2_sph" / "done.json").stat().st_mtime_ns
     code = "from pipeline.cli import inspect_handoff; inspect_handoff()"
-    command = [sys.executable, "-c", code, str(run_folder), "--sensitivity", "--only", "control_uncarved", "--no-pictures"]
+    command = [
+        sys.executable,
+        "-c",
+        code,
+        str(run_folder),
+        "--sensitivity",
+        "--only",
+        "control_uncarved",
+        "--no-pictures",
+    ]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=900)
     assert done.returncode in (0, 1) and "Traceback" not in done.stderr, done.stderr
@@ -151,7 +168,9 @@ def test_a_control_run_shares_the_shock_stage_and_fills_the_ledger(whole):
     still = found["controls"]["control_uncarved"]
     assert still["lost"] == 0 and still["drift_most_over_r"] < 0.05 and still["energy_rise_rel"] < 1e-9
     assert set(found["rows"]) == {"base"}  # the run itself, made by the same sources
-    row = {entry["name"]: entry for entry in json.loads((run_folder / "4_handoff" / "ledger.json").read_text())}["control_no_impact_run_drift_over_r"]
+    row = {entry["name"]: entry for entry in json.loads((run_folder / "4_handoff" / "ledger.json").read_text())}[
+        "control_no_impact_run_drift_over_r"
+    ]
     assert row["verdict"] == "pass" and row["value"] == still["drift_most_over_r"]
     assert (run_folder / "2_sph" / "done.json").stat().st_mtime_ns == before
     assert "control_uncarved" in (run_folder / "4_handoff" / "report.html").read_text()

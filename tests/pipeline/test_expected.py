@@ -1,4 +1,5 @@
-"""``expected.toml``: mistakes are one message with lines, the chain error reaches the measures, a run is held against it where it is of its kind."""
+"""``expected.toml``: mistakes are one message with lines, the chain error reaches the measures, a run is held against
+it where it is of its kind."""
 
 from __future__ import annotations
 
@@ -66,7 +67,10 @@ def test_every_shipped_expectation_is_of_a_preset_that_the_case_has():
 
 def test_all_mistakes_come_at_once_with_their_lines(folder):
     wrong = (
-        TEXT.replace('draws = "16 km"', 'draw = "16 km"').replace('"12 km"', '"-12 km"').replace('"8e6 km^3"', '"8e6 km"').replace("members = 8", "members = 0")
+        TEXT.replace('draws = "16 km"', 'draw = "16 km"')
+        .replace('"12 km"', '"-12 km"')
+        .replace('"8e6 km^3"', '"8e6 km"')
+        .replace("members = 8", "members = 0")
     )
     (folder / "expected.toml").write_text(wrong)
     with pytest.raises(InputError) as caught:
@@ -74,7 +78,9 @@ def test_all_mistakes_come_at_once_with_their_lines(folder):
     message = str(caught.value)
     assert "3 errors" in message and "expected.toml:5  tiny.members: must be at least 1 (given: 0)" in message
     assert "expected.toml:11" in message and "there is no such key; did you mean 'draws'?" in message
-    assert "measuring is an error and must be at least 0" not in message  # the wrong key of the same table is said first
+    assert (
+        "measuring is an error and must be at least 0" not in message
+    )  # the wrong key of the same table is said first
     assert "expected.toml:16  tiny.final.volume_m3.value: '8e6 km' is not a quantity in m^3" in message
     (folder / "expected.toml").write_text(TEXT.replace('"12 km"', '"-12 km"'))
     with pytest.raises(InputError, match="measuring is an error and must be at least 0"):
@@ -96,7 +102,9 @@ def test_the_crater_stage_gets_the_chain_error_of_what_was_measured(folder):
     assert given.transient.depth_m is None  # no part of it was measured
     assert errors("quick") is None  # nothing is known of this preset
     assert errors("tiny", "impact.speed=15 km/s") is None  # nor of another impact
-    assert errors("tiny", "bed.seed=1", "handoff.pictures=false") == given  # the same values, and one that is only looked at
+    assert (
+        errors("tiny", "bed.seed=1", "handoff.pictures=false") == given
+    )  # the same values, and one that is only looked at
     assert errors("tiny", "bed.seed=2") is None
     assert errors("tiny", 'crater.chain.final.depth_m="7 km"').final.depth_m == 7e3  # a case's own
 
@@ -134,13 +142,18 @@ def test_the_last_lines_of_a_run(folder, tmp_path):
 
     run = tmp_path / "run"
     (run / "6_crater").mkdir(parents=True)
-    content = {"final": {"diameter_apparent_m": quantity(655e3, 1e3)}, "transient": {"depth_m": quantity(236e3, 1e3), "at_maximum_depth": {}}}
+    content = {
+        "final": {"diameter_apparent_m": quantity(655e3, 1e3)},
+        "transient": {"depth_m": quantity(236e3, 1e3), "at_maximum_depth": {}},
+    }
     archive.write_text(run / "6_crater" / "measures.json", json.dumps(content))
     lines = expected.text(cases.read(folder, "tiny"), run).splitlines()
     assert "preset tiny of valhalla (8 draws, commit 01234567, 2026-11-22)" in lines[0]
     assert lines[1].split() == "transient depth 236 km, expected 235 +- 8 km: agrees".split()
     assert lines[2].split() == "final apparent diameter 655 km, expected 550 +- 37 km: differs by 2.8 sigma".split()
-    archive.write_text(run / "6_crater" / "measures.json", json.dumps(content | {"final": content["final"] | {"settled": False}}))
+    archive.write_text(
+        run / "6_crater" / "measures.json", json.dumps(content | {"final": content["final"] | {"settled": False}})
+    )
     assert "last snapshot (no final crater) apparent diameter" in expected.text(cases.read(folder, "tiny"), run)
     assert "not compared" in expected.text(cases.read(folder, "tiny", ["sph.seed=3"]), run)
     assert expected.text(cases.read(folder, "quick"), run) == ""

@@ -1,4 +1,5 @@
-"""What is marked experimental is taken by no shipped case, is a key that exists, and is said where it is described and taken."""
+"""What is marked experimental is taken by no shipped case, is a key that exists, and is said where it is described and
+taken."""
 
 from __future__ import annotations
 
@@ -11,7 +12,11 @@ from pipeline import case, experimental, keys, sense
 from pipeline.compose import compose
 
 CASES = Path(__file__).parents[2] / "cases"
-EVERY = [(path.parent.name, preset) for path in sorted(CASES.glob("*/case.toml")) for preset in (None, *tomllib.loads(path.read_text()).get("preset", {}))]
+EVERY = [
+    (path.parent.name, preset)
+    for path in sorted(CASES.glob("*/case.toml"))
+    for preset in (None, *tomllib.loads(path.read_text()).get("preset", {}))
+]
 
 
 def taken(name, preset, sets=()):
@@ -29,7 +34,10 @@ def test_a_marked_key_exists_and_its_description_says_so(path):
     found = keys.find(path)[1]
     assert [key.name for key in found] == [path]
     assert "(no shipped case takes it)" in found[0].meaning
-    assert all(str(value).lower() in found[0].allowed.lower() or isinstance(value, bool) for value in experimental.CHOICES[path])
+    assert all(
+        str(value).lower() in found[0].allowed.lower() or isinstance(value, bool)
+        for value in experimental.CHOICES[path]
+    )
 
 
 def test_what_is_not_marked_is_described_without_a_remark():
@@ -39,6 +47,10 @@ def test_what_is_not_marked_is_described_without_a_remark():
 def test_a_case_that_takes_one_is_told():
     sets = ('sph.integrator="rk3"', "sph.tolerance=1e-4", "dem.contact.attractive_tail=false")
     words = taken("valhalla_980km", "quick", sets)
-    assert [line.split(" is ")[0] for line in words] == ['[sph] integrator = "rk3"', "[sph] tolerance = 0.0001", "[dem.contact] attractive_tail = false"]
+    assert [line.split(" is ")[0] for line in words] == [
+        '[sph] integrator = "rk3"',
+        "[sph] tolerance = 0.0001",
+        "[dem.contact] attractive_tail = false",
+    ]
     chosen = case.read(CASES / "valhalla_980km", "quick", sets)
     assert set(words) <= set(sense.judged(compose(chosen), {}, chosen.stages)[1])

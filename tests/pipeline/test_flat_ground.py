@@ -1,4 +1,5 @@
-"""A bowl of loose flat ground through the whole chain: shock stage, settled bowl of grains, handoff, collapse, crater. Half a minute."""
+"""A bowl of loose flat ground through the whole chain: shock stage, settled bowl of grains, handoff, collapse, crater.
+Half a minute."""
 
 from __future__ import annotations
 
@@ -116,10 +117,11 @@ def test_what_is_handed_over_closes_its_books(done):
 
 
 def test_a_hollow_is_left_in_the_grains(done):
-    """The flow that is handed over at 30 ms goes on: the hollow of the grains is wider than the crater of the shock stage, holds at least as much within the
-    errors, and no wider than free flight would make it. Grains that lose the flow leave 5.2 m and
-    15 m^3 of 5.9 m and 21 m^3. (A bound of 1 m of depth stood here while ground in motion was taken for ejecta: at 1590728 the handoff emptied a cavity of
-    6.4 m radius and 139 m^3 where the shock stage had dug 12.)"""
+    """The flow that is handed over at 30 ms goes on: the hollow of the grains is wider than the crater of the shock
+    stage, holds at least as much within the errors, and no wider than free flight would make it. Grains that lose the
+    flow leave 5.2 m and 15 m^3 of 5.9 m and 21 m^3. (A bound of 1 m of depth stood here while ground in motion was
+    taken for ejecta: at 1590728 the handoff emptied a cavity of 6.4 m radius and 139 m^3 where the shock stage had dug
+    12.)"""
     report = json.loads((done / "5_dem" / "stage_report.json").read_text())
     assert report["momentum_error"] < 1e-9 and abs(report["energy_error"]) < 0.01
     measures = json.loads((done / "6_crater" / "measures.json").read_text())
@@ -128,7 +130,11 @@ def test_a_hollow_is_left_in_the_grains(done):
     assert left["diameter_apparent_m"]["value"] > 1.2 * dug["diameter_apparent_m"]["value"]
     assert left["volume_m3"]["value"] + left["volume_m3"]["sigma"] > dug["volume_m3"]["value"]
     flown = heights(done / "6_crater" / "profile_ballistic.csv")
-    rim = min(r for r, h in flown.items() if r > 2.0 and h > -0.1) if any(h > -0.1 for r, h in flown.items() if r > 2.0) else max(flown)
+    rim = (
+        min(r for r, h in flown.items() if r > 2.0 and h > -0.1)
+        if any(h > -0.1 for r, h in flown.items() if r > 2.0)
+        else max(flown)
+    )
     assert 0.5 * left["diameter_apparent_m"]["value"] < 1.2 * rim
     assert max(h for r, h in heights(done / "6_crater" / "profile.csv").items() if 1.0 < r < 4.0) < 0.0
 
@@ -143,4 +149,7 @@ def test_the_ground_around_the_hollow_stays(done):
 def heights(path: Path) -> dict[float, float]:
     """Height by radius of a profile [m]."""
     with open(path) as file:
-        return {float(row["radius_m"]): float(row["height_m"]) for row in csv.DictReader(line for line in file if not line.startswith("#"))}
+        return {
+            float(row["radius_m"]): float(row["height_m"])
+            for row in csv.DictReader(line for line in file if not line.startswith("#"))
+        }

@@ -1,4 +1,5 @@
-"""``run_case RUN``: a run goes on in its own folder, whatever has become of its case; nothing that is done is made again."""
+"""``run_case RUN``: a run goes on in its own folder, whatever has become of its case; nothing that is done is made
+again."""
 
 from __future__ import annotations
 
@@ -34,7 +35,12 @@ def test_a_run_goes_on_without_its_case(drive, case_folder, tmp_path, named):
     assert all(path.read_bytes() == content for path, content in marks.items())
     assert only_run(runs) == run and len(list(run.glob("*/done.json"))) == 6
     after = json.loads((run / "provenance.json").read_text())
-    assert after["case"] == before and before["preset"] == "quick" and before["overrides"] == ["sph.steps=30"] and len(after["sessions"]) == 2
+    assert (
+        after["case"] == before
+        and before["preset"] == "quick"
+        and before["overrides"] == ["sph.steps=30"]
+        and len(after["sessions"]) == 2
+    )
     assert (run / "case.used.toml").read_text() == head  # the values, and the line that says how the run was begun
 
 
@@ -74,6 +80,8 @@ def test_options_that_cannot_be_obeyed_are_refused(drive, case_folder, tmp_path)
     with pytest.raises(InputError, match="apply a preset to the case itself"):
         going_on.read(run, preset="quick")
     assert going_on.read(run, out=runs).run == run
-    assert going_on.run_of(case_folder) is None and going_on.name_of(Path("small-0123abcd")) == "small" == going_on.name_of(Path("small"))
+    assert going_on.run_of(case_folder) is None and going_on.name_of(
+        Path("small-0123abcd")
+    ) == "small" == going_on.name_of(Path("small"))
     (run / "provenance.json").unlink()  # a copy of the values alone is a case like any other
     assert going_on.run_of(run / "case.used.toml") is None

@@ -58,7 +58,9 @@ def test_a_snapshot_replaces_the_stage_that_would_have_made_it(case_folder, tmp_
     assert not (run_folder / "2_sph" / "starts.txt").exists()
     assert json.loads((run_folder / "2_sph" / "done.json").read_text())["from"] == str(sph_file)
     assert '"radius_m": 5.0' in (run_folder / "5_dem" / "last.txt").read_text()
-    assert json.loads((run_folder / "provenance.json").read_text())["case"]["from_elsewhere"]["sph"]["file"] == str(sph_file)
+    assert json.loads((run_folder / "provenance.json").read_text())["case"]["from_elsewhere"]["sph"]["file"] == str(
+        sph_file
+    )
     assert f'snapshot = "{sph_file}"' in (run_folder / "case.used.toml").read_text()
 
 

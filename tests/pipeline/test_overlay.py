@@ -66,7 +66,15 @@ def test_a_value_written_as_toml_is_read_back(path, value):
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [("30 min", "30 min"), ("", ""), ("a=b", "a=b"), ("[1, 2]", [1, 2]), ("true", True), ("'x'", "x"), ("1\nother = 2", "1\nother = 2")],
+    [
+        ("30 min", "30 min"),
+        ("", ""),
+        ("a=b", "a=b"),
+        ("[1, 2]", [1, 2]),
+        ("true", True),
+        ("'x'", "x"),
+        ("1\nother = 2", "1\nother = 2"),
+    ],
 )
 def test_what_is_not_toml_is_text(text, value):
     assert overlay.parsed(f"sph.duration={text}") == (("sph", "duration"), value)

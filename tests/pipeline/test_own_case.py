@@ -1,4 +1,5 @@
-"""A case of ten lines: what it leaves open is filled in sensibly for every size of projectile and target, and it runs from an empty folder to the report."""
+"""A case of ten lines: what it leaves open is filled in sensibly for every size of projectile and target, and it runs
+from an empty folder to the report."""
 
 from __future__ import annotations
 
@@ -25,7 +26,10 @@ BODY = """layers = [
   { material = "basalt", thickness = "1400 km" },
   { material = "granite", thickness = "100 km" },
 ]"""
-IMPACT = '\n\n[impact]\nspeed = "12 km/s"\nangle_from_vertical = "45 deg"\nprojectile = { material = "granite", radius = "%s" }\n'
+IMPACT = (
+    '\n\n[impact]\nspeed = "12 km/s"\nangle_from_vertical = "45 deg"\nprojectile = { material = "granite", radius = '
+    '"%s" }\n'
+)
 RADII = {"1 m": "0.5 m", "200 m": "100 m", "50 km": "25 km"}
 
 
@@ -37,7 +41,9 @@ def written(place: Path, target: str, size: str) -> Path:
 
 def test_the_case_has_ten_lines_and_no_numerical_key():
     lines = [line for line in OWN.read_text().splitlines() if line and not line.startswith("#")]
-    assert len(lines) <= 10 and not any(line.startswith(("[sph", "[bed", "[handoff", "[dem", "[crater", "[case")) for line in lines)
+    assert len(lines) <= 10 and not any(
+        line.startswith(("[sph", "[bed", "[handoff", "[dem", "[crater", "[case")) for line in lines
+    )
 
 
 @pytest.mark.parametrize(("size", "held"), [("1 m", True), ("200 m", False), ("50 km", False)])
@@ -66,7 +72,9 @@ def test_a_body_is_filled_in_and_one_that_is_too_large_is_told_to_be_flat(tmp_pa
     assert settings["sph"].relaxation_time == pytest.approx(1.5 * 836.0, rel=0.05)
     assert settings["bed"].arc_radius == pytest.approx(1.5 * settings["bed"].impact.expected_transient_diameter)
     request = Request(cases.read(written(tmp_path, BODY, "200 m"), size="quick"), tmp_path)
-    assert any('shape = "half_space", gravity = "2.8 m/s^2"' in text for text in sensible(request, settings_of(request)))
+    assert any(
+        'shape = "half_space", gravity = "2.8 m/s^2"' in text for text in sensible(request, settings_of(request))
+    )
     request = Request(cases.read(written(tmp_path, BODY, "1 m"), size="quick"), tmp_path)
     with pytest.raises(InputError, match=r"is lost among particles .* take it as a half space"):
         sensible(request, settings_of(request))
@@ -147,10 +155,26 @@ def test_the_impact_of_the_encounters_sizes_the_crater_anew(tmp_path):
 
 
 def test_ten_lines_run_from_an_empty_folder_to_the_report(tmp_path):
-    """The 50 km sphere: with fewer particles and grains than any ``--size`` has, all five stages run and the page of the crater is written."""
+    """The 50 km sphere: with fewer particles and grains than any ``--size`` has, all five stages run and the page of
+    the crater is written."""
     file = written(tmp_path, HALF_SPACE, "50 km")
-    command = [sys.executable, "-c", "from pipeline.cli import run_case; run_case()", str(file), "--threads", "1", "--out", str(tmp_path / "runs")]
-    ended = subprocess.run([*command, "--set", "sph.particles=3000", "--set", "bed.count=1000"], cwd=ROOT, capture_output=True, text=True, check=False)
+    command = [
+        sys.executable,
+        "-c",
+        "from pipeline.cli import run_case; run_case()",
+        str(file),
+        "--threads",
+        "1",
+        "--out",
+        str(tmp_path / "runs"),
+    ]
+    ended = subprocess.run(
+        [*command, "--set", "sph.particles=3000", "--set", "bed.count=1000"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert ended.returncode in (0, 1), ended.stderr  # 1: so few grains fail rows of the handoff's ledger
     (run,) = (tmp_path / "runs").glob("mine-*")
     assert "Traceback" not in ended.stderr and (run / "6_crater" / "report.html").exists()

@@ -22,7 +22,8 @@ NAMING = [
     if "\nSOURCES = " in file.read_text()
 ]
 HERTZ = (
-    'dem.contact.normal="hertz"', 'dem.contact.tangential="mindlin"', 'dem.contact.shell={"elastic_modulus" = "1 GPa"}',
+    'dem.contact.normal="hertz"', 'dem.contact.tangential="mindlin"',
+    'dem.contact.shell={"elastic_modulus" = "1 GPa"}',
     'dem.contact.expected_speed="100 m/s"', "dem.springs_for=\"bed\"",
 )  # fmt: skip
 
@@ -78,7 +79,9 @@ def test_every_equation_of_state_of_a_material_is_cited(name):
 def test_a_hertz_mindlin_run_cites_hertz_and_mindlin(tmp_path):
     hooke, hertz = cited(tmp_path, "valhalla_980km"), cited(tmp_path, "valhalla_980km", sets=HERTZ)
     assert {"Hertz1882", "Mindlin1949"} <= hertz - hooke
-    assert "CundallStrack1979" in hooke and not {"Johnson1971", "Zhang2018", "Thompson2022", "Kloss2012"} & (hooke | hertz)
+    assert "CundallStrack1979" in hooke and not {"Johnson1971", "Zhang2018", "Thompson2022", "Kloss2012"} & (
+        hooke | hertz
+    )
 
 
 def test_an_asteroids_run_does_not_cite_the_thesis_on_callisto(tmp_path):
@@ -95,7 +98,10 @@ def test_gravity_by_a_tree_is_cited_where_the_body_attracts_itself(tmp_path):
 
 @pytest.mark.parametrize(("integrator", "key"), [("rkck", "CashKarp1990"), ("fast", "Hairer1993")])
 def test_the_integrator_of_the_encounters_is_cited(tmp_path, integrator, key):
-    keys = {name: cited(tmp_path, "valhalla_980km", sets=(f'nbody.integrator="{name}"',), only=("nbody",)) for name in ("rkck", "fast")}
+    keys = {
+        name: cited(tmp_path, "valhalla_980km", sets=(f'nbody.integrator="{name}"',), only=("nbody",))
+        for name in ("rkck", "fast")
+    }
     assert key in keys[integrator] and ("CashKarp1990" in keys["fast"]) is False
 
 
@@ -110,6 +116,11 @@ def test_laws_that_a_run_does_not_take_are_not_cited(tmp_path):
 def test_numerics_that_a_run_does_not_take_are_not_cited(tmp_path):
     changed = ('sph.volumes="start"', 'sph.late={"at" = "10 min", "sound_speed" = "500 m/s"}')
     plain, late = (cited(tmp_path, "valhalla_980km", sets=chosen, only=("sph",)) for chosen in ((), changed))
-    assert late - plain == {"RaducanJutzi2022", "OttSchnetter2003", "Price2012", "MorrisMonaghan1997"}  # the last: alpha of the late stage
+    assert late - plain == {
+        "RaducanJutzi2022",
+        "OttSchnetter2003",
+        "Price2012",
+        "MorrisMonaghan1997",
+    }  # the last: alpha of the late stage
     assert not {"Balsara1995", "Rosswog2000", "SpringelHernquist2002", "Monaghan2002", "Adami2012"} & late
     assert "MonaghanLattanzio1985" in plain and "Kutta1901" not in late

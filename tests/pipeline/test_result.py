@@ -13,16 +13,24 @@ def q(value, sigma, unit="m", **parts):
 
 def entry(diameter, depth, time, chain=None, **more):
     parts = {"chain": chain} if chain else {}
-    sizes = {"diameter_apparent_m": q(diameter, 7e3, **parts), "depth_m": q(depth, 8e3), "depth_over_diameter": q(depth / diameter, 0.01, "1")}
+    sizes = {
+        "diameter_apparent_m": q(diameter, 7e3, **parts),
+        "depth_m": q(depth, 8e3),
+        "depth_over_diameter": q(depth / diameter, 0.01, "1"),
+    }
     return {**sizes, "volume_m3": q(0.39 * diameter**2 * depth, 7e14, "m^3"), "time_s": q(time, 30.0, "s"), **more}
 
 
 def table(tmp_path, **changes):
-    transient = {"at_maximum_volume": entry(492.6e3, 235.3e3, 420.0, stage="sph"), "at_maximum_depth": entry(475.5e3, 236.6e3, 360.0, stage="sph")}
+    transient = {
+        "at_maximum_volume": entry(492.6e3, 235.3e3, 420.0, stage="sph"),
+        "at_maximum_depth": entry(475.5e3, 236.6e3, 360.0, stage="sph"),
+    }
     content = {
         "transient": {**transient["at_maximum_volume"], **transient},
         "final": entry(569e3, 74e3, 3840.0, settled=True, **{"from": "settled grains"}),
-        "reference": [{"name": "transient depth_m", "at": "first maximum of depth, 6.0 min, SPH", "value": 300e3, "plus": 51e3, "minus": 51e3, "unit": "m",
+        "reference": [{"name": "transient depth_m", "at": "first maximum of depth, 6.0 min, SPH", "value": 300e3,
+        "plus": 51e3, "minus": 51e3, "unit": "m",
                        "source": "Winter 2017", "ours": q(236.6e3, 6.2e3), "met": False}],
     }  # fmt: skip
     (tmp_path / "6_crater").mkdir(parents=True, exist_ok=True)
@@ -32,7 +40,9 @@ def table(tmp_path, **changes):
 
 def test_each_column_says_its_stage_and_time(tmp_path):
     lines = table(tmp_path).splitlines()
-    assert lines[0].split("  ")[-1].strip() == "final" and lines[0].index("maximum volume") < lines[0].index("maximum depth")
+    assert lines[0].split("  ")[-1].strip() == "final" and lines[0].index("maximum volume") < lines[0].index(
+        "maximum depth"
+    )
     assert [word in lines[1] for word in ("7.0 min, SPH", "6.0 min, SPH", "64.0 min, settled grains")] == [True] * 3
     depth = next(line for line in lines if line.startswith("depth below the datum"))
     assert [value in depth for value in ("235.3 +- 8.0 km", "236.6 +- 8.0 km", "74.0 +- 8.0 km")] == [True] * 3
@@ -42,11 +52,22 @@ def test_each_column_says_its_stage_and_time(tmp_path):
 
 def test_the_published_line_says_at_which_moment_ours_is_taken(tmp_path):
     text = table(tmp_path)
-    assert "published transient depth_m: 300 +51 -51 km (Winter 2017); here (first maximum of depth, 6.0 min, SPH) 236.6 +- 6.2 km: not met" in text
+    assert (
+        "published transient depth_m: 300 +51 -51 km (Winter 2017); here (first maximum of depth, 6.0 min, SPH) 236.6 "
+        "+- 6.2 km: not met" in text
+    )
 
 
 def test_a_crater_that_still_grows_has_no_column_final(tmp_path):
-    last = entry(1.75e3, 400.0, 6.0, settled=False, state="still growing", settled_reason="volume +9%", **{"from": "all-SPH late stage"})
+    last = entry(
+        1.75e3,
+        400.0,
+        6.0,
+        settled=False,
+        state="still growing",
+        settled_reason="volume +9%",
+        **{"from": "all-SPH late stage"},
+    )
     grows = {f"at_maximum_{of}": entry(1.75e3, 400.0, 6.0, stage="sph", growing=True) for of in ("volume", "depth")}
     text = table(tmp_path, transient={**grows["at_maximum_volume"], **grows}, final=last)
     assert "last snapshot, still growing" in text.splitlines()[0] and "transient" not in text.splitlines()[0]
@@ -56,16 +77,19 @@ def test_a_crater_that_still_grows_has_no_column_final(tmp_path):
 
 def test_errors_say_whether_they_hold_the_chain(tmp_path):
     assert "chain error not known" in table(tmp_path)
-    assert "errors include the chain error" in table(tmp_path, final=entry(569e3, 74e3, 3840.0, chain=3e4, settled=True))
+    assert "errors include the chain error" in table(
+        tmp_path, final=entry(569e3, 74e3, 3840.0, chain=3e4, settled=True)
+    )
 
 
 def test_resolution_pressure_and_cautions_stand_below(tmp_path):
-    facts = {"projectile_particles": 37, "particles_per_radius": 2.07, "peak_pressure_Pa": 107e9, "planar_limit_Pa": 69.9e9, "planar_speed_m_s": 13968.0,
+    facts = {"projectile_particles": 37, "particles_per_radius": 2.07, "peak_pressure_Pa": 107e9,
+    "planar_limit_Pa": 69.9e9, "planar_speed_m_s": 13968.0,
              "peak_over_planar_limit": 1.53, "cautions": ["the projectile has few"]}  # fmt: skip
     text = table(tmp_path, soundness=facts)
     assert (
-        "projectile: 37 particles, 2.1 per radius; largest pressure of a particle 107 GPa, 1.5 times the planar limit (69.9 GPa at the vertical 13.97 km/s)"
-        in text
+        "projectile: 37 particles, 2.1 per radius; largest pressure of a particle 107 GPa, 1.5 times the planar limit "
+        "(69.9 GPa at the vertical 13.97 km/s)" in text
     )
     assert "caution: the projectile has few" in text
     assert text.isascii()

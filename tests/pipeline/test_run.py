@@ -94,7 +94,9 @@ def test_a_stage_that_other_sources_made_is_kept_and_said_so(go):
     file.write_text(json.dumps({**json.loads(file.read_text()), "sources_sha256": "of yesterday"}))
     _, screen = go()
     assert screen.worked() == []
-    assert [line for line in screen.lines if "another version of the code" in line] == [line for line in screen.lines if line.startswith("5_dem")]
+    assert [line for line in screen.lines if "another version of the code" in line] == [
+        line for line in screen.lines if line.startswith("5_dem")
+    ]
 
 
 def test_a_stage_without_its_done_file_runs_again_and_those_after_it_are_of_the_same_key(go):
@@ -138,7 +140,9 @@ def test_checkpoints_of_another_version_of_the_code_are_not_continued(go, tmp_pa
     content = json.loads(begun.read_text())
     assert len(content["sources_sha256"]) > 8
     begun.write_text(json.dumps({**content, "sources_sha256": "of yesterday", "commit": "0123456789ab"}))
-    with pytest.raises(InputError, match=r"2_sph was begun by another version of the code \(commit 0123456789\).*--from sph"):
+    with pytest.raises(
+        InputError, match=r"2_sph was begun by another version of the code \(commit 0123456789\).*--from sph"
+    ):
         go("sph.steps=61")
     assert begun.exists()
     _, screen = go("sph.steps=61", start="sph")
@@ -287,7 +291,9 @@ def test_a_key_depends_on_settings_and_on_what_is_read(case_folder, tmp_path):
         return identity.of(stage, settings[stage], None, lambda earlier: stages.folder(tmp_path, earlier)).key
 
     other = compose(cases.read(case_folder, None, ["sph.spacing=52.000001 km"]))
-    assert key("sph") == key("sph", compose(cases.read(case_folder, None, ["sph.spacing=52000 m"]))) != key("sph", other)
+    assert (
+        key("sph") == key("sph", compose(cases.read(case_folder, None, ["sph.spacing=52000 m"]))) != key("sph", other)
+    )
     bed, crater = key("bed"), key("crater")
     (tmp_path / "2_sph").mkdir()
     (tmp_path / "2_sph" / "target.json").write_text("x")

@@ -34,7 +34,9 @@ def test_a_shipped_case_with_each_preset_and_as_used_is_valid(validator, file, t
         case = cases.read(file, preset)
         assert [error.message for error in validator.iter_errors(case.document)] == []
         used.write(tmp_path / "case.used.toml", case, compose(case))
-        assert [error.message for error in validator.iter_errors(tomllib.loads((tmp_path / "case.used.toml").read_text()))] == []
+        assert [
+            error.message for error in validator.iter_errors(tomllib.loads((tmp_path / "case.used.toml").read_text()))
+        ] == []
 
 
 @pytest.mark.parametrize(

@@ -34,10 +34,15 @@ def test_it_is_valid_and_its_cost_is_predicted(place, preset, tmp_path):
     if place.name.startswith("valhalla"):
         assert set(settings) == set(stages.ORDER)
     for stage, row in prediction.predictions(request, settings).items():
-        assert 0 < row["wall_s"] < 3e6 and 1e6 < row["memory_bytes"] < 1e12 and 0 < row["disk_bytes"] < 1e13, (stage, row)
+        assert 0 < row["wall_s"] < 3e6 and 1e6 < row["memory_bytes"] < 1e12 and 0 < row["disk_bytes"] < 1e13, (
+            stage,
+            row,
+        )
     used.write(tmp_path / "case.used.toml", request.case, settings)
     again = compose(cases.read(tmp_path / "case.used.toml"))
-    assert {stage: folder.settings_text(s) for stage, s in again.items()} == {stage: folder.settings_text(s) for stage, s in settings.items()}
+    assert {stage: folder.settings_text(s) for stage, s in again.items()} == {
+        stage: folder.settings_text(s) for stage, s in settings.items()
+    }
 
 
 @pytest.mark.parametrize("place", FOLDERS, ids=lambda place: place.name)
@@ -56,7 +61,11 @@ def test_the_980_km_case_is_the_published_one():
     impact, target = settings["sph"].impact, settings["sph"].target
     assert (impact.speed, impact.projectile.radius) == (18234.0, 53900.0)
     assert impact.angle_from_vertical == pytest.approx(0.698131700797, abs=1e-12)
-    assert [(layer.material, layer.thickness) for layer in target.layers] == [("basalt", 1842e3), ("water", 150e3), ("ice", 150e3)]
+    assert [(layer.material, layer.thickness) for layer in target.layers] == [
+        ("basalt", 1842e3),
+        ("water", 150e3),
+        ("ice", 150e3),
+    ]
     assert settings["nbody"].pinned and settings["bed"].count == 100_000
     # the published particle number: 300,000 of one size
     assert (4.18879 * target.radius**3) / settings["sph"].spacing_at_impact ** 3 == pytest.approx(3e5, rel=0.01)
@@ -76,7 +85,11 @@ def test_the_smaller_valhalla_cases_are_the_published_ones(name, radius, layers,
     assert (impact.speed, impact.projectile.radius) == (18234.0, radius)
     assert impact.angle_from_vertical == pytest.approx(0.698131700797, abs=1e-12)
     assert [(layer.material, layer.thickness) for layer in target.layers] == layers
-    assert settings["sph"].end_time == end and settings["sph"].projectile_particles == 81 and settings["bed"].count == 100_000
+    assert (
+        settings["sph"].end_time == end
+        and settings["sph"].projectile_particles == 81
+        and settings["bed"].count == 100_000
+    )
     assert (4.18879 * target.radius**3) / settings["sph"].spacing_at_impact ** 3 == pytest.approx(3e5, rel=0.01)
 
 
@@ -92,16 +105,23 @@ def test_the_published_variants_are_reached_by_overlays(name):
     ]
     for stage in ("sph", "bed", "crater"):
         made = compose(cases.read(ROOT / "cases" / name, "quick", overrides))[stage]
-        assert made.target.start == "literal" and [layer.material for layer in made.target.layers][1:] == ["ice", "ice"]
+        assert made.target.start == "literal" and [layer.material for layer in made.target.layers][1:] == [
+            "ice",
+            "ice",
+        ]
         assert made.impact.speed == 9590.0 and made.impact.projectile.radius == 40290.0
         assert made.impact.angle_from_vertical == pytest.approx(1.1344640138, abs=1e-9)
     assert compose(cases.read(ROOT / "cases" / name, "quick", overrides))["sph"].projectile_particles == 1
 
 
 def test_laws_of_a_material_are_chosen_by_the_case(tmp_path):
-    """``[sph.materials.<name>]`` is composed, written to ``case.used.toml`` and read back; its mistakes are told with the place and the nearest name."""
+    """``[sph.materials.<name>]`` is composed, written to ``case.used.toml`` and read back; its mistakes are told with
+    the place and the nearest name."""
     place = ROOT / "cases" / "valhalla_980km"
-    changes = ['sph.materials.ice.strength="drucker_prager"', 'sph.materials.ice.drucker_prager.friction_angle="35 deg"']
+    changes = [
+        'sph.materials.ice.strength="drucker_prager"',
+        'sph.materials.ice.drucker_prager.friction_angle="35 deg"',
+    ]
     case = cases.read(place, "tiny", changes)
     settings = compose(case)
     assert settings["sph"].materials["ice"].strength == "drucker_prager"

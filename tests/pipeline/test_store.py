@@ -1,4 +1,5 @@
-"""The store of stages: what is made once for all runs that want it, what a run folder shows of it, and what is left alone."""
+"""The store of stages: what is made once for all runs that want it, what a run folder shows of it, and what is left
+alone."""
 
 from __future__ import annotations
 
@@ -50,11 +51,14 @@ class Recorder:
 
 @pytest.fixture
 def go(case_folder, tmp_path, fake_stages):
-    """``go(*overrides, start=..., ...)`` runs the case with the fake stages: the run folder and what the screen heard."""
+    """``go(*overrides, start=..., ...)`` runs the case with the fake stages: the run folder and what the screen
+    heard."""
 
     def start(*overrides, out=None, **options):
         screen = Recorder()
-        return run(Request(cases.read(case_folder, None, overrides), out or tmp_path / "runs", **options), screen).run, screen
+        return run(
+            Request(cases.read(case_folder, None, overrides), out or tmp_path / "runs", **options), screen
+        ).run, screen
 
     return start
 
@@ -113,13 +117,24 @@ def test_options_that_decide_nothing_make_nothing_anew(go, one, other):
 
 @pytest.mark.parametrize(
     "override",
-    ["dem.ranks=4", "handoff.pictures=false", "handoff.particles=7", "dem.grains=9", "crater.particles=3", "case.title=x", "crater.reference.0.note=x"],
+    [
+        "dem.ranks=4",
+        "handoff.pictures=false",
+        "handoff.particles=7",
+        "dem.grains=9",
+        "crater.particles=3",
+        "case.title=x",
+        "crater.reference.0.note=x",
+    ],
 )
 def test_the_shipped_stages_say_what_decides_nothing(override):
     assert hash8(cases.read(VALHALLA, "tiny", [override])) == hash8(cases.read(VALHALLA, "tiny"))
 
 
-@pytest.mark.parametrize("override", ["dem.contact.shell.friction=0.4", "handoff.alpha=1.6", "dem.end_time=500 s", "bed.seed=2", "sph.seed=2"])
+@pytest.mark.parametrize(
+    "override",
+    ["dem.contact.shell.friction=0.4", "handoff.alpha=1.6", "dem.end_time=500 s", "bed.seed=2", "sph.seed=2"],
+)
 def test_and_what_decides(override):
     assert hash8(cases.read(VALHALLA, "tiny", [override])) != hash8(cases.read(VALHALLA, "tiny"))
 
@@ -129,7 +144,9 @@ def test_a_bed_depends_on_the_body_and_not_on_the_shot(tmp_path, change):
     """The body reaches it through ``target.json``; of the shot it takes the expected diameter alone."""
 
     def key(*overrides):
-        return identity.of("bed", compose(cases.read(VALHALLA, "tiny", overrides))["bed"], None, lambda stage: tmp_path).inputs
+        return identity.of(
+            "bed", compose(cases.read(VALHALLA, "tiny", overrides))["bed"], None, lambda stage: tmp_path
+        ).inputs
 
     assert key(change) == key() != key("impact.expected_transient_diameter=900 km")
 
@@ -163,9 +180,13 @@ def test_other_code_never_serves_as_this_one_s_result(go, monkeypatch):
     """The run that has a stage keeps it, and says so; another run makes its own."""
     first, _ = go()
     before = identity.sources_of
-    monkeypatch.setattr(identity, "sources_of", lambda stage, settings: "of today" if stage == "sph" else before(stage, settings))
+    monkeypatch.setattr(
+        identity, "sources_of", lambda stage, settings: "of today" if stage == "sph" else before(stage, settings)
+    )
     _, screen = go()
-    assert screen.made() == [] and next(line for line in screen.lines if "another version of the code" in line).startswith("2_sph")
+    assert screen.made() == [] and next(
+        line for line in screen.lines if "another version of the code" in line
+    ).startswith("2_sph")
     second, screen = go("dem.contact.friction=0.4")
     assert "sph" in screen.made() and not (second / "2_sph").samefile(first / "2_sph")
 
@@ -175,7 +196,12 @@ def test_threads_count_where_bits_depend_on_them(go, monkeypatch):
     monkeypatch.setattr(stages.load("bed"), "threads", lambda settings: 3, raising=False)
     _, screen = go("handoff.alpha=2.0")
     assert screen.taken() == ["nbody", "sph"] and "bed" in screen.made()
-    assert json.loads((first.parent / os.readlink(first / "3_bed").removeprefix("../") / "done.json").read_text()).get("threads") is None
+    assert (
+        json.loads((first.parent / os.readlink(first / "3_bed").removeprefix("../") / "done.json").read_text()).get(
+            "threads"
+        )
+        is None
+    )
 
 
 def test_files_from_elsewhere_count_by_their_content(tmp_path):
@@ -248,7 +274,10 @@ def test_without_links_there_are_copies(go, monkeypatch, tmp_path):
     assert screen.made() == ALL and not any(path.is_symlink() for path in first.iterdir())
     assert json.loads((first / "6_crater" / "done.json").read_text())["stage"] == "crater"
     second, screen = go("handoff.alpha=2.0")
-    assert screen.taken() == ["nbody", "sph", "bed"] and (second / "2_sph" / "x.txt").read_text() == (first / "2_sph" / "x.txt").read_text()
+    assert (
+        screen.taken() == ["nbody", "sph", "bed"]
+        and (second / "2_sph" / "x.txt").read_text() == (first / "2_sph" / "x.txt").read_text()
+    )
     assert go()[1].made() == []
 
 
@@ -287,13 +316,23 @@ def test_a_run_of_the_old_layout_is_read_or_refused(go, case_folder, tmp_path):
     shutil.copytree(first, old)
     for mark in old.glob("*/done.json"):
         mark.unlink()
-        mark.write_text(json.dumps({name: value for name, value in json.loads((first / mark.parent.name / mark.name).read_text()).items() if name != "key"}))
+        mark.write_text(
+            json.dumps(
+                {
+                    name: value
+                    for name, value in json.loads((first / mark.parent.name / mark.name).read_text()).items()
+                    if name != "key"
+                }
+            )
+        )
     screen = Recorder()
     assert run(Request(going_on.read(old), tmp_path / "old"), screen).run == old
     assert screen.made() == [] and sum("made by an older version" in line for line in screen.lines) == 6
     assert not (tmp_path / "old" / store.STORE).exists()
     for request in (Request(going_on.read(old), start="dem"), Request(going_on.read(old), fresh=True)):
-        with pytest.raises(InputError, match=r"made by an older version.*cp .*case\.used\.toml mine\.toml; run_case mine\.toml"):
+        with pytest.raises(
+            InputError, match=r"made by an older version.*cp .*case\.used\.toml mine\.toml; run_case mine\.toml"
+        ):
             run(request, Recorder())
     (old / "6_crater" / "done.json").unlink()
     with pytest.raises(InputError, match="made by an older version"):
@@ -311,13 +350,18 @@ def test_two_runs_that_want_one_stage_make_it_once(go, monkeypatch):
         make(settings, inputs, out)
 
     monkeypatch.setattr(stages.load("sph"), "run", slow)
-    monkeypatch.setattr(Recorder, "say", lambda self, text: (self.lines.append(text), heard.set() if ": waits, " in text else None))
+    monkeypatch.setattr(
+        Recorder, "say", lambda self, text: (self.lines.append(text), heard.set() if ": waits, " in text else None)
+    )
     first = threading.Thread(target=go)
     first.start()
     assert begun.wait(60)
     _, screen = go("dem.contact.friction=0.4")
     first.join()
-    assert any(line.startswith("2_sph: waits, sph-") and f"in use by process {os.getpid()} on" in line for line in screen.lines)
+    assert any(
+        line.startswith("2_sph: waits, sph-") and f"in use by process {os.getpid()} on" in line
+        for line in screen.lines
+    )
     assert made == [True] and "sph" in screen.taken() and "sph" not in screen.made()
 
 

@@ -30,10 +30,18 @@ VALHALLA = ROOT / "cases" / "valhalla_980km"
 
 
 def test_the_text_of_a_variation():
-    assert parsed("impact.angle_from_vertical=15,40,65 deg") == ("impact.angle_from_vertical", ["15 deg", "40 deg", "65 deg"])
+    assert parsed("impact.angle_from_vertical=15,40,65 deg") == (
+        "impact.angle_from_vertical",
+        ["15 deg", "40 deg", "65 deg"],
+    )
     assert parsed("impact.speed = 900 m/s, 1.2 km/s") == ("impact.speed", ["900 m/s", "1.2 km/s"])
-    assert parsed("bed.seed=1,2") == ("bed.seed", [1, 2]) and parsed("handoff.alpha=1,1.5") == ("handoff.alpha", [1, 1.5])
-    assert parsed("sph.damage=true,false") == ("sph.damage", [True, False]) and parsed("handoff.method=mapped,direct")[1] == ["mapped", "direct"]
+    assert parsed("bed.seed=1,2") == ("bed.seed", [1, 2]) and parsed("handoff.alpha=1,1.5") == (
+        "handoff.alpha",
+        [1, 1.5],
+    )
+    assert parsed("sph.damage=true,false") == ("sph.damage", [True, False]) and parsed("handoff.method=mapped,direct")[
+        1
+    ] == ["mapped", "direct"]
     for wrong in ("bed.seed", "=1,2", "bed.seed=1,,2"):
         with pytest.raises(InputError, match="write it as key=a,b,c"):
             parsed(wrong)
@@ -46,7 +54,10 @@ def values(content, *options):
 def test_grids_and_lists():
     grid = values({}, "a.x=1,2", "b=3,4,5")
     assert len(grid) == 6 and grid[0] == {"a.x": 1, "b": 3} and grid[-1] == {"a.x": 2, "b": 5}
-    assert values({"kind": "list", "vary": {"a": {"x": [1, 2]}, "b": [3, 4]}}) == [{"a.x": 1, "b": 3}, {"a.x": 2, "b": 4}]
+    assert values({"kind": "list", "vary": {"a": {"x": [1, 2]}, "b": [3, 4]}}) == [
+        {"a.x": 1, "b": 3},
+        {"a.x": 2, "b": 4},
+    ]
     assert Member("m01", {"impact.speed": "15 km/s", "bed.seed": 2, "sph.damage": False}).overrides == (
         'impact.speed="15 km/s"', "bed.seed=2", "sph.damage=false",
     )  # fmt: skip
@@ -54,8 +65,12 @@ def test_grids_and_lists():
 
 @pytest.mark.parametrize("kind", ["lhs", "sobol"])
 def test_draws_fill_the_space_between_limits(kind):
-    found = values({"kind": kind, "members": 16, "seed": 3, "vary": {"a": [0.0, 1.0], "b": ["10 km/s", "20 km/s"], "n": [1, 4]}})
-    assert len(found) == 16 and found == values({"kind": kind, "members": 16, "seed": 3, "vary": {"a": [0.0, 1.0], "b": ["10 km/s", "20 km/s"], "n": [1, 4]}})
+    found = values(
+        {"kind": kind, "members": 16, "seed": 3, "vary": {"a": [0.0, 1.0], "b": ["10 km/s", "20 km/s"], "n": [1, 4]}}
+    )
+    assert len(found) == 16 and found == values(
+        {"kind": kind, "members": 16, "seed": 3, "vary": {"a": [0.0, 1.0], "b": ["10 km/s", "20 km/s"], "n": [1, 4]}}
+    )
     assert sorted(int(16 * one["a"]) for one in found) == list(range(16))  # one in every sixteenth
     speeds = [float(one["b"].removesuffix(" km/s")) for one in found]
     assert min(speeds) < 11.0 and max(speeds) > 19.0 and {one["n"] for one in found} == {1, 2, 3, 4}
@@ -71,7 +86,11 @@ def test_what_cannot_be_varied_is_told_at_once():
     ):
         with pytest.raises(InputError, match=words):
             read_table(content, [])
-    for low, high, words in (("1 km", "x", "cannot read"), ("1 km", 2.0, "one limit has a unit"), (True, False, "limits are numbers")):
+    for low, high, words in (
+        ("1 km", "x", "cannot read"),
+        ("1 km", 2.0, "one limit has a unit"),
+        (True, False, "limits are numbers"),
+    ):
         with pytest.raises(InputError, match=words):
             values({"kind": "lhs", "vary": {"a": [low, high]}})
 
@@ -84,7 +103,14 @@ def sweep(case_folder, tmp_path, fake_stages, monkeypatch):
     monkeypatch.setattr(sweep_run, "EVERY_S", 0.05)
 
     def make(*options, overrides=(), kind="grid"):
-        return Sweep(case_folder, None, None, tuple(overrides), tmp_path / "runs", tuple(members(read_table({"kind": kind}, options))))
+        return Sweep(
+            case_folder,
+            None,
+            None,
+            tuple(overrides),
+            tmp_path / "runs",
+            tuple(members(read_table({"kind": kind}, options))),
+        )
 
     return make
 
@@ -95,13 +121,16 @@ def begun(sweep) -> list[str]:
 
 
 def test_members_share_what_comes_before_and_end_in_one_table(sweep):
-    """Two at once, one shock stage: the second member is not begun before that is there. One member cannot be made, and is named."""
+    """Two at once, one shock stage: the second member is not begun before that is there. One member cannot be made,
+    and is named."""
     one = sweep("dem.contact.friction=0.3,0.4,0.4", "handoff.time=60,60,120 s", kind="list")
     heard = []
     failed = sweep_run.Runner(one, 1, 2, heard.append).run()
     assert failed == {"m03": 2}  # 120 s: the fake handoff has no such snapshot
     assert "no snapshot near" in (one.folder / "logs" / "m03.log").read_text()
-    assert begun(one) == ["0\n"] and not any("waits" in path.read_text() for path in (one.folder / "logs").glob("*.log"))
+    assert begun(one) == ["0\n"] and not any(
+        "waits" in path.read_text() for path in (one.folder / "logs").glob("*.log")
+    )
     sweep_run.links(one)
     rows = sweep_table.write(one)
     with open(one.folder / sweep_table.CSV, newline="") as file:
@@ -136,14 +165,18 @@ def test_a_stopped_sweep_continues(sweep):
     threading.Thread(target=stop).start()
     with pytest.raises(Stopped, match="the same command continues"):
         sweep_run.Runner(slow, 1, 1, lambda text: None).run()
-    assert sweep_run.state_of(slow, slow.members[0]).word == "stopped" and sweep_run.state_of(slow, slow.members[1]).word == "to do"
+    assert (
+        sweep_run.state_of(slow, slow.members[0]).word == "stopped"
+        and sweep_run.state_of(slow, slow.members[1]).word == "to do"
+    )
     assert sweep_run.Runner(slow, 1, 1, lambda text: None).run() == {}
     (starts,) = begun(slow)
     assert len(starts.split()) == 2 and starts.split()[1] != "0"  # continued, not begun anew
 
 
 def test_workers_of_dask_one_of_them_killed(sweep, monkeypatch):
-    """Two local workers; the one that makes the shock stage is killed: its member goes on elsewhere, and the table is that of any other sweep."""
+    """Two local workers; the one that makes the shock stage is killed: its member goes on elsewhere, and the table is
+    that of any other sweep."""
     distributed = pytest.importorskip("distributed")
     one = sweep("dem.contact.friction=0.3,0.4", overrides=("sph.sleep_s=0.05",))
     monkeypatch.setattr(sweep_dask, "side_by_side", lambda *_: 2)
@@ -173,15 +206,27 @@ def test_workers_of_dask_one_of_them_killed(sweep, monkeypatch):
 
 
 def test_the_name_of_a_sweep_follows_from_what_it_computes(sweep):
-    assert sweep("sph.steps=7,9").folder == sweep("sph.steps=7,9", overrides=("impact.speed=18234 m/s",)).folder != sweep("sph.steps=7,8").folder
+    assert (
+        sweep("sph.steps=7,9").folder
+        == sweep("sph.steps=7,9", overrides=("impact.speed=18234 m/s",)).folder
+        != sweep("sph.steps=7,8").folder
+    )
     with pytest.raises(InputError, match=r"(?s)member m02 \(sph\.steps=.*must be a whole number"):
         assert sweep("sph.steps=7,x").folder
 
 
 def test_a_sweep_from_python_is_a_table(sweep, case_folder, tmp_path):
-    table = bolide.sweep(case_folder, {"dem.contact.friction": [0.3]}, out=tmp_path / "runs", quiet=True, **{"sph.steps": 7})
-    assert table.loc["m01", "state"] == "done" and table.loc["m01", "final/depth_m"] == 1.2e4 and table.attrs["units"]["final/depth_m"] == "m"
-    assert bolide.open(Path(table.attrs["folder"]) / "m01").settings["sph"]["steps"] == 7 and table.attrs["failed"] == {}
+    table = bolide.sweep(
+        case_folder, {"dem.contact.friction": [0.3]}, out=tmp_path / "runs", quiet=True, **{"sph.steps": 7}
+    )
+    assert (
+        table.loc["m01", "state"] == "done"
+        and table.loc["m01", "final/depth_m"] == 1.2e4
+        and table.attrs["units"]["final/depth_m"] == "m"
+    )
+    assert (
+        bolide.open(Path(table.attrs["folder"]) / "m01").settings["sph"]["steps"] == 7 and table.attrs["failed"] == {}
+    )
     with pytest.raises(InputError, match="nothing is varied"):
         bolide.sweep(case_folder)
 
@@ -190,25 +235,39 @@ def test_an_ensemble_draws_grains_anew_in_each_member_and_the_shock_in_every_sec
     case = cases.read(VALHALLA, "tiny")
     found = ensemble.members(case, 4)
     assert [dict(member.values) for member in found] == [
-        {"sph.seed": 1, "bed.seed": 1}, {"sph.seed": 1, "bed.seed": 2}, {"sph.seed": 2, "bed.seed": 3}, {"sph.seed": 2, "bed.seed": 4},
+        {"sph.seed": 1, "bed.seed": 1}, {"sph.seed": 1, "bed.seed": 2}, {"sph.seed": 2, "bed.seed": 3}, {"sph.seed": 2,
+        "bed.seed": 4},
     ]  # fmt: skip
-    assert [member.values["sph.seed"] for member in ensemble.members(cases.read(ROOT / "cases" / "deep_impact", "tiny"), 3)] == [1, 2, 3]  # no grains
+    assert [
+        member.values["sph.seed"] for member in ensemble.members(cases.read(ROOT / "cases" / "deep_impact", "tiny"), 3)
+    ] == [1, 2, 3]  # no grains
     with pytest.raises(InputError, match="at least 2"):
         ensemble.members(case, 1)
 
 
 def test_its_spread_becomes_the_error_of_the_first(tmp_path, monkeypatch):
-    """Four depths, 100, 106, 98 and 104 m, in two shock stages: within (18 + 18) / 2, between no more than that: sqrt(18) m."""
+    """Four depths, 100, 106, 98 and 104 m, in two shock stages: within (18 + 18) / 2, between no more than that:
+    sqrt(18) m."""
     case = cases.read(VALHALLA, "tiny")
     one = Sweep(VALHALLA, "tiny", None, (), tmp_path, tuple(ensemble.members(case, 4)))
-    depth = dict(zip((one.requests[member.name].run_folder for member in one.members), (100.0, 106.0, 98.0, 104.0), strict=True))
+    depth = dict(
+        zip((one.requests[member.name].run_folder for member in one.members), (100.0, 106.0, 98.0, 104.0), strict=True)
+    )
     cell = {"sigma": 3.0, "unit": "m", "sigma_parts": {}}
     monkeypatch.setattr(ensemble.expected, "values", lambda run: {"final": {"depth_m": {**cell, "value": depth[run]}}})
     (row,) = ensemble.spread(one)
-    assert (row.crater, row.measure, row.mean, row.measuring) == ("final", "depth_m", 102.0, 3.0) and row.draws == pytest.approx(18.0**0.5)
+    assert (row.crater, row.measure, row.mean, row.measuring) == (
+        "final",
+        "depth_m",
+        102.0,
+        3.0,
+    ) and row.draws == pytest.approx(18.0**0.5)
     request, arguments = ensemble.measured(one, [row], 2)
     settings = compose(request.case)
-    assert settings["crater"].chain.final.depth_m == pytest.approx(18.0**0.5) and settings["crater"].chain.transient.depth_m is None
+    assert (
+        settings["crater"].chain.final.depth_m == pytest.approx(18.0**0.5)
+        and settings["crater"].chain.transient.depth_m is None
+    )
     assert arguments[-2:] == ["--set", "bed.seed=1"] and "--threads" in arguments
     monkeypatch.setattr(ensemble.expected, "values", lambda run: {})
     assert ensemble.spread(one) == []
@@ -218,18 +277,25 @@ def test_axes_of_what_is_varied():
     places, unit, words = sweep_table.axis_of(["15 deg", "40 deg"])
     assert places.tolist() == [15.0, 40.0] and unit == "deg" and not words
     assert sweep_table.axis_of(["900 m", "1 km"])[0].tolist() == [900.0, 1000.0]
-    assert sweep_table.axis_of(["a", "b", "a"])[0].tolist() == [0.0, 1.0, 0.0] and sweep_table.axis_of([True, False])[2] == ["True", "False"]
+    assert sweep_table.axis_of(["a", "b", "a"])[0].tolist() == [0.0, 1.0, 0.0] and sweep_table.axis_of([True, False])[
+        2
+    ] == ["True", "False"]
 
 
 def test_the_command_checks_and_says(drive, case_folder, tmp_path):
     options = (case_folder, "--out", tmp_path / "runs", "--vary", "dem.contact.friction=0.3,0.4", "--until", "nbody")
     code, out, err = drive(*options, "--check")
-    assert code == 0 and "2 members" in out and "m02" in out and "at once" in out and not (tmp_path / "runs").exists(), err
+    assert (
+        code == 0 and "2 members" in out and "m02" in out and "at once" in out and not (tmp_path / "runs").exists()
+    ), err
     code, _, err = drive(case_folder, "--out", tmp_path / "runs", "--sweep", "--status")
     assert code == 2 and "nothing is varied" in err and "Traceback" not in err
 
 
-@pytest.mark.parametrize(("kind", "file", "words"), [("slurm-array", "slurm.sh", "#SBATCH --array=1-2"), ("snakemake", "Snakefile", "range(1, 2 + 1)")])
+@pytest.mark.parametrize(
+    ("kind", "file", "words"),
+    [("slurm-array", "slurm.sh", "#SBATCH --array=1-2"), ("snakemake", "Snakefile", "range(1, 2 + 1)")],
+)
 def test_job_files_hold_a_command_for_each_member(sweep, kind, file, words):
     one = sweep("impact.speed=10,20 km/s")
     assert str(one.folder.resolve() / file) in sweep_jobs.write(one, kind, 4)
@@ -238,6 +304,9 @@ def test_job_files_hold_a_command_for_each_member(sweep, kind, file, words):
     assert shlex.split(first)[-2:] == ["--set", 'impact.speed="10 km/s"'] and "--threads 4" in first
     (one.folder / "commands.txt").write_text("exec echo one\nexec echo two\n")
     done = subprocess.run(["bash", str(one.folder / "member.sh"), "2"], capture_output=True, text=True, timeout=60)
-    assert done.stdout.split() == ["two"] and subprocess.run(["bash", "-n", str(one.folder / "member.sh")]).returncode == 0
+    assert (
+        done.stdout.split() == ["two"]
+        and subprocess.run(["bash", "-n", str(one.folder / "member.sh")]).returncode == 0
+    )
     with pytest.raises(InputError, match="did you mean 'slurm-array'"):
         sweep_jobs.write(one, "slurm", 1)

@@ -1,4 +1,5 @@
-"""Variants of shipped cases: where their runs lie, what is made again, and that every one of the example scripts composes."""
+"""Variants of shipped cases: where their runs lie, what is made again, and that every one of the example scripts
+composes."""
 
 from __future__ import annotations
 
@@ -68,7 +69,9 @@ def test_an_unfinished_run_is_not_measured_and_a_finished_one_once(tmp_path, mon
     place.mkdir(parents=True)
     (place / "done.json").write_text(json.dumps({"inputs_sha256": "abc"}))
     asked: list[float] = []
-    monkeypatch.setattr(stage, "run", lambda settings, inputs, out: (out / "measures.json").write_text('{"transient": {}}'))
+    monkeypatch.setattr(
+        stage, "run", lambda settings, inputs, out: (out / "measures.json").write_text('{"transient": {}}')
+    )
     monkeypatch.setattr(follow_run, "write", lambda run, radius, time, out: asked.append(radius))
     assert sweep.measure(variant, tmp_path) == tmp_path / "measured" / "350_base"
     sweep.measure(variant, tmp_path)

@@ -22,9 +22,12 @@ BASALT = collect(("basalt",))
 
 
 def disordered(planes, side=8, seed=3, stress=1e8, **options):
-    """A cube of basalt, edge ``side``, points jittered, moving and stressed at random, inside ``planes``; evaluated once."""
+    """A cube of basalt, edge ``side``, points jittered, moving and stressed at random, inside ``planes``; evaluated
+    once."""
     rng = np.random.default_rng(seed)
-    place = np.stack(np.meshgrid(*(np.arange(side) + 0.5,) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.2, 0.2, (side**3, 3))
+    place = np.stack(np.meshgrid(*(np.arange(side) + 0.5,) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(
+        -0.2, 0.2, (side**3, 3)
+    )
     n = len(place)
     rho = 2700.0 * rng.uniform(0.95, 1.05, n)
     body = Body(place, rho.copy(), rho, rng.uniform(1.9, 2.3, n), np.zeros(n, np.int32), np.zeros(n, np.int32))
@@ -62,7 +65,9 @@ def test_periodic_box_against_the_box_and_its_26_copies():
     assert np.array_equal(i.rates.count, out.count[back])
 
 
-@pytest.mark.parametrize("planes", [BOX, ROOM, (*BOX[:2], Wall(2, 0.0), Wall(2, 8.0))], ids=["periodic", "walls", "column"])
+@pytest.mark.parametrize(
+    "planes", [BOX, ROOM, (*BOX[:2], Wall(2, 0.0), Wall(2, 8.0))], ids=["periodic", "walls", "column"]
+)
 def test_images_keep_what_they_should(planes):
     """Momentum in a periodic box; energy in each; along a wall, too, momentum."""
     i = disordered(planes)
@@ -97,7 +102,8 @@ def test_a_wall_is_where_the_mirrored_half_would_be():
 
 
 def test_total_energy_in_a_room_over_many_steps():
-    """Walls at rest do no work: the drift while half the motion turns to heat is the integrator's, and falls with its step."""
+    """Walls at rest do no work: the drift while half the motion turns to heat is the integrator's, and falls with its
+    step."""
 
     def drift(courant):
         i = disordered(ROOM, stress=0.0, courant=courant)
@@ -138,7 +144,8 @@ def test_a_box_narrower_than_a_support_is_refused():
 
 
 def test_a_piston_and_a_wind_on_a_wall_are_the_same_shock():
-    """Galilei: a piston into matter at rest, and matter that runs into a wall, give the same states to rounding growth."""
+    """Galilei: a piston into matter at rest, and matter that runs into a wall, give the same states to rounding
+    growth."""
     piston, end = columns.Column(BASALT, 24, piston=1000.0), 2e-3
     wall = columns.Column(BASALT, 24, piston=0.0)
     wall.cloud.velocity[:, 2] = -1000.0
@@ -163,7 +170,9 @@ def test_piston_reaches_the_hugoniot(name, pistons):
         got = columns.shocked(materials, piston, wanted.shock_speed, layers=50)
         assert got.P == pytest.approx(wanted.P, rel=0.02)
         assert got.rho == pytest.approx(wanted.rho, rel=0.015)
-        assert got.u == pytest.approx(wanted.u, rel=0.05)  # the heated layers at the piston reach far into a short column
+        assert got.u == pytest.approx(
+            wanted.u, rel=0.05
+        )  # the heated layers at the piston reach far into a short column
         assert got.speed == pytest.approx(wanted.shock_speed, rel=0.02)
 
 
@@ -177,7 +186,8 @@ def test_a_wall_returns_it_all():
 
 
 def sheared(rim, kernel="wendland"):
-    """Mean force along x in the two layers above a fixed rim under rock of one shear stress, over the stress by the spacing; and the cloud."""
+    """Mean force along x in the two layers above a fixed rim under rock of one shear stress, over the stress by the
+    spacing; and the cloud."""
     column = columns.Column(BASALT, 14, rim=rim, kernel=kernel)
     i, c = column.integrator, column.cloud
     order = np.argsort(c.identity)
@@ -192,7 +202,8 @@ def sheared(rim, kernel="wendland"):
 
 
 def test_a_stressed_rim_passes_on_the_shear_of_what_lies_on_it():
-    """In even shear nothing above it is pushed; a rim with a stress of its own gives half of it away in one support."""
+    """In even shear nothing above it is pushed; a rim with a stress of its own gives half of it away in one
+    support."""
     force, i = sheared("stressed")
     assert abs(force) < 0.01
     rim = i.edge.fixed[i.cloud.identity]
@@ -208,7 +219,8 @@ def test_a_stressed_rim_needs_a_rim():
 
 
 def test_a_fixed_rim_carries_weight_and_stays():
-    """Basalt under its weight on a fixed rim, periodic across: the rim does not move, and the pressure above it stays the weight."""
+    """Basalt under its weight on a fixed rim, periodic across: the rim does not move, and the pressure above it stays
+    the weight."""
     column = columns.Column(BASALT, 30, down=10.0)
     i, c = column.integrator, column.cloud
     weight = 2700.0 * 10.0 * (column.height - c.position[:, 2])

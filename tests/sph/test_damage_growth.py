@@ -24,7 +24,9 @@ def test_each_law_is_as_published():
     assert grown("single", 8, 27) == pytest.approx((CRACK / RADIUS, 1.0))
     assert grown("linear", 8, 27) == pytest.approx((8 * CRACK / SUPPORT, 2 / 3))
     assert grown("fraction", 8, 27) == pytest.approx((8 / 27 * CRACK / RADIUS, 2 / 3))
-    assert grown("weibull", 8, 27, strain=1e-4 * 8 ** (1 / 1.431363764158986))[0] == pytest.approx(2 * CRACK / SUPPORT, rel=1e-9)
+    assert grown("weibull", 8, 27, strain=1e-4 * 8 ** (1 / 1.431363764158986))[0] == pytest.approx(
+        2 * CRACK / SUPPORT, rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("law", growth.FAMILY.names[1:])
@@ -56,7 +58,8 @@ def test_cracks_slow_down_in_damaged_rock():
 
 
 def test_flaws_by_size_in_a_graded_body():
-    """k V eps^m of the weakest flaw is exponential, whatever the volume; as many flaws in large particles as in small ones, in order, none beyond the mean."""
+    """k V eps^m of the weakest flaw is exponential, whatever the volume; as many flaws in large particles as in small
+    ones, in order, none beyond the mean."""
     rng = np.random.default_rng(5)
     volumes = np.exp(rng.uniform(0.0, np.log(1e7), 9000))
     weibull = grady_kipp.Parameters(k=3e20, m=9.5)

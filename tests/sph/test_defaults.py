@@ -1,4 +1,5 @@
-"""What the shock stage takes when a case does not say it: counts against packings, strengths and times against figures worked out by hand or published."""
+"""What the shock stage takes when a case does not say it: counts against packings, strengths and times against figures
+worked out by hand or published."""
 
 from __future__ import annotations
 
@@ -15,7 +16,12 @@ from sph.material_settings import Choice
 from sph.materials import collect
 
 IMPACT = Impact.model_validate(
-    {"speed": 12e3, "angle_from_vertical": 0.7, "projectile": {"material": "granite", "radius": 100.0}, "expected_transient_diameter": 2000.0}
+    {
+        "speed": 12e3,
+        "angle_from_vertical": 0.7,
+        "projectile": {"material": "granite", "radius": 100.0},
+        "expected_transient_diameter": 2000.0,
+    }
 )
 
 
@@ -38,7 +44,9 @@ def within(body: Target, points: np.ndarray) -> np.ndarray:
     return (z < 0.0) & (z > -4400.0) & across
 
 
-@pytest.mark.parametrize("body", [flat(), flat("half_sphere"), flat("block", width=6e3), BODY], ids=lambda body: body.shape)
+@pytest.mark.parametrize(
+    "body", [flat(), flat("half_sphere"), flat("block", width=6e3), BODY], ids=lambda body: body.shape
+)
 def test_the_share_of_a_sphere_inside_the_target(body):
     """Against random directions from the impact point."""
     rng = np.random.default_rng(3)
@@ -85,14 +93,20 @@ def test_the_kind_of_ground():
     loose = Choice.model_validate({"strength": "drucker_prager", "predamaged": True})
     sand = ground_strength.ground(collect(("basalt",), {"basalt": loose}), "basalt", 10.0)
     assert sand.kind == "sand" and sand.strength == 0.0
-    whole = ground_strength.ground(collect(("basalt",)), "basalt", 0.1)  # von Mises at 3.5 GPa: its tension of 130 MPa is the better figure
+    whole = ground_strength.ground(
+        collect(("basalt",)), "basalt", 0.1
+    )  # von Mises at 3.5 GPa: its tension of 130 MPa is the better figure
     assert whole.kind == "rock" and whole.strength == pytest.approx(130e6)
 
 
 def test_formation_times():
     """Weight alone: 0.8 sqrt(0.508 D / g); strength alone: 1.14 R sqrt(rho / Y); a point source: (R / a)^3 a / U."""
-    assert formation_time.of_crater(1000.0, 9.81) == pytest.approx(0.8 * math.sqrt((math.pi / 24.0) ** (1 / 3) * 1000.0 / 9.81), rel=1e-12)
-    assert formation_time.of_crater(14.0, 0.0, 2680.0, 8e6) == pytest.approx(1.14 * 7.0 * math.sqrt(2680.0 / 8e6), rel=5e-3)
+    assert formation_time.of_crater(1000.0, 9.81) == pytest.approx(
+        0.8 * math.sqrt((math.pi / 24.0) ** (1 / 3) * 1000.0 / 9.81), rel=1e-12
+    )
+    assert formation_time.of_crater(14.0, 0.0, 2680.0, 8e6) == pytest.approx(
+        1.14 * 7.0 * math.sqrt(2680.0 / 8e6), rel=5e-3
+    )
     assert formation_time.of_crater(14.0, 0.0) == math.inf
     assert formation_time.of_growth(20.0, 1.0, 1e4) == pytest.approx(0.1, rel=1e-12)
 
@@ -101,19 +115,26 @@ def test_times_follow_the_crater():
     settings = stage.Settings(target=flat(), impact=IMPACT)
     T = durations.crater_time(settings.target, IMPACT, settings.chosen_materials(), True, True)
     assert T == pytest.approx(8.1, rel=0.02)
-    assert (settings.end_time, settings.snapshot_interval) == (pytest.approx(2.0 * T, rel=0.05), pytest.approx(T / 15.0, rel=0.05))
+    assert (settings.end_time, settings.snapshot_interval) == (
+        pytest.approx(2.0 * T, rel=0.05),
+        pytest.approx(T / 15.0, rel=0.05),
+    )
     assert settings.relaxation_time == 0.0 and settings.first_step < 0.011 * 100.0 / 12e3
 
 
 def test_gravity_and_settling_of_a_body():
     """g = 4/3 pi G rho R, and 1.5 times 8 km at 3145 m/s."""
     settings = stage.Settings(target=BODY, impact=IMPACT)
-    assert durations.surface_gravity(BODY, settings.chosen_materials()) == pytest.approx(4.0 / 3.0 * math.pi * 6.6743e-11 * 2700.0 * 8e3, rel=1e-3)
+    assert durations.surface_gravity(BODY, settings.chosen_materials()) == pytest.approx(
+        4.0 / 3.0 * math.pi * 6.6743e-11 * 2700.0 * 8e3, rel=1e-3
+    )
     assert settings.relaxation_time == pytest.approx(1.5 * 8e3 / 3145.0, rel=0.05)
     assert settings.damping * settings.relaxation_time == pytest.approx(10.0, rel=0.05)
 
 
 def test_given_values_stay():
-    settings = stage.Settings(target=flat(), impact=IMPACT, spacing_at_impact=80.0, end_time=5.0, snapshot_interval=0.5)
+    settings = stage.Settings(
+        target=flat(), impact=IMPACT, spacing_at_impact=80.0, end_time=5.0, snapshot_interval=0.5
+    )
     assert (settings.spacing_at_impact, settings.spacing_far, settings.end_time) == (80.0, 320.0, 5.0)
     assert settings.snapshot_interval == 0.5 and settings.history_interval == 0.125

@@ -30,7 +30,9 @@ def test_dispatch_is_the_law_itself(name):
     p = parameters(law.Parameters, name, law.__name__.rpartition(".")[2])
     for eta in (0.6, 1.0, 1.3):
         for u in (0.0, 3e5, 5e6, 3e7):
-            assert dispatch.pressure_and_derivatives(kind, row, eta * p.rho0, u) == law.pressure_and_derivatives(eta * p.rho0, u, p)
+            assert dispatch.pressure_and_derivatives(kind, row, eta * p.rho0, u) == law.pressure_and_derivatives(
+                eta * p.rho0, u, p
+            )
 
 
 def test_ideal_gas():
@@ -66,14 +68,20 @@ def test_sound_speed_is_that_of_a_small_adiabatic_compression(name, eta, u):
     rho = eta * row[0]
     P = dispatch.pressure_and_derivatives(kind, row, rho, u)[0]
     kinks = [row[6], row[7]] if kind == TILLOTSON else []
-    if abs(eta - 1.0) < 1e-3 or any(abs(u - k) < 2e-2 * k for k in kinks) or (kind == TILLOTSON and abs(eta - 1.0 + 0.5 * row[3] / row[4]) < 1e-3):
+    if (
+        abs(eta - 1.0) < 1e-3
+        or any(abs(u - k) < 2e-2 * k for k in kinks)
+        or (kind == TILLOTSON and abs(eta - 1.0 + 0.5 * row[3] / row[4]) < 1e-3)
+    ):
         return
     step = 1e-6 * rho
     along = [dispatch.pressure_and_derivatives(kind, row, rho + s, u + s * P / rho**2)[0] for s in (step, -step)]
     squared = (along[0] - along[1]) / (2 * step)
     if u < 1e-5 * abs(P) / rho:  # u below zero is read as zero: a kink
         return
-    assert dispatch.sound_speed(kind, row, rho, u) ** 2 == pytest.approx(max(squared, 0.0), rel=1e-4, abs=1e-4 * dispatch.modulus(kind, row) / row[0])
+    assert dispatch.sound_speed(kind, row, rho, u) ** 2 == pytest.approx(
+        max(squared, 0.0), rel=1e-4, abs=1e-4 * dispatch.modulus(kind, row) / row[0]
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -113,7 +121,8 @@ def test_hot_expanded_states_have_an_inverse(name):
 @settings(max_examples=60, deadline=None)
 @given(eta=st.floats(0.3, 2.0), u=st.floats(1e4, 4e7))
 def test_derivatives_of_every_law_are_those_of_its_pressure(module, eta, u):
-    """Also of laws that no material takes: ``EXAMPLE`` stands for one. Places where the law says that derivatives jump are left out."""
+    """Also of laws that no material takes: ``EXAMPLE`` stands for one. Places where the law says that derivatives jump
+    are left out."""
     p, kind = module.EXAMPLE, dispatch.FAMILY.laws.index(module)
     row = np.zeros(dispatch.FAMILY.width)
     row[: len(p)] = p

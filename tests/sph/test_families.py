@@ -1,4 +1,5 @@
-"""Every law of every family: listed once, complete, and the same through the family's compiled branch as called by itself."""
+"""Every law of every family: listed once, complete, and the same through the family's compiled branch as called by
+itself."""
 
 from __future__ import annotations
 
@@ -32,7 +33,11 @@ def padded(family, numbers):
 
 def compiled(module):
     """Names of the compiled functions that a file itself defines."""
-    return {name for name, value in vars(module).items() if hasattr(value, "py_func") and value.py_func.__module__ == module.__name__}
+    return {
+        name
+        for name, value in vars(module).items()
+        if hasattr(value, "py_func") and value.py_func.__module__ == module.__name__
+    }
 
 
 def test_no_law_file_is_left_out_of_its_list():
@@ -45,7 +50,9 @@ def test_no_law_file_is_left_out_of_its_list():
         for info in pkgutil.iter_modules(package.__path__, f"sph.{folder}."):
             if not info.name.endswith("__main__"):
                 module = importlib.import_module(info.name)
-                law = not hasattr(module, "FAMILY") and any(functions <= compiled(module) for functions in shared.values())
+                law = not hasattr(module, "FAMILY") and any(
+                    functions <= compiled(module) for functions in shared.values()
+                )
                 assert law == (info.name in listed), f"{info.name} is in no family's list, or no law"
 
 
@@ -70,7 +77,9 @@ def test_the_family_calls_the_law_with_its_own_parameters():
         row = strength.FAMILY.row(number, module.EXAMPLE)
         values = row if hasattr(module, "Row") else module.EXAMPLE
         for state in ((1e8, 1e5, 0.25), (3e9, 0.0, 1.0), (-1e6, 2e6, 0.0)):
-            assert strength.yield_stress(number, padded(strength.FAMILY, row), *state) == module.yield_stress(*state, values)
+            assert strength.yield_stress(number, padded(strength.FAMILY, row), *state) == module.yield_stress(
+                *state, values
+            )
 
 
 @pytest.mark.parametrize("module", strength.FAMILY.laws, ids=strength.FAMILY.title)

@@ -14,7 +14,8 @@ SPACING, HOLE, SPEED, C, ALPHA = 0.06, 0.5, 0.14, 3145.0, 2.0
 
 
 def ground(hole=HOLE, pole=0.0):
-    """A half-space of 1,230 kg/m^3 with a half-spherical hole, a flow that falls with the square of the distance, a few particles that fly in the hole."""
+    """A half-space of 1,230 kg/m^3 with a half-spherical hole, a flow that falls with the square of the distance, a
+    few particles that fly in the hole."""
     edge = np.arange(-2.0, 2.0, SPACING) + 0.5 * SPACING
     place = np.stack(np.meshgrid(edge, edge, edge[edge < 0.0], indexing="ij"), axis=-1).reshape(-1, 3)
     place += np.random.default_rng(2).normal(0.0, 0.05 * SPACING, place.shape)
@@ -27,7 +28,8 @@ def ground(hole=HOLE, pole=0.0):
     n = len(place)
     rho = np.full(n, 1230.0)
     return dict(
-        position=place + [0.0, 0.0, pole], velocity=velocity, mass=rho * SPACING**3, half_length=np.full(n, SPACING), sound=np.full(n, C), share=1.0,
+        position=place + [0.0, 0.0, pole], velocity=velocity, mass=rho * SPACING**3, half_length=np.full(n, SPACING),
+        sound=np.full(n, C), share=1.0,
         density=rho, rest_density=rho, alpha=ALPHA, radius=pole or None,
     )  # fmt: skip
 
@@ -79,19 +81,26 @@ def test_warnings():
 
 @pytest.mark.parametrize("numerics,first,low", [("monaghan", 2.0, 0.2), ("reconstructed", 0.3, 0.02)])
 def test_viscosity_of_the_late_stage_begins_on_time_and_is_reported(tmp_path, numerics, first, low):
-    """The low viscosity from 0.5 ms on, the low sound speed from 1 ms on, in steps, report and snapshots; smooth flow feels a tenth of a reconstructed one."""
-    chosen = settings(None, numerics=numerics, end_time=2e-3, snapshot_interval=5e-4, history_interval=5e-4, late=Late.model_validate(
-        {"at": "1 ms", "sound_speed": "100 m/s", "viscosity_at": "0.5 ms", "alpha": 0.2, "beta": 8.0}, context={"units": "required"}))  # fmt: skip
+    """The low viscosity from 0.5 ms on, the low sound speed from 1 ms on, in steps, report and snapshots; smooth flow
+    feels a tenth of a reconstructed one."""
+    chosen = settings(None, numerics=numerics, end_time=2e-3, snapshot_interval=5e-4, history_interval=5e-4,
+    late=Late.model_validate(
+        {"at": "1 ms", "sound_speed": "100 m/s", "viscosity_at": "0.5 ms", "alpha": 0.2, "beta": 8.0},
+        context={"units": "required"}))  # fmt: skip
     stage.run(chosen, tmp_path, tmp_path)
     report = json.loads((tmp_path / "stage_report.json").read_text())
     alpha = [(row["time_s"], row["alpha"], row["sound_speed_m_s"]) for row in report["flow"]["series"]]
     assert report["late_viscosity"] == {"alpha": 0.2, "beta": 8.0}
     assert all(a == pytest.approx(first if t < 5e-4 else low) for t, a, _ in alpha if t != pytest.approx(5e-4))
-    assert all(c > 500.0 if t < 1e-3 else c == pytest.approx(100.0, rel=0.02) for t, _, c in alpha if t != pytest.approx(1e-3))
+    assert all(
+        c > 500.0 if t < 1e-3 else c == pytest.approx(100.0, rel=0.02) for t, _, c in alpha if t != pytest.approx(1e-3)
+    )
     assert len(alpha) >= 6 and alpha[-1][0] == pytest.approx(2e-3)
     assert sum(t == pytest.approx(5e-4) for t, _, _ in alpha) >= 2  # before and after
     shear = [snapshot.read(path).attributes["shear_moduli_Pa"][0] for path in snapshot.series(tmp_path)]
-    assert shear[0] == pytest.approx(22.7e9) and shear[-1] == pytest.approx(22.7e9 * 2700.0 * 100.0**2 / 26.7e9)  # softened with the switch
+    assert shear[0] == pytest.approx(22.7e9) and shear[-1] == pytest.approx(
+        22.7e9 * 2700.0 * 100.0**2 / 26.7e9
+    )  # softened with the switch
     assert numerics == "reconstructed" or "Reynolds number" in report["warnings"][0]
 
 

@@ -14,7 +14,13 @@ def broken_ball():
     n = len(x)
     damage = ((x[:, 2] > 0.2) & (x[:, 2] < 0.5)).astype(float)
     velocity = np.where(x[:, 2:] > 0.5, [[0.0, 0.0, 3.0]], [[0.0, 0.0, -1.0]])
-    fields = {"position": x, "velocity": velocity, "mass": np.full(n, 2.0), "damage": damage, "smoothing_length": np.full(n, 0.2)}
+    fields = {
+        "position": x,
+        "velocity": velocity,
+        "mass": np.full(n, 2.0),
+        "damage": damage,
+        "smoothing_length": np.full(n, 0.2),
+    }
     return Particles(fields, {"time": 1.0, "materials": ["basalt"]})
 
 

@@ -14,11 +14,22 @@ from sph.material_settings import Choice
 from sph.materials import collect
 from tests.sph.test_rates import _Cloud
 
-FIELDS = ("position", "velocity", "mass", "density", "start_density", "stress", "pressure", "smoothing_length", "material")
+FIELDS = (
+    "position",
+    "velocity",
+    "mass",
+    "density",
+    "start_density",
+    "stress",
+    "pressure",
+    "smoothing_length",
+    "material",
+)
 
 
 def ball(**options):
-    """The cloud without the corners of its cube, of about equal volumes, with longer supports and without what sticks out: no neighbourhood is given up."""
+    """The cloud without the corners of its cube, of about equal volumes, with longer supports and without what sticks
+    out: no neighbourhood is given up."""
     c = _Cloud(1000)
     c.smoothing_length *= 1.4
     c.mass, c.start_density = c.density * 1e9, c.density * np.random.default_rng(2).uniform(0.8, 1.2, 1000)
@@ -90,10 +101,13 @@ def test_spray_has_plain_gradients():
 
 @pytest.mark.parametrize("walled", [False, True])
 def test_images_carry_the_corrected_stress(walled):
-    """A box whose images are made by planes, against the same matter beside it laid out in full: periodic, and mirrored at a wall."""
+    """A box whose images are made by planes, against the same matter beside it laid out in full: periodic, and
+    mirrored at a wall."""
     side = 6.0
     materials = collect(("basalt",), {"basalt": Choice(**solutions.TOUGH)})
-    place = np.random.default_rng(1).uniform(-0.2, 0.2, (216, 3)) + np.stack(np.meshgrid(*(np.arange(6) + 0.5,) * 3), axis=-1).reshape(-1, 3)
+    place = np.random.default_rng(1).uniform(-0.2, 0.2, (216, 3)) + np.stack(
+        np.meshgrid(*(np.arange(6) + 0.5,) * 3), axis=-1
+    ).reshape(-1, 3)
     stress = np.random.default_rng(2).normal(size=(216, 5)) * 1e9
     turn = np.array([1.0, 1.0, -1.0, 1.0, -1.0])  # of xx xy xz yy yz under z -> -z
     if walled:
@@ -102,19 +116,26 @@ def test_images_carry_the_corrected_stress(walled):
         planes = Images((Periodic(2, 0.0, side),))
         copies = [(place + [0, 0, shift], stress) for shift in (0.0, -side, side)]
     found = []
-    for images, points, stresses in ((planes, place, stress), (None, np.concatenate([p for p, _ in copies]), np.concatenate([s for _, s in copies]))):
+    for images, points, stresses in (
+        (planes, place, stress),
+        (None, np.concatenate([p for p, _ in copies]), np.concatenate([s for _, s in copies])),
+    ):
         i = solutions.body(points, materials, 12.0, True, gradients="corrected", images=images)
         i.cloud.stress[:] = stresses[i.cloud.identity]
         i._remove_net_torque = lambda: None
         i.start()
-        a, L = i.rates.acceleration[np.argsort(i.cloud.identity)][:216], i.rates.stress[np.argsort(i.cloud.identity)][:216]
+        a, L = (
+            i.rates.acceleration[np.argsort(i.cloud.identity)][:216],
+            i.rates.stress[np.argsort(i.cloud.identity)][:216],
+        )
         found.append((a, L))
     assert np.abs(found[0][0] - found[1][0]).max() < 1e-10 * np.abs(found[1][0]).max()
     assert np.abs(found[1][0]).max() > 1e3
 
 
 def test_a_spinning_ball_keeps_its_stress():
-    """Four spacings of radius, one turn: invariants to 1 % (plain gradients: -3 %), and no torque to be taken out (plain: 1.4 % of L)."""
+    """Four spacings of radius, one turn: invariants to 1 % (plain gradients: -3 %), and no torque to be taken out
+    (plain: 1.4 % of L)."""
     momentum, removed, pressure, shear = solutions.spin(4.0, gradients="corrected")
     assert abs(momentum) < 1e-12 and removed < 1e-12
     assert abs(pressure) < 0.01 and abs(shear) < 0.01

@@ -18,7 +18,12 @@ from sph.materials import collect
 from sph.target import Zones
 
 LAYERS = (Layer(name="rock", material="basalt", thickness=6e3), Layer(name="cover", material="ice", thickness=4e3))
-IMPACT = Impact(speed=5e3, angle_from_vertical=0.0, projectile=Projectile(material="basalt", radius=700.0), expected_transient_diameter=8e3)
+IMPACT = Impact(
+    speed=5e3,
+    angle_from_vertical=0.0,
+    projectile=Projectile(material="basalt", radius=700.0),
+    expected_transient_diameter=8e3,
+)
 
 
 def flat(shape, **more):
@@ -27,8 +32,10 @@ def flat(shape, **more):
 
 def settings(shape="half_space", target=None, **changes):
     values = dict(
-        target=target or flat(shape, gravity=9.81, width=24e3), impact=IMPACT, spacing_at_impact=900.0, spacing_far=1500.0, fine_radius=3e3, growth=0.1,
-        contact_refinement=1.0, contact_radius=2e3, relaxation_time=4.0, damping=0.5, first_step=0.01, end_time=1.5, snapshot_interval=0.5,
+        target=target or flat(shape, gravity=9.81, width=24e3), impact=IMPACT, spacing_at_impact=900.0,
+        spacing_far=1500.0, fine_radius=3e3, growth=0.1,
+        contact_refinement=1.0, contact_radius=2e3, relaxation_time=4.0, damping=0.5, first_step=0.01, end_time=1.5,
+        snapshot_interval=0.5,
         history_interval=0.25, edge_width=3e3,
     )  # fmt: skip
     return stage.Settings(**(values | changes))
@@ -101,14 +108,26 @@ def test_the_stage_on_flat_ground(finished):
     target = json.loads((out / "target.json").read_text())
     assert target["frame"] == "plane" and [layer["material"] for layer in target["layers"]] == ["basalt", "ice"]
     column = hydrostatic.read(out / "target.json", 0.0)
-    assert column.flat and column.surface_gravity == 9.81 and column.pressure_at(np.array([-2e3]))[0] == pytest.approx(917 * 9.81 * 2e3, rel=1e-2)
+    assert (
+        column.flat
+        and column.surface_gravity == 9.81
+        and column.pressure_at(np.array([-2e3]))[0] == pytest.approx(917 * 9.81 * 2e3, rel=1e-2)
+    )
     first, last = snapshot.read(snapshot.series(out)[0]), snapshot.read(out / "last.vtkhdf")
     assert first.attributes["frame"] == "plane" and "target_radius_m" not in first.attributes
     # the impact point is the origin: the projectile hangs above it, the ground lies below
-    assert first.position[first.layer < 0].mean(axis=0)[:2] == pytest.approx([0.0, 0.0], abs=1.0) and first.position[first.layer < 0, 2].min() > 0.0
+    assert (
+        first.position[first.layer < 0].mean(axis=0)[:2] == pytest.approx([0.0, 0.0], abs=1.0)
+        and first.position[first.layer < 0, 2].min() > 0.0
+    )
     assert first.position[first.layer >= 0, 2].max() < 300.0
     # in balance: pressures are the weight above, away from the interface, the edges and the surface
-    mid = (first.layer == 0) & (first.position[:, 2] < -5e3) & (first.position[:, 2] > -8e3) & (np.hypot(*first.position[:, :2].T) < 8e3)
+    mid = (
+        (first.layer == 0)
+        & (first.position[:, 2] < -5e3)
+        & (first.position[:, 2] > -8e3)
+        & (np.hypot(*first.position[:, :2].T) < 8e3)
+    )
     weight = np.interp(-first.position[mid, 2], -column.height[::-1], column.pressure[::-1])
     assert mid.sum() > 20 and np.abs(first.pressure[mid] / weight - 1.0).mean() < 0.15
     # the rim stays where it is
@@ -121,7 +140,9 @@ def test_the_stage_on_flat_ground(finished):
     moved = [(shot.mass[:, None] * shot.velocity).sum(axis=0) for shot in (first, last)]
     edges = report["edges"]
     assert (edges["sides"], edges["floor"]) == ("quiet", "quiet")
-    assert np.array(edges["momentum_taken_kg_m_s"]) == pytest.approx(moved[0] - moved[1], abs=1e-9 * report["projectile"]["momentum_kg_m_s"])
+    assert np.array(edges["momentum_taken_kg_m_s"]) == pytest.approx(
+        moved[0] - moved[1], abs=1e-9 * report["projectile"]["momentum_kg_m_s"]
+    )
     assert last.attributes["measuring"]["datum"]["kind"] == "plane"
 
 
@@ -157,7 +178,16 @@ def test_stopped_and_resumed_ground_is_the_same_to_the_last_bit(finished, tmp_pa
 def test_a_periodic_block_on_a_wall_resumes_to_the_last_bit(tmp_path, monkeypatch):
     layers = (Layer(name="rock", material="basalt", thickness=6e3),)
     block = Target(layers=layers, shape="block", width=6e3, gravity=9.81)
-    chosen = settings(target=block, sides="periodic", floor="wall", spacing_at_impact=900.0, spacing_far=900.0, end_time=0.4, relaxation_time=0.5, control=True)
+    chosen = settings(
+        target=block,
+        sides="periodic",
+        floor="wall",
+        spacing_at_impact=900.0,
+        spacing_far=900.0,
+        end_time=0.4,
+        relaxation_time=0.5,
+        control=True,
+    )
     update = progress.Progress.update
     monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
     whole, cut = tmp_path / "a", tmp_path / "b"
@@ -181,10 +211,14 @@ def test_a_periodic_block_on_a_wall_resumes_to_the_last_bit(tmp_path, monkeypatc
 def test_a_metre_size_sphere_neither_attracts_nor_relaxes(tmp_path):
     ball = Target(layers=(Layer(name="ball", material="basalt", thickness=0.03),), self_gravity=False)
     impact = Impact(
-        speed=3200.0, angle_from_vertical=math.radians(30), projectile=Projectile(material="nylon", radius=3.43e-3), expected_transient_diameter=0.03
+        speed=3200.0,
+        angle_from_vertical=math.radians(30),
+        projectile=Projectile(material="nylon", radius=3.43e-3),
+        expected_transient_diameter=0.03,
     )
     chosen = stage.Settings(
-        target=ball, impact=impact, spacing_at_impact=5e-3, spacing_far=5e-3, contact_refinement=1.0, contact_radius=5e-3, fine_radius=1e-2,
+        target=ball, impact=impact, spacing_at_impact=5e-3, spacing_far=5e-3, contact_refinement=1.0,
+        contact_radius=5e-3, fine_radius=1e-2,
         first_step=1e-9, end_time=4e-6, snapshot_interval=2e-6, history_interval=1e-6,
     )  # fmt: skip
     stage.run(chosen, tmp_path, tmp_path)
@@ -192,7 +226,10 @@ def test_a_metre_size_sphere_neither_attracts_nor_relaxes(tmp_path):
     assert not last.gravity.any() and last.attributes["frame"] == "sphere"
     assert json.loads((tmp_path / "target.json").read_text())["surface_gravity_m_s2"] == 0.0
     report = json.loads((tmp_path / "stage_report.json").read_text())
-    assert report["drift_over_projectile"]["energy_J"] < 0.05 and report["drift_over_projectile"]["momentum_kg_m_s"] < 1e-9
+    assert (
+        report["drift_over_projectile"]["energy_J"] < 0.05
+        and report["drift_over_projectile"]["momentum_kg_m_s"] < 1e-9
+    )
 
 
 @pytest.mark.parametrize(
@@ -210,7 +247,9 @@ def test_boundaries_that_make_no_sense_are_refused(target, changes, message):
         settings(target=target, **changes)
 
 
-@pytest.mark.parametrize("more,message", [({"gravity": 1.0}, "a sphere has its own"), ({"width": 1e3}, "as wide as its layers")])
+@pytest.mark.parametrize(
+    "more,message", [({"gravity": 1.0}, "a sphere has its own"), ({"width": 1e3}, "as wide as its layers")]
+)
 def test_a_sphere_has_neither_uniform_gravity_nor_width(more, message):
     with pytest.raises(ValidationError, match=message):
         Target(layers=LAYERS, **more)

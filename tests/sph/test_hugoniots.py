@@ -1,4 +1,5 @@
-"""Shock states of the equations of state and compaction waves of P-alpha against tables that were made independently."""
+"""Shock states of the equations of state and compaction waves of P-alpha against tables that were made
+independently."""
 
 import csv
 from pathlib import Path
@@ -17,7 +18,10 @@ def table(name):
     return list(csv.DictReader(line for line in (DATA / name).open() if not line.startswith("#")))
 
 
-@pytest.mark.parametrize("name,file", [("basalt", "basalt"), ("ice", "ice"), ("water_thesis", "water"), ("aluminum", "aluminum"), ("iron", "iron")])
+@pytest.mark.parametrize(
+    "name,file",
+    [("basalt", "basalt"), ("ice", "ice"), ("water_thesis", "water"), ("aluminum", "aluminum"), ("iron", "iron")],
+)
 def test_principal_hugoniot(name, file):
     pressure, rest = hugoniot.solid(collect((name,)).rows, 0)
     rows = table(f"hugoniot_{file}.csv")

@@ -17,7 +17,9 @@ TABLE = Path(__file__).parent.parent / "data" / "impedance_match.csv"
 
 
 @pytest.mark.parametrize(
-    "row", list(csv.DictReader(line for line in TABLE.open() if not line.startswith("#"))), ids=lambda r: f"{r['projectile']}-{r['v_m_s'][:5]}"
+    "row",
+    list(csv.DictReader(line for line in TABLE.open() if not line.startswith("#"))),
+    ids=lambda r: f"{r['projectile']}-{r['v_m_s'][:5]}",
 )
 def test_against_a_table_made_independently(row):
     names = tuple(dict.fromkeys([row["projectile"], row["target"]]))
@@ -27,7 +29,8 @@ def test_against_a_table_made_independently(row):
 
 
 def test_cold_gases_by_hand():
-    """P = (gamma + 1)/2 rho w^2 on both sides: w = v / (1 + sqrt(rho_target g_target / rho_projectile g_projectile))."""
+    """P = (gamma + 1)/2 rho w^2 on both sides: w = v / (1 + sqrt(rho_target g_target / rho_projectile
+    g_projectile))."""
     gas = {name: Choice.model_validate({"eos": "ideal_gas", "ideal_gas": {"rho0": f"{rho} kg/m^3", "gamma": gamma}})
            for name, rho, gamma in (("ice", 2.0, 1.4), ("basalt", 5.0, 5.0 / 3.0))}  # fmt: skip
     found = impedance.planar(collect(("ice", "basalt"), gas), "ice", "basalt", 1000.0)
@@ -40,7 +43,12 @@ def test_pores_lower_the_limit():
     """Crushed pumice of bulk density rho00: the jump conditions hold from rho00 on, with the pressure of the solid."""
     materials = collect(("basalt", "pumice"), {"pumice": Choice.model_validate({"porosity": "p_alpha"})})
     found = impedance.planar(materials, "basalt", "pumice", 5000.0)
-    solid = impedance.planar(collect(("basalt", "pumice"), {"pumice": Choice.model_validate({"porosity": "none"})}), "basalt", "pumice", 5000.0)
+    solid = impedance.planar(
+        collect(("basalt", "pumice"), {"pumice": Choice.model_validate({"porosity": "none"})}),
+        "basalt",
+        "pumice",
+        5000.0,
+    )
     assert materials.bulk_density[1] < 0.7 * materials.rho0[1]
     assert found.pressure < 0.8 * solid.pressure and found.speed > solid.speed
 

@@ -1,4 +1,5 @@
-"""What steps of their own would gain: powers of two, the bound between neighbours, visits saved, and where it is written."""
+"""What steps of their own would gain: powers of two, the bound between neighbours, visits saved, and where it is
+written."""
 
 import json
 
@@ -34,13 +35,20 @@ def test_images_hold_their_neighbours_too():
     step = np.array([1.0, 1e30])
     held = individual_steps.levels(step, Pairs(pairs.partner, pairs.first[:2], pairs.number[:2]), owner)
     assert held.tolist() == [0, 2]
-    alone = Pairs(np.array([3, 2], dtype=pairs.partner.dtype), np.array([0, 1], dtype=pairs.first.dtype), np.array([1, 1], dtype=pairs.number.dtype))
+    alone = Pairs(
+        np.array([3, 2], dtype=pairs.partner.dtype),
+        np.array([0, 1], dtype=pairs.first.dtype),
+        np.array([1, 1], dtype=pairs.number.dtype),
+    )
     assert individual_steps.levels(step, alone, owner).tolist() == [0, 2]  # 1 sees the image of 0 alone
 
 
 def test_a_run_says_it_four_times_and_through_a_stop(tmp_path, monkeypatch):
     stopped_and_whole(tmp_path, monkeypatch)
-    one, other = (json.loads((tmp_path / name / "stage_report.json").read_text())["individual_steps"]["series"] for name in ("whole", "parts"))
+    one, other = (
+        json.loads((tmp_path / name / "stage_report.json").read_text())["individual_steps"]["series"]
+        for name in ("whole", "parts")
+    )
     assert one == other and len(one) == 3  # outputs at 5, 10 and 15 s: the first two shares fall on one of them each
     for row in one:
         count = np.array(row["particles_by_power_of_two"])

@@ -47,9 +47,14 @@ def test_artificial_stress_pushes_apart_in_tension_only_and_along_the_line():
     c.stress[:] = 0.0
     c.pressure[:] = 1e9
     with_it, without = evaluated(c, "cubic_spline", 0.3, 0.0, 0.0), evaluated(c, "cubic_spline", 0.0, 0.0, 0.0)
-    np.testing.assert_allclose(with_it.acceleration, without.acceleration, rtol=1e-11, atol=1e-11 * np.abs(without.acceleration).max())
+    np.testing.assert_allclose(
+        with_it.acceleration, without.acceleration, rtol=1e-11, atol=1e-11 * np.abs(without.acceleration).max()
+    )
     c.pressure[:] = -1e9
-    extra = evaluated(c, "cubic_spline", 0.3, 0.0, 0.0).acceleration - evaluated(c, "cubic_spline", 0.0, 0.0, 0.0).acceleration
+    extra = (
+        evaluated(c, "cubic_spline", 0.3, 0.0, 0.0).acceleration
+        - evaluated(c, "cubic_spline", 0.0, 0.0, 0.0).acceleration
+    )
     torque = c.mass[:, None] * np.cross(c.position, extra)
     assert np.abs(extra).max() > 0.0 and np.abs(torque.sum(axis=0)).max() < 1e-11 * np.abs(torque).sum()
 

@@ -17,7 +17,12 @@ from sph.material_settings import Choice
 from sph.materials import collect
 from sph.target import Body
 
-WEAK = Choice(strength="drucker_prager", damage="none", drucker_prager={"cohesion": "2 kPa", "friction_angle": "20 deg"}, tension={"cut": "1 kPa"})
+WEAK = Choice(
+    strength="drucker_prager",
+    damage="none",
+    drucker_prager={"cohesion": "2 kPa", "friction_angle": "20 deg"},
+    tension={"cut": "1 kPa"},
+)
 SPACING = 0.016
 
 
@@ -26,17 +31,21 @@ def settings(at, sound_speed="100 m/s", **changes):
     values = dict(
         target=Target(layers=(Layer(name="ground", material="basalt", thickness=0.4),), shape="half_space", width=0.8),
         impact=Impact(
-            speed=2000.0, angle_from_vertical=0.0, projectile=Projectile(material="basalt", radius=0.012), expected_transient_diameter=0.3
+            speed=2000.0, angle_from_vertical=0.0, projectile=Projectile(material="basalt", radius=0.012),
+            expected_transient_diameter=0.3
         ),
-        spacing_at_impact=SPACING, spacing_far=0.05, fine_radius=0.14, growth=0.2, contact_refinement=1.0, contact_radius=0.05, projectile_particles=8,
-        first_step=1e-7, end_time=0.03, snapshot_interval=0.005, history_interval=0.0025, edge_width=0.12, materials={"basalt": WEAK},
+        spacing_at_impact=SPACING, spacing_far=0.05, fine_radius=0.14, growth=0.2, contact_refinement=1.0,
+        contact_radius=0.05, projectile_particles=8,
+        first_step=1e-7, end_time=0.03, snapshot_interval=0.005, history_interval=0.0025, edge_width=0.12,
+        materials={"basalt": WEAK},
         late=None if at is None else {"at": at, "sound_speed": sound_speed},
     )  # fmt: skip
     return stage.Settings(**(values | changes))
 
 
 def crater_radius(folder):
-    """Radius [m] of the circle as large as the part of the surface that has gone: ring by ring the share of its particles that moved by two spacings."""
+    """Radius [m] of the circle as large as the part of the surface that has gone: ring by ring the share of its
+    particles that moved by two spacings."""
     first, last = snapshot.read(snapshot.series(folder)[0]), snapshot.read(folder / "last.vtkhdf")
     top = (first.layer >= 0) & (first.position[:, 2] > -1.3 * SPACING)
     gone = np.linalg.norm(last.position - first.position, axis=1) > 2.0 * SPACING
@@ -49,10 +58,13 @@ def ball(material="basalt", **changes):
     """A disordered ball under some pressure and shear, evaluated."""
     materials = collect((material,), {material: Choice(**changes)} if changes else {})
     rng = np.random.default_rng(4)
-    place = np.stack(np.meshgrid(*(np.arange(-4, 5),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.1, 0.1, (9**3, 3))
+    place = np.stack(np.meshgrid(*(np.arange(-4, 5),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(
+        -0.1, 0.1, (9**3, 3)
+    )
     n, rho = len(place), float(materials.bulk_density[0])
     body = Body(
-        place, np.full(n, rho), rho * rng.uniform(0.999, 1.002, n), np.full(n, 2.3), np.zeros(n, np.int32), np.zeros(n, np.int32),
+        place, np.full(n, rho), rho * rng.uniform(0.999, 1.002, n), np.full(n, 2.3), np.zeros(n, np.int32), np.zeros(n,
+        np.int32),
         np.full(n, materials.rows.alpha0[0]),
     )  # fmt: skip
     i = columns.integrator(Cloud.of(body), materials, 5.0)
@@ -76,7 +88,9 @@ def test_the_switch_scales_stress_and_keeps_strain_weight_and_energy():
     before, after = i.soften(300.0, weight)
     held = np.minimum(weight, np.maximum(P, 0.0))
     pressed = P > 0.0
-    assert pressed.sum() > 300 and i.evaluated.pressure[pressed] == pytest.approx((held + ratio * (P - held))[pressed], rel=1e-6)
+    assert pressed.sum() > 300 and i.evaluated.pressure[pressed] == pytest.approx(
+        (held + ratio * (P - held))[pressed], rel=1e-6
+    )
     assert np.abs(i.evaluated.pressure[~pressed]).max() < 2.0 * ratio * np.abs(P).max()
     assert i.cloud.stress == pytest.approx(ratio * S, rel=1e-12)
     assert i.evaluated.wave == pytest.approx(wave * math.sqrt(ratio), rel=5e-3)  # Poisson's ratio stays
@@ -107,7 +121,10 @@ def test_pores_stay_as_they_are():
 
 
 def test_a_gas_and_softer_matter_keep_their_moduli():
-    rows = collect(("basalt", "ice"), {"ice": Choice(eos="ideal_gas", strength="none", damage="none", ideal_gas={"rho0": "1 kg/m^3", "gamma": 1.4})}).rows
+    rows = collect(
+        ("basalt", "ice"),
+        {"ice": Choice(eos="ideal_gas", strength="none", damage="none", ideal_gas={"rho0": "1 kg/m^3", "gamma": 1.4})},
+    ).rows
     soft = late.soft(rows, 100.0)
     assert soft.ratio[1] == 1.0 and soft.ratio[0] == pytest.approx(2700e4 / 26.7e9)
     assert late.soft(rows, 1e5).ratio[0] == 1.0 and np.array_equal(late.soft(rows, 1e5).rows.shear, rows.shear)
@@ -127,7 +144,14 @@ def test_resumed_before_and_after_the_switch_it_is_the_same_to_the_last_bit(tmp_
     update = progress.Progress.update
     monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
     chosen = settings(
-        "60 us", "500 m/s", spacing_at_impact=0.03, spacing_far=0.07, edge_width=0.2, end_time=2.5e-4, snapshot_interval=1e-4, history_interval=5e-5
+        "60 us",
+        "500 m/s",
+        spacing_at_impact=0.03,
+        spacing_far=0.07,
+        edge_width=0.2,
+        end_time=2.5e-4,
+        snapshot_interval=1e-4,
+        history_interval=5e-5,
     )
     folders = [tmp_path / name for name in ("whole", "early", "late")]
     for folder, stop in zip(folders, (1.0, 4e-5, 1.2e-4)):
@@ -148,7 +172,10 @@ def test_resumed_before_and_after_the_switch_it_is_the_same_to_the_last_bit(tmp_
             assert np.array_equal(whole[name], other[name]), name
         assert (folder / "history.csv").read_bytes() == (folders[0] / "history.csv").read_bytes()
     report = json.loads((folders[0] / "stage_report.json").read_text())
-    assert report["late"]["time_s"] == pytest.approx(6e-5) and report["late"]["elastic_energy_after_J"] < report["late"]["elastic_energy_before_J"]
+    assert (
+        report["late"]["time_s"] == pytest.approx(6e-5)
+        and report["late"]["elastic_energy_after_J"] < report["late"]["elastic_energy_before_J"]
+    )
     assert len(snapshot.series(folders[0])) == 4  # at 0, 0.1, 0.2 and 0.25 ms: none of its own at the switch
 
 

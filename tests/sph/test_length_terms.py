@@ -18,7 +18,10 @@ def evaluate(c, kernel="cubic_spline", length=None, alpha=1.0, beta=2.0):
     """Omega, and rates with its terms."""
     row, out, omega = c.rows(), rates.Rates(len(c.mass)), np.ones(len(c.mass))
     start_volumes.turn(row, c.start_density)
-    chosen, rows = scheme.Scheme(kernel=KERNELS.kind(kernel), start_volumes=True), scheme.rows(row, start_density=c.start_density)
+    chosen, rows = (
+        scheme.Scheme(kernel=KERNELS.kind(kernel), start_volumes=True),
+        scheme.rows(row, start_density=c.start_density),
+    )
     length_terms.scale(chosen, rows, c.found, c.smoothing_length if length is None else length, LIMITS, omega)
     c.summed(chosen, rows, out, rates.Damping(alpha, beta))
     length_terms.divide(out, omega)
@@ -40,7 +43,9 @@ def test_omega_is_the_change_of_the_sum_with_all_supports(kernel):
             return sum(V0[j] * law(d[j], factor * 0.5 * (h[i] + h[j])) for j in np.flatnonzero(d < 4e3))
 
         slope = (total(1.0 + step) - total(1.0 - step)) / (2.0 * step)
-        wanted = np.clip(1.0 + slope * c.start_density[i] / (3.0 * c.density[i]), length_terms.LEAST, length_terms.MOST)
+        wanted = np.clip(
+            1.0 + slope * c.start_density[i] / (3.0 * c.density[i]), length_terms.LEAST, length_terms.MOST
+        )
         assert omega[i] == pytest.approx(wanted, rel=1e-6)
     assert np.ptp(omega) > 0.5
 
@@ -74,7 +79,8 @@ def test_a_support_at_its_limit_adds_nothing():
 def test_a_lattice_has_the_sound_speed_of_its_gradients(name, speed):
     """Exact with normalised gradients, 0.6 % slow with plain ones; the sum's own Omega, 0.988, made both 1.2 % faster.
 
-    From the sums themselves: the rate of the density in a small wave of velocity along a column, and the force in one of density.
+    From the sums themselves: the rate of the density in a small wave of velocity along a column, and the force in one
+    of density.
     """
     chosen = columns.SETS[name] | {"length_terms": True, "alpha": 0.0, "beta": 0.0}
     column = columns.Column(collect(("basalt",)), 120, piston=0.0, ends=True, **chosen)
@@ -87,12 +93,18 @@ def test_a_lattice_has_the_sound_speed_of_its_gradients(name, speed):
     c.velocity[:] = 0.0
     c.density *= 1.0 + small * np.cos(k * z)
     i._evaluate()
-    force = i.rates.acceleration[:, 2] @ np.sin(k * z) / (np.sin(k * z) @ np.sin(k * z)) / (small * k * i.evaluated.sound[0] ** 2)
+    force = (
+        i.rates.acceleration[:, 2]
+        @ np.sin(k * z)
+        / (np.sin(k * z) @ np.sin(k * z))
+        / (small * k * i.evaluated.sound[0] ** 2)
+    )
     assert np.sqrt(rate * force) == pytest.approx(speed, abs=0.001)
 
 
 def test_sods_tube_gains():
-    """50 layers: L1 of the density 5.5 % and the shock's speed 1.742 (exact 1.752); without the terms 5.8 % and 1.734."""
+    """50 layers: L1 of the density 5.5 % and the shock's speed 1.742 (exact 1.752); without the terms 5.8 % and
+    1.734."""
     error, speed = shock_tube.sod(50, length_terms=True)
     assert error < 0.0565 and speed == pytest.approx(1.7522, rel=0.008)
 

@@ -20,7 +20,9 @@ POROUS = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": 1.1})}
 def ice():
     """20 x 20 x 20 particles of porous ice with flaws, 37 neighbours in the middle."""
     materials = collect(("ice",), POROUS)
-    place = np.stack(np.meshgrid(*(np.arange(20.0),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + np.random.default_rng(1).uniform(-0.1, 0.1, (8000, 3))
+    place = np.stack(np.meshgrid(*(np.arange(20.0),) * 3, indexing="ij"), axis=-1).reshape(
+        -1, 3
+    ) + np.random.default_rng(1).uniform(-0.1, 0.1, (8000, 3))
     rho = np.full(8000, materials.bulk_density[0])
     zero = np.zeros(8000, dtype=np.int32)
 
@@ -40,7 +42,8 @@ def peak(work) -> float:
 
 
 def test_a_particle_takes_less_than_a_kilobyte(ice):
-    """Cloud, flaws, list, rates and what comes on top while flaws are seeded, the cloud is sorted anew and a step is taken."""
+    """Cloud, flaws, list, rates and what comes on top while flaws are seeded, the cloud is sorted anew and a step is
+    taken."""
     warm = ice()  # libraries, compiled kernels
     warm.start()
     warm.step(warm.next_step(1.0))
@@ -56,6 +59,8 @@ def test_a_particle_takes_less_than_a_kilobyte(ice):
         sorting = peak(lambda: i.neighbourhood.rebuild(i.cloud, 0.1))
         assert 600.0 < sorting < 1000.0
         flaws = i.cloud.flaw_strain.nbytes / 8000.0
-        assert 20.0 < flaws < 80.0 and 25.0 < i.neighbourhood.found.count.mean() < 45.0  # the bound is not met by leaving something out
+        assert (
+            20.0 < flaws < 80.0 and 25.0 < i.neighbourhood.found.count.mean() < 45.0
+        )  # the bound is not met by leaving something out
     finally:
         tracemalloc.stop()

@@ -11,7 +11,8 @@ from sph.numerics import SETS, Numerics
 from sph.settings import Settings
 
 MONAGHAN = {
-    "viscosity": "monaghan", "alpha": 2.0, "beta": 10.0, "courant": 0.3, "kernel": "cubic_spline", "support": 2.0, "volumes": "present", "smoothing": "fixed",
+    "viscosity": "monaghan", "alpha": 2.0, "beta": 10.0, "courant": 0.3, "kernel": "cubic_spline", "support": 2.0,
+    "volumes": "present", "smoothing": "fixed",
     "shortest": 0.5, "length_terms": False, "gradients": "plain",
 }  # fmt: skip
 """What results kept under this name were made with: it never changes."""
@@ -20,22 +21,40 @@ MONAGHAN = {
 def test_monaghan_is_what_kept_results_stand_on():
     got = Numerics(numerics="monaghan")
     assert {key: getattr(got, key) for key in MONAGHAN} == MONAGHAN
-    assert not (got.scheme.reconstructed or got.scheme.start_volumes) and got.limits_of_length is None and got.gradient_scale == 1.0
+    assert (
+        not (got.scheme.reconstructed or got.scheme.start_volumes)
+        and got.limits_of_length is None
+        and got.gradient_scale == 1.0
+    )
 
 
 def test_reconstructed_is_compiled_for_its_viscosity_and_first_volumes():
     got = Numerics(numerics="reconstructed")
-    assert got.scheme.reconstructed and got.scheme.start_volumes and got.length_terms and got.limits_of_length == (0.7, 2.0)
+    assert (
+        got.scheme.reconstructed
+        and got.scheme.start_volumes
+        and got.length_terms
+        and got.limits_of_length == (0.7, 2.0)
+    )
     assert got.gradient_scale == pytest.approx(1.006, abs=0.002)
 
 
 def test_the_prediction_knows_what_a_set_costs():
-    """V05 at 20,085 particles: 862 steps, some 45 s of one core; a step costs 3.5 times that of the former set, and there are 0.68 times as many."""
+    """V05 at 20,085 particles: 862 steps, some 45 s of one core; a step costs 3.5 times that of the former set, and
+    there are 0.68 times as many."""
     layer = {"name": "sphere", "material": "basalt", "thickness": 0.03}
     target = Target.model_validate({"start": "literal", "self_gravity": False, "layers": [layer]})
-    ball = {"speed": 3200.0, "angle_from_vertical": 0.5, "expected_transient_diameter": 0.03, "projectile": {"material": "nylon", "radius": 3.43e-3}}
+    ball = {
+        "speed": 3200.0,
+        "angle_from_vertical": 0.5,
+        "expected_transient_diameter": 0.03,
+        "projectile": {"material": "nylon", "radius": 3.43e-3},
+    }
     size = {"spacing_at_impact": 1.78e-3, "spacing_far": 1.78e-3, "end_time": 60e-6, "contact_refinement": 1.0}
-    former, new = (Settings(target=target, impact=Impact.model_validate(ball), numerics=name, **size) for name in ("monaghan", "reconstructed"))
+    former, new = (
+        Settings(target=target, impact=Impact.model_validate(ball), numerics=name, **size)
+        for name in ("monaghan", "reconstructed")
+    )
     assert prediction.per_step(new) / prediction.per_step(former) == pytest.approx(3.5, rel=0.02)
     assert prediction.steps(new)[1] == pytest.approx(862, rel=0.25)
     assert prediction.step(new) / prediction.step(former) == pytest.approx(1.53, rel=0.01)
@@ -48,7 +67,8 @@ def test_single_keys_go_before_the_set(name):
 
 
 def test_terms_of_the_supports_go_with_volumes_of_the_start():
-    """A case that takes the set but keeps present volumes is no mistake of its own: the terms are left out; asked for by name they are refused."""
+    """A case that takes the set but keeps present volumes is no mistake of its own: the terms are left out; asked for
+    by name they are refused."""
     assert not Numerics(numerics="reconstructed", volumes="present").length_terms
     assert not Numerics(numerics="reconstructed", smoothing="fixed").length_terms
     assert Numerics(numerics="reconstructed").length_terms
@@ -60,6 +80,8 @@ def test_the_description_of_the_key_says_what_the_sets_choose():
         part = said.split(f"`{name}`: ")[1]
         assert part.startswith(
             ", ".join(
-                f"{key} = {json.dumps(value if not isinstance(value, float) else float(f'{value:g}')).removesuffix('.0')}" for key, value in chosen.items()
+                f"{key} = "
+                f"{json.dumps(value if not isinstance(value, float) else float(f'{value:g}')).removesuffix('.0')}"
+                for key, value in chosen.items()
             )
         )

@@ -34,5 +34,7 @@ def test_a_picture_and_a_table(folder, law, material, shown, tmp_path, capsys):
     ],
 )
 def test_what_does_not_fit_is_one_message(folder, law, material, said, tmp_path, capsys):
-    assert importlib.import_module(f"sph.{folder}.__main__").main([law, material, "--out", str(tmp_path / "no.png")]) == 2
+    assert (
+        importlib.import_module(f"sph.{folder}.__main__").main([law, material, "--out", str(tmp_path / "no.png")]) == 2
+    )
     assert said in capsys.readouterr().err and not (tmp_path / "no.png").exists()

@@ -10,7 +10,16 @@ from hypothesis import strategies as st
 from sph.eos import dispatch as eos
 from sph.material_settings import Choice
 from sph.materials import collect
-from sph.porosity import compaction_damage, crush, crush_quadratic, crush_table, crush_two_power, dispatch, p_alpha, strain_alpha
+from sph.porosity import (
+    compaction_damage,
+    crush,
+    crush_quadratic,
+    crush_table,
+    crush_two_power,
+    dispatch,
+    p_alpha,
+    strain_alpha,
+)
 
 QUADRATIC = crush_quadratic.Parameters(80e6, 700e6)
 PUMICE = crush_two_power.Parameters(4.64, 1.90, 1e6, 6.8e7, 2.13e8, 12.0, 3.0)
@@ -53,7 +62,10 @@ def test_crush_curves_fall_from_one_to_zero(kind, values):
     row = padded(values)
     Pe = crush.onset(kind, row)
     assert crush.openness(kind, row, 0.0) == 1.0 == crush.openness(kind, row, Pe)
-    assert crush.openness(kind, row, 1e9) == 0.0 == crush.slope(kind, row, 1e9) and crush.slope(kind, row, 0.5 * Pe) == 0.0
+    assert (
+        crush.openness(kind, row, 1e9) == 0.0 == crush.slope(kind, row, 1e9)
+        and crush.slope(kind, row, 0.5 * Pe) == 0.0
+    )
     grid = np.geomspace(Pe, 8e8, 300)
     values = [crush.openness(kind, row, P) for P in grid]
     assert np.all(np.diff(values) <= 0.0)
@@ -97,7 +109,8 @@ def test_a_particle_lies_on_or_below_its_crush_curve(which, stretch, u, start):
 
 @pytest.mark.parametrize("which", MATERIALS)
 def test_f_is_the_derivative_along_the_adiabatic_path(which):
-    """f = 1 + (rho / alpha) d alpha / d rho by differences, with du = P / rho^2 d rho, on the crush curve; never negative (heat alone can make it so)."""
+    """f = 1 + (rho / alpha) d alpha / d rho by differences, with du = P / rho^2 d rho, on the crush curve; never
+    negative (heat alone can make it so)."""
     state, pressure, rows = material(MATERIALS[which][0], **MATERIALS[which][1])
     u, checked = 2e4, 0
     for share in np.linspace(1.01, rows.alpha0[0], 30):
@@ -129,19 +142,31 @@ def test_unloading_is_elastic_and_reversible():
 
 @pytest.mark.parametrize("stretch", np.linspace(-0.02, 1.3, 12))
 def test_springs_of_pores_softer_than_their_crushing_stay_finite(stretch):
-    """c_e so low that the elastic line falls faster than the crush curve: unloading leads back to alpha_0 at most, not through the pole of 1 / h^2."""
-    state, pressure, rows = material("basalt", p_alpha={"alpha0": 2.2, "elastic_speed": "500 m/s"}, crush_quadratic={"Pe": "10 kPa", "Ps": "1.5 GPa"})
+    """c_e so low that the elastic line falls faster than the crush curve: unloading leads back to alpha_0 at most, not
+    through the pole of 1 / h^2."""
+    state, pressure, rows = material(
+        "basalt",
+        p_alpha={"alpha0": 2.2, "elastic_speed": "500 m/s"},
+        crush_quadratic={"Pe": "10 kPa", "Ps": "1.5 GPa"},
+    )
     rho = rows.rho0[0] / 2.2 * (1.0 + stretch)
     for u in (0.0, 1e5):
         alpha, rest, loading, unloading, slow = state(rho, u, 2.2)
-        assert 1.0 <= alpha <= rest <= 2.2 and 0.0 <= loading and np.isfinite([loading, unloading, slow, pressure(rho, u, alpha)]).all()
+        assert (
+            1.0 <= alpha <= rest <= 2.2
+            and 0.0 <= loading
+            and np.isfinite([loading, unloading, slow, pressure(rho, u, alpha)]).all()
+        )
         assert state(rho, u, rest)[1] <= rest
 
 
 def test_elastic_wave_speed_is_the_given_one():
-    """sqrt(dP/drho) at rest is c_e where the solid's c_0 is that of its equation of state, and h tells it without a derivative."""
+    """sqrt(dP/drho) at rest is c_e where the solid's c_0 is that of its equation of state, and h tells it without a
+    derivative."""
     c0 = math.sqrt(75.2e9 / 2700)
-    state, pressure, rows = material("aluminum", p_alpha={"alpha0": 1.275, "elastic_speed": "4110 m/s", "solid_speed": f"{c0!r} m/s"})
+    state, pressure, rows = material(
+        "aluminum", p_alpha={"alpha0": 1.275, "elastic_speed": "4110 m/s", "solid_speed": f"{c0!r} m/s"}
+    )
     rho = rows.rho0[0] / 1.275
     loads = [(r, pressure(r, 0.0, state(r, 0.0, 1.275)[0])) for r in (rho, rho * (1 + 1e-5))]
     assert math.sqrt((loads[1][1] - loads[0][1]) / (loads[1][0] - loads[0][0])) == pytest.approx(4110, rel=1e-3)

@@ -1,4 +1,5 @@
-"""The stage with a porous, frictional shell: balance, conservation, the crush curve, resume to the last bit, and mistakes in a case."""
+"""The stage with a porous, frictional shell: balance, conservation, the crush curve, resume to the last bit, and
+mistakes in a case."""
 
 import json
 import math
@@ -28,12 +29,18 @@ BODY = Target(
         Layer(name="shell", material="ice", thickness=150e3),
     )
 )
-IMPACT = Impact(speed=18234.0, angle_from_vertical=math.radians(40), projectile=Projectile(material="ice", radius=53.9e3), expected_transient_diameter=980e3)
+IMPACT = Impact(
+    speed=18234.0,
+    angle_from_vertical=math.radians(40),
+    projectile=Projectile(material="ice", radius=53.9e3),
+    expected_transient_diameter=980e3,
+)
 
 
 def settings(**changes):
     values = dict(
-        target=BODY, impact=IMPACT, spacing_at_impact=150e3, spacing_far=320e3, fine_radius=300e3, growth=0.2, contact_refinement=1.5,
+        target=BODY, impact=IMPACT, spacing_at_impact=150e3, spacing_far=320e3, fine_radius=300e3, growth=0.2,
+        contact_refinement=1.5,
         relaxation_time=60.0, end_time=30.0, snapshot_interval=15.0, history_interval=5.0, materials={"ice": SHELL},
     )  # fmt: skip
     return stage.Settings(**(values | changes))
@@ -106,7 +113,13 @@ def test_stopped_and_resumed_run_is_the_same_to_the_last_bit(finished, tmp_path,
 
 def test_predamaged_target_is_broken_from_the_start(tmp_path):
     choice = Choice(predamaged=True)
-    stage.run(settings(materials={"ice": choice}, end_time=1.0, snapshot_interval=1.0, history_interval=1.0, relaxation_time=5.0), tmp_path, tmp_path)
+    stage.run(
+        settings(
+            materials={"ice": choice}, end_time=1.0, snapshot_interval=1.0, history_interval=1.0, relaxation_time=5.0
+        ),
+        tmp_path,
+        tmp_path,
+    )
     first = snapshot.read(tmp_path / "snap_0000.vtkhdf")
     ice = (first.layer == 2) | (first.layer < 0)
     assert np.all(first.damage[ice] == 1.0) and np.all(first.damage[~ice] == 0.0)

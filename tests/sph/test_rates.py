@@ -38,8 +38,10 @@ class _Cloud:
         s, P = self.stress * stressed, self.pressure
         return np.concatenate(
             [
-                self.position, self.velocity, (self.mass / self.density)[:, None], 1 / self.density[:, None], self.smoothing_length[:, None],
-                np.full((len(P), 1), 3200.0), (s[:, 0] - P)[:, None], s[:, 1:2], s[:, 2:3], (s[:, 3] - P)[:, None], s[:, 4:5],
+                self.position, self.velocity, (self.mass / self.density)[:, None], 1 / self.density[:, None],
+                self.smoothing_length[:, None],
+                np.full((len(P), 1), 3200.0), (s[:, 0] - P)[:, None], s[:, 1:2], s[:, 2:3], (s[:, 3] - P)[:, None],
+                s[:, 4:5],
                 (-s[:, 0] - s[:, 3] - P)[:, None],
             ],
             axis=1,
@@ -49,17 +51,30 @@ class _Cloud:
         out, row = rates.Rates(len(self.mass)), self.rows()
         if first:
             start_volumes.turn(row, self.start_density)
-        chosen = scheme.Scheme(kernel=KERNELS.kind(kernel), start_volumes=first, artificial_stress=artificial_stress > 0.0)
-        self.summed(chosen, scheme.rows(row, start_density=self.start_density), out, rates.Damping(alpha, beta, artificial_stress), stiffness)
+        chosen = scheme.Scheme(
+            kernel=KERNELS.kind(kernel), start_volumes=first, artificial_stress=artificial_stress > 0.0
+        )
+        self.summed(
+            chosen,
+            scheme.rows(row, start_density=self.start_density),
+            out,
+            rates.Damping(alpha, beta, artificial_stress),
+            stiffness,
+        )
         return out
 
     def summed(self, chosen, rows, out, damping, stiffness=None):
         """Fill ``out`` by a scheme from its rows."""
         stiffness = np.ones((len(self.mass), 2)) if stiffness is None else stiffness
-        rates.compute(chosen, rows, self.found, rates.Matter(self.material, SHEAR, stiffness, self.stress, True), damping, out)
+        rates.compute(
+            chosen, rows, self.found, rates.Matter(self.material, SHEAR, stiffness, self.stress, True), damping, out
+        )
 
 
-@pytest.mark.parametrize("options", [{}, {"first": True}, {"kernel": "wendland", "artificial_stress": 0.3}, {"first": True, "artificial_stress": 0.3}])
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"first": True}, {"kernel": "wendland", "artificial_stress": 0.3}, {"first": True, "artificial_stress": 0.3}],
+)
 def test_pairs_keep_momentum_and_total_energy(options):
     c = _Cloud(1000)
     r = c.evaluate(**options)
@@ -108,7 +123,10 @@ def test_density_over_first_volumes_is_a_function_of_the_places():
 
     def spread(position, i):
         d = np.linalg.norm(position - position[i], axis=1)
-        return sum(first[j] * cubic_spline.kernel(d[j], 0.5 * (c.smoothing_length[i] + c.smoothing_length[j])) for j in np.flatnonzero(d < 3e3))
+        return sum(
+            first[j] * cubic_spline.kernel(d[j], 0.5 * (c.smoothing_length[i] + c.smoothing_length[j]))
+            for j in np.flatnonzero(d < 3e3)
+        )
 
     for i in (77, 431, 900):
         change = spread(c.position + dt * c.velocity, i) - spread(c.position - dt * c.velocity, i)
@@ -138,7 +156,9 @@ def test_rotation_turns_the_stress_and_makes_none():
         S = np.array([[a, b, cc], [b, d, e], [cc, e, -a - d]])
         wanted = W @ S - S @ W
         got = np.array([r.stress[i, 0], r.stress[i, 1], r.stress[i, 2], r.stress[i, 3], r.stress[i, 4]])
-        assert got == pytest.approx(np.array([wanted[0, 0], wanted[0, 1], wanted[0, 2], wanted[1, 1], wanted[1, 2]]), rel=1e-8, abs=1e-3)
+        assert got == pytest.approx(
+            np.array([wanted[0, 0], wanted[0, 1], wanted[0, 2], wanted[1, 1], wanted[1, 2]]), rel=1e-8, abs=1e-3
+        )
 
 
 def test_pores_scale_the_strain_of_the_matrix_and_neither_rotation_nor_energy():
@@ -149,7 +169,10 @@ def test_pores_scale_the_strain_of_the_matrix_and_neither_rotation_nor_energy():
     porous, none = c.evaluate(stiffness=f), c.evaluate(stiffness=0.0 * f)
     assert np.array_equal(solid.acceleration, porous.acceleration) and np.array_equal(solid.energy, porous.energy)
     share = np.where(solid.divergence < 0, 0.25, 0.5)[:, None]
-    assert np.abs(porous.stress - none.stress - share * (solid.stress - none.stress)).max() < 1e-9 * np.abs(solid.stress).max()
+    assert (
+        np.abs(porous.stress - none.stress - share * (solid.stress - none.stress)).max()
+        < 1e-9 * np.abs(solid.stress).max()
+    )
     c.velocity = np.cross([0.3e-3, -0.2e-3, 0.5e-3], c.position)
     inner = ((c.position > 2.5e3) & (c.position < 6.5e3)).all(axis=1)
     turned, held = c.evaluate(0.0, 0.0).stress[inner], c.evaluate(0.0, 0.0, 0.0 * f).stress[inner]
@@ -166,7 +189,11 @@ def test_damage_takes_tension_and_shear_once():
     cloud.density = np.array([900.0, 900.0, 930.0, 930.0])
     cloud.smoothing_length = np.full(n, 1e5)
     cloud.stress = np.full((n, 5), 1e6)
-    cloud.root_damage, cloud.distention, cloud.initial_distention = np.array([0.0, 1.0, 0.0, 1.0]), np.ones(n), np.ones(n)
+    cloud.root_damage, cloud.distention, cloud.initial_distention = (
+        np.array([0.0, 1.0, 0.0, 1.0]),
+        np.ones(n),
+        np.ones(n),
+    )
     cloud.material, cloud.neighbours = np.zeros(n, dtype=np.int32), np.full(n, 33, dtype=np.int32)
     cloud.flaw_first, cloud.flaw_last = np.arange(n), np.arange(1, n + 1)
     cloud.flaw_strain = np.full(n, 1.0, dtype=np.float32)

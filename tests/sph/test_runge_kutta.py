@@ -23,10 +23,14 @@ ELASTIC = collect(("basalt",), {"basalt": Choice(strength="none", damage="none",
 def ball(kind, viscous=False, box=None, **options):
     """A ball of 251 particles, squeezed and turning; in a periodic ``box`` it flies through its side."""
     rng = np.random.default_rng(4)
-    place = np.stack(np.meshgrid(*(np.arange(-4, 5),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.05, 0.05, (9**3, 3))
+    place = np.stack(np.meshgrid(*(np.arange(-4, 5),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(
+        -0.05, 0.05, (9**3, 3)
+    )
     place = place[np.linalg.norm(place, axis=1) < 3.9]
     n = len(place)
-    body = Body(place, np.full(n, 2700.0), np.full(n, 2700.0), np.full(n, 2.3), np.zeros(n, np.int32), np.zeros(n, np.int32))
+    body = Body(
+        place, np.full(n, 2700.0), np.full(n, 2700.0), np.full(n, 2.3), np.zeros(n, np.int32), np.zeros(n, np.int32)
+    )
     images = Images(tuple(Periodic(axis, -box, box) for axis in range(3))) if box else None
     alpha, beta = (2.0, 10.0) if viscous else (0.0, 0.0)
     i = columns.integrator(Cloud.of(body), ELASTIC, 5.0, kind, alpha=alpha, beta=beta, images=images, **options)
@@ -74,7 +78,8 @@ def test_steps_that_err_are_tried_again():
 
 
 def test_a_sort_within_a_step_changes_nothing():
-    """A ball that flies through the side of a periodic box is wrapped and sorted in between; beside it, one that does not move on."""
+    """A ball that flies through the side of a periodic box is wrapped and sorted in between; beside it, one that does
+    not move on."""
     i, still = ball(RungeKutta, box=6.0, tolerance=1e9), ball(RungeKutta, tolerance=1e9)
     builds = i.neighbourhood.builds
     moved, stayed = run(i, 2e-3, 2e-4), run(still, 2e-3, 2e-4)
@@ -86,7 +91,14 @@ def test_a_sort_within_a_step_changes_nothing():
 def test_a_stage_with_it_resumes_to_the_last_bit(tmp_path, monkeypatch):
     update = progress.Progress.update
     monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
-    chosen = settings(integrator="rk3", tolerance=1e-4, relaxation_time=20.0, end_time=6.0, history_interval=3.0, snapshot_interval=6.0)
+    chosen = settings(
+        integrator="rk3",
+        tolerance=1e-4,
+        relaxation_time=20.0,
+        end_time=6.0,
+        history_interval=3.0,
+        snapshot_interval=6.0,
+    )
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     whole.mkdir()
     parts.mkdir()

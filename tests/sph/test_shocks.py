@@ -1,4 +1,5 @@
-"""Shocks in the production kernels against exact solutions: pistons over the Rankine-Hugoniot tables, compaction waves, Sod's tube."""
+"""Shocks in the production kernels against exact solutions: pistons over the Rankine-Hugoniot tables, compaction
+waves, Sod's tube."""
 
 import numpy as np
 import pytest
@@ -13,7 +14,10 @@ from sph.porosity import compaction_wave
 
 @pytest.mark.validation
 @pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("name,file", [("basalt", "basalt"), ("ice", "ice"), ("water_thesis", "water"), ("aluminum", "aluminum"), ("iron", "iron")])
+@pytest.mark.parametrize(
+    "name,file",
+    [("basalt", "basalt"), ("ice", "ice"), ("water_thesis", "water"), ("aluminum", "aluminum"), ("iron", "iron")],
+)
 def test_piston_against_the_table(name, file, speed):
     """Plateau P and rho within 1 %, shock speed 1 %, energy 2 %."""
     row = published(file, speed)
@@ -39,7 +43,8 @@ def test_compaction_front(name, alpha0, curve, speed):
 
 
 def test_porosity_is_not_just_density():
-    """Basalt of alpha0 = 1.5 at 500 m/s: 1.33 GPa, where the same density without pores gives 4.15 GPa (short columns)."""
+    """Basalt of alpha0 = 1.5 at 500 m/s: 1.33 GPa, where the same density without pores gives 4.15 GPa (short
+    columns)."""
     materials = porous("basalt", 1.5, BASALT)
     waves = compaction_wave.driven(materials.rows, 0, 500.0)
     got = columns.shocked(materials, 500.0, waves.front.shock_speed, layers=60, fastest=waves.fastest)

@@ -28,12 +28,18 @@ def test_h_follows_the_density_between_its_limits():
 def burst(limits, first=False, courant=0.3):
     """A ball of 900 particles that its own pressure drives apart."""
     rng = np.random.default_rng(5)
-    place = np.stack(np.meshgrid(*(np.arange(-6, 7),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.1, 0.1, (13**3, 3))
+    place = np.stack(np.meshgrid(*(np.arange(-6, 7),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(
+        -0.1, 0.1, (13**3, 3)
+    )
     place = place[np.linalg.norm(place, axis=1) < 6.0]
     n = len(place)
-    body = Body(place, np.full(n, 3000.0), np.full(n, 3000.0), np.full(n, 2.4), np.zeros(n, np.int32), np.zeros(n, np.int32))
+    body = Body(
+        place, np.full(n, 3000.0), np.full(n, 3000.0), np.full(n, 2.4), np.zeros(n, np.int32), np.zeros(n, np.int32)
+    )
     follows = {"smoothing": "density", "shortest": limits[0], "longest": limits[1]} if limits else {}
-    i = columns.integrator(Cloud.of(body), BASALT, 6.0, courant=courant, volumes="start" if first else "present", **follows)
+    i = columns.integrator(
+        Cloud.of(body), BASALT, 6.0, courant=courant, volumes="start" if first else "present", **follows
+    )
     i.strength = i.damage = False
     i.cloud.specific_energy[:] = 2e7
     i.start()
@@ -53,7 +59,9 @@ def test_a_burst_keeps_its_energy_and_loses_no_neighbour(first):
         i.step(i.next_step(1.0))
     c = i.cloud
     longest = c.smoothing_length / c.start_length
-    assert longest.max() > 1.2 and longest == pytest.approx(np.clip((c.start_density / c.density) ** (1 / 3), 0.5, 2.0), rel=0.03)
+    assert longest.max() > 1.2 and longest == pytest.approx(
+        np.clip((c.start_density / c.density) ** (1 / 3), 0.5, 2.0), rel=0.03
+    )
     d = np.linalg.norm(c.position[:, None] - c.position, axis=2)
     near = d < 0.5 * (c.smoothing_length[:, None] + c.smoothing_length)
     assert np.array_equal(near.sum(axis=1) - 1, c.neighbours)
@@ -63,7 +71,8 @@ def test_a_burst_keeps_its_energy_and_loses_no_neighbour(first):
 
 @pytest.mark.parametrize("first", [False, True])
 def test_the_error_of_the_energy_is_that_of_the_step_alone(first):
-    """Second order in the step: a support that follows the density adds no work of its own (-7.0e-4 and -1.9e-4; fixed -6.9e-4 and -1.8e-4)."""
+    """Second order in the step: a support that follows the density adds no work of its own (-7.0e-4 and -1.9e-4; fixed
+    -6.9e-4 and -1.8e-4)."""
     errors = []
     for courant in (0.3, 0.15):
         i = burst((0.5, 2.0), first, courant)
@@ -86,7 +95,8 @@ def test_fixed_h_loses_the_neighbours_that_a_following_one_keeps():
 
 
 def stopped_and_whole(tmp_path, monkeypatch, **chosen):
-    """The last snapshots of a small stage run in one go and of one that was stopped and resumed; it leaves the folders ``whole`` and ``parts``."""
+    """The last snapshots of a small stage run in one go and of one that was stopped and resumed; it leaves the folders
+    ``whole`` and ``parts``."""
     update = progress.Progress.update
     monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
     chosen = settings(relaxation_time=20.0, end_time=15.0, history_interval=5.0, snapshot_interval=15.0, **chosen)
@@ -115,14 +125,19 @@ def test_a_stage_with_both_resumes_to_the_last_bit(tmp_path, monkeypatch):
 
 
 def test_the_volumes_of_the_start_overshoot_less(tmp_path):
-    """Ice on ice at 18.2 km/s, four spacings by radius: the target's peak pressure is 165 GPa with present and 126 GPa with first volumes (planar 111)."""
+    """Ice on ice at 18.2 km/s, four spacings by radius: the target's peak pressure is 165 GPa with present and 126 GPa
+    with first volumes (planar 111)."""
     radius, spacing, peaks = 1000.0, 250.0, []
     for volumes in ("present", "start"):
         chosen = stage.Settings(
-            target=Target(layers=(Layer(name="ground", material="ice", thickness=2.5 * radius),), shape="half_space", width=5.0 * radius),
-            impact=Impact(speed=18234.0, angle_from_vertical=0.0, projectile=Projectile(material="ice", radius=radius), expected_transient_diameter=4e3),
-            spacing_at_impact=spacing, spacing_far=3.0 * spacing, fine_radius=1.5 * radius, growth=0.2, contact_refinement=1.0, contact_radius=375.0,
-            first_step=2.5e-5, end_time=0.18, snapshot_interval=0.18, history_interval=0.06, sides="free", floor="free", volumes=volumes,
+            target=Target(layers=(Layer(name="ground", material="ice", thickness=2.5 * radius),), shape="half_space",
+            width=5.0 * radius),
+            impact=Impact(speed=18234.0, angle_from_vertical=0.0, projectile=Projectile(material="ice", radius=radius),
+            expected_transient_diameter=4e3),
+            spacing_at_impact=spacing, spacing_far=3.0 * spacing, fine_radius=1.5 * radius, growth=0.2,
+            contact_refinement=1.0, contact_radius=375.0,
+            first_step=2.5e-5, end_time=0.18, snapshot_interval=0.18, history_interval=0.06, sides="free",
+            floor="free", volumes=volumes,
         )  # fmt: skip
         folder = tmp_path / volumes
         folder.mkdir()

@@ -1,4 +1,5 @@
-"""``snapshot_interval`` to the letter: a snapshot at every multiple of it and at the end, whatever the interval of the history."""
+"""``snapshot_interval`` to the letter: a snapshot at every multiple of it and at the end, whatever the interval of the
+history."""
 
 import csv
 
@@ -10,13 +11,19 @@ from matter.body import Impact, Layer, Projectile, Target
 from sph import stage
 
 ROCK = Target(layers=(Layer(name="rock", material="basalt", thickness=6e3),), shape="block", width=12e3)
-IMPACT = Impact(speed=5e3, angle_from_vertical=0.0, projectile=Projectile(material="basalt", radius=700.0), expected_transient_diameter=8e3)
+IMPACT = Impact(
+    speed=5e3,
+    angle_from_vertical=0.0,
+    projectile=Projectile(material="basalt", radius=700.0),
+    expected_transient_diameter=8e3,
+)
 
 
 def run(folder, **intervals):
     """Times [s] of the snapshots and of the rows of the history."""
     chosen = stage.Settings(
-        target=ROCK, impact=IMPACT, spacing_at_impact=900.0, spacing_far=1500.0, fine_radius=3e3, growth=0.1, contact_refinement=1.0, contact_radius=2e3,
+        target=ROCK, impact=IMPACT, spacing_at_impact=900.0, spacing_far=1500.0, fine_radius=3e3, growth=0.1,
+        contact_refinement=1.0, contact_radius=2e3,
         relaxation_time=0.1, damping=0.5, first_step=0.01, edge_width=3e3, **intervals,
     )  # fmt: skip
     stage.run(chosen, folder, folder)

@@ -24,7 +24,8 @@ def test_a_smeared_blast_has_its_densest_shell_within_its_front():
 
 @pytest.mark.validation
 def test_a_blast_runs_as_sedov_says():
-    """Gamma 5/3, 24 spacings, with the terms of the supports: the front that smears to the shell within 2 %; without them 4 % ahead."""
+    """Gamma 5/3, 24 spacings, with the terms of the supports: the front that smears to the shell within 2 %; without
+    them 4 % ahead."""
     got = solutions.blast(24, 5.0 / 3.0, length_terms=True)
     assert got.front == pytest.approx(1.0, abs=0.02) and abs(got.energy) < 1e-3
 
@@ -49,7 +50,8 @@ def test_elastic_waves_run_at_the_speed_of_their_moduli(name, transverse):
 
 @pytest.mark.validation
 def test_waves_run_along_a_bar_at_the_speed_of_youngs_modulus():
-    """With corrected gradients; plain ones see too little strain beside the free sides and are 5 to 6 % slow at 12 spacings across."""
+    """With corrected gradients; plain ones see too little strain beside the free sides and are 5 to 6 % slow at 12
+    spacings across."""
     assert solutions.bar_speed("aluminum", gradients="corrected") == pytest.approx(1.0, abs=0.015)
 
 
@@ -64,7 +66,8 @@ def test_a_slope_of_dry_sand_stands_up_to_its_angle():
 
 @pytest.mark.validation
 def test_a_ball_collapses_in_free_fall():
-    """Half-mass radius at 0.8 of the free-fall time within 1 %; what is left is the softening of gravity (1.8 % at 24 spacings across, 3.5 % at 16)."""
+    """Half-mass radius at 0.8 of the free-fall time within 1 %; what is left is the softening of gravity (1.8 % at 24
+    spacings across, 3.5 % at 16)."""
     assert solutions.collapse(40, 0.8) == pytest.approx(1.0, abs=0.01)
 
 
@@ -81,8 +84,9 @@ def test_strength_of_a_rod_grows_with_the_fourth_root_of_the_rate():
 def test_a_spinning_ball_keeps_its_stress():
     """One turn, seven spacings of radius: invariants within 1 %, L to 1e-3, and no torque to be taken out.
 
-    With plain gradients P falls by 2.1 % and sqrt(J2) by 1.8 %: the heating sigma : L of lopsided neighbourhoods is not zero in rotation, nor is its conjugate,
-    the torque, of which 0.4 % of L is taken out a turn. Half the step changes neither by 1e-6.
+    With plain gradients P falls by 2.1 % and sqrt(J2) by 1.8 %: the heating sigma : L of lopsided neighbourhoods is
+    not zero in rotation, nor is its conjugate, the torque, of which 0.4 % of L is taken out a turn. Half the step
+    changes neither by 1e-6.
     """
     momentum, removed, pressure, shear = solutions.spin(gradients="corrected")
     assert abs(momentum) < 1e-3 and removed < 1e-3
@@ -91,7 +95,8 @@ def test_a_spinning_ball_keeps_its_stress():
 
 @pytest.mark.validation
 def test_rubber_rings_bounce_without_breaking():
-    """Total energy within 2 % of the kinetic; two whole rings part again, at 0.73 of the speed (viscosity and vibration have the rest)."""
+    """Total energy within 2 % of the kinetic; two whole rings part again, at 0.73 of the speed (viscosity and
+    vibration have the rest)."""
     energy, parting, pieces, largest = solutions.rings()
     assert abs(energy) < 0.02 and pieces == 2 and largest == 0.5
     assert 0.6 < parting < 0.9

@@ -28,7 +28,8 @@ IMPACT = Impact(
 
 def settings(**changes):
     values = dict(
-        target=TARGET, impact=IMPACT, spacing_at_impact=130e3, spacing_far=300e3, fine_radius=400e3, growth=0.15, contact_refinement=1.5,
+        target=TARGET, impact=IMPACT, spacing_at_impact=130e3, spacing_far=300e3, fine_radius=400e3, growth=0.15,
+        contact_refinement=1.5,
         relaxation_time=100.0, end_time=60.0, snapshot_interval=30.0, history_interval=10.0,
     )  # fmt: skip
     return stage.Settings(**(values | changes))
@@ -67,9 +68,15 @@ def test_the_report_says_how_finely_the_projectile_was_resolved_and_what_it_reac
     ball = last.layer < 0
     assert report["projectile"]["particles"] == ball.sum()
     volume = 4.0 / 3.0 * np.pi * IMPACT.projectile.radius**3
-    assert report["projectile"]["particles_per_radius"] == pytest.approx(IMPACT.projectile.radius / (volume / ball.sum()) ** (1 / 3), rel=1e-12)
+    assert report["projectile"]["particles_per_radius"] == pytest.approx(
+        IMPACT.projectile.radius / (volume / ball.sum()) ** (1 / 3), rel=1e-12
+    )
     found = report["peak_pressure"]
-    assert max(found["projectile_largest_Pa"], found["target_largest_Pa"]) == report["peak_pressure_Pa"] == last.peak_pressure.max()
+    assert (
+        max(found["projectile_largest_Pa"], found["target_largest_Pa"])
+        == report["peak_pressure_Pa"]
+        == last.peak_pressure.max()
+    )
     assert found["projectile_largest_Pa"] >= found["projectile_half_Pa"] >= found["projectile_nine_tenths_Pa"] > 0.0
     assert found["planar_speed_m_s"] == pytest.approx(IMPACT.speed * np.cos(IMPACT.angle_from_vertical), rel=1e-12)
     assert 1e9 < found["planar_limit_Pa"] < 2e11 and report["edges"] is None
@@ -121,6 +128,15 @@ def test_literal_start_is_uniform(tmp_path):
 
 
 def test_too_coarse_a_layer_is_named(tmp_path):
-    thin = Target(layers=(Layer(name="core", material="basalt", thickness=2000e3), Layer(name="crust", material="ice", thickness=1.0)))
+    thin = Target(
+        layers=(
+            Layer(name="core", material="basalt", thickness=2000e3),
+            Layer(name="crust", material="ice", thickness=1.0),
+        )
+    )
     with pytest.raises(InputError, match="crust"):
-        stage.run(settings(target=thin, spacing_at_impact=300e3, spacing_far=300e3, contact_refinement=1.0), tmp_path, tmp_path)
+        stage.run(
+            settings(target=thin, spacing_at_impact=300e3, spacing_far=300e3, contact_refinement=1.0),
+            tmp_path,
+            tmp_path,
+        )

@@ -16,7 +16,8 @@ from sph.materials import collect
 def cloud(n=1, **fields):
     """n resting particles of one material, changed by ``fields``."""
     values = {
-        "mass": 1e9, "density": 2700.0, "smoothing_length": 100.0, "distention": 1.0, "initial_distention": 1.0, "neighbours": 50,
+        "mass": 1e9, "density": 2700.0, "smoothing_length": 100.0, "distention": 1.0, "initial_distention": 1.0,
+        "neighbours": 50,
         "flaw_first": np.arange(n), "flaw_last": np.arange(1, n + 1),
     }  # fmt: skip
     if "distention" in fields:
@@ -41,7 +42,11 @@ def invariant(stress):
     return math.sqrt(0.5 * (a * a + d * d + (a + d) ** 2) + b * b + c * c + e * e)
 
 
-SAND = {"strength": "drucker_prager", "drucker_prager": {"friction_angle": "30 deg", "cohesion": "0 Pa"}, "damage": "none"}
+SAND = {
+    "strength": "drucker_prager",
+    "drucker_prager": {"friction_angle": "30 deg", "cohesion": "0 Pa"},
+    "damage": "none",
+}
 
 
 def test_sand_yields_with_its_pressure_and_pulls_nothing():
@@ -75,7 +80,14 @@ def test_growth_goes_by_the_chosen_law(law):
     strains = np.array([1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4, 7e-4, 8e-4], dtype=np.float32)
     young = 9 * 26.7e9 * 22.7e9 / (3 * 26.7e9 + 22.7e9)
     pull = 4.5e-4 * young
-    body = cloud(1, density=[2700.0], stress=[[pull, 0, 0, -0.5 * pull, 0]], flaw_last=[8], flaw_strain=strains, root_damage=[0.1])
+    body = cloud(
+        1,
+        density=[2700.0],
+        stress=[[pull, 0, 0, -0.5 * pull, 0]],
+        flaw_last=[8],
+        flaw_strain=strains,
+        root_damage=[0.1],
+    )
     out, materials = evaluated(body, "basalt", damage=law)
     radius = (1e9 / 2700 * 3 / (4 * math.pi)) ** (1 / 3)
     crack = materials.rows.crack_speed[0]
@@ -140,7 +152,10 @@ def test_tension_softens_with_heat_as_strength_does(choice):
     """Basalt melts at 3.4 MJ/kg, by whichever law yields; without one it is no solid that holds longer."""
     heat = np.array([0.0, 1.7e6, 3.4e6, 5e6])
     body = cloud(4, density=[1000.0] * 4, specific_energy=heat)
-    materials = collect(("basalt",), {"basalt": Choice(tillotson={"Ecv": "100 MJ/kg", "Eiv": "50 MJ/kg", "a": "1e-6", "b": "1e-6"}, **choice)})
+    materials = collect(
+        ("basalt",),
+        {"basalt": Choice(tillotson={"Ecv": "100 MJ/kg", "Eiv": "50 MJ/kg", "a": "1e-6", "b": "1e-6"}, **choice)},
+    )
     out = state.Evaluated(4)
     state.evaluate(body, materials.rows, True, True, out)
     assert out.pressure == pytest.approx([-130e6, -65e6, 0.0, 0.0], abs=1.0)
@@ -148,20 +163,35 @@ def test_tension_softens_with_heat_as_strength_does(choice):
 
 def test_a_cones_tip_softens_with_heat():
     """Its cohesion of 1 MPa at 45 deg ends it at a tension of 1 MPa, at half the melt energy at half of that."""
-    choice = {"strength": "drucker_prager", "damage": "none", "drucker_prager": {"cohesion": "1 MPa", "friction_angle": "45 deg", "melt_energy": "3.4 MJ/kg"}}
+    choice = {
+        "strength": "drucker_prager",
+        "damage": "none",
+        "drucker_prager": {"cohesion": "1 MPa", "friction_angle": "45 deg", "melt_energy": "3.4 MJ/kg"},
+    }
     body = cloud(2, density=[1000.0] * 2, specific_energy=[0.0, 1.7e6])
-    out, _ = evaluated(body, "basalt", tillotson={"Ecv": "100 MJ/kg", "Eiv": "50 MJ/kg", "a": "1e-6", "b": "1e-6"}, **choice)
+    out, _ = evaluated(
+        body, "basalt", tillotson={"Ecv": "100 MJ/kg", "Eiv": "50 MJ/kg", "a": "1e-6", "b": "1e-6"}, **choice
+    )
     assert out.pressure == pytest.approx([-1e6, -0.5e6], rel=1e-9)
 
 
 @pytest.mark.parametrize("law", ["cube_root", "linear"])
 def test_cracks_are_as_much_slower_in_pores_as_sound(law):
-    """Herrmann's elastic part: sound in the porous material has 0.6 of the speed in its matrix, and so have its cracks."""
+    """Herrmann's elastic part: sound in the porous material has 0.6 of the speed in its matrix, and so have its
+    cracks."""
     young = 9 * 26.7e9 * 22.7e9 / (3 * 26.7e9 + 22.7e9)
     strains, pull = np.array([1e-4, 9e-4], dtype=np.float32), 4.5e-4 * young
     found = []
     for speeds in ({}, {"elastic_speed": "1800 m/s", "solid_speed": "3000 m/s"}):
-        body = cloud(1, density=[1800.0], distention=[1.5], stress=[[pull, 0, 0, -0.5 * pull, 0]], flaw_last=[2], flaw_strain=strains, root_damage=[0.1])
+        body = cloud(
+            1,
+            density=[1800.0],
+            distention=[1.5],
+            stress=[[pull, 0, 0, -0.5 * pull, 0]],
+            flaw_last=[2],
+            flaw_strain=strains,
+            root_damage=[0.1],
+        )
         pores = POROUS | {"p_alpha": {"alpha0": 1.5} | speeds}
         out, _ = evaluated(body, "basalt", damage=law, **pores)
         found.append(out.damage_rate[0])
@@ -181,7 +211,10 @@ def test_a_value_for_a_law_that_is_not_taken_is_refused():
         ({"strength": "drucker_prager", "drucker_prager": {"cohesion": 5.0}}, "cohesion: the unit is missing"),
         ({"strength": "drucker_prager", "drucker_prager": {"cohesion": "5 m"}}, "not a quantity in Pa"),
         ({"strength": "drucker_prager", "drucker_prager": {"angle": "5 deg"}}, "angle"),
-        ({"strength": "collins", "collins": {"limiting_strength": "1 MPa"}}, "limiting_strength must be above cohesion"),
+        (
+            {"strength": "collins", "collins": {"limiting_strength": "1 MPa"}},
+            "limiting_strength must be above cohesion",
+        ),
         ({"porosity": "p_alpha", "crush_quadratic": {"Pe": "3 GPa"}}, "Ps must be above Pe"),
         ({"porosity": "p_alpha", "p_alpha": {"elastic_speed": "9 km/s"}}, "elastic_speed must not be above"),
         ({"porosity": "p_alpha", "p_alpha": {"alpha0": 0.9}}, "greater than or equal to 1"),

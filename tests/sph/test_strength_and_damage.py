@@ -38,11 +38,14 @@ def test_largest_principal_stress_is_the_eigenvalue():
         S -= np.eye(3) * np.trace(S) / 3
         P = rng.normal() * np.abs(S).max()
         found = grady_kipp.largest_principal(S[0, 0], S[0, 1], S[0, 2], S[1, 1], S[1, 2], P)
-        assert found == pytest.approx(np.linalg.eigvalsh(S - P * np.eye(3)).max(), rel=1e-7, abs=1e-7 * np.abs(S).max())
+        assert found == pytest.approx(
+            np.linalg.eigvalsh(S - P * np.eye(3)).max(), rel=1e-7, abs=1e-7 * np.abs(S).max()
+        )
 
 
 def test_flaws_follow_the_weibull_law():
-    """Benz & Asphaug 1995 for 9000 equal particles in a unit sphere, k = 4e35, m = 9: N ln N flaws, a few 1e-4 at most."""
+    """Benz & Asphaug 1995 for 9000 equal particles in a unit sphere, k = 4e35, m = 9: N ln N flaws, a few 1e-4 at
+    most."""
     n, p = 9000, grady_kipp.Parameters(4e35, 9.0)
     volume = 4 / 3 * np.pi
     start, strain = grady_kipp.flaws(np.full(n, volume / n), p, np.random.default_rng(1))
@@ -66,9 +69,18 @@ def test_flaws_go_to_volume_and_do_not_depend_on_anything_else():
 
 
 def test_broken_material_has_no_flaws_and_a_strongly_graded_body_those_of_its_sizes():
-    """The flaws that the smallest particle waits for would go to the largest ones; it is said that they are not dealt out."""
+    """The flaws that the smallest particle waits for would go to the largest ones; it is said that they are not dealt
+    out."""
     place, volume = np.random.default_rng(1).normal(size=(200, 3)), np.geomspace(1e-9, 1.0, 200)
-    body = Body(place, 2700.0 * volume, np.full(200, 2700.0), np.full(200, 1.0), np.zeros(200, np.int32), np.zeros(200, np.int32), np.ones(200))
+    body = Body(
+        place,
+        2700.0 * volume,
+        np.full(200, 2700.0),
+        np.full(200, 1.0),
+        np.zeros(200, np.int32),
+        np.zeros(200, np.int32),
+        np.ones(200),
+    )
     broken, whole = Cloud.of(body), Cloud.of(body)
     seeding.seed_flaws(broken, collect(("basalt",), {"basalt": Choice(strength="drucker_prager", predamaged=True)}), 1)
     assert len(broken.flaw_strain) == 0 and (broken.root_damage == 1.0).all()

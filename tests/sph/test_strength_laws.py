@@ -32,12 +32,19 @@ def test_drucker_prager_is_mohr_coulomb_in_triaxial_compression(phi, cohesion, c
 def test_damage_breaks_cohesion_and_leaves_friction():
     cone = drucker_prager.cone(drucker_prager.Parameters(PHI, 1e6, 1e6))
     sand = drucker_prager.cone(drucker_prager.Parameters(PHI, 0.0, 1e6))
-    assert drucker_prager.shear_strength(1e7, 0.0, 1.0, cone) == pytest.approx(drucker_prager.shear_strength(1e7, 0.0, 0.0, sand))
+    assert drucker_prager.shear_strength(1e7, 0.0, 1.0, cone) == pytest.approx(
+        drucker_prager.shear_strength(1e7, 0.0, 0.0, sand)
+    )
     assert drucker_prager.shear_strength(1e7, 0.0, 0.5, cone) == pytest.approx(0.5 * (cone.A + 2 * cone.B * 1e7))
     assert drucker_prager.apex(0.0, 0.0, cone) == pytest.approx(1e6 / math.tan(PHI))
-    assert drucker_prager.shear_strength(-drucker_prager.apex(0.0, 0.5, cone), 0.0, 0.5, cone) == pytest.approx(0.0, abs=1e-3)
+    assert drucker_prager.shear_strength(-drucker_prager.apex(0.0, 0.5, cone), 0.0, 0.5, cone) == pytest.approx(
+        0.0, abs=1e-3
+    )
     assert drucker_prager.apex(0.0, 0.0, sand) == 0.0 == drucker_prager.apex(0.0, 1.0, cone)
-    assert drucker_prager.apex(0.25e6, 0.0, cone) == pytest.approx(0.75e6 / math.tan(PHI)) and drucker_prager.apex(2e6, 0.0, cone) == 0.0
+    assert (
+        drucker_prager.apex(0.25e6, 0.0, cone) == pytest.approx(0.75e6 / math.tan(PHI))
+        and drucker_prager.apex(2e6, 0.0, cone) == 0.0
+    )
     assert drucker_prager.shear_strength(1e7, 1e6, 0.0, cone) == 0.0
     assert drucker_prager.apex(0.0, 0.0, drucker_prager.cone(drucker_prager.Parameters(0.0, 1e6))) > 1e200
 

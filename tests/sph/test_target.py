@@ -54,11 +54,17 @@ def test_literal_profile_is_uniform():
 @pytest.mark.parametrize("uniform", [True, False])
 def test_particles_carry_the_layer_masses(profile, uniform):
     rows = materials.collect(CALLISTO.materials)
-    zones = target.Zones(140e3, 1e3, 140e3, 1e3, 140e3, 0.1) if uniform else target.Zones(75e3, 100e3, 110e3, 400e3, 260e3, 0.15)
+    zones = (
+        target.Zones(140e3, 1e3, 140e3, 1e3, 140e3, 0.1)
+        if uniform
+        else target.Zones(75e3, 100e3, 110e3, 400e3, 260e3, 0.15)
+    )
     body = target.build(CALLISTO, profile, rows, zones, seed=1)
     for layer, (inner, outer) in enumerate(zip((0, 1842e3, 1992e3), (1842e3, 1992e3, 2142e3))):
         rho0 = rows.rho0[rows.index(CALLISTO.layers[layer].material)]
-        assert body.mass[body.layer == layer].sum() == pytest.approx(rho0 * 4 / 3 * math.pi * (outer**3 - inner**3), rel=1e-12)
+        assert body.mass[body.layer == layer].sum() == pytest.approx(
+            rho0 * 4 / 3 * math.pi * (outer**3 - inner**3), rel=1e-12
+        )
     r = np.linalg.norm(body.position, axis=1)
     assert r.max() < profile.radius[-1]
     assert (body.density[body.layer == 0] > 2700).all()

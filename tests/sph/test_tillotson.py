@@ -10,7 +10,11 @@ from hypothesis import strategies as st
 from sph.eos import tillotson
 from sph.material_settings import parameters
 
-GOLDEN = [row for row in csv.reader((Path(__file__).parent.parent / "data" / "tillotson_golden.csv").open()) if not row[0].startswith("#")]
+GOLDEN = [
+    row
+    for row in csv.reader((Path(__file__).parent.parent / "data" / "tillotson_golden.csv").open())
+    if not row[0].startswith("#")
+]
 MATERIALS = ("basalt", "ice", "water", "water_thesis", "iron")
 
 
@@ -37,7 +41,9 @@ def test_derivatives_match_differences(name, eta, scaled):
         return
     _, d_rho, d_u = tillotson.pressure_and_derivatives(rho, u, p)
     step = 1e-6
-    by_rho = (tillotson.pressure(rho * (1 + step), u, p) - tillotson.pressure(rho * (1 - step), u, p)) / (2 * step * rho)
+    by_rho = (tillotson.pressure(rho * (1 + step), u, p) - tillotson.pressure(rho * (1 - step), u, p)) / (
+        2 * step * rho
+    )
     by_u = (tillotson.pressure(rho, u * (1 + step), p) - tillotson.pressure(rho, u * (1 - step), p)) / (2 * step * u)
     assert d_rho == pytest.approx(by_rho, rel=1e-5, abs=1e-5 * p.A / p.rho0)
     assert d_u == pytest.approx(by_u, rel=1e-5, abs=1e-5 * p.rho0)

@@ -29,9 +29,12 @@ def test_a_pair_never_meets_harder_than_it_does_and_the_jump_is_symmetric(vx, e_
 
 
 def test_slopes_take_a_linear_flow_off_except_near_by_and_near_the_speed_of_sound():
-    """v.x = e_i = e_j: nothing is left at a spacing; nearly all at a fifth of the support, or where the pair meets at half the speed of sound."""
+    """v.x = e_i = e_j: nothing is left at a spacing; nearly all at a fifth of the support, or where the pair meets at
+    half the speed of sound."""
     assert viscosity_reconstructed.jump(-2.0, -2.0, -2.0, 0.5, 0.25, 1.0, 1e5, 0.385) == pytest.approx(0.0, abs=1e-6)
-    assert viscosity_reconstructed.jump(-2.0, -2.0, -2.0, 0.19, 0.0361, 1.0, 1e5, 0.385) == pytest.approx(-2.0, rel=0.01)
+    assert viscosity_reconstructed.jump(-2.0, -2.0, -2.0, 0.19, 0.0361, 1.0, 1e5, 0.385) == pytest.approx(
+        -2.0, rel=0.01
+    )
     meeting = -0.5 * 1000.0 * (0.25 + 0.01 * 0.25) / 0.5
     assert viscosity_reconstructed.jump(meeting, meeting, meeting, 0.5, 0.25, 1.0, 1000.0, 0.385) == pytest.approx(
         meeting * (1.0 - 1.0 / (1.0 + (0.5 / 0.3) ** 2))
@@ -56,13 +59,20 @@ def test_pairs_keep_momentum_and_total_energy_and_only_heat(taken):
         assert abs((force * c.velocity).sum() + c.mass @ out.energy) < 1e-12 * np.abs(force * c.velocity).sum()
         assert (out.energy >= 0.0).all()
         found[name] = out.energy
-    assert (found["with"] <= found["without"] * (1.0 + 1e-12)).all() and found["with"].sum() < 0.99 * found["without"].sum()
+    assert (found["with"] <= found["without"] * (1.0 + 1e-12)).all() and found["with"].sum() < 0.99 * found[
+        "without"
+    ].sum()
 
 
 def heat_of_smooth_flow(jitter, viscosity):
     """Heat in a ball of lattice whose strain is uniform and without divergence."""
     materials = collect(("basalt",), {"basalt": Choice(**solutions.TOUGH)})
-    i = solutions.body(solutions.closest_packing(lambda x: np.linalg.norm(x, axis=1) < 7.0, 7.0, jitter), materials, 7.0, viscosity=viscosity)
+    i = solutions.body(
+        solutions.closest_packing(lambda x: np.linalg.norm(x, axis=1) < 7.0, 7.0, jitter),
+        materials,
+        7.0,
+        viscosity=viscosity,
+    )
     i.neighbourhood.rebuild(i.cloud, 0.0)
     i.cloud.velocity[:] = i.cloud.position * [1.0, 1.0, -2.0]
     i.start()
@@ -81,10 +91,13 @@ NAMED = {"viscosity": "reconstructed", "alpha": 3.0, "length_terms": True}
 
 
 def test_a_piston_keeps_its_plateau_in_a_narrower_front():
-    """Aluminium at 2 km/s: pressure and density of the exact state, some 3 spacings wide where Monaghan's (2, 10) has 5."""
+    """Aluminium at 2 km/s: pressure and density of the exact state, some 3 spacings wide where Monaghan's (2, 10) has
+    5."""
     aluminum = collect(("aluminum",))
     row = shocks.published("aluminum", 2000.0)
-    got, before = (columns.shocked(aluminum, 2000.0, float(row["us_m_s"]), layers=40, **options) for options in (NAMED, {}))
+    got, before = (
+        columns.shocked(aluminum, 2000.0, float(row["us_m_s"]), layers=40, **options) for options in (NAMED, {})
+    )
     assert got.P == pytest.approx(float(row["P_Pa"]), rel=0.01) and got.scatter < 0.005
     assert got.rho == pytest.approx(float(row["rho_kg_m3"]), rel=0.01)
     assert got.width < 0.75 * before.width
@@ -94,19 +107,30 @@ def test_rates_without_room_for_the_gradient_are_refused():
     """The compiled loop would write beyond its arrays."""
     c = _Cloud(500)
     with pytest.raises(ValueError, match="strain_rate=True"):
-        c.summed(scheme.Scheme(reconstructed=True), scheme.rows(c.rows(), np.zeros((500, 8))), rates.Rates(500), rates.Damping(1.0, 2.0))
+        c.summed(
+            scheme.Scheme(reconstructed=True),
+            scheme.rows(c.rows(), np.zeros((500, 8))),
+            rates.Rates(500),
+            rates.Damping(1.0, 2.0),
+        )
 
 
 @pytest.mark.parametrize("walled", [False, True])
 def test_images_carry_the_slopes(walled):
-    """A box whose images are made by planes, against the same matter beside it laid out in full: periodic, and mirrored at a wall."""
+    """A box whose images are made by planes, against the same matter beside it laid out in full: periodic, and
+    mirrored at a wall."""
     side, rng = 6.0, np.random.default_rng(1)
     materials = collect(("basalt",), {"basalt": Choice(**solutions.TOUGH)})
-    place = rng.uniform(-0.2, 0.2, (216, 3)) + np.stack(np.meshgrid(*(np.arange(6) + 0.5,) * 3), axis=-1).reshape(-1, 3)
+    place = rng.uniform(-0.2, 0.2, (216, 3)) + np.stack(np.meshgrid(*(np.arange(6) + 0.5,) * 3), axis=-1).reshape(
+        -1, 3
+    )
     velocity, slopes = rng.normal(size=(216, 3)) * 100.0, rng.normal(size=(216, 6)) * 100.0
     if walled:
         planes = Images((Wall(2, 0.0),))
-        copies = [(place, velocity, slopes), (place * [1, 1, -1], velocity * [1, 1, -1], slopes * [1, 1, -1, 1, -1, 1])]
+        copies = [
+            (place, velocity, slopes),
+            (place * [1, 1, -1], velocity * [1, 1, -1], slopes * [1, 1, -1, 1, -1, 1]),
+        ]
     else:
         planes = Images((Periodic(2, 0.0, side),))
         copies = [(place + [0, 0, shift], velocity, slopes) for shift in (0.0, -side, side)]

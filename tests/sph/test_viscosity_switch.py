@@ -81,10 +81,14 @@ def test_a_stage_with_switch_and_corrected_gradients_resumes_to_the_last_bit(law
     for name in whole:
         assert np.array_equal(whole[name], parts[name]), name
     report = json.loads((tmp_path / "whole" / "stage_report.json").read_text())
-    assert report["drift_over_projectile"]["energy_J"] < 0.02 and report["removed_angular_momentum_over_projectile"] < 0.01
+    assert (
+        report["drift_over_projectile"]["energy_J"] < 0.02
+        and report["removed_angular_momentum_over_projectile"] < 0.01
+    )
 
 
 def test_a_shell_stops_where_yielding_has_taken_its_energy():
-    """2,500 particles, two spacings thick: within 3 % (without switch and correction 20 % too soon, viscosity taking half of the energy)."""
+    """2,500 particles, two spacings thick: within 3 % (without switch and correction 20 % too soon, viscosity taking
+    half of the energy)."""
     stop, viscous, energy = solutions.shell(2500, gradients="corrected", viscosity_switch="morris_monaghan")
     assert stop == pytest.approx(1.0, abs=0.03) and 0.0 < viscous < 0.08 and abs(energy) < 1e-3

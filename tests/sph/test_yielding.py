@@ -15,13 +15,24 @@ Y, G, RATE = 1e6, 22.7e9, 10.0
 
 
 def ball(kind):
-    """A disordered ball of weak metal, 3 m across, turned and sheared: v_x = RATE z. So slow that waves do not matter."""
+    """A disordered ball of weak metal, 3 m across, turned and sheared: v_x = RATE z. So slow that waves do not
+    matter."""
     materials = collect(("basalt",), {"basalt": Choice(damage="none", von_mises={"Y0": "1 MPa"})})
     rng = np.random.default_rng(5)
-    place = np.stack(np.meshgrid(*(np.arange(-5, 6),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-0.1, 0.1, (11**3, 3))
+    place = np.stack(np.meshgrid(*(np.arange(-5, 6),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(
+        -0.1, 0.1, (11**3, 3)
+    )
     place = place[np.linalg.norm(place, axis=1) < 5.0] * 0.3
     n = len(place)
-    body = Body(place, np.full(n, 2700 * 0.027), np.full(n, 2700.0), np.full(n, 0.7), np.zeros(n, np.int32), np.zeros(n, np.int32), np.ones(n))
+    body = Body(
+        place,
+        np.full(n, 2700 * 0.027),
+        np.full(n, 2700.0),
+        np.full(n, 0.7),
+        np.zeros(n, np.int32),
+        np.zeros(n, np.int32),
+        np.ones(n),
+    )
     i = columns.integrator(Cloud.of(body), materials, 2.0, kind, alpha=0.0, beta=0.0, tolerance=1e-2)
     i.damage = False
     i.cloud.velocity[:, 0] = RATE * i.cloud.position[:, 2]
@@ -31,7 +42,8 @@ def ball(kind):
 
 @pytest.mark.parametrize("kind", [Integrator, RungeKutta], ids=["leapfrog", "rk3"])
 def test_yielded_stress_stays_on_the_surface_and_turns_with_the_strain(kind):
-    """Sheared by 20 yield strains and back by 4: the shear stress is k = Y / sqrt(3) along the strain, then -k, never more."""
+    """Sheared by 20 yield strains and back by 4: the shear stress is k = Y / sqrt(3) along the strain, then -k, never
+    more."""
     i = ball(kind)
     k = Y / np.sqrt(3.0)
     yielding, step = k / G / RATE, 0.25 * k / G / RATE

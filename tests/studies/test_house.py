@@ -38,7 +38,11 @@ def counted(tmp_path: Path) -> dict[str, list[str]]:
 
 def test_what_is_counted(counted):
     assert counted["functions of more than 10 parameters"] == ["11 sph/one.py:5 full"]
-    assert counted["functions of more than 60 lines"] == counted["functions of more than 100 lines"] == ["101 sph/three.py:1 tall"]
+    assert (
+        counted["functions of more than 60 lines"]
+        == counted["functions of more than 100 lines"]
+        == ["101 sph/three.py:1 tall"]
+    )
     assert counted["modules of more than 350 lines"] == []
 
 
@@ -51,8 +55,12 @@ def test_no_room_has_a_circle_of_imports():
 
 
 def test_columns_above_the_coordinates(counted):
-    assert len(counted["raw columns in sph"]) == len(counted["  above 5 in sph"]) == 1  # one line, whatever stands in it
-    assert house.raw_columns(house.House({"sph/a.py": ("", house.ast.parse("a[0, 2]\nb[:3]\nc['x']\nd[-1]\ne[3:6]\nf[i, 5]"))}), "sph") == [
+    assert (
+        len(counted["raw columns in sph"]) == len(counted["  above 5 in sph"]) == 1
+    )  # one line, whatever stands in it
+    assert house.raw_columns(
+        house.House({"sph/a.py": ("", house.ast.parse("a[0, 2]\nb[:3]\nc['x']\nd[-1]\ne[3:6]\nf[i, 5]"))}), "sph"
+    ) == [
         "sph/a.py:5",
         "sph/a.py:6",
     ]

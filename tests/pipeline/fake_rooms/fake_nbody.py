@@ -19,5 +19,7 @@ def predict(settings: Settings) -> dict:
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
     pinned = settings.pinned and settings.impact is not None
-    speed, angle = (settings.impact.speed, settings.impact.angle_from_vertical) if pinned else (10000.0 + settings.count, 0.5)
+    speed, angle = (
+        (settings.impact.speed, settings.impact.angle_from_vertical) if pinned else (10000.0 + settings.count, 0.5)
+    )
     (out / "impact.toml").write_text(f'speed = "{speed} m/s"\nangle_from_vertical = "{angle} rad"\n')

@@ -1,4 +1,5 @@
-"""A stage for tests of the runner: a chaotic map that checkpoints, so that a resumed run equals an uninterrupted one or does not."""
+"""A stage for tests of the runner: a chaotic map that checkpoints, so that a resumed run equals an uninterrupted one
+or does not."""
 
 from __future__ import annotations
 
@@ -32,7 +33,9 @@ def predict(settings: Settings) -> dict:
 def run(settings: Settings, inputs: Path, out: Path) -> None:
     with open(out / "starts.txt", "a") as starts:
         state = checkpoint.newest(out)
-        x, first = (state[0]["x"], state[1]["step"]) if state else (np.linspace(0.1, 0.9, 7) * settings.impact.speed % 1.0, 0)
+        x, first = (
+            (state[0]["x"], state[1]["step"]) if state else (np.linspace(0.1, 0.9, 7) * settings.impact.speed % 1.0, 0)
+        )
         starts.write(f"{first}\n")
     progress = Progress("sph", settings.steps, start=first, interval_s=0.0)
     for step in range(int(first), settings.steps):
