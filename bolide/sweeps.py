@@ -51,7 +51,7 @@ def sweep(
     }
     varied = {key: list(values) for key, values in (vary or {}).items()}
     table = sweeps.read_table(sweeps.laid(read.sweep, given, varied), ())
-    made = sweeps.Sweep(read.file, read.preset, None, overrides, Path(out), tuple(sweeps.members(table)), until)
+    made = sweeps.of(read, table, Path(out), until)
     each = threads or max(1, sweep_run.cores() // len(made.members))
     sweep_run.links(made)
     failed = sweep_run.Runner(

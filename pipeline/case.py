@@ -58,6 +58,11 @@ class Case:
         return tuple(stage for stage in stages.ORDER if isinstance(named, list | tuple) and stage in named)
 
     @property
+    def holds_a_sweep_alone(self) -> bool:
+        """Whether its file holds nothing but ``[sweep]``: not a case itself, but what is varied of others."""
+        return not self.document and bool(self.sweep)
+
+    @property
     def sources(self) -> tuple[str, ...]:
         """Keys of the bibliography that the case names."""
         table = self.document.get("case", {})
@@ -109,6 +114,10 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
         raise InputError(f"{file} is not valid TOML: {reason}") from None
+    if set(content) == {"sweep"} and isinstance(content["sweep"], dict):
+        name = file.resolve().parent.name if file.name == "case.toml" else file.stem
+        given = tuple(overrides)
+        return Case(file, name, preset, given, {}, {}, {}, {}, size=size, sweep=content["sweep"])
     presets = content.pop("preset", {})
     if not isinstance(presets, dict) or not all(isinstance(table, dict) for table in presets.values()):
         raise InputError(f"{file}: presets are tables, [preset.quick.sph] for example")
@@ -120,14 +129,18 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         known = f"it has {', '.join(sorted(presets))}" if presets else "it has none"
         raise InputError(f"{file} has no preset {preset!r}{stages.nearest(preset, list(presets))} ({known})")
     table = presets.get(preset, {}) if preset else {}
-    document, found = _without_left_out(overlay.merged(content, table), table), []
+    document, found, set_here = _without_left_out(overlay.merged(content, table), table), [], list[KeyPath]()
     if size is not None:
         document = sizes.laid(document, size)
     for assignment in overrides:
         try:
-            document = overlay.assigned(document, *overlay.parsed(assignment))
+            path, value = overlay.parsed(assignment)
+            document = overlay.assigned(document, path, value)
+            set_here.append(path)
         except InputError as reason:
             found.append(Complaint((), str(reason)))
+    if ("case", "stages") in set_here:
+        document = _without_left_out(document, {**{str(path[0]): {} for path in set_here}, "case": document["case"]})
     name = file.resolve().parent.name if file.name == "case.toml" else file.stem
     swept = document.pop("sweep", {})
     if not isinstance(swept, dict):
@@ -168,8 +181,8 @@ def _opened(document: dict[str, Any], paths: Iterable[KeyPath]) -> dict[str, Any
 
 
 def _without_left_out(document: dict[str, Any], preset: dict[str, Any]) -> dict[str, Any]:
-    """The document without the case's own tables of stages that its preset leaves out (``[preset.shock.case] stages =
-    ["sph"]``)."""
+    """The document without the case's own tables of stages that its preset, or an option, leaves out
+    (``[preset.shock.case] stages = ["sph"]``, ``--set 'case.stages=["sph"]'``)."""
     table = preset.get("case", {})
     named = table.get("stages") if isinstance(table, dict) else None
     if not isinstance(named, list):

@@ -32,6 +32,10 @@ def settings_of(case: Case, wanted: tuple[str, ...] = stages.ORDER) -> dict[str,
     ``wanted`` are the stages that are to run: a missing module is an error for these only. Raises ``InputError`` with
     every complaint.
     """
+    if case.holds_a_sweep_alone:
+        raise InputError(
+            f"{case.file} holds a sweep alone: run_case {case.file} --sweep runs it, --sweep --check says what"
+        )
     settings, found = _composed(case, wanted)
     if found:
         raise InputError(listed(case, found, wanted))

@@ -66,3 +66,13 @@ def assigned(document: dict[str, Any], path: KeyPath, value: Any) -> dict[str, A
         else:
             here = here[part]
     return result
+
+
+def at(document: Any, key: str) -> Any:
+    """The value of a dotted key; None where there is none."""
+    for part in key.split("."):
+        try:
+            document = document[int(part) if isinstance(document, list) else part]
+        except (KeyError, IndexError, TypeError, ValueError):
+            return None
+    return document

@@ -7,9 +7,20 @@ once (``pipeline.store``).
     "dem.contact.shell.friction" = [0.3, 0.5, 0.7]
     "impact.angle_from_vertical" = ["15 deg", "40 deg", "65 deg"]
 
-or ``--vary "impact.angle_from_vertical=15,40,65 deg"`` on the command line (a unit at the end is that of all). A sweep
-has a folder in the folder of runs with links to its members, their table and a page; its name follows from what the
-members compute.
+or ``--vary "impact.angle_from_vertical=15,40,65 deg"`` on the command line (a unit at the end is that of all). A file
+may hold ``[sweep]`` alone, with the ``case`` that it varies; the ``points`` of one may be of several cases:
+
+    [sweep]
+    kind = "points"
+    case = "valhalla_980km"
+    common = { "case.stages" = ["sph", "crater"] }    # of all members
+    points = [
+      { name = "steep", "impact.angle_from_vertical" = "15 deg" },
+      { name = "small", case = "valhalla_350km" },
+    ]
+
+A sweep has a folder in the folder of runs with links to its members, their table and a page; its name follows from
+what the members compute.
 """
 
 from __future__ import annotations
@@ -24,11 +35,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import tomlkit
 from pydantic import ValidationError
 
 from matter import quantity
 from matter.errors import InputError
 from pipeline import case as cases
+from pipeline import overlay, shipped
+from pipeline.case import Case
 from pipeline.complaints import complaints, dotted
 from pipeline.run import Request
 from pipeline.sweep_keys import SweepTable, flat
@@ -90,10 +104,12 @@ def _value(text: str) -> Number:
 
 @dataclass(frozen=True)
 class Member:
-    """One run of a sweep: its ``name`` and the ``values`` of what is varied, by key."""
+    """One run of a sweep: its ``name`` and the ``values`` of what is varied, by key; ``where``: its case, where it has
+    one of its own."""
 
     name: str
     values: Mapping[str, Number]
+    where: Path | None = None
 
     @property
     def overrides(self) -> tuple[str, ...]:
@@ -101,8 +117,11 @@ class Member:
         return tuple(f"{key}={json.dumps(value)}" for key, value in self.values.items())
 
 
-def members(table: SweepTable) -> list[Member]:
-    """The members, in order. Raises ``InputError`` where a limit is no number or the two are of different units."""
+def members(table: SweepTable, beside: Path = Path()) -> list[Member]:
+    """The members, in order; cases are looked for in the folder ``beside`` them, then by name. Raises ``InputError``
+    where a limit is no number or the two are of different units, and for a case that is not there."""
+    if table.points:
+        return _points(table, beside)
     keys = list(table.vary)
     rows: Iterable[Sequence[Number]]
     if table.kind == "grid":
@@ -112,8 +131,47 @@ def members(table: SweepTable) -> list[Member]:
     else:
         rows = _drawn(table)
     found = [dict(zip(keys, row, strict=True)) for row in rows]
-    width = max(2, len(str(len(found))))
-    return [Member(f"m{number:0{width}d}", values) for number, values in enumerate(found, 1)]
+    where = _found(table.case, beside)
+    return [Member(_name(number, len(found)), values, where) for number, values in enumerate(found, 1)]
+
+
+def _points(table: SweepTable, beside: Path) -> list[Member]:
+    return [
+        Member(
+            point.get("name") or _name(number, len(table.points)),
+            {key: value for key, value in point.items() if key not in ("name", "case")},
+            _found(point.get("case", table.case), beside),
+        )
+        for number, point in enumerate(table.points, 1)
+    ]
+
+
+def _name(number: int, count: int) -> str:
+    return f"m{number:0{max(2, len(str(count)))}d}"
+
+
+def _found(case: str, beside: Path) -> Path | None:
+    """The case that a sweep names; None where it names none."""
+    if not case:
+        return None
+    return beside / case if (beside / case).exists() else shipped.found(Path(case))
+
+
+def common(table: SweepTable) -> tuple[str, ...]:
+    """What all members have in common, as texts of ``--set``."""
+    return tuple(f"{key}={tomlkit.item(value).as_string()}" for key, value in table.common.items())
+
+
+def of(case: Case, table: SweepTable, out: Path, until: str | None = None) -> Sweep:
+    """The sweep of a case that was read, in the folder of runs ``out``; values of ``--set`` prevail over what its
+    members have in common. Raises ``InputError`` where a file that holds a sweep alone does not say which case it
+    varies."""
+    found = tuple(members(table, case.file.parent))
+    if case.holds_a_sweep_alone and any(member.where is None for member in found):
+        raise InputError(f'{case.file} holds a sweep alone, and does not say of which case: [sweep] case = "..."')
+    return Sweep(
+        case.file, case.preset, case.size, (*common(table), *case.overrides), out, found, until, name=case.name
+    )
 
 
 def _drawn(table: SweepTable) -> list[list[Number]]:
@@ -147,7 +205,7 @@ def _between(key: str, low: Number, high: Number, share: Any) -> list[Number]:
 @dataclass(frozen=True)
 class Sweep:
     """A case (``where``, with ``preset`` and ``overrides``) and its members, in the folder of runs ``out``; ``until``:
-    the last stage of each."""
+    the last stage of each; ``name`` begins that of its folder (by default the case's)."""
 
     where: Path
     preset: str | None
@@ -156,6 +214,7 @@ class Sweep:
     out: Path
     members: tuple[Member, ...]
     until: str | None = None
+    name: str = ""
 
     @cached_property
     def requests(self) -> dict[str, Request]:
@@ -164,7 +223,9 @@ class Sweep:
         found = {}
         for member in self.members:
             try:
-                read = cases.read(self.where, self.preset, [*self.overrides, *member.overrides], self.size)
+                read = cases.read(
+                    member.where or self.where, self.preset, [*self.overrides, *member.overrides], self.size
+                )
                 request = Request(read, self.out, until=self.until)
                 assert request.run_folder
             except InputError as reason:
@@ -173,10 +234,27 @@ class Sweep:
         return found
 
     @cached_property
+    def values(self) -> dict[str, dict[str, Any]]:
+        """Every key that is varied with its value in each member, by name; where a member says nothing, that of its
+        case (None where the case leaves it to the default). ``case`` is one of them where there are several."""
+        keys = dict.fromkeys(key for member in self.members for key in member.values)
+        found = {}
+        for member in self.members:
+            case = self.requests[member.name].case
+            own = {key: member.values.get(key, overlay.at(case.document, key)) for key in keys}
+            found[member.name] = {"case": case.name, **own} if self.several else own
+        return found
+
+    @cached_property
+    def several(self) -> bool:
+        """Whether the members are of more than one case."""
+        return len({request.case.name for request in self.requests.values()}) > 1
+
+    @cached_property
     def folder(self) -> Path:
         """Where table, page and links are; the name follows from what the members compute."""
         runs = [request.run_folder.name for request in self.requests.values()]
-        name = next(iter(self.requests.values())).case.name
+        name = self.name or next(iter(self.requests.values())).case.name
         return self.out / f"{name}-sweep-{hashlib.sha256(json.dumps(runs).encode()).hexdigest()[:8]}"
 
     def arguments(self, member: Member, threads: int | None) -> list[str]:
@@ -189,7 +267,7 @@ class Sweep:
         ]
         given = [part for option, value in options if value for part in (option, str(value))]
         return [
-            str(self.where),
+            str(member.where or self.where),
             *given,
             "--out",
             str(self.out),

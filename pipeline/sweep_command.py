@@ -36,13 +36,12 @@ def swept(
         raise InputError("--from and --fresh are for one run: a sweep makes what is not there")
     if case.run:
         raise InputError(f"{case.run} is a run: sweep its case, or its case.used.toml copied elsewhere")
-    members = (
-        ensembles.members(case, ensemble)
-        if ensemble is not None
-        else sweeps.members(sweeps.read_table(case.sweep, vary))
-    )
-    made = sweeps.Sweep(case.file, case.preset, case.size, case.overrides, out, tuple(members), until)
-    each = threads or max(1, sweep_run.cores() // len(members))
+    if ensemble is not None:
+        drawn = tuple(ensembles.members(case, ensemble))
+        made = sweeps.Sweep(case.file, case.preset, case.size, case.overrides, out, drawn, until)
+    else:
+        made = sweeps.of(case, sweeps.read_table(case.sweep, vary), out, until)
+    each = threads or max(1, sweep_run.cores() // len(made.members))
     for value, option in asked:
         print(
             sweep_jobs.write(made, value, each)

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from matter.errors import Stopped
-from pipeline import folder, lock, plan, prediction, provenance, run_process, stages
+from pipeline import folder, lock, plan, prediction, provenance, run_process, stages, sweep_cost
 from pipeline.run import settings_of
 from pipeline.screen import duration
 from pipeline.sweep import Member, Sweep
@@ -59,9 +59,13 @@ def first_to_make(sweep: Sweep, member: Member) -> str:
 
 def side_by_side(sweep: Sweep, threads: int) -> int:
     """How many members run at once: by cores, and by the memory that the largest stage of one needs."""
-    request = next(iter(sweep.requests.values()))
     need = max(
-        (row["memory_bytes"] for row in prediction.predictions(request, settings_of(request)).values()), default=0.0
+        (
+            row["memory_bytes"]
+            for request in sweep.requests.values()
+            for row in prediction.predictions(request, settings_of(request)).values()
+        ),
+        default=0.0,
     )
     have = provenance.memory_bytes()
     by_memory = int(_ROOM * have / need) if need > 0.0 and have > 0 else len(sweep.members)
@@ -74,12 +78,19 @@ def cores() -> int:
 
 
 def checked(sweep: Sweep, threads: int) -> str:
-    """What would run: members, how many at once, and the time of one that shares nothing."""
-    request = next(iter(sweep.requests.values()))
-    rows = prediction.predictions(request, settings_of(request))
-    one = duration(sum(row["wall_s"] for row in rows.values()))
-    at_once = f"{side_by_side(sweep, threads)} at once, {threads} thread{'s' if threads > 1 else ''} each"
-    return f"{status(sweep)}\n{at_once}; one member alone takes {one}, less what it shares with others"
+    """What would run: the members, how many at once, which stages they share and what all of it costs."""
+    slots = side_by_side(sweep, threads)
+    lines = [status(sweep), "", f"{'stage':<12}{'members':>10}{'to be made':>12}{'time':>14}"]
+    rows = sweep_cost.rows_of(sweep)
+    lines += [f"{stage:<12}{row.members:>10}{row.made:>12}{duration(row.wall_s):>14}" for stage, row in rows.items()]
+    total = sum(row.wall_s for row in rows.values())
+    lines.append(f"{'total':<12}{'':>22}{duration(total):>14}")
+    at_once = f"{slots} at once, {threads} thread{'s' if threads > 1 else ''} each"
+    lines.append(
+        f"time: {prediction.threads()}, kernels compiled before; at most, since what members make alike is known only "
+        f"when it is there; {at_once}"
+    )
+    return "\n".join(lines)
 
 
 @dataclass
@@ -152,7 +163,7 @@ class Runner:
             self.running[member.name] = subprocess.Popen(
                 command, stdout=file, stderr=subprocess.STDOUT, start_new_session=True
             )
-        self.say(f"{member.name}: begins ({', '.join(member.overrides)})")
+        self.say(f"{member.name}: begins ({_words(self.sweep, member)})")
 
     def _gather(self) -> None:
         """Take note of the members that have ended."""
@@ -193,6 +204,12 @@ def links(sweep: Sweep) -> None:
                 return  # the table names them
 
 
+def _words(sweep: Sweep, member: Member) -> str:
+    """What a member is: its own case, and the values that are its own."""
+    own = [sweep.requests[member.name].case.name] if member.where is not None and sweep.several else []
+    return ", ".join([*own, *(f"{key} = {value}" for key, value in member.values.items())])
+
+
 def status(sweep: Sweep) -> str:
     """Every member with its values and where it stands, from what lies on the disk."""
     rows = [(member, state_of(sweep, member)) for member in sweep.members]
@@ -201,14 +218,12 @@ def status(sweep: Sweep) -> str:
         for word in dict.fromkeys(state.word for _, state in rows)
     )
     lines = [f"{sweep.folder}: {len(rows)} members, {counts}"]
+    width = max(len(member.name) for member in sweep.members)
     for member, state in rows:
         where = (
             f" {state.stage} {100.0 * state.fraction:.0f} %"
             if state.word in ("running", "stopped", "failed") and state.stage
             else ""
         )
-        lines.append(
-            f"  {member.name}  {state.word + where:<24} "
-            f"{', '.join(f'{key} = {value}' for key, value in member.values.items())}"
-        )
+        lines.append(f"  {member.name:<{width}}  {state.word + where:<24} {_words(sweep, member)}")
     return "\n".join(lines)

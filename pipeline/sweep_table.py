@@ -25,9 +25,9 @@ Row = dict[str, Any]
 
 
 def rows_of(sweep: Sweep) -> list[Row]:
-    """A row per member: name, run folder, where it stands, values of what is varied, whether its last crater is at
-    rest (``settled``), then measures as ``final/depth_m`` with ``..._sigma`` [SI], and the transient apparent diameter
-    by the scaling laws for its ground as ``law/<name>`` [m]."""
+    """A row per member: name, run folder, where it stands, every key that is varied with its value, whether its last
+    crater is at rest (``settled``), then measures as ``final/depth_m`` with ``..._sigma`` [SI], and the transient
+    apparent diameter by the scaling laws for its ground as ``law/<name>`` [m]."""
     rows = []
     for member in sweep.members:
         request = sweep.requests[member.name]
@@ -35,7 +35,7 @@ def rows_of(sweep: Sweep) -> list[Row]:
             "member": member.name,
             "run": request.run_folder.name,
             "state": state_of(sweep, member).word,
-            **member.values,
+            **sweep.values[member.name],
         }
         row["settled"] = (
             folder.record(stages.folder(request.run_folder, "crater") / "measures.json").get("final") or {}
@@ -125,7 +125,8 @@ def axis_of(values: Sequence[Number]) -> tuple[np.ndarray, str, list[str]]:
 
 def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
     done = [row for row in rows if row["state"] == "done"]
-    keys = [key for key in sweep.members[0].values if len({str(row[key]) for row in rows}) > 1]
+    given = list(sweep.values[sweep.members[0].name])
+    keys = [key for key in given if len({str(row[key]) for row in rows}) > 1]
     parts = [
         f"<p>{len(done)} of {len(rows)} members are done. Errors are one standard deviation; dashed: scaling laws for "
         f"the transient diameter; open symbols: "
@@ -133,7 +134,7 @@ def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
     ]
     for key in keys:
         file = sweep.folder / f"against_{key.replace('.', '_')}.png"
-        if done and _draw(done, key, file):
+        if _draw([row for row in done if row[key] is not None], key, file):
             parts += [f"<h2>Against {page.escape(key)}</h2>", page.picture(file, f"Measures against {key}.")]
     measured = [
         name
@@ -143,17 +144,17 @@ def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
     head = [
         "member",
         "state",
-        *map(page.escape, sweep.members[0].values),
+        *map(page.escape, given),
         *(page.escape(_meaning(name)) for name in measured),
     ]
     body = []
     for row in rows:
-        given = [page.escape(row[key]) for key in sweep.members[0].values]
+        values = ["–" if row[key] is None else page.escape(row[key]) for key in given]
         body.append(
-            [page.escape(row["member"]), page.escape(row["state"]), *given, *(_cell(row, name) for name in measured)]
+            [page.escape(row["member"]), page.escape(row["state"]), *values, *(_cell(row, name) for name in measured)]
         )
     return page.document(
-        f"Sweep of {next(iter(sweep.requests.values())).case.title}",
+        f"Sweep {sweep.name}" if "case" in given else f"Sweep of {next(iter(sweep.requests.values())).case.title}",
         [*parts, "<h2>Members</h2>", page.table(head, body)],
     )
 
@@ -173,7 +174,8 @@ def _measured(row: Row, name: str) -> str:
 
 
 def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
-    """One picture: every measure that a member has, against one key; whether there was anything to draw."""
+    """One picture: every measure that a member has, against one key; whether there was anything to draw. Members of
+    several cases differ in colour."""
     shown = [
         f"{crater}/{name}"
         for name in COMPARED
@@ -183,6 +185,7 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
     if not shown:
         return False
     places, unit, words = axis_of([row[key] for row in rows])
+    of_case = list(dict.fromkeys(row.get("case") for row in rows))
     order = np.argsort(places, kind="stable")
     fig = figure(11.0, 2.9 * -(-len(shown) // 3))
     for number, name in enumerate(shown):
@@ -195,16 +198,19 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
             for column in (name, f"{name}{_SIGMA}")
         )
         final = name.startswith("final")
-        for at_rest in (True, False):
-            mine = np.array([(not final or row.get("settled") is not False) == at_rest for row in rows])
-            look = {
-                "color": INK[final],
-                "markersize": 4,
-                "capsize": 2,
-                "linewidth": 1.0,
-                "markerfacecolor": INK[final] if at_rest else "white",
-            }
-            axis.errorbar(places[mine], value[mine], np.nan_to_num(error)[mine], fmt="o", **look)
+        at_rest = np.array([not final or row.get("settled") is not False for row in rows])
+        for k, case in enumerate(of_case):
+            colour = INK[k % len(INK) if len(of_case) > 1 else final]
+            for rests in (True, False):
+                mine = (at_rest == rests) & np.array([row.get("case") == case for row in rows])
+                look = {"color": colour, "markersize": 4, "capsize": 2, "linewidth": 1.0}
+                axis.errorbar(
+                    places[mine], value[mine], np.nan_to_num(error)[mine], fmt="o",
+                    markerfacecolor=colour if rests else "white",
+                    label=case if rests and key != "case" else None, **look,
+                )  # fmt: skip
+        if len(of_case) > 1 and number == 0 and key != "case":
+            axis.legend(fontsize=6)
         if name == "transient/diameter_apparent_m":
             for k, law in enumerate(sorted({column for row in rows for column in row if column.startswith(_LAW)})):
                 sizes = np.array([factor * float(row.get(law, np.nan)) for row in rows])
@@ -231,8 +237,9 @@ def text(rows: Sequence[Row]) -> str:
     """The main measures of every member as a table for a terminal."""
     names = [f"{crater}/{name}" for crater in ("transient", "final") for name in ("diameter_apparent_m", "depth_m")]
     names = [name for name in names if any(row.get(name) is not None for row in rows)]
-    lines = [f"{'member':<8}{'state':<10}" + "".join(f"{_meaning(name):>32}" for name in names)]
+    width = max(8, *(len(row["member"]) + 2 for row in rows))
+    lines = [f"{'member':<{width}}{'state':<10}" + "".join(f"{_meaning(name):>32}" for name in names)]
     for row in rows:
         cells = [readable.terminal(_measured(row, name)) or "--" for name in names]
-        lines.append(f"{row['member']:<8}{row['state']:<10}" + "".join(f"{cell:>32}" for cell in cells))
+        lines.append(f"{row['member']:<{width}}{row['state']:<10}" + "".join(f"{cell:>32}" for cell in cells))
     return "\n".join(lines)

@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import shlex
+import shutil
 import signal
 import subprocess
 import threading
@@ -17,12 +18,13 @@ import pytest
 
 import bolide
 from matter import archive
+from matter.body import deciding
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
-from pipeline import ensemble, run_process, sweep_dask, sweep_jobs, sweep_run, sweep_table
+from pipeline import ensemble, prediction, run_process, sweep_cost, sweep_dask, sweep_jobs, sweep_run, sweep_table
 from pipeline.compose import compose
 from pipeline.store import LOCKS, STORE
-from pipeline.sweep import Member, Sweep, members, parsed, read_table
+from pipeline.sweep import Member, Sweep, members, of, parsed, read_table
 
 FAKES = Path(__file__).resolve().parent / "fake_rooms"
 ROOT = Path(__file__).resolve().parents[2]
@@ -61,6 +63,29 @@ def test_grids_and_lists():
     assert Member("m01", {"impact.speed": "15 km/s", "bed.seed": 2, "sph.damage": False}).overrides == (
         'impact.speed="15 km/s"', "bed.seed=2", "sph.damage=false",
     )  # fmt: skip
+
+
+def points(*rows, **more):
+    return {"kind": "points", "points": list(rows), **more}
+
+
+def test_points_are_members_by_themselves():
+    found = members(read_table(points({"name": "one", "a": {"x": 1}, "b": 2}, {"b": 3, "case": "valhalla_350km"}), []))
+    assert [(one.name, dict(one.values)) for one in found] == [("one", {"a.x": 1, "b": 2}), ("m02", {"b": 3})]
+    assert found[0].where is None and found[1].where == ROOT / "cases" / "valhalla_350km"
+    for content, words in (
+        (points({"a": [1, 2]}), "point 1: a: one value is needed"),
+        (points({"name": "x", "a": 1}, {"name": "x", "a": 2}), "'x' is given twice"),
+        (points({"name": "../x", "a": 1}), "a name has letters"),
+        (points({"name": "logs", "a": 1}), "a name has letters"),
+        (points({"a": 1}, vary={"b": [1]}), "points name their own values"),
+        (points({"a": 1}) | {"kind": "grid"}, 'kind = "points" goes with'),
+        (points(), 'kind = "points" goes with'),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_table(content, [])
+    with pytest.raises(InputError, match="no case at nowhere"):
+        members(read_table(points({"case": "nowhere", "a": 1}), []))
 
 
 @pytest.mark.parametrize("kind", ["lhs", "sobol"])
@@ -213,6 +238,95 @@ def test_the_name_of_a_sweep_follows_from_what_it_computes(sweep):
     )
     with pytest.raises(InputError, match=r"(?s)member m02 \(sph\.steps=.*must be a whole number"):
         assert sweep("sph.steps=7,x").folder
+
+
+@pytest.fixture
+def sweep_file(case_folder, tmp_path, sweep):
+    """A file that holds a sweep alone, of ``small`` beside it and of a copy of it that is another body."""
+    other = tmp_path / "other"
+    shutil.copytree(case_folder, other)
+    text = (other / "case.toml").read_text()
+    (other / "case.toml").write_text(text.replace("1842 km", "1800 km").replace("18.234 km/s", "12 km/s"))
+    file = tmp_path / "both.toml"
+    file.write_text(
+        """
+        [sweep]
+        kind = "points"
+        case = "small"
+        common = { "case.stages" = ["nbody", "sph", "bed", "handoff", "dem", "crater"], sph.steps = 7 }
+        points = [
+          { name = "first" },
+          { name = "slow", "impact.speed" = "9 km/s" },
+          { name = "third", case = "other", "dem.contact.friction" = 0.4 },
+        ]
+        """
+    )
+    return file
+
+
+def test_a_file_with_a_sweep_alone_sweeps_other_cases(sweep_file, tmp_path):
+    """Members of two cases in one table: what a member does not set stands there as its case has it."""
+    read = cases.read(sweep_file)
+    made = of(read, read_table(read.sweep, []), tmp_path / "runs")
+    assert made.folder.name.startswith("both-sweep-")
+    assert sweep_run.Runner(made, 1, 2, lambda text: None).run() == {}
+    rows = sweep_table.write(made)
+    assert [(row["member"], row["case"], row["impact.speed"]) for row in rows] == [
+        ("first", "small", "18.234 km/s"), ("slow", "small", "9 km/s"), ("third", "other", "12 km/s"),
+    ]  # fmt: skip
+    assert [row["dem.contact.friction"] for row in rows] == [0.7, 0.7, 0.4]
+    assert all(compose(made.requests[name].case)["sph"].steps == 7 for name in ("first", "third"))
+    page = (made.folder / sweep_table.PAGE).read_text()
+    assert "Sweep both" in page and "Against case" in page and "Against impact.speed" in page
+    assert "small, impact.speed = 9 km/s" in sweep_run.status(made)
+
+
+def test_such_a_file_is_no_case_itself(sweep_file, drive, tmp_path):
+    code, _, err = drive(sweep_file, "--out", tmp_path / "runs")
+    assert code == 2 and f"{sweep_file} holds a sweep alone: run_case {sweep_file} --sweep" in err
+    code, out, err = drive(sweep_file, "--out", tmp_path / "runs", "--sweep", "--check")
+    assert code == 0 and "3 members, 3 to do" in out and not (tmp_path / "runs").exists(), err
+    sweep_file.write_text('[sweep]\nkind = "points"\npoints = [{ "impact.speed" = "9 km/s" }]\n')
+    code, _, err = drive(sweep_file, "--out", tmp_path / "runs", "--sweep")
+    assert code == 2 and "does not say of which case" in err and "Traceback" not in err
+
+
+def test_the_cost_counts_what_members_share_once(sweep):
+    """Two frictions in three speeds: the shock stages are three; where one is there already, two."""
+    made = sweep("dem.contact.friction=0.3,0.4", "impact.speed=10,11,12 km/s")
+    rows = sweep_cost.rows_of(made)
+    assert [(rows[stage].members, rows[stage].made) for stage in ("nbody", "sph", "dem")] == [(6, 3), (6, 3), (6, 6)]
+    assert rows["sph"].wall_s == pytest.approx(0.5 * rows["sph"].members * _one(made, "sph"))
+    bolide.run(made.where, out=made.out, quiet=True, until="sph", **{"impact.speed": "10 km/s"})
+    rows = sweep_cost.rows_of(made)
+    assert [rows[stage].made for stage in ("nbody", "sph", "dem")] == [2, 2, 6]
+
+
+def _one(made, stage):
+    request = next(iter(made.requests.values()))
+    return prediction.predictions(request, compose(request.case))[stage]["wall_s"]
+
+
+def test_the_sweep_of_the_thesis_is_the_matrix_of_its_claims(tmp_path):
+    """27 members by the names of ``studies/valhalla_claims.py``, each with the same shock stage."""
+    from studies.valhalla_claims import matrix
+
+    read = cases.read(ROOT / "studies" / "winter_2017" / "thesis.toml", "quick")
+    made = of(read, read_table(read.sweep, []), tmp_path)
+    variants = {variant.name: variant for variant in matrix("quick")}
+    assert [member.name for member in made.members] == list(variants) and len(variants) == 27
+    for name, request in made.requests.items():
+        assert request.wanted == ("sph", "crater")
+        ours, theirs = (deciding(compose(case)["sph"]) for case in (request.case, variants[name].read()))
+        assert ours == theirs, name
+
+
+def test_the_sweep_of_late_stages_shares_one_shock_stage(tmp_path):
+    read = cases.read(VALHALLA / "late_stages.toml", "quick")
+    rows = sweep_cost.rows_of(of(read, read_table(read.sweep, []), tmp_path))
+    assert {stage: row.made for stage, row in rows.items()} == {
+        "nbody": 1, "sph": 1, "bed": 12, "handoff": 12, "dem": 12, "crater": 12,
+    }  # fmt: skip
 
 
 def test_a_sweep_from_python_is_a_table(sweep, case_folder, tmp_path):
