@@ -235,7 +235,9 @@ def _edges(run: Path) -> str:
             ""
             if held is None
             else ", ".join(
-                f"{name} {held[name]}" for name in ("sides", "floor") if held[name] not in ("free", "periodic")
+                f"{name} {held[name]}"
+                for name in ("sides", "floor")
+                if held[name] != "free" and name not in held.get("passing", ())
             )
         )
     target = run / "2_sph" / "target.json"

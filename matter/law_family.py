@@ -17,6 +17,7 @@ A law file brings, besides its functions:
 ``Row``         what its compiled functions take as their last argument, where that is not ``Parameters`` itself: a
                 NamedTuple of numbers, or None for the bare row
 ``row(p)``      the numbers of that row from ``Parameters``, where they are not its values in their order
+``Choices``     a NamedTuple of keys that hold for the whole case, where the family composes settings from them
 ``fault(p)``    what is wrong with the values together, or an empty text
 ``EXAMPLE``     values that the family's tests and pictures may use
 ``SOURCES``     keys of the bibliography
@@ -25,11 +26,14 @@ A law file brings, besides its functions:
 from __future__ import annotations
 
 import sys
+import typing
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any
+
+from pydantic.fields import FieldInfo
 
 from matter.jit import law
 
@@ -137,6 +141,39 @@ class Family:
             return "row"
         names[f"{self.title(module)}_row"] = row
         return f"{self.title(module)}_row({', '.join(f'row[{i}]' for i in range(len(row._fields)))})"
+
+
+def keys(families: Sequence[Family], of: str = "Parameters") -> dict[str, Any]:
+    """Annotation and default of every key that the tuples named ``of`` in the files of the laws hold, for
+    ``pydantic.create_model``; laws that share a key say what each takes it for."""
+    found: dict[str, tuple[Any, Any]] = {}
+    words: dict[str, dict[str, list[str]]] = {}
+    for family in families:
+        for name, module in zip(family.names[family.first :], family.laws):
+            if not hasattr(module, of):
+                continue
+            kinds = typing.get_type_hints(getattr(module, of), include_extras=True)
+            for key, default in getattr(module, of)._field_defaults.items():
+                found.setdefault(key, (kinds[key], default))
+                about = next(
+                    (
+                        part.description
+                        for part in typing.get_args(kinds[key])
+                        if isinstance(part, FieldInfo) and part.description
+                    ),
+                    "",
+                )
+                words.setdefault(key, {}).setdefault(about, []).append(f'``{family.key} = "{name}"``')
+    fields = {}
+    for key, (kind, default) in found.items():
+        said = words[key]
+        text = (
+            next(iter(said))
+            if len(said) == 1
+            else " ".join(f"With {' or '.join(laws)}: {about}" for about, laws in said.items())
+        )
+        fields[key] = (kind, FieldInfo(default=default, description=text))
+    return fields
 
 
 def made(

@@ -205,20 +205,20 @@ def _coarse(sph: Any) -> Iterator[str]:
                 f"{readable.length(spacing)}, even below the impact"
             )
         bottom = top
-    if target.flat and "quiet" in _edges(sph):
-        room = min(target.half_width, target.radius) - sph.width_of_edge
+    for name, width in _layers(sph).items() if target.flat else ():
+        room = min(target.half_width, target.radius) - width
         if room < NEAR * crater:
             yield (
-                f"the quiet layer begins {readable.length(room)} from the impact, the expected crater reaches "
+                f"the {name} layer begins {readable.length(room)} from the impact, the expected crater reaches "
                 f"{readable.length(crater)}: "
                 "make the ground larger or [sph] edge_width smaller"
             )
 
 
-def _edges(sph: Any) -> tuple[str, str]:
+def _layers(sph: Any) -> dict[str, float]:
     from sph.boundary import surroundings
 
-    return surroundings.chosen(sph.target, sph.sides, sph.floor)
+    return surroundings.layers(sph)
 
 
 def crater(sph: Any) -> Any:

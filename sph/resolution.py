@@ -39,10 +39,6 @@ PER_BODY, PER_GROUND = 10.0, 11.0
 along its depth: four of them are its quiet layer."""
 
 
-EDGE = 0.37
-"""Largest default width of a quiet layer over the depth or half width of flat ground."""
-
-
 def refinement(spacing: float, radius: float) -> float:
     """How much finer the contact is than the crater, for a ``spacing`` [m] and a projectile's ``radius`` [m]."""
     wanted = max(min(math.sqrt(PER_RADIUS * spacing / radius), REFINED), LEAST_PER_RADIUS * spacing / radius)

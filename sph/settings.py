@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from matter.body import Impact, Target, View
 from matter.errors import InputError
+from matter.law_family import keys
 from matter.quantity import PositiveLength, PositiveTime, Time
 from sph import durations, resolution
 from sph import late as late_stage
 from sph import materials as material_rows
 from sph import target as bodies
+from sph.boundary import dispatch as boundaries
 from sph.boundary import surroundings
 from sph.material_settings import Choice
 from sph.numerics import Numerics
@@ -44,7 +46,13 @@ def _relaxation(given: dict[str, Any]) -> float:
         return 0.0
 
 
-class Settings(Numerics):
+if TYPE_CHECKING:
+    _Keys = Numerics
+else:
+    _Keys = create_model("_Keys", __base__=Numerics, **keys((boundaries.FAMILY,)))
+
+
+class Settings(_Keys):
     """Settings of the shock stage. Equal spacings and no refinement give a uniform hexagonal lattice."""
 
     target: Target
@@ -107,14 +115,13 @@ class Settings(Numerics):
         )
     )
     """Damping rate of the settling [1/s]; by default ten over ``relaxation_time``."""
-    sides: Literal["free", "fixed", "quiet", "wall", "periodic"] | None = None
-    """What ends flat ground sideways: ``free``; ``fixed``, a rim that never moves; ``quiet``, a layer that absorbs
-    waves in front of such a rim; ``wall``, a smooth mirror (block only); ``periodic`` (block only). By default
-    ``quiet`` for a half-space and under gravity, ``free`` otherwise."""
-    floor: Literal["free", "fixed", "quiet", "wall"] | None = None
+    sides: boundaries.Side | None = Field(
+        default=None,
+        description=f"What ends flat ground sideways: {boundaries.WORDS}. By default ``quiet`` for a half-space and "
+        "under gravity, ``free`` otherwise.",
+    )
+    floor: boundaries.Floor | None = None
     """What ends flat ground below, as ``sides``; a half-sphere has sides only."""
-    edge_width: PositiveLength | None = None
-    """Width of the quiet layer; by default four times ``spacing_far``, at most 0.37 of the ground."""
     late: late_stage.Settings | None = None
     """``[sph.late]``: a softened late stage for long times at small scale (``sph.late``); none by default."""
     control: bool = False
@@ -130,15 +137,14 @@ class Settings(Numerics):
             raise ValueError("spacing_far must be at least spacing_at_impact")
         if self.length_terms and not (self.volumes == "start" and self.smoothing == "density"):
             raise ValueError('length_terms needs volumes = "start" and smoothing = "density"')
-        if self.rim == "stressed" and not {"fixed", "quiet"} & set(
-            surroundings.chosen(self.target, self.sides, self.floor)
-        ):
-            raise ValueError('rim = "stressed" needs sides or a floor that are fixed or quiet')
+        rims = boundaries.having("RIM")
+        if self.rim == "stressed" and not set(rims) & set(surroundings.chosen(self.target, self.sides, self.floor)):
+            raise ValueError(f'rim = "stressed" needs sides or a floor that are {" or ".join(rims)}')
         if self.late is not None and self.late.at >= self.end_time:
             raise ValueError("late.at must be before end_time")
         if self.late is not None and self.late.viscosity_time >= self.end_time:
             raise ValueError("late.viscosity_at must be before end_time")
-        if fault := surroundings.fault(self.target, self.sides, self.floor, self.width_of_edge):
+        if fault := surroundings.fault(self):
             raise ValueError(fault)
         self.chosen_materials()
         return self
@@ -160,12 +166,6 @@ class Settings(Numerics):
             self.growth,
             self.support,
         )
-
-    @property
-    def width_of_edge(self) -> float:
-        """Width of the quiet layer [m]."""
-        widest = resolution.EDGE * min(self.target.radius, self.target.half_width)
-        return self.edge_width if self.edge_width is not None else min(4.0 * self.spacing_far, widest)
 
     @property
     def relaxes(self) -> bool:

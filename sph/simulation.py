@@ -65,7 +65,7 @@ class Simulation:
 
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
-        planes = surroundings.images(s.target, s.sides, s.floor, self.bottom)
+        planes = surroundings.images(s, self.bottom)
         around = Surroundings(
             s.target.attracts, s.target.gravity, planes, self.edge, None if s.target.flat else self.radius
         )
@@ -78,8 +78,7 @@ class Simulation:
 
     def _edge(self, target: bodies.Body, energy: np.ndarray, count: int) -> Edge | None:
         """The outer edge about the target as it stands, for ``count`` particles in all."""
-        s = self.settings
-        return surroundings.edge(s.target, s.sides, s.floor, self.bottom, s.width_of_edge, target, energy, count)
+        return surroundings.edge(self.settings, self.bottom, target, energy, count)
 
     def begin(self) -> None:
         """The first state of the first phase."""

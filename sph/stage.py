@@ -16,6 +16,7 @@ from matter.body import Target
 from sph import ground as grounds
 from sph import prediction, stage_report, used_laws, viscosity_switch
 from sph import target as bodies
+from sph.boundary import surroundings
 from sph.kernels import dispatch as kernels
 from sph.settings import Settings
 from sph.simulation import Simulation
@@ -34,9 +35,11 @@ def idle_sources(settings: Settings) -> set[Path]:
         "../matter/tree": settings.target.attracts, "viscosity_reconstructed": settings.viscosity == "reconstructed",
         **{f"viscosity_{name}": settings.viscosity_switch == name for name in viscosity_switch.LAWS},
     }  # fmt: skip
-    return used_laws.idle_sources(settings.chosen_materials()) | {
-        used_laws.ROOM / f"{name}.py" for name, taken in chosen.items() if not taken
-    }
+    return (
+        used_laws.idle_sources(settings.chosen_materials())
+        | surroundings.idle_files(settings)
+        | {used_laws.ROOM / f"{name}.py" for name, taken in chosen.items() if not taken}
+    )
 
 
 def idle_sections(settings: Settings) -> set[tuple[str, str]]:

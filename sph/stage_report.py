@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sph import flow_reynolds, timestep
+from sph.boundary import dispatch as boundaries
 from sph.boundary import surroundings
 from sph.eos import impedance
 from sph.simulation import Simulation
@@ -73,18 +74,21 @@ def _edges(job: Simulation) -> dict[str, Any] | None:
     """What ends flat ground, and the momentum that it took [kg m/s], net of the weight that it carries; None where
     nothing does.
 
-    By difference, p(0) - p(end): pairs of particles conserve momentum to rounding, so what is missing went into the
-    edges.
+    ``passing`` names what ends the ground but takes no momentum. By difference, p(0) - p(end): pairs of particles
+    conserve momentum to rounding, so what is missing went into the edges.
     """
     s = job.settings
     side, floor = surroundings.chosen(s.target, s.sides, s.floor)
-    if {side, floor} <= {"free", "periodic"}:
+    chosen, taking = {"sides": side, "floor": floor}, boundaries.having("TAKES_MOMENTUM")
+    if not set(chosen.values()) & set(taking):
         return None
     first, last = (
         np.array([float(row[f"momentum_{axis}"]) for axis in "xyz"])
         for row in (job.history.rows[0], job.history.rows[-1])
     )
-    return {"sides": side, "floor": floor, "momentum_taken_kg_m_s": (first - last).tolist()}
+    passing = [place for place, name in chosen.items() if name not in ("free", *taking)]
+    more = {"passing": passing} if passing else {}
+    return {**chosen, **more, "momentum_taken_kg_m_s": (first - last).tolist()}
 
 
 def _pressures(job: Simulation) -> dict[str, Any]:

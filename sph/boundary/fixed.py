@@ -9,6 +9,9 @@ import numpy as np
 
 from matter.jit import parallel_kernel, prange
 
+WORDS = "a rim that never moves"
+TAKES_MOMENTUM = FLOOR = RIM = True
+
 
 @parallel_kernel
 def hold(identity, fixed, gravity, acceleration, density_rate, energy_rate, stress_rate):

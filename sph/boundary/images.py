@@ -12,14 +12,39 @@ of those before: corners come out right.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Protocol
+
 import numpy as np
 
 from matter import checkpoint, neighbours
 from matter.gather import LANES
 from matter.jit import kernel, parallel_kernel, prange
-from sph.boundary.periodic import Periodic
-from sph.boundary.wall import Wall
 from sph.row import SHARE, SLOPE, SOUND, TENSOR, VOLUME, VX, XX, XY, XZ, YY, YZ, ZZ, X
+
+
+class Plane(Protocol):
+    """What a plane answers; ``axis`` is the one that it is square to."""
+
+    @property
+    def axis(self) -> int: ...
+
+    @property
+    def image_speed(self) -> float:
+        """Largest speed of an image of matter at rest [m/s]."""
+
+    @property
+    def period(self) -> float:
+        """Distance of two images of one particle [m], infinite where it has one only."""
+
+    def images(
+        self, x: np.ndarray, reach: np.ndarray, most: float, time: float
+    ) -> Iterator[tuple[np.ndarray, float, float, float]]:
+        """Indices, sign s, shift a [m] at time 0 and drift b [m/s] along the axis of what lies within 0.5 (``reach`` +
+        ``most``) of the plane at ``time`` [s]; ``x`` (n,) [m] along the axis."""
+
+    def wrap(self, x: np.ndarray) -> None:
+        """Bring places along the axis (n,) back to the side of the matter, in place."""
 
 
 @parallel_kernel
@@ -71,11 +96,11 @@ class Images:
 
     AHEAD = 12  # steps that a list reckons with while a piston moves
 
-    def __init__(self, planes: tuple[Periodic | Wall, ...]):
+    def __init__(self, planes: tuple[Plane, ...]):
         self.planes = planes
-        self.speed = max((2.0 * abs(plane.speed) for plane in planes if isinstance(plane, Wall)), default=0.0)
+        self.speed = max((plane.image_speed for plane in planes), default=0.0)
         self.time, self.margin = 0.0, 0.0  # of the list: when it was made, how far images may drift until the next
-        self.period = min((plane.high - plane.low for plane in planes if isinstance(plane, Periodic)), default=np.inf)
+        self.period = min((plane.period for plane in planes), default=np.inf)
         self.owner = np.zeros(0, dtype=np.int64)
         self.sign, self.shift, self.drift = np.ones((0, 3)), np.zeros((0, 3)), np.zeros((0, 3))
 

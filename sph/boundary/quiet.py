@@ -13,15 +13,44 @@ fixed rim and leaves with exp(-2 A).
 from __future__ import annotations
 
 import math
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
+from matter.body import Target
 from matter.jit import parallel_kernel, prange
+from matter.quantity import PositiveLength
+from sph.boundary import fixed
+
+WORDS = "a layer that absorbs waves, before a rim that never moves"
+TAKES_MOMENTUM = FLOOR = RIM = True
+RESTS_ON = (fixed,)
 
 ATTENUATION = 2.5  # A: exp(-2 A) = 0.7 %
+SPACINGS, LARGEST_SHARE = 4.0, 0.37
+"""Width that is not given: these far spacings, at most this share of the ground."""
 
 
-def fading(inside: np.ndarray, width: float) -> np.ndarray:
+class Parameters(NamedTuple):
+    """``edge_width``: D [m]."""
+
+    edge_width: Annotated[
+        PositiveLength | None,
+        Field(
+            description="Width of the quiet layer; by default four times ``spacing_far``, at most 0.37 of the ground."
+        ),
+    ] = None
+
+
+def width(p: Parameters, target: Target, spacing_far: float) -> float:
+    """D [m], for ground whose particles are ``spacing_far`` [m] apart at the edge."""
+    if p.edge_width is not None:
+        return p.edge_width
+    return min(SPACINGS * spacing_far, LARGEST_SHARE * min(target.radius, target.half_width))
+
+
+def coefficient(inside: np.ndarray, width: float) -> np.ndarray:
     """kappa (n,) [1/m] at the distance ``inside`` (n,) [m] from the rim (the outer end of the layer), for a layer of
     ``width`` [m]."""
     depth = np.clip(width - inside, 0.0, width)

@@ -9,9 +9,13 @@ halves are alike); a piston does work.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+
+WORDS = "a smooth mirror (sides of a block only)"
+TAKES_MOMENTUM = FLOOR = NEEDS_BLOCK = True
 
 
 class Wall(NamedTuple):
@@ -21,6 +25,16 @@ class Wall(NamedTuple):
     at: float
     speed: float = 0.0
 
+    @property
+    def period(self) -> float:
+        """Infinite: a wall makes one image of a particle."""
+        return math.inf
+
+    @property
+    def image_speed(self) -> float:
+        """Largest speed of an image of matter at rest [m/s]."""
+        return 2.0 * abs(self.speed)
+
     def images(self, x: np.ndarray, reach: np.ndarray, most: float, time: float):
         """Indices, sign, shift at time 0 [m] and drift [m/s] along the axis of what lies within 0.5 (``reach`` +
         ``most``) of the wall; ``x`` (n,)."""
@@ -29,3 +43,8 @@ class Wall(NamedTuple):
 
     def wrap(self, x: np.ndarray) -> None:
         """Nothing passes a wall."""
+
+
+def planes(axis: int, *ends: float) -> tuple[Wall, ...]:
+    """A wall at rest at each end [m]."""
+    return tuple(Wall(axis, end) for end in ends)

@@ -1,14 +1,22 @@
 """Periodic planes, walls, pistons, fixed rims and quiet layers."""
 
+import pkgutil
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import sph.boundary
 from fixtures import columns
 from fixtures.quiet_end import returned
 from matter import neighbours
+from matter.body import Layer, Target
 from matter.errors import InputError
+from pipeline import bibliography
 from sph import rates, scheme
-from sph.boundary.edge import Edge
+from sph import stage as shock
+from sph.boundary import dispatch, surroundings
+from sph.boundary.edge import LAYERS, Edge
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
 from sph.boundary.wall import Wall
@@ -191,7 +199,7 @@ def sheared(rim, kernel="wendland"):
     column = columns.Column(BASALT, 14, rim=rim, kernel=kernel)
     i, c = column.integrator, column.cloud
     order = np.argsort(c.identity)
-    i.edge = Edge(c.position[order, 2], c.smoothing_length[order], c.density[order], np.zeros(len(order)), 0.0)
+    i.edge = Edge(c.position[order, 2], c.smoothing_length[order], c.density[order], np.zeros(len(order)))
     i.strength = True
     c.stress[~i.edge.fixed[c.identity], 2] = 1e6
     i.start()
@@ -226,7 +234,7 @@ def test_a_fixed_rim_carries_weight_and_stays():
     weight = 2700.0 * 10.0 * (column.height - c.position[:, 2])
     c.density[:] = 2700.0 * (1.0 + weight / 26.7e9)
     order = np.argsort(c.identity)
-    i.edge = Edge(c.position[order, 2], c.smoothing_length[order], c.density[order], c.specific_energy[order], 0.0)
+    i.edge = Edge(c.position[order, 2], c.smoothing_length[order], c.density[order], c.specific_energy[order])
     rim = np.flatnonzero(i.edge.fixed)
     where = c.position[np.argsort(c.identity)][rim].copy()
     i.start()
@@ -240,6 +248,48 @@ def test_a_fixed_rim_carries_weight_and_stays():
     assert np.abs(c.velocity).max() < 0.01
 
 
+MACHINERY = {"dispatch", "edge", "images", "stressed_rim", "surroundings"}
+"""Files of the folder that are no boundary."""
+
+
+def test_no_boundary_file_is_left_out_of_the_list():
+    files = {info.name for info in pkgutil.iter_modules(sph.boundary.__path__)}
+    assert files - MACHINERY == set(dispatch.FAMILY.names), "a file of sph/boundary is not in FAMILY, or gone"
+
+
+@pytest.mark.parametrize("law", dispatch.FAMILY.laws, ids=dispatch.FAMILY.title)
+def test_a_boundary_brings_what_its_kind_needs(law):
+    """Words, who it pushes back, its sources, and either planes or a rim; a layer its key, width and law."""
+    assert law.WORDS and isinstance(law.TAKES_MOMENTUM, bool)
+    assert set(getattr(law, "SOURCES", ())) <= set(bibliography.entries())
+    assert not (hasattr(law, "planes") and hasattr(law, "RIM"))
+    rim = getattr(law, "RIM", False)
+    assert law.TAKES_MOMENTUM <= (rim or hasattr(law, "planes"))
+    assert not hasattr(law, "fade") or (rim and law.Parameters._fields and law.width and law.coefficient)
+    for key in getattr(getattr(law, "Parameters", None), "_fields", ()):
+        assert shock.Settings.model_fields[key].description
+
+
+@pytest.mark.parametrize(
+    "law", [law for law in dispatch.FAMILY.laws if hasattr(law, "planes")], ids=lambda law: law.__name__
+)
+def test_planes_take_momentum_if_and_only_if_they_say_so(law):
+    i = disordered(law.planes(2, 0.0, 8.0))
+    force = i.cloud.mass * i.rates.acceleration[:, 2]
+    assert (abs(force.sum()) > 1e-6 * np.abs(force).sum()) == law.TAKES_MOMENTUM
+
+
+def test_the_bibliography_leaves_out_boundaries_that_are_not_taken():
+    def idle(**chosen):
+        return {Path(file).stem for file in surroundings.idle_files(settings(**chosen))}
+
+    assert idle() == {"fixed", "quiet", "wall", "periodic"}
+    layers = (Layer(name="rock", material="basalt", thickness=6e3),)
+    block = Target(layers=layers, shape="block", width=6e3)
+    assert idle(target=block, sides="periodic", floor="quiet", spacing_at_impact=900.0) == {"free", "wall"}
+    assert set(LAYERS) == {"quiet"}
+
+
 def test_a_rim_that_takes_everything_is_refused():
     with pytest.raises(InputError, match="fixed rim"):
-        Edge(np.full(5, 0.5), np.full(5, 1.0), np.full(5, 1e3), np.zeros(5), 0.0)
+        Edge(np.full(5, 0.5), np.full(5, 1.0), np.full(5, 1e3), np.zeros(5))
