@@ -132,11 +132,11 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
     ``Springs`` before it.
 
     ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.scheme.Scheme``: which laws. With
-    ``mindlin`` and friction the springs are now laid down for the present tangent stiffness.
+    ``rescale`` and friction the springs are now laid down for the present tangent stiffness.
     """
     nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin = meeting
     sx, sy, sz, ax, ay, az, phi, flag, laid = springs
-    normal, mindlin, rule = scheme.normal, scheme.mindlin, scheme.sliding
+    normal, rescale, rule = scheme.normal, scheme.rescale, scheme.sliding
     reduced, radius, over_speed = bodies.mass, bodies.radius, bodies.over_speed
     k = chosen.stiffness(normal, numbers.normal, overlap, bodies)
     pull = chosen.pull(scheme.cohesion, numbers.cohesion, overlap, bodies)
@@ -159,10 +159,10 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
         # springs of changing stiffness: ``kept`` of each stays, ``old`` turns the new stiffness into the one it was
         # laid down for
         kept, old = 1.0, 1.0
-        if mindlin != 0:
-            kept, old = chosen.kept(scheme.tangential, k, laid, mindlin), laid / k
+        if rescale != 0:
+            kept, old = chosen.kept(scheme.tangential, k, laid, rescale), laid / k
         before = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
-        if mindlin != 0:
+        if rescale != 0:
             before *= old
             sx *= kept
             sy *= kept
@@ -179,7 +179,7 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
                 ax, ay, az = turned(ax, ay, az, nx, ny, nz, turn)
                 kr = k * arm * arm
                 before = 0.5 * kr * (ax * ax + ay * ay + az * az)
-                if mindlin != 0:
+                if rescale != 0:
                     before *= old
                     ax *= kept
                     ay *= kept
@@ -203,7 +203,7 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
             if numbers.twisting > 0.0:
                 kq = 2.0 * kt * arm * arm
                 before = 0.5 * kq * phi * phi
-                if mindlin != 0:
+                if rescale != 0:
                     before *= old
                     phi *= kept
                 mt, phi = chosen.twisting_moment(
@@ -221,7 +221,7 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
                 mx += mt * nx
                 my += mt * ny
                 mz += mt * nz
-        if mindlin != 0:
+        if rescale != 0:
             laid = k
     if over_speed > 0.0 and -un > over_speed:
         # twice the step as the time constant: the excess is gone within a few steps, and no step can reverse it
@@ -253,10 +253,10 @@ cut out is counted atomically, twice."""
 
 
 @law
-def released(h, k, radius, table, mindlin):
+def released(h, k, radius, table, rescale):
     """Energy [J] of the springs of a contact that opens, which is lost: history ``h`` and ``table`` rows of their
     tables, k_n [N/m], R [m]."""
-    if mindlin != 0:
+    if rescale != 0:
         k = h[LAID]
     arm = table[SHAPE] * radius
     kt, kr = k * table[RATIO], k * arm * arm

@@ -7,18 +7,18 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from dem import walls
 from dem.columns import COHESION, DAMPING_N, DAMPING_T, FRICTION, NORMAL, PAIR_COLUMNS, RATIO, ROLLING, SHAPE, TWISTING
 from dem.grain_law import OCEAN, SPECIES, GrainLaw
 from dem.gravity import Field as Gravity
-from dem.laws import dispatch, tangential_mindlin, tangential_spring
+from dem.laws import dispatch, tangential_spring
 from dem.laws.dispatch import FAMILIES, between, smaller
 from dem.scheme import Scheme
 from matter import material
 from matter.body import Model
-from matter.law_family import Family
+from matter.law_family import Family, keys
 from matter.particles import Particles
 from matter.quantity import Angle, PositiveSpeed
 
@@ -28,13 +28,15 @@ if TYPE_CHECKING:
     NormalName = str
     TangentialName = str
     CohesionName = str
+    _Choices = Model
 else:
+    _Choices = create_model("_Choices", __base__=Model, **keys(FAMILIES, "Choices"))
     NormalName, TangentialName, CohesionName = (
         Literal.__getitem__(f.names) for f in (dispatch.NORMAL, dispatch.TANGENTIAL, dispatch.COHESION)
     )
 
 
-class Contact(Model):
+class Contact(_Choices):
     """How grains touch: one set of parameters for solid grains (``shell``), one for liquid ones (``ocean``).
 
     A pair of different species takes the softer spring and the smaller of each friction, shape, restitution and
@@ -43,10 +45,15 @@ class Contact(Model):
 
     normal: NormalName = "hooke"
     """Normal law; see ``dem.laws``."""
-    tangential: TangentialName = "spring"
-    """Tangential law: ``spring`` goes with ``hooke``, ``mindlin`` with ``hertz``."""
-    mindlin_history: Literal["force", "displacement"] = "force"
-    """What a spring keeps while the area of its contact grows; see ``dem.laws.tangential_mindlin``."""
+    tangential: TangentialName = Field(
+        default="spring",
+        description="Tangential law: "
+        + ", ".join(
+            f"``{law.TANGENTIAL}`` goes with ``{name}``"
+            for name, law in zip(dispatch.NORMAL.names, dispatch.NORMAL.laws)
+        )
+        + ".",
+    )
     cohesion: CohesionName = "none"
     """Cohesion of grains in contact; see ``dem.laws``."""
 
@@ -163,6 +170,10 @@ class Contact(Model):
             own[key] = own[key] and own[key] * self.stiffness_factor
         return law.Parameters(**own)
 
+    def choices(self, law: Any) -> Any:
+        """The ``Choices`` of a law: its keys that hold for all species."""
+        return law.Choices(*(getattr(self, key) for key in law.Choices._fields))
+
     @property
     def linear(self) -> bool:
         """Whether k_n is a grain's own, at every overlap."""
@@ -188,10 +199,9 @@ class Contact(Model):
     def scheme(self) -> Scheme:
         """What the kernels are compiled for."""
         kinds = {family.key: self.kind(family) for family in FAMILIES}
-        following = (
-            tangential_mindlin.RULES[self.mindlin_history] if hasattr(self.law(dispatch.TANGENTIAL), "kept") else 0
-        )
-        return Scheme(**kinds, mindlin=following, sliding=tangential_spring.RULES[self.sliding])
+        law = self.law(dispatch.TANGENTIAL)
+        rescale = law.rescale(self.choices(law)) if hasattr(law, "kept") else 0
+        return Scheme(**kinds, rescale=rescale, sliding=tangential_spring.RULES[self.sliding])
 
     def species_of(self, name: str) -> int:
         """Index into ``SPECIES`` for a material."""

@@ -77,7 +77,7 @@ _numbers = reader("s, k", "s[{}, k]", _TABLE)
 @functools.cache
 def pair_loop(scheme: Scheme) -> Any:
     """The compiled loop for one scheme: ``pair_forces``."""
-    mindlin, offset, sleep = scheme.mindlin, scheme.offset, scheme.sleep
+    rescale, offset, sleep = scheme.rescale, scheme.offset, scheme.sleep
     columns = PAIR_COLUMNS if scheme.cohesion != 0 else NORMAL.stop  # that its contacts read
 
     @kernel(fastmath=True, forceinline=True)
@@ -136,7 +136,7 @@ def pair_loop(scheme: Scheme) -> Any:
                 h.phi,
                 h.flag,
             )
-            if mindlin != 0:
+            if rescale != 0:
                 s[_EIGHTH, k] = h.laid
 
     @kernel(fastmath=True)
@@ -146,11 +146,11 @@ def pair_loop(scheme: Scheme) -> Any:
         lost = 0.0
         if hist[e, TOUCHING] != 0.0:
             lost = released(
-                hist[e], min(V[i, STIFFNESS], V[j, STIFFNESS]), ri * rj / (ri + rj), table[kind[i], kind[j]], mindlin
+                hist[e], min(V[i, STIFFNESS], V[j, STIFFNESS]), ri * rj / (ri + rj), table[kind[i], kind[j]], rescale
             )
             for c in range(HISTORY):
                 hist[e, c] = 0.0
-            if mindlin != 0 or (offset != 0 and hist[e, OFFSET] > 0.0):
+            if rescale != 0 or (offset != 0 and hist[e, OFFSET] > 0.0):
                 hist[e, OFFSET] = 0.0
             if offset != 0:
                 hist[e, USUAL] = 0.0
@@ -269,7 +269,7 @@ def pair_loop(scheme: Scheme) -> Any:
                 take_rows(V, one, k, s, _ONE)
                 take_rows(V, two, k, s, _TWO)
                 take_rows(hist, entry, k, s, _HISTORY)
-            if mindlin != 0 or offset != 0:
+            if rescale != 0 or offset != 0:
                 for k in range(filled):
                     s[_EIGHTH, k] = hist[entry[k], LAID]
             if some_returned:
@@ -331,7 +331,7 @@ def pair_loop(scheme: Scheme) -> Any:
             for k in range(m // LANES * LANES, m):
                 for c in range(HISTORY):
                     hist[entry[k], c] = s[_HISTORY + c, k]
-            if mindlin != 0:
+            if rescale != 0:
                 for k in range(m):
                     hist[entry[k], LAID] = s[_EIGHTH, k]
             if sleep != 0:

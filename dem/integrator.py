@@ -106,7 +106,7 @@ def drift_loop(scheme: Scheme) -> Any:
 @functools.cache
 def kick_loop(scheme: Scheme) -> Any:
     """The compiled second half of a step for one scheme: ``kick``."""
-    mindlin, offset, sleep, attract = scheme.mindlin, scheme.offset, scheme.sleep, scheme.attract
+    rescale, offset, sleep, attract = scheme.rescale, scheme.offset, scheme.sleep, scheme.attract
     laid_column = LAID if scheme.history > LAID else HISTORY - 1
 
     @kernel
@@ -173,11 +173,11 @@ def kick_loop(scheme: Scheme) -> Any:
                     if d >= touch:
                         if wall_history[i, w, TOUCHING] != 0.0:
                             wall_lost += released(
-                                wall_history[i, w], stiffness, radius, wall_tables[w, kind[i]], mindlin
+                                wall_history[i, w], stiffness, radius, wall_tables[w, kind[i]], rescale
                             )
                             for k in range(HISTORY):
                                 wall_history[i, w, k] = 0.0
-                            if mindlin != 0 or (offset != 0 and wall_history[i, w, OFFSET] > 0.0):
+                            if rescale != 0 or (offset != 0 and wall_history[i, w, OFFSET] > 0.0):
                                 wall_history[i, w, OFFSET] = 0.0
                             if offset != 0:
                                 wall_history[i, w, USUAL] = 0.0
@@ -220,7 +220,7 @@ def kick_loop(scheme: Scheme) -> Any:
                         h.az,
                     )
                     wall_history[i, w, TWIST], wall_history[i, w, TOUCHING] = h.phi, h.flag
-                    if mindlin != 0:
+                    if rescale != 0:
                         wall_history[i, w, LAID] = h.laid
                     wall_stored += stored
                     wall_lost += spent

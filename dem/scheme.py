@@ -19,10 +19,10 @@ class Scheme(NamedTuple):
     """The choices; each is a constant to the compiler, so that a case pays for no law that it does not use.
 
     ``normal``, ``tangential``, ``rolling``, ``twisting``, ``cohesion``: numbers of the laws in their families
-    (``dem.laws.dispatch``); ``mindlin`` rule of ``tangential_mindlin`` (0: springs of constant stiffness); ``sliding``
-    rule of ``tangential_spring``; ``offset`` 1: contacts carry an offset to their overlap (``dem.spring_change``);
-    ``sleep`` 1: rows without a grain awake near them are skipped (``dem.sleeping``); ``attract`` 1: grains attract
-    each other (``dem.self_gravity``).
+    (``dem.laws.dispatch``); ``rescale`` what springs keep when their stiffness changes, a rule of the tangential law's
+    own (0: springs of constant stiffness); ``sliding`` rule of ``tangential_spring``; ``offset`` 1: contacts carry an
+    offset to their overlap (``dem.spring_change``); ``sleep`` 1: rows without a grain awake near them are skipped
+    (``dem.sleeping``); ``attract`` 1: grains attract each other (``dem.self_gravity``).
     """
 
     normal: int = 0
@@ -30,7 +30,7 @@ class Scheme(NamedTuple):
     rolling: int = 0
     twisting: int = 0
     cohesion: int = 0
-    mindlin: int = 0
+    rescale: int = 0
     sliding: int = tangential_spring.CAP
     offset: int = 0
     sleep: int = 0
@@ -39,7 +39,7 @@ class Scheme(NamedTuple):
     @property
     def history(self) -> int:
         """Columns of a contact's history (``dem.columns``)."""
-        return USUAL + 1 if self.offset else LAID + 1 if self.mindlin else HISTORY
+        return USUAL + 1 if self.offset else LAID + 1 if self.rescale else HISTORY
 
 
 class Chunk(NamedTuple):

@@ -23,6 +23,10 @@ Source: Mindlin 1949, J. Appl. Mech. 16, 259; rules: Walton & Braun 1986, J. Rhe
 
 from __future__ import annotations
 
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import Field
+
 from dem.laws import normal_hertz, tangential_spring
 from matter.jit import law
 
@@ -35,6 +39,22 @@ RESTS_ON = (tangential_spring,)
 """Laws whose files act in this one."""
 
 Parameters, force = tangential_spring.Parameters, tangential_spring.force
+
+
+class Choices(NamedTuple):
+    """``mindlin_history``: the rule."""
+
+    mindlin_history: Annotated[
+        Literal["force", "displacement"],
+        Field(
+            description="What a spring keeps while the area of its contact grows; see ``dem.laws.tangential_mindlin``."
+        ),
+    ] = "force"
+
+
+def rescale(chosen: Choices) -> int:
+    """The rule's number for ``kept``."""
+    return RULES[chosen.mindlin_history]
 
 
 def effective_shear_modulus(first: normal_hertz.Parameters, second: normal_hertz.Parameters) -> float:
