@@ -13,6 +13,7 @@ The rooms of the project (``sph``, ``dem``, ``crater`` ...) lie beside this pack
 this one alone. Importing it is quick: what computes or draws is imported when it is asked for.
 """
 
+from bolide.files import import_snapshot
 from bolide.runs import Run, open, run
 from bolide.sweeps import sweep
 from bolide.tables import materials, scaling
@@ -26,6 +27,7 @@ __all__ = [
     "UnphysicalState",
     "Unsound",
     "Value",
+    "import_snapshot",
     "materials",
     "open",
     "run",

@@ -166,6 +166,22 @@ def test_what_is_known_without_a_run():
             bolide.scaling(**{**shot, **wrong})
 
 
+def test_another_code_s_text_becomes_a_snapshot(tmp_path):
+    """Units of the header, names of the materials, time, and the axis that points up turned onto z."""
+    text = tmp_path / "theirs.csv"
+    text.write_text("x [km],y [km],z [km],vx,vy,vz,m,rho,mat\n1,0,0,2,0,0,3,917,0\n0,2,0,0,4,0,3,1000,1\n")
+    made = bolide.import_snapshot(text, tmp_path / "a.vtkhdf", materials="ice,water", time="2 min", up=(1.0, 0.0, 0.0))
+    read = snapshot.read(made)
+    assert read.attributes["time"] == 120.0 and list(read.attributes["materials"]) == ["ice", "water"]
+    np.testing.assert_allclose(read.position, [[0.0, 0.0, 1e3], [0.0, 2e3, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(read.velocity[0], [0.0, 0.0, 2.0], atol=1e-12)
+    for options, words in (({"time": "2 km"}, "time"), ({"materials": "ice", "columns": "x,q"}, "q")):
+        with pytest.raises(bolide.InputError, match=words):
+            bolide.import_snapshot(text, tmp_path / "b.vtkhdf", **options)
+    with pytest.raises(bolide.InputError, match="vtkhdf"):
+        bolide.import_snapshot(text, tmp_path / "b.h5", materials="ice,water")
+
+
 def test_commands_by_the_module():
     def start(*arguments: str) -> subprocess.CompletedProcess:
         return subprocess.run(

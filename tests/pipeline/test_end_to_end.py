@@ -19,7 +19,9 @@ import pytest
 from crater import chain
 from matter import snapshot
 from pipeline import case as cases
-from pipeline import expected, stages
+from pipeline import expected, plan, stages
+from pipeline.compose import compose
+from pipeline.run import Request
 
 ROOT = Path(__file__).resolve().parents[2]
 DRIVER = Path(__file__).resolve().parent / "frequent_checkpoints.py"
@@ -30,6 +32,13 @@ def start(out: Path) -> subprocess.Popen:
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
     command = [sys.executable, str(DRIVER), str(CASE), "--preset", "tiny", "--out", str(out)]
     return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def start_command(*arguments: str) -> subprocess.CompletedProcess:
+    """``run_case`` with real stages in a process of its own."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
+    command = [sys.executable, "-c", "from pipeline.cli import run_case; run_case()", *arguments]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=900)
 
 
 def finished(out: Path) -> tuple[Path, str]:
@@ -174,3 +183,49 @@ def test_a_control_run_shares_the_shock_stage_and_fills_the_ledger(whole):
     assert row["verdict"] == "pass" and row["value"] == still["drift_most_over_r"]
     assert (run_folder / "2_sph" / "done.json").stat().st_mtime_ns == before
     assert "control_uncarved" in (run_folder / "4_handoff" / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("override", "shared"),
+    [
+        ("dem.contact.shell.friction=0.4", ["nbody", "sph"]),
+        ("bed.seed=2", ["nbody", "sph"]),
+        ("handoff.alpha=1.6", ["nbody", "sph", "bed"]),
+        ("dem.end_time=500 s", ["nbody", "sph", "bed", "handoff"]),
+    ],
+)
+def test_another_run_takes_what_comes_before_its_change(whole, override, shared):
+    """The bed settles with the friction of the grains; what comes later leaves both shock stage and bed alone."""
+    request = Request(cases.read(CASE, "tiny", [override]), whole[0].parent)
+    planned = plan.plan(request, compose(request.case))
+    assert [stage for stage in stages.ORDER if planned[stage].startswith(plan.STORED)] == shared
+
+
+def test_the_spread_of_an_ensemble_becomes_the_error_of_the_first(whole):
+    """Two draws of the grains on one shock stage: their scatter, |y1 - y2| / sqrt(2), stands as the chain error of the
+    first run's measures, in its own crater stage; the plain run keeps the one of ``expected.toml``."""
+    run_folder, _ = whole
+    before = (run_folder / "6_crater" / "measures.json").read_text()
+    command = [str(CASE), "--preset", "tiny", "--out", str(run_folder.parent), "--ensemble", "2", "--threads", "1"]
+    done = start_command(*command, "--set", "handoff.pictures=false")
+    assert done.returncode in (0, 1) and "spread of the draws" in done.stdout, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    (sweep,) = run_folder.parent.glob("valhalla_980km-sweep-*")
+    first, second = (sweep / name for name in ("m01", "m02"))
+    assert first.samefile(run_folder) and (first / "2_sph").samefile(second / "2_sph")
+    assert not (first / "3_bed").samefile(second / "3_bed")
+    with_spread = [
+        place
+        for place in run_folder.parent.glob("valhalla_980km-????????")
+        if place not in (run_folder, second.resolve())
+    ]
+    (measured,) = with_spread
+    assert (measured / "5_dem").samefile(run_folder / "5_dem")
+    one, other, found = (expected.values(place)["final"] for place in (first, second, measured))
+    checked = 0
+    for name in ("depth_m", "diameter_apparent_m", "volume_m3"):
+        scatter = abs(one[name]["value"] - other[name]["value"]) / math.sqrt(2.0)
+        assert found[name]["value"] == one[name]["value"]
+        assert found[name]["sigma_parts"]["chain"] == pytest.approx(scatter, rel=1e-6), name
+        checked += scatter > 0.0
+    assert checked > 0 and (run_folder / "6_crater" / "measures.json").read_text() == before

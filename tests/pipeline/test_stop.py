@@ -67,3 +67,18 @@ def test_a_second_signal_stops_at_once_and_a_second_run_waits_outside(drive, cas
     assert process.poll() is None  # it waits for the next checkpoint, fifteen seconds away
     process.send_signal(signal.SIGTERM)
     assert process.wait(timeout=10) == 75
+
+
+def test_two_processes_that_start_the_same_run_at_once(drive, case_folder, tmp_path):
+    """One makes it, the other is told who does; nothing is made twice or half."""
+    command = (case_folder, "--out", tmp_path / "runs", "--set", "sph.sleep_s=0.05")
+    both = [drive(*command, wait=False) for _ in range(2)]
+    words = [process.communicate(timeout=120) for process in both]
+    (refused,) = [k for k in (0, 1) if both[k].returncode == 2]
+    made = 1 - refused
+    assert both[made].returncode == 0, words[made][1]
+    assert f"in use by process {both[made].pid}" in words[refused][1] and "Traceback" not in words[refused][1]
+    (starts,) = (tmp_path / "runs").glob("small-*/2_sph/starts.txt")
+    assert starts.read_text() == "0\n"
+    code, out, err = drive(*command)
+    assert code == 0 and out.count("up to date") == 6, out + err

@@ -104,10 +104,11 @@ def test_a_case_that_says_the_same_in_other_words_makes_nothing_anew(go, case_fo
     [
         ((), ("impact.speed=18.234 km/s",)),
         (("bed.radius=2 km", "sph.steps=7"), ("sph.steps=7", "bed.radius=2 km")),
+        (("sph.steps=7",), ("sph.steps=9", "sph.steps=7")),
         ((), ("dem.ranks=4",)),
         ((), ("handoff.pictures=false",)),
     ],
-    ids=["redundant", "order", "ranks", "pictures"],
+    ids=["redundant", "order", "overruled", "ranks", "pictures"],
 )
 def test_options_that_decide_nothing_make_nothing_anew(go, one, other):
     first, _ = go(*one)

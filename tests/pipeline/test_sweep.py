@@ -424,3 +424,29 @@ def test_job_files_hold_a_command_for_each_member(sweep, kind, file, words):
     )
     with pytest.raises(InputError, match="did you mean 'slurm-array'"):
         sweep_jobs.write(one, "slurm", 1)
+
+
+def test_a_sweep_in_four_ways_is_one_table(sweep, case_folder, tmp_path, capfd):
+    """``studies/sweep_ways.py``: by itself, plain, killed twice, on dask with a worker killed. A changed cell is
+    told."""
+    pytest.importorskip("distributed")
+    from studies import sweep_ways
+
+    file = tmp_path / "friction.toml"
+    file.write_text(
+        '[sweep]\ncase = "small"\ncommon = { sph.sleep_s = 0.05 }\n'
+        "[sweep.vary]\ndem.contact.friction = [0.3, 0.4, 0.5]\n"
+    )
+    command = ["--out", str(tmp_path / "ways"), "--sweep", str(file), "--preset", ""]
+    assert sweep_ways.main(command) == 0
+    told = capfd.readouterr().out
+    assert told.count("the same table as separate") == 3 and told.count("  killed: ") == 3
+    shocks = {way: len(list((tmp_path / "ways").glob(f"{way}/**/{STORE}/sph-*"))) for way in sweep_ways.WAYS}
+    assert shocks == {"separate": 3, "plain": 1, "killed": 1, "dask": 1}
+    starts = (next((tmp_path / "ways" / "killed" / STORE).glob("sph-*")) / "starts.txt").read_text().split()
+    assert len(starts) == 2 and starts[0] == "0" and int(starts[1]) > 0
+    table = tmp_path / "ways" / "dask.csv"
+    table.write_text(table.read_text().replace("12000.0", "12600.0", 1))
+    assert sweep_ways.main(command) == 1
+    assert "differs from separate in 1 cells by up to 4.8e-02 (m01 final/depth_m" in capfd.readouterr().out
+    assert sweep_ways.main([*command, "plane"]) == 2

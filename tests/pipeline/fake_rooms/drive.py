@@ -1,8 +1,9 @@
 """``run_case`` with the fake stages in place of the real ones, for tests that need a process of its own."""
 
-from pipeline import cli, stages
+from pipeline import cli, run_process, stages
 
 stages.MODULES.update({stage: f"fake_{stage}" for stage in stages.ORDER})
+run_process._COMMAND = "import drive; drive.cli.run_case()"  # so do the processes that it starts
 
 if __name__ == "__main__":
     cli.run_case()

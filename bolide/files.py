@@ -1,0 +1,44 @@
+"""Other codes' files as snapshots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from matter.errors import InputError
+
+
+def import_snapshot(
+    file: str | Path,
+    out: str | Path,
+    *,
+    form: str | None = None,
+    columns: str | None = None,
+    materials: str | None = None,
+    time: float | str | None = None,
+    origin: Sequence[float] | None = None,
+    up: Sequence[float] | None = None,
+) -> Path:
+    """Write another code's output as a snapshot, as the command ``import_snapshot`` does; the path written.
+
+    ``columns`` names the columns of a text (``"x [km],y [km],z [km],vx,vy,vz,m,rho"``) or the datasets of an HDF5
+    file, ``materials`` the names behind its material numbers (``"basalt,water,ice"``); ``time`` after the impact [s],
+    or a text with unit; ``origin`` [m] and ``up`` turn its frame into this project's (``matter.formats.placing``).
+    Raises ``InputError`` for what cannot be read, for values that no particle can have, and for an ``out`` that does
+    not end in ``.vtkhdf``.
+    """
+    from matter import archive, formats, quantity
+    from matter.formats import placing
+
+    place = Path(out)
+    archive.check_file(place)
+    particles = formats.read(Path(file), form, columns=columns, materials=materials)
+    if origin is not None or up is not None:
+        particles = placing.placed(particles, origin or (0.0, 0.0, 0.0), up or (0.0, 0.0, 1.0))
+    if time is not None:
+        try:
+            particles.attributes["time"] = quantity.parse(time, "s") if isinstance(time, str) else float(time)
+        except ValueError as reason:
+            raise InputError(f"time: {reason}") from None
+    formats.save(particles, place)
+    return place

@@ -1,0 +1,84 @@
+"""The notebooks, as they are shipped, run from top to bottom in one folder (they share its store of stages), and what
+they find. A minute and a half of computing where kernels are compiled."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "notebooks"
+NAMES = ("first_crater", "late_stage_friction", "own_shock_code")
+
+
+@pytest.fixture(scope="module")
+def asked(tmp_path_factory, request):
+    """``asked(name, expression)`` runs a notebook, then one more cell with an expression of plain values."""
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    place = tmp_path_factory.mktemp("notebooks")
+    patch = pytest.MonkeyPatch()
+    patch.setenv("PYTHONPATH", str(ROOT))
+    patch.setenv("NUMBA_NUM_THREADS", "1")
+    request.addfinalizer(patch.undo)
+
+    def ask(name: str, expression: str) -> Any:
+        content = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
+        content.cells.append(nbformat.v4.new_code_cell(f"print({expression})"))
+        client = nbclient.NotebookClient(content, timeout=900, resources={"metadata": {"path": str(place)}})
+        client.execute()
+        shown = [cell for cell in content.cells[:-1] if cell.cell_type == "code" and cell.outputs]
+        assert shown and content.cells[-1].outputs[0].output_type == "stream"
+        return ast.literal_eval(content.cells[-1].outputs[0].text)
+
+    return ask
+
+
+def both(run: str, crater: str) -> str:
+    """Depth and diameter of a crater, as an expression."""
+    return f"[{run}.measures[{crater!r}][name].value for name in ('depth_m', 'diameter_apparent_m')]"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_kept_without_outputs_and_small(name):
+    nbformat = pytest.importorskip("nbformat")
+    content = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
+    nbformat.validate(content)
+    code = [cell for cell in content.cells if cell.cell_type == "code"]
+    assert code and not any(cell.outputs or cell.execution_count for cell in code)
+    assert sorted(path.stem for path in FOLDER.glob("*.ipynb")) == sorted(NAMES)
+
+
+def test_first_crater(asked):
+    """The cavity collapses: wider and shallower; energy is kept; mass and momentum close; the laws for this impact lie
+    around the transient diameter of so coarse a run."""
+    (deep, wide), (depth, width), drift, verdicts, laws = asked(
+        "first_crater",
+        f"({both('run', 'transient')}, {both('run', 'final')}, float(drift.abs().max()), "
+        "ledger['verdict'].to_dict(), list(laws['diameter_m']))",
+    )
+    assert 100e3 < depth < deep < 300e3 and 300e3 < wide < width < 900e3
+    assert drift < 0.01 and len(laws) > 1 and all(0.5 < law / wide < 2.5 for law in laws)
+    assert verdicts["mass_total_rel"] == verdicts["momentum_linear_rel_after"] == "pass"
+
+
+def test_late_stage_friction(asked):
+    """One shock stage, a bed and a collapse for each friction; grains that hardly rub leave a wider, shallower
+    crater."""
+    made, found = asked("late_stage_friction", f"(made, {{key: {both('one', 'final')} for key, one in runs.items()}})")
+    assert made == {"2_sph": 1, "3_bed": 2, "5_dem": 2}
+    assert found[0.1][0] < found[0.5][0] and found[0.1][1] > found[0.5][1]
+
+
+def test_own_shock_code(asked):
+    """The text file gives the crater of the reference to a tenth, on the same bed."""
+    theirs, ours, kept, shared = asked(
+        "own_shock_code",
+        f"({both('run', 'final')}, {both('reference', 'final')}, run.ledger['verdict'].to_dict(), "
+        "(run.folder / '3_bed').samefile(reference.folder / '3_bed'))",
+    )
+    assert theirs == pytest.approx(ours, rel=0.1) and shared
+    assert kept["mass_total_rel"] == kept["momentum_linear_rel_after"] == "pass"
