@@ -382,6 +382,25 @@ def test_a_stage_whose_maker_is_gone_is_continued_by_whoever_wants_it(go, monkey
     assert folder.record(second / "5_dem" / folder.DONE)
 
 
+def test_a_prune_that_is_killed_loses_nothing_and_is_finished_by_the_next(go, tmp_path, monkeypatch):
+    go()
+    second, _ = go("dem.contact.friction=0.4")
+    shutil.rmtree(second)
+    out, remove = tmp_path / "runs", shutil.rmtree
+
+    def killed(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(prune.shutil, "rmtree", killed)
+    with pytest.raises(KeyboardInterrupt):
+        prune.remove(out, prune.chosen(prune.held(out)))
+    monkeypatch.setattr(prune.shutil, "rmtree", remove)
+    left = prune.chosen(prune.held(out))
+    assert len(left) == len(LATE) - 1  # one was taken out before the kill, and is no stage any more
+    assert go()[1].made() == [] and prune.remove(out, left) == []
+    assert entries(out) == sorted(ALL)
+
+
 def names(found) -> list[str]:
     return [one.name.partition("-")[0] for one in found]
 
