@@ -1,13 +1,7 @@
-"""Kick-drift-kick leapfrog with one evaluation of the rates per step (Verlet form for velocity-dependent forces).
+"""The integrator of the shock stage: what a cloud is surrounded by, its evaluation of gravity and rates, its steps and
+their limits.
 
-    y_{n+1/2} = y_n + dt/2 f_n;   x_{n+1} = x_n + dt v_{n+1/2};   y* = y_n + dt f_n;   f_{n+1} = f(x_{n+1}, y*);
-    y_{n+1} = y_{n+1/2} + dt/2 f_{n+1}
-
-for y = (v, rho, u, D^(1/3)): second order, and with the conjugate force and energy sums the error of the total energy
-does not accumulate (per step it is dt^2/8 (|a_n|^2 - |a_{n+1}|^2), which telescopes). The stress yields in the
-evaluation of y* (radial return R) and stays there:
-
-    S_{n+1} = R(S*) + dt/2 (f_{n+1} - f_n)
+The default steps by leapfrog (``sph.leapfrog``); ``sph.runge_kutta`` takes over the rest and steps otherwise.
 """
 
 from __future__ import annotations
@@ -18,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from matter import checkpoint, tree
-from matter.jit import kernel, parallel_kernel, prange
-from sph import gradients, late, length_terms, smoothing, start_volumes, state, timestep
+from sph import gradients, late, leapfrog, length_terms, net_torque, smoothing, start_volumes, state, timestep
 from sph import rates as pair_rates
 from sph import viscosity_switch as switches
 from sph.boundary import stressed_rim as rims
@@ -38,149 +31,6 @@ _NUMBERS: dict[str, type] = {
 }  # fmt: skip
 """What of an ``Integrator`` a checkpoint holds beside arrays."""
 DENSITY_FLOOR = 0.005  # of the density at rest; only particles that have lost their neighbours come near it
-
-
-# particles that a thread takes at a time: numba drops what a parallel loop itself writes to arrays inside a tuple, not
-# what it calls
-_BLOCK = 1024
-
-
-@kernel
-def _open_some(first, end, dt, cloud, rates, evaluated, hold):
-    """``_open`` for the particles ``first`` to ``end`` - 1."""
-    x, v, rho, u, S, D, g = (
-        cloud.position,
-        cloud.velocity,
-        cloud.density,
-        cloud.specific_energy,
-        cloud.stress,
-        cloud.root_damage,
-        cloud.gravity,
-    )
-    a, drho, du, dS, dD, cap = (
-        rates.acceleration,
-        rates.density,
-        rates.energy,
-        rates.stress,
-        evaluated.damage_rate,
-        evaluated.damage_cap,
-    )
-    hv, hrho, hu, half, hD = (
-        cloud.half_velocity,
-        cloud.half_density,
-        cloud.half_energy,
-        cloud.half_change,
-        cloud.half_damage,
-    )
-    for i in range(first, end):
-        for c in range(3):
-            acceleration = a[i, c] + g[i, c]
-            hv[i, c] = v[i, c] + 0.5 * dt * acceleration
-            x[i, c] += dt * hv[i, c]
-            v[i, c] += dt * acceleration
-        hrho[i] = rho[i] + 0.5 * dt * drho[i]
-        rho[i] += dt * drho[i]
-        hu[i], hD[i] = u[i], D[i]
-        if not hold:
-            hu[i] = u[i] + 0.5 * dt * du[i]
-            u[i] += dt * du[i]
-            hD[i] = max(D[i], min(D[i] + 0.5 * dt * dD[i], cap[i]))
-            D[i] = max(D[i], min(D[i] + dt * dD[i], cap[i]))
-        for c in range(5):
-            half[i, c] = 0.5 * dt * dS[i, c]
-            S[i, c] += dt * dS[i, c]
-
-
-@kernel
-def _close_some(first, end, dt, cloud, rates, evaluated, floor, hold, keep):
-    """``_close`` for the particles ``first`` to ``end`` - 1."""
-    v, rho, u, S, D, g = (
-        cloud.velocity,
-        cloud.density,
-        cloud.specific_energy,
-        cloud.stress,
-        cloud.root_damage,
-        cloud.gravity,
-    )
-    a, drho, du, dS, dD, cap = (
-        rates.acceleration,
-        rates.density,
-        rates.energy,
-        rates.stress,
-        evaluated.damage_rate,
-        evaluated.damage_cap,
-    )
-    hv, hrho, hu, half, hD = (
-        cloud.half_velocity,
-        cloud.half_density,
-        cloud.half_energy,
-        cloud.half_change,
-        cloud.half_damage,
-    )
-    P, peak, material = evaluated.pressure, cloud.peak_pressure, cloud.material
-    for i in range(first, end):
-        for c in range(3):
-            v[i, c] = keep * (hv[i, c] + 0.5 * dt * (a[i, c] + g[i, c]))
-        rho[i] = max(hrho[i] + 0.5 * dt * drho[i], floor[material[i]])
-        if not hold:
-            u[i] = hu[i] + 0.5 * dt * du[i]
-            D[i] = max(hD[i], min(hD[i] + 0.5 * dt * dD[i], cap[i]))
-            peak[i] = max(peak[i], P[i])
-        for c in range(5):
-            S[i, c] += (
-                0.5 * dt * dS[i, c] - half[i, c]
-            )  # S has yielded since: what the evaluation returned to the surface stays there
-
-
-@parallel_kernel
-def _open(dt, cloud, rates, evaluated, hold):
-    """The first half of a step, of ``sph.cloud.Fields`` in place, with ``sph.rates.Sums`` and ``sph.state.Response``:
-    half a kick, drift, prediction."""
-    n = len(cloud.mass)
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
-        _open_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, hold)
-
-
-@parallel_kernel
-def _close(dt, cloud, rates, evaluated, floor, hold, keep):
-    """The second half of a step, as ``_open``; ``floor`` (m,) is the least density of each material [kg/m^3], ``keep``
-    damps velocities."""
-    n = len(cloud.mass)
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
-        _close_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, floor, hold, keep)
-
-
-@parallel_kernel
-def _net_torque(x, centre, a, g, mass, out):
-    """Sums of m x' (x) (a + g) and the inertia tensor (xx xy xz yy yz zz) with x' = x - centre; ``out`` (parts, 9)
-    holds them in pieces."""
-    n, parts = len(mass), len(out)
-    for part in prange(parts):
-        tx, ty, tz, xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(part * n // parts, (part + 1) * n // parts):
-            m, p, q, r = mass[i], x[i, 0] - centre[0], x[i, 1] - centre[1], x[i, 2] - centre[2]
-            ax, ay, az = a[i, 0] + g[i, 0], a[i, 1] + g[i, 1], a[i, 2] + g[i, 2]
-            tx += m * (q * az - r * ay)
-            ty += m * (r * ax - p * az)
-            tz += m * (p * ay - q * ax)
-            xx += m * (q * q + r * r)
-            xy -= m * p * q
-            xz -= m * p * r
-            yy += m * (p * p + r * r)
-            yz -= m * q * r
-            zz += m * (p * p + q * q)
-        out[part, 0], out[part, 1], out[part, 2], out[part, 3], out[part, 4] = tx, ty, tz, xx, xy
-        out[part, 5], out[part, 6], out[part, 7], out[part, 8] = xz, yy, yz, zz
-
-
-@parallel_kernel
-def _unturn(x, centre, spin, a):
-    """a - spin (x) (x - centre), in place."""
-    for i in prange(len(x)):
-        p, q, r = x[i, 0] - centre[0], x[i, 1] - centre[1], x[i, 2] - centre[2]
-        a[i, 0] -= spin[1] * r - spin[2] * q
-        a[i, 1] -= spin[2] * p - spin[0] * r
-        a[i, 2] -= spin[0] * q - spin[1] * p
 
 
 class Surroundings(NamedTuple):
@@ -202,10 +52,8 @@ class Surroundings(NamedTuple):
 class Integrator:
     """Steps a cloud.
 
-    Pairs that carry shear stress exert torques that do not cancel (their force is not along the line between them),
-    and a frozen field of gravity turns what has moved since. Like the net torque of the tree's field, both are taken
-    out by one rigid angular acceleration of the whole cloud at each evaluation; ``torque_removed`` holds its integral
-    [kg m^2/s], so that what was corrected stays in sight.
+    The net torque of pairs and gravity is taken out at each evaluation (``sph.net_torque``); ``torque_removed`` holds
+    its integral [kg m^2/s], so that what was corrected stays in sight.
 
     Parameters
     ----------
@@ -235,10 +83,8 @@ class Integrator:
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, around.images)
-        self.evaluated, self.rates = (
-            state.Evaluated(len(cloud)),
-            pair_rates.Rates(len(cloud), self.scheme.switched, self.scheme.reconstructed),
-        )
+        self.evaluated = state.Evaluated(len(cloud))
+        self.rates = pair_rates.Rates(len(cloud), self.scheme.switched, self.scheme.reconstructed)
         self._omega = np.ones(len(cloud) if numerics.length_terms else 0)
         self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel) if numerics.length_terms else 1.0
         self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
@@ -265,9 +111,8 @@ class Integrator:
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
         """Take up a ``state``; the cloud has to be that of the state already (``Cloud.restored``)."""
-        self.cloud.restore(
-            checkpoint.Part(arrays, "cloud")
-        )  # in the order in which it was saved: the first list has sorted it
+        # in the order in which it was saved: the first list has sorted it
+        self.cloud.restore(checkpoint.Part(arrays, "cloud"))
         if self.images is not None:
             self.images.restore(numbers)
         self.neighbourhood.restore(arrays)
@@ -437,15 +282,7 @@ class Integrator:
             )
 
     def _remove_net_torque(self) -> None:
-        """Of pair forces and (frozen, hence slightly misplaced) gravity together; about the centre of mass, so that no
-        net force comes with it."""
-        cloud, pieces = self.cloud, np.empty((PARTS, 9))
-        centre = cloud.mass @ cloud.position / cloud.mass.sum()
-        _net_torque(cloud.position, centre, self.rates.acceleration, cloud.gravity, cloud.mass, pieces)
-        sums = pieces.sum(axis=0)
-        self._torque = sums[:3]
-        inertia = np.array([[sums[3], sums[4], sums[5]], [sums[4], sums[6], sums[7]], [sums[5], sums[7], sums[8]]])
-        _unturn(cloud.position, centre, np.linalg.solve(inertia, self._torque), self.rates.acceleration)
+        self._torque = net_torque.remove(self.cloud, self.rates.acceleration)
 
     def soften(self, sound_speed: float, weight: np.ndarray) -> tuple[float, float]:
         """Enter the late stage (``sph.late``); ``weight`` (n,) as there. The elastic energies [J] before and after."""
@@ -485,14 +322,14 @@ class Integrator:
     def step(self, dt: float, keep: float = 1.0) -> None:
         """One step; ``keep`` < 1 damps velocities (relaxation)."""
         cloud, r, e = self.cloud, self.rates, self.evaluated
-        _open(dt, cloud.fields, r.sums, e.response, self.hold)
+        leapfrog.open_step(dt, cloud.fields, r.sums, e.response, self.hold)
         self.time += dt
         self._follow_length()
         self.neighbourhood.update(cloud, dt, self.time)
         if self._gravity_is_stale():
             self._gravity()
         self._evaluate()
-        _close(dt, cloud.fields, r.sums, e.response, self.floor, self.hold, keep)
+        leapfrog.close_step(dt, cloud.fields, r.sums, e.response, self.floor, self.hold, keep)
         if self.edge is not None:
             self.edge.fade(cloud, e.wave, dt)
         self._follow_switch(dt)

@@ -9,8 +9,8 @@ With V_j = m_j / rho_j, sigma = S - P 1 (effective), h_ij = (h_i + h_j) / 2, W =
     dS_i     = 2 f mu (eps - tr eps / 3) + S.Omega^T + Omega.S
         eps, Omega from L_i C_i with C_i = (sum_j V_j x_ji (x) grad_i W)^-1
 
-f is the strain of the matrix over that of the porous material (``Matter.stiffness``; 1 in solid material): it scales
-what strains, never what turns.
+f is the strain of the matrix over that of the porous material (``Matter.stiffness`` of ``sph.scheme``; 1 in solid
+material): it scales what strains, never what turns.
 
 The heat of viscosity is shared by volume: a pair of one material ends with one specific energy, as behind a shock,
 however unlike its particles. (Shared by halves, a light particle that meets heavy ones is heated by their mass ratio
@@ -27,15 +27,14 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from matter import checkpoint
 from matter.gather import LANES, columns, narrow_columns
 from matter.jit import fast_min, parallel_kernel, prange
 from sph import artificial_stress, viscosity, viscosity_reconstructed
 from sph.kernels import dispatch as kernels
+from sph.rate_arrays import Rates
 from sph.row import (
     RHO_INVERSE,
     SHARE,
@@ -58,54 +57,17 @@ from sph.row import (
     Y,
     Z,
 )
-from sph.scheme import Pairs, Rows, Scheme
+from sph.scheme import Damping, Matter, Pairs, Rows, Scheme
 
 SOURCES = ("Monaghan1992", "BonetLok1999")
 
 _BLOCK = 64
 
 
-class Matter(NamedTuple):
-    """What the particles are of: ``material`` (n,) number, ``shear`` (m,) modulus of the materials [Pa], ``stiffness``
-    (n, 2) strain of the matrix over that of the porous material in compression and in expansion, ``stress`` (n, 5)
-    deviator [Pa], ``strength`` whether it follows the strain."""
-
-    material: np.ndarray
-    shear: np.ndarray
-    stiffness: np.ndarray
-    stress: np.ndarray
-    strength: bool
-
-
-class Damping(NamedTuple):
-    """Coefficients of the artificial viscosity (``sph.viscosity``) and of the artificial stress
-    (``sph.artificial_stress``); ``near``: spacing over support (of ``sph.viscosity_reconstructed`` and of the
-    artificial stress)."""
-
-    alpha: float
-    beta: float
-    artificial_stress: float = 0.0
-    near: float = 0.5
-
-
-class Sums(NamedTuple):
-    """The arrays of ``Rates``, as the loop fills them."""
-
-    acceleration: np.ndarray
-    density: np.ndarray
-    energy: np.ndarray
-    stress: np.ndarray
-    divergence: np.ndarray
-    curl: np.ndarray
-    approach: np.ndarray
-    number: np.ndarray
-    strain_rate: np.ndarray
-
-
 @functools.cache
 def pair_loop(scheme: Scheme):
-    """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``sph.scheme.Rows`` and ``Pairs``,
-    ``Matter``, ``Damping``; out: ``Sums``."""
+    """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``Rows``, ``Pairs``, ``Matter`` and
+    ``Damping`` of ``sph.scheme``; out: ``sph.rate_arrays.Sums``."""
     kernel, start_volumes, corrected, switched, artificial_stress_taken, reconstructed = scheme
     second_rows, second_width = scheme.second_rows, scheme.second_width
 
@@ -114,13 +76,8 @@ def pair_loop(scheme: Scheme):
         row, second, start_density, inverse = rows.row, rows.second, rows.start_density, rows.inverse
         # numba's parallel loops write arrays that have names of their own, not those inside a tuple
         acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
-        divergence, curl, approach, number, strain_rate = (
-            out.divergence,
-            out.curl,
-            out.approach,
-            out.number,
-            out.strain_rate,
-        )
+        divergence, curl, approach, number = out.divergence, out.curl, out.approach, out.number
+        strain_rate = out.strain_rate
         n = len(number)  # rows behind these are images: read, never written
         at_spacing = kernels.kernel(kernel, damping.near, 1.0)
         for block in prange((n + _BLOCK - 1) // _BLOCK):
@@ -132,9 +89,8 @@ def pair_loop(scheme: Scheme):
                 t = np.empty((second_width, most + 2 * LANES))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 many = pairs.number[i]
-                padded = (
-                    (many + LANES - 1) // LANES * LANES
-                )  # rows of the list are filled up with the particle itself, which adds exact zeros
+                # rows of the list are filled up with the particle itself, which adds exact zeros
+                padded = (many + LANES - 1) // LANES * LANES
                 for k in range(0, padded, LANES):
                     columns(row, pairs.partner, pairs.first[i], k, s)
                     if corrected:
@@ -366,46 +322,6 @@ def pair_loop(scheme: Scheme):
                         stress_rate[i, k] = 0.0
 
     return _pairs
-
-
-class Rates:
-    """Time derivatives and by-products of one evaluation, kept from step to step.
-
-    ``acceleration`` (n, 3), ``density`` [kg/(m^3 s)], ``energy`` [W/kg], ``stress`` (n, 5) [Pa/s], ``divergence`` of
-    velocity [1/s], ``curl`` the size of its curl [1/s] (only where a switch of the viscosity asks for it),
-    ``approach`` the largest -mu [m/s] of the viscosity, ``count`` neighbours inside the support.
-    """
-
-    def __init__(self, n: int, curl: bool = False, strain_rate: bool = False):
-        self.acceleration, self.stress = np.zeros((n, 3)), np.zeros((n, 5))
-        self.density, self.energy, self.divergence, self.approach = (np.zeros(n) for _ in range(4))
-        self.curl = np.zeros(n if curl else 0)
-        self.strain_rate = np.zeros((n if strain_rate else 0, 6))
-        self.count = np.zeros(n, dtype=np.int32)
-
-    @property
-    def sums(self) -> Sums:
-        """The arrays as the compiled loop takes them."""
-        return Sums(
-            self.acceleration,
-            self.density,
-            self.energy,
-            self.stress,
-            self.divergence,
-            self.curl,
-            self.approach,
-            self.count,
-            self.strain_rate,
-        )
-
-    def state(self) -> dict[str, np.ndarray]:
-        """Every array, for a checkpoint."""
-        return vars(self)
-
-    def restore(self, saved: checkpoint.State) -> None:
-        """Take up a ``state``."""
-        for name, array in vars(self).items():
-            array[:] = saved[name]
 
 
 def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Damping, out: Rates) -> None:

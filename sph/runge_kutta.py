@@ -5,7 +5,7 @@ literal comparison.
 
 A step is taken when for every particle |x_3 - x_2| <= eps max(|x_3 - x|, 0.1 h) and |rho_3 - rho_2| <= eps rho, else
 it is tried again with 0.9 (eps / error)^(1/3) of its length, which is also the longest next step. The limits of
-``sph.timestep`` hold as well. Three evaluations a step where the default (``sph.integrator``) has one; the total
+``sph.timestep`` hold as well. Three evaluations a step where the default (``sph.leapfrog``) has one; the total
 energy is not kept beyond the error of the method.
 
 Yield, pores and damage are irreversible: a trial state never leaves them behind, every stage begins with those of y.

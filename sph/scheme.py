@@ -1,5 +1,5 @@
-"""What the loops over pairs are compiled for: a choice is a constant to the compiler, so that a run pays for nothing
-that it does not use."""
+"""What the loops over pairs are compiled for and what they read. A choice (``Scheme``) is a constant to the compiler,
+so that a run pays for nothing that it does not use."""
 
 from __future__ import annotations
 
@@ -59,6 +59,29 @@ class Rows(NamedTuple):
     second: np.ndarray
     start_density: np.ndarray
     inverse: np.ndarray
+
+
+class Matter(NamedTuple):
+    """What the particles are of: ``material`` (n,) number, ``shear`` (m,) modulus of the materials [Pa], ``stiffness``
+    (n, 2) strain of the matrix over that of the porous material in compression and in expansion, ``stress`` (n, 5)
+    deviator [Pa], ``strength`` whether it follows the strain."""
+
+    material: np.ndarray
+    shear: np.ndarray
+    stiffness: np.ndarray
+    stress: np.ndarray
+    strength: bool
+
+
+class Damping(NamedTuple):
+    """Coefficients of the artificial viscosity (``sph.viscosity``) and of the artificial stress
+    (``sph.artificial_stress``); ``near``: spacing over support (of ``sph.viscosity_reconstructed`` and of the
+    artificial stress)."""
+
+    alpha: float
+    beta: float
+    artificial_stress: float = 0.0
+    near: float = 0.5
 
 
 def rows(

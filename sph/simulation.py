@@ -16,7 +16,7 @@ import numpy as np
 
 from matter import checkpoint, progress, readable, snapshot
 from matter.particles import Particles
-from sph import flow_reynolds, individual_steps, state, viscosity_reconstructed
+from sph import cloud_snapshot, flow_reynolds, individual_steps, viscosity_reconstructed
 from sph import ground as grounds
 from sph import late as late_stage
 from sph import materials as material_rows
@@ -104,11 +104,8 @@ class Simulation:
     def _switch_physics(self) -> None:
         """Strength and damage, and u and D held, as the phase wants them."""
         i, relaxing = self.integrator, self.phase == "relax"
-        i.hold, i.strength, i.damage = (
-            relaxing,
-            self.settings.strength and not relaxing,
-            self.settings.damage and not relaxing,
-        )
+        i.hold, i.strength = relaxing, self.settings.strength and not relaxing
+        i.damage = self.settings.damage and not relaxing
 
     def _strike(self) -> None:
         """End the relaxation: the target at rest with S = 0 and D = 0, the projectile above it, time zero."""
@@ -314,57 +311,7 @@ class Simulation:
 
     def particles(self) -> Particles:
         """The cloud as a snapshot, in order of identity."""
-        i, c = self.integrator, self.integrator.cloud
-        damage = state.damage_of(c, self.materials.rows)
-        whole = self.materials.rows.mixes_damage[c.material] > 0
-        deviator = np.empty((len(c), 6))
-        np.multiply((np.where(whole, 1.0, 1.0 - damage) / i.evaluated.alpha)[:, None], c.stress, out=deviator[:, :5])
-        deviator[:, 5] = -(deviator[:, 0] + deviator[:, 3])
-        fields = {
-            "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass,
-            "density": c.density,
-            "specific_energy": c.specific_energy, "smoothing_length": c.smoothing_length,
-            "pressure": i.evaluated.pressure,
-            "deviatoric_stress": deviator, "damage": damage,
-            "distention": i.evaluated.alpha, "material": c.material, "layer": c.layer,
-            "sound_speed": i.evaluated.sound,
-            "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position,
-            "neighbours": c.neighbours,
-        }  # fmt: skip
-        order = np.argsort(c.identity)
-        attributes = {
-            "time": i.time,
-            "stage": "sph",
-            "frame": self.settings.target.frame,
-            "materials": list(self.materials.names),
-            "layers": [layer.name for layer in self.settings.target.layers],
-            **({"target_depth_m": -self.bottom} if self.settings.target.flat else {"target_radius_m": self.radius}),
-            "spacing_at_impact_m": self.settings.spacing_at_impact,
-            "measuring": self._measuring(),
-            "shear_moduli_Pa": i.rows.shear.tolist(),
-        }
-        return Particles({name: array[order] for name, array in fields.items()}, attributes)
-
-    def _measuring(self) -> dict[str, Any]:
-        """What a crater in these snapshots is measured against (``crater.choices``): datum, gravity, expected size,
-        and the ground before the impact."""
-        column, size = self.column, self.impact.expected_transient_diameter
-        datum: dict[str, Any] = {"kind": "plane", "centre_m": [0.0, 0.0, 0.0], "source": "undisturbed ground"}
-        gravity = self.settings.target.gravity
-        if isinstance(column, bodies.Profile):
-            datum = {
-                "kind": "sphere",
-                "radius_m": self.radius,
-                "centre_m": [0.0, 0.0, 0.0],
-                "source": "radius of the relaxed target",
-            }
-            gravity = float(column.gravity[-1])
-        return {
-            "datum": datum,
-            "gravity_m_s2": gravity,
-            "expected_transient_diameter_m": size,
-            "before": f"snap_0000{snapshot.SUFFIX}",
-        }
+        return cloud_snapshot.particles(self.integrator, self.settings, self.column, self.radius)
 
     def finish(self) -> None:
         """Last snapshot and history."""

@@ -20,7 +20,7 @@ import numpy as np
 
 from matter.jit import parallel_kernel, prange
 from sph.cloud import Cloud
-from sph.rates import Rates
+from sph.rate_arrays import Rates
 from sph.row import SOUND
 from sph.state import Evaluated, holding
 
@@ -31,22 +31,12 @@ REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth
 
 @parallel_kernel
 def _limits(cloud, rates, evaluated, alpha, beta, courant, step, reason):
-    """Fill ``step`` (n,) [s] and ``reason`` (n,) from ``sph.cloud.Fields``, ``sph.rates.Sums`` and
+    """Fill ``step`` (n,) [s] and ``reason`` (n,) from ``sph.cloud.Fields``, ``sph.rate_arrays.Sums`` and
     ``sph.state.Response``."""
-    h, u, gravity, count, wave, row = (
-        cloud.smoothing_length,
-        cloud.specific_energy,
-        cloud.gravity,
-        cloud.neighbours,
-        evaluated.wave,
-        evaluated.row,
-    )
-    approach, acceleration, divergence, energy_rate = (
-        rates.approach,
-        rates.acceleration,
-        rates.divergence,
-        rates.energy,
-    )
+    h, u, gravity, count = cloud.smoothing_length, cloud.specific_energy, cloud.gravity, cloud.neighbours
+    wave, row = evaluated.wave, evaluated.row
+    approach, acceleration, divergence = rates.approach, rates.acceleration, rates.divergence
+    energy_rate = rates.energy
     for i in prange(len(h)):
         if holding(count[i]) <= 0.0:
             step[i], reason[i] = 1e30, 0

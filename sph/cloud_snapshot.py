@@ -1,0 +1,74 @@
+"""The cloud of the shock stage as a snapshot, with what says how a crater in it is measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from matter import snapshot
+from matter.particles import Particles
+from sph import ground as grounds
+from sph import state
+from sph import target as bodies
+from sph.integrator import Integrator
+from sph.settings import Settings
+
+
+def particles(
+    integrator: Integrator, settings: Settings, column: bodies.Profile | grounds.Ground, radius: float
+) -> Particles:
+    """The cloud as a snapshot, in order of identity. ``column`` is the undisturbed target, ``radius`` [m] its own where
+    it is a body."""
+    i, c, bottom = integrator, integrator.cloud, column.bottom if isinstance(column, grounds.Ground) else 0.0
+    damage = state.damage_of(c, i.materials.rows)
+    whole = i.materials.rows.mixes_damage[c.material] > 0
+    deviator = np.empty((len(c), 6))
+    np.multiply((np.where(whole, 1.0, 1.0 - damage) / i.evaluated.alpha)[:, None], c.stress, out=deviator[:, :5])
+    deviator[:, 5] = -(deviator[:, 0] + deviator[:, 3])
+    fields = {
+        "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass,
+        "density": c.density,
+        "specific_energy": c.specific_energy, "smoothing_length": c.smoothing_length,
+        "pressure": i.evaluated.pressure,
+        "deviatoric_stress": deviator, "damage": damage,
+        "distention": i.evaluated.alpha, "material": c.material, "layer": c.layer,
+        "sound_speed": i.evaluated.sound,
+        "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position,
+        "neighbours": c.neighbours,
+    }  # fmt: skip
+    order = np.argsort(c.identity)
+    attributes = {
+        "time": i.time,
+        "stage": "sph",
+        "frame": settings.target.frame,
+        "materials": list(i.materials.names),
+        "layers": [layer.name for layer in settings.target.layers],
+        **({"target_depth_m": -bottom} if settings.target.flat else {"target_radius_m": radius}),
+        "spacing_at_impact_m": settings.spacing_at_impact,
+        "measuring": measuring(settings, column, radius),
+        "shear_moduli_Pa": i.rows.shear.tolist(),
+    }
+    return Particles({name: array[order] for name, array in fields.items()}, attributes)
+
+
+def measuring(settings: Settings, column: bodies.Profile | grounds.Ground, radius: float) -> dict[str, Any]:
+    """What a crater in these snapshots is measured against (``crater.choices``): datum, gravity, expected size,
+    and the ground before the impact."""
+    size = settings.impact.expected_transient_diameter
+    datum: dict[str, Any] = {"kind": "plane", "centre_m": [0.0, 0.0, 0.0], "source": "undisturbed ground"}
+    gravity = settings.target.gravity
+    if isinstance(column, bodies.Profile):
+        datum = {
+            "kind": "sphere",
+            "radius_m": radius,
+            "centre_m": [0.0, 0.0, 0.0],
+            "source": "radius of the relaxed target",
+        }
+        gravity = float(column.gravity[-1])
+    return {
+        "datum": datum,
+        "gravity_m_s2": gravity,
+        "expected_transient_diameter_m": size,
+        "before": f"snap_0000{snapshot.SUFFIX}",
+    }
