@@ -241,7 +241,7 @@ def run(
     if threads is not None and "numba" not in sys.modules:
         os.environ["NUMBA_NUM_THREADS"] = str(threads)
     from pipeline import going_on, screen
-    from pipeline.run import Request
+    from pipeline.request import Request
     from pipeline.run import run as made
 
     place = Path(out)

@@ -12,20 +12,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dem import contact_tables, forces, integrator, walls
+from dem import contact_tables, departures, forces, integrator, walls
 from dem.columns import (
-    ANGULAR_GONE,
     ANGULAR_IMPULSE,
     AT_WALLS,
     BOOKS,
     DISSIPATED,
     DRAGGED,
-    ENERGY_GONE,
     EXCESS,
-    GRAINS_GONE,
     IMPULSE,
-    MASS_GONE,
-    MOMENTUM_GONE,
     RADIUS,
     SUMS,
     TOUCHING,
@@ -40,6 +35,8 @@ from matter import checkpoint
 from matter.errors import InputError, UnphysicalState
 from matter.particles import Particles
 
+FIELDS = "identity position velocity angular_velocity mass radius material species stiffness".split()
+"""What grains have to bring."""
 REASONS = ("escaped", "landed_outside", "through_the_side")
 
 
@@ -56,9 +53,11 @@ class Extras(NamedTuple):
 class Assembly(GrainList):
     """Grains in contact.
 
-    Parameters ---------- grains : fields identity position velocity angular_velocity mass radius material species
-    stiffness (density, headroom, state
-        optional), tables ``contacts/*`` optional: history of the contacts by the identities of the grains.
+    Parameters
+    ----------
+    grains : fields identity position velocity angular_velocity mass radius material species stiffness (density,
+        headroom, state optional), tables ``contacts/*`` optional: history of the contacts by the identities of the
+        grains.
     contact : laws and parameters.
     walls : boundaries, at rest.
     gravity : uniform or central field.
@@ -80,17 +79,7 @@ class Assembly(GrainList):
         overlap_limit: float | None = None,
         extras: Extras = Extras(),  # noqa: B008  (a tuple)
     ):
-        grains.need(
-            "identity",
-            "position",
-            "velocity",
-            "angular_velocity",
-            "mass",
-            "radius",
-            "material",
-            "species",
-            "stiffness",
-        )
+        grains.need(*FIELDS)
         check(grains)
         n = len(grains)
         offset, sleep, self_gravity = extras
@@ -135,13 +124,8 @@ class Assembly(GrainList):
         # factor of k_n against its start; energy of the springs at rest at that start; what changes of k_n have put
         # into springs, of that what the weight has taken, and the sum of the amounts of the rest [J]
         self.lost_in_flight = 0.0  # what collisions of flying grains have lost, part of what contacts dissipated [J]
-        self.softness, self.rest_energy, self.stiffness_energy, self.weight_energy, self.stiffness_excess = (
-            1.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-        )
+        self.softness, self.rest_energy, self.stiffness_energy, self.weight_energy = 1.0, 0.0, 0.0, 0.0
+        self.stiffness_excess = 0.0
         self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
         self.first = np.zeros(0, dtype=np.int32)
         self.hist = np.zeros((0, self.scheme.history))
@@ -169,7 +153,6 @@ class Assembly(GrainList):
         self._forces(initial=True)
 
     # -- lists
-    # ---------------------------------------------------------------------------------------------------------------
 
     def _workspace(self) -> None:
         n, c = len(self.X), self.threads
@@ -186,7 +169,6 @@ class Assembly(GrainList):
         self._forces(initial=True)
 
     # -- time
-    # ----------------------------------------------------------------------------------------------------------------
 
     def _each(self, function) -> list[Any]:
         """Run ``function(chunk)`` for all chunks, chunk 0 on this thread."""
@@ -247,19 +229,8 @@ class Assembly(GrainList):
         return tuple(Grains(self.X, self.V, self.W, self.A, self.E, self.F, self.kind, self.returned))
 
     def _sleepers(self) -> tuple:
-        return tuple(
-            Sleepers(
-                self.asleep,
-                self.near,
-                self.live,
-                self.row_energy,
-                self.wall_energy,
-                self.held,
-                self.rest,
-                float(self.wake),
-                float(self.memory),
-            )
-        )
+        marks, energies = (self.asleep, self.near, self.live), (self.row_energy, self.wall_energy)
+        return tuple(Sleepers(*marks, *energies, self.held, self.rest, float(self.wake), float(self.memory)))
 
     def _step_of(self, dt: float, over_speed: float = 0.0) -> tuple:
         return tuple(
@@ -326,8 +297,7 @@ class Assembly(GrainList):
             i = int(single[c, integrator.WALL_GRAIN])
             raise UnphysicalState(
                 f"grain {self.identity[i]} overlaps a wall by {single[c, integrator.WALL_OVERLAP]:.3f} of its radius "
-                f"(limit "
-                f"{self.overlap_limit:g}): {self.where(i)}. The springs are too soft for this load or speed"
+                f"(limit {self.overlap_limit:g}): {self.where(i)}. The springs are too soft for this load or speed"
             )
 
     def _refuse_overlap(self) -> None:
@@ -336,14 +306,12 @@ class Assembly(GrainList):
         closing = float(np.linalg.norm(self.W[j, :3] - self.W[i, :3]))
         raise UnphysicalState(
             f"grains {self.identity[i]} and {self.identity[j]} overlap by {self.worst:.3f} of the smaller radius "
-            f"(limit "
-            f"{self.overlap_limit:g}) at a relative speed of {closing:.4g} m/s; first: {self.where(i)}; second: "
-            f"{self.where(j)}. "
+            f"(limit {self.overlap_limit:g}) at a relative speed of {closing:.4g} m/s; first: {self.where(i)}; "
+            f"second: {self.where(j)}. "
             "The springs are too soft for this load or speed, or the bed was started with overlaps"
         )
 
     # -- what the state holds
-    # ------------------------------------------------------------------------------------------------
 
     def change_states(self, where: np.ndarray, state: int, reason: str = REASONS[0]) -> None:
         """Move grains (mask in the present order) into or out of the contact search, or out of the run, at a full
@@ -358,19 +326,8 @@ class Assembly(GrainList):
         if not where.any():
             return
         if state == LEFT:
-            half = 0.5 * self.dt
-            m, x = self.mass[where], self.X[where, :3]
-            p = m[:, None] * self.W[where, :3] + half * self.F[where, :3]
-            inertia = 0.4 * m * self.X[where, RADIUS] ** 2
-            energy = 0.5 * np.sum(p * self.W[where, :3], axis=1) + m * self.gravity.potential(x)
-            book = self.booked[REASONS.index(reason)]
-            book[GRAINS_GONE] += where.sum()
-            book[MASS_GONE] += m.sum()
-            book[MOMENTUM_GONE] += p.sum(axis=0)
-            book[ANGULAR_GONE] += (
-                np.cross(x, p) + inertia[:, None] * self.W[where, WX:] + half * self.F[where, WX:]
-            ).sum(axis=0)
-            book[ENERGY_GONE] += energy.sum()
+            tables = self.mass[where], self.X[where], self.W[where], self.F[where]
+            departures.book(self.booked[REASONS.index(reason)], *tables, 0.5 * self.dt, self.gravity)
         if state == BALLISTIC:
             self.returned[where] = 1
         self.state[where] = state

@@ -121,7 +121,6 @@ class Collapse:
         self.worst_overlap = 0.0
 
     # -- time
-    # ----------------------------------------------------------------------------------------------------------------
 
     def advance(self) -> None:
         """Step until the profile is still (not before ``end_time``) or ``latest_time`` is reached."""
@@ -182,7 +181,6 @@ class Collapse:
         ]  # fmt: skip
 
     # -- files
-    # ---------------------------------------------------------------------------------------------------------------
 
     def _particles(self, tables: bool) -> Particles:
         attributes = {**self.carried, "time": self.bed.time, "stage": "dem"}

@@ -129,13 +129,8 @@ def pair_loop(scheme: Scheme) -> Any:
             s[_STORED, k], s[_SPENT, k], s[_EXCESS, k] = stored, spent, beyond
             s[_RATIO, k] = overlap / min(ri, rj) if limit < 0.0 else 0.0
             s[_SLIP, k], s[_SLIP + 1, k], s[_SLIP + 2, k] = h.sx, h.sy, h.sz
-            s[_ROLL, k], s[_ROLL + 1, k], s[_ROLL + 2, k], s[_TWIST, k], s[_TOUCHING, k] = (
-                h.ax,
-                h.ay,
-                h.az,
-                h.phi,
-                h.flag,
-            )
+            s[_ROLL, k], s[_ROLL + 1, k], s[_ROLL + 2, k], s[_TWIST, k] = h.ax, h.ay, h.az, h.phi
+            s[_TOUCHING, k] = h.flag
             if rescale != 0:
                 s[_EIGHTH, k] = h.laid
 

@@ -86,7 +86,6 @@ class GrainList:
         return self.start_time + self.steps * self.dt
 
     # -- lists
-    # ---------------------------------------------------------------------------------------------------------------
 
     def touching(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Present indices of the two grains of each contact, and its history."""
@@ -195,7 +194,6 @@ class GrainList:
         self._known = self._not_empty()
 
     # -- what the state holds
-    # ------------------------------------------------------------------------------------------------
 
     @property
     def mass(self) -> np.ndarray:
@@ -251,7 +249,6 @@ class GrainList:
         )
 
     # -- files
-    # ---------------------------------------------------------------------------------------------------------------
 
     def particles(self, attributes: dict[str, Any], tables: bool = True) -> Particles:
         """The grains as a snapshot in the order of their identities; ``tables`` adds the contact history."""

@@ -209,16 +209,10 @@ def kick_loop(scheme: Scheme) -> Any:
                     fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(
                         meeting, bodies, numbers, springs, dt, tail, scheme
                     )
-                    wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2] = (
-                        h.sx,
-                        h.sy,
-                        h.sz,
-                    )
-                    wall_history[i, w, ROLL], wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2] = (
-                        h.ax,
-                        h.ay,
-                        h.az,
-                    )
+                    wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1] = h.sx, h.sy
+                    wall_history[i, w, SLIP + 2] = h.sz
+                    wall_history[i, w, ROLL], wall_history[i, w, ROLL + 1] = h.ax, h.ay
+                    wall_history[i, w, ROLL + 2] = h.az
                     wall_history[i, w, TWIST], wall_history[i, w, TOUCHING] = h.phi, h.flag
                     if rescale != 0:
                         wall_history[i, w, LAID] = h.laid

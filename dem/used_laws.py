@@ -21,7 +21,7 @@ def _laws(contact: Contact) -> set[Path]:
     idle = {
         Path(str(module.__file__)) for family in FAMILIES for module in family.laws if module.__file__ not in taken
     }
-    return idle | ({ROOM / "trials" / "shear_cell.py"} if contact.friction_angle is None else set())
+    return idle | (set((ROOM / "trials").glob("*.py")) if contact.friction_angle is None else set())
 
 
 def of_bed(settings: Any) -> set[Path]:

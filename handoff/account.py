@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import compare, domain, force_network, shock_rows
+from handoff import account_cavity, account_fields, domain, force_network, shock_rows
 from handoff.direct import Direct, enter
 from handoff.handed import Handoff
 from handoff.hydrostatic import Column
-from handoff.ledger import Ledger, volume_limit, volume_scatter
-from handoff.offset import by_one_factor
-from handoff.surface import Rules
+from handoff.ledger import Ledger
 from matter import readable
-from matter.alpha_shape import alpha_shape
-from matter.errors import InputError
 from matter.particles import Particles
-
-_CALIBRATION = 60_000
 
 
 def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]) -> Ledger:
@@ -27,9 +21,9 @@ def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, 
     ledger = Ledger(waive)
     region = domain.read(bed.attributes)
     _sums(ledger, made)
-    _fields(ledger, made, source, bed, region, column)
+    account_fields.enter(ledger, made, source, bed, region, column)
     _overlaps(ledger, made)
-    _surface(ledger, made, bed, region)
+    account_cavity.enter(ledger, made, bed, region)
     shock_rows.enter(ledger, made, source, region, column)
     if "residual_speed_over_sqrt_g_r" in bed.attributes:
         ledger.measure("bed_residual_speed_over_sqrt_g_r", bed.attributes["residual_speed_over_sqrt_g_r"])
@@ -136,108 +130,6 @@ def _relative(difference, scale: float) -> float:
     return size / scale if scale > 0.0 else (0.0 if size == 0.0 else float("inf"))
 
 
-def support_of(source: Particles, spacing: np.ndarray) -> np.ndarray:
-    """Kernel support [m]: the source's own, or two spacings."""
-    return source.smoothing_length if "smoothing_length" in source else 2.0 * spacing
-
-
-def comparison_cells(made: Handoff, source: Particles, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Cells of the field comparison for the sample points, and their sizes [m]."""
-    support = support_of(source, made.split.spacing)[made.compact.places][made.carving.samples.particle]
-    return compare.cells(made.mapped.fields, support, 3.0 * radius)
-
-
-def corrected_fields(made: Handoff, source: Particles, bed: Particles) -> compare.Fields:
-    """Both clouds on the sample points with the corrected masses and velocities."""
-    kept = np.flatnonzero(made.carving.stays)
-    before = (
-        source.mass[made.compact.places] * made.compact.share,
-        source.velocity[made.compact.places],
-        made.mapped.own_gradient,
-    )
-    start, count = made.start, len(kept)
-    return compare.fields_of(
-        bed,
-        kept,
-        made.carving.samples,
-        made.carving.heir,
-        before,
-        start.mass[:count],
-        start.velocity[:count],
-        made.carving.volume,
-    )
-
-
-def _fields(
-    ledger: Ledger, made: Handoff, source: Particles, bed: Particles, region: domain.Domain, column: Column
-) -> None:
-    radius = float(bed.radius.mean())
-    number, size = comparison_cells(made, source, radius)
-    fields = corrected_fields(made, source, bed)
-    difference = compare.field_difference(fields, number, size)
-    note = f"{len(difference.mass)} cells of {readable.length(size.min())} to {readable.length(size.max())}"
-    ledger.measure("velocity_field_L2", difference.l2, note)
-    ledger.measure("velocity_direction_deg_mean", difference.direction_deg, note)
-    local = compare.local_momentum(made.mapped.fields, region)
-    worst = max(local, key=lambda row: row[1], default=("none: nothing moves", 0.0, 0.0))
-    ledger.measure("momentum_local_rel", worst[1], f"worst: {worst[0]}, which holds {worst[2]:.1%} of sum m|v|")
-    left = max((row[1] for row in compare.local_momentum(fields, region)), default=0.0)
-    largest = float(np.linalg.norm(made.mapped.regional, axis=1).max())
-    ledger.state(
-        "momentum_local_after_rel",
-        left,
-        "1",
-        f"the same after the correction; regional part of it: at most {largest:.4g} m/s",
-    )
-    bulk, peculiar = compare.energy_split(made.mapped.fields, made.carving.heir)
-    ledger.state(
-        "kinetic_energy_bulk", bulk, "J", "of the source's compact matter, averaged over the cells of single grains"
-    )
-    ledger.state(
-        "kinetic_energy_peculiar",
-        peculiar,
-        "J",
-        f"below the size of a grain, which grains cannot take over: {_share(peculiar, bulk + peculiar)}",
-    )
-    density = compare.density_difference(fields, radius)
-    if np.isfinite(density):
-        ledger.measure("bulk_density_rel", density)
-    else:
-        ledger.skip("bulk_density_rel", "not_applicable", "no cube of 5 grain radii lies wholly inside the surface")
-    thrown = made.ejecta.source
-    before = flying_mass(source.position[thrown], source.velocity[thrown], source.mass[thrown], region, column)
-    inside = flying_mass(
-        source.position[made.compact.places],
-        source.velocity[made.compact.places],
-        source.mass[made.compact.places] * made.compact.share,
-        region,
-        column,
-    )
-    place = made.start.position.copy()
-    place[len(place) - len(thrown) :] = source.position[thrown]  # judged where it was, not where its grain found room
-    after = flying_mass(place, made.start.velocity, made.start.mass, region, column)
-    ledger.measure(
-        "ejecta_mass_curve_rel",
-        compare.mass_curve_difference(
-            np.r_[before[0], inside[0]], np.r_[before[1], inside[1]], *after, above=made.split.speed_limit
-        ),
-        f"rising matter above {made.split.speed_limit:.4g} m/s that free flight brings above the datum; grains of the "
-        f"bed included",
-    )
-
-
-def _share(part: float, whole: float) -> str:
-    return f"{part / whole:.2%} of both" if whole > 0.0 else "nothing moves"
-
-
-def flying_mass(position, velocity, mass, region: domain.Domain, column: Column) -> tuple[np.ndarray, np.ndarray]:
-    """Masses [kg] and speeds [m/s] of what rises and would come above the datum in free flight."""
-    height, speed = region.frame.height(position), np.linalg.norm(velocity, axis=1)
-    upward = np.einsum("ij,ij->i", velocity, region.frame.up(position))
-    flies = (upward > 0.0) & (column.apex(height, upward, speed) > 0.0)
-    return mass[flies], speed[flies]
-
-
 def _overlaps(ledger: Ledger, made: Handoff) -> None:
     """Overlaps that the transfer made: those with an ejecta grain. Bed grains have not moved, their overlaps are those
     of the settled bed."""
@@ -280,70 +172,6 @@ def _overlaps(ledger: Ledger, made: Handoff) -> None:
             ledger.skip(
                 name, "not_applicable" if depth == 0.0 else "not_measured", "the bed carries no field 'stiffness'"
             )
-
-
-def grain_surface(made: Handoff, bed: Particles, chosen: Callable[[np.ndarray], np.ndarray], wider: np.ndarray):
-    """Surface of the carved bed (a mesh): the alpha-shape of the grains that stay, at the offset at which it holds,
-    among the ``chosen`` sample points, as many as the cells of these grains. Its radius is one grain spacing: what a
-    further grain would touch. Only grains in ``wider`` (mask over the bed) are looked at."""
-    taken = made.carving.stays & wider
-    spacing = np.cbrt(made.carving.volume[taken])
-    shape = alpha_shape(bed.position[taken], spacing, 1.0, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
-    here = chosen(made.carving.samples.position)
-    share = float(np.mean(made.carving.stays[made.carving.samples.grain[here]]))
-    return by_one_factor(shape, spacing, made.carving.samples.position[here][:_CALIBRATION], share, Rules())[0].mesh
-
-
-def _surface(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domain) -> None:
-    radius = float(bed.radius.mean())
-    size = made.carving.size
-    if size.radius == 0.0:
-        for name in ("cavity_radius_over_r_DEM_min", "cavity_hausdorff_over_r", "cavity_volume_rel"):
-            ledger.skip(name, "not_applicable", "there is no cavity")
-        return
-    ratio = size.radius / radius
-    ledger.measure(
-        "cavity_radius_over_r_DEM_min",
-        ratio,
-        f"radius {readable.length(size.radius)}, depth {readable.length(size.depth)}, grains "
-        f"{readable.length(radius)}",
-    )
-    margin = 3.0 * radius
-
-    def chosen(points: np.ndarray) -> np.ndarray:
-        return (size.distance(points, region) < 1.5 * size.radius) & (region.depth_inside(points) > margin)
-
-    try:
-        mesh = grain_surface(made, bed, chosen, size.distance(bed.position, region) < 1.8 * size.radius)
-        there, back = compare.surface_distance(made.carving.solid.mesh, mesh, chosen)
-    except InputError as reason:
-        ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))
-    else:
-        both = np.r_[there, back] / radius
-        ledger.measure(
-            "cavity_hausdorff_over_r",
-            both.max(),
-            f"rms {np.sqrt(np.mean(both**2)):.3f}, 99 % below {np.percentile(both, 99):.3f}",
-        )
-    samples = made.carving.samples
-    here = size.distance(samples.position, region) < size.radius
-    # net of what stands above the datum: a rough but level surface has no volume
-    sign = np.where(region.frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
-    empty = float((sign * samples.weight[here]) @ (samples.inside[here] == (sign < 0.0))) * samples.volume
-    carved = (
-        float((sign * samples.weight[here]) @ (made.carving.stays[samples.grain[here]] == (sign < 0.0)))
-        * samples.volume
-    )
-    cut = (float(np.cbrt(made.carving.volume[made.carving.stays].mean())), size.radius, size.depth, size.volume)
-    scatter = volume_scatter(*cut)
-    ledger.measure(
-        "cavity_volume_rel",
-        abs(carved / empty - 1.0) if empty > 0.0 else np.inf,
-        f"below the datum: source {readable.volume(empty)}, bed {readable.volume(carved)}; at {ratio:.1f} grains per "
-        f"cavity radius another draw of the bed "
-        f"moves it by {scatter:.1%}",
-        bound=volume_limit(*cut),
-    )
 
 
 def _layers(ledger: Ledger, made: Handoff, source: Particles) -> None:

@@ -47,31 +47,15 @@ def _frame_of(data) -> tuple[Any, float, str, tuple[float, float], tuple[float, 
     else:
         width, low, high = region.radius, region.floor, region.top
     margin = 0.06 * width
-    return (
-        region,
-        unit,
-        name,
-        ((-width - margin) / unit, (width + margin) / unit),
-        ((low - margin) / unit, (high + 4 * margin) / unit),
-    )
+    across = (-width - margin) / unit, (width + margin) / unit
+    return region, unit, name, across, ((low - margin) / unit, (high + 4 * margin) / unit)
 
 
 def _discs(axes, place, radius, colours, unit, **options) -> None:
     from matplotlib.collections import EllipseCollection
 
-    size = 2.0 * radius / unit
-    axes.add_collection(
-        EllipseCollection(
-            size,
-            size,
-            np.zeros(len(size)),
-            units="xy",
-            offsets=place / unit,
-            offset_transform=axes.transData,
-            facecolors=colours,
-            **options,
-        )
-    )
+    size, where = 2.0 * radius / unit, dict(units="xy", offsets=place / unit, offset_transform=axes.transData)
+    axes.add_collection(EllipseCollection(size, size, 0.0 * size, facecolors=colours, **where, **options))
 
 
 def _section(mesh, unit: float):
@@ -94,14 +78,8 @@ def _outline(axes, data, region, unit) -> None:
             )
     else:
         for level, style in ((region.datum, ":"), (region.top, "--"), (region.floor, "-")):
-            axes.plot(
-                [-region.radius / unit, region.radius / unit],
-                [level / unit] * 2,
-                style,
-                color="#999",
-                lw=0.7,
-                zorder=4,
-            )
+            side = region.radius / unit
+            axes.plot([-side, side], [level / unit] * 2, style, color="#999", lw=0.7, zorder=4)
 
 
 def _colour_of(name: str) -> str:

@@ -15,7 +15,19 @@ from typing import Any
 
 import numpy as np
 
-from handoff import account, compare, direct, handoff_time, heights, hydrostatic, report, shock_rows, surface, transfer
+from handoff import (
+    account,
+    account_fields,
+    compare,
+    direct,
+    handoff_time,
+    heights,
+    hydrostatic,
+    report,
+    shock_rows,
+    surface,
+    transfer,
+)
 from handoff import control as controls
 from handoff import domain as domains
 from handoff.handed import Handoff
@@ -97,11 +109,14 @@ def hand_over(
 ) -> tuple[Particles, Ledger]:
     """Hand a shock-physics snapshot over to a settled bed.
 
-    Parameters ---------- source : SPH particles with position, velocity, mass, density, material; attributes ``time``,
-    ``materials``. bed : settled grains with identity, position, mass, radius, material; attributes ``domain``,
-    ``frame``, ``materials``. rules : how ejecta are told from compact material and how the surface is drawn; the
-    defaults when None. column : undisturbed pressure and gravity against height; from the source's field ``gravity``
-    when None. waive : limit -> reason.
+    Parameters
+    ----------
+    source : SPH particles with position, velocity, mass, density, material; attributes ``time``, ``materials``.
+    bed : settled grains with identity, position, mass, radius, material; attributes ``domain``, ``frame``,
+        ``materials``.
+    rules : how ejecta are told from compact material and how the surface is drawn; the defaults when None.
+    column : undisturbed pressure and gravity against height; from the source's field ``gravity`` when None.
+    waive : limit -> reason.
 
     Returns the bed that the granular stage starts from, and the ledger. Raises ``InputError`` for inputs that cannot
     be handed over.
@@ -244,8 +259,8 @@ def _record(
 
 def _write_residuals(made: Handoff, source: Particles, bed: Particles, path: Path) -> None:
     """What the report draws: the split, surface heights of both clouds, and the fields cell by cell."""
-    number, size = account.comparison_cells(made, source, float(bed.radius.mean()))
-    cells = compare.field_difference(account.corrected_fields(made, source, bed), number, size)
+    number, size = account_fields.comparison_cells(made, source, float(bed.radius.mean()))
+    cells = compare.field_difference(account_fields.corrected_fields(made, source, bed), number, size)
     foot, distance, height, carved = made.carving.columns
     archive.write(
         path,

@@ -23,6 +23,7 @@ from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from matter.errors import InputError
 from matter.jit import one_blas_thread
+from matter.tetrahedra import circumradius, components, fill_voids, tetrahedron_volume
 
 SOURCES = ("EdelsbrunnerMucke1994",)
 
@@ -45,27 +46,6 @@ def _along_curve(place: np.ndarray) -> np.ndarray:
     for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
         cell = (cell | (cell << np.uint64(shift))) & np.uint64(mask)
     return np.argsort(cell @ np.array([1, 2, 4], dtype=np.uint64), kind="stable")
-
-
-def circumradius(vertices: np.ndarray) -> np.ndarray:
-    """Circumradius [m] of tetrahedra, ``vertices`` of shape (t, 4, 3); infinite for a flat one.
-
-    With the edges a, b, c from the first vertex: R = | |a|^2 b x c + |b|^2 c x a + |c|^2 a x b | / (2 |a . (b x c)|).
-    """
-    a, b, c = (vertices[:, k] - vertices[:, 0] for k in (1, 2, 3))
-    bc = np.cross(b, c)
-    aa, bb, cc = (np.einsum("ij,ij->i", e, e)[:, None] for e in (a, b, c))
-    numerator = np.linalg.norm(aa * bc + bb * np.cross(c, a) + cc * np.cross(a, b), axis=1)
-    determinant = np.abs(np.einsum("ij,ij->i", a, bc))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        radius = numerator / (2.0 * determinant)
-    return np.where(determinant > 0.0, radius, np.inf)
-
-
-def tetrahedron_volume(vertices: np.ndarray) -> np.ndarray:
-    """Volumes [m^3] of tetrahedra, ``vertices`` of shape (t, 4, 3)."""
-    a, b, c = (vertices[:, k] - vertices[:, 0] for k in (1, 2, 3))
-    return np.abs(np.einsum("ij,ij->i", a, np.cross(b, c))) / 6.0
 
 
 @dataclass(frozen=True)
@@ -121,9 +101,7 @@ class AlphaShape:
     def contains(self, position: np.ndarray) -> np.ndarray:
         """(m,) whether each point of ``position`` (m, 3) lies in a kept tetrahedron."""
         place = (np.asarray(position) - self._shift) / self._scale
-        order = _along_curve(
-            place
-        )  # the search walks from the last tetrahedron found: near points in turn make short walks
+        order = _along_curve(place)  # the search walks from the last tetrahedron found: short walks in turn
         simplex = np.empty(len(place), dtype=np.int64)
         simplex[order] = self.triangulation.find_simplex(place[order])
         return (simplex >= 0) & self.kept[simplex]
@@ -317,10 +295,12 @@ def alpha_shape(
 ) -> AlphaShape:
     """Alpha-shape of a cloud.
 
-    Parameters ---------- points : (n, 3) particle centres [m]. spacing : local particle spacing [m], one or (n,):
-    (mass / density)^(1/3) of each particle. factor : alpha in spacings; a tetrahedron stays when its circumradius is
-    below ``factor`` times the mean spacing of its corners.
-        A perfect lattice needs 0.87 (cubic) or 0.80 (close-packed), a disordered one about 1.2.
+    Parameters
+    ----------
+    points : (n, 3) particle centres [m].
+    spacing : local particle spacing [m], one or (n,): (mass / density)^(1/3) of each particle.
+    factor : alpha in spacings; a tetrahedron stays when its circumradius is below ``factor`` times the mean spacing of
+        its corners. A perfect lattice needs 0.87 (cubic) or 0.80 (close-packed), a disordered one about 1.2.
     fill_below : enclosed voids smaller than this volume [m^3] are filled.
 
     Raises ``InputError`` for fewer than four points, points in one plane, values that are not finite, or an empty
@@ -351,37 +331,6 @@ def alpha_shape(
     if not np.any(kept):
         raise InputError(f"the alpha-shape is empty: no tetrahedron has a circumradius below {factor} spacings")
     volume = tetrahedron_volume(corners)
-    filled = _fill_voids(triangulation.neighbors, kept, volume, fill_below) if fill_below > 0.0 else 0
-    component, component_volume = _components(triangulation.neighbors, kept, volume)
+    filled = fill_voids(triangulation.neighbors, kept, volume, fill_below) if fill_below > 0.0 else 0
+    component, component_volume = components(triangulation.neighbors, kept, volume)
     return AlphaShape(points, spacing, triangulation, kept, component, component_volume, factor, filled, shift, scale)
-
-
-def _pieces(neighbours: np.ndarray, chosen: np.ndarray) -> tuple[int, np.ndarray]:
-    """Connected pieces, through faces, of the chosen tetrahedra."""
-    row, side = np.nonzero(chosen[:, None] & (neighbours >= 0) & chosen[neighbours])
-    links = coo_matrix((np.ones(len(row), dtype=np.int8), (row, neighbours[row, side])), shape=(len(chosen),) * 2)
-    return connected_components(links, directed=False)
-
-
-def _components(neighbours: np.ndarray, kept: np.ndarray, volume: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    number, label = _pieces(neighbours, kept)
-    size = np.bincount(label[kept], weights=volume[kept], minlength=number)
-    present = np.bincount(label[kept], minlength=number) > 0
-    order = np.argsort(-size, kind="stable")
-    order = order[present[order]]
-    rank = np.full(number, -1)
-    rank[order] = np.arange(len(order))
-    return np.where(kept, rank[label], -1), size[order]
-
-
-def _fill_voids(neighbours: np.ndarray, kept: np.ndarray, volume: np.ndarray, below: float) -> int:
-    """Keep the tetrahedra of every enclosed void smaller than ``below`` (in place); returns how many voids were
-    filled."""
-    number, label = _pieces(neighbours, ~kept)
-    gap = ~kept
-    size = np.bincount(label[gap], weights=volume[gap], minlength=number)
-    open_ = np.zeros(number, dtype=bool)
-    open_[label[gap & np.any(neighbours < 0, axis=1)]] = True
-    fill = ~open_ & (size < below) & (np.bincount(label[gap], minlength=number) > 0)
-    kept |= gap & fill[label]
-    return int(np.count_nonzero(fill))

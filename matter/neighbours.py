@@ -68,9 +68,11 @@ def _cells(position, level, origin, width, shape, offset, cell):
 def sort(position: np.ndarray, h: np.ndarray, half_width: float = np.inf) -> tuple[np.ndarray, Grid]:
     """The order that sorts particles by level and cell, and the grid over the sorted particles.
 
-    Parameters ---------- position : (n, 3) [m];  h : (n,) support radii [m]. half_width : particles beyond this
-    distance from the origin along an axis share the outermost cells [m], so that a few far ones do not blow the
-        grid up; results do not depend on it.
+    Parameters
+    ----------
+    position : (n, 3) [m];  h : (n,) support radii [m].
+    half_width : particles beyond this distance from the origin along an axis share the outermost cells [m], so that a
+        few far ones do not blow the grid up; results do not depend on it.
 
     Returns
     -------

@@ -106,7 +106,9 @@ def graded(
     are spread evenly; the walls are met by smooth layers of points. ``finest`` : the smallest spacing, where it holds
     in too small a part of the region for samples to find it.
 
-    Returns ------- points (n, 3) [m], volume (n,) [m^3] that each stands for (from the local number density, scaled to
+    Returns
+    -------
+    points (n, 3) [m], volume (n,) [m^3] that each stands for (from the local number density, scaled to
     the volume of the region).
     """
     probe = region.draw(rng, 200_000)

@@ -15,6 +15,7 @@ from matter import archive
 from matter.errors import InputError
 
 ENTRY, COLLISION, APPROACH, EXIT = 1, 2, 3, 4
+FLYING, TIMED_OUT, LEFT, HIT_PLANET, HIT_MOON = 0, 1, 2, 3, 4  # how a flight stands, or ended
 KINDS = {ENTRY: "entry", COLLISION: "collision", APPROACH: "closest approach", EXIT: "exit"}
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from matter import archive, checkpoint
 from matter.errors import Unsound
 from nbody import census, conditions, encounters, rules, soundness
-from nbody.integrators import rkck
+from nbody.integrators import cash_karp, moon_mode, rkck
 from nbody.settings import Settings
 from nbody.system import GALILEAN, jovian
 
@@ -30,7 +30,11 @@ JACOBI_LIMIT = 1e-6
 
 def idle_sources(settings: Settings) -> set[Path]:
     """Files that this run does not take: its bibliography leaves out what only they cite."""
-    return {Path(rkck.__file__)} if settings.integrator != "rkck" else set()
+    return (
+        {Path(rkck.__file__), Path(cash_karp.__file__), Path(moon_mode.__file__)}
+        if settings.integrator != "rkck"
+        else set()
+    )
 
 
 def predict(settings: Settings) -> dict[str, float]:

@@ -43,7 +43,7 @@ from matter.errors import InputError, Stopped
 from pipeline import case as cases
 from pipeline import expected, folder, provenance, run_process, stages
 from pipeline.compose import compose
-from pipeline.run import Request
+from pipeline.request import Request
 
 COARSER = 2.0 ** (1.0 / 3.0)
 HALF_RANGE_OF_THREE = 0.5 + 3.0 * math.sqrt(3.0) / (4.0 * math.pi)

@@ -19,7 +19,7 @@ from matter.errors import InputError
 from pipeline import chain_error, expected
 from pipeline.chain_error import Row
 from pipeline.compose import compose
-from pipeline.run import Request
+from pipeline.request import Request
 from pipeline.sweep import Member, Sweep
 
 LEAST = 2

@@ -8,7 +8,7 @@ from pathlib import Path
 from matter.body import Model
 from pipeline import folder, identity, stages, view
 from pipeline.compose import compose
-from pipeline.run import Request, impact_of
+from pipeline.request import Request, impact_of
 from pipeline.store import Entry
 
 HERE, STORED, MADE, CONTINUED, UNKNOWN = (

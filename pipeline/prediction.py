@@ -8,7 +8,7 @@ from pathlib import Path
 
 from matter.body import Model
 from pipeline import provenance, sense, stages
-from pipeline.run import Request
+from pipeline.request import Request
 from pipeline.screen import duration
 
 # how large the work of a later stage is depends on an earlier one: sizes by name, for the settings that have a field

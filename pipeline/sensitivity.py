@@ -19,87 +19,23 @@ import json
 import math
 import statistics
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from matter import archive
-from matter.crater_measures import BY_NAME, RATIOS, UNITS
+from matter.crater_measures import RATIOS
 from matter.errors import InputError, Stopped
-from pipeline import case as cases
-from pipeline import folder, going_on, identity, run_process, stages, view
+from pipeline import folder, going_on, identity, run_process, sensitivity_table, stages, view
 from pipeline.compose import compose
-from pipeline.run import Request, settings_of
+from pipeline.request import Request, settings_of
+from pipeline.sensitivity_table import DEEP, DEEPEST, STILL
+from pipeline.variants import BED, CONTROLS, FOLDER, Variant, variants
 
-FOLDER, FILE = "sensitivity", "sensitivity.json"
-DEEP, STILL = 5.0, 0.1
-"""The carved bed at rest: grains deeper than ``DEEP`` radii below the carved surface shall move less than ``STILL``
-radii."""
+FILE = "sensitivity.json"
 _MINE = ("handoff", "dem", "crater")
-_ROWS = {  # ledger row -> measure, variants
-    "final_D_change_on_t_handoff_x2": ("D", ("time_x0.5", "time_x2")),
-    "final_d_change_on_t_handoff_x2": ("d", ("time_x0.5", "time_x2")),
-    "final_D_change_on_vcut_x2": ("D", ("speed_limit_x0.5", "speed_limit_x2")),
-    "final_D_change_on_alpha_x1.5": ("D", ("alpha_x0.67", "alpha_x1.5")),
-}
-_DEEPEST = "dem_depth_most_m"
-_COLUMNS = {**{name: f"{BY_NAME[name].symbol} [m]" for name in RATIOS if UNITS[name] == "m"}, _DEEPEST: "deepest [m]"}
-CONTROLS = ("control_at_rest", "control_uncarved")
 DRAWS = 2
 """Beds on which each variant is made."""
-_BED = "@bed"
-
-
-@dataclass(frozen=True)
-class Variant:
-    """One change of the handoff of a run: ``overrides`` are texts of ``--set``; ``shares`` are the stages that the run
-    has done for it."""
-
-    name: str
-    overrides: tuple[str, ...]
-    shares: tuple[str, ...] = ("nbody", "sph", "bed")
-
-    @property
-    def of(self) -> str:
-        """The variant that this is a draw of: itself on the run's own bed."""
-        return "base" if self.name.startswith("another_bed") else self.name.partition(_BED)[0]
-
-    def request(self, run: Path) -> Request:
-        """The request that makes it. Raises ``InputError``."""
-        return Request(going_on.read(run / "case.used.toml", None, self.overrides), run / FOLDER, start=None)
-
-
-def variants(run: Path, draws: int = 1) -> list[Variant]:
-    """The variants and controls of a finished run, each on ``draws`` beds, the run's own first. Raises ``InputError``
-    when the run has no handoff or no ``case.used.toml``."""
-    record = folder.record(stages.folder(run, "handoff") / "handoff.json")
-    if not record or not (run / "case.used.toml").is_file():
-        raise InputError(f"{run} is not a finished run: no handoff.json or no case.used.toml")
-    seed = cases.read(run / "case.used.toml").document.get("bed", {}).get("seed", 1)
-    time, limit, alpha = record["time_s"], record["speed_limit_m_s"], record["alpha_spacings"]
-
-    def fixed(**changed: float) -> tuple[str, ...]:
-        values = {"time": time, "speed_limit": limit, "alpha": alpha} | changed
-        return (
-            f'handoff.time="{values["time"]!r} s"',
-            f'handoff.speed_limit="{values["speed_limit"]!r} m/s"',
-            f"handoff.alpha={values['alpha']!r}",
-        )
-
-    found = [Variant("base", fixed())]
-    found += [Variant(f"time_x{factor:g}", fixed(time=factor * time)) for factor in (0.5, 2.0)]
-    found += [Variant(f"speed_limit_x{factor:g}", fixed(speed_limit=factor * limit)) for factor in (0.5, 2.0)]
-    found += [Variant(f"alpha_x{factor:g}", fixed(alpha=factor * alpha)) for factor in (0.67, 1.5)]
-    others = []
-    for k in range(2, max(draws, 2) + 1):
-        for one in found if k <= draws else found[:1]:
-            name = ("another_bed" if k == 2 else f"another_bed_{k}") if one.name == "base" else f"{one.name}{_BED}{k}"
-            others.append(Variant(name, (*one.overrides, f"bed.seed={seed + k - 1}"), shares=("nbody", "sph")))
-    found += others
-    return found + [
-        Variant(f"control_{kind}", (*fixed(), f'handoff.control="{kind}"')) for kind in ("at_rest", "uncarved")
-    ]
 
 
 def make(
@@ -120,7 +56,7 @@ def make(
             f"no variant {', '.join(sorted(unknown))} (known: {', '.join(variant.name for variant in every)})"
         )
     for variant in every:
-        if only and not {variant.name, variant.name.partition(_BED)[0]} & set(only):
+        if only and not {variant.name, variant.name.partition(BED)[0]} & set(only):
             continue
         if is_done(variant, run):
             say(f"{variant.name}: done before")
@@ -195,12 +131,12 @@ def compare(run: Path, draws: int = 1) -> dict[str, Any]:
     )
     rows: dict[str, dict[str, Any]] = {}
     for name, row in found.items():
-        if _BED in name:
+        if BED in name:
             continue
         pairs = [(row, found["base"])] + [
             (found[other], found[_base_of(other)]) for other in _draws_of(name, found) if _base_of(other) in found
         ]
-        for key in (*RATIOS, _DEEPEST):
+        for key in (*RATIOS, DEEPEST):
             changes = [change for one, base in pairs if (change := _change(one.get(key), base.get(key))) is not None]
             row[f"{key}_change"] = (
                 sum(changes) / len(changes)
@@ -215,7 +151,7 @@ def compare(run: Path, draws: int = 1) -> dict[str, Any]:
             0.0 if name == "base" else _profile_rms(place_of(every["base"], run), place_of(every[name], run))
         )
         rows[name] = row
-    on_other_beds = {name: row for name, row in found.items() if _BED in name}
+    on_other_beds = {name: row for name, row in found.items() if BED in name}
     controls = {name: _control(every[name].request(run).run_folder) for name in CONTROLS if name in done}
     missing = [name for name in every if name not in done]
     return {
@@ -229,12 +165,12 @@ def compare(run: Path, draws: int = 1) -> dict[str, Any]:
 
 def _draws_of(name: str, found: dict[str, Any]) -> list[str]:
     """The same variant on other beds."""
-    return [other for other in found if other.startswith(f"{name}{_BED}")]
+    return [other for other in found if other.startswith(f"{name}{BED}")]
 
 
 def _base_of(name: str) -> str:
     """The base on the bed of a draw."""
-    number = name.partition(_BED)[2]
+    number = name.partition(BED)[2]
     return "another_bed" if number == "2" else f"another_bed_{number}"
 
 
@@ -249,7 +185,7 @@ def _measured(place: Path) -> dict[str, Any]:
         "speed_limit_m_s": record.get("speed_limit_m_s"),
         "alpha_spacings": record.get("alpha_spacings"),
     }
-    row[_DEEPEST] = _deepest(stages.folder(place, "crater") / "time_series.csv")
+    row[DEEPEST] = _deepest(stages.folder(place, "crater") / "time_series.csv")
     return row
 
 
@@ -323,92 +259,6 @@ def _control(place: Path) -> dict[str, Any]:
     }
 
 
-def enter(found: dict[str, Any], book) -> None:
-    """Fill the rows of a ledger that need further runs; a change counts as the larger of the two that its variants
-    show."""
-    rows = found["rows"]
-    for name, (measure, wanted) in _ROWS.items():
-        there = [rows[variant] for variant in wanted if variant in rows]
-        if not there:
-            continue
-        missing = [variant for variant in wanted if variant not in rows]
-        key = (
-            "depth_m"
-            if measure == "d"
-            else next((k for k in RATIOS[:2] if all(row[f"{k}_change"] is not None for row in there)), None)
-        )
-        changes = [row[f"{key}_change"] for row in there] if key else []
-        said = ", ".join(f"{variant} {_with_error(rows[variant], key)}" for variant in wanted if variant in rows)
-        cut = f"; not made: {', '.join(missing)}" if missing else ""
-        if key and all(change is not None for change in changes):
-            book.amend(name, max(abs(change) for change in changes), f"{key}: {said}{cut}")
-        elif all(row["profile_rms_m"] is not None for row in there):
-            worst = max(row["profile_rms_m"] for row in there)
-            book.amend(
-                name,
-                worst,
-                f"no crater left to measure: RMS difference of the profiles{cut}",
-                limit=found["allowed_rms_m"],
-                unit="m",
-            )
-        else:
-            book.amend(name, None, f"no final crater could be measured in {' or '.join(wanted)}")
-    if (still := found["controls"].get("control_uncarved")) is not None:
-        note = (
-            f"bed carved at the datum, {still['from_s']:.4g} to {still['to_s']:.4g} s: {still['grains']} grains, mean "
-            f"{still['drift_mean_over_r']:.2g} r"
-        )
-        book.amend("control_no_impact_run_drift_over_r", still["drift_most_over_r"], note)
-
-
-def _percent(change: float | None) -> str:
-    return "--" if change is None or not math.isfinite(change) else f"{100.0 * change:+.1f} %"
-
-
-def _with_error(row: dict[str, Any], key: str | None) -> str:
-    """A change with its error over the beds, where there are several."""
-    error = row.get(f"{key}_change_error")
-    return _percent(row.get(f"{key}_change")) + (
-        f" (+- {100.0 * error:.1f} % over {row['beds']} beds)" if error is not None else ""
-    )
-
-
-def text(found: dict[str, Any]) -> str:
-    """The comparison as a table for a terminal."""
-    head = (
-        f"{'variant':<18}{'t [s]':>9}{'v limit':>9}{'alpha':>7}"
-        + "".join(f"{title:>16}{'change':>9}{'+-':>7}" for title in _COLUMNS.values())
-        + f"{'RMS [m]':>10}"
-    )
-    lines = [head]
-    for name, row in found["rows"].items():
-        cells = "".join(
-            f"{_shown(row[key]):>16}{_percent(row[f'{key}_change']):>9}{_error(row, key):>7}" for key in _COLUMNS
-        )
-        given = f"{row['time_s']:>9.4g}{row['speed_limit_m_s']:>9.4g}{row['alpha_spacings']:>7.3g}"
-        lines.append(f"{name:<18}{given}{cells}{_shown(row['profile_rms_m']):>10}")
-    for name, row in found["controls"].items():
-        lines.append(
-            f"{name}: {row['grains']} grains, {row['from_s']:.4g} to {row['to_s']:.4g} s: largest displacement "
-            f"{row['drift_most_over_r']:.3g} r (mean "
-            f"{row['drift_mean_over_r']:.2g} r); {row['deep_grains']} deeper than {DEEP:g} r: "
-            f"{_shown(row['deep_drift_most_over_r'])} r, {row['deep_beyond']} "
-            f"beyond {STILL:g} r; energy rose by {row['energy_rise_rel']:.1e} of its size (history.csv resolves 1e-10)"
-        )
-    if found["missing"]:
-        lines.append(f"not made: {', '.join(found['missing'])}")
-    return "\n".join(lines)
-
-
-def _error(row: dict[str, Any], key: str) -> str:
-    error = row.get(f"{key}_change_error")
-    return "" if error is None else f"{100.0 * error:.1f}"
-
-
-def _shown(value: float | None) -> str:
-    return "--" if value is None else f"{value:.4g}"
-
-
 def run(
     folder_of_run: Path, only: Iterable[str] | None = None, threads: int | None = None, draws: int = DRAWS
 ) -> None:
@@ -421,6 +271,6 @@ def run(
     out = view.own(Path(folder_of_run), "handoff")
     archive.write_text(out / FILE, json.dumps(found, indent=1))
     book = ledgers.read(out / "ledger.json")
-    enter(found, book)
+    sensitivity_table.enter(found, book)
     book.write(out / "ledger.json")
-    print("\n" + text(found) + "\n")
+    print("\n" + sensitivity_table.text(found) + "\n")

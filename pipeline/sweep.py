@@ -44,7 +44,7 @@ from pipeline import case as cases
 from pipeline import overlay, shipped
 from pipeline.case import Case
 from pipeline.complaints import complaints, dotted
-from pipeline.run import Request
+from pipeline.request import Request
 from pipeline.sweep_keys import SweepTable, flat
 
 Number = bool | int | float | str

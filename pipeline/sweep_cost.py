@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from matter.body import deciding
 from pipeline import plan, prediction, stages
-from pipeline.run import settings_of
+from pipeline.request import settings_of
 from pipeline.sweep import Sweep
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from matter.errors import Stopped
 from pipeline import folder, lock, plan, prediction, provenance, run_process, stages, sweep_cost
-from pipeline.run import settings_of
+from pipeline.request import settings_of
 from pipeline.screen import duration
 from pipeline.sweep import Member, Sweep
 

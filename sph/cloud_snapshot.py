@@ -18,8 +18,8 @@ from sph.settings import Settings
 def particles(
     integrator: Integrator, settings: Settings, column: bodies.Profile | grounds.Ground, radius: float
 ) -> Particles:
-    """The cloud as a snapshot, in order of identity. ``column`` is the undisturbed target, ``radius`` [m] its own where
-    it is a body."""
+    """The cloud as a snapshot, in order of identity. ``column`` is the undisturbed target, ``radius`` [m] its own
+    where it is a body."""
     i, c, bottom = integrator, integrator.cloud, column.bottom if isinstance(column, grounds.Ground) else 0.0
     damage = state.damage_of(c, i.materials.rows)
     whole = i.materials.rows.mixes_damage[c.material] > 0

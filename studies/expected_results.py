@@ -15,7 +15,7 @@ from pathlib import Path
 from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import expected, run_process
-from pipeline.run import Request
+from pipeline.request import Request
 
 
 def main() -> int:

@@ -24,7 +24,7 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 
-from fixtures import columns, quiet_end, shock_tube, shocks, solutions
+from fixtures import blast, columns, quiet_end, rings, shock_tube, shocks, slopes, solutions
 from matter import archive
 from sph.materials import collect
 from sph.porosity import compaction_wave
@@ -37,14 +37,11 @@ SHELLS += [
 ]
 SOLIDS = [("basalt", "basalt"), ("ice", "ice"), ("water_thesis", "water"), ("aluminum", "aluminum"), ("iron", "iron")]
 
+Four = tuple[float, float, float, float]
+
 
 def compared(
-    name: str,
-    piston: float,
-    got: columns.Shock,
-    wanted: tuple[float, float, float, float],
-    limits: tuple[float, ...],
-    begun: float,
+    name: str, piston: float, got: columns.Shock, wanted: Four, limits: tuple[float, ...], begun: float
 ) -> dict:
     """One row: relative errors of P, rho, u and the speed, and whether each is within its limit."""
     errors = [value / exact - 1.0 for value, exact in zip((got.P, got.rho, got.u, got.speed), wanted)]
@@ -122,7 +119,7 @@ def stopped(particles: int, **options) -> list[dict]:
 
 def rung() -> list[dict]:
     """Rows of the rings."""
-    energy, parting, pieces, largest = solutions.rings()
+    energy, parting, pieces, largest = rings.rings()
     return [
         solved("rubber rings: change of the total energy over the kinetic", lambda: energy, 0.0, 0.02, False),
         solved("... pieces", lambda: pieces, 2.0, 0.0),
@@ -135,20 +132,13 @@ def pulled() -> list[dict]:
     """The rod's exponent."""
     rates = np.array([3.0, 10.0, 30.0, 100.0, 300.0, 1000.0])
     strength = [solutions.rod(rate) for rate in rates]
-    return [
-        solved(
-            "tensile strength of a rod: power of the rate, 3 to 1000 /s",
-            lambda: np.polyfit(np.log(rates), np.log(strength), 1)[0],
-            0.25,
-            0.05,
-            False,
-        )
-    ]
+    what = "tensile strength of a rod: power of the rate, 3 to 1000 /s"
+    return [solved(what, lambda: np.polyfit(np.log(rates), np.log(strength), 1)[0], 0.25, 0.05, False)]
 
 
 def blown(across: int, gamma: float, terms: bool) -> list[dict]:
     """Rows of the blast; ``terms``: with what the change of h adds (``sph.length_terms``)."""
-    got = solutions.blast(across, gamma, length_terms=terms)
+    got = blast.blast(across, gamma, length_terms=terms)
     label = f"blast, gamma {gamma:.3g}, in a ball of {across} spacings, {'with' if terms else 'without'} length_terms"
     return [
         solved(f"{label}: radius of the densest shell over Sedov's", lambda: got.radius, 1.0, 0.02),
@@ -156,7 +146,7 @@ def blown(across: int, gamma: float, terms: bool) -> list[dict]:
         solved("... radius of the front that smears to such a shell", lambda: got.front, 1.0, 0.02),
         solved("... largest density over that behind the front", lambda: got.density, 1.0, 0.4),
         {
-            "what": f"... kinetic share of the energy (exact {solutions.kinetic_share(gamma):.3g})",
+            "what": f"... kinetic share of the energy (exact {blast.kinetic_share(gamma):.3g})",
             "value": got.kinetic,
         },
         solved("... change of the total energy", lambda: got.energy, 0.0, 1e-3, False),
@@ -180,27 +170,27 @@ def rest() -> dict[str, Callable[[], list[dict]]]:
             found[label] = lambda label=label, name=name, sums=sums: [
                 solved(label, lambda: solutions.bar_speed(name, gradients=sums), 1.0, 0.015)
             ]
-    angle, more = solutions.angle_of_slope(math.radians(30.0)), math.radians(2.0)
+    angle, more = slopes.angle_of_slope(math.radians(30.0)), math.radians(2.0)
     free = math.sin(more) / (math.cos(angle) * math.sin(angle + more))
     found["slope"] = lambda: [
         solved(
             "dry slope 2 deg below its angle: speed over free sliding",
-            lambda: solutions.slope(angle - more),
+            lambda: slopes.slope(angle - more),
             0.0,
             0.01,
             False,
         ),
-        solved("... 2 deg above it", lambda: solutions.slope(angle + more), free, 0.3),
+        solved("... 2 deg above it", lambda: slopes.slope(angle + more), free, 0.3),
     ]
     found["slope on a stressed rim"] = lambda: [
         solved(
             "dry slope on a stressed rim, 2 deg below its angle",
-            lambda: solutions.slope(angle - more, rock=False),
+            lambda: slopes.slope(angle - more, rock=False),
             0.0,
             0.01,
             False,
         ),
-        solved("... 2 deg above it", lambda: solutions.slope(angle + more, rock=False), free, 0.3),
+        solved("... 2 deg above it", lambda: slopes.slope(angle + more, rock=False), free, 0.3),
     ]
     found["rod"], found["rings"] = pulled, rung
     for sums in ("plain", "corrected"):
@@ -224,6 +214,16 @@ def rest() -> dict[str, Callable[[], list[dict]]]:
     return found
 
 
+def tube(count: int, label: int | str, **options) -> dict:
+    """Sod's shock tube."""
+    return dict(zip(("layers", "L1_density", "shock_speed"), (label, *shock_tube.sod(count, **options))))
+
+
+def returned(sigma: float) -> dict:
+    """What a quiet end sends back of a pulse."""
+    return {"sigma_spacings": sigma, "returned": quiet_end.returned("quiet", sigma)}
+
+
 def jobs(layers: int) -> dict[str, Callable[[], dict]]:
     """Everything to be measured, by name."""
     found: dict[str, Callable[[], dict]] = {}
@@ -233,21 +233,11 @@ def jobs(layers: int) -> dict[str, Callable[[], dict]]:
     for row in shocks.POROUS:
         found[f"compaction/{row[0]} {row[1]} {row[3]:g}"] = partial(compaction, *row, layers)
     for count in (50, 100, 200, 400):
-        found[f"sod/{count}"] = lambda count=count: dict(
-            zip(("layers", "L1_density", "shock_speed"), (count, *shock_tube.sod(count)))
-        )
+        found[f"sod/{count}"] = partial(tube, count, count)
     for count in (50, 100):
-        found[f"sod/{count} terms"] = lambda count=count: dict(
-            zip(
-                ("layers", "L1_density", "shock_speed"),
-                (f"{count}, length_terms", *shock_tube.sod(count, length_terms=True)),
-            )
-        )
+        found[f"sod/{count} terms"] = partial(tube, count, f"{count}, length_terms", length_terms=True)
     for sigma in (4.0, 8.0):
-        found[f"quiet/{sigma:g}"] = lambda sigma=sigma: {
-            "sigma_spacings": sigma,
-            "returned": quiet_end.returned("quiet", sigma),
-        }
+        found[f"quiet/{sigma:g}"] = partial(returned, sigma)
     for name, job in rest().items():
         found[f"solutions/{name}"] = lambda job=job: {"rows": job()}
     return found

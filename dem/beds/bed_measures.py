@@ -79,9 +79,8 @@ def radial_stress(bed: Assembly, shells: Shells, window: float) -> tuple[np.ndar
     tt = 0.5 * (np.einsum("ij,ij->i", force, branch) - rr)
     ends = np.sort(np.linalg.norm(np.stack([bed.X[first, :3], bed.X[second, :3]]), axis=2), axis=0)
     distance = np.linalg.norm(bed.X[:, :3], axis=1)
-    floor = np.flatnonzero(
-        distance - bed.walls[0, WALL_RADIUS] < bed.X[:, RADIUS]
-    )  # the branch from a grain to the core is radial
+    # the branch from a grain to the core is radial
+    floor = np.flatnonzero(distance - bed.walls[0, WALL_RADIUS] < bed.X[:, RADIUS])
     gap = distance[floor] - bed.walls[0, WALL_RADIUS]
     rr = np.concatenate([rr, bed.V[floor, STIFFNESS] * (bed.X[floor, RADIUS] - gap) * gap])
     tt = np.concatenate([tt, np.zeros(len(floor))])
@@ -136,7 +135,7 @@ def rearrangement_speed(bed: Assembly, g: float) -> float:
 
     Smooth motions drop out of it, above all the sloshing of the bed in its cone, a mode of hours (omega^2 = g k tanh(k
     H) with k = 1.84 / arc radius) which no settling can wait for; it counts in ``residual`` and is taken out by
-    ``Settling._level``.
+    ``grain_masses.levelled``.
     """
     first, second, _ = bed.touching()
     n = len(bed.X)
@@ -159,7 +158,6 @@ def overlaps(bed: Assembly) -> dict[str, Any]:
 
 
 # -- flat ground
-# ---------------------------------------------------------------------------------------------------------------
 
 
 def ground_mass(ground: FlatGround, container: Container, points: int = 4001) -> float:

@@ -94,7 +94,6 @@ class FlatSettling(Settling):
         super().__init__(points, radius, ground, container, contact, limit)  # type: ignore[arg-type]
 
     # -- gravity
-    # -------------------------------------------------------------------------------------------------------------
 
     def _begin(self, grains: Particles) -> None:
         before = "ease" not in [phase.name for phase in self.plan[: self.phase]]
@@ -132,7 +131,6 @@ class FlatSettling(Settling):
         self.bed.gravity = self.gravity
 
     # -- what depends on the shape of the ground
-    # -----------------------------------------------------------------------------
 
     def span(self) -> float:
         """Height of bed and headroom, or the way of a wave in sqrt(r/g) when that is longer [m]: hard grains wait for

@@ -14,16 +14,15 @@ from typing import Any
 
 import numba
 import numpy as np
-from scipy.optimize import isotonic_regression
 
 from dem.assembly import Assembly
-from dem.beds import bed_measures, packing
+from dem.beds import bed_measures, grain_masses, packing
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.beds.phases import PHASES, Phase
 from dem.beds.relaxation import Fire
 from dem.columns import MASS, RADIUS, STIFFNESS, WX
-from dem.contact_settings import OCEAN, SPECIES, Contact
+from dem.contact_settings import OCEAN, Contact
 from dem.walls import Wall
 from matter import checkpoint
 from matter.particles import Particles
@@ -35,9 +34,6 @@ LOOK_EVERY = 10
 EXCHANGE_EVERY = 3
 REST_LIMIT = 15
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
-LEVEL_GAIN = 2.0
-"""Correction per round of ``rest`` over the estimate in ``_level``: the solid layer bridges part of it, so the
-estimate is too small."""
 LOOSE = 4.0
 """Largest speed of any one grain after ``free``, over the limit on the rms speed."""
 QUIET = 0.1
@@ -77,7 +73,6 @@ class Settling:
         return next(k for k, phase in enumerate(self.plan) if phase.name == name)
 
     # -- what depends on the shape of the ground
-    # -----------------------------------------------------------------------------
 
     def span(self) -> float:
         """Height of bed and headroom [m]."""
@@ -106,7 +101,6 @@ class Settling:
         return float(np.linalg.norm(bed_measures.creep(bed)))
 
     # -- phases
-    # --------------------------------------------------------------------------------------------------------------
 
     def _begin(self, grains: Particles) -> None:
         """Grains in the walls and with the laws of the present phase."""
@@ -201,24 +195,8 @@ class Settling:
         return True
 
     def _level(self, grains: Particles, bed: Assembly, g: float) -> Particles:
-        """The grains with the weight of the solid layer on the liquid one levelled, so that the bed does not slosh in
-        its cone.
-
-        A bed whose solid layer is slightly heavier on one side creeps over to the other, under the drag at v = a /
-        rate; a gradient of the solid grains' mass of a R / (g H_s) per R (parts in a thousand) takes the force away.
-        Without the drag that mode would swing for hours.
-        """
-        solid = grains.species != SPECIES.index("ocean")
-        if not solid.any() or solid.all():
-            return grains
-        radius = self.domain.datum_radius
-        thickness = float(np.sum(grains.mass[solid] / grains.density[solid])) / (self.domain.solid_angle * radius**2)
-        slope = LEVEL_GAIN * bed_measures.creep(bed) * float(bed.drag[0]) / (g * thickness)
-        mass = grains.mass.copy()
-        before = mass.sum()
-        mass[solid] *= 1.0 + grains.position[solid, :2] @ slope
-        grains["mass"] = mass * (before / mass.sum())
-        return grains
+        """The grains with their weight levelled (``dem.beds.grain_masses``)."""
+        return grain_masses.levelled(grains, bed, self.domain, g)
 
     def _take_headroom(self, grains: Particles) -> Particles:
         """The grains below the datum; the others wait aside."""
@@ -258,7 +236,6 @@ class Settling:
         return sum(p.length for p in self.plan[: self.phase]) + self.plan[self.phase].length * self.done / self.steps
 
     # -- state
-    # ---------------------------------------------------------------------------------------------------------------
 
     def save(self, out: Path) -> None:
         """Write a checkpoint."""
@@ -300,7 +277,6 @@ class Settling:
         self.fire.restore(checkpoint.Part(saved, "fire"))
 
     # -- grains
-    # --------------------------------------------------------------------------------------------------------------
 
     def thrown(self, points: np.ndarray, radius: np.ndarray) -> Particles:
         """Grains at rest at the random points, with masses for a nominal packing fraction."""
@@ -317,46 +293,8 @@ class Settling:
         return self.matched(grains, None)
 
     def matched(self, grains: Particles, bed: Any) -> Particles:
-        """The grains with material, species, mass and stiffness for where they are; ``bed`` None takes a nominal
-        packing fraction.
-
-        The mass of a grain is rho(r) V / phi(r), phi measured in windows of 5 radii; in a liquid it is made never to
-        grow outwards (isotonic regression): a frictionless ocean of grains that are lighter below than above turns
-        over. At last the whole is scaled to the body's mass between floor and datum.
-        """
-        domain, body = self.domain, self.body
-        distance = np.linalg.norm(grains.position, axis=1)
-        rho = body.density(distance)
-        volume = 4.0 / 3.0 * np.pi * grains.radius**3
-        mean = float(grains.radius.mean())
-        if bed is None:
-            mass = rho * volume / packing.FRACTION
-        else:
-            top = min(domain.datum_radius + 3.0 * mean, float(np.percentile(distance, 99.0)))
-            shells = bed_measures.Shells(grains.position, grains.radius, domain, 0.25 * mean, top)
-            phi = shells.smooth(np.asarray(shells.share.sum(axis=0)).ravel(), 5.0 * mean)
-            grain_density = rho / np.interp(distance, shells.middle, phi)
-            liquid = np.flatnonzero(
-                [self.contact.species_of(body.materials[k]) == SPECIES.index("ocean") for k in body.layer_of(distance)]
-            )
-            if len(liquid):
-                outwards = liquid[np.argsort(distance[liquid], kind="stable")]
-                found = isotonic_regression(grain_density[outwards], weights=volume[outwards], increasing=False)
-                grain_density[outwards] = found.x
-            mass = grain_density * volume
-            below = distance <= domain.datum_radius
-            mass *= body.mass_between(domain.core_radius, domain.datum_radius, domain.solid_angle) / mass[below].sum()
-        layer = body.layer_of(distance)
-        names = list(dict.fromkeys(body.materials))
-        material, species, stiffness = (np.empty(len(grains)) for _ in range(3))
-        floor = float(body.pressure(np.array(domain.core_radius)))
-        for k, name in enumerate(body.materials):
-            here = layer == k
-            material[here], species[here] = names.index(name), self.contact.species_of(name)
-            stiffness[here] = self.contact.stiffness(grains.radius[here], mass[here], name, floor)
-        fields = dict(grains)
-        fields.update(mass=mass, density=rho, material=material, species=species, stiffness=stiffness)
-        return Particles(fields, grains.attributes, grains.tables)
+        """The grains with material, species, mass and stiffness for where they are (``dem.beds.grain_masses``)."""
+        return grain_masses.matched(grains, bed, self.body, self.domain, self.contact)
 
 
 def settle(

@@ -122,7 +122,6 @@ class ExternalCollapse(Collapse):
         return float(np.clip(2.0 * LIST_STEPS * fastest * bed.dt / bed.mean_radius, 0.1, 0.6))
 
     # -- time
-    # ----------------------------------------------------------------------------------------------------------------
 
     def advance(self) -> None:
         """Run the engine until the profile is still (not before ``end_time``) or ``latest_time`` is reached."""
@@ -235,7 +234,6 @@ class ExternalCollapse(Collapse):
             bed.change_states(np.isin(bed.identity, who), LEFT, reason)
 
     # -- what is known
-    # -------------------------------------------------------------------------------------------------------
 
     def _row(self) -> list[float]:
         bed = self.bed

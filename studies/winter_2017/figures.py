@@ -9,7 +9,8 @@ from pathlib import Path
 
 from crater import figure as figures
 from studies.winter_2017.evidence import KM, Run, Value
-from studies.winter_2017.valhalla import DEPTH, DIAMETER, MASSES, MPD, RADII, SPEEDS, masses
+from studies.winter_2017.published import DEPTH, DIAMETER, MASSES, MPD, RADII, SPEEDS
+from studies.winter_2017.table_9 import masses
 
 PUBLISHED, OURS, LITERAL = figures.INK[5], figures.INK[0], figures.INK[1]
 ANGLES = (("angle15", 15.0), ("base", 40.0), ("angle65", 65.0))

@@ -7,7 +7,6 @@ Distances to published numbers are judged with both errors in quadrature. Runs a
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Mapping
 
@@ -16,37 +15,21 @@ import numpy as np
 from crater.compare import profile_difference
 from crater.radial_profile import Profile
 from studies.winter_2017.evidence import KM, Claim, Finding, Run, Value, ratio_of, within
+from studies.winter_2017.published import DEPTH, DIAMETER, MPD, RADII
 from studies.winter_2017.series_difference import difference, open_until
+from studies.winter_2017.table_9 import table_masses, table_radii, table_ratios
+from studies.winter_2017.transient_sizes import (
+    angles,
+    depth,
+    depth_over_diameter,
+    diameter,
+    equal_energy,
+    monotone,
+    rim_diameter,
+)
 
-MPD = {"350": 26e3, "600": 51e3, "980": 51e3}
-"""Published errors of the depth, half a smoothing length [m]."""
-DIAMETER = {"350": (350e3, 52e3, 52e3), "600": (600e3, 102e3, 102e3), "980": (980e3, 177e3, 273e3)}
-DEPTH = {"350": 75e3, "600": 225e3, "980": 300e3}
-SPEEDS = (19.99e3, 18.234e3, 14.1e3, 9.59e3)
-"""v1 is 19.89 km/s in the text; Table 9 was made with 19.99 km/s."""
-RADII = {"350": (24.69, 26.25, 31.16, 40.29), "600": (47.0, 49.0, 58.16, 75.2), "980": (50.71, 53.9, 63.98, 82.72)}
-MASSES = {
-    "350": (5.78, 6.95, 11.62, 25.11),
-    "600": (37.62, 45.19, 75.58, 163.37),
-    "980": (50.08, 60.15, 100.6, 217.45),
-}
-RATIOS = {"350": (0.14, 0.15, 0.18, 0.23), "600": (0.15, 0.16, 0.19, 0.25), "980": (0.1, 0.11, 0.13, 0.17)}
-ICE = 917.0
-PUBLISHED_TIME = 16.8 * 60.0
 START = 180.0
 """Numerical settings are compared from this time [s] on."""
-
-
-def _variants(
-    runs: Mapping[str, Run], case: str, quantity: str, scale: float, unit: str, at: str = "depth", but: str = ""
-) -> str:
-    """The same quantity of every other run of a case, as text."""
-    told = [
-        f"{name} {run.transient(quantity, at).text(scale, unit)}"
-        for name, run in sorted(runs.items())
-        if name.startswith(case) and name != but
-    ]
-    return "; ".join(told)
 
 
 def _same_crater(runs: Mapping[str, Run]) -> Finding:
@@ -171,113 +154,6 @@ def _variants_of_time(runs: Mapping[str, Run]) -> str:
     )
 
 
-def _depth(case: str) -> Callable[[Mapping[str, Run]], Finding]:
-    def judge(runs: Mapping[str, Run]) -> Finding:
-        H = runs[f"{case}_base"].transient("depth_m")
-        why = (
-            "; ".join(
-                told
-                for kind in ("literal", "weak")
-                if (told := _variants(runs, f"{case}_{kind}", "depth_m", KM, "km"))
-            )
-            + "; at maximum volume "
-            + runs[f"{case}_base"].transient("depth_m", "volume").text()
-        )
-        why += "; " + _pair_notes(runs, case)
-        return Finding(
-            H.text(), f"{H.sigma * KM:.0f} km", within(H, DEPTH[case], MPD[case], MPD[case]), why.strip("; ")
-        )
-
-    return judge
-
-
-def _diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
-    def judge(runs: Mapping[str, Run]) -> Finding:
-        run = runs[f"{case}_base"]
-        D = run.transient("diameter_apparent_m")
-        why = (
-            f"at maximum volume {run.transient('diameter_apparent_m', 'volume').text()}, rim "
-            f"{run.transient('diameter_rim_m', 'volume').text()}"
-        )
-        if scaling := run.facts.get("scaling_m"):
-            why += f"; gravity scaling {scaling[0] * KM:.0f} to {scaling[1] * KM:.0f} km"
-        for kind in ("literal", "weak"):
-            if told := _variants(runs, f"{case}_{kind}", "diameter_apparent_m", KM, "km"):
-                why += f"; {told}"
-        if (late := _at(run, "diameter_apparent_m", PUBLISHED_TIME)) is not None:
-            why += f"; at the published {PUBLISHED_TIME / 60:.1f} min, in collapse, D is {late * KM:.0f} km"
-        if told := _pair_notes(runs, case):
-            why += f"; {told}"
-        return Finding(D.text(), f"{D.sigma * KM:.0f} km", within(D, *DIAMETER[case]), why)
-
-    return judge
-
-
-def _rim_diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
-    def judge(runs: Mapping[str, Run]) -> Finding:
-        D = runs[f"{case}_base"].transient("diameter_rim_m", "volume")
-        t = runs[f"{case}_base"].transient("time_s", "volume")
-        told = (
-            f"{runs[f'{case}_literal'].transient('diameter_rim_m', 'volume').text()} from the literal start; "
-            if f"{case}_literal" in runs
-            else ""
-        )
-        return Finding(
-            D.text(),
-            f"{D.sigma * KM:.0f} km",
-            within(D, *DIAMETER[case]),
-            f"{told}at maximum volume, {t.text(1 / 60, 'min', 1)}",
-        )
-
-    return judge
-
-
-def _at(run: Run, name: str, time: float) -> float | None:
-    """A measure of the series at the snapshot nearest to ``time`` [s]; None where there is none within a minute."""
-    known = np.flatnonzero(np.isfinite(run.series[name]))
-    if len(known) == 0:
-        return None
-    nearest = known[np.argmin(np.abs(run.series["time_s"][known] - time))]
-    return float(run.series[name][nearest]) if abs(run.series["time_s"][nearest] - time) <= 60.0 else None
-
-
-def _nearest_to_published(run: Run, case: str) -> str:
-    """When D(t) and H(t) together come nearest to the published pair, and how near in its errors: tells a crater of
-    another size from one taken at another time."""
-    t, D, H = (run.series[name] for name in ("time_s", "diameter_apparent_m", "depth_m"))
-    D0, plus, minus = DIAMETER[case]
-    with np.errstate(invalid="ignore"):
-        off = np.maximum(np.abs(D - D0) / np.where(D > D0, plus, minus), np.abs(H - DEPTH[case]) / MPD[case])
-    if not np.isfinite(off).any():
-        return ""
-    at = int(np.nanargmin(off))
-    both = "within both errors" if off[at] <= 1.0 else f"{off[at]:.1f} errors off"
-    phase = "growing" if t[at] <= run.transient("time_s").value else "collapsing"
-    return (
-        f"{run.name} comes nearest to the published pair at {t[at] / 60:.1f} min, {phase}: D {D[at] * KM:.0f}, H "
-        f"{H[at] * KM:.0f} km, {both}"
-    )
-
-
-def _pair_notes(runs: Mapping[str, Run], case: str) -> str:
-    return "; ".join(
-        note
-        for name in (f"{case}_base", f"{case}_literal", f"{case}_weak")
-        if name in runs and (note := _nearest_to_published(runs[name], case))
-    )
-
-
-def _depth_over_diameter(runs: Mapping[str, Run]) -> Finding:
-    ratios = [
-        ratio_of(runs[f"{c}_base"].transient("depth_m"), runs[f"{c}_base"].transient("diameter_apparent_m"))
-        for c in DEPTH
-    ]
-    met = all(0.21 <= r.value <= 0.38 for r in ratios) if all(math.isfinite(r.value) for r in ratios) else None
-    at_volume = ", ".join(f"{runs[f'{c}_base'].transient('depth_over_diameter', 'volume').value:.2f}" for c in DEPTH)
-    errors = ", ".join(f"{r.sigma:.3f}" for r in ratios)
-    return Finding(", ".join(f"{r.value:.3f}" for r in ratios), errors, met, f"at maximum volume {at_volume}")
-
-
 def _vanishes(names: tuple[str, ...]) -> Callable[[Mapping[str, Run]], Finding]:
     def judge(runs: Mapping[str, Run]) -> Finding:
         told, errors, verdicts = [], [], []
@@ -319,111 +195,6 @@ def _penetrates(runs: Mapping[str, Run]) -> Finding:
     return Finding(
         "; ".join(told), ", ".join(errors) + " km", None if None in verdicts else all(verdicts), "; ".join(why)
     )
-
-
-def _monotone(runs: Mapping[str, Run]) -> Finding:
-    pairs = [
-        (runs[f"{c}_base"].transient("diameter_apparent_m"), runs[f"{c}_base"].transient("depth_m")) for c in DEPTH
-    ]
-    known = all(math.isfinite(D.value + H.value) for D, H in pairs)
-    met = (
-        all(b[0].value > a[0].value and b[1].value > a[1].value for a, b in itertools.pairwise(pairs))
-        if known
-        else None
-    )
-    told = ", ".join(f"({D.value * KM:.0f}, {H.value * KM:.0f})" for D, H in pairs)
-    return Finding(
-        f"(D, H) = {told} km", ", ".join(f"({D.sigma * KM:.0f}, {H.sigma * KM:.0f})" for D, H in pairs) + " km", met
-    )
-
-
-def _angles(case: str) -> Callable[[Mapping[str, Run]], Finding]:
-    def judge(runs: Mapping[str, Run]) -> Finding:
-        three = [runs[f"{case}_{name}"] for name in ("angle15", "base", "angle65")]
-        H, D = [run.transient("depth_m") for run in three], [run.transient("diameter_apparent_m") for run in three]
-        if not all(math.isfinite(x.value) for x in (*H, *D)):
-            return Finding("", "", None, "a run shows no transient crater")
-        ratio, mean = ratio_of(H[0], H[2]), float(np.mean([d.value for d in D]))
-        spread = (max(d.value for d in D) - min(d.value for d in D)) / mean
-        met = H[0].value > H[1].value > H[2].value and ratio.value > 1.3 and spread < 0.15
-        told = ", ".join(f"{h.value * KM:.0f}" for h in H)
-        ours = (
-            f"H {told} km, H15/H65 = {ratio.value:.2f}; D {', '.join(f'{d.value * KM:.0f}' for d in D)} km, spread "
-            f"{100 * spread:.0f} %"
-        )
-        error = f"ratio {ratio.sigma:.2f}; D {max(d.sigma for d in D) * KM:.0f} km"
-        scaling = (math.cos(math.radians(15)) / math.cos(math.radians(65))) ** (1 / 3)
-        return Finding(
-            ours,
-            error,
-            met,
-            f"gravity scaling: D15/D65 = {scaling:.2f} (cos^(1/3)), ours {D[0].value / D[2].value:.2f}",
-        )
-
-    return judge
-
-
-def _equal_energy(case: str) -> Callable[[Mapping[str, Run]], Finding]:
-    def judge(runs: Mapping[str, Run]) -> Finding:
-        base = runs[f"{case}_base"]
-        D, H, errors, verdicts = [], [], [], []
-        D0, plus, minus = DIAMETER[case]
-        for name in ("v1", "v3", "v4"):
-            run = runs[f"{case}_{name}"]
-            d = ratio_of(run.transient("diameter_apparent_m"), base.transient("diameter_apparent_m"))
-            h = ratio_of(run.transient("depth_m"), base.transient("depth_m"))
-            D.append(f"{name} {d.value:.2f}")
-            H.append(f"{name} {h.value:.2f}")
-            errors.append(f"{d.sigma:.2f}, {h.sigma:.2f}")
-            verdicts.append(None if not math.isfinite(d.value) else within(d, 1.0, plus / D0, minus / D0))
-        scaling = [(v / SPEEDS[1]) ** (0.434 - 0.783 * 2 / 3) for v in (SPEEDS[0], *SPEEDS[2:])]
-        why = "gravity scaling (D ~ d^0.783 v^0.434) gives " + ", ".join(f"{s:.2f}" for s in scaling)
-        return Finding(
-            f"D ratio {', '.join(D)}; H ratio {', '.join(H)}",
-            "; ".join(errors),
-            None if None in verdicts else all(verdicts),
-            why,
-        )
-
-    return judge
-
-
-def masses(radius_2: float) -> list[tuple[float, float]]:
-    """Radius [m] and mass [kg] of Table 9 for the four speeds, from the radius at v2: m v^2 constant, ice of 917
-    kg/m^3."""
-    m2 = 4.0 / 3.0 * math.pi * ICE * radius_2**3
-    masses_of_speeds = [m2 * (SPEEDS[1] / v) ** 2 for v in SPEEDS]
-    return [((3.0 * m / (4.0 * math.pi * ICE)) ** (1.0 / 3.0), m) for m in masses_of_speeds]
-
-
-def _table_radii(_: Mapping[str, Run]) -> Finding:
-    return _arithmetic({c: [r * KM for r, _ in masses(RADII[c][1] * 1e3)] for c in RADII}, RADII, 0.002, 2)
-
-
-def _table_masses(_: Mapping[str, Run]) -> Finding:
-    return _arithmetic({c: [m / 1e16 for _, m in masses(RADII[c][1] * 1e3)] for c in RADII}, MASSES, 0.002, 2)
-
-
-def _table_ratios(_: Mapping[str, Run]) -> Finding:
-    return _arithmetic(
-        {c: [2.0 * r / DIAMETER[c][0] for r, _ in masses(RADII[c][1] * 1e3)] for c in RADII}, RATIOS, 0.0, 3, 0.0051
-    )
-
-
-def _arithmetic(
-    ours: dict[str, list[float]],
-    published: Mapping[str, tuple[float, ...]],
-    relative: float,
-    digits: int,
-    absolute: float = 0.0,
-) -> Finding:
-    off = []
-    for case, row in published.items():
-        for number, (a, b) in enumerate(zip(ours[case], row), 1):
-            if abs(a - b) > relative * b + absolute:
-                off.append(f"{case} at v{number}: printed {b}, right {a:.{digits}f}")
-    told = "; ".join(f"{case}: " + "/".join(f"{x:.{digits}f}" for x in row) for case, row in ours.items())
-    return Finding(told, "", not off, "; ".join(off) or "arithmetic")
 
 
 def _projectile_for_diameter(runs: Mapping[str, Run]) -> Finding:
@@ -503,16 +274,16 @@ CLAIMS = (
     Claim("W54", "350 km: transient crater fully "
                  "developed", "16.8 +- 1.2 min", "within both errors", ("350_base",), _time_of_transient),
     *(Claim(i, f"{c} km: transient depth", f"{DEPTH[c] * KM:.0f} +- {MPD[c] * KM:.0f} "
-                                           f"km", "within both errors", (f"{c}_base",), _depth(c))
+                                           f"km", "within both errors", (f"{c}_base",), depth(c))
       for i, c in (("W55", "350"), ("W56", "600"), ("W57", "980"))),
     *(Claim("W58", f"{c} km: transient diameter", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} "
                                                   f"km", "within both errors",
-            (f"{c}_base",), _diameter(c)) for c in DIAMETER),
+            (f"{c}_base",), diameter(c)) for c in DIAMETER),
     *(Claim("W58", f"{c} km: the same, rim crest to rim crest (Figure 8 defines D "
                    f"so)", f"{c} +{DIAMETER[c][1] * KM:.0f} -{DIAMETER[c][2] * KM:.0f} km",
-            "within both errors", (f"{c}_base",), _rim_diameter(c)) for c in DIAMETER),
+            "within both errors", (f"{c}_base",), rim_diameter(c)) for c in DIAMETER),
     Claim("W59", "transient H/D of the three", "0.214, 0.375, 0.306", "0.21 to 0.38", ("350_base", "600_base",
-    "980_base"), _depth_over_diameter),
+    "980_base"), depth_over_diameter),
     *(Claim("W60", f"{c} km: the crater disappears almost "
                    f"completely", "disappears", "final depth < 0.25 of the transient",
             (f"{c}_base",), _vanishes((f"{c}_base",))) for c in DEPTH),
@@ -526,16 +297,16 @@ CLAIMS = (
                  "not", "yes, yes, no", "floor against the shell's thickness",
           ("350_base", "600_base", "980_base"), _penetrates),
     Claim("W63", "depth grows with diameter (Fig. 22)", "(350, 75), (600, 225), (980, 300) km", "monotone",
-    ("350_base", "600_base", "980_base"), _monotone),
+    ("350_base", "600_base", "980_base"), monotone),
     *(Claim("W64", f"{c} km: steeper is deeper, D the same (Fig. "
                    f"23)", "H15 > H40 > H65", "H15/H65 > 1.3, D spread < 15 %",
-            (f"{c}_angle15", f"{c}_base", f"{c}_angle65"), _angles(c)) for c in ("350", "980")),
-    Claim("W65", "Table 9, radii", "see Table 9", "0.2 %", (), _table_radii),
-    Claim("W66", "Table 9, masses [1e16 kg]", "see Table 9", "0.2 %", (), _table_masses),
-    Claim("W67", "Table 9, projectile over crater diameter", "see Table 9", "rounding", (), _table_ratios),
+            (f"{c}_angle15", f"{c}_base", f"{c}_angle65"), angles(c)) for c in ("350", "980")),
+    Claim("W65", "Table 9, radii", "see Table 9", "0.2 %", (), table_radii),
+    Claim("W66", "Table 9, masses [1e16 kg]", "see Table 9", "0.2 %", (), table_masses),
+    Claim("W67", "Table 9, projectile over crater diameter", "see Table 9", "rounding", (), table_ratios),
     *(Claim("Table 9", f"{c} km: equal energy gives the same D", "ratio 1", "within the published error of D",
     (f"{c}_base", f"{c}_v1", f"{c}_v3", f"{c}_v4"),
-            _equal_energy(c)) for c in ("350", "980")),
+            equal_energy(c)) for c in ("350", "980")),
     Claim("W68", "projectile diameters for the three "
                  "craters", "52.5 -> 350, 98 -> 600, 107.8 -> 980 km", "within both errors",
           ("350_base", "600_base", "980_base"), _projectile_for_diameter),

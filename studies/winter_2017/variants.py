@@ -19,7 +19,7 @@ from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import folder, stages
 from pipeline.compose import compose
-from pipeline.run import Request
+from pipeline.request import Request
 from pipeline.run_process import as_process
 
 DAMAGE_AT = 396.0

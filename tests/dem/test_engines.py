@@ -62,7 +62,6 @@ def run_engine(engine, scene, plan, folder, ranks=1):
 
 
 # -- one prescribed contact
-# ------------------------------------------------------------------------------------------------------
 
 LAW = GrainLaw()
 STEPS, DT, OVERLAP = 10, 1e-3, 2e-7
@@ -136,7 +135,6 @@ def test_force_and_torque_at_a_wall(tmp_path, engine, name):
 
 
 # -- whole collisions
-# ------------------------------------------------------------------------------------------------------------
 
 
 PHASES = 16
@@ -188,7 +186,6 @@ def test_whole_collisions(tmp_path, engine):
 
 
 # -- walls, gravity, restart
-# -----------------------------------------------------------------------------------------------------
 
 
 def heap(count=60):
@@ -324,7 +321,6 @@ def test_central_gravity_of_a_layered_body(bed_run):
 
 
 # -- refusals
-# --------------------------------------------------------------------------------------------------------------------
 
 
 def test_what_an_engine_cannot_do_is_refused_by_name():
@@ -402,7 +398,6 @@ def test_rolling_numbers_are_one(engine):
 
 
 # -- the stage
-# -------------------------------------------------------------------------------------------------------------------
 
 SETTINGS = dict(
     end_time=700.0,

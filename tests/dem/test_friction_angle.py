@@ -7,6 +7,7 @@ import pytest
 
 from dem import friction_angle
 from dem.contact_settings import Contact, GrainLaw
+from dem.trials import steady_shear, tilted_bed
 from dem.trials.shear_cell import Cell
 from matter.errors import InputError, UnphysicalState
 
@@ -16,7 +17,7 @@ def law(friction=0.5, shape=0.3, **more) -> Contact:
 
 
 def loose(contact, count=216, seed=1, **more) -> Cell:
-    x, radius, side = friction_angle._sample(count, seed, 0.15)
+    x, radius, side = steady_shear.sample(count, seed, 0.15)
     length = (2.0 * radius.max() + 0.02) * side
     return Cell(x, radius, np.array([length, length, 1.2 * length]), contact, 100.0, **more)
 
@@ -73,8 +74,8 @@ def test_a_tilted_bed_flows_and_its_base_slows_it_down(monkeypatch):
     """A small bed, turned quickly: it rests below the friction at its base (20.3 deg in slow shear), which is not that
     of smooth grains."""
     for name, value in (("DEPTH", 6.0), ("WIDTH", 5.0), ("TURN", 0.2)):
-        monkeypatch.setattr(friction_angle, name, value)
-    found = friction_angle.tilt(law(0.5, 0.0), begin=18.0)
+        monkeypatch.setattr(tilted_bed, name, value)
+    found = tilted_bed.tilt(law(0.5, 0.0), begin=18.0)
     assert found["angle_deg"] == pytest.approx(20.3, abs=2.0) and found["error_deg"] < 2.0
     assert found["stop_deg"] < found["angle_deg"] and 18.0 < found["start_deg"] < 28.0
     assert 16.0 < found["mohr_coulomb_deg"] < 30.0 and found["mohr_coulomb_error_deg"] < 2.0

@@ -111,7 +111,6 @@ def _swapped(text: str, rng: random.Random) -> str:
 
 
 # -- snapshots
-# ---------------------------------------------------------------------------------------------------------------
 
 
 def snapshot_file(path: Path, new: Path, rng: random.Random) -> str:
@@ -189,7 +188,6 @@ def _with(values: np.ndarray, bad: float, rng: random.Random) -> np.ndarray:
 
 
 # -- JSON
-# --------------------------------------------------------------------------------------------------------------------
 
 WRONG = ("null", "[]", "{}", "3", '"x"', "NaN", "1e999", "-1", "true", "[[[[]]]]", '{"value": "x"}', "[1, null]")
 

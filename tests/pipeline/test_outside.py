@@ -12,7 +12,8 @@ from matter.errors import InputError
 from matter.particles import Particles
 from pipeline import case as cases
 from pipeline import outside, stages
-from pipeline.run import Request, run
+from pipeline.request import Request
+from pipeline.run import run
 
 
 class Silent:

@@ -15,7 +15,7 @@ from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import prediction, sense
 from pipeline.compose import compose
-from pipeline.run import Request, sensible, settings_of
+from pipeline.request import Request, sensible, settings_of
 from sph import resolution
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,8 @@ from matter.errors import InputError, Stopped, UnphysicalState
 from pipeline import case as cases
 from pipeline import identity, lock, stages
 from pipeline.compose import compose
-from pipeline.run import Request, run
+from pipeline.request import Request
+from pipeline.run import run
 
 
 class Recorder:

@@ -11,7 +11,7 @@ import pytest
 from handoff.ledger import LIMITS, Ledger
 from matter.crater_measures import RATIOS
 from matter.errors import InputError
-from pipeline import sensitivity
+from pipeline import sensitivity, sensitivity_table, variants
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km" / "case.toml"
 
@@ -29,7 +29,7 @@ def run(tmp_path):
 def test_every_variant_changes_one_thing(run):
     from handoff import stage
 
-    table = {variant.name: variant for variant in sensitivity.variants(run)}
+    table = {variant.name: variant for variant in variants.variants(run)}
     settings = {name: sensitivity.settings_of(variant.request(run))["handoff"] for name, variant in table.items()}
     assert all(isinstance(one, stage.Settings) for one in settings.values())
 
@@ -50,7 +50,7 @@ def test_every_variant_changes_one_thing(run):
 
 def test_what_cannot_be_varied_is_a_message(tmp_path, run):
     with pytest.raises(InputError, match="not a finished run"):
-        sensitivity.variants(tmp_path / "nowhere")
+        variants.variants(tmp_path / "nowhere")
     with pytest.raises(InputError, match="no variant time_x3"):
         sensitivity.make(run, ["time_x3"])
     with pytest.raises(InputError, match=r"nbody of .* is not done with the settings"):
@@ -82,7 +82,7 @@ def test_the_ledger_takes_the_larger_change():
     found = {"rows": rows, "controls": {"control_uncarved": still}, "missing": ["alpha_x1.5"], "allowed_rms_m": 500.0}
     book = Ledger()
     book.complete()
-    sensitivity.enter(found, book)
+    sensitivity_table.enter(found, book)
     assert {name: sum(entry["name"] == name for entry in book.rows) for name in LIMITS} == dict.fromkeys(LIMITS, 1)
 
     def of(name):
@@ -99,7 +99,7 @@ def test_the_ledger_takes_the_larger_change():
         and "alpha_x1.5" in book["final_D_change_on_alpha_x1.5"]["note"]
     )
     assert of("control_no_impact_run_drift_over_r") == (0.02, 0.05, "pass")
-    table = sensitivity.text(found)
+    table = sensitivity_table.text(found)
     assert "alpha_x0.67" in table and "not made: alpha_x1.5" in table and "0.02 r" in table
 
 
@@ -120,9 +120,7 @@ def test_variants_share_what_the_run_has_done_and_are_made_once(
     wanted = ["time_x2", "alpha_x1.5", "control_uncarved"]
     assert sensitivity.make(run, wanted) == ["time_x2"]  # 120 s: the fake handoff has no such snapshot
     assert len(calls) == 3 and "--until" in calls[2] and "--until" not in calls[1]
-    places = {
-        one.name: one.request(run).run_folder for one in sensitivity.variants(run) if one.name in ("base", *wanted)
-    }
+    places = {one.name: one.request(run).run_folder for one in variants.variants(run) if one.name in ("base", *wanted)}
     assert json.loads((places["alpha_x1.5"] / "4_handoff" / "handoff.json").read_text())["alpha_spacings"] == 2.25
     assert (places["alpha_x1.5"] / "2_sph").resolve() == (run / "2_sph").resolve()
     assert (run / "2_sph" / "starts.txt").read_text().split() == ["0"]
@@ -132,14 +130,14 @@ def test_variants_share_what_the_run_has_done_and_are_made_once(
     assert sensitivity.make(run, wanted) == ["time_x2"] and len(calls) == 4
     assert "alpha_x1.5: done before" in capsys.readouterr().out
     # the run's own last stages are by the sources of today: it is the base
-    assert sensitivity.place_of(sensitivity.variants(run)[0], run) == run
+    assert sensitivity.place_of(variants.variants(run)[0], run) == run
     done = run / "5_dem" / "done.json"
     done.write_text(done.read_text().replace('"sources_sha256": "', '"sources_sha256": "0'))
-    assert sensitivity.place_of(sensitivity.variants(run)[0], run) == places["base"]
+    assert sensitivity.place_of(variants.variants(run)[0], run) == places["base"]
 
 
 def test_every_variant_is_drawn_on_other_beds(run):
-    table = {variant.name: variant for variant in sensitivity.variants(run, 3)}
+    table = {variant.name: variant for variant in variants.variants(run, 3)}
     assert len(table) == 7 * 3 + 2 and len({variant.request(run).run_folder for variant in table.values()}) == len(
         table
     )
@@ -193,6 +191,6 @@ def test_a_change_is_the_mean_over_beds_each_against_its_own_base(run, monkeypat
     assert found["rows"]["another_bed"]["diameter_rim_m_change"] == pytest.approx(0.1)
     book = Ledger()
     book.complete()
-    sensitivity.enter(found, book)
+    sensitivity_table.enter(found, book)
     assert "time_x2 +6.0 % (+- 1.0 % over 2 beds)" in book["final_D_change_on_t_handoff_x2"]["note"]
-    assert "time_x2" in sensitivity.text(found)
+    assert "time_x2" in sensitivity_table.text(found)

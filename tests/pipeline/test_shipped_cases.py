@@ -11,7 +11,7 @@ from matter.errors import InputError
 from pipeline import case as cases
 from pipeline import folder, prediction, stages, used
 from pipeline.compose import compose
-from pipeline.run import Request
+from pipeline.request import Request
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = sorted(path.parent for path in (ROOT / "cases").glob("*/case.toml"))

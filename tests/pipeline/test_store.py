@@ -19,7 +19,8 @@ from matter.errors import InputError, UnphysicalState
 from pipeline import case as cases
 from pipeline import folder, going_on, identity, lock, plan, prune, stages, store, view
 from pipeline.compose import compose, hash8
-from pipeline.run import Request, run
+from pipeline.request import Request
+from pipeline.run import run
 
 VALHALLA = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km"
 LATE = ["bed", "handoff", "dem", "crater"]

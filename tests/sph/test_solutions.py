@@ -5,28 +5,28 @@ import math
 import numpy as np
 import pytest
 
-from fixtures import solutions
+from fixtures import blast, rings, slopes, solutions
 
 
 def test_constants_of_the_blast_wave():
     """beta of the literature: 0.851 at gamma = 1.4, 0.494 at 5/3."""
-    assert solutions.blast_constant(1.4) == pytest.approx(0.851, rel=1e-3)
-    assert solutions.blast_constant(5.0 / 3.0) == pytest.approx(0.4936, rel=1e-3)
-    assert 0.2 < solutions.kinetic_share(1.4) < solutions.kinetic_share(5.0 / 3.0) < 0.3
+    assert blast.blast_constant(1.4) == pytest.approx(0.851, rel=1e-3)
+    assert blast.blast_constant(5.0 / 3.0) == pytest.approx(0.4936, rel=1e-3)
+    assert 0.2 < blast.kinetic_share(1.4) < blast.kinetic_share(5.0 / 3.0) < 0.3
 
 
 def test_a_smeared_blast_has_its_densest_shell_within_its_front():
     """A little smoothing moves it inwards; an almost flat one no longer knows where it was."""
-    assert solutions.smeared_peak(1.4, 0.9) == pytest.approx(0.996, abs=0.002)
-    assert solutions.smeared_peak(1.4, 0.9) > solutions.smeared_peak(1.4, 0.5) > 0.96
-    assert solutions.smeared_peak(1.4, 0.5) < solutions.smeared_peak(1.4, 0.26)
+    assert blast.smeared_peak(1.4, 0.9) == pytest.approx(0.996, abs=0.002)
+    assert blast.smeared_peak(1.4, 0.9) > blast.smeared_peak(1.4, 0.5) > 0.96
+    assert blast.smeared_peak(1.4, 0.5) < blast.smeared_peak(1.4, 0.26)
 
 
 @pytest.mark.validation
 def test_a_blast_runs_as_sedov_says():
     """Gamma 5/3, 24 spacings, with the terms of the supports: the front that smears to the shell within 2 %; without
     them 4 % ahead."""
-    got = solutions.blast(24, 5.0 / 3.0, length_terms=True)
+    got = blast.blast(24, 5.0 / 3.0, length_terms=True)
     assert got.front == pytest.approx(1.0, abs=0.02) and abs(got.energy) < 1e-3
 
 
@@ -38,7 +38,7 @@ def test_a_shell_stops_where_yielding_has_taken_its_energy():
 
 
 def test_angle_of_slope():
-    assert math.degrees(solutions.angle_of_slope(math.radians(30.0))) == pytest.approx(34.715, abs=1e-3)
+    assert math.degrees(slopes.angle_of_slope(math.radians(30.0))) == pytest.approx(34.715, abs=1e-3)
 
 
 @pytest.mark.validation
@@ -58,10 +58,10 @@ def test_waves_run_along_a_bar_at_the_speed_of_youngs_modulus():
 @pytest.mark.validation
 def test_a_slope_of_dry_sand_stands_up_to_its_angle():
     """Two degrees below it stays; two above it gains 7 % of free sliding, as friction at tan(theta) = B leaves it."""
-    angle, more = solutions.angle_of_slope(math.radians(30.0)), math.radians(2.0)
-    assert abs(solutions.slope(angle - more)) < 0.01
+    angle, more = slopes.angle_of_slope(math.radians(30.0)), math.radians(2.0)
+    assert abs(slopes.slope(angle - more)) < 0.01
     wanted = math.sin(more) / (math.cos(angle) * math.sin(angle + more))
-    assert solutions.slope(angle + more) == pytest.approx(wanted, rel=0.3)
+    assert slopes.slope(angle + more) == pytest.approx(wanted, rel=0.3)
 
 
 @pytest.mark.validation
@@ -97,6 +97,6 @@ def test_a_spinning_ball_keeps_its_stress():
 def test_rubber_rings_bounce_without_breaking():
     """Total energy within 2 % of the kinetic; two whole rings part again, at 0.73 of the speed (viscosity and
     vibration have the rest)."""
-    energy, parting, pieces, largest = solutions.rings()
+    energy, parting, pieces, largest = rings.rings()
     assert abs(energy) < 0.02 and pieces == 2 and largest == 0.5
     assert 0.6 < parting < 0.9

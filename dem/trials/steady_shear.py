@@ -1,0 +1,84 @@
+"""Simple shear of a periodic cell at constant normal stress (``dem.trials.shear_cell``), slow against the grains' own
+motion: inertial number I = (dgamma/dt) d sqrt(rho / P) = 0.002, without friction 0.0005 (there the excess falls with
+sqrt(I) only). The steady state has forgotten how the grains were packed. (GDR MiDi 2004, Eur. Phys. J. E 14, 341.)
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from dem.contact_settings import Contact
+from dem.trials.shear_cell import CELL_STIFFNESS, Cell
+from matter.progress import Progress, stop_here
+
+SLOW, SLOW_SMOOTH = 2e-3, 5e-4
+BLOCK = 0.1
+"""Strain of one block of the mean; its error comes from the scatter of the blocks, taken singly and in twos and
+fours."""
+WANTED_ERROR = 0.35
+"""Degrees: a measurement goes on until its standard error is below this, between the smallest and the largest
+strain."""
+LEAST, MOST = 2.0, 6.0
+
+
+def sample(count: int, seed: int, spread: float) -> tuple[np.ndarray, np.ndarray, int]:
+    """Grains on a loose cubic lattice with a little disorder, their radii, and the lattice's side."""
+    rng = np.random.default_rng(seed)
+    radius = 0.5 * rng.uniform(1.0 - spread, 1.0 + spread, count)
+    side = math.ceil(count ** (1.0 / 3.0))
+    apart = 2.0 * radius.max() + 0.02
+    lattice = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3)[
+        rng.permutation(side**3)[:count]
+    ]
+    return apart * lattice + rng.uniform(-0.01, 0.01, (count, 3)), radius, side
+
+
+def shear(contact: Contact, seed: int = 1, count: int = 1000, spread: float = 0.15) -> dict[str, float]:
+    """Steady simple shear: both angles and their errors (``error_deg``, ``mohr_coulomb_error_deg``), ``fraction``,
+    ``coordination``, ``strain``."""
+    x, radius, side = sample(count, seed, spread)
+    length = (2.0 * radius.max() + 0.02) * side
+    cell = Cell(x, radius, np.array([length, length, 1.2 * length]), contact, CELL_STIFFNESS)
+    smooth = contact.shell.friction == 0.0
+    slow = SLOW_SMOOTH if smooth else SLOW
+    cell.pressure = 1.0
+    # the loose lattice is pressed together while it is sheared quickly, then brought to the slow state
+    for rate, strain in ((0.05, 1.0), (0.02, 0.6), (5.0 * slow, 0.2), (slow, 0.2)):
+        cell.rate = rate
+        cell.run(max(1, int(strain / rate / cell.dt)))
+    steps = max(1, int(BLOCK / slow / cell.dt))
+    rows: list[list[float]] = []
+    progress = Progress("friction angle", MOST)
+    while True:
+        mean = cell.run(steps)
+        tau, normal = -mean["xz"], mean["zz"]
+        half, middle = 0.5 * (mean["xx"] - normal), 0.5 * (mean["xx"] + normal)
+        rows.append([tau / normal, math.hypot(half, tau) / middle, mean["fraction"], mean["coordination"]])
+        strain = BLOCK * len(rows)
+        table = np.array(rows)
+        error = math.degrees(_error(table[:, 0]) / (1.0 + table[:, 0].mean() ** 2))
+        sine_error = math.degrees(_error(table[:, 1]) / math.sqrt(max(1.0 - table[:, 1].mean() ** 2, 1e-12)))
+        progress.update(strain, f"{math.degrees(math.atan(table[:, 0].mean())):.2f} +- {error:.2f} deg")
+        stop_here("friction angle")
+        if strain >= MOST or (strain >= LEAST and error < WANTED_ERROR):
+            break
+    mu, sine, fraction, coordination = table.mean(axis=0)
+    return {
+        "angle_deg": math.degrees(math.atan(mu)), "error_deg": error,
+        "mohr_coulomb_deg": math.degrees(math.asin(min(1.0, sine))),
+        "mohr_coulomb_error_deg": sine_error, "fraction": float(fraction), "coordination": float(coordination),
+        "strain": strain, "inertial": slow,
+    }  # fmt: skip
+
+
+def _error(values: np.ndarray) -> float:
+    """Standard error of the mean of correlated values: the largest over blocks of one, two and four."""
+    found = []
+    for size in (1, 2, 4):
+        whole = len(values) // size
+        if whole >= 4:
+            means = values[: whole * size].reshape(whole, size).mean(axis=1)
+            found.append(float(means.std(ddof=1)) / math.sqrt(whole))
+    return max(found, default=math.inf)

@@ -1,0 +1,115 @@
+"""Rows of the ledger that compare fields before and after a transfer: velocity, momentum by region, energy below the
+size of a grain, density, mass of ejecta by speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from handoff import compare, domain
+from handoff.handed import Handoff
+from handoff.hydrostatic import Column
+from handoff.ledger import Ledger
+from matter import readable
+from matter.particles import Particles
+
+
+def support_of(source: Particles, spacing: np.ndarray) -> np.ndarray:
+    """Kernel support [m]: the source's own, or two spacings."""
+    return source.smoothing_length if "smoothing_length" in source else 2.0 * spacing
+
+
+def comparison_cells(made: Handoff, source: Particles, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Cells of the field comparison for the sample points, and their sizes [m]."""
+    support = support_of(source, made.split.spacing)[made.compact.places][made.carving.samples.particle]
+    return compare.cells(made.mapped.fields, support, 3.0 * radius)
+
+
+def corrected_fields(made: Handoff, source: Particles, bed: Particles) -> compare.Fields:
+    """Both clouds on the sample points with the corrected masses and velocities."""
+    kept = np.flatnonzero(made.carving.stays)
+    before = (
+        source.mass[made.compact.places] * made.compact.share,
+        source.velocity[made.compact.places],
+        made.mapped.own_gradient,
+    )
+    start, count = made.start, len(kept)
+    return compare.fields_of(
+        bed,
+        kept,
+        made.carving.samples,
+        made.carving.heir,
+        before,
+        start.mass[:count],
+        start.velocity[:count],
+        made.carving.volume,
+    )
+
+
+def enter(
+    ledger: Ledger, made: Handoff, source: Particles, bed: Particles, region: domain.Domain, column: Column
+) -> None:
+    radius = float(bed.radius.mean())
+    number, size = comparison_cells(made, source, radius)
+    fields = corrected_fields(made, source, bed)
+    difference = compare.field_difference(fields, number, size)
+    note = f"{len(difference.mass)} cells of {readable.length(size.min())} to {readable.length(size.max())}"
+    ledger.measure("velocity_field_L2", difference.l2, note)
+    ledger.measure("velocity_direction_deg_mean", difference.direction_deg, note)
+    local = compare.local_momentum(made.mapped.fields, region)
+    worst = max(local, key=lambda row: row[1], default=("none: nothing moves", 0.0, 0.0))
+    ledger.measure("momentum_local_rel", worst[1], f"worst: {worst[0]}, which holds {worst[2]:.1%} of sum m|v|")
+    left = max((row[1] for row in compare.local_momentum(fields, region)), default=0.0)
+    largest = float(np.linalg.norm(made.mapped.regional, axis=1).max())
+    ledger.state(
+        "momentum_local_after_rel",
+        left,
+        "1",
+        f"the same after the correction; regional part of it: at most {largest:.4g} m/s",
+    )
+    bulk, peculiar = compare.energy_split(made.mapped.fields, made.carving.heir)
+    ledger.state(
+        "kinetic_energy_bulk", bulk, "J", "of the source's compact matter, averaged over the cells of single grains"
+    )
+    ledger.state(
+        "kinetic_energy_peculiar",
+        peculiar,
+        "J",
+        f"below the size of a grain, which grains cannot take over: {_share(peculiar, bulk + peculiar)}",
+    )
+    density = compare.density_difference(fields, radius)
+    if np.isfinite(density):
+        ledger.measure("bulk_density_rel", density)
+    else:
+        ledger.skip("bulk_density_rel", "not_applicable", "no cube of 5 grain radii lies wholly inside the surface")
+    thrown = made.ejecta.source
+    before = flying_mass(source.position[thrown], source.velocity[thrown], source.mass[thrown], region, column)
+    inside = flying_mass(
+        source.position[made.compact.places],
+        source.velocity[made.compact.places],
+        source.mass[made.compact.places] * made.compact.share,
+        region,
+        column,
+    )
+    place = made.start.position.copy()
+    place[len(place) - len(thrown) :] = source.position[thrown]  # judged where it was, not where its grain found room
+    after = flying_mass(place, made.start.velocity, made.start.mass, region, column)
+    ledger.measure(
+        "ejecta_mass_curve_rel",
+        compare.mass_curve_difference(
+            np.r_[before[0], inside[0]], np.r_[before[1], inside[1]], *after, above=made.split.speed_limit
+        ),
+        f"rising matter above {made.split.speed_limit:.4g} m/s that free flight brings above the datum; grains of the "
+        f"bed included",
+    )
+
+
+def _share(part: float, whole: float) -> str:
+    return f"{part / whole:.2%} of both" if whole > 0.0 else "nothing moves"
+
+
+def flying_mass(position, velocity, mass, region: domain.Domain, column: Column) -> tuple[np.ndarray, np.ndarray]:
+    """Masses [kg] and speeds [m/s] of what rises and would come above the datum in free flight."""
+    height, speed = region.frame.height(position), np.linalg.norm(velocity, axis=1)
+    upward = np.einsum("ij,ij->i", velocity, region.frame.up(position))
+    flies = (upward > 0.0) & (column.apex(height, upward, speed) > 0.0)
+    return mass[flies], speed[flies]
