@@ -10,7 +10,8 @@ imported, so that any commit can be counted. What is counted:
 arguments    functions with more than 10 parameters (``self`` among them). Functions whose parameters are the options
              of a command (``typer``) are counted apart: the command line declares them.
 lines        functions of more than 60 and 100 lines, with their docstrings; a function inside another counts for both.
-modules      files of more than 350 lines.
+modules      files of more than 350 lines, those around the rooms too (``AROUND``), tests apart.
+wide lines   lines of 120 characters or more in any of these files, and in the tests.
 circles      sets of modules that reach each other by imports (Tarjan's strong components), those inside functions and
              under ``TYPE_CHECKING`` included.
 raw columns  lines with a number above 2 as last index, ``V[:, 7]``, ``report[4]``, ``row[4:7]``: 0, 1, 2 are the
@@ -38,6 +39,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOMS = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline")
+AROUND = ("bolide", "fixtures", "studies", "benchmarks", "examples", "docs")
+"""What stands around the rooms and is held to the same lengths."""
+WIDEST_LINE = 119
 MOST_ARGUMENTS, LONG, VERY_LONG, LONGEST_MODULE, LAST_COORDINATE, LAST_OF_TENSOR = 10, 60, 100, 350, 2, 5
 
 PLACES = {
@@ -99,9 +103,25 @@ def long_functions(house: House, most: int) -> list[str]:
     return [f"{lines} {where}" for lines, where in sorted(found, reverse=True) if lines > most]
 
 
-def long_modules(house: House) -> list[str]:
-    """Files of more than ``LONGEST_MODULE`` lines."""
-    lengths = {name: text.count("\n") for name, (text, _) in house.files.items()}
+def sources(root: Path, folders: tuple[str, ...]) -> dict[str, list[str]]:
+    """The lines of every Python file in these folders of the checkout ``root``, by path from there."""
+    paths = sorted(path for folder in folders for path in (root / folder).rglob("*.py"))
+    return {path.relative_to(root).as_posix(): path.read_text().splitlines() for path in paths}
+
+
+def wide_lines(root: Path) -> list[str]:
+    """Lines of more than ``WIDEST_LINE`` characters."""
+    return [
+        f"{name}:{number} ({len(line)})"
+        for name, lines in sources(root, (*ROOMS, *AROUND, "tests")).items()
+        for number, line in enumerate(lines, 1)
+        if len(line) > WIDEST_LINE
+    ]
+
+
+def long_modules(root: Path) -> list[str]:
+    """Files of more than ``LONGEST_MODULE`` lines, tests apart."""
+    lengths = {name: len(lines) for name, lines in sources(root, (*ROOMS, *AROUND)).items()}
     return [
         f"{lines} {name}" for name, lines in sorted(lengths.items(), key=lambda row: -row[1]) if lines > LONGEST_MODULE
     ]
@@ -212,15 +232,17 @@ def numpy_in_laws(house: House) -> list[str]:
     return [f"{name}:{line}" for name, line in sorted(found)]
 
 
-def count(house: House) -> dict[str, list[str]]:
-    """Rows of the table: what was counted, each with the places where it is."""
+def count(root: Path) -> dict[str, list[str]]:
+    """Rows of the table for the checkout ``root``: what was counted, each with the places where it is."""
+    house = House.read(root)
     free, declared = arguments(house)
     rows = {
         f"functions of more than {MOST_ARGUMENTS} parameters": free,
         "  more, declared by the command line": declared,
         f"functions of more than {LONG} lines": long_functions(house, LONG),
         f"functions of more than {VERY_LONG} lines": long_functions(house, VERY_LONG),
-        f"modules of more than {LONGEST_MODULE} lines": long_modules(house),
+        f"modules of more than {LONGEST_MODULE} lines": long_modules(root),
+        f"lines of more than {WIDEST_LINE} characters": wide_lines(root),
         "circles of imports": circles(imports(house)),
         "  modules in them": [module for ring in circles(imports(house)) for module in ring.split(", ")],
     }
@@ -241,7 +263,7 @@ def main() -> int:
     parser.add_argument("checkouts", type=Path, nargs="*", default=[Path(".")], help="folders that hold the rooms")
     parser.add_argument("--lines", action="store_true", help="list what was counted")
     given = parser.parse_args()
-    counted = [count(House.read(root)) for root in given.checkouts]
+    counted = [count(root) for root in given.checkouts]
     width = max(len(row) for row in counted[0])
     columns = [max(8, len(str(root))) for root in given.checkouts]
     print(" " * width, *(f"{root!s:>{wide}}" for root, wide in zip(given.checkouts, columns)))

@@ -1,10 +1,15 @@
 """The house's own count, on a house of three files whose numbers are known."""
 
+import tomllib
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 from studies import house
+
+ROOT = Path(__file__).parents[2]
 
 ONE = '''"""murnaghan in a docstring."""
 import sph.two  # murnaghan in a comment
@@ -33,7 +38,7 @@ def counted(tmp_path: Path) -> dict[str, list[str]]:
     (tmp_path / "sph").mkdir()
     for name, text in (("one", ONE), ("two", TWO), ("three", TALL), ("four", LAW)):
         (tmp_path / "sph" / f"{name}.py").write_text(text)
-    return house.count(house.House.read(tmp_path))
+    return house.count(tmp_path)
 
 
 def test_what_is_counted(counted):
@@ -43,15 +48,45 @@ def test_what_is_counted(counted):
         == counted["functions of more than 100 lines"]
         == ["101 sph/three.py:1 tall"]
     )
-    assert counted["modules of more than 350 lines"] == []
+    assert counted["modules of more than 350 lines"] == counted["lines of more than 119 characters"] == []
 
 
 def test_circle_through_a_function(counted):
     assert counted["circles of imports"] == ["sph.one, sph.two"]
 
 
+def test_lengths_are_counted_around_the_rooms_too(tmp_path):
+    for folder, lines in (("studies", 351), ("sph", 350), ("tests", 400)):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "a.py").write_text("pass\n" * (lines - 1) + f"# {'µ' * (117 + (folder == 'tests'))}\n")
+    assert house.long_modules(tmp_path) == ["351 studies/a.py"]
+    assert house.wide_lines(tmp_path) == ["tests/a.py:400 (120)"]
+
+
 def test_no_room_has_a_circle_of_imports():
-    assert house.circles(house.imports(house.House.read(Path(__file__).parents[2]))) == []
+    assert house.circles(house.imports(house.House.read(ROOT))) == []
+
+
+def test_no_module_is_above_350_lines():
+    assert house.long_modules(ROOT) == []
+
+
+def test_no_line_is_above_119_characters():
+    assert house.wide_lines(ROOT) == []
+
+
+def test_every_dependency_has_a_tested_version():
+    """``constraints.txt`` names each library that pyproject.toml asks for, in a version that it allows."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = [
+        *project["dependencies"],
+        *(line for lines in project["optional-dependencies"].values() for line in lines),
+    ]
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    tested = dict(line.split("==") for line in lines if line and not line.startswith("#"))
+    tested = {canonicalize_name(name): version for name, version in tested.items()}
+    for requirement in map(Requirement, wanted):
+        assert requirement.specifier.contains(tested[canonicalize_name(requirement.name)]), requirement
 
 
 def test_columns_above_the_coordinates(counted):
