@@ -28,7 +28,8 @@ th,td{padding:.25em .7em;text-align:right;border-bottom:1px solid var(--line);ve
 th{vertical-align:bottom;background:var(--head)}td.n{white-space:nowrap}
 th:first-child,td:first-child{text-align:left;padding-left:.3em}.word{text-align:left}
 .note{text-align:left;color:var(--soft);font-size:.92em;min-width:15em;overflow-wrap:anywhere}p.note{min-width:0}
-.pass,.met{color:#1b7f3b;font-weight:600}.fail,.unmet{color:#b3261e;font-weight:600}.waived{color:#8a5c00;font-weight:600}
+.pass,.met{color:#1b7f3b;font-weight:600}.fail,.unmet{color:#b3261e;font-weight:600}
+.waived{color:#8a5c00;font-weight:600}
 .not_measured,.not_applicable,.quantity{color:var(--soft)}
 .key{display:block;color:var(--soft);font-size:.8em}
 figure{margin:1em 0}figcaption{color:var(--soft);font-size:.9em}
@@ -53,7 +54,8 @@ def document(title: str, parts: Iterable[str]) -> str:
     return (
         "<!doctype html>\n<html lang=en><head><meta charset=utf-8><meta name=viewport "
         "content='width=device-width,initial-scale=1'>"
-        f"<title>{escape(title)}</title><style>{STYLE}</style></head><body>\n<h1>{escape(title)}</h1>\n{body}\n</body></html>\n"
+        f"<title>{escape(title)}</title><style>{STYLE}</style></head><body>\n"
+        f"<h1>{escape(title)}</h1>\n{body}\n</body></html>\n"
     )
 
 

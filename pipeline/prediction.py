@@ -74,7 +74,8 @@ def table(request: Request, rows: dict[str, dict[str, float]], planned: Mapping[
         origin = "from elsewhere, " if stage in request.case.outside else ""
         note = f"  {origin}{planned[stage]}" if stage in planned else ""
         lines.append(
-            f"{stage:<12}{duration(row['wall_s']):>14}{size(row['memory_bytes']):>12}{size(row['disk_bytes']):>12}{note}"
+            f"{stage:<12}{duration(row['wall_s']):>14}{size(row['memory_bytes']):>12}"
+            f"{size(row['disk_bytes']):>12}{note}"
         )
     wall, disk = (sum(row[key] for row in rows.values()) for key in ("wall_s", "disk_bytes"))
     memory = max((row["memory_bytes"] for row in rows.values()), default=0.0)
