@@ -183,6 +183,17 @@ def _published_box(axis, findings: Findings, scale: float) -> None:
             )
 
 
+def _series(axis, findings: Findings, name: str, minute: float, scale: float) -> None:
+    """A measure in time with its errors, of the shock stage and of the grains."""
+    for stage, colour, word in (("sph", INK[0], "SPH"), ("dem", INK[2], "grains (DEM)")):
+        chosen = [m for m in findings.moments if m.stage == stage]
+        y = np.array([m.value(name) * scale for m in chosen])  # NaN breaks the line where a measure does not exist
+        if np.isfinite(y).any():
+            t, e = [m.time * minute for m in chosen], np.array([m.sigma(name) * scale for m in chosen])
+            style = dict(color=colour, markersize=3, linewidth=1.2, elinewidth=0.7, capsize=2)
+            axis.errorbar(t, y, yerr=e, fmt="o-", label=word, **style)
+
+
 def draw_series(findings: Findings, path: Path) -> None:
     """D(t), depth(t) and V(t) with errors; the published transient values as bands, the scaling laws as a bracket."""
     fig = figure(9.0, 8.0)
@@ -200,25 +211,7 @@ def draw_series(findings: Findings, path: Path) -> None:
         ("volume", f"volume below datum [{cubes[1]}{unit}$^3$]", cubes[0]),
     )
     for axis, (moment, label, scale) in zip(axes, rows):
-        name = MAXIMA[moment]
-        for stage, colour, word in (("sph", INK[0], "SPH"), ("dem", INK[2], "grains (DEM)")):
-            chosen = [m for m in findings.moments if m.stage == stage]
-            y = np.array([m.value(name) * scale for m in chosen])  # NaN breaks the line where a measure does not exist
-            if np.isfinite(y).any():
-                t = [m.time * minute for m in chosen]
-                e = np.array([m.sigma(name) * scale for m in chosen])
-                axis.errorbar(
-                    t,
-                    y,
-                    yerr=e,
-                    fmt="o-",
-                    color=colour,
-                    markersize=3,
-                    linewidth=1.2,
-                    elinewidth=0.7,
-                    capsize=2,
-                    label=word,
-                )
+        _series(axis, findings, MAXIMA[moment], minute, scale)
         axis.set_ylabel(label)
         grid(axis)
     for row in findings.compared.reference:

@@ -81,7 +81,6 @@ class Assembly(GrainList):
     ):
         grains.need(*FIELDS)
         check(grains)
-        n = len(grains)
         offset, sleep, self_gravity = extras
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
         self.walls = walls.rows(walls_, float(grains.radius.max()))
@@ -92,11 +91,46 @@ class Assembly(GrainList):
             raise InputError(f"a stiffness that changes in the run needs {contact.springs_that_change}")
         self._per_grain = PER_GRAIN + (SLEEPERS if sleep else ()) + (("pull_of_all",) if self_gravity else ())
         self.self_gravity = self_gravity
-        self.pull_of_all = np.zeros((n if self_gravity else 1, 3))
+        self.pull_of_all = np.zeros((len(grains) if self_gravity else 1, 3))
         self._drift_loop = integrator.drift_loop(self.scheme)
         self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), integrator.kick_loop(self.scheme)
         self.pair_table = contact.pair_table()
         self.wall_tables = contact.wall_table(walls_, self.pair_table)
+        self._tables(grains, len(walls_), sleep)
+        self.wake, self.memory = np.inf, np.inf
+        self.lost_in_flight = 0.0  # what collisions of flying grains have lost, part of what contacts dissipated [J]
+        # factor of k_n against its start; energy of the springs at rest at that start; what changes of k_n have put
+        # into springs, of that what the weight has taken, and the sum of the amounts of the rest [J]
+        self.softness, self.rest_energy, self.stiffness_energy, self.weight_energy = 1.0, 0.0, 0.0, 0.0
+        self.stiffness_excess = 0.0
+        self.row = np.zeros(1, dtype=np.int64)
+        self.col, self.first = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int32)
+        self.hist = np.zeros((0, self.scheme.history))
+        self.mean_radius = float(grains.radius.mean())
+        self.skin = skin * self.mean_radius
+        self.dt = dt if dt is not None else contact.time_step(grains, self.gravity)
+        self.steps, self.builds, self.since_build, self.full_pass = 0, 0, 0, False
+        self.start_time = float(grains.attributes.get("time", 0.0))
+        self.overlap_limit = contact.overlap_stop if overlap_limit is None else overlap_limit
+        # sums over the run: dissipated in contacts, excess taken from returned grains, dissipated by drag and at
+        # walls, impulse (6)
+        self.report = np.zeros(SUMS)
+        # of grains that left, by reason: count, mass, momentum (3), angular momentum (3), energy
+        self.booked = np.zeros((len(REASONS), BOOKS))
+        self.elastic, self.contacts, self.over_warn, self.worst, self.speed = 0.0, 0, 0, 0.0, 0.0
+        self.threads = max(1, threads)
+        self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
+        self._workspace()
+        self._rebuild(contact_tables.pairs(grains, self.identity, self.scheme.history, offset))
+        contact_tables.take_walls(grains, self.identity, self.wall_history[:, : len(self.walls)], offset)
+        self.wall_history[self.active :] = 0.0
+        if self_gravity:
+            self._attract()
+        self._forces(initial=True)
+
+    def _tables(self, grains: Particles, walls: int, sleep: bool) -> None:
+        """What is kept of each grain (``dem.columns``)."""
+        n = len(grains)
         self.X = np.column_stack([grains.position, grains.radius])
         self.W = np.column_stack([grains.velocity, grains.angular_velocity])
         self.V = np.column_stack([self.W, grains.mass, grains.stiffness])
@@ -113,44 +147,13 @@ class Assembly(GrainList):
         ejecta = self.identity >= grains.attributes.get("bed_grains", np.iinfo(np.int64).max)
         self.returned = ((self.state == BALLISTIC) | ejecta).astype(np.int8)
         self.drag, self.weight = np.zeros(n), np.ones(n)
-        self.wall_history = np.zeros((n, max(1, len(walls_)), self.scheme.history))
+        self.wall_history = np.zeros((n, max(1, walls), self.scheme.history))
         self.reference = np.zeros((n, 3))
         few = n if sleep else 1
         self.asleep, self.near, self.live = (np.zeros(few, dtype=np.int8) for _ in range(3))
         self.quiet = np.zeros(few)
         self.wall_energy, self.row_energy, self.held = np.zeros(few), np.zeros((few, 2)), np.zeros((few, 6))
         self.rest = np.zeros((few, 6))
-        self.wake, self.memory = np.inf, np.inf
-        # factor of k_n against its start; energy of the springs at rest at that start; what changes of k_n have put
-        # into springs, of that what the weight has taken, and the sum of the amounts of the rest [J]
-        self.lost_in_flight = 0.0  # what collisions of flying grains have lost, part of what contacts dissipated [J]
-        self.softness, self.rest_energy, self.stiffness_energy, self.weight_energy = 1.0, 0.0, 0.0, 0.0
-        self.stiffness_excess = 0.0
-        self.row, self.col = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32)
-        self.first = np.zeros(0, dtype=np.int32)
-        self.hist = np.zeros((0, self.scheme.history))
-        self.mean_radius = float(grains.radius.mean())
-        self.dt = dt if dt is not None else contact.time_step(grains, self.gravity)
-        self.skin = skin * self.mean_radius
-        self.steps, self.builds, self.since_build = 0, 0, 0
-        self.start_time = float(grains.attributes.get("time", 0.0))
-        self.overlap_limit = contact.overlap_stop if overlap_limit is None else overlap_limit
-        # sums over the run: dissipated in contacts, excess taken from returned grains, dissipated by drag and at
-        # walls, impulse (6)
-        self.report = np.zeros(SUMS)
-        # of grains that left, by reason: count, mass, momentum (3), angular momentum (3), energy
-        self.booked = np.zeros((len(REASONS), BOOKS))
-        self.elastic, self.contacts, self.over_warn, self.worst, self.speed = 0.0, 0, 0, 0.0, 0.0
-        self.threads = max(1, threads)
-        self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
-        self._workspace()
-        self.full_pass = False
-        self._rebuild(contact_tables.pairs(grains, self.identity, self.scheme.history, offset))
-        contact_tables.take_walls(grains, self.identity, self.wall_history[:, : len(self.walls)], offset)
-        self.wall_history[self.active :] = 0.0
-        if self_gravity:
-            self._attract()
-        self._forces(initial=True)
 
     # -- lists
 

@@ -13,6 +13,10 @@ EVERY = 10
 """Steps between two looks."""
 ESCAPE_RADII = 1.5
 """A grain faster than escape is booked beyond this many radii of the body; slower ones may come back."""
+CHANGES = (
+    (LEFT, "through_the_side"), (BALLISTIC, ""), (LEFT, "escaped"), (LEFT, "landed_outside"), (ACTIVE, "")
+)  # fmt: skip
+"""What a grain can be due for: its next state, and why it leaves."""
 
 
 def look(bed: Assembly, domain: Domain | Container) -> None:
@@ -25,6 +29,18 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     on: a sphere that comes down on the wall's upper edge lies on both, and would be in the wall by up to its radius at
     once.
     """
+    changed = _due(bed, domain)
+    if not changed.any():
+        return
+    by_identity = dict(zip(bed.identity[changed > 0].tolist(), changed[changed > 0].tolist()))
+    for code, (state, reason) in enumerate(CHANGES, 1):
+        wanted = [identity for identity, found in by_identity.items() if found == code]
+        if wanted:
+            bed.change_states(np.isin(bed.identity, wanted), state, reason)
+
+
+def _due(bed: Assembly, domain: Domain | Container) -> np.ndarray:
+    """(n,) which of ``CHANGES`` each grain is due for, counted from 1; 0 for none."""
     flat = isinstance(domain, Container)
     distance = bed.X[:, 2] if flat else np.linalg.norm(bed.X[:, :3], axis=1)
     top_level, floor_level = (
@@ -65,26 +81,8 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
     back = flying & ~outside & ~outward & (distance < shell + reach)
     if back.any():
         back &= _free(bed, np.flatnonzero(back), distance > shell)
-    changed = (
-        np.where(aside, 1, 0)
-        + np.where(launched, 2, 0)
-        + np.where(gone, 3, 0)
-        + np.where(beside, 4, 0)
-        + np.where(back & ~beside, 5, 0)
-    )
-    if not changed.any():
-        return
-    by_identity = dict(zip(bed.identity[changed > 0].tolist(), changed[changed > 0].tolist()))
-    for code, state, reason in (
-        (1, LEFT, "through_the_side"),
-        (2, BALLISTIC, ""),
-        (3, LEFT, "escaped"),
-        (4, LEFT, "landed_outside"),
-        (5, ACTIVE, ""),
-    ):
-        wanted = [identity for identity, found in by_identity.items() if found == code]
-        if wanted:
-            bed.change_states(np.isin(bed.identity, wanted), state, reason)
+    due = np.where(aside, 1, 0) + np.where(launched, 2, 0) + np.where(gone, 3, 0) + np.where(beside, 4, 0)
+    return due + np.where(back & ~beside, 5, 0)
 
 
 def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarray:

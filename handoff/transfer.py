@@ -41,68 +41,30 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     region = domain.read(bed.attributes)
     carve.check(bed, region)
     split, shape, corners = surface.classify(source, region, column, rules)
-    everything = np.flatnonzero(split.compact)
-    # matter beyond the floor (the core) is another body to the grains: they slide on it and take nothing from it
-    within = region.between(source.position[everything])
-    compact, beyond = everything[within], everything[~within]
-    if len(compact) < mapping.LEAST_NEIGHBOURS:
-        raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
-    spacing = split.spacing[compact]
-    tree, grains = cKDTree(source.position[compact]), cKDTree(bed.position)
-    volume_of = source.mass[compact] / source.density[compact]
-    share, centre = surface.share_inside(source.position[compact], spacing, region, tree, np.arange(len(compact)))
-    if not np.any(share > 0.0):
-        raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
-    part = float(np.sum(share * volume_of)) / region.volume
-    coarse = 2.0 * float(bed.radius.mean())
-    solid, factor = offset.by_one_factor(
-        shape, split.spacing[corners], offset.even_points(region), part, rules, coarse
-    )
-    points = carve.points(region, tree, grains)
-    if rules.offset == "auto":
-        solid = offset.place_by_place(
-            solid, split.spacing[corners], tree.data, share * volume_of, points.position, points.particle, region
-        )
-    samples = carve.finer(points, region, tree, grains, volume_of).within(solid)
-    stays = carve.keep(bed, solid, region)
-    heir = carve.heirs(bed, stays, samples)
-    volume = carve.grain_volumes(bed, stays, heir, samples)
-    size, columns = _cavity(solid, stays, grains, region, bed)
-    _refuse_misfit(size, source, split, region, rules, bed)
+    inner, beyond, tree = _compact(source, split, region)
+    carving = _carving(source, bed, region, rules, (split, shape, corners), inner, tree)
+    compact, stays, volume = inner.places, carving.stays, carving.volume
+    held, volume_of, motion = (
+        source.mass[compact] * inner.share, source.mass[compact] / source.density[compact], source.velocity[compact]
+    )  # fmt: skip
 
     kept = np.flatnonzero(stays)
     near = tree.query(bed.position[kept])[1]
     nearest = compact[near]
-    grid = mapping.Overlap(samples, heir, tree.data, bed.position, kept)
+    grid = mapping.Overlap(carving.samples, carving.heir, tree.data, bed.position, kept)
     plain_mass = source.density[nearest] * volume[kept]
-    raw_mass = mapping.locally_closed(plain_mass, tree, source.mass[compact] * share, grid)
+    raw_mass = mapping.locally_closed(plain_mass, tree, held, grid)
     packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())
     carved = _carved(bed, stays, source, nearest)
 
     thrown = np.flatnonzero(~split.compact)
     flying = ejected.from_source(source, thrown, carved, packing, region, column)
-    before = closing.sums(source.mass[compact] * share, centre, source.velocity[compact]) + closing.sums(
-        source.mass[thrown], source.position[thrown], source.velocity[thrown]
-    )
-    outside = closing.sums(
-        source.mass[compact] * (1.0 - share), source.position[compact], source.velocity[compact]
-    ) + closing.sums(source.mass[beyond], source.position[beyond], source.velocity[beyond])
+    before, outside = _sums(source, inner, beyond, thrown)
     airborne = closing.sums(flying.mass, flying.position, flying.velocity)
     place, radius = bed.position[kept], bed.radius[kept]
     scale = (before.mass - airborne.mass) / raw_mass.sum()
-    motion = source.velocity[compact]
-    taken = mapping.motion(
-        tree,
-        motion,
-        volume_of,
-        source.mass[compact] * share,
-        grid,
-        raw_mass * scale,
-        radius,
-        before.kinetic - airborne.kinetic,
-        volume[kept],
-        near,
-    )
+    energy = before.kinetic - airborne.kinetic
+    taken = mapping.motion(tree, motion, volume_of, held, grid, raw_mass * scale, radius, energy, volume[kept], near)
     velocity, spin = taken.velocity, taken.spin
     if rules.mapping == "nearest":
         velocity = motion[near]
@@ -113,16 +75,8 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     raw = closing.sums(raw_mass, place, velocity, radius, spin) + airborne
     mass = raw_mass * scale
     mass *= (before.mass - airborne.mass) / mass.sum()
-    fields = compare.fields_of(
-        bed,
-        kept,
-        samples,
-        heir,
-        (source.mass[compact] * share, motion, taken.own_gradient),
-        raw_mass,
-        velocity,
-        volume,
-    )
+    moving = held, motion, taken.own_gradient
+    fields = compare.fields_of(bed, kept, carving.samples, carving.heir, moving, raw_mass, velocity, volume)
     moved, regional = velocity.copy(), np.zeros_like(velocity)
     if rules.correction == "regional":
         regional = _regional(fields, scale, grid.grains, rules.region * float(bed.radius.mean()))
@@ -132,22 +86,62 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
         moved += closing.closing_field(mass, place, before.momentum - now.momentum, before.angular - now.angular)
     after = closing.sums(mass, place, moved, radius, spin) + airborne
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
-    return Handoff(
-        start=start,
-        split=split,
-        compact=Compact(compact, share, centre),
-        carving=Carving(solid, factor, stays, volume, samples, heir, size, columns),
-        mapped=Mapped(
-            taken.own_gradient,
-            taken.share,
-            fields,
-            moved - velocity,
-            regional,
-            scale,
-            float(plain_mass.sum() + airborne.mass),
-        ),
-        ejecta=flying,
-        sums=Balance(before, outside, raw, after),
+    change, plain = moved - velocity, float(plain_mass.sum() + airborne.mass)
+    mapped = Mapped(taken.own_gradient, taken.share, fields, change, regional, scale, plain)
+    return Handoff(start, split, inner, carving, mapped, flying, Balance(before, outside, raw, after))
+
+
+def _compact(source: Particles, split: surface.Split, region: domain.Domain) -> tuple[Compact, np.ndarray, cKDTree]:
+    """The compact matter of the source between the floor and the top of the domain, the places in the source of that
+    beyond them, and a tree of the former."""
+    everything = np.flatnonzero(split.compact)
+    # matter beyond the floor (the core) is another body to the grains: they slide on it and take nothing from it
+    within = region.between(source.position[everything])
+    compact, beyond = everything[within], everything[~within]
+    if len(compact) < mapping.LEAST_NEIGHBOURS:
+        raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
+    tree, numbers = cKDTree(source.position[compact]), np.arange(len(compact))
+    share, centre = surface.share_inside(source.position[compact], split.spacing[compact], region, tree, numbers)
+    if not np.any(share > 0.0):
+        raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
+    return Compact(compact, share, centre), beyond, tree
+
+
+def _carving(
+    source: Particles, bed: Particles, region: domain.Domain, rules: surface.Rules, classified, inner: Compact, tree
+) -> Carving:
+    """The solid below the surface and what it leaves of the bed; ``classified`` as from ``surface.classify``, ``tree``
+    of the places ``inner``."""
+    split, shape, corners = classified
+    volume_of = source.mass[inner.places] / source.density[inner.places]
+    part = float(np.sum(inner.share * volume_of)) / region.volume
+    coarse, grains = 2.0 * float(bed.radius.mean()), cKDTree(bed.position)
+    solid, factor = offset.by_one_factor(
+        shape, split.spacing[corners], offset.even_points(region), part, rules, coarse
+    )
+    points = carve.points(region, tree, grains)
+    if rules.offset == "auto":
+        solid = offset.place_by_place(
+            solid, split.spacing[corners], tree.data, inner.share * volume_of, points.position, points.particle, region
+        )
+    samples = carve.finer(points, region, tree, grains, volume_of).within(solid)
+    stays = carve.keep(bed, solid, region)
+    heir = carve.heirs(bed, stays, samples)
+    volume = carve.grain_volumes(bed, stays, heir, samples)
+    size, columns = _cavity(solid, stays, grains, region, bed)
+    _refuse_misfit(size, source, split, region, rules, bed)
+    return Carving(solid, factor, stays, volume, samples, heir, size, columns)
+
+
+def _sums(
+    source: Particles, inner: Compact, beyond: np.ndarray, thrown: np.ndarray
+) -> tuple[closing.Sums, closing.Sums]:
+    """Mass, momenta and energy of what is handed over (with the ejecta ``thrown``), and of what stays outside."""
+    m, x, v, compact = source.mass, source.position, source.velocity, inner.places
+    before = closing.sums(m[compact] * inner.share, inner.centre, v[compact])
+    outside = closing.sums(m[compact] * (1.0 - inner.share), x[compact], v[compact])
+    return before + closing.sums(m[thrown], x[thrown], v[thrown]), outside + closing.sums(
+        m[beyond], x[beyond], v[beyond]
     )
 
 

@@ -123,20 +123,16 @@ _BLOCK = 16  # cells that a thread takes at a time
 
 @kernel(fastmath=True)
 def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count):
-    """Rows of the particles of one block of cells.
+    """Rows of the particles of one ``block`` of the ``occupied`` cells; one fused loop.
 
     The particles of a cell look through the same cells around it: these are copied together once and tested in whole
-    registers.
+    registers. In: ``points`` and ``grid``, in the grid's order, and the ``reach``. Out: the rows in ``index``, where
+    they begin in ``entry`` and their lengths in ``count``; ``cursor`` counts the places taken in ``index`` by all
+    threads, beyond its end too (what did not fit is not written).
     """
     x, y, z, h = points.x, points.y, points.z, points.h
-    largest, width, origin, shape, offset, start = (
-        grid.largest,
-        grid.width,
-        grid.origin,
-        grid.shape,
-        grid.offset,
-        grid.start,
-    )
+    largest, width, origin, shape, offset = grid.largest, grid.width, grid.origin, grid.shape, grid.offset
+    start = grid.start
     cells, level = occupied.cells, occupied.level
     lower, upper = block * _BLOCK, min(len(cells), (block + 1) * _BLOCK)
     levels = len(width)
@@ -144,10 +140,8 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
     candidate = np.empty(room, dtype=np.int32)
     near = np.empty((4, room))
     inside = np.empty(room, dtype=np.int8)
-    own, used = (
-        np.empty(8 * room, dtype=np.int32),
-        0,
-    )  # the rows of this thread's cells, copied to their place together
+    # the rows of this thread's cells, copied to their place together
+    own, used = np.empty(8 * room, dtype=np.int32), 0
     for c in range(lower, upper):
         first, end = start[cells[c]], start[cells[c] + 1]
         while first < end:

@@ -89,29 +89,13 @@ _BLOCK = 256  # particles that a thread takes at a time
 @kernel
 def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physics, out, pores, late):
     """One evaluation of the particles ``first_particle`` to ``end_particle`` - 1; arguments as ``_evaluate``."""
-    position, velocity, mass, rho, u, h = (
-        cloud.position,
-        cloud.velocity,
-        cloud.mass,
-        cloud.density,
-        cloud.specific_energy,
-        cloud.smoothing_length,
-    )
-    stress, root_damage, distention, initial = (
-        cloud.stress,
-        cloud.root_damage,
-        cloud.distention,
-        cloud.initial_distention,
-    )
+    position, velocity, mass, rho, u = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy
+    h = cloud.smoothing_length
+    stress, root_damage, distention = cloud.stress, cloud.root_damage, cloud.distention
+    initial = cloud.initial_distention
     material, count, flaw_first, flaw_last = cloud.material, cloud.neighbours, cloud.flaw_first, cloud.flaw_last
-    row, pressure, wave, damage_rate, damage_cap, status = (
-        out.row,
-        out.pressure,
-        out.wave,
-        out.damage_rate,
-        out.damage_cap,
-        out.status,
-    )
+    row, pressure, wave, damage_rate, damage_cap = out.row, out.pressure, out.wave, out.damage_rate, out.damage_cap
+    status = out.status
     strength, damage, crushing = physics.strength, physics.damage, physics.crushing
     if pores is not None:
         alpha, stiffness = pores.alpha, pores.stiffness

@@ -127,6 +127,30 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
     model = "hooke/stiffness tangential history" + (" rolling_friction epsd3" if rolling else "")
     limit = "" if scene.contact.attractive_tail else " limitForce on"
     lines += [f"pair_style gran model {model}{limit}", "pair_coeff * *"]
+    walls, forces = _walls(scene, plan, folder, model, limit)
+    lines += walls
+    if any("store/state" in line for line in forces):
+        lines.append("run 0")  # fix store/state reads a list that the program makes at its first run
+    lines += forces
+    tasks = ['"delete_atoms region aside compress no"'] if scene.domain is not None else []
+    tasks += [core_by_formula.REGROUP] if any(wall.kind == SPHERE_OUTSIDE for wall in scene.walls) else []
+    lines += [
+        "fix move all nve/sphere" if plan.integrate else "",
+        f"timestep {scene.dt:.17g}", "thermo_style custom step atoms ke", f"thermo {plan.dump_every}",
+        "thermo_modify lost ignore flush yes norm no",
+        f"dump out all custom {plan.dump_every} dump.*.bin {' '.join(plan.columns)}" if plan.dumps else "",
+        f"restart {plan.restart_every} restart.*" if plan.restart_every else "",
+        *(body_forces.aside(scene.domain) if scene.domain is not None else []),
+        f"run {plan.settle} upto" if plan.settle else "",
+        f"run {plan.steps} upto" + (f" every {CLEAR_EVERY * plan.dump_every} {' '.join(tasks)}" if tasks else ""),
+    ]  # fmt: skip
+    write_deck(lines, folder / deck)
+
+
+def _walls(scene: Scene, plan: Plan, folder: Path, model: str, limit: str) -> tuple[list[str], list[str]]:
+    """Lines of the walls, and those of all forces on the bodies; writes the meshes when starting anew."""
+    reach, count = scene.reach, len(scene.classes)
+    lines: list[str] = []
     meshes, forces = [], body_forces.lines(scene)
     for w, wall in enumerate(scene.walls):
         where = _primitive(wall, count + w + 1)
@@ -149,22 +173,7 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         lines.append(
             f"fix meshes all wall/gran model {model} mesh n_meshes {len(meshes)} meshes {' '.join(meshes)}{limit}"
         )
-    if any("store/state" in line for line in forces):
-        lines.append("run 0")  # fix store/state reads a list that the program makes at its first run
-    lines += forces
-    tasks = ['"delete_atoms region aside compress no"'] if scene.domain is not None else []
-    tasks += [core_by_formula.REGROUP] if any(wall.kind == SPHERE_OUTSIDE for wall in scene.walls) else []
-    lines += [
-        "fix move all nve/sphere" if plan.integrate else "",
-        f"timestep {scene.dt:.17g}", "thermo_style custom step atoms ke", f"thermo {plan.dump_every}",
-        "thermo_modify lost ignore flush yes norm no",
-        f"dump out all custom {plan.dump_every} dump.*.bin {' '.join(plan.columns)}" if plan.dumps else "",
-        f"restart {plan.restart_every} restart.*" if plan.restart_every else "",
-        *(body_forces.aside(scene.domain) if scene.domain is not None else []),
-        f"run {plan.settle} upto" if plan.settle else "",
-        f"run {plan.steps} upto" + (f" every {CLEAR_EVERY * plan.dump_every} {' '.join(tasks)}" if tasks else ""),
-    ]  # fmt: skip
-    write_deck(lines, folder / deck)
+    return lines, forces
 
 
 def _primitive(wall: Wall, kind: int) -> str | None:

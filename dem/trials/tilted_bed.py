@@ -38,20 +38,7 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
     of the contacts between 3 d and 3/4 of the depth over that time. Standard errors from four parts of it,
     ``duration`` [sqrt(d/g)].
     """
-    x, radius, held = _bed_on_a_base(seed, spread)
-    slick = contact.model_copy(update={"shell": contact.shell.model_copy(update={"restitution": 0.3})})
-    # the period along z is out of reach: the bed is open above
-    cell = Cell(x, radius, np.array([WIDTH, WIDTH, 40.0 * DEPTH]), slick, CELL_STIFFNESS * 0.6 * DEPTH, held)
-    cell.gravity[2] = -1.0
-    cell.slab[:] = 3.0, 0.75 * DEPTH
-    # the lattice is more than twice as high as the bed: without it the last grains would burst those at the base
-    cell.drag = 0.3
-    cell.run(int(50.0 / cell.dt))
-    cell.set_law(contact)
-    cell.drag = 0.5
-    cell.run(int(20.0 / cell.dt))
-    cell.drag = 0.0
-    rest = cell.run(int(5.0 / cell.dt))
+    cell, rest = _settled(contact, seed, spread)
     stretch = max(1, int(1.0 / cell.dt))
     angle, way, start, gone = begin, 1.0, math.nan, 0.0
     # of the stretches of the measurement: time, impulses per mass down the slope and onto it, mean stresses times time
@@ -95,6 +82,24 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
         "start_deg": start, "stop_deg": angle, "fraction": volume, "coordination": rest["coordination"],
         "duration": float(along[:, 0].sum()),
     }  # fmt: skip
+
+
+def _settled(contact: Contact, seed: int, spread: float) -> tuple[Cell, dict[str, float]]:
+    """A bed at rest on its base, level, and its means over the last five sqrt(d/g)."""
+    x, radius, held = _bed_on_a_base(seed, spread)
+    slick = contact.model_copy(update={"shell": contact.shell.model_copy(update={"restitution": 0.3})})
+    # the period along z is out of reach: the bed is open above
+    cell = Cell(x, radius, np.array([WIDTH, WIDTH, 40.0 * DEPTH]), slick, CELL_STIFFNESS * 0.6 * DEPTH, held)
+    cell.gravity[2] = -1.0
+    cell.slab[:] = 3.0, 0.75 * DEPTH
+    # the lattice is more than twice as high as the bed: without it the last grains would burst those at the base
+    cell.drag = 0.3
+    cell.run(int(50.0 / cell.dt))
+    cell.set_law(contact)
+    cell.drag = 0.5
+    cell.run(int(20.0 / cell.dt))
+    cell.drag = 0.0
+    return cell, cell.run(int(5.0 / cell.dt))
 
 
 def _angles(stretches: np.ndarray) -> tuple[float, float]:
