@@ -160,9 +160,8 @@ def _of_attributes(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
     if not isinstance(carried, Mapping):
         return None
     size = float(carried["expected_transient_diameter_m"])
-    before = Path(
-        os.path.normpath(path.parent / str(carried["before"]))
-    )  # by names: a run's stages may be links to where they lie
+    # by names: a run's stages may be links to where they lie
+    before = Path(os.path.normpath(path.parent / str(carried["before"])))
     missing = () if before.is_file() else (f"the ground before the impact ({carried['before']} beside it)",)
     whole = attributes.get("stage") == "sph"
     return Choices(

@@ -287,9 +287,8 @@ def _from_file(path: Path):
     def draw(system: System, start: Start, count: int, rng: np.random.Generator):
         widest = max(m.semi_major_axis + 3.0 * hill_radius(m) for m in system.moons) * 1.1
         rate = table[:, 2] * (widest**2 + 2.0 * system.planet.gm * widest / table[:, 0] ** 2)
-        row = rng.choice(
-            len(table), count, p=rate / rate.sum()
-        )  # by number of arrivals, so that every particle weighs the same
+        # by number of arrivals, so that every particle weighs the same
+        row = rng.choice(len(table), count, p=rate / rate.sum())
         elevation = table[row, 1] * rng.choice([-1.0, 1.0], count)
         longitude = rng.uniform(0.0, 2.0 * math.pi, count)
         incoming = np.stack(

@@ -33,9 +33,8 @@ def field(t, x, y, z, near, orbits):
     total = gm[1]
     for m in range(2, gm.shape[0]):
         total += gm[m]
-    ws = (
-        gm[0] / (s2 * s2**0.5) * (1.0 + 1.5 * ring / (total * s2))
-    )  # the Sun pulls the rings of the moons along: 90 m after a year
+    # the Sun pulls the rings of the moons along: 90 m after a year
+    ws = gm[0] / (s2 * s2**0.5) * (1.0 + 1.5 * ring / (total * s2))
     ax, ay, az = wd * dx - ws * sx, wd * dy - ws * sy, wd * dz - ws * sz
     if near:
         jx, jy, jz = 0.0, 0.0, 0.0

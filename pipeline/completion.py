@@ -17,9 +17,8 @@ def stage_names(incomplete: str) -> list[str]:
 
 def presets(incomplete: str) -> list[str]:
     """The presets of the case that stands on the line."""
-    line = (
-        os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS") or ""
-    )  # bash; zsh, fish and PowerShell
+    # bash; zsh, fish and PowerShell
+    line = os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS") or ""
     for word in line.split()[1:]:
         file = Path(word) / "case.toml" if Path(word).is_dir() else Path(word)
         if file.suffix == ".toml" and file.is_file():

@@ -164,9 +164,8 @@ def as_shipped(case: cases.Case) -> bool:
         return False
     if case.run is None and not case.overrides:
         return True
-    carried = (
-        {("crater", "chain")} if case.run is not None else set()
-    )  # what a run was begun with holds its chain error
+    # what a run was begun with holds its chain error
+    carried = {("crater", "chain")} if case.run is not None else set()
     try:
         return _deciding(cases.read(*shipped), carried) == _deciding(case, carried)
     except InputError:

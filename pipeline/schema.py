@@ -115,9 +115,8 @@ def _node(node: Any) -> Any:
         return [_node(item) for item in node]
     if not isinstance(node, dict):
         return node
-    options = [
-        item for item in node.get("anyOf", []) if item != {"type": "null"}
-    ]  # TOML has no null: the key is left out
+    # TOML has no null: the key is left out
+    options = [item for item in node.get("anyOf", []) if item != {"type": "null"}]
     if "anyOf" in node and len(options) == 1:
         node = {**{key: value for key, value in node.items() if key != "anyOf"}, **options[0]}
     elif "anyOf" in node:

@@ -219,10 +219,8 @@ class Neighbourhood:
         self._list(places, reach.copy(), neighbours.sort(places, reach, self.half_width)[1])
 
     def _list(self, places: np.ndarray, reach: np.ndarray, grid: neighbours.Grid) -> None:
-        self.places, self.reach = (
-            places.copy(order="F" if self.images is None else "C"),
-            reach,
-        )  # by columns, as the list is made
+        # by columns, as the list is made
+        self.places, self.reach = (places.copy(order="F" if self.images is None else "C"), reach)
         if self.images is None:
             self.found = neighbours.build(self.places, reach, grid, 1.0, self.found)
         else:

@@ -37,9 +37,8 @@ def crater_radius(distance: np.ndarray, volume: np.ndarray) -> float:
     full = nearer >= math.pi / 3.0 * reach**3
     if len(full) < FEWEST:
         return 0.0
-    lasting = np.lib.stride_tricks.sliding_window_view(full, FEWEST).all(
-        axis=1
-    )  # single particles fly about in the hole
+    # single particles fly about in the hole
+    lasting = np.lib.stride_tricks.sliding_window_view(full, FEWEST).all(axis=1)
     return float(reach[np.argmax(lasting)]) / 2.0 ** (1.0 / 3.0) if lasting.any() else 0.0
 
 

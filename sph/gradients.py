@@ -48,9 +48,8 @@ def _loop(scheme: Scheme):
                 most = max(most, pairs.number[i])
             s = np.empty((WIDTH, most + 2 * LANES))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-                padded = (
-                    (pairs.number[i] + LANES - 1) // LANES * LANES
-                )  # filled up with the particle itself, which adds exact zeros
+                # filled up with the particle itself, which adds exact zeros
+                padded = (pairs.number[i] + LANES - 1) // LANES * LANES
                 for k in range(0, padded, LANES):
                     columns(row, pairs.partner, pairs.first[i], k, s)
                 x, y, z, h = row[i, X], row[i, Y], row[i, Z], row[i, SUPPORT]
@@ -67,9 +66,8 @@ def _loop(scheme: Scheme):
                     cyz -= dy * dz * F
                     czz -= dz * dz * F
                 if start_volumes:
-                    thin = 1.0 / (
-                        row[i, RHO_INVERSE] * start_density[i]
-                    )  # 1 / eta: sums over first volumes as sums over present ones
+                    # 1 / eta: sums over first volumes as sums over present ones
+                    thin = 1.0 / (row[i, RHO_INVERSE] * start_density[i])
                     cxx, cxy, cxz, cyy, cyz, czz = (
                         cxx * thin,
                         cxy * thin,

@@ -21,10 +21,8 @@ COLUMNS = (
     "removed_angular_momentum_z"
 ).split()
 
-DIRECT, FINE = (
-    40_000,
-    0.3,
-)  # particles up to which the potential energy is summed over all pairs; opening angle of the tree beyond
+# particles up to which the potential energy is summed over all pairs; opening angle of the tree beyond
+DIRECT, FINE = (40_000, 0.3)
 
 
 def row(integrator: Integrator) -> dict[str, float | str]:

@@ -98,9 +98,8 @@ def _switch(cloud, weight, rows, c2, ratio, stress, late_density, elastic):
     for i in prange(len(rho)):
         m = material[i]
         alpha = distention[i]
-        P = (
-            eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], alpha * rho[i], u[i])[0] / alpha
-        )  # before damage and tension cut
+        # before damage and tension cut
+        P = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], alpha * rho[i], u[i])[0] / alpha
         carried = min(max(weight[i], 0.0), max(P, 0.0))
         softer = carried + ratio[m] * (P - carried)
         rest = rho[i] - softer / c2[m]

@@ -52,9 +52,8 @@ class Rows(NamedTuple):
     strength_row: np.ndarray  # (m, width)
     mixes_damage: np.ndarray  # 1 where damage stands in the yield stress, 0 where it takes the shear stress as a whole
     tension: np.ndarray  # the tension that the intact material bears [Pa], >= 0
-    melt: (
-        np.ndarray
-    )  # specific energy at which that tension is gone [J/kg], that of the strength; infinite where nothing says it
+    # specific energy at which that tension is gone [J/kg], that of the strength; infinite where nothing says it
+    melt: np.ndarray
     young: np.ndarray  # Young's modulus [Pa]
     crack_speed: np.ndarray  # [m/s]
     growth: np.ndarray  # number of the law in sph.damage.growth, 0 where nothing breaks

@@ -220,9 +220,8 @@ class ExternalCollapse(Collapse):
                 f"{bed.where(int(np.flatnonzero(lost)[0]))}"
             )
         flying = bed.state == BALLISTIC
-        flat = isinstance(
-            self.domain, Container
-        )  # from flat ground nothing escapes: what leaves the box comes down outside, or too late
+        # from flat ground nothing escapes: what leaves the box comes down outside, or too late
+        flat = isinstance(self.domain, Container)
         escaped = beyond & (not flat)
         outside = (beside & flying) | (beyond & flat)
         by_reason = {

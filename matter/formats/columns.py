@@ -124,8 +124,7 @@ def factor(unit: str, si: str, where: str) -> float:
     if not unit:
         return 1.0
     try:
-        return quantity.parse(
-            unit if unit[0].isdigit() else f"1 {unit}", "" if si == "1" else si
-        )  # "1e10 kg" is a unit too
+        # "1e10 kg" is a unit too
+        return quantity.parse(unit if unit[0].isdigit() else f"1 {unit}", "" if si == "1" else si)
     except ValueError as reason:
         raise InputError(f"{where}: {reason}") from None
