@@ -245,6 +245,11 @@ class Sweep:
             found[member.name] = {"case": case.name, **own} if self.several else own
         return found
 
+    @property
+    def named(self) -> bool:
+        """Whether members name keys of their own, each others (``points``)."""
+        return len({tuple(member.values) for member in self.members}) > 1
+
     @cached_property
     def several(self) -> bool:
         """Whether the members are of more than one case."""

@@ -129,12 +129,18 @@ def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
     keys = [key for key in given if len({str(row[key]) for row in rows}) > 1]
     parts = [
         f"<p>{len(done)} of {len(rows)} members are done. Errors are one standard deviation; dashed: scaling laws for "
-        f"the transient diameter; open symbols: "
-        "the last snapshot of a crater that is not at rest.</p>"
+        f"the transient diameter; open symbols: the last snapshot of a crater that is not at rest."
+        + (
+            " Pictures show the plainest member of each case, and those that differ from it in that key."
+            if sweep.named
+            else ""
+        )
+        + "</p>"
     ]
     for key in keys:
         file = sweep.folder / f"against_{key.replace('.', '_')}.png"
-        if _draw([row for row in done if row[key] is not None], key, file):
+        shown = _about(sweep, done, key)
+        if len({str(row[key]) for row in shown}) > 1 and _draw(shown, key, file):
             parts += [f"<h2>Against {page.escape(key)}</h2>", page.picture(file, f"Measures against {key}.")]
     measured = [
         name
@@ -173,6 +179,25 @@ def _measured(row: Row, name: str) -> str:
     return "" if value is None else readable.measured(float(value), row.get(f"{name}{_SIGMA}"), unit_of(name))
 
 
+def _about(sweep: Sweep, rows: Sequence[Row], key: str) -> list[Row]:
+    """The members that a picture against ``key`` shows: all, or, where each names its own keys (``points``), the
+    plainest of each case (which says least itself) and those that differ from it in this key. What is left to the
+    default is called so."""
+    found = list(rows)
+    if sweep.named:
+        plain: dict[str, str] = {}
+        for member in sorted(sweep.members, key=lambda one: len(one.values)):
+            plain.setdefault(sweep.requests[member.name].case.name, member.name)
+        least = {name: sweep.values[member] for name, member in plain.items()}
+        of_case = {member.name: sweep.requests[member.name].case.name for member in sweep.members}
+        found = [
+            row
+            for row in rows
+            if row["member"] in plain.values() or str(row[key]) != str(least[of_case[row["member"]]][key])
+        ]
+    return [row | {key: "default"} if row[key] is None else row for row in found]
+
+
 def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
     """One picture: every measure that a member has, against one key; whether there was anything to draw. Members of
     several cases differ in colour."""
@@ -185,7 +210,7 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
     if not shown:
         return False
     places, unit, words = axis_of([row[key] for row in rows])
-    of_case = list(dict.fromkeys(row.get("case") for row in rows))
+    of_case = sorted({str(row.get("case", "")) for row in rows})
     order = np.argsort(places, kind="stable")
     fig = figure(11.0, 2.9 * -(-len(shown) // 3))
     for number, name in enumerate(shown):
@@ -200,9 +225,9 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
         final = name.startswith("final")
         at_rest = np.array([not final or row.get("settled") is not False for row in rows])
         for k, case in enumerate(of_case):
-            colour = INK[k % len(INK) if len(of_case) > 1 else final]
+            colour = INK[k % len(INK) if case else final]
             for rests in (True, False):
-                mine = (at_rest == rests) & np.array([row.get("case") == case for row in rows])
+                mine = (at_rest == rests) & np.array([row.get("case", "") == case for row in rows])
                 look = {"color": colour, "markersize": 4, "capsize": 2, "linewidth": 1.0}
                 axis.errorbar(
                     places[mine], value[mine], np.nan_to_num(error)[mine], fmt="o",
@@ -214,20 +239,18 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
         if name == "transient/diameter_apparent_m":
             for k, law in enumerate(sorted({column for row in rows for column in row if column.startswith(_LAW)})):
                 sizes = np.array([factor * float(row.get(law, np.nan)) for row in rows])
-                axis.plot(
-                    places[order],
-                    sizes[order],
-                    "--",
-                    color=INK[2 + k % 4],
-                    linewidth=1.0,
-                    label=scaling.NAMES.get(law.removeprefix(_LAW), law),
-                )
+                for case in of_case:
+                    mine = [i for i in order if rows[i].get("case", "") == case]
+                    axis.plot(
+                        places[mine], sizes[mine], "--", marker="_", color=INK[2 + k % 4], linewidth=1.0,
+                        label=scaling.NAMES.get(law.removeprefix(_LAW), law) if case == of_case[0] else None,
+                    )  # fmt: skip
             if axis.get_legend_handles_labels()[0]:
                 axis.legend(fontsize=6)
         axis.set(xlabel=f"{key}{f' [{unit}]' if unit else ''}", title=f"{_meaning(name)} [{symbol}]")
         axis.title.set_fontsize(8)
         if words:
-            axis.set_xticks(range(len(words)), words)
+            axis.set_xticks(range(len(words)), words, fontsize=6 if max(map(len, words)) > 8 else None)
         grid(axis)
     save(fig, file)
     return True

@@ -279,6 +279,12 @@ def test_a_file_with_a_sweep_alone_sweeps_other_cases(sweep_file, tmp_path):
     page = (made.folder / sweep_table.PAGE).read_text()
     assert "Sweep both" in page and "Against case" in page and "Against impact.speed" in page
     assert "small, impact.speed = 9 km/s" in sweep_run.status(made)
+    # a picture shows the plainest member of each case, and what differs from it in that key
+    shown = {
+        key: [row["member"] for row in sweep_table._about(made, rows, key)]
+        for key in ("impact.speed", "dem.contact.friction")
+    }
+    assert shown == {"impact.speed": ["first", "slow", "third"], "dem.contact.friction": ["first", "third"]}
 
 
 def test_such_a_file_is_no_case_itself(sweep_file, drive, tmp_path):
