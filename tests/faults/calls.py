@@ -55,8 +55,8 @@ def call(name: str, words: list[str], log: Path, cwd: Path | None = None) -> Sai
     return forked(work, log)
 
 
-def forked(work: Callable[[], object], log: Path) -> Said:
-    """``work`` in a child of this process."""
+def forked(work: Callable[[], object], log: Path, patience: float = _KILL_AFTER) -> Said:
+    """``work`` in a child of this process, killed after ``patience`` seconds."""
     sys.stdout.flush()
     sys.stderr.flush()
     read, write = os.pipe()
@@ -68,7 +68,7 @@ def forked(work: Callable[[], object], log: Path) -> Said:
     os.close(write)
     with open(read, "rb") as pipe:
         before = int(pipe.read() or 0)
-    until = time.monotonic() + _KILL_AFTER
+    until = time.monotonic() + patience
     while True:
         ended, status, usage = os.wait4(child, os.WNOHANG)
         if ended:

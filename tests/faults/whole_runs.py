@@ -1,0 +1,66 @@
+"""A whole run of all six stages at its smallest, in children of this process, and what its results come to."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from pipeline import stages, verify
+from tests.faults.calls import Said, forked
+
+ROOT = Path(__file__).resolve().parents[2]
+SMALLEST = (
+    "cases/valhalla_980km --preset tiny --threads 1 --set nbody.encounters=5 --set bed.count=1500 "
+    "--set sph.end_time=90_s --set sph.relaxation_time=100_s --set dem.latest_time=200_s --set dem.end_time=150_s "
+    "--set handoff.pictures=false"
+)
+"""The smallest run with grains: it resolves no crater, and ends beyond limits of the ledger (exit code 1)."""
+FREQUENT_S = 0.15
+"""Seconds between checkpoints."""
+_PATIENCE = 1800.0
+
+
+def words(out: Path) -> list[str]:
+    """Arguments of ``run_case``."""
+    return [text.replace("_s", " s") if text.endswith("_s") else text for text in SMALLEST.split()] + [
+        "--out",
+        str(out),
+    ]
+
+
+def run(out: Path, log: Path, before: Callable[[], Any] = lambda: None, more: tuple[str, ...] = ()) -> Said:
+    """``run_case`` into ``out`` in a child, with checkpoints every ``FREQUENT_S``; it calls ``before`` first."""
+    import sys
+
+    def work() -> None:
+        os.chdir(ROOT)
+        import dem.beds.settling
+        import dem.collapse
+        import nbody.census
+        import sph.simulation
+        from pipeline import cli
+
+        sph.simulation.CHECKPOINT_WALL = dem.collapse.CHECKPOINT_EVERY_S = FREQUENT_S
+        dem.beds.settling.CHECKPOINT_EVERY_S = nbody.census.CHECKPOINT_S = FREQUENT_S
+        before()
+        sys.argv = ["run_case", *words(out), *more]
+        cli.run_case()
+
+    return forked(work, log, _PATIENCE)
+
+
+def folder_of(out: Path) -> Path:
+    """The run folder in ``out``."""
+    return next(path for path in Path(out).iterdir() if path.name.startswith("valhalla"))
+
+
+def contents(run_folder: Path, wanted: tuple[str, ...] = stages.ORDER) -> dict[str, Any]:
+    """What the files of these stages say, by name, without what tells of clocks and machines."""
+    found = {}
+    for stage in wanted:
+        place = stages.folder(run_folder, stage)
+        for path in verify.results(place):
+            found[f"{place.name}/{path.relative_to(place)}"] = verify.content(path)
+    return found
