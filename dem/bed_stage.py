@@ -95,6 +95,7 @@ def predict(settings: Settings) -> dict[str, float]:
         "wall_s": wall,
         "memory_bytes": 2.5e8 + 2500.0 * n,
         "disk_bytes": 230.0 * n,
+        "checkpoint_bytes": 950.0 * n,
         "bed_grains": grains.below,
         "bed_step": grains.step,
         "bed_radius": grains.radius,
@@ -169,7 +170,7 @@ def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> N
     archive.write_text(out / "bed_report.json", json.dumps(report, indent=1))
     _picture(bed, domain, report, out / "bed.png")
     snapshot.write(bed.particles(attributes), out / "bed.vtkhdf")
-    checkpoint.clear(out)
+    checkpoint.keep_last(out)
     moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
     if moving > settings.residual_speed:
         raise Unsound(

@@ -34,7 +34,7 @@ from dem.following_stiffness import Following
 from dem.settings import Settings
 from dem.stillness import Stillness, surface_profile
 from matter import archive, checkpoint, readable, snapshot
-from matter.errors import InputError, Unsound
+from matter.errors import InputError, UnphysicalState, Unsound
 from matter.particles import Particles
 from matter.progress import Progress, stop_here, stop_requested
 
@@ -51,6 +51,8 @@ LIMITS = {
     "energy_error": ENERGY_LIMIT,
     "stiffness_excess": STIFFNESS_LIMIT,
 }
+HOPELESS = 30.0
+"""Times a limit beyond which a run is stopped on its way."""
 CHECKPOINT_EVERY_S = 15.0
 
 _VECTORS = ("momentum", "angular_momentum")
@@ -160,11 +162,23 @@ class Collapse:
             self.due.look += self.still.every
         if now >= self.due.row:
             self.rows.append(self._row())
+            self._watch()
             self.due.row += settings.history_interval
         if now >= self.due.snapshot:
             self._snapshot(f"snap_{self.due.snapshots:04d}", tables=False)
             self.due.snapshots += 1
             self.due.snapshot += settings.snapshot_interval
+
+    def _watch(self) -> None:
+        """Stop a run whose balances are beyond hope, instead of finding out at its end. Raises ``UnphysicalState``."""
+        row = dict(zip(COLUMNS, self.rows[-1]))
+        for name in ("momentum_error", "angular_momentum_error", "energy_error"):
+            if not abs(row[name]) <= HOPELESS * LIMITS[name]:
+                raise UnphysicalState(
+                    f"dem: unstable: {name} = {row[name]:.3g} at {readable.clock(self.bed.time)} (limit "
+                    f"{LIMITS[name]:g}), with overlaps of up to {row['overlap_max']:.3g} radii: a smaller step "
+                    "(contact.steps_per_contact) or stiffer springs help; the snapshots until then are kept"
+                )
 
     def _row(self) -> list[float]:
         bed = self.bed
@@ -224,7 +238,7 @@ class Collapse:
         snapshot.write_series(self.out, times, "snap")
         report = self._report()
         archive.write_text(self.out / "stage_report.json", json.dumps(report, indent=1))
-        checkpoint.clear(self.out)
+        checkpoint.keep_last(self.out)
         broken = [
             f"{name} = {report[name]:.3g} (limit {limit:g})"
             for name, limit in LIMITS.items()

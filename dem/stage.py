@@ -88,7 +88,12 @@ def predict(settings: Settings) -> dict[str, float]:
         else ENGINE_GRAIN_STEPS_PER_S * settings.ranks
     )
     wall = 2.0 + n * steps(settings) / rate + 1e-5 * n * shots
-    return {"wall_s": wall, "memory_bytes": 2.5e8 + 3000.0 * n, "disk_bytes": 70.0 * n * (shots + 4)}
+    return {
+        "wall_s": wall,
+        "memory_bytes": 2.5e8 + 3000.0 * n,
+        "disk_bytes": 70.0 * n * (shots + 4),
+        "checkpoint_bytes": 720.0 * n,
+    }
 
 
 def explain(settings: Settings) -> list[str]:

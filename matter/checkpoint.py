@@ -79,7 +79,8 @@ State = Mapping[str, Any] | Part
 """What an object gives for a checkpoint, and takes from one."""
 
 
-def _existing(folder: Path) -> list[Path]:
+def existing(folder: Path) -> list[Path]:
+    """The checkpoints in a folder, the oldest first."""
     return sorted(folder.glob("checkpoint_*.h5"))
 
 
@@ -92,7 +93,7 @@ def save(folder: Path, step: int, arrays: Mapping[str, np.ndarray], scalars: Map
     path = folder / f"checkpoint_{step:010d}.h5"
     numbers = {"step": step, **scalars}
     archive.write(path, arrays, {**numbers, _SUM: checksum(arrays, numbers)}, compress=False)
-    for old in _existing(folder)[:-_KEPT]:
+    for old in existing(folder)[:-_KEPT]:
         old.unlink(missing_ok=True)
     return path
 
@@ -116,7 +117,7 @@ def newest(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
 
     Whoever asks them for a name that they lack gets an ``InputError``.
     """
-    for path in reversed(_existing(folder)):
+    for path in reversed(existing(folder)):
         try:
             arrays, scalars = archive.read(path)
             written = scalars.pop(_SUM, None)
@@ -136,7 +137,13 @@ def newest(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
     return None
 
 
+def keep_last(folder: Path) -> None:
+    """Of the checkpoints of a finished stage only the newest stays: its last stretch can be computed again from it."""
+    for path in existing(folder)[:-1]:
+        path.unlink(missing_ok=True)
+
+
 def clear(folder: Path) -> None:
-    """Remove the checkpoints of a finished stage."""
-    for path in _existing(folder):
+    """Remove the checkpoints of a stage."""
+    for path in existing(folder):
         path.unlink(missing_ok=True)

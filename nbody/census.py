@@ -15,7 +15,7 @@ from pathlib import Path
 import numba
 import numpy as np
 
-from matter import archive, checkpoint
+from matter import archive, checkpoint, lock
 from matter.errors import InputError
 from matter.progress import Progress, stop_here
 from nbody import conditions, encounters, moon_mode
@@ -280,8 +280,9 @@ def census(
     )
     folder.mkdir(parents=True, exist_ok=True)
     print(folder)
-    table, attributes = run(request, folder)
-    print(products.write(table, attributes, folder))
+    with lock.held(folder / "run.lock", str(folder)):
+        table, attributes = run(request, folder)
+        print(products.write(table, attributes, folder))
     return 0
 
 

@@ -49,6 +49,7 @@ def predict(settings: Settings) -> dict[str, float]:
         "wall_s": 1.5 + 0.5 * particles * COST_S[settings.integrator],
         "memory_bytes": 3e8 + 6.0 * table,
         "disk_bytes": 5e4 + table,
+        "checkpoint_bytes": table,
     }
 
 
@@ -69,7 +70,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     archive.write_text(out / "impact.toml", impact_toml(settings, choice))
     report = _report(settings, tally, drift, choice)
     archive.write_text(out / "nbody_report.json", json.dumps(report, indent=1))
-    checkpoint.clear(out)
+    checkpoint.keep_last(out)
     if not drift["maximum"] < JACOBI_LIMIT:
         raise Unsound(f"nbody: the Jacobi constant changes by {drift['maximum']:.2g} of GM/a (limit {JACOBI_LIMIT:g})")
 

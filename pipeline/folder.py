@@ -69,6 +69,7 @@ def begin(place: Path, inputs: str, made_by: Mapping[str, Any]) -> tuple[float, 
     if place.exists() and not continued:
         shutil.rmtree(place)
     place.mkdir(parents=True, exist_ok=True)
+    archive.remove_unfinished(place)
     spent = float(before.get("wall_s", 0.0)) if continued else 0.0
     note_spent(place, inputs, spent, made_by)
     return spent, continued

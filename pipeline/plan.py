@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from matter.body import Model
-from pipeline import folder, identity, stages, view
+from matter.errors import InputError
+from pipeline import folder, identity, prediction, room, stages, view
 from pipeline.compose import compose
 from pipeline.request import Request, impact_of
 from pipeline.store import Entry
@@ -20,10 +21,31 @@ HERE, STORED, MADE, CONTINUED, UNKNOWN = (
 )
 
 
+_SURE = 0.8
+"""Predictions of memory and disk are good to a fifth: where less than that is lacking it is a warning, no refusal."""
+
+
 def plan(request: Request, settings: Mapping[str, Model]) -> dict[str, str]:
     """Each wanted stage with what would become of it; a stage that reads files of one that is still to be made may yet
     be found."""
     return {stage: word for stage, word, _ in _looked_through(request, settings)}
+
+
+def refuse_too_large(request: Request, settings: dict[str, Model]) -> None:
+    """Raise ``InputError`` where what is still to be made cannot fit into memory or onto the disk: better before hours
+    of work than after."""
+    planned = plan(request, settings)
+    rows = [
+        row
+        for stage, row in prediction.predictions(request, settings).items()
+        if not planned.get(stage, "").startswith((HERE, STORED))
+    ]
+    memory, disk = room.needs(rows)
+    if lacks := room.short_of(_SURE * memory, _SURE * disk, request.out):
+        raise InputError(
+            f"{request.case.file}: {'; '.join(lacks)}. Fewer particles or grains (--size, a preset), a longer "
+            "snapshot_interval or another --out need less; --anyway tries it all the same"
+        )
 
 
 def first_to_make(request: Request, settings: Mapping[str, Model]) -> str:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 
 from matter.body import Model
-from pipeline import provenance, sense, stages
+from pipeline import room, sense, stages
 from pipeline.request import Request
+from pipeline.room import size
 from pipeline.screen import duration
 
 # how large the work of a later stage is depends on an earlier one: sizes by name, for the settings that have a field
@@ -78,13 +77,13 @@ def table(request: Request, rows: dict[str, dict[str, float]], planned: Mapping[
             f"{size(row['disk_bytes']):>12}{note}"
         )
     wall, disk = (sum(row[key] for row in rows.values()) for key in ("wall_s", "disk_bytes"))
-    memory = max((row["memory_bytes"] for row in rows.values()), default=0.0)
+    memory, most = room.needs(rows.values())
     lines.append(f"{'total':<12}{duration(wall):>14}{size(memory):>12}{size(disk):>12}")
     lines.append(
         f"time: {threads()}, kernels compiled before (a first run compiles for some minutes); memory: the largest "
-        f"stage"
+        f"stage; disk: {size(most - disk)} more for checkpoints while it runs"
     )
-    return "\n".join(lines + shortages(memory, disk, request.out))
+    return "\n".join(lines + [f"WARNING: {text}" for text in room.short_of(memory, most, request.out)])
 
 
 def threads() -> str:
@@ -93,22 +92,3 @@ def threads() -> str:
 
     count = numba.get_num_threads()
     return "one thread" if count == 1 else f"{count} threads"
-
-
-def shortages(memory: float, disk: float, out: Path) -> list[str]:
-    """A line for each thing that this machine is short of."""
-    found = []
-    if memory > (have := provenance.memory_bytes()) > 0:
-        found.append(f"WARNING: {size(memory)} of memory are needed, this machine has {size(have)}")
-    existing = next(path for path in (out.resolve(), *out.resolve().parents) if path.exists())
-    if disk > (free := shutil.disk_usage(existing).free):
-        found.append(f"WARNING: {size(disk)} of disk are needed, {existing} has {size(free)} left")
-    return found
-
-
-def size(count: float) -> str:
-    """Bytes in words: ``340 MB``, ``1.2 GB``."""
-    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if count >= scale:
-            return f"{count / scale:.3g} {unit}"
-    return f"{count:.0f} B"

@@ -12,9 +12,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from matter import lock
 from matter.errors import InputError
 from matter.quantity import parse
-from pipeline import folder, lock, prediction, stages, store
+from pipeline import folder, room, stages, store
 
 _TRASH = ".trash"
 _DEEP = 5
@@ -130,11 +131,11 @@ def table(found: Iterable[Held], going: Iterable[Held]) -> str:
     lines = [f"{'stage':<{width}}{'size':>10}{'runs':>6}"]
     for one in found:
         words = f"{'' if one.done else '  unfinished'}{'  to be removed' if one.name in names else ''}"
-        lines.append(f"{one.name:<{width}}{prediction.size(one.size):>10}{len(one.runs):>6}{words}")
+        lines.append(f"{one.name:<{width}}{room.size(one.size):>10}{len(one.runs):>6}{words}")
     total, freed = (sum(one.size for one in some) for some in (found, (one for one in found if one.name in names)))
     return "\n".join(
         [
             *lines,
-            f"{prediction.size(total)} in all, {prediction.size(freed)} to be freed ({len(names)} of {len(found)})",
+            f"{room.size(total)} in all, {room.size(freed)} to be freed ({len(names)} of {len(found)})",
         ]
     )

@@ -17,10 +17,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from matter import progress
+from matter import lock, progress
 from matter.body import Model
 from matter.errors import InputError, Stopped, Unsound
-from pipeline import folder, identity, intact, lock, outside, stages, used, view
+from pipeline import folder, identity, intact, outside, stages, used, view
 from pipeline.describe import describe
 from pipeline.identity import Identity
 from pipeline.journal import Journal, Screen, signals

@@ -54,6 +54,16 @@ def run_case(
     check: Annotated[
         bool, typer.Option("--check", help="Validate the case and predict time, memory and disk; run nothing.")
     ] = False,
+    verify: Annotated[
+        bool,
+        typer.Option(
+            "--verify",
+            help="Compute a stretch of every finished stage again, from its last checkpoint, and compare every bit.",
+        ),
+    ] = False,
+    anyway: Annotated[
+        bool, typer.Option("--anyway", help="Begin although memory or disk will not do by the prediction.")
+    ] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Delete earlier results and checkpoints first.")] = False,
     movie: Annotated[
         bool,
@@ -151,8 +161,8 @@ def run_case(
             return _pruned(case, out or RUNS, prune, budget, check)
         from matter import archive
         from matter.errors import InputError
-        from pipeline import going_on
-        from pipeline.request import Request, settings_of
+        from pipeline import going_on, plan
+        from pipeline.request import Request, sensible, settings_of
         from pipeline.run import run
         from pipeline.screen import screen
 
@@ -172,6 +182,12 @@ def run_case(
         request = Request(read, out or RUNS, start, until, fresh, threads)
         if check:
             return _checked(request, settings_of(request))
+        if verify:
+            return _verified(request)
+        if not anyway:
+            settings = settings_of(request)
+            sensible(request, settings)
+            plan.refuse_too_large(request, settings)
         display = screen()
         try:
             outcome = run(request, display)
@@ -278,6 +294,13 @@ def _checked(request: Any, settings: Any) -> int:
     for text in [*warnings, *other_presets.faults(request.case)]:
         print(f"WARNING: {text}")
     return 0
+
+
+def _verified(request: Any) -> int:
+    from pipeline import verify
+
+    found = verify.verify(request, lambda text: print(text, flush=True))
+    return 1 if any(one.differ for one in found) else 0
 
 
 def _concluded(case: Any, outcome: Any) -> int:

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline import folder, lock
+from matter import lock
+from pipeline import folder
 
 STORE, LOCKS = ".store", ".locks"
 DIGITS = 12

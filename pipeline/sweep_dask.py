@@ -16,8 +16,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from matter import lock
 from matter.errors import InputError, Stopped
-from pipeline import lock, run_process
+from pipeline import run_process
 from pipeline.sweep import Sweep
 from pipeline.sweep_run import EVERY_S, side_by_side, state_of
 

@@ -17,8 +17,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from matter import lock
 from matter.errors import Stopped
-from pipeline import folder, lock, plan, prediction, provenance, run_process, stages, sweep_cost
+from pipeline import folder, plan, prediction, provenance, run_process, stages, sweep_cost
 from pipeline.request import settings_of
 from pipeline.screen import duration
 from pipeline.sweep import Member, Sweep

@@ -9,11 +9,14 @@ viscosity. A step goes by the neighbours, as the cube of the support; slopes and
 
 from __future__ import annotations
 
+import math
+
 import numba
 import numpy as np
 
 from matter import readable
 from sph import ground_strength, resolution
+from sph.damage import grady_kipp, seeding
 from sph.history import DIRECT
 from sph.settings import Settings
 
@@ -86,13 +89,28 @@ def predict(settings: Settings) -> dict[str, float]:
     snapshots = settings.end_time / settings.snapshot_interval + 2.0
     work = n * (per_step(settings) * (number + relax) + _PER_GRAVITY * evaluations) + rows * energies
     wall = work / numba.get_num_threads() ** _EFFICIENCY + _PER_OUTPUT * n * snapshots + 3.0
+    flaws = expected_flaws(settings)
     return {
         "wall_s": wall,
-        "memory_bytes": 3e8 + 2800.0 * n,
+        "memory_bytes": 3e8 + 2800.0 * n + 12.0 * flaws,
         "disk_bytes": snapshots * 190.0 * n,
+        "checkpoint_bytes": 640.0 * n + 4.0 * flaws,
         "particles": n,
         "snapshots": snapshots,
     }
+
+
+def expected_flaws(settings: Settings) -> float:
+    """About how many flaws the target gets (``sph.damage.seeding``): most of a checkpoint where grading is strong."""
+    materials = settings.chosen_materials()
+    layers = [materials.names.index(layer.material) for layer in settings.target.layers]
+    if not any(materials.rows.flawed[index] and not materials.predamaged(materials.names[index]) for index in layers):
+        return 0.0
+    distance, number = resolution.shares(settings.target, settings.zones)
+    spacing = settings.zones.spacing(0.5 * (distance[1:] + distance[:-1]))
+    each = np.diff(number)
+    dealt = grady_kipp.expected_among(spacing**3, each)
+    return dealt if dealt <= seeding.MOST else float(number[-1]) * (math.log(max(number[-1], 2.0)) + 0.6)
 
 
 def explain(settings: Settings) -> list[str]:

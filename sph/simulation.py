@@ -16,7 +16,7 @@ import numpy as np
 
 from matter import checkpoint, progress, readable, snapshot
 from matter.particles import Particles
-from sph import cloud_snapshot, flow_reynolds, individual_steps, viscosity_reconstructed
+from sph import cloud_snapshot, flow_reynolds, individual_steps, viscosity_reconstructed, watch
 from sph import ground as grounds
 from sph import late as late_stage
 from sph import materials as material_rows
@@ -206,6 +206,9 @@ class Simulation:
     def strike(self, report: progress.Progress, offset: float) -> None:
         """The impact up to the end time, with outputs on the way."""
         i, s = self.integrator, self.settings
+        ball = self.impact.projectile
+        mass = 0.0 if s.control else self.materials.bulk_density[self.materials.index(ball.material)] * ball.volume
+        self.watch = watch.Watch(0.5 * mass * self.impact.speed**2, pushed=self.edge is not None)
         if i.steps == 0:
             self._output()
         while i.time < s.end_time:
@@ -219,6 +222,7 @@ class Simulation:
                 continue
             mark = min([mark, *(at for at, _ in coming)])
             i.step(i.next_step(mark))
+            self.watch.step(i.dt, i.time, i.why)
             if i.time >= mark:
                 i.time = mark
                 if mark == s.end_time or any(
@@ -295,6 +299,7 @@ class Simulation:
         """A row of the history, and a snapshot where one is due."""
         i = self.integrator
         self.history.add(i)
+        self.watch.energy(self.history.rows, bool(self.late))
         if (
             i.steps > 0
             and i.time

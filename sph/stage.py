@@ -93,4 +93,4 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     job.strike(report, relaxation)
     job.finish()
     archive.write_text(job.out / "stage_report.json", json.dumps(stage_report.of(job), indent=1))
-    checkpoint.clear(job.out)
+    checkpoint.keep_last(job.out)

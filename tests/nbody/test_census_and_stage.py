@@ -82,7 +82,7 @@ def test_stage_leaves_its_files_and_pins_what_the_case_pins(tmp_path):
     assert impact["source"]["found_speed_count"] == retrograde.sum()
     report = json.loads((tmp_path / "nbody_report.json").read_text())
     assert report["jacobi_drift_over_gm_over_a"]["maximum"] < 1e-7
-    assert not list(tmp_path.glob("checkpoint_*"))
+    assert len(list(tmp_path.glob("checkpoint_*"))) <= 1
 
 
 def test_unpinned_impact_carries_what_was_found(tally):

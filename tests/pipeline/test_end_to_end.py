@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 from crater import chain
-from matter import snapshot
+from matter import archive, checkpoint, snapshot
 from pipeline import case as cases
-from pipeline import expected, plan, stages
+from pipeline import expected, plan, provenance, stages
 from pipeline.compose import compose
 from pipeline.run import Request
 
@@ -229,3 +229,36 @@ def test_the_spread_of_an_ensemble_becomes_the_error_of_the_first(whole):
         assert found[name]["sigma_parts"]["chain"] == pytest.approx(scatter, rel=1e-6), name
         checked += scatter > 0.0
     assert checked > 0 and (run_folder / "6_crater" / "measures.json").read_text() == before
+
+
+def test_a_stretch_of_it_computed_again_has_the_same_bits(whole, tmp_path):
+    """``--verify``, the stages up to the bed: what the machine computes today, and then one number of one grain that a
+    checkpoint holds otherwise than the run had it."""
+    run_folder, _ = whole
+    out = tmp_path / "runs"
+    shutil.copytree(run_folder.parent, out, symlinks=True)
+    run_folder = out / run_folder.name
+
+    def verified() -> tuple[int, str]:
+        code = "from pipeline.cli import run_case; run_case()"
+        command = [sys.executable, "-c", code, str(run_folder), "--verify", "--from", "sph", "--until", "bed"]
+        environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+        return done.returncode, done.stdout + done.stderr
+
+    code, text = verified()
+    assert code == 0 and text.count("the same bits") == 2, text
+    place = (run_folder / "2_sph").resolve()
+    (path,) = place.glob("checkpoint_*.h5")
+    arrays, scalars = archive.read(path)
+    arrays["cloud/velocity"][7, 0] += 1e-6
+    scalars.pop("checksum")
+    path.unlink()
+    checkpoint.save(place, int(scalars.pop("step")), arrays, scalars)
+    done = json.loads((place / "done.json").read_text())
+    done["files"][path.name] = [path.stat().st_size, provenance.file_sha256(path)]
+    (place / "done.json").chmod(0o644)
+    (place / "done.json").write_text(json.dumps(done))
+    code, text = verified()
+    assert code == 1 and "sph: DIFFERS in " in text and "bed: the same bits" in text, text
+    assert not list(run_folder.glob(".verify*"))

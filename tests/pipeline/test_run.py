@@ -8,10 +8,10 @@ import tomllib
 
 import pytest
 
-from matter import progress
+from matter import lock, progress
 from matter.errors import InputError, Stopped, UnphysicalState
 from pipeline import case as cases
-from pipeline import identity, lock, stages
+from pipeline import identity, stages
 from pipeline.compose import compose
 from pipeline.request import Request
 from pipeline.run import run

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from matter import progress
+from matter import lock, progress
 from matter.errors import InputError, UnphysicalState
 from pipeline import case as cases
-from pipeline import folder, going_on, identity, lock, plan, prune, stages, store, view
+from pipeline import folder, going_on, identity, plan, prune, stages, store, view
 from pipeline.compose import compose, hash8
 from pipeline.request import Request
 from pipeline.run import run

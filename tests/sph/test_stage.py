@@ -8,8 +8,8 @@ import pytest
 
 from matter import checkpoint, progress, snapshot
 from matter.body import Impact, Layer, Projectile, Target
-from matter.errors import InputError, Stopped
-from sph import stage
+from matter.errors import InputError, Stopped, UnphysicalState
+from sph import stage, watch
 
 TARGET = Target(
     layers=(
@@ -140,3 +140,13 @@ def test_too_coarse_a_layer_is_named(tmp_path):
             tmp_path,
             tmp_path,
         )
+
+
+@pytest.mark.parametrize("limit", [("GAIN", -1e9), ("COLLAPSE", 2.0)])
+def test_a_run_that_goes_wrong_is_stopped_on_its_way(tmp_path, monkeypatch, limit):
+    """Limits that every run breaks: both are looked at, and what was written until then is kept."""
+    monkeypatch.setattr(watch, *limit)
+    monkeypatch.setattr(watch, "IN_A_ROW", 3)
+    with pytest.raises(UnphysicalState, match=r"unstable: at 10 s|the step has fallen to"):
+        stage.run(settings(relaxation_time=20.0), tmp_path, tmp_path)
+    assert (tmp_path / "snap_0000.vtkhdf").is_file() and not (tmp_path / "last.vtkhdf").exists()
