@@ -122,7 +122,7 @@ def compared(size: int, porous: bool, turns: int = 15) -> dict[str, dict[str, fl
     for _ in range(turns):
         for name, i in found.items():
             visits = int(i.cloud.neighbours.sum())
-            matter = pair_rates.Matter(i.cloud.material, i.rows.shear, i.evaluated.stiffness, i.cloud.stress, True)
+            matter = pair_rates.Matter(i.cloud.material, i.rows.shear, i.evaluated.strain_ratio, i.cloud.stress, True)
             begun = time.process_time()
             pair_rates.compute(i.scheme, i._rows(), i.neighbourhood.found, matter, i.damping, i.rates)
             between = time.process_time()

@@ -47,8 +47,8 @@ def relief(now: Heights, before: Undisturbed | None = None) -> Relief:
     columns, datum = now.columns, now.datum
     methods: dict[str, np.ndarray] = {}
     rays = {"colour": now.colour, "highest": now.highest}
-    if now.alpha is not None and (before is None or "alpha" in before.excess):
-        rays["alpha"] = now.alpha
+    if now.alpha_shape is not None and (before is None or "alpha" in before.excess):
+        rays["alpha"] = now.alpha_shape
     azimuth = (np.arange(columns.sectors) + 0.5) * 2.0 * np.pi / columns.sectors
     if before is not None:
         near = before.nearest(column_points(datum, columns.distance[columns.ring], columns.azimuth))

@@ -67,7 +67,7 @@ class Heights:
     """Heights above ``datum`` [m]: ``cell`` (rings, sectors) of the column method; ``colour``, ``highest`` (columns,)
     of the rays.
 
-    NaN where there is no ground. ``alpha`` is None unless asked for.
+    NaN where there is no ground. ``alpha_shape`` is None unless asked for.
     """
 
     datum: Datum
@@ -75,7 +75,7 @@ class Heights:
     cell: np.ndarray | None
     colour: np.ndarray
     highest: np.ndarray
-    alpha: np.ndarray | None = None
+    alpha_shape: np.ndarray | None = None
 
     def cells_of(self, rays: np.ndarray) -> np.ndarray:
         """A ray method averaged into the same (rings, sectors) cells; cells without a ray take the ring's mean."""
@@ -150,8 +150,8 @@ def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str =
     if methods == "two":
         return result
     cell = column_heights(near, datum, columns, _filled(result.cells_of(crossing)))
-    alpha = alpha_heights(near, datum, columns, t_hi) if methods == "four" and len(near) <= MOST_FOR_ALPHA else None
-    return replace(result, cell=cell, alpha=alpha)
+    outer = alpha_heights(near, datum, columns, t_hi) if methods == "four" and len(near) <= MOST_FOR_ALPHA else None
+    return replace(result, cell=cell, alpha_shape=outer)
 
 
 def _places(datum: Datum, columns: Columns) -> np.ndarray:
@@ -303,8 +303,8 @@ def undisturbed(cloud: Cloud, datum: Datum, reach: float, sectors: int, methods:
     excess = {"colour": heights.colour, "highest": heights.highest}
     if heights.cell is not None:
         excess["column"] = heights.cell[ring, sector]
-    if heights.alpha is not None:
-        excess["alpha"] = heights.alpha
+    if heights.alpha_shape is not None:
+        excess["alpha"] = heights.alpha_shape
     tree = cKDTree(column_points(datum, columns.distance[ring], columns.azimuth))
     _, near = tree.query(tree.data, k=min(WIDE, len(tree.data)))
     wide = {}

@@ -116,12 +116,12 @@ def velocities_in_cone(aim: np.ndarray, box: np.ndarray, half_angle: float, rng:
     ``aim`` (n, 3).
 
     The same distribution as drawing from the whole box until the cone is met, but drawn from the axis-parallel
-    bounding box of cone and box: a direction in the cone has components between cos(alpha_k + half_angle) and
-    cos(alpha_k - half_angle), which bounds the speed and so all components.
+    bounding box of cone and box: a direction in the cone has components between cos(off_axis_k + half_angle) and
+    cos(off_axis_k - half_angle), which bounds the speed and so all components.
     """
-    alpha = np.arccos(np.clip(aim, -1.0, 1.0))
-    least = np.cos(np.minimum(alpha + half_angle, math.pi))
-    most = np.cos(np.maximum(alpha - half_angle, 0.0))
+    off_axis = np.arccos(np.clip(aim, -1.0, 1.0))
+    least = np.cos(np.minimum(off_axis + half_angle, math.pi))
+    most = np.cos(np.maximum(off_axis - half_angle, 0.0))
     smallest = np.where(least * most <= 0.0, 0.0, np.minimum(abs(least), abs(most)))
     with np.errstate(divide="ignore"):
         fastest = (box / smallest).min(axis=1, keepdims=True)

@@ -24,7 +24,8 @@ def particles(
     damage = state.damage_of(c, i.materials.rows)
     whole = i.materials.rows.mixes_damage[c.material] > 0
     deviator = np.empty((len(c), 6))
-    np.multiply((np.where(whole, 1.0, 1.0 - damage) / i.evaluated.alpha)[:, None], c.stress, out=deviator[:, :5])
+    share = np.where(whole, 1.0, 1.0 - damage) / i.evaluated.distention
+    np.multiply(share[:, None], c.stress, out=deviator[:, :5])
     deviator[:, 5] = -(deviator[:, 0] + deviator[:, 3])
     fields = {
         "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass,
@@ -32,7 +33,7 @@ def particles(
         "specific_energy": c.specific_energy, "smoothing_length": c.smoothing_length,
         "pressure": i.evaluated.pressure,
         "deviatoric_stress": deviator, "damage": damage,
-        "distention": i.evaluated.alpha, "material": c.material, "layer": c.layer,
+        "distention": i.evaluated.distention, "material": c.material, "layer": c.layer,
         "sound_speed": i.evaluated.sound,
         "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position,
         "neighbours": c.neighbours,

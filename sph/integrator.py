@@ -223,7 +223,7 @@ class Integrator:
         if self.gradient_scale != 1.0:
             e.row[:, VOLUME] *= self.gradient_scale
         self._fill_second()
-        matter = pair_rates.Matter(cloud.material, self.rows.shear, e.stiffness, cloud.stress, self.strength)
+        matter = pair_rates.Matter(cloud.material, self.rows.shear, e.strain_ratio, cloud.stress, self.strength)
         pair_rates.compute(self.scheme, self._rows(), pairs, matter, self.damping, self.rates)
         if self.numerics.length_terms:
             length_terms.divide(self.rates, self._omega)

@@ -97,14 +97,14 @@ def _switch(cloud, weight, rows, c2, ratio, stress, late_density, elastic):
     distention, material, count = cloud.distention, cloud.material, cloud.neighbours
     for i in prange(len(rho)):
         m = material[i]
-        alpha = distention[i]
+        opened = distention[i]
         # before damage and tension cut
-        P = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], alpha * rho[i], u[i])[0] / alpha
+        P = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], opened * rho[i], u[i])[0] / opened
         carried = min(max(weight[i], 0.0), max(P, 0.0))
         softer = carried + ratio[m] * (P - carried)
         rest = rho[i] - softer / c2[m]
         if P < 0.0:
-            empty = eos.density(rows.eos[m], rows.eos_row[m], 0.0, u[i]) / alpha
+            empty = eos.density(rows.eos[m], rows.eos_row[m], 0.0, u[i]) / opened
             if empty > rho[i]:
                 rest, softer = empty, c2[m] * (rho[i] - empty)
         late_density[i] = rest

@@ -9,7 +9,7 @@ With V_j = m_j / rho_j, sigma = S - P 1 (effective), h_ij = (h_i + h_j) / 2, W =
     dS_i     = 2 f mu (eps - tr eps / 3) + S.Omega^T + Omega.S
         eps, Omega from L_i C_i with C_i = (sum_j V_j x_ji (x) grad_i W)^-1
 
-f is the strain of the matrix over that of the porous material (``Matter.stiffness`` of ``sph.scheme``; 1 in solid
+f is the strain of the matrix over that of the porous material (``Matter.strain_ratio`` of ``sph.scheme``; 1 in solid
 material): it scales what strains, never what turns.
 
 The heat of viscosity is shared by volume: a pair of one material ends with one specific energy, as behind a shock,
@@ -298,7 +298,7 @@ def pair_loop(scheme: Scheme):
                     strain_rate[i, 0], strain_rate[i, 1], strain_rate[i, 2] = lxx, 0.5 * (lxy + lyx), 0.5 * (lxz + lzx)
                     strain_rate[i, 3], strain_rate[i, 4], strain_rate[i, 5] = lyy, 0.5 * (lyz + lzy), lzz
                 if sheared:
-                    G *= matter.stiffness[i, 0] if trace < 0.0 else matter.stiffness[i, 1]
+                    G *= matter.strain_ratio[i, 0] if trace < 0.0 else matter.strain_ratio[i, 1]
                     third = (lxx + lyy + lzz) / 3.0
                     exx, eyy = lxx - third, lyy - third
                     exy, exz, eyz = 0.5 * (lxy + lyx), 0.5 * (lxz + lzx), 0.5 * (lyz + lzy)

@@ -62,13 +62,13 @@ class Rows(NamedTuple):
 
 
 class Matter(NamedTuple):
-    """What the particles are of: ``material`` (n,) number, ``shear`` (m,) modulus of the materials [Pa], ``stiffness``
-    (n, 2) strain of the matrix over that of the porous material in compression and in expansion, ``stress`` (n, 5)
-    deviator [Pa], ``strength`` whether it follows the strain."""
+    """What the particles are of: ``material`` (n,) number, ``shear`` (m,) modulus of the materials [Pa],
+    ``strain_ratio`` (n, 2) strain of the matrix over that of the porous material in compression and in expansion,
+    ``stress`` (n, 5) deviator [Pa], ``strength`` whether it follows the strain."""
 
     material: np.ndarray
     shear: np.ndarray
-    stiffness: np.ndarray
+    strain_ratio: np.ndarray
     stress: np.ndarray
     strength: bool
 

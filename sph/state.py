@@ -39,7 +39,7 @@ from sph.strength import thermal_softening, von_mises
 
 FREE, BOUND = 4, 10  # a particle with at most FREE neighbours feels no pressure, from BOUND on all of it
 
-KEPT = ("pressure", "sound", "wave", "damage_rate", "damage_cap", "alpha", "stiffness", "status")
+KEPT = ("pressure", "sound", "wave", "damage_rate", "damage_cap", "distention", "strain_ratio", "status")
 """What of ``Evaluated`` a resumed run needs before it evaluates anew."""
 
 
@@ -61,10 +61,11 @@ class Response(NamedTuple):
 
 
 class Pores(NamedTuple):
-    """The arrays of ``Evaluated`` that only porous material has: ``alpha`` (n,), ``stiffness`` (n, 2)."""
+    """The arrays of ``Evaluated`` that only porous material has: the present ``distention`` (n,), ``strain_ratio``
+    (n, 2)."""
 
-    alpha: np.ndarray
-    stiffness: np.ndarray
+    distention: np.ndarray
+    strain_ratio: np.ndarray
 
 
 class Late(NamedTuple):
@@ -98,7 +99,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
     status = out.status
     strength, damage, crushing = physics.strength, physics.damage, physics.crushing
     if pores is not None:
-        alpha, stiffness = pores.alpha, pores.stiffness
+        present_distention, strain_ratio = pores.distention, pores.strain_ratio
     if late is not None:
         late_density, late_c2 = late.density, late.c2
     for i in range(first_particle, end_particle):
@@ -113,7 +114,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
         if pores is not None:
             if rows.porosity[m] > 0 and late is not None:
                 a = distention[i]
-                stiffness[i, 0], stiffness[i, 1] = 1.0, 1.0
+                strain_ratio[i, 0], strain_ratio[i, 1] = 1.0, 1.0
                 thin = 1.0 / a
             elif rows.porosity[m] > 0:
                 a, rest, loading, unloading, slow = porosity.compact(
@@ -129,9 +130,9 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
                     crushing,
                 )
                 distention[i] = rest
-                stiffness[i, 0], stiffness[i, 1] = loading, unloading
+                strain_ratio[i, 0], strain_ratio[i, 1] = loading, unloading
                 thin = 1.0 / a
-            alpha[i] = a
+            present_distention[i] = a
         if late is None:
             P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
             P *= thin
@@ -211,14 +212,14 @@ def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late):
 
 class Evaluated:
     """Work arrays of the evaluation, kept from step to step: ``row`` (n, 16), ``pressure``, ``wave`` (longitudinal
-    speed), ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``, the present distention ``alpha``, and
-    ``stiffness`` (n, 2): strain of the matrix over that of the porous material (the factor f of P-alpha) in
+    speed), ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``, the present ``distention``, and
+    ``strain_ratio`` (n, 2): strain of the matrix over that of the porous material (the factor f of P-alpha) in
     compression and in expansion."""
 
     def __init__(self, n: int):
         self.row = np.zeros((n, WIDTH))
         self.pressure, self.wave, self.damage_rate, self.damage_cap = (np.zeros(n) for _ in range(4))
-        self.alpha, self.stiffness = np.ones(n), np.ones((n, 2))
+        self.distention, self.strain_ratio = np.ones(n), np.ones((n, 2))
         self.status = np.zeros(n, dtype=np.int8)
 
     @property
@@ -261,7 +262,7 @@ def evaluate(
     ``crushing`` False: pores give way elastically only (relaxation). ``late_c2`` (m,): squared sound speeds of the
     late stage (``sph.late``).
     """
-    pores = Pores(out.alpha, out.stiffness) if (rows.alpha0 > 1.0).any() else None
+    pores = Pores(out.distention, out.strain_ratio) if (rows.alpha0 > 1.0).any() else None
     late = None if late_c2 is None else Late(cloud.late_density, late_c2)
     _evaluate(cloud.fields, cloud.flaw_strain, rows, Physics(strength, damage, crushing), out.response, pores, late)
 

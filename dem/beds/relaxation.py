@@ -5,8 +5,9 @@ The step of velocity Verlet is kept; after each step the velocity is steered alo
     v <- (1 - alpha) v + alpha |v| a / |a|        while P = sum m a.v > 0 (the step grows, alpha shrinks)
     v <- 0, dt <- dt/2, alpha <- alpha_0          as soon as P < 0
 
-with norms weighted by mass. Contacts have no friction; dashpots may stay (they quench the stiff modes). alpha keeps a
-floor: without it the stiff modes gain energy between two stops, and the imbalance falls ten times more slowly.
+with norms weighted by mass. Contacts have no friction; dashpots may stay (they quench the stiff modes). alpha
+(``mixing``) keeps a floor: without it the stiff modes gain energy between two stops, and the imbalance falls ten times
+more slowly.
 
 Source: Bitzek, Koskinen, Gaehler, Moseler & Gumbsch 2006, Phys. Rev. Lett. 97, 170201.
 """
@@ -22,7 +23,7 @@ from matter import checkpoint
 
 SOURCES = ("Bitzek2006",)
 
-_ALPHA, _FLOOR, _SHRINK, _GROW, _HALVE, _PATIENCE = 0.1, 0.03, 0.99, 1.1, 0.5, 5
+_MIXING, _FLOOR, _SHRINK, _GROW, _HALVE, _PATIENCE = 0.1, 0.03, 0.99, 1.1, 0.5, 5
 LARGEST_STEP = 3.0
 """Largest step over the collision step t_c/30: the stiffest mode of a packing is 2.5 times that of a pair, Verlet
 without dashpots is stable to 7 of these."""
@@ -34,7 +35,7 @@ class Fire:
     def __init__(self, bed: Assembly):
         self.bed = bed
         self.unit = bed.dt
-        self.alpha, self.patience = _ALPHA, 0
+        self.mixing, self.patience = _MIXING, 0
 
     def step(self) -> None:
         """One step of the assembly and the steering after it."""
@@ -45,24 +46,24 @@ class Fire:
         power = float(np.einsum("i,ij,ij->", m, v, a))
         if power > 0.0:
             v2, a2 = float(np.einsum("i,ij,ij->", m, v, v)), float(np.einsum("i,ij,ij->", m, a, a))
-            v *= 1.0 - self.alpha
-            v += self.alpha * math.sqrt(v2 / a2) * a
+            v *= 1.0 - self.mixing
+            v += self.mixing * math.sqrt(v2 / a2) * a
             self.patience += 1
             if self.patience > _PATIENCE:
                 bed.dt = min(bed.dt * _GROW, LARGEST_STEP * self.unit)
-                self.alpha = max(_FLOOR, self.alpha * _SHRINK)
+                self.mixing = max(_FLOOR, self.mixing * _SHRINK)
         else:
             bed.W[:] = 0.0
             bed.dt = max(bed.dt * _HALVE, 0.1 * self.unit)
-            self.alpha, self.patience = _ALPHA, 0
+            self.mixing, self.patience = _MIXING, 0
 
     def state(self) -> dict[str, float]:
         """What a checkpoint must hold besides the assembly."""
-        return {"unit": self.unit, "alpha": self.alpha, "patience": self.patience}
+        return {"unit": self.unit, "mixing": self.mixing, "patience": self.patience}
 
     def restore(self, saved: checkpoint.State) -> None:
         """Take up a ``state``."""
-        self.unit, self.alpha, self.patience = saved["unit"], saved["alpha"], int(saved["patience"])
+        self.unit, self.mixing, self.patience = saved["unit"], saved["mixing"], int(saved["patience"])
 
     def imbalance(self) -> float:
         """Rms acceleration [m/s^2]: what is left of the forces on a grain, over its mass."""

@@ -95,17 +95,18 @@ def contact_time(modulus: float, radius: float, reduced_mass: float, speed: floa
     """Duration of a binary contact [s], attractive tail kept; ``modulus`` E* [Pa], ``radius`` R [m]."""
     from scipy.integrate import quad
 
-    # y'' + alpha w y' + 5/4 w^2 y = 0 with w^2 = (4/3) E* sqrt(R) / m_red; t = integral of y^(-1/5) over half a period
+    # y'' + damping w y' + 5/4 w^2 y = 0 with w^2 = (4/3) E* sqrt(R) / m_red; t = integral of y^(-1/5) over half a
+    # period
     w = math.sqrt(4.0 / 3.0 * modulus * math.sqrt(radius) / reduced_mass)
-    alpha = math.sqrt(1.5) * damping_number(restitution)
-    w1 = w * math.sqrt(1.25 - 0.25 * alpha * alpha)
+    damping = math.sqrt(1.5) * damping_number(restitution)
+    w1 = w * math.sqrt(1.25 - 0.25 * damping * damping)
     half = math.pi / w1
 
     def smooth(t: float) -> float:
         # y / (t (half - t)): what the weight of the quadrature leaves
         part = t * (half - t)
         sine = math.sin(w1 * t) / part if 0.0 < part else w1 / half
-        return (1.25 * speed / w1 * math.exp(-0.5 * alpha * w * t) * sine) ** -0.2
+        return (1.25 * speed / w1 * math.exp(-0.5 * damping * w * t) * sine) ** -0.2
 
     return float(quad(smooth, 0.0, half, weight="alg", wvar=(-0.2, -0.2))[0])
 

@@ -32,18 +32,18 @@ class Waves(NamedTuple):
 
 
 def loading(rows: Rows, m: int) -> tuple[Callable[[float, float], float], Callable[[float, float], float], State]:
-    """P(rho, u) and alpha(rho, u) of material ``m`` loaded from rest, and its state at rest."""
+    """P(rho, u) and distention(rho, u) of material ``m`` loaded from rest, and its state at rest."""
     from sph.eos import dispatch as eos
 
-    def alpha(rho: float, u: float) -> float:
+    def distention(rho: float, u: float) -> float:
         law = (rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m])
         return dispatch.compact(*law, rho, u, rows.alpha0[m], True)[0]
 
     def pressure(rho: float, u: float) -> float:
-        a = alpha(rho, u)
+        a = distention(rho, u)
         return eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho, u)[0] / a
 
-    return pressure, alpha, State(float(rows.rho0[m] / rows.alpha0[m]), 0.0, 0.0, 0.0)
+    return pressure, distention, State(float(rows.rho0[m] / rows.alpha0[m]), 0.0, 0.0, 0.0)
 
 
 def elastic_limit(rows: Rows, m: int) -> State:
@@ -65,13 +65,13 @@ def elastic_limit(rows: Rows, m: int) -> State:
 
 def driven(rows: Rows, m: int, velocity: float) -> Waves:
     """What a piston of ``velocity`` [m/s] drives into material ``m`` at rest."""
-    pressure, alpha, rest = loading(rows, m)
+    pressure, distention, rest = loading(rows, m)
     if dispatch.FAMILY.having("CRUSHES")[rows.porosity[m]] and rows.alpha0[m] > 1.0:
         limit = elastic_limit(rows, m)
         if velocity > limit.v:
             single = behind(pressure, rest, velocity)
             if single.shock_speed < limit.shock_speed:
                 front = behind(pressure, limit, velocity)
-                return Waves(limit, front, alpha(front.rho, front.u))
+                return Waves(limit, front, distention(front.rho, front.u))
     front = behind(pressure, rest, velocity)
-    return Waves(None, front, alpha(front.rho, front.u))
+    return Waves(None, front, distention(front.rho, front.u))

@@ -57,13 +57,13 @@ EXAMPLE = Parameters(1.5)
 
 
 class Pores(NamedTuple):
-    """What the compiled laws read of a material: alpha0, start (alpha_s), stretch (dh/d alpha), stiffness K_0 [Pa],
+    """What the compiled laws read of a material: alpha0, start (alpha_s), stretch (dh/d alpha), bulk_modulus K_0 [Pa],
     cold (1: the form ``density``)."""
 
     alpha0: float
     start: float
     stretch: float
-    stiffness: float
+    bulk_modulus: float
     cold: float
 
 
@@ -76,7 +76,7 @@ def elastic_slope(alpha, p):
     and 1."""
     alpha = min(max(alpha, 1.0), p.alpha0)
     h = 1.0 + p.stretch * (alpha - 1.0)
-    return alpha * alpha / p.stiffness * (1.0 - 1.0 / (h * h)) if p.stretch < 0.0 else 0.0
+    return alpha * alpha / p.bulk_modulus * (1.0 - 1.0 / (h * h)) if p.stretch < 0.0 else 0.0
 
 
 @law

@@ -55,7 +55,7 @@ def test_every_method_finds_flat_ground():
     found = surface.measure_heights(body, datum.plane(), columns, "four")
     assert np.nanmean(found.colour) == pytest.approx(0.0, abs=0.06)
     assert np.nanmean(found.highest) == pytest.approx(0.0, abs=0.15)
-    assert np.nanmean(found.alpha) == pytest.approx(0.0, abs=0.2)
+    assert np.nanmean(found.alpha_shape) == pytest.approx(0.0, abs=0.2)
     assert np.nanmean(found.cell) == pytest.approx(0.0, abs=0.08)
 
 
