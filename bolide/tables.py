@@ -65,13 +65,13 @@ def scaling(
 
     if ground is not None and ground not in laws.GROUNDS:
         raise InputError(f"no ground {ground!r} (there are {', '.join(laws.GROUNDS)})")
-    strike = laws.Strike(
+    event = laws.ImpactEvent(
         si(radius, "m", "radius"), si(speed, "m/s", "speed"), si(angle_from_vertical, "rad", "angle_from_vertical"),
         si(gravity, "m/s^2", "gravity"),
         material.reference_density(projectile), material.reference_density(target),
     )  # fmt: skip
     found = {
-        name: size for name, size in laws.diameters(strike).items() if ground is None or name in laws.GROUNDS[ground]
+        name: size for name, size in laws.diameters(event).items() if ground is None or name in laws.GROUNDS[ground]
     }
     table = pandas.DataFrame(
         {"law": [laws.NAMES[name] for name in found], "diameter_m": list(found.values())},

@@ -33,17 +33,17 @@ def compared(findings: Findings) -> Compared:
 def _by_scaling(findings: Findings) -> dict[str, Any]:
     """Diameters by every law, the range of those that are usual for the ground, final diameters and the time of
     formation."""
-    shot, laws = findings.setting.strike, scaling.GROUNDS[findings.settings.ground]
-    sizes = scaling.diameters(shot)
+    event, laws = findings.setting.event, scaling.GROUNDS[findings.settings.ground]
+    sizes = scaling.diameters(event)
     usual = [sizes[name] for name in laws]
     complex_above = findings.settings.simple_to_complex
-    volume = scaling.holsapple_volume(shot, *scaling.VOLUMES[findings.settings.ground])
+    volume = scaling.holsapple_volume(event, *scaling.VOLUMES[findings.settings.ground])
     return {
         "diameter_m": sizes,
         "range_m": [min(usual), max(usual)],
         "range_of": list(laws),
         "final_rim_diameter_m": {name: scaling.final_from_transient(sizes[name], complex_above) for name in laws},
-        "formation_time_s": scaling.formation_time(volume, shot.gravity),
+        "formation_time_s": scaling.formation_time(volume, event.gravity),
     }
 
 

@@ -38,10 +38,10 @@ class Setting:
     densities: tuple[float, float]
 
     @property
-    def strike(self) -> scaling.Strike:
+    def event(self) -> scaling.ImpactEvent:
         """The impact as the scaling laws take it."""
         impact = self.settings.impact
-        return scaling.Strike(
+        return scaling.ImpactEvent(
             impact.projectile.radius, impact.speed, impact.angle_from_vertical, self.gravity, *self.densities
         )
 

@@ -83,7 +83,7 @@ class Fit(NamedTuple):
 
 def fit(
     ejecta: Launched,
-    strike: scaling.Strike,
+    event: scaling.ImpactEvent,
     radius: float,
     inner: float = 1.2,
     outer: float = 0.9,
@@ -97,7 +97,7 @@ def fit(
     those of leaving out one of ``sectors`` in azimuth after the other (jackknife). Raises ``InputError`` where fewer
     than three rings are left.
     """
-    edges = np.geomspace(inner * strike.radius, outer * radius, rings + 1)
+    edges = np.geomspace(inner * event.radius, outer * radius, rings + 1)
     ring = np.digitize(ejecta.distance, edges) - 1
     sector = np.floor((ejecta.azimuth / (2.0 * np.pi) % 1.0) * sectors).astype(int)
 
@@ -118,14 +118,14 @@ def fit(
             )
         x, v = table[:, 0], table[:, 1]
         bent = np.maximum(1.0 - x / (scaling.SAND_EDGE * radius), 1e-9) ** scaling.SAND_BEND
-        place = x / strike.radius * (strike.target_density / strike.projectile_density) ** scaling.NU
-        slope, offset = np.polyfit(np.log(place), np.log(v / (strike.speed * np.cos(strike.angle)) / bent), 1)
+        place = x / event.radius * (event.target_density / event.projectile_density) ** scaling.NU
+        slope, offset = np.polyfit(np.log(place), np.log(v / (event.speed * np.cos(event.angle)) / bent), 1)
         return float(-1.0 / slope), float(np.exp(offset)), table
 
     mu, c1, table = line(np.ones(len(ring), dtype=bool))
     less = np.array([line(sector != k)[:2] for k in range(sectors)])
     scale = (sectors - 1) / sectors
     errors = np.sqrt(scale * ((less - less.mean(axis=0)) ** 2).sum(axis=0))
-    table[:, 0] /= strike.radius
-    table[:, 1] /= strike.speed * np.cos(strike.angle)
+    table[:, 0] /= event.radius
+    table[:, 1] /= event.speed * np.cos(event.angle)
     return Fit(mu, float(errors[0]), c1, float(errors[1]), table)

@@ -82,7 +82,7 @@ def write(findings: Findings, out: Path) -> None:
         ),
         _ejecta(findings, out),
         *report_evidence.all_parts(
-            findings.inputs, findings.setting.strike.mass * findings.settings.impact.speed, _lever(findings)
+            findings.inputs, findings.setting.event.mass * findings.settings.impact.speed, _lever(findings)
         ),
     ]
     archive.write_text(out / "report.html", page.document(f"Crater: {_title(findings)}", parts))

@@ -28,7 +28,7 @@ SOURCES = (
 )
 
 
-class Strike(NamedTuple):
+class ImpactEvent(NamedTuple):
     """An impact: projectile ``radius`` [m], ``speed`` [m/s], ``angle`` from the vertical [rad], ``gravity`` [m/s^2],
     densities [kg/m^3]."""
 
@@ -45,7 +45,7 @@ class Strike(NamedTuple):
         return 4.0 / 3.0 * math.pi * self.radius**3 * self.projectile_density
 
 
-def zahnle_2003(s: Strike) -> float:
+def zahnle_2003(s: ImpactEvent) -> float:
     """D = 1.1 (v^2/g)^0.217 (rho_i cos(theta) / rho_t)^0.333 L^0.783, in SI.
 
     Zahnle et al. 2003, Icarus 163, 263, eq. 2 (there for icy satellites, transient crater).
@@ -54,7 +54,7 @@ def zahnle_2003(s: Strike) -> float:
     return 1.1 * (s.speed**2 / s.gravity) ** 0.217 * ratio**0.333 * (2.0 * s.radius) ** 0.783
 
 
-def collins_2005(s: Strike) -> float:
+def collins_2005(s: ImpactEvent) -> float:
     """D = 1.161 (rho_i/rho_t)^(1/3) L^0.78 v^0.44 g^-0.22 cos^(1/3)(theta), in SI.
 
     Collins, Melosh & Marcus 2005, Meteorit. Planet. Sci. 40, 817, eq. 21 (their angle is from the horizontal: sin
@@ -64,7 +64,7 @@ def collins_2005(s: Strike) -> float:
     return size * (2.0 * s.radius) ** 0.78 * s.speed**0.44 * s.gravity**-0.22 * math.cos(s.angle) ** (1.0 / 3.0)
 
 
-def schmidt_housen(s: Strike, coefficient: float, exponent: float) -> float:
+def schmidt_housen(s: ImpactEvent, coefficient: float, exponent: float) -> float:
     """D = C_D pi_2^-beta (m / rho_t)^(1/3) cos^(1/3)(theta), pi_2 = 1.61 g L / v^2.
 
     Schmidt & Housen 1987, Int. J. Impact Eng. 5, 543; in this form Melosh 1989, Impact Cratering, eq. 7.8.2 and Table
@@ -76,22 +76,22 @@ def schmidt_housen(s: Strike, coefficient: float, exponent: float) -> float:
     )
 
 
-def schmidt_housen_water(s: Strike) -> float:
+def schmidt_housen_water(s: ImpactEvent) -> float:
     """Schmidt-Housen in water: C_D = 1.88, beta = 0.22."""
     return schmidt_housen(s, 1.88, 0.22)
 
 
-def schmidt_housen_rock(s: Strike) -> float:
+def schmidt_housen_rock(s: ImpactEvent) -> float:
     """Schmidt-Housen in competent rock or saturated soil: C_D = 1.6, beta = 0.22."""
     return schmidt_housen(s, 1.6, 0.22)
 
 
-def schmidt_housen_sand(s: Strike) -> float:
+def schmidt_housen_sand(s: ImpactEvent) -> float:
     """Schmidt-Housen in dry sand: C_D = 1.54, beta = 0.165."""
     return schmidt_housen(s, 1.54, 0.165)
 
 
-def holsapple_volume(s: Strike, k: float, mu: float) -> float:
+def holsapple_volume(s: ImpactEvent, k: float, mu: float) -> float:
     """V = K (m / rho_t) pi_2^(-3 mu / (2 + mu)) [m^3], pi_2 = g a / (v cos theta)^2: gravity regime.
 
     Holsapple 1993, Annu. Rev. Earth Planet. Sci. 21, 333; Holsapple's crater sizes: water K 0.98, mu 0.55; dry sand
@@ -106,22 +106,22 @@ def paraboloid_diameter(volume: float, depth_over_diameter: float = 1.0 / 3.0) -
     return (8.0 * volume / (math.pi * depth_over_diameter)) ** (1.0 / 3.0)
 
 
-def holsapple_water(s: Strike) -> float:
+def holsapple_water(s: ImpactEvent) -> float:
     """Holsapple's volume in water as a paraboloid of d/D = 1/3."""
     return paraboloid_diameter(holsapple_volume(s, 0.98, 0.55))
 
 
-def holsapple_rock(s: Strike) -> float:
+def holsapple_rock(s: ImpactEvent) -> float:
     """Holsapple's volume in wet soil or rock (gravity regime) as a paraboloid of d/D = 1/3."""
     return paraboloid_diameter(holsapple_volume(s, 0.095, 0.55))
 
 
-def holsapple_sand(s: Strike) -> float:
+def holsapple_sand(s: ImpactEvent) -> float:
     """Holsapple's volume in dry sand as a paraboloid of d/D = 1/3."""
     return paraboloid_diameter(holsapple_volume(s, 0.132, 0.41))
 
 
-def housen_holsapple_2011(s: Strike, h1: float = 0.59, mu: float = 0.41, nu: float = 0.4) -> float:
+def housen_holsapple_2011(s: ImpactEvent, h1: float = 0.59, mu: float = 0.41, nu: float = 0.4) -> float:
     """D = 2 H1 (m/rho_t)^(1/3) (rho_t/rho_i)^((2 + mu - 6 nu)/(3 (2 + mu))) (g a / U^2)^(-mu/(2 + mu)), U = v cos
     theta, apparent.
 
@@ -133,7 +133,7 @@ def housen_holsapple_2011(s: Strike, h1: float = 0.59, mu: float = 0.41, nu: flo
     return 2.0 * h1 * (s.mass / s.target_density) ** (1.0 / 3.0) * density * pi_2 ** (-mu / (2.0 + mu))
 
 
-def housen_holsapple_2011_water(s: Strike) -> float:
+def housen_holsapple_2011_water(s: ImpactEvent) -> float:
     """Housen & Holsapple 2011 in water: H1 = 0.68, mu = 0.55."""
     return housen_holsapple_2011(s, 0.68, 0.55)
 
@@ -142,7 +142,7 @@ NU, SAND_BEND, SAND_EDGE = 0.4, 0.3, 1.3
 """nu of every ground, and p and n2 of dry sand in ``launch_speed`` (Housen & Holsapple 2011, Table 3)."""
 
 
-def launch_speed(s: Strike, x: np.ndarray, radius: float, c1: float = 0.55, mu: float = 0.41) -> np.ndarray:
+def launch_speed(s: ImpactEvent, x: np.ndarray, radius: float, c1: float = 0.55, mu: float = 0.41) -> np.ndarray:
     """v(x) = C1 U ((x / a) (rho_t / rho_i)^nu)^(-1/mu) (1 - x / (n2 R))^p [m/s] of ejecta from ``x`` [m] of a crater
     of apparent ``radius`` R [m].
 
@@ -158,7 +158,7 @@ def launch_speed(s: Strike, x: np.ndarray, radius: float, c1: float = 0.55, mu: 
     )
 
 
-def ejected_mass(s: Strike, speed: float, k: float, c1: float, mu: float, nu: float = 0.4) -> float:
+def ejected_mass(s: ImpactEvent, speed: float, k: float, c1: float, mu: float, nu: float = 0.4) -> float:
     """M(>v) = m (3 k / 4 pi) (rho_t / rho_i)^(1 - 3 nu) (v / (C1 U))^(-3 mu) [kg], U = v cos theta: the power law,
     without its ends at the projectile and at the rim.
 
@@ -179,7 +179,7 @@ def ejected_mass(s: Strike, speed: float, k: float, c1: float, mu: float, nu: fl
 EJECTA = {"sand": (0.3, 0.55, 0.41), "water": (0.2, 1.5, 0.55)}
 """k, C1 and mu of ``ejected_mass`` by target."""
 
-LAWS: dict[str, Callable[[Strike], float]] = {
+LAWS: dict[str, Callable[[ImpactEvent], float]] = {
     "zahnle_2003": zahnle_2003,
     "collins_2005": collins_2005,
     "schmidt_housen_water": schmidt_housen_water,
@@ -212,11 +212,11 @@ NAMES = {
 """Authors, year and target of every law, for pictures and pages."""
 
 
-def diameters(strike: Strike) -> dict[str, float]:
+def diameters(event: ImpactEvent) -> dict[str, float]:
     """Transient apparent diameter [m] by every law."""
-    if not (strike.radius > 0.0 and strike.speed > 0.0 and strike.gravity > 0.0):
-        raise InputError(f"scaling laws need a positive radius, speed and gravity, got {strike}")
-    return {name: law(strike) for name, law in LAWS.items()}
+    if not (event.radius > 0.0 and event.speed > 0.0 and event.gravity > 0.0):
+        raise InputError(f"scaling laws need a positive radius, speed and gravity, got {event}")
+    return {name: law(event) for name, law in LAWS.items()}
 
 
 def final_from_transient(transient: float, simple_to_complex: float = 2500.0) -> float:

@@ -196,7 +196,7 @@ def _leaving(setting: Setting, particles: Particles) -> dict[str, float]:
     if "velocity" not in particles or "mass" not in particles:
         return {}
     bodies = particles.layer >= 0 if "layer" in particles else np.ones(len(particles), dtype=bool)
-    momentum = setting.strike.mass * np.asarray(setting.settings.impact.velocity)
+    momentum = setting.event.mass * np.asarray(setting.settings.impact.velocity)
     if setting.datum.is_sphere:
         return ejecta.leaving(particles, float(particles.mass[bodies].sum()), momentum)
     return ejecta.leaving_ground(particles, setting.datum, setting.settings.escape_speed, momentum)
@@ -212,7 +212,7 @@ def _faster_than(setting: Setting, moment: series.Moment | None) -> dict[str, An
     if moment is None or not curve:
         return {}
     laws = {
-        name: [scaling.ejected_mass(setting.strike, v, *constants) for v in curve["speed_m_s"]]
+        name: [scaling.ejected_mass(setting.event, v, *constants) for v in curve["speed_m_s"]]
         for name, constants in scaling.EJECTA.items()
     }
     return {"time_s": moment.time, **curve, "housen_holsapple_2011_kg": laws}
@@ -224,17 +224,17 @@ def _launches(setting: Setting, moment: series.Moment | None, shots: Sequence[Pa
     radius = 0.5 * moment.value("diameter_apparent_m") if moment else float("nan")
     if not radius > 0.0:
         return {}
-    shot, spacing = setting.strike, float(snapshot.attributes(shots[0]).get("spacing_at_impact_m", 0.0))
+    event, spacing = setting.event, float(snapshot.attributes(shots[0]).get("spacing_at_impact_m", 0.0))
     launched = launch.launched((snapshot.read(path) for path in shots[1:]), setting.gravity, launch.ABOVE * spacing)
-    fit = launch.fit(launched, shot, radius)
+    fit = launch.fit(launched, event, radius)
     place, speed, angle, number = fit.table.T
     return {
         "mu": {"value": fit.mu, "sigma": fit.mu_sigma}, "C1": {"value": fit.c1, "sigma": fit.c1_sigma},
         "apparent_radius_m": radius,
         "x_over_a": place.tolist(), "v_over_U": speed.tolist(), "angle_deg": np.degrees(angle).tolist(),
         "particles": number.astype(int).tolist(),
-        "sand_v_over_U": (scaling.launch_speed(shot, place * shot.radius,
-        radius) / (shot.speed * np.cos(shot.angle))).tolist(),
+        "sand_v_over_U": (scaling.launch_speed(event, place * event.radius,
+        radius) / (event.speed * np.cos(event.angle))).tolist(),
     }  # fmt: skip
 
 

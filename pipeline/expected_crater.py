@@ -67,11 +67,11 @@ def of_case(
             raise InputError(
                 "neither weight nor strength ends the growth of this crater: say how wide it is expected to be"
             )
-        shot = scaling.Strike(
+        event = scaling.ImpactEvent(
             ball.radius, impact.speed, impact.angle_from_vertical, gravity + held, density, ground.density
         )
         size = math.exp(
-            sum(math.log(scaling.LAWS[law](shot)) for law in scaling.GROUNDS[ground.kind])
+            sum(math.log(scaling.LAWS[law](event)) for law in scaling.GROUNDS[ground.kind])
             / len(scaling.GROUNDS[ground.kind])
         )
     return Expected(size, gravity, ground_strength.ground(materials, name, size, strength, damage))

@@ -91,7 +91,7 @@ class Simulation:
         self.integrator = self._integrator(Cloud.of(body))
         self._enter(self.phase)
         if self.phase == "impact":
-            self._strike()
+            self._add_projectile()
 
     def _enter(self, phase: str) -> None:
         self.phase = phase
@@ -107,7 +107,7 @@ class Simulation:
         i.hold, i.strength = relaxing, self.settings.strength and not relaxing
         i.damage = self.settings.damage and not relaxing
 
-    def _strike(self) -> None:
+    def _add_projectile(self) -> None:
         """End the relaxation: the target at rest with S = 0 and D = 0, the projectile above it, time zero."""
         s, target = self.settings, self.integrator.cloud
         order = np.argsort(target.identity)
@@ -201,9 +201,9 @@ class Simulation:
             np.sqrt(i.cloud.mass @ np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity) / i.cloud.mass.sum())
         )
         del i
-        self._strike()
+        self._add_projectile()
 
-    def strike(self, report: progress.Progress, offset: float) -> None:
+    def follow_impact(self, report: progress.Progress, offset: float) -> None:
         """The impact up to the end time, with outputs on the way."""
         i, s = self.integrator, self.settings
         ball = self.impact.projectile

@@ -90,7 +90,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     report.start = (0.0 if job.phase == "relax" else relaxation) + job.integrator.time
     if job.phase == "relax":
         job.relax(report)
-    job.strike(report, relaxation)
+    job.follow_impact(report, relaxation)
     job.finish()
     archive.write_text(job.out / "stage_report.json", json.dumps(stage_report.of(job), indent=1))
     checkpoint.keep_last(job.out)

@@ -80,13 +80,13 @@ WORKED = [
 
 @pytest.mark.parametrize(("radius", "angle", "expected"), WORKED)
 def test_valhalla_projectiles(radius, angle, expected):
-    found = scaling.diameters(scaling.Strike(radius * 1e3, 18234.0, math.radians(angle), 1.236, 917.0, 917.0))
+    found = scaling.diameters(scaling.ImpactEvent(radius * 1e3, 18234.0, math.radians(angle), 1.236, 917.0, 917.0))
     for law, diameter in expected.items():
         assert found[law] / 1e3 == pytest.approx(diameter, rel=0.01), law
 
 
 def test_range_for_the_980_km_case():
-    found = scaling.diameters(scaling.Strike(53.9e3, 18234.0, math.radians(40.0), 1.236, 917.0, 917.0))
+    found = scaling.diameters(scaling.ImpactEvent(53.9e3, 18234.0, math.radians(40.0), 1.236, 917.0, 917.0))
     sizes = [found[name] / 1e3 for name in scaling.GROUNDS["fluid"]]
     assert min(sizes) == pytest.approx(592, abs=1)
     assert max(sizes) == pytest.approx(752, abs=1)
@@ -95,8 +95,8 @@ def test_range_for_the_980_km_case():
 @pytest.mark.parametrize(("gravity", "density", "diameter"), [(1.4e-4, 1600.0, 13.3), (1.2e-4, 1190.0, 15.1)])
 def test_sci_on_ryugu_in_dry_sand(gravity, density, diameter):
     """Solid copper ball of 2 kg at 2 km/s: 13.3 to 15.1 m apparent (observed 14.5 m)."""
-    strike = scaling.Strike(0.0376, 2000.0, 0.0, gravity, 2.0 / (4 / 3 * math.pi * 0.0376**3), density)
-    assert scaling.housen_holsapple_2011(strike) == pytest.approx(diameter, rel=0.02)
+    event = scaling.ImpactEvent(0.0376, 2000.0, 0.0, gravity, 2.0 / (4 / 3 * math.pi * 0.0376**3), density)
+    assert scaling.housen_holsapple_2011(event) == pytest.approx(diameter, rel=0.02)
 
 
 def test_complex_enlargement_and_times():
@@ -104,7 +104,7 @@ def test_complex_enlargement_and_times():
     assert scaling.final_from_transient(1000.0) == 1250.0
     assert formulas.collapse_time(980e3, 1.236) / 60 == pytest.approx(14.84, rel=0.002)
     volume = scaling.holsapple_volume(
-        scaling.Strike(53.9e3, 18234.0, math.radians(40.0), 1.236, 917.0, 917.0), 0.98, 0.55
+        scaling.ImpactEvent(53.9e3, 18234.0, math.radians(40.0), 1.236, 917.0, 917.0), 0.98, 0.55
     )
     assert 6.0 < scaling.formation_time(volume, 1.236) / 60 < 9.0
 
@@ -120,7 +120,7 @@ def test_thesis_equations_with_their_limits():
 
 def test_nonsense_is_refused():
     with pytest.raises(InputError, match="positive"):
-        scaling.diameters(scaling.Strike(0.0, 1.0, 0.0, 1.0, 1.0, 1.0))
+        scaling.diameters(scaling.ImpactEvent(0.0, 1.0, 0.0, 1.0, 1.0, 1.0))
 
 
 def test_every_law_has_its_authors_and_year_for_pages():

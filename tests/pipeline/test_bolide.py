@@ -158,8 +158,8 @@ def test_what_is_known_without_a_run():
     from crater import scaling
 
     rho = bolide.materials["ice"]["tillotson"]["rho0"]
-    strike = scaling.Strike(53.9e3, 18234.0, np.radians(40.0), 1.236, rho, rho)
-    assert table.loc["zahnle_2003", "diameter_m"] == pytest.approx(scaling.zahnle_2003(strike))
+    event = scaling.ImpactEvent(53.9e3, 18234.0, np.radians(40.0), 1.236, rho, rho)
+    assert table.loc["zahnle_2003", "diameter_m"] == pytest.approx(scaling.zahnle_2003(event))
     assert len(bolide.scaling(**shot, ground="sand")) == 3 < len(table)
     for wrong in ({"speed": "3 km"}, {"ground": "cheese"}, {"target": "cheese"}):
         with pytest.raises(bolide.InputError):

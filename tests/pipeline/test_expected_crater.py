@@ -27,8 +27,8 @@ def ground(gravity: float, material: str = "granite") -> Target:
 def test_weight_alone_is_the_mean_of_the_laws():
     """Water: no strength; Zahnle, Collins, Schmidt-Housen."""
     found = expected_crater.of_case(ground(9.81, "water"), shot(100.0, material="water"), collect(("water",)))
-    strike = scaling.Strike(100.0, 12e3, 0.0, 9.81, found.ground.density, found.ground.density)
-    laws = [scaling.LAWS[name](strike) for name in scaling.GROUNDS["fluid"]]
+    event = scaling.ImpactEvent(100.0, 12e3, 0.0, 9.81, found.ground.density, found.ground.density)
+    laws = [scaling.LAWS[name](event) for name in scaling.GROUNDS["fluid"]]
     assert found.ground.kind == "fluid" and found.diameter == pytest.approx(math.prod(laws) ** (1.0 / 3.0), rel=1e-9)
     assert not found.held
 
