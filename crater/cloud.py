@@ -112,8 +112,8 @@ def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
             usual[group == index] = np.median(density[group == index])
         low = density < 0.5 * usual
         volume = particles.mass / np.maximum(density, 0.5 * usual)  # vapour must not paint a huge solid
-    elif "smoothing_length" in particles:
-        volume = (0.5 * particles.smoothing_length) ** 3
+    elif "support_radius" in particles:
+        volume = (0.5 * particles.support_radius) ** 3
     else:
         distance, _ = cKDTree(particles.position).query(particles.position, k=13)
         volume = 4.0 / 3.0 * np.pi * np.maximum(distance[:, -1], 1e-300) ** 3 / 12.5

@@ -15,7 +15,7 @@ from matter.particles import Particles
 
 def support_of(source: Particles, spacing: np.ndarray) -> np.ndarray:
     """Kernel support [m]: the source's own, or two spacings."""
-    return source.smoothing_length if "smoothing_length" in source else 2.0 * spacing
+    return source.support_radius if "support_radius" in source else 2.0 * spacing
 
 
 def comparison_cells(made: Handoff, source: Particles, radius: float) -> tuple[np.ndarray, np.ndarray]:

@@ -131,7 +131,7 @@ def spacing_of(source: Particles) -> np.ndarray:
     """Local particle spacing (mass / density)^(1/3) [m]; never above half the kernel's support where that is known
     (expanded particles)."""
     spacing = np.cbrt(source.mass / source.density)
-    return np.minimum(spacing, 0.75 * source.smoothing_length) if "smoothing_length" in source else spacing
+    return np.minimum(spacing, 0.75 * source.support_radius) if "support_radius" in source else spacing
 
 
 def neighbour_count(source: Particles, spacing: np.ndarray) -> np.ndarray:

@@ -53,6 +53,10 @@ FIELDS: dict[str, Field] = {
     "state": Field((), "int8", "1", "0 in contact search, 1 ballistic, 2 left the domain or escaped"),
 }
 
+ALIASES = {"support_radius": "smoothing_length"}
+"""Other name -> the field's in files. What files call the smoothing length is the radius of the kernel's support,
+twice what many codes call by that name."""
+
 
 class Particles(Mapping[str, np.ndarray]):
     """A set of particles: ``particles.position`` and ``particles["position"]`` are the same array.
@@ -79,6 +83,7 @@ class Particles(Mapping[str, np.ndarray]):
             self[name] = values
 
     def __setitem__(self, name: str, values: Any) -> None:
+        name = ALIASES.get(name, name)
         if name not in FIELDS:
             raise InputError(f"unknown particle field {name!r}; known: {', '.join(FIELDS)}")
         entry = FIELDS[name]
@@ -90,13 +95,13 @@ class Particles(Mapping[str, np.ndarray]):
         self._fields[name] = array
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self._fields[name]
+        return self._fields[ALIASES.get(name, name)]
 
     def __getattr__(self, name: str) -> np.ndarray:
         if name.startswith("_"):
             raise AttributeError(name)
         try:
-            return self._fields[name]
+            return self[name]
         except KeyError:
             raise AttributeError(
                 f"these particles have no field {name!r}; they have {', '.join(self._fields)}"
@@ -110,11 +115,11 @@ class Particles(Mapping[str, np.ndarray]):
         return len(next(iter(self._fields.values()))) if self._fields else 0
 
     def __contains__(self, name: object) -> bool:
-        return name in self._fields
+        return ALIASES.get(str(name), name) in self._fields
 
     def need(self, *names: str) -> None:
         """Raise ``InputError`` naming every field of ``names`` that is missing."""
-        missing = [name for name in names if name not in self._fields]
+        missing = [ALIASES.get(name, name) for name in names if name not in self]
         if missing:
             raise InputError(
                 f"the snapshot lacks {', '.join(missing)} "

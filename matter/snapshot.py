@@ -21,7 +21,7 @@ import numpy as np
 
 from matter import archive, hdf5_input
 from matter.errors import InputError
-from matter.particles import FIELDS, Particles
+from matter.particles import ALIASES, FIELDS, Particles
 
 SUFFIX = ".vtkhdf"
 _VERTEX = 1
@@ -110,10 +110,11 @@ def read(path: Path, only: Collection[str] | None = None) -> Particles:
         raise InputError(f"no snapshot at {path}")
     with hdf5_input.opened(path) as file:
         _known(file, path)
+        wanted = None if only is None else {ALIASES.get(name, name) for name in only}
         fields = {
             name: hdf5_input.array(file["particles"], name)
             for name in file["particles"]
-            if only is None or name in only
+            if wanted is None or ALIASES.get(name, name) in wanted
         }
         tables = hdf5_input.arrays(file["tables"], deep=True) if "tables" in file else {}
         attributes = {name: _restored(value) for name, value in file.attrs.items()}

@@ -23,11 +23,11 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "half_density": ((), "float64"),
     "specific_energy": ((), "float64"),
     "half_energy": ((), "float64"),
-    "smoothing_length": ((), "float64"),
-    "start_length": (
+    "support_radius": ((), "float64"),
+    "start_support": (
         (),
         "float64",
-    ),  # smoothing length and density at the start of the phase, where h follows the density
+    ),  # support radius and density at the start of the phase, where h follows the density
     "start_density": ((), "float64"),
     "stress": ((5,), "float64"),  # deviatoric, before damage: xx xy xz yy yz
     "half_change": ((5,), "float64"),  # of stress, by the rate at the beginning of a step, in half of it
@@ -87,8 +87,8 @@ class Cloud:
     half_density: np.ndarray
     specific_energy: np.ndarray
     half_energy: np.ndarray
-    smoothing_length: np.ndarray
-    start_length: np.ndarray
+    support_radius: np.ndarray
+    start_support: np.ndarray
     start_density: np.ndarray
     stress: np.ndarray
     half_change: np.ndarray
@@ -132,7 +132,7 @@ class Cloud:
             ("position", "position"),
             ("mass", "mass"),
             ("density", "density"),
-            ("smoothing_length", "h"),
+            ("support_radius", "h"),
             ("layer", "layer"),
         ):
             getattr(cloud, name)[:] = np.concatenate([getattr(body, field) for body in bodies])
@@ -140,7 +140,7 @@ class Cloud:
         cloud.initial_distention[:] = cloud.distention
         cloud.material[:] = np.concatenate([body.material for body in bodies])
         cloud.initial_position[:] = cloud.position
-        cloud.start_length[:], cloud.start_density[:] = cloud.smoothing_length, cloud.density
+        cloud.start_support[:], cloud.start_density[:] = cloud.support_radius, cloud.density
         cloud.neighbours[:] = 60  # until counted
         return cloud
 
@@ -191,7 +191,7 @@ class Neighbourhood:
         """Sort the cloud and list its neighbours; ``dt`` [s] the step that skins reckon with, ``time`` [s] that of the
         images."""
         self.places = self.reach = np.zeros(0)  # of the list before: free from here on
-        h = cloud.smoothing_length
+        h = cloud.support_radius
         reach = np.einsum("ij,ij->i", cloud.velocity, cloud.velocity)  # speed, then skin, then reach, in one array
         np.sqrt(reach, out=reach)
         reach *= self.AHEAD * dt
@@ -228,7 +228,7 @@ class Neighbourhood:
 
     def update(self, cloud: Cloud, dt: float, time: float = 0.0) -> bool:
         """Rebuild if needed; True when the cloud was sorted anew."""
-        room = 0.5 * (self.reach - cloud.smoothing_length)
+        room = 0.5 * (self.reach - cloud.support_radius)
         if room.min() < 0.0:  # a support has grown beyond its listing
             self.rebuild(cloud, dt, time)
             return True

@@ -30,7 +30,7 @@ def particles(
     fields = {
         "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass,
         "density": c.density,
-        "specific_energy": c.specific_energy, "smoothing_length": c.smoothing_length,
+        "specific_energy": c.specific_energy, "smoothing_length": c.support_radius,
         "pressure": i.evaluated.pressure,
         "deviatoric_stress": deviator, "damage": damage,
         "distention": i.evaluated.distention, "material": c.material, "layer": c.layer,

@@ -39,8 +39,8 @@ class Fragment(NamedTuple):
 
 def find(particles: Particles) -> list[Fragment]:
     """Fragments of the target, the largest first; broken particles are dust and belong to none. Needs position,
-    velocity, mass, damage, smoothing_length."""
-    particles.need("position", "velocity", "mass", "damage", "smoothing_length")
+    velocity, mass, damage, support_radius."""
+    particles.need("position", "velocity", "mass", "damage", "support_radius")
     whole = particles.damage < BROKEN
     if "layer" in particles:
         whole &= particles.layer >= 0
@@ -50,7 +50,7 @@ def find(particles: Particles) -> list[Fragment]:
         particles.position[whole],
         particles.velocity[whole],
         particles.mass[whole],
-        particles.smoothing_length[whole],
+        particles.support_radius[whole],
     )
     pairs = cKDTree(x).query_pairs(LINK * float(h.max()), output_type="ndarray")
     apart = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)

@@ -127,7 +127,7 @@ class Integrator:
     def softening(self) -> np.ndarray:
         """Plummer length of every particle: a quarter of its first support, half its spacing [m]; it stays, or the
         field would not be that of an energy."""
-        return 0.25 * self.cloud.start_length
+        return 0.25 * self.cloud.start_support
 
     @property
     def longest(self) -> float:
@@ -137,7 +137,7 @@ class Integrator:
     def thrown_out(self) -> np.ndarray:
         """(n,) what is beyond the surface of a target without self-gravity by more than its h and moves on outwards:
         above z = 0, or off a sphere."""
-        x, v, h = self.cloud.position, self.cloud.velocity, self.cloud.smoothing_length
+        x, v, h = self.cloud.position, self.cloud.velocity, self.cloud.support_radius
         if self.around.sphere is None:
             return (x[:, 2] > h) & (v[:, 2] > 0.0)
         return (np.linalg.norm(x, axis=1) > self.around.sphere + h) & (np.einsum("ij,ij->i", x, v) > 0.0)
@@ -180,7 +180,7 @@ class Integrator:
         moved_further(
             cloud.position,
             cloud.gravity_position,
-            shift * cloud.smoothing_length,
+            shift * cloud.support_radius,
             cloud.neighbours,
             state.BOUND,
             self._parts,
@@ -214,7 +214,7 @@ class Integrator:
                 self.scheme,
                 self._rows(),
                 pairs,
-                cloud.start_length,
+                cloud.start_support,
                 self.limits_of_length,
                 self._omega,
                 self._omega_at_rest,
@@ -269,7 +269,7 @@ class Integrator:
                 r.divergence,
                 r.curl,
                 self.evaluated.sound,
-                c.smoothing_length,
+                c.support_radius,
                 c.viscosity,
             )
 
@@ -278,7 +278,7 @@ class Integrator:
         c = self.cloud
         if self.limits_of_length is not None and not self.hold:
             smoothing.follow(
-                c.density, c.start_density, c.start_length, *self.limits_of_length, self.longest, c.smoothing_length
+                c.density, c.start_density, c.start_support, *self.limits_of_length, self.longest, c.support_radius
             )
 
     def _remove_net_torque(self) -> None:

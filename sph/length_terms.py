@@ -39,11 +39,11 @@ _BLOCK = 64
 
 @functools.cache
 def _loop(scheme: Scheme):
-    """The compiled loop (rows, pairs, start_length, least, most, at_rest, omega) of a scheme; fills ``omega``."""
+    """The compiled loop (rows, pairs, start_support, least, most, at_rest, omega) of a scheme; fills ``omega``."""
     kernel = scheme.kernel
 
     @parallel_kernel(fastmath=True)
-    def _scale(rows, pairs, start_length, least, most, at_rest, omega):
+    def _scale(rows, pairs, start_support, least, most, at_rest, omega):
         row, start_density = rows.row, rows.start_density
         n = len(omega)
         for block in prange((n + _BLOCK - 1) // _BLOCK):
@@ -67,7 +67,7 @@ def _loop(scheme: Scheme):
                 W = kernels.kernel(kernel, 0.0, h)
                 total -= 3.0 * (1 - (padded - pairs.number[i])) * row[i, VOLUME] * W
                 eta = row[i, RHO_INVERSE] * start_density[i]
-                free = h > 1.0001 * least * start_length[i] and h < 0.9999 * most * start_length[i]
+                free = h > 1.0001 * least * start_support[i] and h < 0.9999 * most * start_support[i]
                 value = min(max((1.0 + total / (3.0 * eta)) / at_rest, LEAST), MOST)
                 omega[i] = value if free else 1.0
 
@@ -103,7 +103,7 @@ def scale(
     scheme: Scheme,
     rows: Rows,
     neighbours,
-    start_length: np.ndarray,
+    start_support: np.ndarray,
     limits: tuple[float, float],
     omega: np.ndarray,
     at_rest: float = 1.0,
@@ -113,7 +113,7 @@ def scale(
 
     ``at_rest`` is the sum's value in an undisturbed lattice.
     """
-    _loop(scheme)(rows, Pairs.of(neighbours), start_length, limits[0], limits[1], at_rest, omega)
+    _loop(scheme)(rows, Pairs.of(neighbours), start_support, limits[0], limits[1], at_rest, omega)
     _apply(rows.row, omega)
 
 

@@ -71,7 +71,7 @@ class RungeKutta(Integrator):
         """The largest error over eps of the cloud, which stands at y_3."""
         cloud = self.cloud
         far = np.linalg.norm(cloud.position - start["position"] - dt * middle["position"], axis=1)
-        moved = np.maximum(np.linalg.norm(cloud.position - start["position"], axis=1), 0.1 * cloud.smoothing_length)
+        moved = np.maximum(np.linalg.norm(cloud.position - start["position"], axis=1), 0.1 * cloud.support_radius)
         dense = np.abs(cloud.density - start["density"] - dt * middle["density"]) / start["density"]
         bound = cloud.neighbours > 0
         return float(np.where(bound, np.maximum(far / moved, dense), 0.0).max()) / self.numerics.tolerance

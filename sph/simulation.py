@@ -116,7 +116,7 @@ class Simulation:
                 target.position[order],
                 target.mass[order],
                 target.density[order],
-                target.smoothing_length[order],
+                target.support_radius[order],
                 target.layer[order],
                 target.material[order],
                 target.distention[order],
@@ -258,7 +258,7 @@ class Simulation:
             else 1.0
         )
         found = flow_reynolds.measure(
-            c.position[mine], c.velocity[mine], c.mass[mine], 0.5 * c.smoothing_length[mine],
+            c.position[mine], c.velocity[mine], c.mass[mine], 0.5 * c.support_radius[mine],
             i.evaluated.sound[: len(c)][mine], share,
             c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha,
             None if self.settings.target.flat else self.radius,

@@ -17,8 +17,8 @@ SOURCES = ("Monaghan1992",)
 
 
 @parallel_kernel
-def follow(density, start_density, start_length, least, most, longest, length):
+def follow(density, start_density, start_support, least, most, longest, length):
     """Fill ``length`` (n,) [m] by the law above, at most ``longest`` [m]."""
     for i in prange(len(density)):
         factor = (start_density[i] / density[i]) ** (1.0 / 3.0)
-        length[i] = min(min(max(factor, least), most) * start_length[i], longest)
+        length[i] = min(min(max(factor, least), most) * start_support[i], longest)

@@ -91,7 +91,7 @@ _BLOCK = 256  # particles that a thread takes at a time
 def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physics, out, pores, late):
     """One evaluation of the particles ``first_particle`` to ``end_particle`` - 1; arguments as ``_evaluate``."""
     position, velocity, mass, rho, u = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy
-    h = cloud.smoothing_length
+    h = cloud.support_radius
     stress, root_damage, distention = cloud.stress, cloud.root_damage, cloud.distention
     initial = cloud.initial_distention
     material, count, flaw_first, flaw_last = cloud.material, cloud.neighbours, cloud.flaw_first, cloud.flaw_last

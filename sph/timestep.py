@@ -33,7 +33,7 @@ REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth
 def _limits(cloud, rates, evaluated, alpha, beta, courant, step, reason):
     """Fill ``step`` (n,) [s] and ``reason`` (n,) from ``sph.cloud.Fields``, ``sph.rate_arrays.Sums`` and
     ``sph.state.Response``."""
-    h, u, gravity, count = cloud.smoothing_length, cloud.specific_energy, cloud.gravity, cloud.neighbours
+    h, u, gravity, count = cloud.support_radius, cloud.specific_energy, cloud.gravity, cloud.neighbours
     wave, row = evaluated.wave, evaluated.row
     approach, acceleration, divergence = rates.approach, rates.acceleration, rates.divergence
     energy_rate = rates.energy

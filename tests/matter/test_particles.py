@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from matter import quantity
+from matter import hdf5_input, quantity, snapshot
 from matter.errors import InputError
 from matter.particles import FIELDS, Particles
 
@@ -31,6 +31,21 @@ def test_a_field_is_an_attribute_and_an_item(three):
         three.mass.dtype == np.float64 and len(three) == 3 and "mass" in three and list(three) == ["position", "mass"]
     )
     assert three.tables["contacts/pair"].shape == (1, 2)
+
+
+def test_the_radius_of_the_support_goes_by_both_names(three, tmp_path):
+    """Files call it smoothing_length; who writes or reads support_radius means the same array, in files too."""
+    three["support_radius"] = [2.0, 3.0, 4.0]
+    assert three.support_radius is three["smoothing_length"] and "support_radius" in three
+    assert list(three) == ["position", "mass", "smoothing_length"]
+    three.need("support_radius")
+    path = tmp_path / "shot.vtkhdf"
+    snapshot.write(three, path)
+    with hdf5_input.opened(path) as file:
+        assert "support_radius" not in file["particles"]
+    assert snapshot.read(path, only=("support_radius",)).support_radius.tolist() == [2.0, 3.0, 4.0]
+    with pytest.raises(InputError, match="lacks smoothing_length .smoothing_length: support radius of"):
+        Particles({"mass": [1.0]}).need("support_radius")
 
 
 def test_wrong_fields_are_named(three):

@@ -199,7 +199,7 @@ def sheared(rim, kernel="wendland"):
     column = columns.Column(BASALT, 14, rim=rim, kernel=kernel)
     i, c = column.integrator, column.cloud
     order = np.argsort(c.identity)
-    i.edge = Edge(c.position[order, 2], c.smoothing_length[order], c.density[order], np.zeros(len(order)))
+    i.edge = Edge(c.position[order, 2], c.support_radius[order], c.density[order], np.zeros(len(order)))
     i.strength = True
     c.stress[~i.edge.fixed[c.identity], 2] = 1e6
     i.start()
@@ -234,7 +234,7 @@ def test_a_fixed_rim_carries_weight_and_stays():
     weight = 2700.0 * 10.0 * (column.height - c.position[:, 2])
     c.density[:] = 2700.0 * (1.0 + weight / 26.7e9)
     order = np.argsort(c.identity)
-    i.edge = Edge(c.position[order, 2], c.smoothing_length[order], c.density[order], c.specific_energy[order])
+    i.edge = Edge(c.position[order, 2], c.support_radius[order], c.density[order], c.specific_energy[order])
     rim = np.flatnonzero(i.edge.fixed)
     where = c.position[np.argsort(c.identity)][rim].copy()
     i.start()

@@ -22,7 +22,7 @@ FIELDS = (
     "start_density",
     "stress",
     "pressure",
-    "smoothing_length",
+    "support_radius",
     "material",
 )
 
@@ -31,14 +31,14 @@ def ball(**options):
     """The cloud without the corners of its cube, of about equal volumes, with longer supports and without what sticks
     out: no neighbourhood is given up."""
     c = _Cloud(1000)
-    c.smoothing_length *= 1.4
+    c.support_radius *= 1.4
     c.mass, c.start_density = c.density * 1e9, c.density * np.random.default_rng(2).uniform(0.8, 1.2, 1000)
     inside = np.linalg.norm(c.position - 4.5e3, axis=1) < 5e3
     while not inside.all():
-        order, cells = neighbours.sort(c.position[inside], c.smoothing_length[inside], 1e4)
+        order, cells = neighbours.sort(c.position[inside], c.support_radius[inside], 1e4)
         for name in FIELDS:
             setattr(c, name, np.ascontiguousarray(getattr(c, name)[inside][order]))
-        c.found = neighbours.build(c.position, c.smoothing_length, cells)
+        c.found = neighbours.build(c.position, c.support_radius, cells)
         inside = np.abs(evaluate(c, **options)[1] - [1, 0, 0, 1, 0, 1]).max(axis=1) > 0.0
     assert len(c.mass) > 450
     return c
@@ -89,10 +89,10 @@ def test_spray_has_plain_gradients():
     """Three particles in a row have no inverse."""
     c = _Cloud(1000)
     c.position[:3] = [[9e5, 0, 0], [9.01e5, 0, 0], [9.02e5, 0, 0]]
-    order, cells = neighbours.sort(c.position, c.smoothing_length, 1e6)
+    order, cells = neighbours.sort(c.position, c.support_radius, 1e6)
     for name in FIELDS:
         setattr(c, name, np.ascontiguousarray(getattr(c, name)[order]))
-    c.found = neighbours.build(c.position, c.smoothing_length, cells)
+    c.found = neighbours.build(c.position, c.support_radius, cells)
     r, inverse = evaluate(c)
     lone = c.position[:, 0] > 8e5
     assert np.count_nonzero(lone) == 3 and np.array_equal(inverse[lone], np.tile([1.0, 0, 0, 1, 0, 1], (3, 1)))

@@ -29,7 +29,7 @@ def test_a_linear_flow_has_its_divergence(support, kernel, plain):
         place = solutions.closest_packing(lambda x: np.linalg.norm(x, axis=1) < 7.0, 7.0)
         options = {"kernel": kernel, "support": support, "volumes": "present", "smoothing": "fixed"}
         i = solutions.body(place, materials, 7.0, gradients=sums, **options)
-        i.cloud.smoothing_length[:] = support
+        i.cloud.support_radius[:] = support
         i.neighbourhood.rebuild(i.cloud, 0.0)
         i.cloud.velocity[:] = i.cloud.position
         i.start()

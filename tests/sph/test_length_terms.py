@@ -22,7 +22,7 @@ def evaluate(c, kernel="cubic_spline", length=None, alpha=1.0, beta=2.0):
         scheme.Scheme(kernel=KERNELS.kind(kernel), start_volumes=True),
         scheme.rows(row, start_density=c.start_density),
     )
-    length_terms.scale(chosen, rows, c.found, c.smoothing_length if length is None else length, LIMITS, omega)
+    length_terms.scale(chosen, rows, c.found, c.support_radius if length is None else length, LIMITS, omega)
     c.summed(chosen, rows, out, rates.Damping(alpha, beta))
     length_terms.divide(out, omega)
     return omega, out
@@ -35,7 +35,7 @@ def test_omega_is_the_change_of_the_sum_with_all_supports(kernel):
     law = KERNELS.laws[KERNELS.kind(kernel)].kernel
     V0 = c.mass / c.start_density
     omega, _ = evaluate(c, kernel)
-    h, step = c.smoothing_length, 1e-5
+    h, step = c.support_radius, 1e-5
     for i in (0, 77, 431, 900):
         d = np.linalg.norm(c.position - c.position[i], axis=1)
 
@@ -69,7 +69,7 @@ def test_heat_is_pressure_times_the_rate_of_the_density():
 
 def test_a_support_at_its_limit_adds_nothing():
     c = _Cloud(1000)
-    omega, r = evaluate(c, length=c.smoothing_length / LIMITS[1])
+    omega, r = evaluate(c, length=c.support_radius / LIMITS[1])
     assert np.array_equal(omega, np.ones(1000))
     plain = c.evaluate(first=True)
     assert np.abs(r.acceleration - plain.acceleration).max() < 1e-12 * np.abs(plain.acceleration).max()

@@ -23,8 +23,8 @@ class _Cloud:
         self.position = (grid + rng.uniform(-0.15, 0.15, grid.shape)) * 1e3
         h = 2e3 * rng.uniform(0.8, 1.3, len(grid))
         order, cells = neighbours.sort(self.position, h)
-        self.position, self.smoothing_length = self.position[order], h[order]
-        self.found = neighbours.build(self.position, self.smoothing_length, cells)
+        self.position, self.support_radius = self.position[order], h[order]
+        self.found = neighbours.build(self.position, self.support_radius, cells)
         m = len(order)
         self.density = 917.0 * rng.uniform(0.7, 1.3, m)
         self.mass = self.density * 1e9 * rng.uniform(0.8, 1.2, m)
@@ -39,7 +39,7 @@ class _Cloud:
         return np.concatenate(
             [
                 self.position, self.velocity, (self.mass / self.density)[:, None], 1 / self.density[:, None],
-                self.smoothing_length[:, None],
+                self.support_radius[:, None],
                 np.full((len(P), 1), 3200.0), (s[:, 0] - P)[:, None], s[:, 1:2], s[:, 2:3], (s[:, 3] - P)[:, None],
                 s[:, 4:5],
                 (-s[:, 0] - s[:, 3] - P)[:, None],
@@ -97,7 +97,7 @@ def test_neighbours_are_counted():
     r = c.evaluate()
     i = 431
     d = np.linalg.norm(c.position - c.position[i], axis=1)
-    assert r.count[i] == np.count_nonzero(d < 0.5 * (c.smoothing_length + c.smoothing_length[i])) - 1
+    assert r.count[i] == np.count_nonzero(d < 0.5 * (c.support_radius + c.support_radius[i])) - 1
 
 
 @pytest.mark.parametrize("first", [False, True])
@@ -124,7 +124,7 @@ def test_density_over_first_volumes_is_a_function_of_the_places():
     def spread(position, i):
         d = np.linalg.norm(position - position[i], axis=1)
         return sum(
-            first[j] * cubic_spline.kernel(d[j], 0.5 * (c.smoothing_length[i] + c.smoothing_length[j]))
+            first[j] * cubic_spline.kernel(d[j], 0.5 * (c.support_radius[i] + c.support_radius[j]))
             for j in np.flatnonzero(d < 3e3)
         )
 
@@ -187,7 +187,7 @@ def test_damage_takes_tension_and_shear_once():
     cloud = Cloud(n)
     cloud.mass = np.full(n, 1e16)
     cloud.density = np.array([900.0, 900.0, 930.0, 930.0])
-    cloud.smoothing_length = np.full(n, 1e5)
+    cloud.support_radius = np.full(n, 1e5)
     cloud.stress = np.full((n, 5), 1e6)
     cloud.root_damage, cloud.distention, cloud.initial_distention = (
         np.array([0.0, 1.0, 0.0, 1.0]),

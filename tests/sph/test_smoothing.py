@@ -58,12 +58,12 @@ def test_a_burst_keeps_its_energy_and_loses_no_neighbour(first):
     for _ in range(60):
         i.step(i.next_step(1.0))
     c = i.cloud
-    longest = c.smoothing_length / c.start_length
+    longest = c.support_radius / c.start_support
     assert longest.max() > 1.2 and longest == pytest.approx(
         np.clip((c.start_density / c.density) ** (1 / 3), 0.5, 2.0), rel=0.03
     )
     d = np.linalg.norm(c.position[:, None] - c.position, axis=2)
-    near = d < 0.5 * (c.smoothing_length[:, None] + c.smoothing_length)
+    near = d < 0.5 * (c.support_radius[:, None] + c.support_radius)
     assert np.array_equal(near.sum(axis=1) - 1, c.neighbours)
     assert energy(i) == pytest.approx(begun, rel=1e-3)
     assert np.abs(c.mass @ c.velocity).max() < 1e-10 * c.mass.sum() * np.abs(c.velocity).max()

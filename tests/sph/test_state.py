@@ -16,7 +16,7 @@ from sph.materials import collect
 def cloud(n=1, **fields):
     """n resting particles of one material, changed by ``fields``."""
     values = {
-        "mass": 1e9, "density": 2700.0, "smoothing_length": 100.0, "distention": 1.0, "initial_distention": 1.0,
+        "mass": 1e9, "density": 2700.0, "support_radius": 100.0, "distention": 1.0, "initial_distention": 1.0,
         "neighbours": 50,
         "flaw_first": np.arange(n), "flaw_last": np.arange(1, n + 1),
     }  # fmt: skip

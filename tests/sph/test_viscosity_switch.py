@@ -44,7 +44,7 @@ def test_a_pair_takes_the_mean_share(share):
     out, second = rates.Rates(1000, curl=True), np.zeros((1000, 16))
     second[:, SHARE] = share + np.where(np.arange(1000) == 431, 0.2, 0.0)
     c.summed(scheme.Scheme(switched=True), scheme.rows(c.rows(), second), out, rates.Damping(1.0, 2.0))
-    far = np.linalg.norm(c.position - c.position[431], axis=1) > c.smoothing_length.max()
+    far = np.linalg.norm(c.position - c.position[431], axis=1) > c.support_radius.max()
     for name in ("acceleration", "energy"):
         wanted = getattr(none, name) + share * (getattr(whole, name) - getattr(none, name))
         assert np.abs(getattr(out, name) - wanted)[far].max() < 1e-11 * np.abs(wanted).max()
