@@ -39,7 +39,7 @@ def _measured(
 ) -> int:
     particles = snapshot.read(path)
     known = choices.of_snapshot(path, particles.attributes)
-    folder = archive.check_folder(Path(out) if out is not None else _beside(path))
+    folder = archive.check_folder(Path(out) if out is not None else _results_folder(path))
     given = [
         f"--{name}"
         for name, value in (("datum", datum), ("datum-radius", datum_radius), ("centre", centre))
@@ -63,7 +63,7 @@ def _measured(
     return 0
 
 
-def _beside(path: Path) -> Path:
+def _results_folder(path: Path) -> Path:
     """Where the results of a snapshot go: beside it, and where it lies in a finished stage, in which nothing is
     written, beside that stage."""
     name = f"{path.stem}_crater"

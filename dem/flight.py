@@ -75,14 +75,14 @@ def _due(bed: Assembly, domain: Domain | Container) -> np.ndarray:
         if isinstance(domain, Domain)
         else np.zeros(len(flying), dtype=bool)
     )
-    beside = flying & outside & ~outward & (distance < top_level)
-    beside |= flying & (distance < floor_level)
-    beside |= across & (flying | (active & ~touching))
+    past_side = flying & outside & ~outward & (distance < top_level)
+    past_side |= flying & (distance < floor_level)
+    past_side |= across & (flying | (active & ~touching))
     back = flying & ~outside & ~outward & (distance < shell + reach)
     if back.any():
         back &= _free(bed, np.flatnonzero(back), distance > shell)
-    due = np.where(aside, 1, 0) + np.where(launched, 2, 0) + np.where(gone, 3, 0) + np.where(beside, 4, 0)
-    return due + np.where(back & ~beside, 5, 0)
+    due = np.where(aside, 1, 0) + np.where(launched, 2, 0) + np.where(gone, 3, 0) + np.where(past_side, 4, 0)
+    return due + np.where(back & ~past_side, 5, 0)
 
 
 def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarray:

@@ -110,8 +110,8 @@ def _sums(ledger: Ledger, made: Handoff) -> None:
     note = f"source {before.kinetic:.4e} J, grains {after.kinetic:.4e} J"
     ledger.measure("kinetic_energy_change_min", change, note)
     ledger.measure("kinetic_energy_change_max", change, note)
-    thrown = made.ejecta_energy
-    begun, left = before.kinetic - thrown, after.kinetic - thrown
+    flying_energy = made.ejecta_energy
+    begun, left = before.kinetic - flying_energy, after.kinetic - flying_energy
     ledger.measure(
         "kinetic_energy_compact_change",
         abs(left / begun - 1.0) if begun > 1e-12 * before.kinetic else 0.0,
@@ -119,9 +119,9 @@ def _sums(ledger: Ledger, made: Handoff) -> None:
     )
     ledger.state(
         "kinetic_energy_ejecta",
-        thrown,
+        flying_energy,
         "J",
-        f"{thrown / before.kinetic:.2%} of all" if before.kinetic > 0.0 else "nothing moves",
+        f"{flying_energy / before.kinetic:.2%} of all" if before.kinetic > 0.0 else "nothing moves",
     )
 
 
@@ -135,12 +135,12 @@ def _overlaps(ledger: Ledger, made: Handoff) -> None:
     of the settled bed."""
     start, first = made.start, int(made.carving.stays.sum())
     active = np.flatnonzero(start.state == 0)
-    thrown = active[active >= first]
+    ejecta = active[active >= first]
     depth, stored, release = 0.0, 0.0, 0.0
-    if len(thrown):
-        reach = float(start.radius[active].max() + start.radius[thrown].max())
+    if len(ejecta):
+        reach = float(start.radius[active].max() + start.radius[ejecta].max())
         tree = cKDTree(start.position[active])
-        for one, near in zip(thrown, tree.query_ball_point(start.position[thrown], reach)):
+        for one, near in zip(ejecta, tree.query_ball_point(start.position[ejecta], reach)):
             other = active[np.asarray(near)]
             other = other[other != one]
             overlap = (

@@ -37,7 +37,7 @@ def corrected_fields(made: Handoff, source: Particles, bed: Particles) -> compar
         bed,
         kept,
         made.carving.samples,
-        made.carving.heir,
+        made.carving.receiver,
         before,
         start.mass[:count],
         start.velocity[:count],
@@ -66,7 +66,7 @@ def enter(
         "1",
         f"the same after the correction; regional part of it: at most {largest:.4g} m/s",
     )
-    bulk, peculiar = compare.energy_split(made.mapped.fields, made.carving.heir)
+    bulk, peculiar = compare.energy_split(made.mapped.fields, made.carving.receiver)
     ledger.state(
         "kinetic_energy_bulk", bulk, "J", "of the source's compact matter, averaged over the cells of single grains"
     )
@@ -81,8 +81,8 @@ def enter(
         ledger.measure("bulk_density_rel", density)
     else:
         ledger.skip("bulk_density_rel", "not_applicable", "no cube of 5 grain radii lies wholly inside the surface")
-    thrown = made.ejecta.source
-    before = flying_mass(source.position[thrown], source.velocity[thrown], source.mass[thrown], region, column)
+    ejecta = made.ejecta.source
+    before = flying_mass(source.position[ejecta], source.velocity[ejecta], source.mass[ejecta], region, column)
     inside = flying_mass(
         source.position[made.compact.places],
         source.velocity[made.compact.places],
@@ -91,7 +91,7 @@ def enter(
         column,
     )
     place = made.start.position.copy()
-    place[len(place) - len(thrown) :] = source.position[thrown]  # judged where it was, not where its grain found room
+    place[len(place) - len(ejecta) :] = source.position[ejecta]  # judged where it was, not where its grain found room
     after = flying_mass(place, made.start.velocity, made.start.mass, region, column)
     ledger.measure(
         "ejecta_mass_curve_rel",

@@ -109,16 +109,16 @@ def finer(samples: Samples, domain: Domain, compact: cKDTree, grains: cKDTree, p
     )
 
 
-def heirs(bed: Particles, stays: np.ndarray, samples: Samples) -> np.ndarray:
+def receivers(bed: Particles, stays: np.ndarray, samples: Samples) -> np.ndarray:
     """(s,) the grain that stays and is nearest to each point inside the surface; -1 for points outside."""
-    heir = np.where(samples.inside, samples.grain, -1)
+    receiver = np.where(samples.inside, samples.grain, -1)
     orphan = np.flatnonzero(samples.inside & ~stays[samples.grain])
     kept = np.flatnonzero(stays)
-    heir[orphan] = kept[cKDTree(bed.position[kept]).query(samples.position[orphan], workers=-1)[1]]
-    return heir
+    receiver[orphan] = kept[cKDTree(bed.position[kept]).query(samples.position[orphan], workers=-1)[1]]
+    return receiver
 
 
-def grain_volumes(bed: Particles, stays: np.ndarray, heir: np.ndarray, samples: Samples) -> np.ndarray:
+def grain_volumes(bed: Particles, stays: np.ndarray, receiver: np.ndarray, samples: Samples) -> np.ndarray:
     """Volume that each grain stands for [m^3], zero for carved ones: what it stood for in the bed, b = mass / density,
     times a local factor.
 
@@ -129,7 +129,10 @@ def grain_volumes(bed: Particles, stays: np.ndarray, heir: np.ndarray, samples: 
     """
     kept = np.flatnonzero(stays)
     own = bed.mass[kept] / bed.density[kept] if "density" in bed else bed.radius[kept] ** 3
-    cell = np.bincount(heir[heir >= 0], weights=samples.weight[heir >= 0], minlength=len(bed))[kept] * samples.volume
+    cell = (
+        np.bincount(receiver[receiver >= 0], weights=samples.weight[receiver >= 0], minlength=len(bed))[kept]
+        * samples.volume
+    )
     stands = own * matching_factor(cKDTree(bed.position[kept]), cell, own)
     volume = np.zeros(len(bed))
     volume[kept] = stands * (cell.sum() / stands.sum())

@@ -38,7 +38,7 @@ def fields_of(
     bed: Particles,
     kept: np.ndarray,
     samples: Samples,
-    heir: np.ndarray,
+    receiver: np.ndarray,
     before: tuple[np.ndarray, np.ndarray, np.ndarray],
     mass: np.ndarray,
     velocity: np.ndarray,
@@ -54,12 +54,12 @@ def fields_of(
         np.zeros((len(bed), 3, 3)),
     )
     whole_mass[kept], whole_velocity[kept], whole_gradient[kept] = mass, velocity, gradient
-    return spread(samples, heir, *before, whole_mass, whole_velocity, whole_gradient)
+    return spread(samples, receiver, *before, whole_mass, whole_velocity, whole_gradient)
 
 
 def spread(
     samples: Samples,
-    heir: np.ndarray,
+    receiver: np.ndarray,
     mass: np.ndarray,
     velocity: np.ndarray,
     gradient: np.ndarray,
@@ -70,19 +70,19 @@ def spread(
     """Spread both clouds over the points.
 
     ``mass``, ``velocity`` and ``gradient`` of the compact particles (mass: the share inside the domain), and the same
-    of all grains of the uncarved bed; ``heir`` (s,) as from ``carve.heirs``. A velocity varies linearly over its
-    owner's cell, with the owner's own as the mean, so that its momentum is kept.
+    of all grains of the uncarved bed; ``receiver`` (s,) as from ``carve.receivers``. A velocity varies linearly over
+    its owner's cell, with the owner's own as the mean, so that its momentum is kept.
     """
-    inside = np.flatnonzero(heir >= 0)
-    before, after = np.zeros(len(heir)), np.zeros(len(heir))
-    moving, moving_after = np.zeros((len(heir), 3)), np.zeros((len(heir), 3))
+    inside = np.flatnonzero(receiver >= 0)
+    before, after = np.zeros(len(receiver)), np.zeros(len(receiver))
+    moving, moving_after = np.zeros((len(receiver), 3)), np.zeros((len(receiver), 3))
     owner = samples.particle[inside]
     weight = samples.weight[inside]
     before[inside] = _even(mass, owner, weight)
     moving[inside] = _linear_in_cells(owner, samples.position[inside], weight, velocity, gradient)
-    after[inside] = _even(grain_mass, heir[inside], weight)
+    after[inside] = _even(grain_mass, receiver[inside], weight)
     moving_after[inside] = _linear_in_cells(
-        heir[inside], samples.position[inside], weight, grain_velocity, grain_gradient
+        receiver[inside], samples.position[inside], weight, grain_velocity, grain_gradient
     )
     return Fields(samples, before, after, moving, moving_after)
 
@@ -224,11 +224,11 @@ def local_momentum(fields: Fields, domain: Domain) -> list[tuple[str, float, flo
     return rows
 
 
-def energy_split(fields: Fields, heir: np.ndarray) -> tuple[float, float]:
+def energy_split(fields: Fields, receiver: np.ndarray) -> tuple[float, float]:
     """Kinetic energy [J] of the source's matter in the cells of the grains: of each cell's mean motion, and of the
     motion about it."""
-    inside = heir >= 0
-    mass, momentum, _ = sums_by(heir[inside], fields.mass_before[inside], fields.velocity_before[inside])
+    inside = receiver >= 0
+    mass, momentum, _ = sums_by(receiver[inside], fields.mass_before[inside], fields.velocity_before[inside])
     total = 0.5 * float(
         np.sum(
             fields.mass_before[inside]

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from handoff import correction, domain, overlaps
-from handoff.ejecta import BOOKED, IN_CONTACT, beside
+from handoff.ejecta import BOOKED, IN_CONTACT, past_edge
 from handoff.handed import Handoff
 from handoff.hydrostatic import Column
 from handoff.ledger import Ledger
@@ -97,7 +97,7 @@ def _start(
     frame = region.frame
     rising = np.einsum("ij,ij->i", velocity, frame.up(position)) > 0.0
     escapes = rising & (np.linalg.norm(velocity, axis=1) >= column.escape_speed(frame.height(position)))
-    state = np.where(beside(position, region) | escapes, BOOKED, IN_CONTACT).astype(np.int8)
+    state = np.where(past_edge(position, region) | escapes, BOOKED, IN_CONTACT).astype(np.int8)
     state[:compact] = IN_CONTACT
     names, table = material_numbers(source, bed)
     material = table[np.clip(source.material[taken], 0, len(table) - 1)]

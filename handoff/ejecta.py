@@ -65,7 +65,7 @@ def from_source(
     rising = np.einsum("ij,ij->i", velocity, up) > 0.0
     state = np.zeros(len(ejecta), dtype=np.int8)
     state[mass < _LIGHT * float(np.min(bed.mass))] = BALLISTIC
-    state[beside(position, domain) | (rising & (speed >= column.escape_speed(height)))] = BOOKED
+    state[past_edge(position, domain) | (rising & (speed >= column.escape_speed(height)))] = BOOKED
     nominal = radius.copy()
     position, radius, state = _fitted(position, radius, state, up, bed)
     moved = np.linalg.norm(position - source.position[ejecta], axis=1)
@@ -82,7 +82,7 @@ def from_source(
     )
 
 
-def beside(position: np.ndarray, domain: Domain) -> np.ndarray:
+def past_edge(position: np.ndarray, domain: Domain) -> np.ndarray:
     """Whether a point lies beside or below the domain (above it is still over the bed)."""
     frame = domain.frame
     foot = position - (frame.height(position)[:, None]) * frame.up(position)

@@ -30,15 +30,15 @@ class Compact:
 class Carving:
     """The surface and what it leaves of the bed: the ``solid`` below the surface and its ``offset`` [spacings], which
     grains ``stays`` (n,) says to stay, the ``volume`` (n,) [m^3] that each of them stands for, ``samples`` of the
-    solid and the grain that is ``heir`` to each of them, the ``size`` of the cavity, and ``columns`` of ground: foot,
-    distance from the axis, height of the solid and of the grains [m]."""
+    solid and the grain that is ``receiver`` of each of them, the ``size`` of the cavity, and ``columns`` of ground:
+    foot, distance from the axis, height of the solid and of the grains [m]."""
 
     solid: OffsetShape
     offset: float
     stays: np.ndarray
     volume: np.ndarray
     samples: Samples
-    heir: np.ndarray
+    receiver: np.ndarray
     size: Cavity
     columns: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 

@@ -116,7 +116,7 @@ def diagnose(
     inside = source.select(here)
     left = shock.residual(inside, domain, column)
     excess = left.pressure if left is not None else np.array([np.nan])
-    thrown = ~split.compact
+    ejecta = ~split.compact
     return Diagnosis(
         file,
         time,
@@ -128,7 +128,7 @@ def diagnose(
         float(np.max(excess)),
         0.5 * float(np.sum(inside.mass * np.einsum("ij,ij->i", inside.velocity, inside.velocity))),
         float(np.sum(left.elastic)) if left is not None else float("nan"),
-        float(source.mass[thrown].sum()),
+        float(source.mass[ejecta].sum()),
         float(np.sum(inside.mass * inside.damage)) if "damage" in inside else float("nan"),
         _drive(source, here, earlier, domain, column),
     )

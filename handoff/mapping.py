@@ -26,17 +26,17 @@ _DENSITY_FACTOR = (0.7, 1.4)
 class Overlap:
     """Which particle and which grain own the same sample points.
 
-    ``samples`` and the ``heir`` (s,) of each point (points without one are left out); ``particles`` (n, 3) and
+    ``samples`` and the ``receiver`` (s,) of each point (points without one are left out); ``particles`` (n, 3) and
     ``grains`` (m, 3) are the centres [m]; ``kept`` (k,) the grains that stay, in whose order everything per grain
     stands here. ``grains`` of this object are the centroids of their cells, ``arm`` the place of each point about the
     centroid of its particle's cell [m].
     """
 
-    def __init__(self, samples, heir, particles, grains, kept):
+    def __init__(self, samples, receiver, particles, grains, kept):
         number = np.full(len(grains), -1)
         number[kept] = np.arange(len(kept))
-        here = heir >= 0
-        self.particle, self.grain, self.weight = samples.particle[here], number[heir[here]], samples.weight[here]
+        here = receiver >= 0
+        self.particle, self.grain, self.weight = samples.particle[here], number[receiver[here]], samples.weight[here]
         place = samples.position[here]
         self.particles = np.asarray(particles)
         self.per_particle = np.bincount(self.particle, weights=self.weight, minlength=len(self.particles))

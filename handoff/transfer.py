@@ -51,15 +51,15 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     kept = np.flatnonzero(stays)
     near = tree.query(bed.position[kept])[1]
     nearest = compact[near]
-    grid = mapping.Overlap(carving.samples, carving.heir, tree.data, bed.position, kept)
+    grid = mapping.Overlap(carving.samples, carving.receiver, tree.data, bed.position, kept)
     plain_mass = source.density[nearest] * volume[kept]
     raw_mass = mapping.locally_closed(plain_mass, tree, held, grid)
     packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())
     carved = _carved(bed, stays, source, nearest)
 
-    thrown = np.flatnonzero(~split.compact)
-    flying = ejected.from_source(source, thrown, carved, packing, region, column)
-    before, outside = _sums(source, inner, beyond, thrown)
+    ejecta = np.flatnonzero(~split.compact)
+    flying = ejected.from_source(source, ejecta, carved, packing, region, column)
+    before, outside = _sums(source, inner, beyond, ejecta)
     airborne = closing.sums(flying.mass, flying.position, flying.velocity)
     place, radius = bed.position[kept], bed.radius[kept]
     scale = (before.mass - airborne.mass) / raw_mass.sum()
@@ -76,7 +76,7 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     mass = raw_mass * scale
     mass *= (before.mass - airborne.mass) / mass.sum()
     moving = held, motion, taken.own_gradient
-    fields = compare.fields_of(bed, kept, carving.samples, carving.heir, moving, raw_mass, velocity, volume)
+    fields = compare.fields_of(bed, kept, carving.samples, carving.receiver, moving, raw_mass, velocity, volume)
     moved, regional = velocity.copy(), np.zeros_like(velocity)
     if rules.correction == "regional":
         regional = _regional(fields, scale, grid.grains, rules.region * float(bed.radius.mean()))
@@ -126,21 +126,21 @@ def _carving(
         )
     samples = carve.finer(points, region, tree, grains, volume_of).within(solid)
     stays = carve.keep(bed, solid, region)
-    heir = carve.heirs(bed, stays, samples)
-    volume = carve.grain_volumes(bed, stays, heir, samples)
+    receiver = carve.receivers(bed, stays, samples)
+    volume = carve.grain_volumes(bed, stays, receiver, samples)
     size, columns = _cavity(solid, stays, grains, region, bed)
     _refuse_misfit(size, source, split, region, rules, bed)
-    return Carving(solid, factor, stays, volume, samples, heir, size, columns)
+    return Carving(solid, factor, stays, volume, samples, receiver, size, columns)
 
 
 def _sums(
-    source: Particles, inner: Compact, beyond: np.ndarray, thrown: np.ndarray
+    source: Particles, inner: Compact, beyond: np.ndarray, ejecta: np.ndarray
 ) -> tuple[closing.Sums, closing.Sums]:
-    """Mass, momenta and energy of what is handed over (with the ejecta ``thrown``), and of what stays outside."""
+    """Mass, momenta and energy of what is handed over (with the ejecta ``ejecta``), and of what stays outside."""
     m, x, v, compact = source.mass, source.position, source.velocity, inner.places
     before = closing.sums(m[compact] * inner.share, inner.centre, v[compact])
     outside = closing.sums(m[compact] * (1.0 - inner.share), x[compact], v[compact])
-    return before + closing.sums(m[thrown], x[thrown], v[thrown]), outside + closing.sums(
+    return before + closing.sums(m[ejecta], x[ejecta], v[ejecta]), outside + closing.sums(
         m[beyond], x[beyond], v[beyond]
     )
 

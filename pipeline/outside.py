@@ -34,22 +34,22 @@ def install(stage: str, file: Path, out: Path) -> None:
     shutil.copyfile(file, out / PLACES[stage])
     if stage == "sph":
         shutil.copyfile(file, out / f"snap_0000{snapshot.SUFFIX}")
-        shutil.copyfile(_beside(file), out / "target.json")
+        shutil.copyfile(_target_file(file), out / "target.json")
 
 
 def taken(stage: str, file: Path) -> tuple[Path, ...]:
     """The files that ``install`` copies."""
-    return (file, _beside(file)) if stage == "sph" else (file,)
+    return (file, _target_file(file)) if stage == "sph" else (file,)
 
 
-def _beside(file: Path) -> Path:
-    beside = file.with_name("target.json")
-    if not beside.is_file():
+def _target_file(file: Path) -> Path:
+    target_file = file.with_name("target.json")
+    if not target_file.is_file():
         raise InputError(
-            f"[sph] snapshot: {beside} is missing (the body without projectile: interfaces, density, pressure, "
+            f"[sph] snapshot: {target_file} is missing (the body without projectile: interfaces, density, pressure, "
             f"gravity)"
         )
-    return beside
+    return target_file
 
 
 def faults(files: Mapping[str, Path], keys: Mapping[str, str]) -> list[Complaint]:
@@ -65,7 +65,7 @@ def faults(files: Mapping[str, Path], keys: Mapping[str, str]) -> list[Complaint
             else:
                 check(stage, path)
             if stage == "sph":
-                _beside(path)
+                _target_file(path)
         except InputError as reason:
             found.append(Complaint((stage, keys[stage]), str(reason).removeprefix(f"[{stage}] {keys[stage]}: ")))
     return found

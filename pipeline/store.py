@@ -27,7 +27,7 @@ _ANEW, _OLD = ".anew", ".old"
 _OUTER = ("case.used.toml", "provenance.json")
 
 
-def beside(run: Path) -> Path:
+def store_of(run: Path) -> Path:
     """The store of a run folder: in the folder that holds it; a run inside another run (``RUN/sensitivity/...``)
     shares the other's."""
     run = Path(os.path.realpath(run))  # a sweep shows its members as links
@@ -45,7 +45,7 @@ class Entry:
     @classmethod
     def of(cls, run: Path, stage: str, key: str) -> Entry:
         """The place of a stage with this key, for a run."""
-        return cls(beside(run), f"{stage}-{key[:DIGITS]}")
+        return cls(store_of(run), f"{stage}-{key[:DIGITS]}")
 
     @property
     def place(self) -> Path:

@@ -66,7 +66,7 @@ class Settling:
         self.aside: Particles | None = None
         self.rested: Particles | None = None
         self.free_speed = float("nan")
-        self._begin(self.thrown(points, radius))
+        self._begin(self.initial_grains(points, radius))
 
     def place(self, name: str) -> int:
         """Where a phase stands in the plan (the first of that name)."""
@@ -278,7 +278,7 @@ class Settling:
 
     # -- grains
 
-    def thrown(self, points: np.ndarray, radius: np.ndarray) -> Particles:
+    def initial_grains(self, points: np.ndarray, radius: np.ndarray) -> Particles:
         """Grains at rest at the random points, with masses for a nominal packing fraction."""
         n = len(points)
         zero = np.zeros((n, 3))

@@ -83,11 +83,11 @@ def _aside_of_container(container: Container) -> list[str]:
     error and not taken out."""
     radius, height = f"{container.radius:.17g}", f"{container.top:.17g}"
     if container.shape == "box":
-        beside = f"region beside block -{radius} {radius} -{radius} {radius} INF INF side out"
+        side_region = f"region beside block -{radius} {radius} -{radius} {radius} INF INF side out"
     else:
-        beside = f"region beside cylinder z 0 0 {radius} INF INF side out"
+        side_region = f"region beside cylinder z 0 0 {radius} INF INF side out"
     return [
-        beside,
+        side_region,
         f"region below block INF INF INF INF INF {height} side in",
         "region aside intersect 2 beside below",
     ]

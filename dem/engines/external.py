@@ -212,8 +212,8 @@ class ExternalCollapse(Collapse):
             return
         travel = 2.0 * self.row_steps * bed.dt * np.linalg.norm(bed.W[:, :3], axis=1) + 2.0 * bed.X[:, RADIUS]
         beyond = missing & (np.max(np.abs(bed.X[:, :3]), axis=1) + travel > self.scene.reach)
-        beside = missing & ~beyond & self.over.beside(bed.X[:, :3], travel)
-        lost = missing & ~beyond & ~beside
+        past_side = missing & ~beyond & self.over.past_side(bed.X[:, :3], travel)
+        lost = missing & ~beyond & ~past_side
         if lost.any():
             raise UnphysicalState(
                 f"{self.settings.engine} lost grain {bed.identity[lost][0]} inside the domain; last seen at "
@@ -223,11 +223,11 @@ class ExternalCollapse(Collapse):
         # from flat ground nothing escapes: what leaves the box comes down outside, or too late
         flat = isinstance(self.domain, Container)
         escaped = beyond & (not flat)
-        outside = (beside & flying) | (beyond & flat)
+        outside = (past_side & flying) | (beyond & flat)
         by_reason = {
             "escaped": bed.identity[escaped],
             "landed_outside": bed.identity[outside],
-            "through_the_side": bed.identity[beside & ~flying],
+            "through_the_side": bed.identity[past_side & ~flying],
         }
         for reason, who in by_reason.items():
             bed.change_states(np.isin(bed.identity, who), LEFT, reason)

@@ -57,7 +57,7 @@ class OverBody:
         widest = self.domain.top_radius + 10.0 * largest
         return float(np.clip(1.02 * np.max(rise), 1.1 * widest, BOX_LIMIT * self.domain.datum_radius))
 
-    def beside(self, x: np.ndarray, travel: np.ndarray) -> np.ndarray:
+    def past_side(self, x: np.ndarray, travel: np.ndarray) -> np.ndarray:
         """Mask of what can have left through the cone or beside it within ``travel`` (n,) [m]."""
         distance = np.linalg.norm(x, axis=1)
         return np.asarray((self.domain.half_angle - self.domain.polar_angle(x)) * distance < travel)

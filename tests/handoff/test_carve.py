@@ -81,7 +81,7 @@ def test_a_lattice_bed_recovers_its_cells():
     samples = carve.points(region, cKDTree(points), cKDTree(points)).within(solid)
     assert samples.inside.all()
     stays = np.ones(len(bed), dtype=bool)
-    volume = carve.grain_volumes(bed, stays, carve.heirs(bed, stays, samples), samples)
+    volume = carve.grain_volumes(bed, stays, carve.receivers(bed, stays, samples), samples)
     deep = (np.hypot(points[:, 0], points[:, 1]) < 2.0) & (np.abs(points[:, 2] + 6.0) < 1.5)
     assert volume[deep] == pytest.approx(1.0, rel=0.03)
     assert volume.sum() == pytest.approx(region.volume, rel=1e-9)

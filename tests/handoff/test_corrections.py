@@ -89,8 +89,8 @@ def test_peculiar_motion_is_split_off(flat_bed):
         fields.velocity_before + noise[fields.samples.particle],
         fields.velocity_after,
     )
-    bulk, peculiar = compare.energy_split(noisy, made.carving.heir)
-    inside = made.carving.heir >= 0
+    bulk, peculiar = compare.energy_split(noisy, made.carving.receiver)
+    inside = made.carving.receiver >= 0
     added = 0.5 * np.sum(fields.mass_before[inside] * np.sum(noise[fields.samples.particle[inside]] ** 2, axis=1))
     assert 0.1 * added < peculiar < added
 

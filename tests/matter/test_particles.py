@@ -44,7 +44,7 @@ def test_the_radius_of_the_support_goes_by_both_names(three, tmp_path):
     with hdf5_input.opened(path) as file:
         assert "support_radius" not in file["particles"]
     assert snapshot.read(path, only=("support_radius",)).support_radius.tolist() == [2.0, 3.0, 4.0]
-    with pytest.raises(InputError, match="lacks smoothing_length .smoothing_length: support radius of"):
+    with pytest.raises(InputError, match=r"lacks smoothing_length \(smoothing_length: support radius of"):
         Particles({"mass": [1.0]}).need("support_radius")
 
 

@@ -235,7 +235,7 @@ def test_a_run_inside_a_run_or_behind_a_link_has_the_store_of_the_run(go, tmp_pa
     inside = first / "sensitivity" / "small-12345678"
     (tmp_path / "runs" / "sweep").mkdir()
     (tmp_path / "runs" / "sweep" / "m01").symlink_to(Path("..") / ".." / "runs" / first.name)
-    places = {store.beside(place) for place in (first, inside, tmp_path / "runs" / "sweep" / "m01")}
+    places = {store.store_of(place) for place in (first, inside, tmp_path / "runs" / "sweep" / "m01")}
     assert places == {(tmp_path / "runs" / store.STORE).resolve()}
     screen = Recorder()
     run(Request(going_on.read(tmp_path / "runs" / "sweep" / "m01"), tmp_path / "runs"), screen)
