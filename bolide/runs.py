@@ -242,7 +242,7 @@ def run(
         os.environ["NUMBA_NUM_THREADS"] = str(threads)
     from pipeline import going_on, screen
     from pipeline.request import Request
-    from pipeline.run import run as made
+    from pipeline.run import run as run_stages
 
     place = Path(out)
     read = going_on.read(
@@ -254,7 +254,7 @@ def run(
     )
     display = screen.SilentScreen() if quiet else screen.screen()
     try:
-        outcome = made(Request(read, place, start, until, threads=threads), display)
+        outcome = run_stages(Request(read, place, start, until, threads=threads), display)
     finally:
         display.close()
     return Run(outcome.run, outcome.unsound)

@@ -51,17 +51,17 @@ def sweep(
     }
     varied = {key: list(values) for key, values in (vary or {}).items()}
     table = sweeps.read_table(sweeps.laid(read.sweep, given, varied), ())
-    made = sweeps.of(read, table, Path(out), until)
-    each = threads or max(1, sweep_run.cores() // len(made.members))
-    sweep_run.links(made)
+    sweep = sweeps.of(read, table, Path(out), until)
+    each = threads or max(1, sweep_run.cores() // len(sweep.members))
+    sweep_run.links(sweep)
     failed = sweep_run.Runner(
-        made, each, sweep_run.side_by_side(made, each), lambda words: None if quiet else print(words, flush=True)
+        sweep, each, sweep_run.side_by_side(sweep, each), lambda words: None if quiet else print(words, flush=True)
     ).run()
-    rows = sweep_table.write(made)
+    rows = sweep_table.write(sweep)
     found = pandas.DataFrame(rows, columns=sweep_table.columns_of(rows)).set_index("member")
     found.attrs = {
         "units": {name: sweep_table.unit_of(name) for name in found.columns},
-        "folder": str(made.folder),
+        "folder": str(sweep.folder),
         "failed": failed,
     }
     return found

@@ -18,7 +18,7 @@ import numpy as np
 from dem.columns import COHESION, DAMPING_N, LAID, NORMAL, PAIR_COLUMNS, RATIO, ROLL, SHAPE, SLIP, TWIST
 from dem.laws import dispatch as chosen
 from matter.jit import kernel, law
-from matter.law_family import made
+from matter.law_family import compiled
 
 
 class Numbers(NamedTuple):
@@ -244,7 +244,7 @@ def reader(arguments: str, place: str, first: int = 0) -> Any:
     families = (f"({''.join(f'{column}, ' for column in columns[part])})" for part in (NORMAL, COHESION))
     text = ", ".join([*columns[DAMPING_N : RATIO + 1], *families])
     lines = [f"def numbers({arguments}):", f"    return Numbers({text})"]
-    return made("numbers", lines, {"Numbers": Numbers}, "The ``Numbers`` of a contact.", True, sys._getframe(1))
+    return compiled("numbers", lines, {"Numbers": Numbers}, "The ``Numbers`` of a contact.", True, sys._getframe(1))
 
 
 numbers_of = reader("table, a, b", "table[a, b, {}]")

@@ -183,9 +183,9 @@ def walls_of(source: Path | str | Any, species: int = -1, flip: bool = False, sc
 def rows(walls: Sequence[Wall], reach: float = 0.0) -> np.ndarray:
     """Rows of all walls, shape (w, COLUMNS or that of the largest mesh); ``reach`` [m] the largest radius of a
     grain."""
-    made = [wall.row(reach) for wall in walls]
-    out = np.zeros((len(walls), max([COLUMNS, *(len(row) for row in made)])))
-    for w, row in enumerate(made):
+    wall_rows = [wall.row(reach) for wall in walls]
+    out = np.zeros((len(walls), max([COLUMNS, *(len(row) for row in wall_rows)])))
+    for w, row in enumerate(wall_rows):
         out[w, : len(row)] = row
     return out
 

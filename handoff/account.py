@@ -16,38 +16,38 @@ from matter import readable
 from matter.particles import Particles
 
 
-def ledger_of(made: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]) -> Ledger:
+def ledger_of(handoff: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]) -> Ledger:
     """The ledger of a transfer; limits that need further runs stand as not measured."""
     ledger = Ledger(waive)
     region = domain.read(bed.attributes)
-    _sums(ledger, made)
-    account_fields.enter(ledger, made, source, bed, region, column)
-    _overlaps(ledger, made)
-    account_cavity.enter(ledger, made, bed, region)
-    shock_rows.enter(ledger, made, source, region, column)
+    _sums(ledger, handoff)
+    account_fields.enter(ledger, handoff, source, bed, region, column)
+    _overlaps(ledger, handoff)
+    account_cavity.enter(ledger, handoff, bed, region)
+    shock_rows.enter(ledger, handoff, source, region, column)
     if "residual_speed_over_sqrt_g_r" in bed.attributes:
         ledger.measure("bed_residual_speed_over_sqrt_g_r", bed.attributes["residual_speed_over_sqrt_g_r"])
-    _layers(ledger, made, source)
-    if "stiffness" in made.start:
-        net = force_network.measure(made.start)
+    _layers(ledger, handoff, source)
+    if "stiffness" in handoff.start:
+        net = force_network.measure(handoff.start)
         ledger.state(
             "contact_force_p99_over_mean",
             net.spread,
             "1",
             f"mean {net.mean:.4g} N, {net.contacts_per_grain:.2f} contacts per grain, at the start",
         )
-    _statements(ledger, made)
+    _statements(ledger, handoff)
     return ledger
 
 
 def ledger_of_direct(
-    direct: Direct, made: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]
+    direct: Direct, handoff: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]
 ) -> Ledger:
-    """The ledger of a direct transition; ``made`` holds the surface and the split that both ways share."""
+    """The ledger of a direct transition; ``handoff`` holds the surface and the split that both ways share."""
     ledger = Ledger(waive)
-    enter(ledger, direct, made)
-    if made.carving.size.radius > 0.0:
-        radius, hole = float(direct.start.radius[: direct.compact].mean()), made.carving.size.radius
+    enter(ledger, direct, handoff)
+    if handoff.carving.size.radius > 0.0:
+        radius, hole = float(direct.start.radius[: direct.compact].mean()), handoff.carving.size.radius
         ledger.measure(
             "cavity_radius_over_r_DEM_min",
             hole / radius,
@@ -55,28 +55,28 @@ def ledger_of_direct(
         )
     else:
         ledger.skip("cavity_radius_over_r_DEM_min", "not_applicable", "there is no cavity")
-    shock_rows.enter(ledger, made, source, domain.read(bed.attributes), column)
+    shock_rows.enter(ledger, handoff, source, domain.read(bed.attributes), column)
     ledger.skip("bed_residual_speed_over_sqrt_g_r", "not_applicable", "no grain of the bed is handed over")
-    outside = made.sums.outside
+    outside = handoff.sums.outside
     ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
     ledger.state(
         "ejecta_by_rule",
-        ", ".join(f"{name} {count}" for name, count in made.split.counts().items()),
+        ", ".join(f"{name} {count}" for name, count in handoff.split.counts().items()),
         "1",
         "particles of the source",
     )
-    ledger.state("cavity_radius", made.carving.size.radius, "m")
-    ledger.state("cavity_depth", made.carving.size.depth, "m")
-    ledger.state("cavity_volume", made.carving.size.volume, "m^3")
-    ledger.state("cavity_off_axis", float(np.hypot(*made.carving.size.centre[:2])), "m", "of its centre")
+    ledger.state("cavity_radius", handoff.carving.size.radius, "m")
+    ledger.state("cavity_depth", handoff.carving.size.depth, "m")
+    ledger.state("cavity_volume", handoff.carving.size.volume, "m^3")
+    ledger.state("cavity_off_axis", float(np.hypot(*handoff.carving.size.centre[:2])), "m", "of its centre")
     ledger.state(
         "grains_kept", float(direct.compact), "1", f"and {len(direct.start) - direct.compact} ejecta, one per particle"
     )
     return ledger
 
 
-def _sums(ledger: Ledger, made: Handoff) -> None:
-    before, raw, after = made.sums.before, made.sums.raw, made.sums.after
+def _sums(ledger: Ledger, handoff: Handoff) -> None:
+    before, raw, after = handoff.sums.before, handoff.sums.raw, handoff.sums.after
     kilograms, metres = f"source {before.mass:.6e} kg, grains {raw.mass:.6e} kg", f"{before.momentum_scale:.4e} kg m/s"
     ledger.measure("mass_raw_rel", abs(raw.mass / before.mass - 1.0), kilograms)
     ledger.measure(
@@ -89,11 +89,11 @@ def _sums(ledger: Ledger, made: Handoff) -> None:
         _relative(raw.angular - before.angular, before.angular_scale),
         f"sum m|r||v| = {before.angular_scale:.4e} kg m^2/s, about the origin",
     )
-    bed_only = made.start.state == 0
-    bed_only[len(made.mapped.change) :] = False
-    weight = made.start.mass[bed_only]
-    rms = np.sqrt(np.sum(weight * np.sum(made.start.velocity[bed_only] ** 2, axis=1)) / weight.sum())
-    largest = float(np.linalg.norm(made.mapped.change, axis=1).max())
+    bed_only = handoff.start.state == 0
+    bed_only[len(handoff.mapped.change) :] = False
+    weight = handoff.start.mass[bed_only]
+    rms = np.sqrt(np.sum(weight * np.sum(handoff.start.velocity[bed_only] ** 2, axis=1)) / weight.sum())
+    largest = float(np.linalg.norm(handoff.mapped.change, axis=1).max())
     ledger.measure(
         "correction_max_dv_over_rms_v",
         _relative(largest, rms),
@@ -101,8 +101,8 @@ def _sums(ledger: Ledger, made: Handoff) -> None:
     )
     ledger.measure(
         "mass_total_rel",
-        abs(float(made.start.mass.sum()) / before.mass - 1.0),
-        f"masses of the bed times {made.mapped.scale:.9f}",
+        abs(float(handoff.start.mass.sum()) / before.mass - 1.0),
+        f"masses of the bed times {handoff.mapped.scale:.9f}",
     )
     ledger.measure("momentum_linear_rel_after", _relative(after.momentum - before.momentum, before.momentum_scale))
     ledger.measure("momentum_angular_rel_after", _relative(after.angular - before.angular, before.angular_scale))
@@ -110,7 +110,7 @@ def _sums(ledger: Ledger, made: Handoff) -> None:
     note = f"source {before.kinetic:.4e} J, grains {after.kinetic:.4e} J"
     ledger.measure("kinetic_energy_change_min", change, note)
     ledger.measure("kinetic_energy_change_max", change, note)
-    flying_energy = made.ejecta_energy
+    flying_energy = handoff.ejecta_energy
     begun, left = before.kinetic - flying_energy, after.kinetic - flying_energy
     ledger.measure(
         "kinetic_energy_compact_change",
@@ -130,10 +130,10 @@ def _relative(difference, scale: float) -> float:
     return size / scale if scale > 0.0 else (0.0 if size == 0.0 else float("inf"))
 
 
-def _overlaps(ledger: Ledger, made: Handoff) -> None:
+def _overlaps(ledger: Ledger, handoff: Handoff) -> None:
     """Overlaps that the transfer made: those with an ejecta grain. Bed grains have not moved, their overlaps are those
     of the settled bed."""
-    start, first = made.start, int(made.carving.stays.sum())
+    start, first = handoff.start, int(handoff.carving.stays.sum())
     active = np.flatnonzero(start.state == 0)
     ejecta = active[active >= first]
     depth, stored, release = 0.0, 0.0, 0.0
@@ -164,7 +164,9 @@ def _overlaps(ledger: Ledger, made: Handoff) -> None:
     flow = float(np.median(np.linalg.norm(start.velocity[active], axis=1)))
     if "stiffness" in start:
         ledger.measure(
-            "overlap_energy_over_KE", stored / made.sums.after.kinetic if made.sums.after.kinetic > 0.0 else 0.0, note
+            "overlap_energy_over_KE",
+            stored / handoff.sums.after.kinetic if handoff.sums.after.kinetic > 0.0 else 0.0,
+            note,
         )
         ledger.measure("overlap_release_speed_over_median_flow", release / flow if flow > 0.0 else 0.0, note)
     else:
@@ -174,23 +176,24 @@ def _overlaps(ledger: Ledger, made: Handoff) -> None:
             )
 
 
-def _layers(ledger: Ledger, made: Handoff, source: Particles) -> None:
+def _layers(ledger: Ledger, handoff: Handoff, source: Particles) -> None:
     """Volume of each material inside the domain, before and after (material of a grain: the nearest compact
     particle's)."""
-    volume = source.mass[made.compact.places] / source.density[made.compact.places] * made.compact.share
+    volume = source.mass[handoff.compact.places] / source.density[handoff.compact.places] * handoff.compact.share
     named = source.attributes.get("materials", [])
     after = np.bincount(
-        made.start.material[: int(made.carving.stays.sum())], weights=made.carving.volume[made.carving.stays]
+        handoff.start.material[: int(handoff.carving.stays.sum())],
+        weights=handoff.carving.volume[handoff.carving.stays],
     )
-    for number in np.unique(source.material[made.compact.places]):
+    for number in np.unique(source.material[handoff.compact.places]):
         name = named[number] if number < len(named) else f"material {number}"
         place = (
-            made.start.attributes["materials"].index(name)
-            if name in made.start.attributes["materials"]
+            handoff.start.attributes["materials"].index(name)
+            if name in handoff.start.attributes["materials"]
             else int(number)
         )
         before, now = (
-            float(volume[source.material[made.compact.places] == number].sum()),
+            float(volume[source.material[handoff.compact.places] == number].sum()),
             float(after[place]) if place < len(after) else 0.0,
         )
         ledger.state(
@@ -201,8 +204,8 @@ def _layers(ledger: Ledger, made: Handoff, source: Particles) -> None:
         )
 
 
-def _statements(ledger: Ledger, made: Handoff) -> None:
-    outside, flying = made.sums.outside, made.ejecta
+def _statements(ledger: Ledger, handoff: Handoff) -> None:
+    outside, flying = handoff.sums.outside, handoff.ejecta
     ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
     ledger.state("momentum_outside_domain", float(np.linalg.norm(outside.momentum)), "kg m/s")
     ledger.state(
@@ -219,31 +222,31 @@ def _statements(ledger: Ledger, made: Handoff) -> None:
     )
     ledger.state(
         "ejecta_by_rule",
-        ", ".join(f"{name} {count}" for name, count in made.split.counts().items()),
+        ", ".join(f"{name} {count}" for name, count in handoff.split.counts().items()),
         "1",
         "particles of the source",
     )
     ledger.state(
         "surface_offset_spacings",
-        made.carving.offset,
+        handoff.carving.offset,
         "1",
         "found from the volume of the compact particles unless given",
     )
     ledger.state(
         "linear_share",
-        made.mapped.linear_share,
+        handoff.mapped.linear_share,
         "1",
         "share taken of the velocity's variation inside a particle; below 1 where more would create energy",
     )
     ledger.state(
         "mass_by_particle_density_rel",
-        abs(made.mapped.plain_mass / made.sums.before.mass - 1.0),
+        abs(handoff.mapped.plain_mass / handoff.sums.before.mass - 1.0),
         "1",
         "with each grain at the density of its nearest particle as it stands, before local sums are matched",
     )
-    ledger.state("surface_voids_filled", float(made.carving.solid.shape.voids_filled), "1")
-    ledger.state("cavity_radius", made.carving.size.radius, "m")
-    ledger.state("cavity_depth", made.carving.size.depth, "m")
-    ledger.state("cavity_volume", made.carving.size.volume, "m^3")
-    ledger.state("cavity_off_axis", float(np.hypot(*made.carving.size.centre[:2])), "m", "of its centre")
-    ledger.state("grains_kept", float(made.carving.stays.sum()), "1", f"of {len(made.carving.stays)}")
+    ledger.state("surface_voids_filled", float(handoff.carving.solid.shape.voids_filled), "1")
+    ledger.state("cavity_radius", handoff.carving.size.radius, "m")
+    ledger.state("cavity_depth", handoff.carving.size.depth, "m")
+    ledger.state("cavity_volume", handoff.carving.size.volume, "m^3")
+    ledger.state("cavity_off_axis", float(np.hypot(*handoff.carving.size.centre[:2])), "m", "of its centre")
+    ledger.state("grains_kept", float(handoff.carving.stays.sum()), "1", f"of {len(handoff.carving.stays)}")

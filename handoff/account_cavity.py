@@ -19,21 +19,21 @@ from matter.particles import Particles
 _CALIBRATION = 60_000
 
 
-def grain_surface(made: Handoff, bed: Particles, chosen: Callable[[np.ndarray], np.ndarray], wider: np.ndarray):
+def grain_surface(handoff: Handoff, bed: Particles, chosen: Callable[[np.ndarray], np.ndarray], wider: np.ndarray):
     """Surface of the carved bed (a mesh): the alpha-shape of the grains that stay, at the offset at which it holds,
     among the ``chosen`` sample points, as many as the cells of these grains. Its radius is one grain spacing: what a
     further grain would touch. Only grains in ``wider`` (mask over the bed) are looked at."""
-    taken = made.carving.stays & wider
-    spacing = np.cbrt(made.carving.volume[taken])
+    taken = handoff.carving.stays & wider
+    spacing = np.cbrt(handoff.carving.volume[taken])
     shape = alpha_shape(bed.position[taken], spacing, 1.0, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
-    here = chosen(made.carving.samples.position)
-    share = float(np.mean(made.carving.stays[made.carving.samples.grain[here]]))
-    return by_one_factor(shape, spacing, made.carving.samples.position[here][:_CALIBRATION], share, Rules())[0].mesh
+    here = chosen(handoff.carving.samples.position)
+    share = float(np.mean(handoff.carving.stays[handoff.carving.samples.grain[here]]))
+    return by_one_factor(shape, spacing, handoff.carving.samples.position[here][:_CALIBRATION], share, Rules())[0].mesh
 
 
-def enter(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domain) -> None:
+def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domain) -> None:
     radius = float(bed.radius.mean())
-    size = made.carving.size
+    size = handoff.carving.size
     if size.radius == 0.0:
         for name in ("cavity_radius_over_r_DEM_min", "cavity_hausdorff_over_r", "cavity_volume_rel"):
             ledger.skip(name, "not_applicable", "there is no cavity")
@@ -51,8 +51,8 @@ def enter(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domain) 
         return (size.distance(points, region) < 1.5 * size.radius) & (region.depth_inside(points) > margin)
 
     try:
-        mesh = grain_surface(made, bed, chosen, size.distance(bed.position, region) < 1.8 * size.radius)
-        there, back = compare.surface_distance(made.carving.solid.mesh, mesh, chosen)
+        mesh = grain_surface(handoff, bed, chosen, size.distance(bed.position, region) < 1.8 * size.radius)
+        there, back = compare.surface_distance(handoff.carving.solid.mesh, mesh, chosen)
     except InputError as reason:
         ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))
     else:
@@ -62,16 +62,16 @@ def enter(ledger: Ledger, made: Handoff, bed: Particles, region: domain.Domain) 
             both.max(),
             f"rms {np.sqrt(np.mean(both**2)):.3f}, 99 % below {np.percentile(both, 99):.3f}",
         )
-    samples = made.carving.samples
+    samples = handoff.carving.samples
     here = size.distance(samples.position, region) < size.radius
     # net of what stands above the datum: a rough but level surface has no volume
     sign = np.where(region.frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
     empty = float((sign * samples.weight[here]) @ (samples.inside[here] == (sign < 0.0))) * samples.volume
     carved = (
-        float((sign * samples.weight[here]) @ (made.carving.stays[samples.grain[here]] == (sign < 0.0)))
+        float((sign * samples.weight[here]) @ (handoff.carving.stays[samples.grain[here]] == (sign < 0.0)))
         * samples.volume
     )
-    cut = (float(np.cbrt(made.carving.volume[made.carving.stays].mean())), size.radius, size.depth, size.volume)
+    cut = (float(np.cbrt(handoff.carving.volume[handoff.carving.stays].mean())), size.radius, size.depth, size.volume)
     scatter = volume_scatter(*cut)
     ledger.measure(
         "cavity_volume_rel",

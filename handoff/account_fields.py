@@ -18,55 +18,55 @@ def support_of(source: Particles, spacing: np.ndarray) -> np.ndarray:
     return source.support_radius if "support_radius" in source else 2.0 * spacing
 
 
-def comparison_cells(made: Handoff, source: Particles, radius: float) -> tuple[np.ndarray, np.ndarray]:
+def comparison_cells(handoff: Handoff, source: Particles, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Cells of the field comparison for the sample points, and their sizes [m]."""
-    support = support_of(source, made.split.spacing)[made.compact.places][made.carving.samples.particle]
-    return compare.cells(made.mapped.fields, support, 3.0 * radius)
+    support = support_of(source, handoff.split.spacing)[handoff.compact.places][handoff.carving.samples.particle]
+    return compare.cells(handoff.mapped.fields, support, 3.0 * radius)
 
 
-def corrected_fields(made: Handoff, source: Particles, bed: Particles) -> compare.Fields:
+def corrected_fields(handoff: Handoff, source: Particles, bed: Particles) -> compare.Fields:
     """Both clouds on the sample points with the corrected masses and velocities."""
-    kept = np.flatnonzero(made.carving.stays)
+    kept = np.flatnonzero(handoff.carving.stays)
     before = (
-        source.mass[made.compact.places] * made.compact.share,
-        source.velocity[made.compact.places],
-        made.mapped.own_gradient,
+        source.mass[handoff.compact.places] * handoff.compact.share,
+        source.velocity[handoff.compact.places],
+        handoff.mapped.own_gradient,
     )
-    start, count = made.start, len(kept)
+    start, count = handoff.start, len(kept)
     return compare.fields_of(
         bed,
         kept,
-        made.carving.samples,
-        made.carving.receiver,
+        handoff.carving.samples,
+        handoff.carving.receiver,
         before,
         start.mass[:count],
         start.velocity[:count],
-        made.carving.volume,
+        handoff.carving.volume,
     )
 
 
 def enter(
-    ledger: Ledger, made: Handoff, source: Particles, bed: Particles, region: domain.Domain, column: Column
+    ledger: Ledger, handoff: Handoff, source: Particles, bed: Particles, region: domain.Domain, column: Column
 ) -> None:
     radius = float(bed.radius.mean())
-    number, size = comparison_cells(made, source, radius)
-    fields = corrected_fields(made, source, bed)
+    number, size = comparison_cells(handoff, source, radius)
+    fields = corrected_fields(handoff, source, bed)
     difference = compare.field_difference(fields, number, size)
     note = f"{len(difference.mass)} cells of {readable.length(size.min())} to {readable.length(size.max())}"
     ledger.measure("velocity_field_L2", difference.l2, note)
     ledger.measure("velocity_direction_deg_mean", difference.direction_deg, note)
-    local = compare.local_momentum(made.mapped.fields, region)
+    local = compare.local_momentum(handoff.mapped.fields, region)
     worst = max(local, key=lambda row: row[1], default=("none: nothing moves", 0.0, 0.0))
     ledger.measure("momentum_local_rel", worst[1], f"worst: {worst[0]}, which holds {worst[2]:.1%} of sum m|v|")
     left = max((row[1] for row in compare.local_momentum(fields, region)), default=0.0)
-    largest = float(np.linalg.norm(made.mapped.regional, axis=1).max())
+    largest = float(np.linalg.norm(handoff.mapped.regional, axis=1).max())
     ledger.state(
         "momentum_local_after_rel",
         left,
         "1",
         f"the same after the correction; regional part of it: at most {largest:.4g} m/s",
     )
-    bulk, peculiar = compare.energy_split(made.mapped.fields, made.carving.receiver)
+    bulk, peculiar = compare.energy_split(handoff.mapped.fields, handoff.carving.receiver)
     ledger.state(
         "kinetic_energy_bulk", bulk, "J", "of the source's compact matter, averaged over the cells of single grains"
     )
@@ -81,25 +81,25 @@ def enter(
         ledger.measure("bulk_density_rel", density)
     else:
         ledger.skip("bulk_density_rel", "not_applicable", "no cube of 5 grain radii lies wholly inside the surface")
-    ejecta = made.ejecta.source
+    ejecta = handoff.ejecta.source
     before = flying_mass(source.position[ejecta], source.velocity[ejecta], source.mass[ejecta], region, column)
     inside = flying_mass(
-        source.position[made.compact.places],
-        source.velocity[made.compact.places],
-        source.mass[made.compact.places] * made.compact.share,
+        source.position[handoff.compact.places],
+        source.velocity[handoff.compact.places],
+        source.mass[handoff.compact.places] * handoff.compact.share,
         region,
         column,
     )
-    place = made.start.position.copy()
+    place = handoff.start.position.copy()
     place[len(place) - len(ejecta) :] = source.position[ejecta]  # judged where it was, not where its grain found room
-    after = flying_mass(place, made.start.velocity, made.start.mass, region, column)
+    after = flying_mass(place, handoff.start.velocity, handoff.start.mass, region, column)
     ledger.measure(
         "ejecta_mass_curve_rel",
         compare.mass_curve_difference(
-            np.r_[before[0], inside[0]], np.r_[before[1], inside[1]], *after, above=made.split.speed_limit
+            np.r_[before[0], inside[0]], np.r_[before[1], inside[1]], *after, above=handoff.split.speed_limit
         ),
-        f"rising matter above {made.split.speed_limit:.4g} m/s that free flight brings above the datum; grains of the "
-        f"bed included",
+        f"rising matter above {handoff.split.speed_limit:.4g} m/s that free flight brings above the datum; grains "
+        f"of the bed included",
     )
 
 

@@ -20,13 +20,13 @@ from matter.particles import Particles
 Kind = Literal["none", "at_rest", "uncarved"]
 
 
-def start(kind: Kind, made: Handoff, bed: Particles) -> Particles:
-    """The grains of a control run, at the time of the handoff ``made``. Raises ``InputError`` when no grain lies below
+def start(kind: Kind, handoff: Handoff, bed: Particles) -> Particles:
+    """The grains of a control run, at the time of the ``handoff``. Raises ``InputError`` when no grain lies below
     the datum."""
     if kind == "at_rest":
-        count = int(made.carving.stays.sum())
-        grains = made.start.select(np.arange(len(made.start)) < count)
-        grains.tables = dict(made.start.tables)
+        count = int(handoff.carving.stays.sum())
+        grains = handoff.start.select(np.arange(len(handoff.start)) < count)
+        grains.tables = dict(handoff.start.tables)
     else:
         region = domain.read(bed.attributes)
         below = region.frame.height(bed.position) <= 0.0
@@ -34,7 +34,7 @@ def start(kind: Kind, made: Handoff, bed: Particles) -> Particles:
             raise InputError("no grain of the bed lies below the datum: a control run has nothing to follow")
         grains = bed.select(below)
         grains.tables = carve.surviving_tables(bed, below)
-        grains.attributes["time"] = made.start.attributes["time"]
+        grains.attributes["time"] = handoff.start.attributes["time"]
     grains["velocity"] = np.zeros((len(grains), 3))
     grains["angular_velocity"] = np.zeros((len(grains), 3))
     grains["headroom"] = np.zeros(len(grains), dtype=np.int8)

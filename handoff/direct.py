@@ -51,21 +51,21 @@ class Direct:
     excess: overlaps.Overlaps
 
 
-def hand_over(made: Handoff, source: Particles, bed: Particles, column: Column, packing: float = 1.0) -> Direct:
-    """Grains one to one from the ``source``, split as in ``made``; stiffness per radius and contact settings are the
-    bed's.
+def hand_over(handoff: Handoff, source: Particles, bed: Particles, column: Column, packing: float = 1.0) -> Direct:
+    """Grains one to one from the ``source``, split as in ``handoff``; stiffness per radius and contact settings are
+    the bed's.
 
     Raises ``InputError`` when no particle lies in the bed's domain or the bed carries no stiffness.
     """
     bed.need("stiffness", "radius", "mass")
     region = domain.read(bed.attributes)
-    inside = made.compact.places[
-        region.between(source.position[made.compact.places])
-        & (region.cut_depth(source.position[made.compact.places]) > 0.0)
+    inside = handoff.compact.places[
+        region.between(source.position[handoff.compact.places])
+        & (region.cut_depth(source.position[handoff.compact.places]) > 0.0)
     ]
     if len(inside) == 0:
         raise InputError("no compact particle of the source lies inside the bed's domain: do they share a frame?")
-    taken = np.concatenate([inside, np.flatnonzero(~made.split.compact)])
+    taken = np.concatenate([inside, np.flatnonzero(~handoff.split.compact)])
     start = _start(source, taken, len(inside), bed, region, column, packing)
     before = correction.sums(source.mass[taken], source.position[taken], source.velocity[taken])
     after = correction.sums(start.mass, start.position, start.velocity, start.radius, start.angular_velocity)
@@ -136,10 +136,10 @@ def _stiffness_per_radius(bed: Particles, names: list[str]) -> np.ndarray:
     )
 
 
-def enter(ledger: Ledger, direct: Direct, made: Handoff) -> None:
+def enter(ledger: Ledger, direct: Direct, handoff: Handoff) -> None:
     """Enter the rows on what the grains took over, for a handoff that goes on with them: raw rows against the bed's
     domain, whose side cuts particles that are taken whole; rows after against the particles taken."""
-    raw, domain_sums, taken, after = direct.after, made.sums.before, direct.before, direct.after
+    raw, domain_sums, taken, after = direct.after, handoff.sums.before, direct.before, direct.after
     cut = "against the bed's domain, whose side cuts particles that are taken whole"
     whole = "against the particles taken; no correction is made"
     ledger.measure("mass_raw_rel", abs(raw.mass / domain_sums.mass - 1.0), cut)
@@ -176,7 +176,7 @@ def enter(ledger: Ledger, direct: Direct, made: Handoff) -> None:
         ledger.skip(name, "not_applicable", _SAME)
 
 
-def compare(made: Handoff, direct: Direct, mapped: Ledger, bed: Particles) -> Table:
+def compare(handoff: Handoff, direct: Direct, mapped: Ledger, bed: Particles) -> Table:
     """Mapped against direct, as measured: conservation against the bed's domain, overlaps, and what the granular stage
     would cost (``LABELS`` says the units; None: no limit).
 
@@ -185,12 +185,12 @@ def compare(made: Handoff, direct: Direct, mapped: Ledger, bed: Particles) -> Ta
     """
     region = domain.read(bed.attributes)
     steps, overlap = overlaps.contact_numbers(bed)
-    grains = made.start.select(made.start.state == IN_CONTACT)
+    grains = handoff.start.select(handoff.start.state == IN_CONTACT)
     bare = overlaps.measure(grains, region)
     value = {row["name"]: row["value"] for row in mapped.rows}
     rows: dict[str, dict[str, float]] = {}
-    release = (value["overlap_release_speed_over_median_flow"] or 0.0) * _flow(made.start)
-    rows["mapped"] = _row(made.sums.raw, made.sums.after, made.sums.before, grains, bare, steps) | {
+    release = (value["overlap_release_speed_over_median_flow"] or 0.0) * _flow(handoff.start)
+    rows["mapped"] = _row(handoff.sums.raw, handoff.sums.after, handoff.sums.before, grains, bare, steps) | {
         "overlap_max_excess_over_r": value["overlap_max_over_r"],
         "overlap_energy_excess_over_KE": value["overlap_energy_over_KE"] or 0.0,
         "release_speed_excess_m_s": release,
@@ -199,7 +199,7 @@ def compare(made: Handoff, direct: Direct, mapped: Ledger, bed: Particles) -> Ta
         else float("inf"),
     }
     grains = direct.start.select(direct.start.state == IN_CONTACT)
-    rows["direct"] = _row(direct.after, direct.after, made.sums.before, grains, direct.bare, steps) | {
+    rows["direct"] = _row(direct.after, direct.after, handoff.sums.before, grains, direct.bare, steps) | {
         "overlap_max_excess_over_r": direct.excess.largest,
         "overlap_energy_excess_over_KE": _over(direct.excess.energy, direct.after.kinetic),
         "release_speed_excess_m_s": float(direct.excess.release_speed.max(initial=0.0)),

@@ -13,16 +13,18 @@ from matter import readable
 from matter.particles import Particles
 
 
-def enter(ledger: Ledger, made: Handoff, source: Particles, region: domain.Domain, column: Column) -> None:
+def enter(ledger: Ledger, handoff: Handoff, source: Particles, region: domain.Domain, column: Column) -> None:
     """What the shock has left in the compact matter: its pressure, and the energy that is stored in it."""
     left = shock.residual(source, region, column)
     if left is None:
         for name in ("residual_pressure_over_bulk_modulus", "elastic_over_kinetic_energy"):
             ledger.skip(name, "not_measured", "the source carries no field 'pressure'")
         return
-    here = made.compact.places[made.compact.share > 0.5]
+    here = handoff.compact.places[handoff.compact.share > 0.5]
     pressure = left.pressure[here]
-    weight = shock.by_weight(source.select(made.compact.places), made.compact.share, made.carving.size.radius, column)
+    weight = shock.by_weight(
+        source.select(handoff.compact.places), handoff.compact.share, handoff.carving.size.radius, column
+    )
     ledger.measure(
         "residual_pressure_over_bulk_modulus",
         float(np.max(pressure)),
@@ -30,13 +32,13 @@ def enter(ledger: Ledger, made: Handoff, source: Particles, region: domain.Domai
         f"{weight.pressure:.3g}",
         bound=max(LIMITS["residual_pressure_over_bulk_modulus"].limit, weight.pressure),
     )
-    elastic = float(np.sum(left.elastic[made.compact.places] * made.compact.share))
-    moving = made.sums.before.kinetic - made.ejecta_energy
+    elastic = float(np.sum(left.elastic[handoff.compact.places] * handoff.compact.share))
+    moving = handoff.sums.before.kinetic - handoff.ejecta_energy
     note = (
         f"{elastic:.4e} J over {moving:.4e} J, both of the compact matter inside the domain; weight alone stores "
         f"{weight.energy:.4e} J"
     )
-    moves = moving > 1e-12 * made.sums.before.kinetic
+    moves = moving > 1e-12 * handoff.sums.before.kinetic
     ledger.measure(
         "elastic_over_kinetic_energy",
         elastic / moving if moves else 0.0,
@@ -45,7 +47,7 @@ def enter(ledger: Ledger, made: Handoff, source: Particles, region: domain.Domai
     )
 
 
-def time_row(ledger: Ledger, made: Handoff, time: float, choice: Choice | None, column: Column) -> None:
+def time_row(ledger: Ledger, handoff: Handoff, time: float, choice: Choice | None, column: Column) -> None:
     """The row on the time of the handoff over the crater's own; T from the largest cavity of the series, or from this
     cavity.
 
@@ -53,7 +55,7 @@ def time_row(ledger: Ledger, made: Handoff, time: float, choice: Choice | None, 
     reason, and what the time decides is shown by the rows of the sensitivity.
     """
     volume = max(
-        [made.carving.size.volume] + ([row.volume for row in choice.series[: choice.deepest + 1]] if choice else [])
+        [handoff.carving.size.volume] + ([row.volume for row in choice.series[: choice.deepest + 1]] if choice else [])
     )
     if volume <= 0.0:
         ledger.skip("t_handoff_over_T_crater_max", "not_applicable", "there is no cavity")

@@ -66,25 +66,25 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     progress = Progress("handoff", 1.0)
     choice, source = chosen_source(settings, rules, inputs / "2_sph", bed, region, column, progress)
     progress.update(0.6, "surface and transfer", force=True)
-    made = transfer.hand_over(source, bed, rules, column)
-    mapped = account.ledger_of(made, source, bed, column, settings.waive)
-    straight = direct.hand_over(made, source, bed, column, settings.direct_packing) if "stiffness" in bed else None
-    table = direct.compare(made, straight, mapped, bed) if straight else None
+    handoff = transfer.hand_over(source, bed, rules, column)
+    mapped = account.ledger_of(handoff, source, bed, column, settings.waive)
+    straight = direct.hand_over(handoff, source, bed, column, settings.direct_packing) if "stiffness" in bed else None
+    table = direct.compare(handoff, straight, mapped, bed) if straight else None
     ledger = mapped
     if settings.method == "direct":
-        ledger = account.ledger_of_direct(_needed(straight), made, source, bed, column, settings.waive)
-    shock_rows.time_row(ledger, made, float(source.attributes.get("time", 0.0)), choice, column)
+        ledger = account.ledger_of_direct(_needed(straight), handoff, source, bed, column, settings.waive)
+    shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), choice, column)
     ledger.complete()
     progress.update(0.85, "writing", force=True)
-    start = _needed(straight).start if settings.method == "direct" else made.start
+    start = _needed(straight).start if settings.method == "direct" else handoff.start
     if settings.control != "none":
-        start = controls.start(settings.control, made, bed)
+        start = controls.start(settings.control, handoff, bed)
     start.attributes |= _measuring(source, region)
     snapshot.write(start, out / f"start{snapshot.SUFFIX}")
     with archive.replacing(out / "surface.ply") as temporary:
-        made.carving.solid.mesh.export(str(temporary), file_type="ply")
+        handoff.carving.solid.mesh.export(str(temporary), file_type="ply")
     ledger.write(out / "ledger.json")
-    record = _record(made, source, bed, choice, settings) | {
+    record = _record(handoff, source, bed, choice, settings) | {
         "method": settings.method,
         "methods": table,
         "control": settings.control,
@@ -93,7 +93,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         count = _needed(straight).compact
         record["grains"] = {"bed": len(bed), "kept": count, "ejecta": len(start) - count}
     archive.write_text(out / "handoff.json", json.dumps(record, indent=1))
-    _write_residuals(made, source, bed, out / "residuals.h5")
+    _write_residuals(handoff, source, bed, out / "residuals.h5")
     report.write(inputs, out, settings.pictures)
     progress.update(1.0, "done", force=True)
     if ledger.failures:
@@ -123,11 +123,11 @@ def hand_over(
     """
     rules = rules or surface.Rules()
     column = column or column_of(source, bed)
-    made = transfer.hand_over(source, bed, rules, column)
-    ledger = account.ledger_of(made, source, bed, column, waive or {})
-    shock_rows.time_row(ledger, made, float(source.attributes.get("time", 0.0)), None, column)
+    handoff = transfer.hand_over(source, bed, rules, column)
+    ledger = account.ledger_of(handoff, source, bed, column, waive or {})
+    shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), None, column)
     ledger.complete()
-    return made.start, ledger
+    return handoff.start, ledger
 
 
 def column_of(source: Particles, bed: Particles) -> hydrostatic.Column:
@@ -229,44 +229,44 @@ def snapshot_time(path: Path) -> float:
 
 
 def _record(
-    made: Handoff, source: Particles, bed: Particles, choice: handoff_time.Choice | None, settings: Settings
+    handoff: Handoff, source: Particles, bed: Particles, choice: handoff_time.Choice | None, settings: Settings
 ) -> dict:
     region = domains.read(bed.attributes)
     return {
         "time_s": float(source.attributes.get("time", 0.0)),
         "snapshot": choice.series[choice.index].file if choice else None,
         "choice": choice.as_table() if choice else {"reason": f"given: {settings.time}"},
-        "speed_limit_m_s": made.split.speed_limit,
+        "speed_limit_m_s": handoff.split.speed_limit,
         "alpha_spacings": settings.alpha,
-        "offset_spacings": made.carving.offset,
+        "offset_spacings": handoff.carving.offset,
         "mapping": settings.mapping,
-        "particles": made.split.counts(),
-        "grains": {"bed": len(bed), "kept": int(made.carving.stays.sum()), "ejecta": len(made.ejecta.mass)},
+        "particles": handoff.split.counts(),
+        "grains": {"bed": len(bed), "kept": int(handoff.carving.stays.sum()), "ejecta": len(handoff.ejecta.mass)},
         "cavity": {
-            "radius_m": made.carving.size.radius,
-            "depth_m": made.carving.size.depth,
-            "volume_m3": made.carving.size.volume,
-            "rim_height_m": made.carving.size.rim_height,
-            "centre_m": made.carving.size.centre.tolist(),
+            "radius_m": handoff.carving.size.radius,
+            "depth_m": handoff.carving.size.depth,
+            "volume_m3": handoff.carving.size.volume,
+            "rim_height_m": handoff.carving.size.rim_height,
+            "centre_m": handoff.carving.size.centre.tolist(),
         },
         "local_momentum": [
             {"region": name, "relative": value, "share": share}
-            for name, value, share in compare.local_momentum(made.mapped.fields, region)
+            for name, value, share in compare.local_momentum(handoff.mapped.fields, region)
         ],
-        "ejecta_mass_kg": dict(made.ejecta.mass_by_state()),
+        "ejecta_mass_kg": dict(handoff.ejecta.mass_by_state()),
     }
 
 
-def _write_residuals(made: Handoff, source: Particles, bed: Particles, path: Path) -> None:
+def _write_residuals(handoff: Handoff, source: Particles, bed: Particles, path: Path) -> None:
     """What the report draws: the split, surface heights of both clouds, and the fields cell by cell."""
-    number, size = account_fields.comparison_cells(made, source, float(bed.radius.mean()))
-    cells = compare.field_difference(account_fields.corrected_fields(made, source, bed), number, size)
-    foot, distance, height, carved = made.carving.columns
+    number, size = account_fields.comparison_cells(handoff, source, float(bed.radius.mean()))
+    cells = compare.field_difference(account_fields.corrected_fields(handoff, source, bed), number, size)
+    foot, distance, height, carved = handoff.carving.columns
     archive.write(
         path,
         {
-            "source/reason": made.split.reason,
-            "bed/stays": made.carving.stays,
+            "source/reason": handoff.split.reason,
+            "bed/stays": handoff.carving.stays,
             "columns/foot": (foot, "m", "point on the datum"),
             "columns/distance": (distance, "m", "distance along the datum from the axis"),
             "columns/height_source": (height, "m", "surface of the source above the datum"),
@@ -276,7 +276,7 @@ def _write_residuals(made: Handoff, source: Particles, bed: Particles, path: Pat
             "cells/before": (cells.before, "m/s", "mean velocity of the source"),
             "cells/after": (cells.after, "m/s", "mean velocity of the grains"),
             "correction/velocity": (
-                made.mapped.change,
+                handoff.mapped.change,
                 "m/s",
                 "change of velocity of each kept grain by the correction",
             ),

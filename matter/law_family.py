@@ -133,7 +133,7 @@ class Family:
             )
         if otherwise is not None:
             lines.append(f"    return {otherwise}")
-        return made(function, lines, names, about, inline, sys._getframe(1))
+        return compiled(function, lines, names, about, inline, sys._getframe(1))
 
     def _row_text(self, module: ModuleType, names: dict[str, Any]) -> str:
         row = _row_type(module)
@@ -176,7 +176,7 @@ def keys(families: Sequence[Family], of: str = "Parameters") -> dict[str, Any]:
     return fields
 
 
-def made(
+def compiled(
     function: str, lines: Sequence[str], names: dict[str, Any], about: str, inline: bool, frame: FrameType
 ) -> Callable[..., Any]:
     """The compiled ``function`` whose ``lines`` are written by a program, with the ``names`` that it reads; ``frame``

@@ -29,40 +29,40 @@ def collide(
     numbers depend on seed and chunk.
     """
     entries = np.flatnonzero(table["event"] == ENTRY)
-    made = encounters.select(table, entries)
+    collisions = encounters.select(table, entries)
     direct = table["direct"] == 1
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, chunk)))
     for moon, body in enumerate(system.moons):
-        of = made["moon"] == moon
+        of = collisions["moon"] == moon
         if not of.any():
             continue
-        chance = bplane.hit_probability(body.radius, body.gm, made["distance"][of], made["speed"][of])
-        made["hit_probability"][of] = chance
+        chance = bplane.hit_probability(body.radius, body.gm, collisions["distance"][of], collisions["speed"][of])
+        collisions["hit_probability"][of] = chance
         table["hit_probability"][entries[of]] = chance
-        shift = made["jovicentric_position"][of] - made["position"][of]
-        motion = made["jovicentric_velocity"][of] - made["velocity"][of]
+        shift = collisions["jovicentric_position"][of] - collisions["position"][of]
+        motion = collisions["jovicentric_velocity"][of] - collisions["velocity"][of]
         rate = np.linalg.norm(motion, axis=1) / np.linalg.norm(shift, axis=1)
-        x, v, later, made["draws"][of] = last_leg(
-            system, body, made["position"][of], made["velocity"][of], -shift, rate, rng
+        x, v, later, collisions["draws"][of] = last_leg(
+            system, body, collisions["position"][of], collisions["velocity"][of], -shift, rate, rng
         )
         hit = bplane.fall(x, v, body.radius, body.gm)
         later += hit.flight_time
         turn = rate * later  # the moon goes on along its orbit meanwhile
-        made["position"][of], made["velocity"][of] = hit.position, hit.velocity
-        made["jovicentric_position"][of] = _turned(shift, turn) + hit.position
-        made["jovicentric_velocity"][of] = _turned(motion, turn) + hit.velocity
-        made["time"][of] += later
+        collisions["position"][of], collisions["velocity"][of] = hit.position, hit.velocity
+        collisions["jovicentric_position"][of] = _turned(shift, turn) + hit.position
+        collisions["jovicentric_velocity"][of] = _turned(motion, turn) + hit.velocity
+        collisions["time"][of] += later
     if focused:
-        made["weight"] *= made["hit_probability"]
-    flags = made["retrograde"].copy(), made["periapsis"].copy()
-    made["event"][:], made["direct"][:] = COLLISION, 0
-    encounters.derive(made)
-    made["retrograde"][:], made["periapsis"][:] = (
+        collisions["weight"] *= collisions["hit_probability"]
+    flags = collisions["retrograde"].copy(), collisions["periapsis"].copy()
+    collisions["event"][:], collisions["direct"][:] = COLLISION, 0
+    encounters.derive(collisions)
+    collisions["retrograde"][:], collisions["periapsis"][:] = (
         flags  # those of the entry: what decides which side of the moon is hit
     )
     by_itself = set(zip(table["particle"][direct].tolist(), table["moon"][direct].tolist()))
-    keep = [pair not in by_itself for pair in zip(made["particle"].tolist(), made["moon"].tolist())]
-    return encounters.select(made, np.array(keep, bool))
+    keep = [pair not in by_itself for pair in zip(collisions["particle"].tolist(), collisions["moon"].tolist())]
+    return encounters.select(collisions, np.array(keep, bool))
 
 
 def last_leg(

@@ -206,8 +206,8 @@ def pairs(table: Table, moon: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             keys[particle, seen[particle]] = row
         return keys
 
-    made = keyed((table["event"] == COLLISION) & (table["direct"] == 0))
+    hit_rows = keyed((table["event"] == COLLISION) & (table["direct"] == 0))
     near = keyed(table["event"] == APPROACH)
-    common = sorted(made.keys() & near.keys())
-    a, b = np.array([made[key] for key in common], int), np.array([near[key] for key in common], int)
+    common = sorted(hit_rows.keys() & near.keys())
+    a, b = np.array([hit_rows[key] for key in common], int), np.array([near[key] for key in common], int)
     return table["distance"][b], table["speed"][a] / table["speed"][b], table["weight"][b]

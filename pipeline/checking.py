@@ -74,12 +74,12 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
         payload, moved = _payload(model, table, shared, document)
         if "pinned" in model.model_fields:
             payload.setdefault("pinned", case.pinned)
-        made, wrong = _checked(model, payload, (stage,), moved)
+        model_settings, wrong = _checked(model, payload, (stage,), moved)
         if stage in case.outside:  # it will not run: misspelt keys still count, missing ones do not
             wrong = [complaint for complaint in wrong if complaint.message != "is missing"]
         found += wrong
-        if made is not None:
-            settings[stage] = made
+        if model_settings is not None:
+            settings[stage] = model_settings
     return settings, _causes(found)
 
 

@@ -26,12 +26,12 @@ def describe(run_folder: Path, case: Case, wanted: tuple[str, ...], settings: di
         "threads": threads,
         **provenance.machine(),
     }
-    made = [stage for stage in wanted if stage not in case.outside]
+    computed = [stage for stage in wanted if stage not in case.outside]
     content = {
         "distribution": {"name": provenance.DISTRIBUTION, "version": provenance.version(), **provenance.commit()},
         "libraries": provenance.libraries(),
         "case": before.get("case", _case(case)) if case.run else _case(case),
-        "sources_sha256": {stage: provenance.source_key(stages.MODULES[stage]) for stage in made},
+        "sources_sha256": {stage: provenance.source_key(stages.MODULES[stage]) for stage in computed},
         "sessions": [*sessions, session],
     }
     archive.write_text(run_folder / "provenance.json", json.dumps(content, indent=1))
@@ -42,7 +42,7 @@ def describe(run_folder: Path, case: Case, wanted: tuple[str, ...], settings: di
     ]
     used_stages = {
         stage: settings[stage]
-        for stage in (*made, *(stage for stage in done if stage not in made))
+        for stage in (*computed, *(stage for stage in done if stage not in computed))
         if stage in settings
     }
     references.write(run_folder / "references.bib", case, used_stages, materials(settings.values()))

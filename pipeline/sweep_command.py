@@ -38,35 +38,35 @@ def swept(
         raise InputError(f"{case.run} is a run: sweep its case, or its case.used.toml copied elsewhere")
     if ensemble is not None:
         drawn = tuple(ensembles.members(case, ensemble))
-        made = sweeps.Sweep(case.file, case.preset, case.size, case.overrides, out, drawn, until)
+        sweep = sweeps.Sweep(case.file, case.preset, case.size, case.overrides, out, drawn, until)
     else:
-        made = sweeps.of(case, sweeps.read_table(case.sweep, vary), out, until)
-    each = threads or max(1, sweep_run.cores() // len(made.members))
+        sweep = sweeps.of(case, sweeps.read_table(case.sweep, vary), out, until)
+    each = threads or max(1, sweep_run.cores() // len(sweep.members))
     for value, option in asked:
         print(
-            sweep_jobs.write(made, value, each)
+            sweep_jobs.write(sweep, value, each)
             if option == "--emit"
-            else sweep_run.status(made)
+            else sweep_run.status(sweep)
             if option == "--status"
-            else sweep_run.checked(made, each)
+            else sweep_run.checked(sweep, each)
         )
         return 0
-    print(f"sweep folder: {made.folder}", flush=True)
-    sweep_run.links(made)
+    print(f"sweep folder: {sweep.folder}", flush=True)
+    sweep_run.links(sweep)
 
     def say(words: str) -> None:
         print(words, flush=True)
 
     if scheduler:
-        failed = sweep_dask.run(made, each, scheduler, say)
+        failed = sweep_dask.run(sweep, each, scheduler, say)
     else:
-        failed = sweep_run.Runner(made, each, sweep_run.side_by_side(made, each), say).run()
-    print(f"\n{sweep_table.text(sweep_table.write(made))}", flush=True)
-    if ensemble is not None and (rows := ensembles.spread(made)):
+        failed = sweep_run.Runner(sweep, each, sweep_run.side_by_side(sweep, each), say).run()
+    print(f"\n{sweep_table.text(sweep_table.write(sweep))}", flush=True)
+    if ensemble is not None and (rows := ensembles.spread(sweep)):
         print(f"\nspread of the draws\n{ensembles.text(rows)}\n", flush=True)
-        request, arguments = ensembles.measured(made, rows, each)
+        request, arguments = ensembles.measured(sweep, rows, each)
         code = run_process.as_process(arguments)
         if code != 0 and not request.run_folder.is_dir():
             return code
-    print(f"\nresult: {made.folder}", flush=True)
+    print(f"\nresult: {sweep.folder}", flush=True)
     return 1 if failed else 0

@@ -87,12 +87,12 @@ def parameters(law: type, name: str, title: str, choice: Kept = AS_PUBLISHED) ->
     content = dict(material.section(name, title)) if title in material.load(name) or not changes else {}
     faults = [f"{key}: the unit is missing" for key in changes if _lacks_unit(law, key, changes[key])]
     try:
-        made: Any = TypeAdapter(law).validate_python({**content, **changes})
+        values: Any = TypeAdapter(law).validate_python({**content, **changes})
     except ValidationError as reason:
         faults += [f"{'.'.join(map(str, e['loc']))}: {e['msg']}" for e in reason.errors()]
     if faults:
         raise InputError(f"material {name!r}, [{title}]: {'; '.join(faults)}")
-    return made
+    return values
 
 
 def _has_unit(annotation: Any) -> bool:

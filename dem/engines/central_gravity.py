@@ -40,15 +40,19 @@ class Polynomial:
         r = np.linspace(lower, upper, 4001)
         s, g = r * r, field.strength(r)
         middle, width = 0.5 * (lower**2 + upper**2), 0.5 * (upper**2 - lower**2)
-        made = []
+        fits = []
         for degree in DEGREES:
             fitted = np.polynomial.Chebyshev.fit((s - middle) / width, g / r, degree, domain=[-1.0, 1.0])
-            found = np.polynomial.chebyshev.cheb2poly(fitted.coef)
-            error = float(np.max(np.abs(np.polynomial.polynomial.polyval((s - middle) / width, found) * r / g - 1.0)))
-            made.append(Polynomial(found, float(middle), float(width), float(upper), float(g[-1] * upper**2), error))
+            coefficients = np.polynomial.chebyshev.cheb2poly(fitted.coef)
+            error = float(
+                np.max(np.abs(np.polynomial.polynomial.polyval((s - middle) / width, coefficients) * r / g - 1.0))
+            )
+            fits.append(
+                Polynomial(coefficients, float(middle), float(width), float(upper), float(g[-1] * upper**2), error)
+            )
             if error < ENOUGH:
                 break
-        return min(made, key=lambda one: one.error)
+        return min(fits, key=lambda one: one.error)
 
     def formula(self, squared: str) -> str:
         """q as text in the variable syntax that both engines share; ``squared`` names a variable that holds r^2."""

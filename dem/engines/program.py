@@ -59,7 +59,7 @@ def command(engine: str, deck: str, ranks: int, extra: tuple[str, ...] = ()) -> 
 def environment(engine: str) -> dict[str, str]:
     """Variables for the engine: one thread a rank, ranks as root and beyond the cores allowed, MPI's library of this
     environment found."""
-    made = {
+    variables = {
         **os.environ,
         "OMP_NUM_THREADS": "1",
         "OMPI_ALLOW_RUN_AS_ROOT": "1",
@@ -67,10 +67,10 @@ def environment(engine: str) -> dict[str, str]:
         "OMPI_MCA_rmaps_base_oversubscribe": "1",
     }
     if engine == "lammps":
-        made["LD_LIBRARY_PATH"] = os.pathsep.join(
+        variables["LD_LIBRARY_PATH"] = os.pathsep.join(
             filter(None, [str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")])
         )
-    return made
+    return variables
 
 
 class Engine(subprocess.Popen[bytes]):

@@ -100,7 +100,7 @@ def between(module: ModuleType | None, one: Any, two: Any) -> tuple[float, ...]:
     """
     if module is None:
         return ()
-    made: Any = module
-    if hasattr(made, "row"):
-        return tuple(made.row(one, two))
+    law: Any = module
+    if hasattr(law, "row"):
+        return tuple(law.row(one, two))
     return tuple(one if two is None else smaller(one, two))

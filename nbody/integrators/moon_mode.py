@@ -76,7 +76,7 @@ def collisions(system: System, table: dict[str, np.ndarray], saved: np.ndarray, 
     """Moon mode for every entry of ``table`` that is not followed by a direct collision; fills ``hit_probability`` of
     the entries."""
     direct = {(p, m) for p, m in zip(*(table[name][table["direct"] == 1] for name in ("particle", "moon")))}
-    made, out, result, total = [], np.zeros(6), np.zeros(14), 0
+    tables, out, result, total = [], np.zeros(6), np.zeros(14), 0
     number: dict[int, int] = {}
     for row in np.flatnonzero(table["event"] == ENTRY):
         particle, moon = int(table["particle"][row]), int(table["moon"][row])
@@ -115,5 +115,5 @@ def collisions(system: System, table: dict[str, np.ndarray], saved: np.ndarray, 
         flags = line["retrograde"].copy(), line["periapsis"].copy()
         encounters.derive(line)
         line["retrograde"][:], line["periapsis"][:] = flags
-        made.append(line)
-    return encounters.join(made), total
+        tables.append(line)
+    return encounters.join(tables), total

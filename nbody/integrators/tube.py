@@ -211,7 +211,7 @@ def run(system: System, lot: Lot, duration: float, seed: int, tolerance: float =
 def _events(system: System, rows: np.ndarray, lot: Lot, seed: int) -> dict[str, np.ndarray]:
     """Entries, closest approaches and exits that the passages stand for."""
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, lot.first)))
-    made = []
+    tables = []
     for index, moon in enumerate(system.moons):
         mine = rows[rows[:, 1] == index]
         if not len(mine):
@@ -224,8 +224,8 @@ def _events(system: System, rows: np.ndarray, lot: Lot, seed: int) -> dict[str, 
         velocity = met.velocity * np.sqrt(boost)[:, None]
         weight = met.window / (2.0 * math.pi) * boost * lot.weight[mine[:, 0].astype(int) - lot.first]
         mine[:, 3] += met.time
-        made += _three(mine, index, met.place, velocity, met.moon, met.motion, weight, moon.gm)
-    return encounters.join(made)
+        tables += _three(mine, index, met.place, velocity, met.moon, met.motion, weight, moon.gm)
+    return encounters.join(tables)
 
 
 class Meetings(NamedTuple):

@@ -53,11 +53,11 @@ class Edge:
     @classmethod
     def restored(cls, saved: checkpoint.State) -> Edge:
         """The edge of a ``state``."""
-        made = cls.__new__(cls)
+        edge = cls.__new__(cls)
         for name in cls.ARRAYS:
-            setattr(made, name, saved[name])
-        made.layers = {name: saved[f"layer/{name}"] for name in LAYERS if f"layer/{name}" in saved}
-        return made
+            setattr(edge, name, saved[name])
+        edge.layers = {name: saved[f"layer/{name}"] for name in LAYERS if f"layer/{name}" in saved}
+        return edge
 
     def hold(self, cloud, rates) -> None:
         """Take the rates of the fixed rim away."""

@@ -130,7 +130,7 @@ class Images:
         """Whether images may have drifted further than the list reckons with."""
         return self.speed * (time - self.time) > self.margin
 
-    def made(self, position: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    def place(self, position: np.ndarray, reach: np.ndarray) -> np.ndarray:
         """Make the images of ``position`` (n, 3) that anything within ``reach`` (n,) may see; their places (g, 3)."""
         most = float(reach.max())
         count, time = len(position), self.time
@@ -139,11 +139,11 @@ class Images:
         for plane in self.planes:
             pieces = []
             for which, s, a, b in plane.images(place[:, plane.axis], reach[owner], most, time):
-                made = [array[which].copy() for array in (sign, shift, drift)]
-                made[0][:, plane.axis] *= s
-                made[1][:, plane.axis] = s * made[1][:, plane.axis] + a
-                made[2][:, plane.axis] = s * made[2][:, plane.axis] + b
-                pieces.append((owner[which], *made))
+                parts = [array[which].copy() for array in (sign, shift, drift)]
+                parts[0][:, plane.axis] *= s
+                parts[1][:, plane.axis] = s * parts[1][:, plane.axis] + a
+                parts[2][:, plane.axis] = s * parts[2][:, plane.axis] + b
+                pieces.append((owner[which], *parts))
             owner, sign, shift, drift = (
                 np.concatenate([old, *new]) for old, *new in zip((owner, sign, shift, drift), *pieces)
             )
@@ -156,7 +156,7 @@ class Images:
     def listed(self, position: np.ndarray, reach: np.ndarray, half_width: float) -> neighbours.Neighbours:
         """Neighbours of the particles among particles and images (numbered behind them)."""
         wide = reach + 2.0 * self.margin
-        beyond = self.made(position, wide)
+        beyond = self.place(position, wide)
         place, far = np.concatenate([position, beyond]), np.concatenate([wide, wide[self.owner]])
         order, grid = neighbours.sort(place, far, half_width)
         found = neighbours.build(place[order], far[order], grid)

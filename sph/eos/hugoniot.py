@@ -49,14 +49,14 @@ def behind(pressure: Callable[[float, float], float], ahead: State, velocity: fl
     if jump <= 0.0:
         raise ValueError(f"a shock speeds material up: {velocity} m/s is not above {ahead.v} m/s")
 
-    def made(x: float) -> State:  # x = (up - v0) / (us - v0), in (0, 1)
+    def state_at(x: float) -> State:  # x = (up - v0) / (us - v0), in (0, 1)
         rho = ahead.rho / (1.0 - x)
         P = ahead.P + ahead.rho * jump * jump / x
         u = ahead.u + 0.5 * (P + ahead.P) * (1.0 / ahead.rho - 1.0 / rho)
         return State(rho, u, P, velocity, ahead.v + jump / x)
 
     def miss(x: float) -> float:
-        state = made(x)
+        state = state_at(x)
         return state.P - pressure(state.rho, state.u)
 
     grid = np.concatenate(
@@ -64,5 +64,5 @@ def behind(pressure: Callable[[float, float], float], ahead: State, velocity: fl
     )
     for low, high in itertools.pairwise(grid.tolist()):
         if miss(low) > 0.0 >= miss(high):
-            return made(float(brentq(miss, low, high, xtol=1e-15, rtol=1e-14)))
+            return state_at(float(brentq(miss, low, high, xtol=1e-15, rtol=1e-14)))
     raise ValueError(f"no shock to {velocity} m/s obeys the jump conditions")
