@@ -124,7 +124,7 @@ def compared(size: int, porous: bool, turns: int = 15) -> dict[str, dict[str, fl
             visits = int(i.cloud.neighbours.sum())
             matter = pair_rates.Matter(i.cloud.material, i.rows.shear, i.evaluated.strain_ratio, i.cloud.stress, True)
             begun = time.process_time()
-            pair_rates.compute(i.scheme, i._rows(), i.neighbourhood.found, matter, i.damping, i.rates)
+            pair_rates.compute(i.scheme, i._rows(), i.neighbourhood.pairs, matter, i.damping, i.rates)
             between = time.process_time()
             i.step(1e-3)
             for key, spent in (("pair_loop_ns", between - begun), ("step_ns", time.process_time() - between)):

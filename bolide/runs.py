@@ -52,11 +52,11 @@ class Run:
         content = self._json("6_crater/measures.json", "the crater was not measured")
         entries = {"transient": content.get("transient") or {}, "final": content.get("final") or {}}
         entries["transient_at_maximum_depth"] = entries["transient"].get("at_maximum_depth") or {}
-        found = {
+        rows = {
             name: {key: value for key, cell in entry.items() if (value := values.of_entry(cell))}
             for name, entry in entries.items()
         }
-        return {name: row for name, row in found.items() if row}
+        return {name: row for name, row in rows.items() if row}
 
     @cached_property
     def settings(self) -> dict[str, Any]:
@@ -79,12 +79,12 @@ class Run:
         """Stage, time [s] and file of every snapshot, in the order of time."""
         from matter import snapshot
 
-        found = [
+        rows = [
             (stage, float(snapshot.attributes(path).get("time", 0.0)), path)
             for stage, name in _FOLDERS.items()
             for path in snapshot.series(self.folder / name)
         ]
-        return sorted(found, key=lambda one: one[1])
+        return sorted(rows, key=lambda one: one[1])
 
     def snapshot(
         self, time: float | str, stage: str | None = None, form: Literal["arrays", "pyvista"] = "arrays"
@@ -156,16 +156,16 @@ class Run:
     def _sentence(self) -> str:
         """Diameter and depth of each measured crater."""
         try:
-            found = self.measures
+            measures = self.measures
         except InputError as reason:
             return str(reason)
         words = {"transient": "transient crater", "final": "final crater"}
         parts = []
         for name, noun in words.items():
             sizes = [
-                f"{word} {found[name][key]}"
+                f"{word} {measures[name][key]}"
                 for key, word in (("diameter_apparent_m", "apparent diameter"), ("depth_m", "depth"))
-                if key in found.get(name, {})
+                if key in measures.get(name, {})
             ]
             if sizes:
                 parts.append(f"{noun}: {', '.join(sizes)}")

@@ -58,10 +58,10 @@ def sweep(
         sweep, each, sweep_run.side_by_side(sweep, each), lambda words: None if quiet else print(words, flush=True)
     ).run()
     rows = sweep_table.write(sweep)
-    found = pandas.DataFrame(rows, columns=sweep_table.columns_of(rows)).set_index("member")
-    found.attrs = {
-        "units": {name: sweep_table.unit_of(name) for name in found.columns},
+    frame = pandas.DataFrame(rows, columns=sweep_table.columns_of(rows)).set_index("member")
+    frame.attrs = {
+        "units": {name: sweep_table.unit_of(name) for name in frame.columns},
         "folder": str(sweep.folder),
         "failed": failed,
     }
-    return found
+    return frame

@@ -70,12 +70,12 @@ def scaling(
         si(gravity, "m/s^2", "gravity"),
         material.reference_density(projectile), material.reference_density(target),
     )  # fmt: skip
-    found = {
+    diameters = {
         name: size for name, size in laws.diameters(event).items() if ground is None or name in laws.GROUNDS[ground]
     }
     table = pandas.DataFrame(
-        {"law": [laws.NAMES[name] for name in found], "diameter_m": list(found.values())},
-        index=pandas.Index(list(found), name="name"),
+        {"law": [laws.NAMES[name] for name in diameters], "diameter_m": list(diameters.values())},
+        index=pandas.Index(list(diameters), name="name"),
     )
     table.attrs["units"] = {"diameter_m": "m"}
     return table

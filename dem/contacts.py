@@ -45,9 +45,9 @@ def half_list(X, index, start, shape, skin, row, col):
     """
     n = index.shape[0]
     room = col.shape[0]
-    found = 0
+    count = 0
     for i in range(n):
-        row[i] = found
+        row[i] = count
         x, y, z, reach = X[i, 0], X[i, 1], X[i, 2], X[i, RADIUS] + skin
         cx, cy, cz = index[i, 0], index[i, 1], index[i, 2]
         z0, z1 = max(cz - 1, 0), min(cz + 1, shape[2] - 1)
@@ -66,11 +66,11 @@ def half_list(X, index, start, shape, skin, row, col):
                 dx, dy, dz = X[j, 0] - x, X[j, 1] - y, X[j, 2] - z
                 cut = reach + X[j, RADIUS]
                 if dx * dx + dy * dy + dz * dz < cut * cut:
-                    if found < room:
-                        col[found] = j
-                    found += 1
-    row[n] = found
-    return found
+                    if count < room:
+                        col[count] = j
+                    count += 1
+    row[n] = count
+    return count
 
 
 def first_of(row: np.ndarray) -> np.ndarray:
@@ -112,10 +112,10 @@ def build(X: np.ndarray, cells: Cells, skin: float, room: int) -> tuple[np.ndarr
     row = np.empty(len(X) + 1, dtype=np.int64)
     while True:
         col = np.empty(room, dtype=np.int32)
-        found = half_list(X, cells.index, cells.start, cells.shape, skin, row, col)
-        if found <= room:
-            return row, col[:found].copy()
-        room = int(found * 1.1) + 16
+        count = half_list(X, cells.index, cells.start, cells.shape, skin, row, col)
+        if count <= room:
+            return row, col[:count].copy()
+        room = int(count * 1.1) + 16
 
 
 @kernel

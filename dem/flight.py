@@ -34,7 +34,7 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
         return
     by_identity = dict(zip(bed.identity[changed > 0].tolist(), changed[changed > 0].tolist()))
     for code, (state, reason) in enumerate(CHANGES, 1):
-        wanted = [identity for identity, found in by_identity.items() if found == code]
+        wanted = [identity for identity, number in by_identity.items() if number == code]
         if wanted:
             bed.change_states(np.isin(bed.identity, wanted), state, reason)
 

@@ -38,7 +38,7 @@ def collide(bed: Assembly, dt: float) -> int:
     reach = bed.X[flying, RADIUS] + float(bed.X[flying, RADIUS].max()) + 2.0 * way
     cells = _Cells(bed.X[flying, :3], float(np.median(reach)))
     order = cells.order
-    found = encounters(
+    pairs = encounters(
         bed.X[flying[order]],
         bed.W[flying[order]],
         reach[order],
@@ -49,14 +49,14 @@ def collide(bed: Assembly, dt: float) -> int:
         cells.shape,
         dt,
     )
-    if len(found) == 0:
+    if len(pairs) == 0:
         return 0
-    found = found[np.lexsort((found[:, 1], found[:, 0], found[:, 2]))]
-    i, j = flying[order[found[:, 0].astype(np.int64)]], flying[order[found[:, 1].astype(np.int64)]]
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0], pairs[:, 2]))]
+    i, j = flying[order[pairs[:, 0].astype(np.int64)]], flying[order[pairs[:, 1].astype(np.int64)]]
     laws = (bed.contact.shell, bed.contact.ocean)
     restitution = np.array([[min(a.restitution, b.restitution) for b in laws] for a in laws])
     friction = np.array([[min(a.friction, b.friction) for b in laws] for a in laws])
-    done, lost = bounce(i, j, found[:, 2].copy(), bed.X, bed.W, bed.V, bed.kind, restitution, friction)
+    done, lost = bounce(i, j, pairs[:, 2].copy(), bed.X, bed.W, bed.V, bed.kind, restitution, friction)
     bed.report[DISSIPATED] += lost
     bed.lost_in_flight += lost
     return int(done)
@@ -81,7 +81,7 @@ def encounters(X, W, reach, way, low, size, start, shape, dt):
     """Pairs of cell-sorted grains that touch within ``dt``: rows (i, j, time). Of each pair the grain with the longer
     ``way`` looks for the other."""
     n = X.shape[0]
-    found = [(0.0, 0.0, 0.0) for _ in range(0)]
+    pairs = [(0.0, 0.0, 0.0) for _ in range(0)]
     for i in range(n):
         first, last = np.empty(3, np.int64), np.empty(3, np.int64)
         for c in range(3):
@@ -101,7 +101,7 @@ def encounters(X, W, reach, way, low, size, start, shape, dt):
                     touch = X[i, RADIUS] + X[j, RADIUS]
                     apart = x * x + y * y + z * z - touch * touch
                     if apart <= 0.0:
-                        found.append((float(i), float(j), 0.0))
+                        pairs.append((float(i), float(j), 0.0))
                         continue
                     speed2 = u * u + v * v + w * w
                     root = closing * closing - speed2 * apart
@@ -109,10 +109,10 @@ def encounters(X, W, reach, way, low, size, start, shape, dt):
                         continue
                     time = apart / (-closing + math.sqrt(root))
                     if time < dt:
-                        found.append((float(i), float(j), time))
-    out = np.empty((len(found), 3))
-    for k in range(len(found)):
-        out[k, 0], out[k, 1], out[k, 2] = found[k]
+                        pairs.append((float(i), float(j), time))
+    out = np.empty((len(pairs), 3))
+    for k in range(len(pairs)):
+        out[k, 0], out[k, 1], out[k, 2] = pairs[k]
     return out
 
 

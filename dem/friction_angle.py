@@ -69,10 +69,10 @@ def measure(contact: Contact, method: Method = "shear", **options: Any) -> dict[
     place = _place(contact, method, options)
     if place.is_file():
         return json.loads(place.read_text())
-    found = shear(contact, **options) if method == "shear" else tilt(contact, **options)
+    result = shear(contact, **options) if method == "shear" else tilt(contact, **options)
     place.parent.mkdir(parents=True, exist_ok=True)
-    archive.write_text(place, json.dumps(found, indent=1))
-    return found
+    archive.write_text(place, json.dumps(result, indent=1))
+    return result
 
 
 def with_friction(contact: Contact, friction: float) -> Contact:
@@ -97,17 +97,17 @@ def friction_for(angle_deg: float, contact: Contact, seeds: Sequence[int] = (1, 
         return measure(with_friction(contact, friction), "shear", seed=seed)
 
     k = len(TRIAL) // 2
-    found = {k: look(TRIAL[k], seeds[0])["mohr_coulomb_deg"]}
-    step = 1 if found[k] < angle_deg else -1
-    while (found[k] < angle_deg) == (step > 0):
+    angles = {k: look(TRIAL[k], seeds[0])["mohr_coulomb_deg"]}
+    step = 1 if angles[k] < angle_deg else -1
+    while (angles[k] < angle_deg) == (step > 0):
         k += step
         if not 0 <= k < len(TRIAL):
-            have, edge = found[k - step], "most" if step > 0 else "least"
+            have, edge = angles[k - step], "most" if step > 0 else "least"
             raise InputError(
                 f"a friction angle of {angle_deg:.3g} deg cannot be reached with shape = {contact.shell.shape:g} "
                 f"({edge}: {have:.3g} deg)"
             )
-        found[k] = look(TRIAL[k], seeds[0])["mohr_coulomb_deg"]
+        angles[k] = look(TRIAL[k], seeds[0])["mohr_coulomb_deg"]
     ends = sorted((TRIAL[k], TRIAL[k - step]))
     known = [[look(end, seed) for seed in seeds] for end in ends]
     low, high = (float(np.mean([one["mohr_coulomb_deg"] for one in row])) for row in known)
@@ -152,16 +152,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 f"friction = {friction:.4g}  gives {angle:.2f} +- {error:.2f} deg with shape {contact.shell.shape:g}"
             )
             return 0
-        found = measure(contact, options.method, seed=options.seed)
+        result = measure(contact, options.method, seed=options.seed)
     except (InputError, Unsound) as reason:
         print(f"{parser.prog}: {reason}", file=sys.stderr)
         return reason.exit_code
     print(
-        f"friction {contact.shell.friction:g}, shape {contact.shell.shape:g}: {found['mohr_coulomb_deg']:.2f} +- "
-        f"{found['mohr_coulomb_error_deg']:.2f} deg "
-        f"(Mohr-Coulomb); slopes of {found['angle_deg']:.2f} +- {found['error_deg']:.2f} deg"
+        f"friction {contact.shell.friction:g}, shape {contact.shell.shape:g}: {result['mohr_coulomb_deg']:.2f} +- "
+        f"{result['mohr_coulomb_error_deg']:.2f} deg "
+        f"(Mohr-Coulomb); slopes of {result['angle_deg']:.2f} +- {result['error_deg']:.2f} deg"
     )
-    print("\n".join(f"{name:18s}{value:10.4g}" for name, value in found.items()))
+    print("\n".join(f"{name:18s}{value:10.4g}" for name, value in result.items()))
     return 0
 
 

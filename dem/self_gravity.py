@@ -32,10 +32,8 @@ class SelfGravity:
         """Acceleration [m/s^2] of each grain, shape (n, 3)."""
         if len(mass) < 2:
             return np.zeros((len(mass), 3))
-        found = tree.gravity(
-            np.ascontiguousarray(position), np.ascontiguousarray(mass), SOFTENING * radius, self.theta
-        )
-        return tree.remove_net_force(found, position, mass)[0]
+        pull = tree.gravity(np.ascontiguousarray(position), np.ascontiguousarray(mass), SOFTENING * radius, self.theta)
+        return tree.remove_net_force(pull, position, mass)[0]
 
     def energy(self, position: np.ndarray, mass: np.ndarray, radius: np.ndarray) -> float:
         """Potential energy [J] by the same tree."""

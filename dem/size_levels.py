@@ -46,8 +46,8 @@ class Grid(NamedTuple):
 
 
 @kernel
-def _own(X, grid, skin, found, first, second):
-    """Pairs within one class; returns how many there are with the ``found`` that came before (beyond the room they are
+def _own(X, grid, skin, count, first, second):
+    """Pairs within one class; returns how many there are with the ``count`` that came before (beyond the room they are
     only counted)."""
     members, index, start, shape = grid.members, grid.cell, grid.start, grid.shape
     room = first.shape[0]
@@ -71,14 +71,14 @@ def _own(X, grid, skin, found, first, second):
                 dx, dy, dz = X[j, 0] - x, X[j, 1] - y, X[j, 2] - z
                 cut = reach + X[j, RADIUS]
                 if dx * dx + dy * dy + dz * dz < cut * cut:
-                    if found < room:
-                        first[found], second[found] = min(i, j), max(i, j)
-                    found += 1
-    return found
+                    if count < room:
+                        first[count], second[count] = min(i, j), max(i, j)
+                    count += 1
+    return count
 
 
 @kernel
-def _across(X, large, grid, skin, found, first, second):
+def _across(X, large, grid, skin, count, first, second):
     """Pairs of the grains ``large`` (their numbers) with those of a smaller class, sorted into ``grid``; returns as
     ``_own``."""
     small, start, low, size, shape = grid.members, grid.start, grid.low, grid.size, grid.shape
@@ -102,32 +102,32 @@ def _across(X, large, grid, skin, found, first, second):
                     dx, dy, dz = X[j, 0] - x, X[j, 1] - y, X[j, 2] - z
                     cut = reach + X[j, RADIUS]
                     if dx * dx + dy * dy + dz * dz < cut * cut:
-                        if found < room:
-                            first[found], second[found] = min(i, j), max(i, j)
-                        found += 1
-    return found
+                        if count < room:
+                            first[count], second[count] = min(i, j), max(i, j)
+                        count += 1
+    return count
 
 
 @kernel
-def _rows(first, second, found, row, col):
+def _rows(first, second, count, row, col):
     """Row starts and sorted partners of unordered pairs (two stable counting sorts)."""
     n = row.shape[0] - 1
     place = np.zeros(n + 1, dtype=np.int64)
-    for e in range(found):
+    for e in range(count):
         place[second[e] + 1] += 1
     for i in range(n):
         place[i + 1] += place[i]
-    by_second = np.empty(found, dtype=np.int64)
-    for e in range(found):
+    by_second = np.empty(count, dtype=np.int64)
+    for e in range(count):
         by_second[place[second[e]]] = e
         place[second[e]] += 1
     row[:] = 0
-    for e in range(found):
+    for e in range(count):
         row[first[e] + 1] += 1
     for i in range(n):
         row[i + 1] += row[i]
     place[:] = row
-    for k in range(found):
+    for k in range(count):
         e = by_second[k]
         col[place[first[e]]] = second[e]
         place[first[e]] += 1
@@ -146,14 +146,14 @@ def build(X: np.ndarray, skin: float, room: int) -> tuple[np.ndarray, np.ndarray
             )
     while True:
         first, second = np.empty(room, dtype=np.int32), np.empty(room, dtype=np.int32)
-        found = 0
+        count = 0
         for k, grid in enumerate(grids):
-            found = _own(X, grid, skin, found, first, second)
+            count = _own(X, grid, skin, count, first, second)
             for finer in grids[k + 1 :]:
-                found = _across(X, grid.members, finer, skin, found, first, second)
-        if found <= room:
+                count = _across(X, grid.members, finer, skin, count, first, second)
+        if count <= room:
             break
-        room = int(found * 1.1) + 16
-    row, col = np.empty(len(X) + 1, dtype=np.int64), np.empty(found, dtype=np.int32)
-    _rows(first, second, found, row, col)
+        room = int(count * 1.1) + 16
+    row, col = np.empty(len(X) + 1, dtype=np.int64), np.empty(count, dtype=np.int32)
+    _rows(first, second, count, row, col)
     return row, col

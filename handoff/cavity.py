@@ -102,9 +102,9 @@ def seek(heights_in: Callable[[Domain], tuple[np.ndarray, np.ndarray]], domain: 
         halvings = max(0, math.floor(math.log2(domain.radius / (_LEAST_DISC * noise))))
         for k in range(halvings, 0, -1):
             disc = Cylinder(domain.radius / 2.0**k, domain.floor, domain.datum, domain.top)
-            found = measure(*heights_in(disc), disc, noise)
-            if 0.0 < found.radius and float(np.hypot(*found.centre[:2])) + found.radius < _ROOM * disc.radius:
-                return found
+            cavity = measure(*heights_in(disc), disc, noise)
+            if 0.0 < cavity.radius and float(np.hypot(*cavity.centre[:2])) + cavity.radius < _ROOM * disc.radius:
+                return cavity
     return measure(*heights_in(domain), domain, noise)
 
 

@@ -212,9 +212,9 @@ def choose(series: Sequence[Diagnosis], grain_radius: float, gravity: float) -> 
 def files(folder: Path) -> list[Path]:
     """Source snapshots in order of time: the numbered ones, or ``last.vtkhdf`` alone. Raises ``InputError`` when there
     are none."""
-    found = snapshot.series(folder)
-    if not found and (folder / f"last{snapshot.SUFFIX}").is_file():
-        found = [folder / f"last{snapshot.SUFFIX}"]
-    if not found:
+    paths = snapshot.series(folder)
+    if not paths and (folder / f"last{snapshot.SUFFIX}").is_file():
+        paths = [folder / f"last{snapshot.SUFFIX}"]
+    if not paths:
         raise InputError(f"no snapshots of the shock stage in {folder}")
-    return found
+    return paths

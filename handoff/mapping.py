@@ -122,8 +122,8 @@ def locally_closed(mass: np.ndarray, tree: cKDTree, wanted: np.ndarray, overlap:
     about 24 particles.
     """
     points = (mass / np.where(overlap.per_grain > 0.0, overlap.per_grain, 1.0))[overlap.grain] * overlap.weight
-    found = np.bincount(overlap.particle, weights=points, minlength=len(wanted))
-    factor = np.clip(interpolation.matching_factor(tree, wanted, found, passes=4), *_DENSITY_FACTOR)
+    sums = np.bincount(overlap.particle, weights=points, minlength=len(wanted))
+    factor = np.clip(interpolation.matching_factor(tree, wanted, sums, passes=4), *_DENSITY_FACTOR)
     return np.bincount(overlap.grain, weights=points * factor[overlap.particle], minlength=len(mass))
 
 

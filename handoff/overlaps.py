@@ -120,9 +120,9 @@ def pairs(position: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndar
         for b in range(a + 1, len(classes)):
             theirs = classes[b]
             reach = float(radius[mine].max() + radius[theirs].max())
-            found = trees[a].sparse_distance_matrix(trees[b], reach, output_type="ndarray")
-            one.append(mine[found["i"]])
-            other.append(theirs[found["j"]])
+            close = trees[a].sparse_distance_matrix(trees[b], reach, output_type="ndarray")
+            one.append(mine[close["i"]])
+            other.append(theirs[close["j"]])
     return np.concatenate(one), np.concatenate(other)
 
 

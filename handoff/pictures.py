@@ -261,14 +261,16 @@ def _forces(data):
 
     region, unit, name, xlim, zlim = _frame_of(data)
     start = data["start"]
-    found = force_network.measure(start)
+    network = force_network.measure(start)
     aspect = (zlim[1] - zlim[0]) / (xlim[1] - xlim[0])
     figure, axes = _figure(2, 1, (12.0, 12.0 * aspect + 4.5))
     figure.get_layout_engine().set(hspace=0.05)
     cut, spread = axes[0, 0], axes[1, 0]
-    thin = np.abs(start.position[found.one, 1] + start.position[found.other, 1]) < 2.0 * float(start.radius.mean())
-    ends = np.stack([start.position[found.one[thin]], start.position[found.other[thin]]], axis=1)[:, :, [0, 2]] / unit
-    share = found.force[thin] / max(found.mean, 1e-300)
+    thin = np.abs(start.position[network.one, 1] + start.position[network.other, 1]) < 2.0 * float(start.radius.mean())
+    ends = (
+        np.stack([start.position[network.one[thin]], start.position[network.other[thin]]], axis=1)[:, :, [0, 2]] / unit
+    )
+    share = network.force[thin] / max(network.mean, 1e-300)
     order = np.argsort(share)
     lines = LineCollection(
         ends[order],
@@ -280,14 +282,14 @@ def _forces(data):
     cut.add_collection(lines)
     figure.colorbar(lines, ax=cut, label="force / mean", shrink=0.8)
     _outline(cut, data, region, unit)
-    mean = readable.amount(found.mean, "N", 3)
+    mean = readable.amount(network.mean, "N", 3)
     title = (
-        f"Contact forces at the start: mean {mean}, 99 % below {found.spread:.2g} means, "
-        f"{found.contacts_per_grain:.2f} contacts per grain"
+        f"Contact forces at the start: mean {mean}, 99 % below {network.spread:.2g} means, "
+        f"{network.contacts_per_grain:.2f} contacts per grain"
     )
     cut.set(xlim=xlim, ylim=zlim, aspect="equal", title=title, xlabel=f"x [{name}]", ylabel=f"z [{name}]")
-    if len(found.force):
-        every = found.force / found.mean
+    if len(network.force):
+        every = network.force / network.mean
         spread.hist(
             every,
             bins=np.linspace(0.0, max(10.0, float(np.percentile(every, 99.9))), 80),

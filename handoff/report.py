@@ -151,9 +151,9 @@ def _first_lines(sentences: list[str], record: dict) -> str:
     )
 
 
-def _further(found: dict | None) -> str:
+def _further(comparison: dict | None) -> str:
     """The sensitivity runs as a table; empty where there are none."""
-    if not found:
+    if not comparison:
         return ""
     names = {
         **{name: BY_NAME[name].noun for name in RATIOS if UNITS[name] == "m"},
@@ -168,7 +168,7 @@ def _further(found: dict | None) -> str:
         "rms of profiles",
     ]
     rows = []
-    for variant, row in found["rows"].items():
+    for variant, row in comparison["rows"].items():
         cells = [text for key in names for text in (_amount(row[key], "m"), _change(row[f"{key}_change"]))]
         first = [_amount(row["time_s"], "s"), _amount(row["speed_limit_m_s"], "m/s"), _amount(row["alpha_spacings"])]
         rows.append([page.escape(variant.replace("_", " ")), *first, *cells, _amount(row["profile_rms_m"], "m")])
@@ -179,7 +179,7 @@ def _further(found: dict | None) -> str:
         f"drift "
         f"{_amount(row['deep_drift_most_over_r'])} radii; energy above that at the start by "
         f"{_amount(row['energy_rise_J'], 'J')}</li>"
-        for name, row in found["controls"].items()
+        for name, row in comparison["controls"].items()
     )
     return f"<h2>Sensitivity of the final crater</h2>{page.table(head, rows)}<ul>{controls}</ul>"
 

@@ -68,15 +68,15 @@ def deciding(value: Any) -> Any:
 
 
 def _of_model(model: BaseModel) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for name, entry in type(model).model_fields.items():
         mark = next((item for item in entry.metadata if isinstance(item, View)), None)
         value = getattr(model, name)
         if mark is None:
-            found[name] = deciding(value)
+            keys[name] = deciding(value)
         elif mark.but and value is not None:
-            found[name] = {key: deciding(getattr(value, key)) for key in mark.but}
-    return found
+            keys[name] = {key: deciding(getattr(value, key)) for key in mark.but}
+    return keys
 
 
 class Layer(Model):

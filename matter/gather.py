@@ -102,11 +102,11 @@ def _starts(context, builder, table, index, k) -> list:
     """Offsets of the rows index[k] ... index[k + 7] of a C-ordered table."""
     integer = context.get_value_type(types.intp)
     width = cgutils.unpack_tuple(builder, table.shape)[1]
-    found = []
+    offsets = []
     for m in range(LANES):
         j = builder.load(builder.gep(index.data, [builder.add(k, ir.Constant(integer, m))]))
-        found.append(builder.mul(builder.sext(j, integer) if j.type.width < integer.width else j, width))
-    return found
+        offsets.append(builder.mul(builder.sext(j, integer) if j.type.width < integer.width else j, width))
+    return offsets
 
 
 def _column_places(context, builder, scratch, first, k) -> list:

@@ -79,9 +79,9 @@ def arrays(place: Any, deep: bool = False, numbers: bool = True) -> dict[str, np
     """All arrays of a file or group by their names; ``deep``: those of its groups too, by their paths."""
     import h5py
 
-    found: list[str] = []
+    names: list[str] = []
     if deep:
-        place.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None)
+        place.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
     else:
-        found = list(place)
-    return {name: array(place, name, numbers) for name in found}
+        names = list(place)
+    return {name: array(place, name, numbers) for name in names}

@@ -58,7 +58,7 @@ numba.config.THREADING_LAYER_PRIORITY = ["tbb", "omp", "workqueue"]
 @functools.cache
 def _local_imports(path: Path) -> tuple[Path, ...]:
     """The project's own source files that ``path`` imports, directly."""
-    found: set[Path] = set()
+    files: set[Path] = set()
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
@@ -73,8 +73,8 @@ def _local_imports(path: Path) -> tuple[Path, ...]:
         base = HOUSE.joinpath(*parts)
         for candidate in (base.with_suffix(".py"), base / "__init__.py"):
             if candidate.is_file():
-                found.add(candidate)
-    return tuple(sorted(found))
+                files.add(candidate)
+    return tuple(sorted(files))
 
 
 def reached_sources(path: Path) -> tuple[Path, ...]:

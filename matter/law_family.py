@@ -146,7 +146,7 @@ class Family:
 def keys(families: Sequence[Family], of: str = "Parameters") -> dict[str, Any]:
     """Annotation and default of every key that the tuples named ``of`` in the files of the laws hold, for
     ``pydantic.create_model``; laws that share a key say what each takes it for."""
-    found: dict[str, tuple[Any, Any]] = {}
+    kinds_by_key: dict[str, tuple[Any, Any]] = {}
     words: dict[str, dict[str, list[str]]] = {}
     for family in families:
         for name, module in zip(family.names[family.first :], family.laws):
@@ -154,7 +154,7 @@ def keys(families: Sequence[Family], of: str = "Parameters") -> dict[str, Any]:
                 continue
             kinds = typing.get_type_hints(getattr(module, of), include_extras=True)
             for key, default in getattr(module, of)._field_defaults.items():
-                found.setdefault(key, (kinds[key], default))
+                kinds_by_key.setdefault(key, (kinds[key], default))
                 about = next(
                     (
                         part.description
@@ -165,7 +165,7 @@ def keys(families: Sequence[Family], of: str = "Parameters") -> dict[str, Any]:
                 )
                 words.setdefault(key, {}).setdefault(about, []).append(f'``{family.key} = "{name}"``')
     fields = {}
-    for key, (kind, default) in found.items():
+    for key, (kind, default) in kinds_by_key.items():
         said = words[key]
         text = (
             next(iter(said))

@@ -153,8 +153,8 @@ def graded_shell(
 
 def _listed(points: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     order, grid = neighbours.sort(points, 2.0 * spacing)
-    found = neighbours.build(points[order], 2.0 * spacing[order], grid)
-    return order, found.index, found.entry, found.count
+    pairs = neighbours.build(points[order], 2.0 * spacing[order], grid)
+    return order, pairs.index, pairs.entry, pairs.count
 
 
 def _moves(points: np.ndarray, spacing: np.ndarray, wanted: int) -> np.ndarray:

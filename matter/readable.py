@@ -143,7 +143,7 @@ def _joined(value: str, unit: str) -> str:
 
 def superscripts(text: str) -> str:
     """Powers of units as they are printed: "kg m^2/s" as "kg m²/s"."""
-    return re.sub(r"\^(-?\d+)", lambda found: found.group(1).translate(_SUPERSCRIPT), text)
+    return re.sub(r"\^(-?\d+)", lambda match: match.group(1).translate(_SUPERSCRIPT), text)
 
 
 def prose(text: str) -> str:
@@ -151,7 +151,7 @@ def prose(text: str) -> str:
     power = r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?)0*(\d+)\b"
     text = re.sub(
         power,
-        lambda found: f"{found[1]} × 10{((found[2] if found[2] == '-' else '') + found[3]).translate(_SUPERSCRIPT)}",
+        lambda match: f"{match[1]} × 10{((match[2] if match[2] == '-' else '') + match[3]).translate(_SUPERSCRIPT)}",
         text,
     )
     text = text.replace(" million km3", " × 10⁶ km³")

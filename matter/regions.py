@@ -143,11 +143,11 @@ class Bowl:
     def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
         box = Cylinder(math.sqrt(self.radius**2 - self.top**2), self.bottom, self.top)
-        found = np.empty((0, 3))
-        while len(found) < count:
+        points = np.empty((0, 3))
+        while len(points) < count:
             trial = box.draw(rng, count)
-            found = np.concatenate([found, trial[self.inside(trial)]])
-        return found[:count]
+            points = np.concatenate([points, trial[self.inside(trial)]])
+        return points[:count]
 
     def inside(self, points: np.ndarray) -> np.ndarray:
         """(n,) bool."""

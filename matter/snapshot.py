@@ -86,18 +86,18 @@ def _facts(attributes: dict[str, Any]) -> dict[str, np.ndarray]:
     for name, value in attributes.items():
         if isinstance(value, dict) and all(isinstance(entry, (int, float)) for entry in value.values()):
             flat |= {f"{name}.{key}": entry for key, entry in value.items()}
-    found: dict[str, np.ndarray] = {}
+    facts: dict[str, np.ndarray] = {}
     for name, value in flat.items():
         entries = list(value) if isinstance(value, (list, tuple, np.ndarray)) else [value]
         if entries and all(isinstance(entry, str) for entry in entries):
             words = [entry.encode("ascii", "replace").decode() for entry in entries]  # VTK converts no UTF-8
-            found[name] = np.array(words, dtype=object)
+            facts[name] = np.array(words, dtype=object)
         elif entries and all(
             isinstance(entry, (bool, np.bool_, int, float, np.integer, np.floating)) for entry in entries
         ):
             numbers = np.array(entries)  # in one row: ParaView 5.11 reads no tables here
-            found[name] = numbers.astype(np.int8) if numbers.dtype == bool else numbers
-    return found
+            facts[name] = numbers.astype(np.int8) if numbers.dtype == bool else numbers
+    return facts
 
 
 def read(path: Path, only: Collection[str] | None = None) -> Particles:

@@ -125,7 +125,7 @@ def _rkck(system: System, request: Request, number: int) -> Block:
 WORKERS: dict[str, Callable[[System, Request, int], Block]] = {"fast": _fast, "tube": _tube, "rkck": _rkck}
 
 
-def found(request: Request, system: System, table: dict[str, np.ndarray]) -> float:
+def effective_entries(request: Request, system: System, table: dict[str, np.ndarray]) -> float:
     """Entries at the target so far: their number, or (sum w)^2 / sum w^2 where they carry weights."""
     weight = table["weight"][(table["event"] == ENTRY) & (table["moon"] == system.moon(request.target))]
     return float(weight.sum() ** 2 / (weight**2).sum()) if len(weight) else 0.0
@@ -136,7 +136,7 @@ def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
     request."""
     system = jovian(request.target)
     tally = _resumed(request, out)
-    progress = Progress(stage, float(request.count), start=found(request, system, tally.table))
+    progress = Progress(stage, float(request.count), start=effective_entries(request, system, tally.table))
     tables, enough, saved, began = [tally.table], progress.start, time.monotonic(), time.monotonic() - tally.wall_s
     for block in _blocks(system, request, tally.block):
         tables.append(block.table)
@@ -150,7 +150,7 @@ def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
         tally.wall_s = time.monotonic() - began
         if len(tables) > 64:
             tables = [encounters.join(tables)]
-        enough += found(request, system, block.table)
+        enough += effective_entries(request, system, block.table)
         progress.update(enough, f"{tally.particles} particles")
         if time.monotonic() - saved > CHECKPOINT_S:
             tables = [encounters.join(tables)]

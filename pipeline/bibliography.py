@@ -20,15 +20,15 @@ FILE = Path(__file__).with_name("references.bib")
 @functools.cache
 def entries() -> dict[str, str]:
     """BibTeX text by key."""
-    found = re.split(r"^(?=@)", FILE.read_text(), flags=re.MULTILINE)
-    return {_key(text): text.strip() for text in found if text.startswith("@")}
+    blocks = re.split(r"^(?=@)", FILE.read_text(), flags=re.MULTILINE)
+    return {_key(text): text.strip() for text in blocks if text.startswith("@")}
 
 
 def _key(entry: str) -> str:
-    found = re.match(r"@\w+\{(\w+),", entry)
-    if found is None:
+    match = re.match(r"@\w+\{(\w+),", entry)
+    if match is None:
         raise ValueError(f"{FILE.name}: no key in {entry[:60]!r}")
-    return found.group(1)
+    return match.group(1)
 
 
 @functools.cache

@@ -39,7 +39,7 @@ class Case:
     outside: dict[str, Path]
     lines: dict[KeyPath, int] = field(repr=False)
     preset_table: dict[str, Any] = field(repr=False)
-    found: tuple[Complaint, ...] = ()
+    complaints: tuple[Complaint, ...] = ()
     run: Path | None = None
     filled: tuple[KeyPath, ...] = ()
     size: str | None = None
@@ -105,7 +105,7 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
     Complaints about overlays and files from elsewhere are kept in the case, for ``pipeline.compose`` to report with
     the others. Raises ``InputError`` when there is no such file, it is not TOML, or it has no preset of that name.
     """
-    where = shipped.found(where)
+    where = shipped.located(where)
     file = where / "case.toml" if where.is_dir() else where
     if not file.is_file():
         raise InputError(f"no case at {where}: give a folder that holds case.toml, or the file itself")
@@ -129,7 +129,7 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         known = f"it has {', '.join(sorted(presets))}" if presets else "it has none"
         raise InputError(f"{file} has no preset {preset!r}{stages.nearest(preset, list(presets))} ({known})")
     table = presets.get(preset, {}) if preset else {}
-    document, found, set_here = _without_left_out(overlay.merged(content, table), table), [], list[KeyPath]()
+    document, complaints, set_here = _without_left_out(overlay.merged(content, table), table), [], list[KeyPath]()
     if size is not None:
         document = sizes.laid(document, size)
     for assignment in overrides:
@@ -138,7 +138,7 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
             document = overlay.assigned(document, path, value)
             set_here.append(path)
         except InputError as reason:
-            found.append(Complaint((), str(reason)))
+            complaints.append(Complaint((), str(reason)))
     if ("case", "stages") in set_here:
         document = _without_left_out(document, {**{str(path[0]): {} for path in set_here}, "case": document["case"]})
     name = file.resolve().parent.name if file.name == "case.toml" else file.stem
@@ -154,7 +154,7 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         {},
         toml_lines.key_lines(text),
         table,
-        tuple(found),
+        tuple(complaints),
         size=size,
         sweep=swept,
     )
@@ -163,10 +163,10 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
 
 def _completed(case: Case) -> Case:
     """The case with what it leaves open."""
-    document, filled, found = completed(case.document, case.name)
+    document, filled, complaints = completed(case.document, case.name)
     if case.size and "bed" in document["case"].get("stages", ()):
         document["bed"] = {sizes.NUMBER["bed"]: sizes.SIZES[case.size], **document.get("bed", {})}
-    return replace(case, document=document, filled=(*case.filled, *filled), found=(*case.found, *found))
+    return replace(case, document=document, filled=(*case.filled, *filled), complaints=(*case.complaints, *complaints))
 
 
 def _opened(document: dict[str, Any], paths: Iterable[KeyPath]) -> dict[str, Any]:
@@ -197,7 +197,7 @@ def _without_left_out(document: dict[str, Any], preset: dict[str, Any]) -> dict[
 def _outside_taken(case: Case) -> Case:
     """Take the files from elsewhere out of the stages' tables; a relative path starts at the case (``--set``: at the
     current folder)."""
-    document, outside, found = dict(case.document), {}, list(case.found)
+    document, outside, complaints = dict(case.document), {}, list(case.complaints)
     for stage, key in stages.OUTSIDE.items():
         table = document.get(stage)
         if not isinstance(table, dict) or not isinstance(table.get(key), str):
@@ -206,9 +206,9 @@ def _outside_taken(case: Case) -> Case:
         base = Path() if case.origin((stage, key)).startswith("--set") else case.file.parent
         path = base / Path(table[key]).expanduser()
         if not path.is_file():
-            found.append(Complaint((stage, key), f"no file at {path}"))
+            complaints.append(Complaint((stage, key), f"no file at {path}"))
         outside[stage] = path
-    case = replace(case, document=document, outside=outside, found=tuple(found))
+    case = replace(case, document=document, outside=outside, complaints=tuple(complaints))
     return with_impact(case, outside["nbody"]) if "nbody" in outside and outside["nbody"].is_file() else case
 
 

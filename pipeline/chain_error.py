@@ -196,18 +196,18 @@ def evaluate(study: Study) -> list[Row]:
     if not study.done(reference()):
         raise InputError(f"the reference run in {study.run_folder(reference())} is not done")
     members = [reference(), *others(study)]
-    found = {member.name: expected.values(study.run_folder(member)) for member in members if study.done(member)}
-    draws = [member for member in members if member.shock is not None and member.name in found]
-    rows = [row(crater, name, found, draws) for crater in expected.CRATERS for name in COMPARED]
+    values = {member.name: expected.values(study.run_folder(member)) for member in members if study.done(member)}
+    draws = [member for member in members if member.shock is not None and member.name in values]
+    rows = [row(crater, name, values, draws) for crater in expected.CRATERS for name in COMPARED]
     return [one for one in rows if one is not None]
 
 
-def row(crater: str, name: str, found: dict[str, Any], draws: list[Member]) -> Row | None:
-    """The chain error of one measure of one crater; ``found``: member -> crater -> measure -> entry, ``draws``: the
+def row(crater: str, name: str, measured: dict[str, Any], draws: list[Member]) -> Row | None:
+    """The chain error of one measure of one crater; ``measured``: member -> crater -> measure -> entry, ``draws``: the
     members that are draws, the reference among them. None where the reference has not measured it."""
 
     def value(member: str) -> float | None:
-        return found.get(member, {}).get(crater, {}).get(name, {}).get("value")
+        return measured.get(member, {}).get(crater, {}).get(name, {}).get("value")
 
     mine = [member for member in draws if value(member.name) is not None]
     origin = value("reference")
@@ -220,7 +220,7 @@ def row(crater: str, name: str, found: dict[str, Any], draws: list[Member]) -> R
     spread = 0.5 * (max(*times, origin) - min(*times, origin)) if times else None
     return Row(
         crater, name, tuple(values), float(np.mean(values)),
-        _measuring([found[member.name][crater][name] for member in mine]),
+        _measuring([measured[member.name][crater][name] for member in mine]),
         draws=math.sqrt(total) if len(mine) > 1 else None,
         handoff=None if spread is None else math.sqrt(max(0.0, spread**2 - HALF_RANGE_OF_THREE * within)),
         size=None if coarser is None else math.sqrt(max(0.0, (coarser - origin) ** 2 - 2.0 * total)),

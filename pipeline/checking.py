@@ -36,37 +36,37 @@ def settings_of(case: Case, wanted: tuple[str, ...] = stages.ORDER) -> dict[str,
         raise InputError(
             f"{case.file} holds a sweep alone: run_case {case.file} --sweep runs it, --sweep --check says what"
         )
-    settings, found = _composed(case, wanted)
-    if found:
-        raise InputError(listed(case, found, wanted))
+    settings, faults = _composed(case, wanted)
+    if faults:
+        raise InputError(listed(case, faults, wanted))
     return settings
 
 
 def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], list[Complaint]]:
     """The settings that are right, and every complaint."""
     settings: dict[str, Model] = {}
-    found = list(case.found)
+    faults = list(case.complaints)
     document = case.document
     if not case.pinned:
         document = {**document, "impact": {**FROM_ENCOUNTERS, **document["impact"]}}
-    found += _tables(document)
-    found += _checked(CaseTable, document.get("case", {}), ("case",))[1]
+    faults += _tables(document)
+    faults += _checked(CaseTable, document.get("case", {}), ("case",))[1]
     shared = {name: document[name] for name in stages.SHARED_TABLES if name in document}
     for name, model in (("target", Target), ("impact", Impact)):
         if name in shared:
-            found += _checked(model, shared[name], (name,))[1]
+            faults += _checked(model, shared[name], (name,))[1]
     if not any(
-        complaint.path[:2] == ("case", "stages") for complaint in found
+        complaint.path[:2] == ("case", "stages") for complaint in faults
     ):  # a stage's name that is misspelt is one mistake
         idle = [stage for stage in stages.ORDER if stage in document and stage not in case.stages]
-        found += [Complaint((stage,), f"[case] stages does not include {stage}") for stage in idle]
-    found += outside.faults(case.outside, stages.OUTSIDE)
+        faults += [Complaint((stage,), f"[case] stages does not include {stage}") for stage in idle]
+    faults += outside.faults(case.outside, stages.OUTSIDE)
     for stage in case.stages:
         try:
             model = stages.load(stage).Settings
         except InputError as reason:
             if stage in wanted and stage not in case.outside:
-                found.append(Complaint((stage,), str(reason)))
+                faults.append(Complaint((stage,), str(reason)))
             continue
         table = document.get(stage, {})
         if not isinstance(table, dict):
@@ -77,27 +77,29 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
         model_settings, wrong = _checked(model, payload, (stage,), moved)
         if stage in case.outside:  # it will not run: misspelt keys still count, missing ones do not
             wrong = [complaint for complaint in wrong if complaint.message != "is missing"]
-        found += wrong
+        faults += wrong
         if model_settings is not None:
             settings[stage] = model_settings
-    return settings, _causes(found)
+    return settings, _causes(faults)
 
 
-def _causes(found: list[Complaint]) -> list[Complaint]:
+def _causes(faults: list[Complaint]) -> list[Complaint]:
     """The complaints without those that follow from others: what could not be filled in is no second mistake."""
-    first = [complaint for complaint in found if not (complaint.message == "is missing" and complaint.path in FOLLOWS)]
-    return first or found
+    first = [
+        complaint for complaint in faults if not (complaint.message == "is missing" and complaint.path in FOLLOWS)
+    ]
+    return first or faults
 
 
 def _tables(document: dict[str, Any]) -> list[Complaint]:
     valid = ["case", *stages.SHARED_TABLES, *stages.ORDER, "sweep", "preset"]
-    found = []
+    faults = []
     for name, value in document.items():
         if name not in valid:
-            found.append(Complaint((name,), unknown(name, valid, "table")))
+            faults.append(Complaint((name,), unknown(name, valid, "table")))
         elif not isinstance(value, dict):
-            found.append(Complaint((name,), f"is a table: write [{name}]"))
-    return found
+            faults.append(Complaint((name,), f"is a table: write [{name}]"))
+    return faults
 
 
 def _payload(
@@ -124,23 +126,23 @@ def _checked(
     try:
         return model.model_validate(payload, context=REQUIRED), []
     except ValidationError as error:
-        found = []
+        faults = []
         for path, message in complaints(model, error):
             first = path[0] if path else None
             origin = moved[str(first)] if moved and first in moved else (*place, *path[:1])
             if message == "is missing" and len(path) == 1 and first in stages.SHARED_TABLES:
                 origin = (str(first),)
-            found.append(Complaint((*origin, *path[1:]), message))
-        return None, found
+            faults.append(Complaint((*origin, *path[1:]), message))
+        return None, faults
 
 
-def listed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> str:
+def listed(case: Case, faults: list[Complaint], wanted: tuple[str, ...]) -> str:
     """All complaints in the order of the file, then those about options; those of composing for the ``wanted`` stages
     blame an option that causes them."""
     rows = []
-    found = list(dict.fromkeys(found))
-    blamed = _blamed(case, found, wanted) if wanted else {}
-    for complaint in found:
+    faults = list(dict.fromkeys(faults))
+    blamed = _blamed(case, faults, wanted) if wanted else {}
+    for complaint in faults:
         path, message = complaint
         origin = blamed.get(complaint) or (case.origin(path) if path else "")
         line = origin.rpartition(":")[2]
@@ -156,7 +158,7 @@ def listed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> str:
     )
 
 
-def _blamed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> dict[Complaint, str]:
+def _blamed(case: Case, faults: list[Complaint], wanted: tuple[str, ...]) -> dict[Complaint, str]:
     """The options at fault for complaints about other places: those without which a complaint would not be there."""
     blamed: dict[Complaint, str] = {}
     for number, assignment in enumerate(case.overrides):
@@ -167,7 +169,7 @@ def _blamed(case: Case, found: list[Complaint], wanted: tuple[str, ...]) -> dict
             )[1]
         except InputError:
             continue  # that option has a complaint of its own
-        for complaint in found:
+        for complaint in faults:
             if complaint.path and complaint not in without:
                 blamed[complaint] = (
                     f"{blamed[complaint]}, --set {dotted(key)}" if complaint in blamed else f"--set {dotted(key)}"

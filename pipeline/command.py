@@ -27,15 +27,15 @@ INTERRUPTED = 75
 def foreign_rooms() -> list[str]:
     """A sentence for every package of this project that Python would import from elsewhere: their names are common
     ones."""
-    found = []
+    sentences = []
     for room in ROOMS:
         spec = importlib.util.find_spec(room)
         if spec is None:
-            found.append(f"package {room!r} of bolide is missing")
+            sentences.append(f"package {room!r} of bolide is missing")
         elif spec.origin is None or HOUSE not in Path(spec.origin).resolve().parents:
             where = spec.origin or ", ".join(spec.submodule_search_locations or [])
-            found.append(f"package {room!r} is imported from {where}, not from bolide in {HOUSE}")
-    return found
+            sentences.append(f"package {room!r} is imported from {where}, not from bolide in {HOUSE}")
+    return sentences
 
 
 def start(function: Callable[..., Any]) -> NoReturn:

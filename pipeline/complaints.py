@@ -35,13 +35,13 @@ def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint
     # a default that could not be worked out is no mistake of its own: what it goes by has one
     entries = [entry for entry in error.errors(include_url=False) if entry["type"] != "default_factory_not_called"]
     places = [path_of(model, entry) for entry in entries]
-    found: dict[KeyPath, list[str]] = {}
+    by_place: dict[KeyPath, list[str]] = {}
     for entry, place in zip(entries, places):
         # a list whose elements are all wrong is also reported as too short: that is no second mistake
         if entry["type"] == "too_short" and any(other[: len(place)] == place and other != place for other in places):
             continue
-        found.setdefault(place, []).append(_worded(model, place, entry))
-    return [Complaint(place, _joined(messages)) for place, messages in found.items()]
+        by_place.setdefault(place, []).append(_worded(model, place, entry))
+    return [Complaint(place, _joined(messages)) for place, messages in by_place.items()]
 
 
 def path_of(model: type[BaseModel], entry: Any) -> KeyPath:
@@ -158,7 +158,7 @@ def names_at(model: type[BaseModel], path: KeyPath) -> list[str]:
     here: list[Any] = [model]
     for part in path:
         inner = (
-            [found for one in here for found in _tables_in(_fields(one).get(part))] if isinstance(part, str) else []
+            [table for one in here for table in _tables_in(_fields(one).get(part))] if isinstance(part, str) else []
         )
         here = inner or here  # an index or the tag of a union names no table of its own
     return list(dict.fromkeys(name for one in here for name in _fields(one)))

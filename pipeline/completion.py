@@ -35,11 +35,11 @@ def paths(incomplete: str) -> list[str]:
     here = Path(incomplete)
     parent = here if incomplete.endswith("/") else here.parent
     try:
-        found = sorted(path for path in parent.iterdir() if not path.name.startswith("."))
+        candidates = sorted(path for path in parent.iterdir() if not path.name.startswith("."))
     except OSError:
         return []
     return [
         f"{path}/" if path.is_dir() else str(path)
-        for path in found
+        for path in candidates
         if (path.is_dir() or path.suffix == ".toml") and str(path).startswith(str(here) if incomplete else "")
     ]

@@ -36,28 +36,28 @@ def members(case: Any, count: int) -> list[Member]:
     if not seeds:
         raise InputError(f"{case.file} draws neither particles nor grains: it has no seeds to vary")
     width = max(2, len(str(count)))
-    found = []
+    draws = []
     for k in range(count):
         groups = {"bed": k, "sph": k // chain_error.DRAWS_PER_SHOCK if "bed" in seeds else k}
-        found.append(
+        draws.append(
             Member(f"m{k + 1:0{width}d}", {f"{stage}.seed": seed + groups[stage] for stage, seed in seeds.items()})
         )
-    return found
+    return draws
 
 
 def spread(sweep: Sweep) -> list[Row]:
     """Mean, measuring error and scatter of every measure over the members that are measured; empty where fewer than
     two are."""
-    found = {member.name: expected.values(sweep.requests[member.name].run_folder) for member in sweep.members}
+    values = {member.name: expected.values(sweep.requests[member.name].run_folder) for member in sweep.members}
     draws = [
         chain_error.Member("reference" if k == 0 else member.name, shock=int(member.values.get("sph.seed", 0)))
         for k, member in enumerate(sweep.members)
-        if found[member.name]
+        if values[member.name]
     ]
     if len(draws) < LEAST or draws[0].name != "reference":
         return []
-    found["reference"] = found[sweep.members[0].name]
-    rows = [chain_error.row(crater, name, found, draws) for crater in expected.CRATERS for name in COMPARED]
+    values["reference"] = values[sweep.members[0].name]
+    rows = [chain_error.row(crater, name, values, draws) for crater in expected.CRATERS for name in COMPARED]
     return [row for row in rows if row is not None and row.draws is not None]
 
 

@@ -118,17 +118,17 @@ def _read(file: Path, stamp: int) -> dict[str, Preset]:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
         raise InputError(f"{file} is not valid TOML: {reason}") from None
-    lines, found, presets = toml_lines.key_lines(text), [], {}
+    lines, faults, presets = toml_lines.key_lines(text), [], {}
     for name, table in content.items():
         try:
             presets[name] = Preset.model_validate(table, context=REQUIRED)
         except ValidationError as error:
             for path, message in complaints(Preset, error):
                 line = toml_lines.line_of((name, *path), lines)
-                found.append(f"  {file.name}{f':{line}' if line else ''}  {dotted((name, *path))}: {message}")
-    if found:
+                faults.append(f"  {file.name}{f':{line}' if line else ''}  {dotted((name, *path))}: {message}")
+    if faults:
         raise InputError(
-            f"{file} cannot be used, {len(found)} error{'s' if len(found) > 1 else ''}:\n" + "\n".join(found)
+            f"{file} cannot be used, {len(faults)} error{'s' if len(faults) > 1 else ''}:\n" + "\n".join(faults)
         )
     return presets
 
@@ -218,7 +218,7 @@ class Verdict(Model):
 def verdicts(expected: Preset, measures: dict[str, Any]) -> list[Verdict]:
     """Every expected measure that a run has (``values``); the error is that of one run about the mean: measuring and
     chain in quadrature."""
-    found = []
+    rows = []
     for crater in CRATERS:
         mine = measures.get(crater, {})
         for name in COMPARED:
@@ -227,10 +227,10 @@ def verdicts(expected: Preset, measures: dict[str, Any]) -> list[Verdict]:
                 continue
             sigma = math.hypot(entry.measuring, entry.chain or 0.0)
             apart = (value - entry.value) / sigma if sigma > 0.0 else (0.0 if value == entry.value else math.inf)
-            found.append(
+            rows.append(
                 Verdict(crater=crater, measure=name, value=value, sigma=sigma, expected=entry.value, apart=apart)
             )
-    return found
+    return rows
 
 
 def _crater(measures: dict[str, Any], crater: str) -> dict[str, Any]:

@@ -22,12 +22,12 @@ _NAMED = 3
 
 def files_of(place: Path) -> dict[str, list[Any]]:
     """Size [bytes] and SHA-256 of every result in a stage's folder, by its path there."""
-    found = sorted(
+    files = sorted(
         path
         for path in place.rglob("*")
         if path.is_file() and path.suffix in _SUFFIXES and path.name not in _LATER and path.name[0] != "."
     )
-    return {str(path.relative_to(place)): [path.stat().st_size, provenance.file_sha256(path)] for path in found}
+    return {str(path.relative_to(place)): [path.stat().st_size, provenance.file_sha256(path)] for path in files}
 
 
 def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -> None:

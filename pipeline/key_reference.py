@@ -12,8 +12,8 @@ from pipeline.keys import MATERIAL, Key, Table
 def describe(name: str | None = None) -> str:
     """All tables and keys, or those of the table ``name`` and of the tables inside it, or one key. Raises
     ``InputError`` with the nearest name."""
-    tables, found = keys.find(name) if name else (list(keys.tables()), [])
-    blocks = [_table(table) for table in tables] + [_key(key, key.name) for key in found]
+    tables, single = keys.find(name) if name else (list(keys.tables()), [])
+    blocks = [_table(table) for table in tables] + [_key(key, key.name) for key in single]
     return "\n\n".join(blocks)
 
 

@@ -137,7 +137,7 @@ def material_sections() -> dict[str, Any]:
 
 def keys(table: Table) -> list[Key]:
     """The keys of a table that hold values, without those that are tables themselves."""
-    found = []
+    rows = []
     for name, entry in fields(table.kind).items():
         holds_tables = any(True for _ in inner_tables(entry.annotation)) or (
             table.path[-1] == MATERIAL and name in material_sections()
@@ -145,11 +145,11 @@ def keys(table: Table) -> list[Key]:
         if holds_tables or stands_elsewhere(table.path, name):
             continue
         path = (*table.path, entry.alias or name)
-        found.append(Key(path, allowed(entry), default(entry), text_of(entry.description) + experimental.remark(path)))
+        rows.append(Key(path, allowed(entry), default(entry), text_of(entry.description) + experimental.remark(path)))
     if table.name in OUTSIDE:
         name, meaning = stages.OUTSIDE[table.name], OUTSIDE[table.name]
-        found.append(Key((*table.path, name), "name of a file", "none", text_of(meaning)))
-    return found
+        rows.append(Key((*table.path, name), "name of a file", "none", text_of(meaning)))
+    return rows
 
 
 def text_of(description: str | None) -> str:
@@ -268,12 +268,12 @@ _SIZES = {
 
 def places(word: str) -> list[str]:
     """Full names of the keys and tables that are called ``word``, ``["impact.speed"]`` for "speed"."""
-    found = []
+    names = []
     for table in tables():
         if table.path[-1] == word:
-            found.append(table.name)
-        found += [key.name for key in keys(table) if key.path[-1] == word]
-    return found
+            names.append(table.name)
+        names += [key.name for key in keys(table) if key.path[-1] == word]
+    return names
 
 
 def wildcard(path: tuple[str, ...]) -> tuple[str, ...]:

@@ -30,7 +30,7 @@ def _block(name: str, rows: Rows) -> str:
 
 def cases() -> Rows:
     """Cases in ``cases`` here and those that ship with the project, by their names, with their presets."""
-    found: dict[Path, tuple[str, str]] = {}
+    rows: dict[Path, tuple[str, str]] = {}
     named = [(str(file.parent), file) for file in sorted(CASES.glob("*/case.toml"))]
     for name, file in [*((name, folder / "case.toml") for name, folder in shipped.folders().items()), *named]:
         try:
@@ -39,8 +39,8 @@ def cases() -> Rows:
             continue  # who runs it is told
         presets = ", ".join(content.get("preset", {}))
         title = str(content.get("case", {}).get("title", ""))
-        found.setdefault(file.resolve(), (name, title + (f" (presets: {presets})" if presets else "")))
-    return list(found.values())
+        rows.setdefault(file.resolve(), (name, title + (f" (presets: {presets})" if presets else "")))
+    return list(rows.values())
 
 
 def materials() -> Rows:

@@ -13,7 +13,7 @@ from pipeline.compose import compose
 
 def faults(case: Case) -> list[str]:
     """A sentence for each preset of the case's file, other than its own, with which the case could not be used."""
-    found = []
+    sentences = []
     for name in tomllib.loads(case.file.read_text()).get("preset", {}):
         if name == case.preset:
             continue
@@ -22,5 +22,5 @@ def faults(case: Case) -> list[str]:
         except InputError as reason:
             first, *rest = str(reason).splitlines()
             mistakes = "; ".join(" ".join(line.split()) for line in rest) or first
-            found.append(f"preset {name} cannot be used: {mistakes}")
-    return found
+            sentences.append(f"preset {name} cannot be used: {mistakes}")
+    return sentences

@@ -55,7 +55,7 @@ def _target_file(file: Path) -> Path:
 def faults(files: Mapping[str, Path], keys: Mapping[str, str]) -> list[Complaint]:
     """What is wrong with the files that take the place of stages, read as far as that needs: kind, whole, fields,
     companions."""
-    found = []
+    complaints = []
     for stage, path in files.items():
         try:
             if not path.is_file():
@@ -67,8 +67,8 @@ def faults(files: Mapping[str, Path], keys: Mapping[str, str]) -> list[Complaint
             if stage == "sph":
                 _target_file(path)
         except InputError as reason:
-            found.append(Complaint((stage, keys[stage]), str(reason).removeprefix(f"[{stage}] {keys[stage]}: ")))
-    return found
+            complaints.append(Complaint((stage, keys[stage]), str(reason).removeprefix(f"[{stage}] {keys[stage]}: ")))
+    return complaints
 
 
 def _check_impact(path: Path) -> None:

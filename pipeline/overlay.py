@@ -35,8 +35,8 @@ def parsed(assignment: str) -> tuple[KeyPath, Any]:
         raise InputError(f"--set {assignment!r}: write it as key.path=value, --set 'sph.end_time=30 min' for example")
     text = text.strip()
     try:
-        found = tomllib.loads(f"value = {text}")
-        value = found["value"] if set(found) == {"value"} else text
+        table = tomllib.loads(f"value = {text}")
+        value = table["value"] if set(table) == {"value"} else text
     except tomllib.TOMLDecodeError:
         value = text
     return tuple(int(part) if part.isdigit() else part for part in parts), value

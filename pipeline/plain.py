@@ -17,12 +17,12 @@ def plain(value: Any, annotation: Any = None) -> Any:
     if isinstance(value, BaseModel):
         hints = typing.get_type_hints(type(value), include_extras=True)
         fields = type(value).model_fields
-        found = {
+        table = {
             fields[name].alias or name: plain(item, hints.get(name))
             for name, item in value
             if name in fields and item is not None
         }
-        return _tables_last(found)
+        return _tables_last(table)
     if isinstance(value, tuple) and hasattr(value, "_asdict"):
         hints = typing.get_type_hints(type(value), include_extras=True)
         return _tables_last(
@@ -55,6 +55,6 @@ def unit_in(annotation: Any) -> str | None:
     for item in typing.get_args(annotation):
         if isinstance(item, Unit):
             return item.symbol
-        if (found := unit_in(item)) is not None:
-            return found
+        if (unit := unit_in(item)) is not None:
+            return unit
     return None

@@ -40,11 +40,11 @@ def held(out: Path) -> list[Held]:
     if not place.is_dir():
         raise InputError(f"{out} holds no store of stages ({place})")
     shown = _shown(Path(out), place)
-    found = []
+    entries = []
     for one in place.iterdir():
         if one.is_dir() and one.name.partition("-")[0] in stages.ORDER:
             last = max((path.stat().st_mtime for path in [one, *one.glob("*")] if path.exists()), default=0.0)
-            found.append(
+            entries.append(
                 Held(
                     one.name,
                     folder.size_bytes(one),
@@ -53,7 +53,7 @@ def held(out: Path) -> list[Held]:
                     (one / folder.DONE).is_file(),
                 )
             )
-    return sorted(found, key=lambda one: (one.since, one.name))
+    return sorted(entries, key=lambda one: (one.since, one.name))
 
 
 def _shown(out: Path, place: Path) -> dict[str, set[Path]]:
@@ -72,23 +72,23 @@ def _shown(out: Path, place: Path) -> dict[str, set[Path]]:
     return shown
 
 
-def chosen(found: Iterable[Held], names: Iterable[str] = (), budget: float | None = None) -> list[Held]:
+def chosen(entries: Iterable[Held], names: Iterable[str] = (), budget: float | None = None) -> list[Held]:
     """What is to go: of those that no run shows all, or the oldest until the store keeps to its ``budget`` [bytes]; or
     those asked for by name.
 
     Raises ``InputError`` for a name that is not there.
     """
-    found, names = list(found), list(names)
+    entries, names = list(entries), list(names)
     if names:
-        known = {one.name: one for one in found}
+        known = {one.name: one for one in entries}
         for name in names:
             if name not in known:
                 raise InputError(f"no {name!r} in the store{stages.nearest(name, list(known))}")
         return [known[name] for name in names]
-    free = [one for one in found if not one.runs]
+    free = [one for one in entries if not one.runs]
     if budget is None:
         return free
-    total, going = sum(one.size for one in found), []
+    total, going = sum(one.size for one in entries), []
     for one in free:
         if total <= budget:
             break
@@ -124,18 +124,18 @@ def size_of(text: str) -> float:
         raise InputError(f"--budget: {reason}") from None
 
 
-def table(found: Iterable[Held], going: Iterable[Held]) -> str:
+def table(entries: Iterable[Held], going: Iterable[Held]) -> str:
     """The store as a table: what takes how much, how many runs show it, what is to go."""
-    found, names = list(found), {one.name for one in going}
-    width = max([len(one.name) for one in found], default=10)
+    entries, names = list(entries), {one.name for one in going}
+    width = max([len(one.name) for one in entries], default=10)
     lines = [f"{'stage':<{width}}{'size':>10}{'runs':>6}"]
-    for one in found:
+    for one in entries:
         words = f"{'' if one.done else '  unfinished'}{'  to be removed' if one.name in names else ''}"
         lines.append(f"{one.name:<{width}}{room.size(one.size):>10}{len(one.runs):>6}{words}")
-    total, freed = (sum(one.size for one in some) for some in (found, (one for one in found if one.name in names)))
+    total, freed = (sum(one.size for one in some) for some in (entries, (one for one in entries if one.name in names)))
     return "\n".join(
         [
             *lines,
-            f"{room.size(total)} in all, {room.size(freed)} to be freed ({len(names)} of {len(found)})",
+            f"{room.size(total)} in all, {room.size(freed)} to be freed ({len(names)} of {len(entries)})",
         ]
     )

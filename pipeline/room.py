@@ -27,12 +27,12 @@ def needs(rows: Iterable[Mapping[str, float]]) -> tuple[float, float]:
 
 def short_of(memory: float, disk: float, out: Path) -> list[str]:
     """A line for each thing that this machine is short of."""
-    found = []
+    shortages = []
     if memory > (have := provenance.memory_bytes()) > 0:
-        found.append(f"{size(memory)} of memory are needed, this machine has {size(have)}")
+        shortages.append(f"{size(memory)} of memory are needed, this machine has {size(have)}")
     if disk > (free := free_bytes(out)):
-        found.append(f"{size(disk)} of disk are needed with checkpoints, {_existing(out)} has {size(free)} left")
-    return found
+        shortages.append(f"{size(disk)} of disk are needed with checkpoints, {_existing(out)} has {size(free)} left")
+    return shortages
 
 
 def free_bytes(out: Path) -> float:

@@ -253,9 +253,9 @@ def _pruned(name: str | None, out: Path, prune: bool, budget: str | None, only_s
 
     if not prune:
         raise InputError("--budget goes with --prune")
-    found = pruning.held(out)
-    going = pruning.chosen(found, [name] if name else [], pruning.size_of(budget) if budget else None)
-    print(pruning.table(found, going), flush=True)
+    entries = pruning.held(out)
+    going = pruning.chosen(entries, [name] if name else [], pruning.size_of(budget) if budget else None)
+    print(pruning.table(entries, going), flush=True)
     if not only_say:
         for one in pruning.remove(out, going):
             print(f"{one} is being made: it stays")
@@ -299,8 +299,8 @@ def _checked(request: Any, settings: Any) -> int:
 def _verified(request: Any) -> int:
     from pipeline import verify
 
-    found = verify.verify(request, lambda text: print(text, flush=True))
-    return 1 if any(one.differ for one in found) else 0
+    verdicts = verify.verify(request, lambda text: print(text, flush=True))
+    return 1 if any(one.differ for one in verdicts) else 0
 
 
 def _concluded(case: Any, outcome: Any) -> int:

@@ -84,30 +84,30 @@ def _table(kind: Any, path: tuple[str, ...], definitions: dict[str, Any]) -> dic
     whole = TypeAdapter(kind).json_schema(ref_template=f"#/definitions/{path[0]}.{{model}}")
     for name, definition in whole.pop("$defs", {}).items():
         definitions[f"{path[0]}.{name}"] = _plain(definition, name)
-    found = _plain(whole, kind.__name__)
+    schema = _plain(whole, kind.__name__)
     if path[0] in keys.OUTSIDE:
         name, meaning = stages.OUTSIDE[path[0]], keys.OUTSIDE[path[0]]
         either = {"description": keys.text_of(meaning), "type": "string"}
-        found["properties"][name] = (
-            {"anyOf": [either, found["properties"][name]]} if name in found["properties"] else either
+        schema["properties"][name] = (
+            {"anyOf": [either, schema["properties"][name]]} if name in schema["properties"] else either
         )
-    return found
+    return schema
 
 
 def _plain(node: Any, name: str) -> dict[str, Any]:
     """A model's schema with plain texts, quantities as texts, materials by their names, and the tables of a material's
     laws."""
-    found = _node(node)
-    for key, part in found.get("properties", {}).items():
+    schema = _node(node)
+    for key, part in schema.get("properties", {}).items():
         if key == "material":
             part["enum"] = material.names()
         if key == "materials":
             part["propertyNames"] = {"enum": material.names()}
         if name == "Choice" and key in keys.material_sections():
-            found["properties"][key] = _section(keys.material_sections()[key]) | {
+            schema["properties"][key] = _section(keys.material_sections()[key]) | {
                 "description": part.get("description", "")
             }
-    return found
+    return schema
 
 
 def _node(node: Any) -> Any:
@@ -121,9 +121,9 @@ def _node(node: Any) -> Any:
         node = {**{key: value for key, value in node.items() if key != "anyOf"}, **options[0]}
     elif "anyOf" in node:
         node = {**node, "anyOf": options}
-    found = {key: _node(value) for key, value in node.items() if key in (*_KEPT, *_LIMITS) and key != "properties"}
+    schema = {key: _node(value) for key, value in node.items() if key in (*_KEPT, *_LIMITS) and key != "properties"}
     if "properties" in node:
-        found["properties"] = {key: _node(value) for key, value in node["properties"].items()}
+        schema["properties"] = {key: _node(value) for key, value in node["properties"].items()}
     unit = node.get("x-unit") or next((item["x-unit"] for item in options if "x-unit" in item), None)
     if "description" in node:
         limits: dict[str, float] = next((item["x-number"] for item in (node, *options) if "x-number" in item), {})
@@ -132,11 +132,11 @@ def _node(node: Any) -> Any:
             for name, sign in (("gt", ">"), ("ge", ">="), ("lt", "<"), ("le", "<="))
             if name in limits
         ]
-        found["description"] = keys.text_of(node["description"]) + (f" [{', '.join([unit, *words])}]" if unit else "")
+        schema["description"] = keys.text_of(node["description"]) + (f" [{', '.join([unit, *words])}]" if unit else "")
     default = node.get("default")
     if default is not None and not isinstance(default, (dict, list)):
-        found["default"] = keys.shown(default, unit).strip('"') if unit and not isinstance(default, str) else default
-    return found
+        schema["default"] = keys.shown(default, unit).strip('"') if unit and not isinstance(default, str) else default
+    return schema
 
 
 def _section(law: Any) -> dict[str, Any]:

@@ -232,8 +232,8 @@ def crater(sph: Any) -> Any:
 def _regime(settings: Mapping[str, Model], sph: Any, stages: tuple[str, ...]) -> Iterator[str]:
     from sph import durations
 
-    found = crater(sph)
-    if found.held and "dem" in stages:
+    expected = crater(sph)
+    if expected.held and "dem" in stages:
         yield "strength holds this crater, and the case asks for a collapse of loose grains: they will let it slump"
     if "crater" in stages and not sph.late:
         time = durations.crater_time(sph.target, sph.impact, sph.chosen_materials(), sph.strength, sph.damage)
@@ -250,10 +250,10 @@ def in_words(settings: Mapping[str, Model]) -> str:
     sph: Any = settings.get("sph")
     if not hasattr(sph, "zones"):
         return ""
-    found = crater(sph)
-    weight, strength = found.weight, found.ground.strength
-    kind = getattr(settings.get("crater"), "ground", found.ground.kind)
-    text = f"expected transient crater: {readable.length(found.diameter)} in {kind}"
+    expected = crater(sph)
+    weight, strength = expected.weight, expected.ground.strength
+    kind = getattr(settings.get("crater"), "ground", expected.ground.kind)
+    text = f"expected transient crater: {readable.length(expected.diameter)} in {kind}"
     if weight <= 0.0:
         return (
             f"{text}; without gravity only strength ({_pressure(strength)}) ends its growth"
@@ -264,7 +264,7 @@ def in_words(settings: Mapping[str, Model]) -> str:
         return f"{text} without cohesion; weight ends its growth (rho g D = {_pressure(weight)})"
     verdict = (
         "strength holds it: the chain ends with the shock stage and the measuring"
-        if found.held
+        if expected.held
         else "weight ends its growth and lets its walls slump"
     )
     return (

@@ -124,23 +124,25 @@ def compare(run: Path, draws: int = 1) -> dict[str, Any]:
     run = Path(run).resolve()
     every = {variant.name: variant for variant in variants(run, draws)}
     done = {name for name, variant in every.items() if is_done(variant, run)}
-    found = (
+    by_variant = (
         {name: _measured(place_of(every[name], run)) for name in every if name in done and name not in CONTROLS}
         if "base" in done
         else {}
     )
     rows: dict[str, dict[str, Any]] = {}
-    for name, row in found.items():
+    for name, row in by_variant.items():
         if BED in name:
             continue
-        pairs = [(row, found["base"])] + [
-            (found[other], found[_base_of(other)]) for other in _draws_of(name, found) if _base_of(other) in found
+        pairs = [(row, by_variant["base"])] + [
+            (by_variant[other], by_variant[_base_of(other)])
+            for other in _draws_of(name, by_variant)
+            if _base_of(other) in by_variant
         ]
         for key in (*RATIOS, DEEPEST):
             changes = [change for one, base in pairs if (change := _change(one.get(key), base.get(key))) is not None]
             row[f"{key}_change"] = (
                 sum(changes) / len(changes)
-                if changes and _change(row.get(key), found["base"].get(key)) is not None
+                if changes and _change(row.get(key), by_variant["base"].get(key)) is not None
                 else None
             )
             row[f"{key}_change_error"] = (
@@ -151,7 +153,7 @@ def compare(run: Path, draws: int = 1) -> dict[str, Any]:
             0.0 if name == "base" else _profile_rms(place_of(every["base"], run), place_of(every[name], run))
         )
         rows[name] = row
-    on_other_beds = {name: row for name, row in found.items() if BED in name}
+    on_other_beds = {name: row for name, row in by_variant.items() if BED in name}
     controls = {name: _control(every[name].request(run).run_folder) for name in CONTROLS if name in done}
     missing = [name for name in every if name not in done]
     return {
@@ -163,9 +165,9 @@ def compare(run: Path, draws: int = 1) -> dict[str, Any]:
     }
 
 
-def _draws_of(name: str, found: dict[str, Any]) -> list[str]:
+def _draws_of(name: str, rows: dict[str, Any]) -> list[str]:
     """The same variant on other beds."""
-    return [other for other in found if other.startswith(f"{name}{BED}")]
+    return [other for other in rows if other.startswith(f"{name}{BED}")]
 
 
 def _base_of(name: str) -> str:
@@ -267,10 +269,10 @@ def run(
     from handoff import ledger as ledgers
 
     make(folder_of_run, only, threads, say=lambda words: print(words, flush=True), draws=draws)
-    found = compare(folder_of_run, draws)
+    comparison = compare(folder_of_run, draws)
     out = view.own(Path(folder_of_run), "handoff")
-    archive.write_text(out / FILE, json.dumps(found, indent=1))
+    archive.write_text(out / FILE, json.dumps(comparison, indent=1))
     book = ledgers.read(out / "ledger.json")
-    sensitivity_table.enter(found, book)
+    sensitivity_table.enter(comparison, book)
     book.write(out / "ledger.json")
-    print("\n" + sensitivity_table.text(found) + "\n")
+    print("\n" + sensitivity_table.text(comparison) + "\n")

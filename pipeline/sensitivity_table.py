@@ -20,10 +20,10 @@ ROWS = {  # ledger row -> measure, variants
 _COLUMNS = {**{name: f"{BY_NAME[name].symbol} [m]" for name in RATIOS if UNITS[name] == "m"}, DEEPEST: "deepest [m]"}
 
 
-def enter(found: dict[str, Any], book) -> None:
+def enter(comparison: dict[str, Any], book) -> None:
     """Fill the rows of a ledger that need further runs; a change counts as the larger of the two that its variants
     show."""
-    rows = found["rows"]
+    rows = comparison["rows"]
     for name, (measure, wanted) in ROWS.items():
         there = [rows[variant] for variant in wanted if variant in rows]
         if not there:
@@ -45,12 +45,12 @@ def enter(found: dict[str, Any], book) -> None:
                 name,
                 worst,
                 f"no crater left to measure: RMS difference of the profiles{cut}",
-                limit=found["allowed_rms_m"],
+                limit=comparison["allowed_rms_m"],
                 unit="m",
             )
         else:
             book.amend(name, None, f"no final crater could be measured in {' or '.join(wanted)}")
-    if (still := found["controls"].get("control_uncarved")) is not None:
+    if (still := comparison["controls"].get("control_uncarved")) is not None:
         note = (
             f"bed carved at the datum, {still['from_s']:.4g} to {still['to_s']:.4g} s: {still['grains']} grains, mean "
             f"{still['drift_mean_over_r']:.2g} r"
@@ -70,7 +70,7 @@ def _with_error(row: dict[str, Any], key: str | None) -> str:
     )
 
 
-def text(found: dict[str, Any]) -> str:
+def text(comparison: dict[str, Any]) -> str:
     """The comparison as a table for a terminal."""
     head = (
         f"{'variant':<18}{'t [s]':>9}{'v limit':>9}{'alpha':>7}"
@@ -78,13 +78,13 @@ def text(found: dict[str, Any]) -> str:
         + f"{'RMS [m]':>10}"
     )
     lines = [head]
-    for name, row in found["rows"].items():
+    for name, row in comparison["rows"].items():
         cells = "".join(
             f"{_shown(row[key]):>16}{_percent(row[f'{key}_change']):>9}{_error(row, key):>7}" for key in _COLUMNS
         )
         given = f"{row['time_s']:>9.4g}{row['speed_limit_m_s']:>9.4g}{row['alpha_spacings']:>7.3g}"
         lines.append(f"{name:<18}{given}{cells}{_shown(row['profile_rms_m']):>10}")
-    for name, row in found["controls"].items():
+    for name, row in comparison["controls"].items():
         lines.append(
             f"{name}: {row['grains']} grains, {row['from_s']:.4g} to {row['to_s']:.4g} s: largest displacement "
             f"{row['drift_most_over_r']:.3g} r (mean "
@@ -92,8 +92,8 @@ def text(found: dict[str, Any]) -> str:
             f"{_shown(row['deep_drift_most_over_r'])} r, {row['deep_beyond']} "
             f"beyond {STILL:g} r; energy rose by {row['energy_rise_rel']:.1e} of its size (history.csv resolves 1e-10)"
         )
-    if found["missing"]:
-        lines.append(f"not made: {', '.join(found['missing'])}")
+    if comparison["missing"]:
+        lines.append(f"not made: {', '.join(comparison['missing'])}")
     return "\n".join(lines)
 
 

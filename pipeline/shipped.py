@@ -18,7 +18,7 @@ def folders() -> dict[str, Path]:
     return {file.parent.name: file.parent for place in reversed(PLACES) for file in sorted(place.glob("*/case.toml"))}
 
 
-def found(where: Path) -> Path:
+def located(where: Path) -> Path:
     """``where`` itself where it is there, else the shipped case of that name; raises ``InputError`` with the nearest
     name."""
     where = Path(where)

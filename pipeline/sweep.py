@@ -61,9 +61,9 @@ def read_table(content: Mapping[str, Any], options: Iterable[str]) -> SweepTable
     try:
         return SweepTable.model_validate(laid(content, {}, dict(parsed(option) for option in options)))
     except ValidationError as error:
-        found = [f"  {dotted(('sweep', *path))}: {message}" for path, message in complaints(SweepTable, error)]
+        faults = [f"  {dotted(('sweep', *path))}: {message}" for path, message in complaints(SweepTable, error)]
         raise InputError(
-            f"[sweep] cannot be used, {len(found)} error{'s' if len(found) > 1 else ''}:\n" + "\n".join(found)
+            f"[sweep] cannot be used, {len(faults)} error{'s' if len(faults) > 1 else ''}:\n" + "\n".join(faults)
         ) from None
 
 
@@ -82,7 +82,7 @@ def parsed(option: str) -> tuple[str, list[Number]]:
         raise InputError(
             f'--vary {option!r}: write it as key=a,b,c, --vary "impact.angle_from_vertical=15,40,65 deg" for example'
         )
-    unit = found.group(2).strip() if (found := QUANTITY.match(parts[-1])) else ""
+    unit = match.group(2).strip() if (match := QUANTITY.match(parts[-1])) else ""
     return key.strip(), [_value(f"{part} {unit}" if unit and _number(part) is not None else part) for part in parts]
 
 
@@ -117,11 +117,11 @@ class Member:
         return tuple(f"{key}={json.dumps(value)}" for key, value in self.values.items())
 
 
-def members(table: SweepTable, beside: Path = Path()) -> list[Member]:
-    """The members, in order; cases are looked for in the folder ``beside`` them, then by name. Raises ``InputError``
+def members(table: SweepTable, folder: Path = Path()) -> list[Member]:
+    """The members, in order; cases are looked for in the ``folder`` of theirs, then by name. Raises ``InputError``
     where a limit is no number or the two are of different units, and for a case that is not there."""
     if table.points:
-        return _points(table, beside)
+        return _points(table, folder)
     keys = list(table.vary)
     rows: Iterable[Sequence[Number]]
     if table.kind == "grid":
@@ -130,17 +130,17 @@ def members(table: SweepTable, beside: Path = Path()) -> list[Member]:
         rows = zip(*table.vary.values(), strict=True)
     else:
         rows = _drawn(table)
-    found = [dict(zip(keys, row, strict=True)) for row in rows]
-    where = _found(table.case, beside)
-    return [Member(_name(number, len(found)), values, where) for number, values in enumerate(found, 1)]
+    combinations = [dict(zip(keys, row, strict=True)) for row in rows]
+    where = _case_file(table.case, folder)
+    return [Member(_name(number, len(combinations)), values, where) for number, values in enumerate(combinations, 1)]
 
 
-def _points(table: SweepTable, beside: Path) -> list[Member]:
+def _points(table: SweepTable, folder: Path) -> list[Member]:
     return [
         Member(
             point.get("name") or _name(number, len(table.points)),
             {key: value for key, value in point.items() if key not in ("name", "case")},
-            _found(point.get("case", table.case), beside),
+            _case_file(point.get("case", table.case), folder),
         )
         for number, point in enumerate(table.points, 1)
     ]
@@ -150,11 +150,11 @@ def _name(number: int, count: int) -> str:
     return f"m{number:0{max(2, len(str(count)))}d}"
 
 
-def _found(case: str, beside: Path) -> Path | None:
+def _case_file(case: str, folder: Path) -> Path | None:
     """The case that a sweep names; None where it names none."""
     if not case:
         return None
-    return beside / case if (beside / case).exists() else shipped.found(Path(case))
+    return folder / case if (folder / case).exists() else shipped.located(Path(case))
 
 
 def common(table: SweepTable) -> tuple[str, ...]:
@@ -166,11 +166,11 @@ def of(case: Case, table: SweepTable, out: Path, until: str | None = None) -> Sw
     """The sweep of a case that was read, in the folder of runs ``out``; values of ``--set`` prevail over what its
     members have in common. Raises ``InputError`` where a file that holds a sweep alone does not say which case it
     varies."""
-    found = tuple(members(table, case.file.parent))
-    if case.holds_a_sweep_alone and any(member.where is None for member in found):
+    drawn = tuple(members(table, case.file.parent))
+    if case.holds_a_sweep_alone and any(member.where is None for member in drawn):
         raise InputError(f'{case.file} holds a sweep alone, and does not say of which case: [sweep] case = "..."')
     return Sweep(
-        case.file, case.preset, case.size, (*common(table), *case.overrides), out, found, until, name=case.name
+        case.file, case.preset, case.size, (*common(table), *case.overrides), out, drawn, until, name=case.name
     )
 
 
@@ -191,7 +191,7 @@ def _between(key: str, low: Number, high: Number, share: Any) -> list[Number]:
     if isinstance(low, int) and isinstance(high, int):
         return [low + min(int(s * (high - low + 1)), high - low) for s in share]
     if isinstance(low, str) and isinstance(high, str):
-        unit = found.group(2).strip() if (found := QUANTITY.match(high)) else ""
+        unit = match.group(2).strip() if (match := QUANTITY.match(high)) else ""
         try:
             first, one, last = quantity.parse(low), quantity.parse(f"1 {unit}"), quantity.parse(high)
         except ValueError as reason:
@@ -220,7 +220,7 @@ class Sweep:
     def requests(self) -> dict[str, Request]:
         """The request of each member, by its name. Raises ``InputError`` with every complaint about the first that
         cannot be."""
-        found = {}
+        by_name = {}
         for member in self.members:
             try:
                 read = cases.read(
@@ -230,20 +230,20 @@ class Sweep:
                 assert request.run_folder
             except InputError as reason:
                 raise InputError(f"member {member.name} ({', '.join(member.overrides)}): {reason}") from None
-            found[member.name] = request
-        return found
+            by_name[member.name] = request
+        return by_name
 
     @cached_property
     def values(self) -> dict[str, dict[str, Any]]:
         """Every key that is varied with its value in each member, by name; where a member says nothing, that of its
         case (None where the case leaves it to the default). ``case`` is one of them where there are several."""
         keys = dict.fromkeys(key for member in self.members for key in member.values)
-        found = {}
+        by_name = {}
         for member in self.members:
             case = self.requests[member.name].case
             own = {key: member.values.get(key, overlay.at(case.document, key)) for key in keys}
-            found[member.name] = {"case": case.name, **own} if self.several else own
-        return found
+            by_name[member.name] = {"case": case.name, **own} if self.several else own
+        return by_name
 
     @property
     def named(self) -> bool:

@@ -98,8 +98,8 @@ class SweepTable(Model):
 
 def flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     """Nested tables as one with dotted keys: ``dem.contact.shell.friction = [...]`` may be written without quotes."""
-    found: dict[str, Any] = {}
+    dotted: dict[str, Any] = {}
     for name, value in table.items():
         key = f"{above}.{name}" if above else name
-        found |= flat(value, key) if isinstance(value, Mapping) else {key: value}
-    return found
+        dotted |= flat(value, key) if isinstance(value, Mapping) else {key: value}
+    return dotted

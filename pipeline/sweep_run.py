@@ -152,9 +152,9 @@ class Runner:
             return {first_to_make(self.sweep, member) for member in others}
 
         before = busy()
-        found = next((member for member in free if first_to_make(self.sweep, member) not in before), None)
+        candidate = next((member for member in free if first_to_make(self.sweep, member) not in before), None)
         # asked again: meanwhile one of the others may have gone on to the stage that this one wants
-        return found if found is not None and first_to_make(self.sweep, found) not in busy() else None
+        return candidate if candidate is not None and first_to_make(self.sweep, candidate) not in busy() else None
 
     def _begin(self, member: Member) -> None:
         log = self.sweep.folder / "logs" / f"{member.name}.log"

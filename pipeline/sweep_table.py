@@ -107,7 +107,7 @@ def axis_of(values: Sequence[Number]) -> tuple[np.ndarray, str, list[str]]:
     """Places on an axis of values as they were given, their unit, and labels where they are words: numbers in a common
     unit stay, in several they become SI."""
     parts = [
-        found.groups() if isinstance(value, str) and (found := QUANTITY.match(value)) else None for value in values
+        match.groups() if isinstance(value, str) and (match := QUANTITY.match(value)) else None for value in values
     ]
     if all(parts):
         units = {part[1].strip() for part in parts if part}
@@ -183,19 +183,19 @@ def _about(sweep: Sweep, rows: Sequence[Row], key: str) -> list[Row]:
     """The members that a picture against ``key`` shows: all, or, where each names its own keys (``points``), the
     plainest of each case (which says least itself) and those that differ from it in this key. What is left to the
     default is called so."""
-    found = list(rows)
+    chosen = list(rows)
     if sweep.named:
         plain: dict[str, str] = {}
         for member in sorted(sweep.members, key=lambda one: len(one.values)):
             plain.setdefault(sweep.requests[member.name].case.name, member.name)
         least = {name: sweep.values[member] for name, member in plain.items()}
         of_case = {member.name: sweep.requests[member.name].case.name for member in sweep.members}
-        found = [
+        chosen = [
             row
             for row in rows
             if row["member"] in plain.values() or str(row[key]) != str(least[of_case[row["member"]]][key])
         ]
-    return [row | {key: "default"} if row[key] is None else row for row in found]
+    return [row | {key: "default"} if row[key] is None else row for row in chosen]
 
 
 def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:

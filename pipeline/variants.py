@@ -53,16 +53,16 @@ def variants(run: Path, draws: int = 1) -> list[Variant]:
             f"handoff.alpha={values['alpha']!r}",
         )
 
-    found = [Variant("base", fixed())]
-    found += [Variant(f"time_x{factor:g}", fixed(time=factor * time)) for factor in (0.5, 2.0)]
-    found += [Variant(f"speed_limit_x{factor:g}", fixed(speed_limit=factor * limit)) for factor in (0.5, 2.0)]
-    found += [Variant(f"alpha_x{factor:g}", fixed(alpha=factor * alpha)) for factor in (0.67, 1.5)]
+    every = [Variant("base", fixed())]
+    every += [Variant(f"time_x{factor:g}", fixed(time=factor * time)) for factor in (0.5, 2.0)]
+    every += [Variant(f"speed_limit_x{factor:g}", fixed(speed_limit=factor * limit)) for factor in (0.5, 2.0)]
+    every += [Variant(f"alpha_x{factor:g}", fixed(alpha=factor * alpha)) for factor in (0.67, 1.5)]
     others = []
     for k in range(2, max(draws, 2) + 1):
-        for one in found if k <= draws else found[:1]:
+        for one in every if k <= draws else every[:1]:
             name = ("another_bed" if k == 2 else f"another_bed_{k}") if one.name == "base" else f"{one.name}{BED}{k}"
             others.append(Variant(name, (*one.overrides, f"bed.seed={seed + k - 1}"), shares=("nbody", "sph")))
-    found += others
-    return found + [
+    every += others
+    return every + [
         Variant(f"control_{kind}", (*fixed(), f'handoff.control="{kind}"')) for kind in ("at_rest", "uncarved")
     ]

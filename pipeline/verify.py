@@ -44,12 +44,12 @@ def verify(request: Request, say: Callable[[str], None]) -> list[Verdict]:
 
     Raises ``InputError`` where a stage is not done, is damaged, or was made by another version of the code.
     """
-    found, settings = [], settings_of(request)
+    verdicts, settings = [], settings_of(request)
     for stage in request.wanted:
         verdict = _one(request, stage, settings)
-        found.append(verdict)
+        verdicts.append(verdict)
         say(words(verdict))
-    return found
+    return verdicts
 
 
 def words(verdict: Verdict) -> str:

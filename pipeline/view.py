@@ -100,13 +100,13 @@ def make_anew(run: Path, some: Mapping[str, bool]) -> None:
 
 def of_old_layout(run: Path) -> list[str]:
     """The stages that an older version made in the run folder itself, where there was no store."""
-    found = []
+    old = []
     for stage in stages.ORDER:
         place = stages.folder(run, stage)
         marks = folder.record(place / folder.DONE) or folder.record(place / folder.BEGUN)
         if marks and "key" not in marks and not place.is_symlink():
-            found.append(stage)
-    return found
+            old.append(stage)
+    return old
 
 
 def refuse_foreign(run: Path, stage: str) -> None:

@@ -184,7 +184,7 @@ class Neighbourhood:
     def __init__(self, cloud: Cloud, half_width: float, images: Images | None = None):
         self.half_width, self.builds, self.images = half_width, 0, images
         self._parts = np.zeros(PARTS, dtype=np.bool_)
-        self.found: neighbours.Neighbours | None = None
+        self.pairs: neighbours.Neighbours | None = None
         self.rebuild(cloud, 0.0)
 
     def rebuild(self, cloud: Cloud, dt: float, time: float = 0.0) -> None:
@@ -222,9 +222,9 @@ class Neighbourhood:
         # by columns, as the list is made
         self.places, self.reach = (places.copy(order="F" if self.images is None else "C"), reach)
         if self.images is None:
-            self.found = neighbours.build(self.places, reach, grid, 1.0, self.found)
+            self.pairs = neighbours.build(self.places, reach, grid, 1.0, self.pairs)
         else:
-            self.found = self.images.listed(self.places, reach, self.half_width)
+            self.pairs = self.images.listed(self.places, reach, self.half_width)
 
     def update(self, cloud: Cloud, dt: float, time: float = 0.0) -> bool:
         """Rebuild if needed; True when the cloud was sorted anew."""

@@ -82,15 +82,15 @@ def slabs_of(target: Target) -> list[regions.Slab]:
     """The region of every layer at uniform density, from the bottom up."""
     tops = np.array(target.outer_radii) - target.radius
     tops[-1] = 0.0
-    found: list[regions.Slab] = []
+    slabs: list[regions.Slab] = []
     for bottom, top in zip([-target.radius, *tops[:-1]], tops):
         if target.shape == "half_sphere":
-            found.append(regions.Bowl(target.radius, float(bottom), float(top)))
+            slabs.append(regions.Bowl(target.radius, float(bottom), float(top)))
         elif target.shape == "half_space":
-            found.append(regions.Cylinder(target.half_width, float(bottom), float(top)))
+            slabs.append(regions.Cylinder(target.half_width, float(bottom), float(top)))
         else:
-            found.append(regions.Block(target.half_width, float(bottom), float(top)))
-    return found
+            slabs.append(regions.Block(target.half_width, float(bottom), float(top)))
+    return slabs
 
 
 def build(target: Target, ground: Ground, materials: Materials, zones: Zones, seed: int) -> Body:

@@ -56,7 +56,7 @@ def measure(i: Integrator) -> dict[str, Any]:
     c = i.cloud
     step = timestep.steps(c, i.rates, i.evaluated, i.damping.alpha, i.damping.beta, i.numerics.courant)[0]
     owner = np.zeros(0, dtype=np.int64) if i.images is None else i.images.owner
-    level = levels(step, Pairs.of(i.neighbourhood.found), owner)
+    level = levels(step, Pairs.of(i.neighbourhood.pairs), owner)
     visits = np.maximum(c.neighbours, 0).astype(float)
     saved = 1.0 - float(visits @ 0.5**level) / max(float(visits.sum()), 1.0)
     return {

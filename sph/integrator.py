@@ -201,7 +201,7 @@ class Integrator:
             self.soft.c2 if self.soft is not None else None,
         )
         state.check(cloud, self.materials, self.evaluated, self.time)
-        e, pairs = self.evaluated, self.neighbourhood.found
+        e, pairs = self.evaluated, self.neighbourhood.pairs
         if self.scheme.start_volumes:
             start_volumes.turn(e.row, cloud.start_density)
         self._fill_images()
@@ -255,7 +255,7 @@ class Integrator:
         if self.scheme.reconstructed:
             self._second[: len(cloud), SLOPE : SLOPE + 6] = cloud.strain_rate
         if self.scheme.corrected:
-            gradients.correct(self.scheme, self._rows(), self.neighbourhood.found)
+            gradients.correct(self.scheme, self._rows(), self.neighbourhood.pairs)
         if self.images is not None:
             self.images.second(self._second, len(cloud), self.scheme.corrected)
 

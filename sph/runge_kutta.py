@@ -29,14 +29,14 @@ class RungeKutta(Integrator):
 
     def _slopes(self) -> dict[str, np.ndarray]:
         cloud, r, e = self.cloud, self.rates, self.evaluated
-        found = {
+        slopes = {
             "position": cloud.velocity,
             "velocity": r.acceleration + cloud.gravity,
             "density": r.density,
             "stress": r.stress,
         }
-        found |= {"specific_energy": r.energy, "root_damage": e.damage_rate, "cap": e.damage_cap}
-        return {name: value.copy() for name, value in found.items()}
+        slopes |= {"specific_energy": r.energy, "root_damage": e.damage_rate, "cap": e.damage_cap}
+        return {name: value.copy() for name, value in slopes.items()}
 
     def _set(self, start: dict[str, np.ndarray], dt: float, slopes: list[tuple[float, dict[str, np.ndarray]]]) -> None:
         """The cloud as ``start`` + dt times the weighted ``slopes``."""

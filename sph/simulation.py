@@ -257,14 +257,14 @@ class Simulation:
             if i.scheme.reconstructed
             else 1.0
         )
-        found = flow_reynolds.measure(
+        reynolds = flow_reynolds.measure(
             c.position[mine], c.velocity[mine], c.mass[mine], 0.5 * c.support_radius[mine],
             i.evaluated.sound[: len(c)][mine], share,
             c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha,
             None if self.settings.target.flat else self.radius,
         )  # fmt: skip
-        if found is not None:
-            self.flow.append({"time_s": i.time, **found})
+        if reynolds is not None:
+            self.flow.append({"time_s": i.time, **reynolds})
 
     def _next_output(self) -> float:
         """The next multiple of either interval [s]; where both meet to rounding, that of the history."""

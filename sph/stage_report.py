@@ -96,10 +96,10 @@ def _pressures(job: Simulation) -> dict[str, Any]:
     the vertical speed beside them."""
     cloud, ball = job.integrator.cloud, job.impact
     mine = cloud.layer < 0
-    found: dict[str, Any] = {"target_largest_Pa": float(cloud.peak_pressure[~mine].max())}
+    pressures: dict[str, Any] = {"target_largest_Pa": float(cloud.peak_pressure[~mine].max())}
     if mine.any():
         peak, mass = cloud.peak_pressure[mine], cloud.mass[mine]
-        found |= {
+        pressures |= {
             "projectile_largest_Pa": float(peak.max()),
             "projectile_half_Pa": _reached(peak, mass, 0.5),
             "projectile_nine_tenths_Pa": _reached(peak, mass, 0.9),
@@ -112,7 +112,7 @@ def _pressures(job: Simulation) -> dict[str, Any]:
         limit: dict[str, Any] = {"planar_limit_Pa": match.pressure}
     except ValueError as reason:
         limit = {"planar_limit_Pa": None, "planar_limit_note": str(reason)}
-    return found | limit | {"planar_speed_m_s": speed}
+    return pressures | limit | {"planar_speed_m_s": speed}
 
 
 def _reached(peak: np.ndarray, mass: np.ndarray, share: float) -> float:

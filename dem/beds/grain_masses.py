@@ -42,8 +42,8 @@ def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: 
         )
         if len(liquid):
             outwards = liquid[np.argsort(distance[liquid], kind="stable")]
-            found = isotonic_regression(grain_density[outwards], weights=volume[outwards], increasing=False)
-            grain_density[outwards] = found.x
+            fit = isotonic_regression(grain_density[outwards], weights=volume[outwards], increasing=False)
+            grain_density[outwards] = fit.x
         mass = grain_density * volume
         below = distance <= domain.datum_radius
         mass *= body.mass_between(domain.core_radius, domain.datum_radius, domain.solid_angle) / mass[below].sum()

@@ -162,23 +162,23 @@ class Settling:
         grains = bed.particles({"time": 0.0})
         if self.phase in (rest, free):
             g = self.surface_gravity()
-            found = bed_measures.residual(bed, g)
+            residual = bed_measures.residual(bed, g)
             enough = self.repeats >= self.rest_limit
             self.repeats += 1
             if now.name == "rest":
-                sloshing = self.sloshing(bed) / found["unit_m_s"]
+                sloshing = self.sloshing(bed) / residual["unit_m_s"]
                 quiet = (
                     max(bed_measures.rearrangement_speed(bed, g), sloshing) < QUIET * self.limit
-                    and found["max"] < 0.5 * self.limit
+                    and residual["max"] < 0.5 * self.limit
                 )
                 self.phase = free if quiet or enough else rest
                 if self.phase == rest:
                     grains = self._level(grains, bed, g)
                 self.rested = grains
             else:
-                quiet = found["rms"] < self.limit and found["max"] < LOOSE * self.limit
+                quiet = residual["rms"] < self.limit and residual["max"] < LOOSE * self.limit
                 self.phase = lay if quiet or enough else rest
-                self.free_speed = found["rms"]
+                self.free_speed = residual["rms"]
         else:
             self.phase += 1
         if not now.friction:

@@ -75,16 +75,14 @@ class Classes:
         while True:
             k, m = np.log(grains.stiffness), np.log(grains.mass)
             cells = np.column_stack([grains.species, _cell(k, k_step), _cell(m, m_step)])
-            found, of = np.unique(cells, axis=0, return_inverse=True)
-            if len(found) <= MOST:
+            cell, of = np.unique(cells, axis=0, return_inverse=True)
+            if len(cell) <= MOST:
                 break
             k_step, m_step = 1.15 * k_step, 1.15 * m_step
         of = of.reshape(-1)
         count = np.bincount(of)
         stiffness, mass = (np.exp(np.bincount(of, v) / count) for v in (k, m))
-        return Classes(
-            of, found[:, 0].astype(np.int64), stiffness, mass, np.bincount(of, grains.radius) / count, count
-        )
+        return Classes(of, cell[:, 0].astype(np.int64), stiffness, mass, np.bincount(of, grains.radius) / count, count)
 
     def pair(self, contact: Contact, a: int, b: int) -> PairNumbers:
         """The contact of a grain of class ``a`` with one of class ``b``."""
@@ -105,8 +103,8 @@ class Classes:
         step = STIFFNESS_STEP
         while True:
             cells = np.column_stack([self.species, _cell(np.log(self.stiffness), step)])
-            found, of = np.unique(cells, axis=0, return_inverse=True)
-            if len(found) <= most:
+            cell, of = np.unique(cells, axis=0, return_inverse=True)
+            if len(cell) <= most:
                 break
             step *= 1.2
         of = of.reshape(-1)
@@ -116,8 +114,8 @@ class Classes:
             return np.bincount(of, self.count * values) / count
 
         stiffness, mass = np.exp(mean(np.log(self.stiffness))), np.exp(mean(np.log(self.mass)))
-        wide = Classes(of[self.of], found[:, 0].astype(np.int64), stiffness, mass, mean(self.radius), count)
-        return wide, [np.flatnonzero(of == k) for k in range(len(found))]
+        wide = Classes(of[self.of], cell[:, 0].astype(np.int64), stiffness, mass, mean(self.radius), count)
+        return wide, [np.flatnonzero(of == k) for k in range(len(cell))]
 
     def rounding(self, grains: Particles) -> dict[str, float]:
         """Rms and largest relative difference of the grains' own stiffness, root of mass and radius from those of

@@ -87,10 +87,10 @@ def check(engine: str, scene: Scene, needs: Sequence[str], accepted: Sequence[st
     """Raise ``InputError`` for laws that the engine lacks, and with every deviation that is needed and not
     accepted."""
     _laws(engine, scene.contact)
-    if engine == liggghts.NAME and len(found := liggghts.rolling_numbers(scene)) > 1:
+    if engine == liggghts.NAME and len(frictions := liggghts.rolling_numbers(scene)) > 1:
         raise InputError(
             f"[dem] engine = {engine!r} takes one rolling friction for all contacts; this case has "
-            f"{', '.join(f'{mu:g}' for mu in sorted(found))}"
+            f"{', '.join(f'{mu:g}' for mu in sorted(frictions))}"
         )
     missing = [name for name in needs if name not in accepted]
     if missing:

@@ -28,12 +28,12 @@ LAUNCHERS = {"lammps": ("mpiexec",), "liggghts": ("mpirun", "mpiexec")}
 def find(engine: str) -> str:
     """Path of the engine's program: beside this Python or on PATH; raises ``InputError`` that says how to install
     it."""
-    found = _in_environment(PROGRAMS[engine]) or shutil.which(PROGRAMS[engine])
-    if found is None:
+    program = _in_environment(PROGRAMS[engine]) or shutil.which(PROGRAMS[engine])
+    if program is None:
         raise InputError(
             f"[dem] engine = {engine!r}: the program {PROGRAMS[engine]!r} is not installed ({HOW[engine]})"
         )
-    return found
+    return program
 
 
 def command(engine: str, deck: str, ranks: int, extra: tuple[str, ...] = ()) -> list[str]:

@@ -87,9 +87,9 @@ class Drive(NamedTuple):
 @kernel
 def neighbours(X, period, shift, skin, row, col):
     """The half list of a periodic cell by trying all pairs (the cell is small); returns the number of pairs."""
-    n, found = X.shape[0], 0
+    n, count = X.shape[0], 0
     for i in range(n):
-        row[i] = found
+        row[i] = count
         for j in range(i + 1, n):
             dx, dy, dz = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
             k = np.rint(dz / period[2])
@@ -99,11 +99,11 @@ def neighbours(X, period, shift, skin, row, col):
             dy -= np.rint(dy / period[1]) * period[1]
             reach = X[i, RADIUS] + X[j, RADIUS] + skin
             if dx * dx + dy * dy + dz * dz < reach * reach:
-                if found < col.shape[0]:
-                    col[found] = j
-                found += 1
-    row[n] = found
-    return found
+                if count < col.shape[0]:
+                    col[count] = j
+                count += 1
+    row[n] = count
+    return count
 
 
 @kernel(fastmath=True)
@@ -120,7 +120,7 @@ def pairs(sample, touching, frame, drive, shift, slide, stress):
     numbers = numbers_of(table, 0, 0)
     n = X.shape[0]
     F[:] = 0.0
-    sxx, syy, szz, sxz, found = 0.0, 0.0, 0.0, 0.0, 0
+    sxx, syy, szz, sxz, count = 0.0, 0.0, 0.0, 0.0, 0
     worst = 0.0
     for i in range(n):
         ri, mi, ki = X[i, RADIUS], V[i, MASS], V[i, STIFFNESS]
@@ -163,7 +163,7 @@ def pairs(sample, touching, frame, drive, shift, slide, stress):
             hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2] = h.sx, h.sy, h.sz
             hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST] = h.ax, h.ay, h.az, h.phi
             hist[e, TOUCHING] = h.flag
-            found += 1
+            count += 1
             worst = max(worst, overlap / min(ri, rj))
             tx -= fn * nx
             ty -= fn * ny
@@ -188,4 +188,4 @@ def pairs(sample, touching, frame, drive, shift, slide, stress):
             F[j, TY] += l2 * cy - my
             F[j, TZ] += l2 * cz - mz
     stress[XX], stress[YY], stress[ZZ], stress[XZ] = sxx, syy, szz, sxz
-    return found, worst
+    return count, worst

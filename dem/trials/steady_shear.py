@@ -75,10 +75,10 @@ def shear(contact: Contact, seed: int = 1, count: int = 1000, spread: float = 0.
 
 def _error(values: np.ndarray) -> float:
     """Standard error of the mean of correlated values: the largest over blocks of one, two and four."""
-    found = []
+    errors = []
     for size in (1, 2, 4):
         whole = len(values) // size
         if whole >= 4:
             means = values[: whole * size].reshape(whole, size).mean(axis=1)
-            found.append(float(means.std(ddof=1)) / math.sqrt(whole))
-    return max(found, default=math.inf)
+            errors.append(float(means.std(ddof=1)) / math.sqrt(whole))
+    return max(errors, default=math.inf)

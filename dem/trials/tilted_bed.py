@@ -70,14 +70,14 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
             raise Unsound(f"the tilted bed neither flows nor rests at {angle:.3g} deg")
     along = np.array(slowing)
     parts = np.array([_angles(part) for part in np.array_split(along, 4) if len(part)])
-    found, principal = _angles(along)
+    slope, principal = _angles(along)
     errors = np.std(parts, axis=0, ddof=1) / math.sqrt(len(parts))
     inside = (cell.X[:, 2] > 3.0) & (cell.X[:, 2] < 0.75 * DEPTH)
     volume = float(np.sum(math.pi / 6.0 * (2.0 * cell.X[inside, RADIUS]) ** 3)) / (
         WIDTH * WIDTH * (0.75 * DEPTH - 3.0)
     )
     return {
-        "angle_deg": found, "error_deg": float(errors[0]), "mohr_coulomb_deg": principal,
+        "angle_deg": slope, "error_deg": float(errors[0]), "mohr_coulomb_deg": principal,
         "mohr_coulomb_error_deg": float(errors[1]),
         "start_deg": start, "stop_deg": angle, "fraction": volume, "coordination": rest["coordination"],
         "duration": float(along[:, 0].sum()),

@@ -37,19 +37,19 @@ _STRESS = ("sxx", "sxy", "sxz", "syy", "syz", "szz")
 def slots() -> dict[str, tuple[str, int | None]]:
     """Column name (lower case) -> field and component; a field's own name works too, with ``_x`` or ``_0`` for
     components."""
-    found: dict[str, tuple[str, int | None]] = {}
+    names: dict[str, tuple[str, int | None]] = {}
     for name, entry in FIELDS.items():
         if not entry.shape:
-            found[name] = (name, None)
+            names[name] = (name, None)
             continue
         for k in range(entry.shape[0]):
-            found[f"{name}_{k}"] = (name, k)
+            names[f"{name}_{k}"] = (name, k)
             if entry.shape == (3,):
-                found[f"{name}_{'xyz'[k]}"] = (name, k)
+                names[f"{name}_{'xyz'[k]}"] = (name, k)
     for field, short in _VECTORS.items():
-        found |= {column: (field, k) for k, column in enumerate(short.split())}
-    found |= {column: ("deviatoric_stress", k) for k, column in enumerate(_STRESS)}
-    return found | {column: (field, None) for column, field in _SCALARS.items()}
+        names |= {column: (field, k) for k, column in enumerate(short.split())}
+    names |= {column: ("deviatoric_stress", k) for k, column in enumerate(_STRESS)}
+    return names | {column: (field, None) for column, field in _SCALARS.items()}
 
 
 def components(particles: Particles) -> list[tuple[str, str, np.ndarray]]:
@@ -59,16 +59,16 @@ def components(particles: Particles) -> list[tuple[str, str, np.ndarray]]:
     Raises ``InputError`` for particles without a position.
     """
     particles.need("position")
-    found: list[tuple[str, str, np.ndarray]] = []
+    columns: list[tuple[str, str, np.ndarray]] = []
     for name in ["position", *(name for name in particles if name != "position")]:
         shape = FIELDS[name].shape
         if not shape:
-            found.append((name, name, particles[name]))
+            columns.append((name, name, particles[name]))
         else:
-            found += [
+            columns += [
                 (f"{name}_{'xyz'[k] if shape == (3,) else k}", name, particles[name][:, k]) for k in range(shape[0])
             ]
-    return found
+    return columns
 
 
 def assemble(names: list[str], table: np.ndarray, source: str) -> Particles:

@@ -97,11 +97,7 @@ def _read_hdf5(path: Path) -> Particles:
             fields["damage"] = np.minimum(hdf5_input.array(file, "damage_total_porjutzi"), 1.0)
         elif "DIM_root_of_damage_tensile" in file:
             fields["damage"] = np.minimum(hdf5_input.array(file, "DIM_root_of_damage_tensile") ** _DIM, 1.0)
-        time = (
-            float(np.ravel(hdf5_input.array(file, "time"))[0])
-            if "time" in file
-            else _time_beside(path.with_suffix(""))
-        )
+        time = float(np.ravel(hdf5_input.array(file, "time"))[0]) if "time" in file else _time_of(path.with_suffix(""))
     return _active(fields, time)
 
 
@@ -147,7 +143,7 @@ def _read_text(path: Path, columns: str | None) -> Particles:
         fields["damage"] = np.minimum(table["d"] ** _DIM, 1.0)
     if "alpha" in table:
         fields["distention"] = table["alpha"]
-    return _active(fields, _time_beside(path))
+    return _active(fields, _time_of(path))
 
 
 def column_names(on: set[str]) -> list[str]:
@@ -164,11 +160,11 @@ def column_names(on: set[str]) -> list[str]:
     return names + (["alpha", "epsilon_v"] if "EPSALPHA_POROSITY" in on else [])
 
 
-def _time_beside(path: Path) -> float | None:
+def _time_of(path: Path) -> float | None:
     """Time [s] from the ``.info`` file that the program writes beside its output; None without one."""
     info = path.with_name(path.name + ".info")
-    found = re.search(r"^Time:\s*(\S+)", info.read_text(), re.MULTILINE) if info.is_file() else None
-    return float(found.group(1)) if found else None
+    match = re.search(r"^Time:\s*(\S+)", info.read_text(), re.MULTILINE) if info.is_file() else None
+    return float(match.group(1)) if match else None
 
 
 def _active(fields: dict[str, Any], time: float | None) -> Particles:

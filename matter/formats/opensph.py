@@ -76,9 +76,9 @@ class _Bytes:
         end = self.data.find(b"\0", self.at)
         if end < 0:
             raise InputError(f"{self.path} ends in the middle of a text: not a whole .ssf file")
-        found = self.data[self.at : end]
+        raw = self.data[self.at : end]
         self.at = end + 1
-        return found.decode("utf-8", "replace")
+        return raw.decode("utf-8", "replace")
 
 
 def read(path: Path, support: float = _SUPPORT) -> Particles:
@@ -140,9 +140,11 @@ def read(path: Path, support: float = _SUPPORT) -> Particles:
 
 def _material(file: _Bytes, number: int, quantities: int) -> str:
     """Pass over a material's parameters and ranges; its name, empty where it has none."""
-    mark, found, count = file.text(), *(int(value) for value in file.integers(2))
-    if mark != "MAT" or found != number:
-        raise InputError(f"{file.path}: material {number} was expected at byte {file.at}, found {mark[:16]!r} {found}")
+    mark, read_number, count = file.text(), *(int(value) for value in file.integers(2))
+    if mark != "MAT" or read_number != number:
+        raise InputError(
+            f"{file.path}: material {number} was expected at byte {file.at}, found {mark[:16]!r} {read_number}"
+        )
     name = _parameters(file, count).get(_NAME, "")
     file.take(8 * 4 * quantities)
     return name
@@ -170,13 +172,13 @@ def _no_material(file: _Bytes) -> str:
 
 def _values(file: _Bytes, table: np.ndarray, count: int) -> dict[tuple[int, int, int], np.ndarray]:
     """(identifier, derivative, value type) -> (count, width) values of one material's particles."""
-    found = {}
+    values = {}
     for quantity, order, kind in table.tolist():
         for derivative in range(order + 1):
             width = _WIDTH[kind]
             numbers = file.integers(count * width) if kind == _INDEX else file.floats(count * width)
-            found[quantity, derivative, kind] = numbers.reshape(count, width)
-    return found
+            values[quantity, derivative, kind] = numbers.reshape(count, width)
+    return values
 
 
 def _fields(

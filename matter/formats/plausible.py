@@ -77,11 +77,11 @@ def named(particles: Particles, names: list[str]) -> None:
 
 def strangers(particles: Particles) -> list[str]:
     """A sentence for each name of a material that this project does not know: the stages will ask for it."""
-    found = []
+    sentences = []
     for name in particles.attributes.get("materials", []):
         if name not in material.names():
             near = difflib.get_close_matches(name, material.names(), n=1)
-            found.append(
+            sentences.append(
                 f"material {name!r} is not one of this project's{f'; did you mean {near[0]!r}?' if near else ''}"
             )
-    return found
+    return sentences

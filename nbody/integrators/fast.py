@@ -203,7 +203,7 @@ def run(system: System, lot: Lot, duration: float, tolerance: float = TOLERANCE,
     moons = Moons(reach * system.hill_radii, radii, paths)
     while True:
         rows = np.zeros((capacity, encounters.RAW))
-        status, found, particle = fly(
+        status, entries, particle = fly(
             lot.state,
             lot.first,
             Limits(duration, system.planet.radius, OUTER * system.start_radius, tolerance),
@@ -220,5 +220,5 @@ def run(system: System, lot: Lot, duration: float, tolerance: float = TOLERANCE,
         raise UnphysicalState(
             f"n-body: the step of particle {particle} became too small (start {lot.state[particle - lot.first]})"
         )
-    rows = rows[:found]
+    rows = rows[:entries]
     return Flights(encounters.from_rows(rows, lot.weight[rows[:, 0].astype(int) - lot.first]), ends, finals, orbits)

@@ -136,7 +136,7 @@ def first_entry(now, new, kv, last, orbits, moons, coefficient):
     ``kv[0]`` and ``last`` hold the accelerations at both ends.
     """
     t, y, h, gm, hill, orbit = now.t, now.y, now.h, orbits.gm, moons.hill, moons.orbit
-    found, found_low, found_high = -1, 0.0, h
+    moon, bracket_low, bracket_high = -1, 0.0, h
     r0 = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
     fastest = (
         1.5 * max(y[3] * y[3] + y[4] * y[4] + y[5] * y[5], new[3] * new[3] + new[4] * new[4] + new[5] * new[5]) ** 0.5
@@ -167,14 +167,14 @@ def first_entry(now, new, kv, last, orbits, moons, coefficient):
                 d2 += q * q
             gap = d2**0.5 - hill[m]
             if gap <= 0.0:
-                if tau <= found_high:
-                    found, found_low, found_high = m, low, tau
+                if tau <= bracket_high:
+                    moon, bracket_low, bracket_high = m, low, tau
                 break
             low = tau
             if tau >= h:
                 break
             tau = min(h, tau + max(gap / speed, 1e-3 * hill[m] / speed))
-    return found, found_low, found_high
+    return moon, bracket_low, bracket_high
 
 
 @law

@@ -188,7 +188,7 @@ def run(system: System, lot: Lot, duration: float, seed: int, tolerance: float =
     capacity = 64 + 2 * len(lot.state)
     while True:
         rows = np.zeros((capacity, 10))
-        status, found, particle = thread(
+        status, events, particle = thread(
             lot.state,
             lot.first,
             Limits(duration, system.planet.radius, OUTER * system.start_radius, tolerance),
@@ -204,7 +204,7 @@ def run(system: System, lot: Lot, duration: float, seed: int, tolerance: float =
         raise UnphysicalState(
             f"n-body: the step of particle {particle} became too small (start {lot.state[particle - lot.first]})"
         )
-    table = _events(system, rows[:found], lot, seed)
+    table = _events(system, rows[:events], lot, seed)
     return Flights(table, ends, orbits)
 
 

@@ -159,11 +159,11 @@ class Images:
         beyond = self.place(position, wide)
         place, far = np.concatenate([position, beyond]), np.concatenate([wide, wide[self.owner]])
         order, grid = neighbours.sort(place, far, half_width)
-        found = neighbours.build(place[order], far[order], grid)
-        _renumber(order, found.index, found.entry, found.count)
-        entry, count = np.empty_like(found.entry), np.empty_like(found.count)
-        entry[order], count[order] = found.entry, found.count
-        return neighbours.Neighbours(found.index, entry[: len(position)].copy(), count[: len(position)].copy())
+        pairs = neighbours.build(place[order], far[order], grid)
+        _renumber(order, pairs.index, pairs.entry, pairs.count)
+        entry, count = np.empty_like(pairs.entry), np.empty_like(pairs.count)
+        entry[order], count[order] = pairs.entry, pairs.count
+        return neighbours.Neighbours(pairs.index, entry[: len(position)].copy(), count[: len(position)].copy())
 
     def rows(self, row: np.ndarray, count: int, time: float) -> None:
         """Fill the rows behind the first ``count`` with the images at ``time`` [s]."""

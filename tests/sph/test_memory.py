@@ -60,7 +60,7 @@ def test_a_particle_takes_less_than_a_kilobyte(ice):
         assert 600.0 < sorting < 1000.0
         flaws = i.cloud.flaw_strain.nbytes / 8000.0
         assert (
-            20.0 < flaws < 80.0 and 25.0 < i.neighbourhood.found.count.mean() < 45.0
+            20.0 < flaws < 80.0 and 25.0 < i.neighbourhood.pairs.count.mean() < 45.0
         )  # the bound is not met by leaving something out
     finally:
         tracemalloc.stop()
