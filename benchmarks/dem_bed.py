@@ -136,8 +136,8 @@ def measure(count: int, threads: int, ranks: int = 0) -> dict:
         for engine in peers:
             peer_rates[engine].append(peer_rate(engine, bed, walls, skins[engine], ranks))
     mine = statistics.median(rates)
-    arrays, _ = bed.state_arrays()
-    size = sum(a.nbytes for a in arrays.values()) + bed._spill.nbytes
+    arrays = (value for value in bed.saved().values() if hasattr(value, "nbytes"))
+    size = sum(array.nbytes for array in arrays) + bed._spill.nbytes
     return {
         "particle_steps_per_s": mine,
         "best_particle_steps_per_s": max(rates),
