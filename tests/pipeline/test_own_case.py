@@ -17,6 +17,7 @@ from pipeline import prediction, sense
 from pipeline.compose import compose
 from pipeline.request import Request, sensible, settings_of
 from sph import resolution
+from sph.boundary import surroundings
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = ROOT / "examples" / "own_case.toml"
@@ -59,7 +60,10 @@ def test_a_half_space_is_filled_in_for_every_projectile(tmp_path, size, held):
     assert resolution.count(sph.target, sph.zones) == pytest.approx(20_000, rel=0.03)
     assert sum(row["wall_s"] for row in rows.values()) < 3600.0
     # the crater and the quiet layer fit into the ground, the projectile has two particles per radius
-    assert sph.target.half_width - sph.width_of_edge > 1.2 * 0.5 * diameter and sph.target.radius > 2.0 * diameter
+    assert (
+        sph.target.half_width - surroundings.layers(sph)["quiet"] > 1.2 * 0.5 * diameter
+        and sph.target.radius > 2.0 * diameter
+    )
     assert sph.impact.projectile.radius / sph.zones.contact >= 2.0 and 0.5 * diameter / sph.zones.fine > 8.0
     assert sph.relaxation_time == 0.0 and settings["crater"].ground == "rock"
 
@@ -131,7 +135,10 @@ def test_a_default_that_cannot_be_worked_out_is_a_message(changes, words):
 def test_too_few_particles_are_as_few_as_make_sense():
     sph = compose(cases.read(OWN, None, ["sph.particles=500"]))["sph"]
     # the contact's two particles per projectile radius and the grading from there take some 6,000
-    assert 500 < resolution.count(sph.target, sph.zones) < 7000 and sph.width_of_edge < 0.4 * sph.target.radius
+    assert (
+        500 < resolution.count(sph.target, sph.zones) < 7000
+        and surroundings.layers(sph)["quiet"] < 0.4 * sph.target.radius
+    )
 
 
 def test_what_follows_from_a_mistake_is_no_second_one(tmp_path):
