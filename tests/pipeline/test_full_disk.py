@@ -1,6 +1,6 @@
 """A disk that fills up under a run: one line, exit code 75, nothing lost, and the same command goes on when there is
-room. A small file system in memory, so these tests need root; what single writers do is tested in
-``tests/matter/test_archive.py`` without it."""
+room; while there is none it is refused before it begins, exit code 2. A small file system in memory, so these tests
+need root; what single writers do is tested in ``tests/matter/test_archive.py`` without it."""
 
 from __future__ import annotations
 
@@ -44,6 +44,11 @@ def fails_for_room(code: int, err: str) -> None:
     assert "o space left on" in err and "the same command resumes" in err and "Traceback" not in err
 
 
+def refused_for_room(code: int, err: str) -> None:
+    assert code == 2, err
+    assert "of disk are needed" in err and "Traceback" not in err
+
+
 def test_a_run_whose_disk_fills_up_goes_on_when_there_is_room(drive, case_folder, tmp_path, disk):
     steps = ("--set", "sph.steps=100")
     code, _, err = drive(case_folder, "--out", tmp_path / "runs", *steps)
@@ -62,8 +67,8 @@ def test_a_run_whose_disk_fills_up_goes_on_when_there_is_room(drive, case_folder
     assert list(place.glob("checkpoint_*.h5")) and not (place / "done.json").exists()
     assert (disk / "runs" / STORE / LOCKS).is_dir() and not list((disk / "runs").rglob("*.part"))
 
-    code, _, err = drive(*slow)  # still full: refused again, nothing lost
-    fails_for_room(code, err)
+    code, _, err = drive(*slow)  # still full: refused, nothing lost
+    refused_for_room(code, err)
     assert list(place.glob("checkpoint_*.h5"))
     ballast.unlink()
     code, _, err = drive(*slow)
@@ -78,7 +83,7 @@ def test_a_run_is_not_begun_on_a_full_disk(drive, case_folder, disk):
     (disk / "runs").mkdir()
     ballast = fill(disk)
     code, _, err = drive(case_folder, "--out", disk / "runs")
-    fails_for_room(code, err)
+    refused_for_room(code, err)
     ballast.unlink()
     code, _, err = drive(case_folder, "--out", disk / "runs")
     assert code == 0, err
