@@ -72,6 +72,8 @@ def _one(request: Request, stage: str, settings: Any) -> Verdict:
         )
     if stage in request.case.outside or done.get("from"):
         return Verdict(stage, 0, (), "taken from a file, not computed here")
+    if (engine := getattr(settings[stage], "engine", "native")) != "native":
+        return Verdict(stage, 0, (), f"computed by {engine}, not here")
     who = identity.of(stage, settings.get(stage), None, partial(stages.folder, run))
     if done.get("sources_sha256") != who.sources or done.get("threads") != who.threads:
         raise InputError(
