@@ -69,9 +69,12 @@ ROWS = {
     "S1": Row(
         "switch at 15 and 30 ms, alpha halved and doubled: D 5 %, depth 10 % at 1 and 4 s",
         {
-            "15 ms": SPH, "30 ms": (*SPH, *LATER), "coarse": (*SPH, *COARSE), "coarse 30 ms": (*SPH, *COARSE, *LATER),
-            "coarse alpha / 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.05")), "coarse alpha x 2": (*SPH, *COARSE,
-            *sets("sph.late.alpha=0.2")),
+            "15 ms": SPH,
+            "30 ms": (*SPH, *LATER),
+            "coarse": (*SPH, *COARSE),
+            "coarse 30 ms": (*SPH, *COARSE, *LATER),
+            "coarse alpha / 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.05")),
+            "coarse alpha x 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.2")),
         },
         (1.0, 4.0),
     ),
@@ -98,8 +101,10 @@ ROWS = {
     "D2": Row(
         "hexagonal packing: D below 0.95, depth below 0.9 of the random one, its change with the number larger",
         {
-            **{f"hcp {count:,}": ("--preset", "hcp", *sets(f"bed.count={count}",
-            "handoff.time=6 s")) for count in (50_000, 100_000)},
+            **{
+                f"hcp {count:,}": ("--preset", "hcp", *sets(f"bed.count={count}", "handoff.time=6 s"))
+                for count in (50_000, 100_000)
+            },
             "tilted 50,000": sets("bed.packing=hcp_tilted", "bed.count=50000", "handoff.time=6 s"),
         },
     ),
@@ -108,33 +113,45 @@ ROWS = {
         "springs four times as stiff D 3 %, depth 5 %; three beds: the scatter is the error (inspect_handoff RUN "
         "--sensitivity does the rest)",
         {
-            "small": SMALL, "springs x 4": (*SMALL, *sets("dem.springs_for=0.05 m/s")),
-            "bed 2": (*SMALL, *sets("bed.seed=2")), "bed 3": (*SMALL, *sets("bed.seed=3")),
+            "small": SMALL,
+            "springs x 4": (*SMALL, *sets("dem.springs_for=0.05 m/s")),
+            "bed 2": (*SMALL, *sets("bed.seed=2")),
+            "bed 3": (*SMALL, *sets("bed.seed=3")),
         },
     ),
     "D6": Row(
         "bowls of 12, 18 and 22 m, one size of grains: 18 to 22 m D 3 %, depth 5 %",
-        {f"{radius} m": (*SMALL, *sets(f"bed.arc_radius={radius} m", f"bed.count={count}")) for radius, count in ((12,
-        6700), (18, 20_000), (22, 34_800))},
+        {
+            f"{radius} m": (*SMALL, *sets(f"bed.arc_radius={radius} m", f"bed.count={count}"))
+            for radius, count in ((12, 6700), (18, 20_000), (22, 34_800))
+        },
     ),
-    "D7": Row("1 Pa of cohesion: smaller", {"none": SMALL, "1 Pa": (*SMALL, *sets("dem.contact.cohesion=zhang",
-    "dem.contact.shell.cohesion=1 Pa"))}),
+    "D7": Row(
+        "1 Pa of cohesion: smaller",
+        {"none": SMALL, "1 Pa": (*SMALL, *sets("dem.contact.cohesion=zhang", "dem.contact.shell.cohesion=1 Pa"))},
+    ),
     "D9": Row(
         "the same all in SPH, to 100 s",
-        {"sph": (*SPH, *COARSE, *sets("sph.end_time=100 s", "sph.snapshot_interval=2 s",
-        "sph.history_interval=0.2 s"))},
+        {
+            "sph": (
+                *SPH,
+                *COARSE,
+                *sets("sph.end_time=100 s", "sph.snapshot_interval=2 s", "sph.history_interval=0.2 s"),
+            )
+        },
         (4.0, 20.0, 100.0),
     ),
     "E": Row(
         "other engines from one bed: momentum and energy lost by 10 s 2 %, D and depth within twice the scatter of "
         "three beds",
         {
-            "native": SAME, "lammps": (*SAME, *sets("dem.engine=lammps", ACCEPT)), "native, no twist": (*SAME,
-            *NO_TWIST),
+            "native": SAME,
+            "lammps": (*SAME, *sets("dem.engine=lammps", ACCEPT)),
+            "native, no twist": (*SAME, *NO_TWIST),
             "liggghts, no twist": (*SAME, *NO_TWIST, *sets("dem.engine=liggghts", ACCEPT)),
         },
     ),
-}  # fmt: skip
+}
 
 
 def run(arguments: Sequence[str], out: Path, check: bool) -> tuple[int, Path | None]:
