@@ -32,6 +32,7 @@ def grain_surface(handoff: Handoff, bed: Particles, chosen: Callable[[np.ndarray
 
 
 def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domain) -> None:
+    """The rows on the cavity: grains per radius, distance of the two surfaces, volume below the datum."""
     radius = float(bed.radius.mean())
     size = handoff.carving.size
     if size.radius == 0.0:

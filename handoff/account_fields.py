@@ -48,6 +48,7 @@ def corrected_fields(handoff: Handoff, source: Particles, bed: Particles) -> com
 def enter(
     ledger: Ledger, handoff: Handoff, source: Particles, bed: Particles, region: domain.Domain, column: Column
 ) -> None:
+    """The rows on velocity field, local momentum and bulk density, over cells that hold many grains."""
     radius = float(bed.radius.mean())
     number, size = comparison_cells(handoff, source, radius)
     fields = corrected_fields(handoff, source, bed)

@@ -46,6 +46,7 @@ class Ejecta:
     shrunk: int
 
     def mass_by_state(self) -> Mapping[str, float]:
+        """Mass [kg] of the ejecta by what becomes of them."""
         names = {"in contact search": IN_CONTACT, "ballistic": BALLISTIC, "booked only": BOOKED}
         return {name: float(self.mass[self.state == code].sum()) for name, code in names.items()}
 

@@ -90,6 +90,7 @@ class Split:
         return self.reason == COMPACT
 
     def counts(self) -> dict[str, int]:
+        """Number of particles by the reason for which they are compact or ejecta."""
         return {name: int(np.count_nonzero(self.reason == code)) for code, name in enumerate(REASONS)}
 
 

@@ -98,5 +98,9 @@ def _impact_file(request: Request) -> Path:
 
 
 def after_the_encounters(request: Request) -> dict[str, Model]:
+    """The settings of the stages after the encounters, with the impact that these have left where they are done.
+
+    Raises ``InputError`` with every complaint about the case.
+    """
     nbody = stages.folder(request.run_folder, "nbody")
     return compose(request.with_impact_of(nbody) if impact_of(nbody).is_file() else request.case, request.wanted)

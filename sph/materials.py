@@ -89,6 +89,7 @@ class Materials:
         return bool((self.rows.alpha0 > 1.0).any())
 
     def index(self, name: str) -> int:
+        """The number of a material in the tables."""
         return self.names.index(name)
 
     def weibull(self, name: str) -> grady_kipp.Parameters:

@@ -35,6 +35,7 @@ class Evidence:
     literal: tuple[dict[str, np.ndarray], dict] | None
 
     def hits(self, moon: str) -> dict[str, np.ndarray]:
+        """The impacts on one moon."""
         return tables.hits(self.table, MOONS[moon])
 
 

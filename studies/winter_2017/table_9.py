@@ -18,14 +18,17 @@ def masses(radius_2: float) -> list[tuple[float, float]]:
 
 
 def table_radii(_: Mapping[str, Run]) -> Finding:
+    """The printed radii against equal energy: within 0.2 %."""
     return _arithmetic({c: [r * KM for r, _ in masses(RADII[c][1] * 1e3)] for c in RADII}, RADII, 0.002, 2)
 
 
 def table_masses(_: Mapping[str, Run]) -> Finding:
+    """The printed masses against equal energy: within 0.2 %."""
     return _arithmetic({c: [m / 1e16 for _, m in masses(RADII[c][1] * 1e3)] for c in RADII}, MASSES, 0.002, 2)
 
 
 def table_ratios(_: Mapping[str, Run]) -> Finding:
+    """The printed ratios of projectile to crater: within 0.0051."""
     return _arithmetic(
         {c: [2.0 * r / DIAMETER[c][0] for r, _ in masses(RADII[c][1] * 1e3)] for c in RADII}, RATIOS, 0.0, 3, 0.0051
     )

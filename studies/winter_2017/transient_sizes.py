@@ -26,6 +26,8 @@ def _variants(
 
 
 def depth(case: str) -> Callable[[Mapping[str, Run]], Finding]:
+    """Whether the greatest depth of a crater is the published one, within its mean spacing; other starts beside it."""
+
     def judge(runs: Mapping[str, Run]) -> Finding:
         H = runs[f"{case}_base"].transient("depth_m")
         why = (
@@ -46,6 +48,8 @@ def depth(case: str) -> Callable[[Mapping[str, Run]], Finding]:
 
 
 def diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
+    """Whether the apparent diameter at the greatest depth is the published one, within its errors."""
+
     def judge(runs: Mapping[str, Run]) -> Finding:
         run = runs[f"{case}_base"]
         D = run.transient("diameter_apparent_m")
@@ -68,6 +72,8 @@ def diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
 
 
 def rim_diameter(case: str) -> Callable[[Mapping[str, Run]], Finding]:
+    """Whether the diameter of the rim at the largest volume is the published one, within its errors."""
+
     def judge(runs: Mapping[str, Run]) -> Finding:
         D = runs[f"{case}_base"].transient("diameter_rim_m", "volume")
         t = runs[f"{case}_base"].transient("time_s", "volume")
@@ -122,6 +128,7 @@ def _pair_notes(runs: Mapping[str, Run], case: str) -> str:
 
 
 def depth_over_diameter(runs: Mapping[str, Run]) -> Finding:
+    """Whether H / D of the three craters lies between 0.21 and 0.38."""
     ratios = [
         ratio_of(runs[f"{c}_base"].transient("depth_m"), runs[f"{c}_base"].transient("diameter_apparent_m"))
         for c in DEPTH
@@ -133,6 +140,7 @@ def depth_over_diameter(runs: Mapping[str, Run]) -> Finding:
 
 
 def monotone(runs: Mapping[str, Run]) -> Finding:
+    """Whether the larger of two craters is wider and deeper."""
     pairs = [
         (runs[f"{c}_base"].transient("diameter_apparent_m"), runs[f"{c}_base"].transient("depth_m")) for c in DEPTH
     ]
@@ -149,6 +157,8 @@ def monotone(runs: Mapping[str, Run]) -> Finding:
 
 
 def angles(case: str) -> Callable[[Mapping[str, Run]], Finding]:
+    """Whether steep impacts are deeper, by 1.3 from 65 to 15 deg, at diameters within 15 %."""
+
     def judge(runs: Mapping[str, Run]) -> Finding:
         three = [runs[f"{case}_{name}"] for name in ("angle15", "base", "angle65")]
         H, D = [run.transient("depth_m") for run in three], [run.transient("diameter_apparent_m") for run in three]
@@ -175,6 +185,8 @@ def angles(case: str) -> Callable[[Mapping[str, Run]], Finding]:
 
 
 def equal_energy(case: str) -> Callable[[Mapping[str, Run]], Finding]:
+    """Whether impacts of equal energy at other speeds leave the same diameter, within the published errors of it."""
+
     def judge(runs: Mapping[str, Run]) -> Finding:
         base = runs[f"{case}_base"]
         D, H, errors, verdicts = [], [], [], []

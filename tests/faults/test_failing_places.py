@@ -1,7 +1,8 @@
 """Every place of the code that touches the disk fails once, and once the process is killed there: no traceback,
 nothing lost, and the same command ends in the same bits.
 
-A few places with every change, all of them by ``pytest -m campaign tests/faults``.
+By ``pytest -m campaign tests/faults/test_failing_places.py`` (``-k nbody``: the places of one stage). What runs with
+every change are the kills and full disks of ``tests/pipeline``.
 """
 
 from __future__ import annotations
@@ -17,8 +18,6 @@ from pipeline import stages, view
 from tests.faults import traps, whole_runs
 
 HOW = ("kill", "full", "short", "input/output", "read-only")
-QUICK = ("nbody",)
-"""Stages whose places are tried with every change."""
 
 
 @pytest.fixture(scope="module")
