@@ -223,8 +223,7 @@ def _make(
             outside.install(stage, source, out)
             more["from"] = str(source.resolve())
         else:
-            with _one_blas_thread():
-                stages.load(stage).run(settings, run_folder, out)
+            stages.make(stage, settings, run_folder, out)
     except Unsound as reason:
         outcome.unsound[stage] = str(reason)
         more["unsound"] = str(reason).replace(str(run_folder), _RUN)
@@ -263,12 +262,6 @@ def _clear_the_way(request: Request, interrupted: bool) -> None:
     if request.fresh:
         view.forget(request.run_folder, later)
     view.make_anew(request.run_folder, view.to_make_anew(request.run_folder) | dict.fromkeys(later, False))
-
-
-def _one_blas_thread():
-    from matter import jit
-
-    return jit.one_blas_thread()
 
 
 def _threads(count: int | None) -> int:

@@ -11,6 +11,7 @@ import importlib
 from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from matter.errors import InputError
 
@@ -64,6 +65,19 @@ def load(stage: str) -> ModuleType:
         if reason.name is not None and (name == reason.name or name.startswith(reason.name + ".")):
             raise InputError(f"stage {stage!r} is not part of this installation (no module {name})") from None
         raise
+
+
+def make(stage: str, settings: Any, run: Path, out: Path) -> None:
+    """Run or resume a stage in the folder ``out``, with what the run folder holds. Linear algebra
+    takes one thread: with several its sums come out otherwise in their last bits.
+
+    Raises what the stage raises.
+    """
+    from matter import jit
+
+    module = load(stage)
+    with jit.one_blas_thread():
+        module.run(settings, run, out)
 
 
 # what people write for a key, where spelling alone would lead elsewhere; the second text is a remark

@@ -86,7 +86,7 @@ def _one(request: Request, stage: str, settings: Any) -> Verdict:
         _copy(place, scratch)
         before = {path: path.stat().st_ino for path in results(scratch)}
         try:
-            stages.load(stage).run(settings[stage], run, scratch)
+            stages.make(stage, settings[stage], run, scratch)
         except Unsound:
             pass  # said in the run's own log, and no less true of the stretch
         again = [path for path in results(scratch) if before.get(path) != path.stat().st_ino]

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import tomllib
+from pathlib import Path
 
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from matter import lock, progress
 from matter.errors import InputError, Stopped, UnphysicalState
@@ -314,3 +317,24 @@ def test_a_case_with_some_of_the_stages_runs_these(go, case_folder):
     assert sorted(path.name for path in outcome.run.iterdir() if path.is_dir()) == ["2_sph", "6_crater"]
     with pytest.raises(InputError, match="has none of these stages: it has sph crater"):
         go(start="bed", until="dem")
+
+
+def test_a_stage_is_made_with_one_thread_of_linear_algebra(tmp_path, monkeypatch):
+    """Sums of several threads have other last bits; and nobody makes a stage but by ``stages.make``."""
+    found = []
+
+    class Stage:
+        @staticmethod
+        def run(settings, run, out):
+            found.append([pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"])
+
+    monkeypatch.setattr(stages, "load", lambda name: Stage)
+    with threadpool_limits(limits=2, user_api="blas"):
+        stages.make("sph", None, tmp_path, tmp_path)
+    assert found[0] and set(found[0]) == {1}
+    others = [
+        path.name
+        for path in Path(stages.__file__).parent.glob("*.py")
+        if path.name != "stages.py" and re.search(r"load\(.*\)\.run\(", path.read_text())
+    ]
+    assert not others
