@@ -10,7 +10,7 @@ from matter.errors import InputError
 from pipeline import folder, identity, prediction, room, stages, view
 from pipeline.compose import compose
 from pipeline.request import Request, impact_of
-from pipeline.store import Entry
+from pipeline.store import Entry, store_of
 
 HERE, STORED, MADE, CONTINUED, UNKNOWN = (
     "done before",
@@ -33,15 +33,17 @@ def plan(request: Request, settings: Mapping[str, Model]) -> dict[str, str]:
 
 def refuse_too_large(request: Request, settings: dict[str, Model]) -> None:
     """Raise ``InputError`` where what is still to be made cannot fit into memory or onto the disk: better before hours
-    of work than after."""
-    planned = plan(request, settings)
+    of work than after. What a stopped run has written needs no room again."""
+    planned = {stage: (word, name) for stage, word, name in _looked_through(request, settings)}
     rows = [
         row
         for stage, row in prediction.predictions(request, settings).items()
-        if not planned.get(stage, "").startswith((HERE, STORED))
+        if not planned.get(stage, ("", ""))[0].startswith((HERE, STORED))
     ]
     memory, disk = room.needs(rows)
-    if lacks := room.short_of(_SURE * memory, _SURE * disk, request.out):
+    store = store_of(request.run_folder)
+    begun = sum(folder.size_bytes(store / name) for word, name in planned.values() if word == CONTINUED)
+    if lacks := room.short_of(_SURE * memory, _SURE * disk - begun, request.out):
         raise InputError(
             f"{request.case.file}: {'; '.join(lacks)}. Fewer particles or grains (--size, a preset), a longer "
             "snapshot_interval or another --out need less; --anyway tries it all the same"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from matter.errors import InputError
-from pipeline import case, plan, prediction, provenance, room
+from pipeline import case, folder, plan, prediction, provenance, room, store
 from pipeline.request import Request, settings_of
 
 
@@ -38,6 +38,20 @@ def test_what_fits_runs_and_what_does_not_is_refused(request_and_settings, monke
     monkeypatch.setattr(provenance, "memory_bytes", lambda: 0.7 * memory)
     with pytest.raises(InputError, match=r"of memory are needed, this machine has .*; .* of disk"):
         plan.refuse_too_large(asked, settings)
+
+
+def test_what_a_stopped_run_has_written_needs_no_more_room(request_and_settings, monkeypatch):
+    asked, settings = request_and_settings
+    _, disk = room.needs(prediction.predictions(asked, settings).values())
+    monkeypatch.setattr(room, "free_bytes", lambda out: 0.5 * disk)
+    with pytest.raises(InputError, match="of disk are needed"):
+        plan.refuse_too_large(asked, settings)
+    first = store.store_of(asked.run_folder) / plan.first_to_make(asked, settings)
+    first.mkdir(parents=True)
+    (first / folder.BEGUN).write_text('{"stage": "begun"}')
+    with (first / "result.bin").open("wb") as file:
+        file.truncate(int(0.35 * disk))
+    plan.refuse_too_large(asked, settings)
 
 
 def test_checkpoints_are_predicted_from_flaws_too(request_and_settings):
