@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -34,9 +33,10 @@ from dem.following_stiffness import Following
 from dem.settings import Settings
 from dem.stillness import Stillness, surface_profile
 from matter import archive, checkpoint, readable, snapshot
+from matter.cadence import Cadence
 from matter.errors import InputError, UnphysicalState, Unsound
 from matter.particles import Particles
-from matter.progress import Progress, stop_here, stop_requested
+from matter.progress import Progress, stop_here
 
 MOMENTUM_LIMIT = 1e-9
 """Largest error of the momentum balance (momentum + what left - impulses), over the sum of m |v| at the start (of m
@@ -53,7 +53,6 @@ LIMITS = {
 }
 HOPELESS = 100.0
 """Times a limit beyond which a run is stopped on its way."""
-CHECKPOINT_EVERY_S = 15.0
 
 _VECTORS = ("momentum", "angular_momentum")
 COLUMNS = (
@@ -128,7 +127,7 @@ class Collapse:
         """Step until the profile is still (not before ``end_time``) or ``latest_time`` is reached."""
         bed, settings = self.bed, self.settings
         progress = Progress("dem", settings.end_time, start=bed.time)
-        last_saved = time.monotonic()
+        cadence = Cadence()
         while True:
             self._due()
             now = bed.time
@@ -149,9 +148,9 @@ class Collapse:
             progress.update(
                 bed.time, f"t = {readable.clock(bed.time)}, {bed.speed:.3g} m/s, {bed.moving - bed.active} in flight"
             )
-            if stop_requested() or time.monotonic() - last_saved > CHECKPOINT_EVERY_S:
-                self.save()
-                last_saved = time.monotonic()
+            if cadence.due():
+                with cadence.writing():
+                    self.save()
                 stop_here("dem")
 
     def _due(self) -> None:

@@ -56,6 +56,69 @@ def replacing(path: Path, size: int = 0) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+@contextmanager
+def replacing_hdf5(path: Path, size: int = 0) -> Iterator[Any]:
+    """Yield a new ``h5py.File`` that replaces ``path`` when it is whole; as ``replacing``.
+
+    Raises the ``OSError`` of a write that failed.
+    """
+    import h5py
+
+    with replacing(path, size) as temporary, _Beneath(temporary) as beneath:
+        with h5py.File(beneath, "w") as file:
+            yield file
+        if beneath.fault is not None:
+            raise beneath.fault
+
+
+class _Beneath:
+    """The file under an HDF5 file, which never hears that a write failed: the library would raise again while it frees
+    what it holds, and may end the process. The first ``fault`` is kept, and nothing is written after it."""
+
+    def __init__(self, path: Path) -> None:
+        self.file = open(path, "w+b", buffering=0)
+        self.fault: OSError | None = None
+
+    def __enter__(self) -> _Beneath:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with suppress(OSError):  # a quota may speak up only here; the caller's fsync would have raised it
+            self.file.close()
+
+    def write(self, data: Any) -> int:
+        rest = memoryview(data).cast("B")
+        length = len(rest)
+        try:
+            while len(rest) and self.fault is None:
+                rest = rest[self.file.write(rest) :]
+        except OSError as fault:
+            self.fault = fault
+        return length
+
+    def read(self, size: int = -1) -> bytes:
+        return self.file.read(size) or b""
+
+    def readinto(self, buffer: Any) -> int:
+        return self.file.readinto(buffer) or 0
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        return self.file.seek(offset, whence)
+
+    def tell(self) -> int:
+        return self.file.tell()
+
+    def truncate(self, size: int | None = None) -> int:
+        try:
+            return self.file.truncate(size) if self.fault is None else size or 0
+        except OSError as fault:
+            self.fault = fault
+            return size or 0
+
+    def flush(self) -> None:
+        """Nothing is held back."""
+
+
 def _sync_folder(folder: Path) -> None:
     """The new name is on the disk too, so that a loss of power does not undo it; not every file system can."""
     with suppress(OSError):
@@ -66,9 +129,9 @@ def _sync_folder(folder: Path) -> None:
             os.close(handle)
 
 
-def remove_unfinished(folder: Path) -> None:
-    """Remove the temporary files that a killed process left in a folder and below."""
-    for path in Path(folder).rglob(".*.part"):
+def remove_unfinished(folder: Path, below: bool = True) -> None:
+    """Remove the temporary files that a killed process left in a folder, and ``below`` it."""
+    for path in (Path(folder).rglob if below else Path(folder).glob)(".*.part"):
         path.unlink(missing_ok=True)
 
 
@@ -123,10 +186,8 @@ def write(
     ``arrays`` maps a dataset path (``"a"`` or ``"group/a"``) to an array or to ``(array, unit, meaning)``;
     ``attributes`` are stored on the file.
     """
-    import h5py
-
     size = sum(np.asarray(entry[0] if isinstance(entry, tuple) else entry).nbytes for entry in arrays.values())
-    with replacing(path, size) as temporary, h5py.File(temporary, "w") as file:
+    with replacing_hdf5(path, size) as file:
         for name, entry in arrays.items():
             array, unit, meaning = entry if isinstance(entry, tuple) else (entry, None, None)
             array = np.asarray(array)

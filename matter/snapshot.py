@@ -31,15 +31,13 @@ _CHUNK = 1 << 17
 
 def write(particles: Particles, path: Path) -> None:
     """Write a snapshot; the file is whole or absent. Lists and dicts among the attributes are stored as JSON text."""
-    import h5py
-
     particles.need("position")
     count = len(particles)
     squeeze = dict(compression="gzip", compression_opts=1, shuffle=True) if count > 64 else {}
     size = sum(particles[name].nbytes for name in particles) + sum(
         np.asarray(table).nbytes for table in particles.tables.values()
     )
-    with archive.replacing(Path(path), size) as temporary, h5py.File(temporary, "w") as file:
+    with archive.replacing_hdf5(Path(path), size) as file:
         for name, value in particles.attributes.items():
             file.attrs[name] = json.dumps(value) if isinstance(value, (list, dict, tuple)) else value
         fields = file.create_group("particles")

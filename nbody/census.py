@@ -16,6 +16,7 @@ import numba
 import numpy as np
 
 from matter import archive, checkpoint, lock
+from matter.cadence import Cadence
 from matter.errors import InputError
 from matter.progress import Progress, stop_here
 from nbody import conditions, encounters, moon_mode
@@ -25,7 +26,6 @@ from nbody.integrators import fast, rkck, tube
 from nbody.system import System, jovian
 
 INTEGRATORS = ("rkck", "fast", "tube")
-CHECKPOINT_S = 10.0
 MAX_PARTICLES = 400_000_000
 
 
@@ -53,7 +53,8 @@ class Tally:
     """What a census found so far; ``ends`` counts flights by how they ended, the errors are the largest relative ones
     seen.
 
-    ``flown`` of the ``particles`` were integrated: ``rkck`` flies only those that come near a moon.
+    ``flown`` of the ``particles`` were integrated: ``rkck`` flies only those that come near a moon. ``enough``:
+    effective entries, summed over the blocks in their order.
     """
 
     table: dict[str, np.ndarray]
@@ -61,6 +62,7 @@ class Tally:
     particles: int = 0
     flown: int = 0
     steps: int = 0
+    enough: float = 0.0
     ends: np.ndarray = field(default_factory=lambda: np.zeros(5, np.int64))
     energy_error: float = 0.0
     angular_momentum_error: float = 0.0
@@ -136,9 +138,9 @@ def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
     request."""
     system = jovian(request.target)
     tally = _resumed(request, out)
-    progress = Progress(stage, float(request.count), start=effective_entries(request, system, tally.table))
-    tables, enough, saved, began = [tally.table], progress.start, time.monotonic(), time.monotonic() - tally.wall_s
-    for block in _blocks(system, request, tally.block):
+    progress = Progress(stage, float(request.count), start=tally.enough)
+    tables, cadence, began = [tally.table], Cadence(), time.monotonic() - tally.wall_s
+    for block in _blocks(system, request, tally.block) if tally.enough < request.count else ():
         tables.append(block.table)
         tally.block += 1
         tally.particles += block.particles
@@ -150,21 +152,23 @@ def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
         tally.wall_s = time.monotonic() - began
         if len(tables) > 64:
             tables = [encounters.join(tables)]
-        enough += effective_entries(request, system, block.table)
-        progress.update(enough, f"{tally.particles} particles")
-        if time.monotonic() - saved > CHECKPOINT_S:
+        tally.enough += effective_entries(request, system, block.table)
+        progress.update(tally.enough, f"{tally.particles} particles")
+        if cadence.due():
             tables = [encounters.join(tables)]
-            tally.table, saved = tables[0], time.monotonic()
-            _save(request, out, tally)
+            tally.table = tables[0]
+            with cadence.writing():
+                _save(request, out, tally)
             stop_here(stage)
-        if enough >= request.count:
+        if tally.enough >= request.count:
             break
         if tally.particles >= MAX_PARTICLES:
             raise InputError(
-                f"{tally.particles} particles gave only {enough:.0f} of {request.count} entries at {request.target}"
+                f"{tally.particles} particles gave only {tally.enough:.0f} of {request.count} entries at "
+                f"{request.target}"
             )
     tally.table = encounters.join(tables)
-    progress.update(enough, f"{tally.particles} particles", force=True)
+    progress.update(tally.enough, f"{tally.particles} particles", force=True)
     return tally
 
 
@@ -193,12 +197,12 @@ def _identity(request: Request) -> str:
     )
 
 
+_NUMBERS = ("block", "particles", "flown", "steps", "enough", "energy_error", "angular_momentum_error", "wall_s")
+
+
 def _save(request: Request, out: Path, tally: Tally) -> None:
     arrays = {f"events/{name}": column for name, column in tally.table.items()} | {"ends": tally.ends}
-    scalars = {
-        name: getattr(tally, name)
-        for name in ("block", "particles", "flown", "steps", "energy_error", "angular_momentum_error", "wall_s")
-    }
+    scalars = {name: getattr(tally, name) for name in _NUMBERS}
     checkpoint.save(out, tally.block, arrays, {**scalars, "request": _identity(request)})
 
 
@@ -207,9 +211,8 @@ def _resumed(request: Request, out: Path) -> Tally:
     if kept is None or kept[1]["request"] != _identity(request):
         return Tally(encounters.empty())
     arrays, scalars = kept
-    names = ("block", "particles", "flown", "steps", "energy_error", "angular_momentum_error", "wall_s")
     table = {name: arrays[f"events/{name}"] for name in encounters.TABLE}
-    return Tally(table, ends=arrays["ends"], **{name: scalars[name] for name in names})
+    return Tally(table, ends=arrays["ends"], **{name: scalars[name] for name in _NUMBERS})
 
 
 def run(request: Request, out: Path) -> tuple[dict[str, np.ndarray], dict]:

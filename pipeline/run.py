@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from matter import lock, progress
+from matter import archive, cadence, lock, progress
 from matter.body import Model
 from matter.errors import InputError, Stopped, Unsound
 from pipeline import folder, identity, intact, outside, stages, used, view
@@ -44,6 +44,7 @@ def run(request: Request, screen: Screen) -> Outcome:
         return _of_old_layout(request, old, screen)
     with lock.held(run_folder / "run.lock", str(run_folder)), signals(screen):
         progress.clear_stop()
+        archive.remove_unfinished(run_folder, below=False)  # stages are looked after when they are opened
         threads = _threads(request.threads)
         journal = Journal(run_folder, request.start, screen)
         _clear_the_way(request, journal.interrupted)
@@ -217,6 +218,7 @@ def _make(
     journal.screen.begins(stage, f"{label}: {'continued' if continued else 'begins'}")
     journal.log(f"{label} {'continued' if continued else 'begins'}, {place.name}")
     began = time.monotonic()
+    cadence.taken()  # what another stage wrote is not this one's
     more: dict[str, Any] = dict(made_by)
     try:
         if source is not None:
@@ -236,6 +238,7 @@ def _make(
         "process_peak_memory_bytes": peak,
         "disk_bytes": folder.size_bytes(place),
         "files": intact.files_of(place),
+        **cadence.taken(),
     }
     folder.finish(place, stage, who.inputs, wall_s, **more, **sizes)
     note = f"; UNSOUND: {outcome.unsound[stage]}" if "unsound" in more else "; taken from a file" if source else ""

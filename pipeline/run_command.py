@@ -64,6 +64,15 @@ def run_case(
     anyway: Annotated[
         bool, typer.Option("--anyway", help="Begin although memory or disk will not do by the prediction.")
     ] = False,
+    checkpoint_every: Annotated[
+        str | None,
+        typer.Option(
+            "--checkpoint-every",
+            metavar="TEXT",
+            help="Time of the clock between checkpoints, '2 min' (default: 15 s, longer where they are large), or a "
+            "count, '500 steps'.",
+        ),
+    ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Delete earlier results and checkpoints first.")] = False,
     movie: Annotated[
         bool,
@@ -160,6 +169,7 @@ def run_case(
         if prune or budget:
             return _pruned(case, out or RUNS, prune, budget, check)
         from matter import archive
+        from matter.cadence import Pace, set_pace
         from matter.errors import InputError
         from pipeline import going_on, plan
         from pipeline.request import Request, sensible, settings_of
@@ -177,6 +187,8 @@ def run_case(
             return sweep_command.swept(
                 read, out or RUNS, vary or [], ensemble, until, threads, instead, start or fresh, scheduler
             )
+        if checkpoint_every:
+            set_pace(Pace.of(checkpoint_every))
         if scheduler:
             raise InputError("--scheduler goes with --sweep, --vary or --ensemble")
         request = Request(read, out or RUNS, start, until, fresh, threads)

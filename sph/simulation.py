@@ -6,7 +6,6 @@ Phases: ``relax`` (no strength, damped, energy held), then ``impact`` (everythin
 from __future__ import annotations
 
 import json
-import time as clock
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from matter import checkpoint, progress, readable, snapshot
+from matter.cadence import Cadence
 from matter.particles import Particles
 from sph import cloud_snapshot, flow_reynolds, individual_steps, viscosity_reconstructed, watch
 from sph import ground as grounds
@@ -29,10 +29,6 @@ from sph.history import History
 from sph.integrator import Integrator, Surroundings
 from sph.runge_kutta import RungeKutta
 from sph.settings import Settings
-
-CHECKPOINT_WALL = 20.0
-"""Seconds of wall time between checkpoints."""
-
 
 INTEGRATORS: dict[str, type[Integrator]] = {"leapfrog": Integrator, "rk3": RungeKutta}
 
@@ -61,7 +57,7 @@ class Simulation:
         self.history = History(out / "history.csv")
         self.times: dict[str, float] = {}
         self.phase = "relax" if settings.relaxes else "impact"
-        self.saved_at = clock.monotonic()
+        self.cadence = Cadence()
 
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
@@ -161,9 +157,9 @@ class Simulation:
             "thinned": self.thinned, "flow": json.dumps(self.flow),
             "individual": json.dumps(self.individual),
         }  # fmt: skip
-        self.history.write()
-        checkpoint.save(self.out, i.steps + (10**8 if self.phase == "impact" else 0), arrays, numbers)
-        self.saved_at = clock.monotonic()
+        with self.cadence.writing():
+            self.history.write()
+            checkpoint.save(self.out, i.steps + (10**8 if self.phase == "impact" else 0), arrays, numbers)
 
     def restore(self, arrays: dict[str, np.ndarray], scalars: dict[str, Any]) -> None:
         """Take up a checkpoint."""
@@ -186,7 +182,7 @@ class Simulation:
     def _pause(self, report: progress.Progress, done: float) -> None:
         i = self.integrator
         report.update(done, f"{self.phase} t = {readable.clock(i.time)}, dt = {i.dt:.3g} s ({i.why})")
-        if progress.stop_requested() or clock.monotonic() - self.saved_at > CHECKPOINT_WALL:
+        if self.cadence.due():
             self.save()
             progress.stop_here("sph")
 

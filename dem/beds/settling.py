@@ -7,7 +7,6 @@ comes to rest, so that no bed grain can lean on them, and carving them later cha
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -25,10 +24,10 @@ from dem.columns import MASS, RADIUS, STIFFNESS, WX
 from dem.contact_settings import OCEAN, Contact
 from dem.walls import Wall
 from matter import checkpoint
+from matter.cadence import Cadence
 from matter.particles import Particles
-from matter.progress import Progress, stop_here, stop_requested
+from matter.progress import Progress, stop_here
 
-CHECKPOINT_EVERY_S = 15.0
 LOOK_EVERY = 10
 """Steps between two looks at which grains are above the datum."""
 EXCHANGE_EVERY = 3
@@ -321,14 +320,14 @@ def finish(work: Settling, out: Path) -> tuple[Assembly, dict[str, float]]:
     if saved is not None:
         work.restore(*saved)
     progress = Progress("bed", sum(p.length for p in work.plan), start=work.progress)
-    last_saved = time.monotonic()
+    cadence = Cadence()
     while True:
         while work.done < work.steps:
             work.step()
             progress.update(work.progress, f"{work.plan[work.phase].name}: {work.bed.speed:.3g} m/s")
-            if stop_requested() or time.monotonic() - last_saved > CHECKPOINT_EVERY_S:
-                work.save(out)
-                last_saved = time.monotonic()
+            if cadence.due():
+                with cadence.writing():
+                    work.save(out)
                 stop_here("bed")
         if not work.next():
             break

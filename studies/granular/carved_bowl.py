@@ -9,7 +9,6 @@ measured is the profile (mean top of the grains in rings) and the steepest slope
 from __future__ import annotations
 
 import math
-import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,11 +20,10 @@ from dem.beds.container import Container
 from dem.contact_settings import Contact
 from dem.gravity import Field
 from matter import checkpoint
+from matter.cadence import Cadence
 from matter.errors import InputError
 from matter.particles import Particles
-from matter.progress import Progress, stop_here, stop_requested
-
-CHECKPOINT_EVERY_S = 60.0
+from matter.progress import Progress, stop_here
 
 
 class Relaxed(NamedTuple):
@@ -105,7 +103,7 @@ def relax(
     unit = math.sqrt(radius / g)
     cell, reach = 2.5 * radius, min(1.5 * width, box.radius - 2.0 * radius)
     ring, before = profile(start, cell, reach)
-    progress, still, last_saved = Progress("carved bowl", longest), False, time.monotonic()
+    progress, still, cadence = Progress("carved bowl", longest), False, Cadence()
     while run.time < longest * unit and not still:
         for _ in range(max(1, round(2.0 * unit / run.dt))):
             if sleep and run.steps % sleeping.EVERY == 0:
@@ -114,9 +112,9 @@ def relax(
         speed = math.sqrt(float(np.mean(np.sum(run.W[:, :3] ** 2, axis=1))))
         still = run.time > 10.0 * unit and speed < 0.002 * math.sqrt(g * radius)
         progress.update(run.time / unit, f"{speed:.3g} m/s")
-        if out and (stop_requested() or time.monotonic() - last_saved > CHECKPOINT_EVERY_S):
-            checkpoint.save(out, run.steps, *checkpoint.parted(run.saved()))
-            last_saved = time.monotonic()
+        if out and cadence.due():
+            with cadence.writing():
+                checkpoint.save(out, run.steps, *checkpoint.parted(run.saved()))
         stop_here("carved bowl")
     end = run.particles({}, tables=False)
     _, after = profile(end, cell, reach)

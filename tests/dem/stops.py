@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from types import ModuleType
 
 import numpy as np
 import pytest
 
-from matter import progress
+from matter import cadence, progress
 from matter.errors import Stopped
 from matter.particles import Particles
 
 
-def interrupted(
-    monkeypatch: pytest.MonkeyPatch, module: ModuleType, steps: Collection[int], run: Callable[[], None]
-) -> None:
-    """Call ``run`` again and again until it ends, the loop of ``module`` being asked to stop after each of ``steps``,
+def interrupted(monkeypatch: pytest.MonkeyPatch, steps: Collection[int], run: Callable[[], None]) -> None:
+    """Call ``run`` again and again until it ends, the loop being asked to stop after each of ``steps``,
     counted over all calls."""
     counted, stops = 0, 0
 
@@ -28,7 +25,7 @@ def interrupted(
         return progress.stop_requested()
 
     with monkeypatch.context() as patch:
-        patch.setattr(module, "stop_requested", asked)
+        patch.setattr(cadence, "stop_requested", asked)
         try:
             while True:
                 try:

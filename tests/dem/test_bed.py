@@ -108,7 +108,7 @@ def test_a_stopped_bed_resumes_bit_for_bit(tmp_path, bed_settings, monkeypatch):
         bodies.write_callisto(run / "2_sph" / "target.json")
         out = run / "3_bed"
         out.mkdir()
-        interrupted(monkeypatch, settling, stops, lambda run=run, out=out: bed_stage.run(settings, run, out))
+        interrupted(monkeypatch, stops, lambda run=run, out=out: bed_stage.run(settings, run, out))
         files.append(snapshot.read(out / "bed.vtkhdf"))
         assert len(list(out.glob("checkpoint_*"))) <= 1
     same_grains(*files)

@@ -190,7 +190,7 @@ def test_a_stopped_run_resumes_bit_for_bit(tmp_path, carved, monkeypatch, change
             (run / part).symlink_to(carved / part)
         out = run / "5_dem"
         out.mkdir()
-        interrupted(monkeypatch, collapsing, stops, lambda run=run, out=out: stage.run(settings, run, out))
+        interrupted(monkeypatch, stops, lambda run=run, out=out: stage.run(settings, run, out))
         results.append((snapshot.read(out / "last.vtkhdf"), (out / "history.csv").read_text()))
     (one, text_one), (two, text_two) = results
     same_grains(one, two)

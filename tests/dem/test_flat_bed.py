@@ -8,12 +8,12 @@ import pytest
 
 from dem import bed_stage
 from dem.assembly import Assembly
-from dem.beds import flat_settling, packing, settling
+from dem.beds import flat_settling, packing
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.contact_settings import Contact, GrainLaw
 from dem.walls import distance, rows
-from matter import snapshot
+from matter import cadence, snapshot
 from matter.body import Impact, Target
 from matter.errors import InputError
 from studies.granular import carved_bowl
@@ -172,7 +172,6 @@ def test_a_bed_stopped_while_gravity_is_let_down_resumes_bit_for_bit(tmp_path, m
         stops = () if name == "whole" else (first + 50, first + 53, first + 97)
         interrupted(
             monkeypatch,
-            settling,
             stops,
             lambda name=name: beds.append(settled(tmp_path / name, shape="bowl", largest_speed=2.0, count=300)),
         )
@@ -186,7 +185,7 @@ def test_a_carved_cavity_slumps_and_a_stopped_one_ends_alike(random_bed, tmp_pat
         shell=GrainLaw(friction=0.1, shape=0.0)
     )  # with their own friction a cavity of a few grains stands as it was carved
     found = []
-    monkeypatch.setattr(carved_bowl, "CHECKPOINT_EVERY_S", 0.0)
+    monkeypatch.setattr(cadence, "pace", cadence.Pace(steps=1))
     for name in ("whole", "resumed"):
         (tmp_path / name).mkdir()
         stops = () if name == "whole" else (1, 2)
@@ -194,7 +193,7 @@ def test_a_carved_cavity_slumps_and_a_stopped_one_ends_alike(random_bed, tmp_pat
         def go(name=name):
             found.append(carved_bowl.relax(bed, slippery, 1.0, 5.0, 5.0, longest=6.0, out=tmp_path / name))
 
-        interrupted(monkeypatch, carved_bowl, stops, go)
+        interrupted(monkeypatch, stops, go)
     assert found[0] == found[1]
     assert found[0].slope_before_deg > 35.0 and found[0].slope_deg < found[0].slope_before_deg
     assert 0.5 < found[0].depth_m < 5.0 and found[0].moved_radii > 0.05

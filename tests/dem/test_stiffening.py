@@ -136,7 +136,7 @@ def test_a_stiffened_run_resumes_bit_for_bit(small_bed, tmp_path, monkeypatch):
             made.advance()
             made.finish()
 
-        interrupted(monkeypatch, collapsing, stops, go)
+        interrupted(monkeypatch, stops, go)
         ends.append((snapshot.read(tmp_path / name / "last.vtkhdf"), (tmp_path / name / "history.csv").read_text()))
     same_grains(ends[0][0], ends[1][0])
     assert ends[0][1] == ends[1][1]

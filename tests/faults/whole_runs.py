@@ -36,14 +36,11 @@ def run(out: Path, log: Path, before: Callable[[], Any] = lambda: None, more: tu
 
     def work() -> None:
         os.chdir(ROOT)
-        import dem.beds.settling
-        import dem.collapse
-        import nbody.census
-        import sph.simulation
+        from matter import cadence
         from pipeline import cli
 
-        sph.simulation.CHECKPOINT_WALL = dem.collapse.CHECKPOINT_EVERY_S = FREQUENT_S
-        dem.beds.settling.CHECKPOINT_EVERY_S = nbody.census.CHECKPOINT_S = FREQUENT_S
+        cadence.SHARE = 1.0
+        cadence.set_pace(cadence.Pace(FREQUENT_S))
         before()
         sys.argv = ["run_case", *words(out), *more]
         cli.run_case()

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import errno
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from matter import archive
 from matter.errors import Stopped
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_arrays_attributes_units_come_back(tmp_path):
@@ -44,3 +49,24 @@ def test_a_full_disk_stops_with_one_message_and_keeps_what_was_there(tmp_path, m
     with pytest.raises(Stopped, match=r"no space left on the disk for .*state\.h5"):
         archive.write(path, {"a": np.zeros(3)})
     assert archive.read(path)[0]["a"].tolist() == [0, 1, 2] and os.listdir(tmp_path) == ["state.h5"]
+
+
+def test_a_write_that_fails_under_hdf5_ends_in_one_message(tmp_path):
+    """In a process of its own: HDF5 that hears of a failed write may end its process when it closes the file."""
+    program = f"""
+import resource
+import numpy as np
+from matter import archive
+path = {str(tmp_path / "a.h5")!r}
+archive.write(path, {{"x": np.arange(10.0)}})
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, resource.RLIM_INFINITY))
+try:
+    archive.write(path, {{f"g/{{k}}": np.random.rand(3000) for k in range(50)}}, compress=False)
+except OSError as fault:
+    print(fault.strerror)
+print(list(archive.read(path)[0]))
+"""
+    said = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
+    assert (said.returncode, said.stderr) == (0, "")
+    assert said.stdout.split("\n") == ["File too large", "['x']", ""]
+    assert [path.name for path in tmp_path.iterdir()] == ["a.h5"]

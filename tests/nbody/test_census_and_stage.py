@@ -38,8 +38,7 @@ def test_any_number_of_threads_gives_the_same_bits(tally, tmp_path):
     assert all(np.array_equal(tally.table[name], other.table[name]) for name in encounters.TABLE)
 
 
-def test_stopped_census_resumes_bit_for_bit(tally, tmp_path, monkeypatch):
-    monkeypatch.setattr(census, "CHECKPOINT_S", 0.0)
+def test_stopped_census_resumes_bit_for_bit(tally, tmp_path):
     progress.request_stop()
     try:
         with pytest.raises(Stopped):
@@ -49,7 +48,14 @@ def test_stopped_census_resumes_bit_for_bit(tally, tmp_path, monkeypatch):
     assert checkpoint.newest(tmp_path)[1]["block"] == 1
     other = census.collect(request(), tmp_path)
     assert all(np.array_equal(tally.table[name], other.table[name]) for name in encounters.TABLE)
-    assert (other.particles, other.steps) == (tally.particles, tally.steps)
+    assert (other.particles, other.steps, other.enough) == (tally.particles, tally.steps, tally.enough)
+
+
+def test_a_census_stopped_at_its_end_flies_nobody_more(tally, tmp_path):
+    census._save(request(), tmp_path, tally)
+    other = census.collect(request(), tmp_path)
+    assert (other.block, other.particles, other.enough) == (tally.block, tally.particles, tally.enough)
+    assert all(np.array_equal(tally.table[name], other.table[name]) for name in encounters.TABLE)
 
 
 def test_every_entry_has_a_collision(tally):

@@ -1,12 +1,11 @@
 """``run_case`` with the real stages and a checkpoint every fraction of a second, so that a small run has some to be
 killed between."""
 
-import dem.collapse
-import sph.simulation
+from matter import cadence
 from pipeline import cli
 
-sph.simulation.CHECKPOINT_WALL = 0.2
-dem.collapse.CHECKPOINT_EVERY_S = 0.1
+cadence.SHARE = 1.0
+cadence.set_pace(cadence.Pace(0.1))
 
 if __name__ == "__main__":
     cli.run_case()
