@@ -12,8 +12,13 @@ if TYPE_CHECKING:
 
 
 class Materials(Mapping[str, Mapping[str, Mapping[str, Any]]]):
-    """Every material by name: its sections by the law that uses them, values in SI;
-    ``bolide.materials["ice"]["tillotson"]["rho0"]``."""
+    """Every material by name: its sections by the law that uses them, values in SI.
+
+    >>> materials["ice"]["tillotson"]["rho0"]
+    917.0
+    >>> "basalt" in materials
+    True
+    """
 
     def __getitem__(self, name: str) -> Mapping[str, Mapping[str, Any]]:
         from matter import material
@@ -51,6 +56,10 @@ def scaling(
 
     ``projectile`` and ``target`` are names of materials; ``radius``, ``speed``, ``gravity`` and the angle are SI
     numbers or texts with units; ``ground``: only the laws for ``fluid``, ``rock`` or ``sand``. Raises ``InputError``.
+
+    >>> table = scaling("ice", "50 km", "18 km/s", target="ice", gravity="1.24 m/s^2", ground="fluid")
+    >>> (table["diameter_m"] / 1e3).round().astype(int).to_dict()
+    {'zahnle_2003': 607, 'collins_2005': 656, 'schmidt_housen_water': 770}
     """
     import pandas
 

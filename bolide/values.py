@@ -8,7 +8,13 @@ from typing import Any, NamedTuple
 
 class Value(NamedTuple):
     """``value`` and its standard error ``sigma`` (None: not known) in the SI ``unit``; ``parts``: what the error is
-    made of."""
+    made of.
+
+    >>> print(Value(482e3, 10e3, "m"))
+    482 ± 10 km
+    >>> Value(482e3, 10e3, "m").sigma
+    10000.0
+    """
 
     value: float
     sigma: float | None
@@ -38,7 +44,11 @@ def of_entry(cell: Any) -> Value | None:
 
 
 def of_column(name: str) -> str:
-    """The SI unit of a column of a table, which its name ends with; empty where the name does not say."""
+    """The SI unit of a column of a table, which its name ends with; empty where the name does not say.
+
+    >>> of_column("depth_m_sigma"), of_column("energy_J"), of_column("grains")
+    ('m', 'J', '')
+    """
     if "angular_momentum" in name:
         return "kg m^2/s"
     if name.startswith("momentum_"):

@@ -1,9 +1,9 @@
 """Pages that are not written by hand: the reference from the code itself (keys, laws, measures, rows of the ledger,
-commands), and documents of the repository with their links turned to this site. Called by ``conf.py``."""
+commands, the Python interface), and documents of the repository with their links turned to this site. Called by
+``conf.py``."""
 
 from __future__ import annotations
 
-import ast
 import os
 import re
 import subprocess
@@ -12,19 +12,10 @@ import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 
+import api_pages
+import law_pages
+
 ROOT = Path(__file__).resolve().parents[2]
-LAW_FOLDERS = {
-    "Equations of state": "sph/eos",
-    "Strength": "sph/strength",
-    "Porosity": "sph/porosity",
-    "Damage": "sph/damage",
-    "Kernels": "sph/kernels",
-    "Edges of flat ground": "sph/boundary",
-    "Contacts of grains": "dem/laws",
-}
-NO_LAWS = ("__init__", "__main__", "dispatch")
-
-
 DOCUMENTS = {
     "docs/validation.md": "validation",
     "docs/results/README.md": "results/index",
@@ -39,16 +30,17 @@ def write(site: Path) -> None:
     """Write every generated page into ``site``."""
     pages = {
         "keys": keys(),
-        "laws": laws(),
         "materials": materials(),
         "measures": measures(),
         "ledger": ledger(),
         "commands": commands(),
+        "api": api_pages.page(prose),
     }
+    pages |= laws(site)
     pages = {f"reference/{name}": text for name, text in pages.items()} | documents(site)
     for name, text in pages.items():
         path = site / f"{name}.md"
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         if not path.is_file() or path.read_text() != text:
             path.write_text(text)
 
@@ -162,29 +154,14 @@ def _names(part: object, path: tuple[str, ...]) -> Iterable[str]:
         yield from _names(inner, (*path, step))
 
 
-def laws() -> str:
-    """A section for each law file: its docstring, and the papers that it follows."""
-    parts = ["# Laws", "One law, one file: equation, units, sources as they stand at the top of it."]
-    for title, folder in LAW_FOLDERS.items():
-        parts.append(f"## {title}")
-        for file in sorted((ROOT / folder).glob("*.py")):
-            tree = ast.parse(file.read_text())
-            doc = ast.get_docstring(tree)
-            if file.stem in NO_LAWS or not doc:
-                continue
-            parts += [f"### {file.stem.replace('_', ' ')}", f"`{file.relative_to(ROOT)}`", prose(doc)]
-            if sources := _sources(tree):
-                parts.append("Sources: " + ", ".join(sources))
-    return "\n\n".join(parts) + "\n"
-
-
-def _sources(tree: ast.Module) -> tuple[str, ...]:
-    for node in tree.body:
-        if isinstance(node, ast.Assign) and any(
-            isinstance(target, ast.Name) and target.id == "SOURCES" for target in node.targets
-        ):
-            return tuple(ast.literal_eval(node.value))
-    return ()
+def laws(site: Path) -> dict[str, str]:
+    """The pages of the laws, each with its picture, drawn now."""
+    pages = law_pages.pages(prose, html)
+    captions = law_pages.draw(site / "reference" / "laws")
+    for name in law_pages.names():
+        at = f"laws/{law_pages.place(name)}"
+        pages[at] = pages[at].replace("@caption@", html(captions[name]))
+    return pages
 
 
 def materials() -> str:

@@ -1,0 +1,201 @@
+"""Pictures of the contacts of grains: collisions, slip, rolling and cohesion, integrated with the laws themselves."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from dem.contact import Bodies
+from dem.laws import normal_hertz, normal_hooke, tangential_spring
+
+BODIES = Bodies(1e6, 0.5, 0.25, 0.5, 0.5, 0.0)
+"""Two grains of 0.5 m and 1 kg: k_n = 1 MN/m, reduced mass, R."""
+MODULUS = 1e7
+LONGEST = 20_000
+"""Steps after which two grains that have not parted count as stuck."""
+
+
+def _row(law: ModuleType) -> Any:
+    if law is not normal_hertz:
+        return ()
+    grain = normal_hertz.Parameters(elastic_modulus=MODULUS)
+    return normal_hertz.Row(*normal_hertz.row(grain, grain))
+
+
+def collision(
+    law: ModuleType, speed: float, restitution: float, tail: bool = True, pull: Callable[[float], float] | None = None
+) -> np.ndarray:
+    """Overlap [m], force [N] and separation speed [m/s] of two grains that meet at ``speed`` [m/s], step by step
+    until they part."""
+    row, number, m = _row(law), law.damping_number(restitution), BODIES.mass
+    quick = math.sqrt(BODIES.stiffness / m) if law is normal_hooke else 120.0 * speed**0.2
+    x, u, dt, told = 0.0, -speed, 2e-3 / quick, []
+    while len(told) < LONGEST:
+        k = law.stiffness(max(x, 1e-12), BODIES, row)
+        f = law.force(x, u, k, number * math.sqrt(k * m), tail) - (pull(x) if pull else 0.0)
+        told.append((x, f, u))
+        u += f / m * dt  # half a step behind x: second order
+        x -= u * dt
+        if x < 0.0:
+            break
+    return np.array(told)
+
+
+def normal(law: ModuleType, axes: Any) -> str:
+    """Force against overlap in a collision, and the restitution."""
+    for e in (1.0, 0.55, 0.2):
+        way = collision(law, 1.0, e)
+        axes[0].plot(way[:, 0] * 1e3, way[:, 1] / 1e3, label=f"e = {e:g}")
+    axes[0].axhline(0, color="0.5", lw=0.8)
+    axes[0].set(xlabel="overlap [mm]", ylabel="force [kN]")
+    axes[0].legend()
+    speeds = np.geomspace(0.01, 3.0, 7)
+    for tail, mark, words in ((True, "o", "pull kept"), (False, "s", "pull clipped")):
+        for k, e in enumerate((0.8, 0.55, 0.2)):
+            ends = []
+            for speed in speeds:
+                way = collision(law, float(speed), e, tail)
+                # with the pull clipped the grains part where the force first ends
+                ends.append(max(way[:, 2]) / speed if not tail else way[-1, 2] / speed)
+            axes[1].semilogx(
+                speeds,
+                ends,
+                mark,
+                color=f"C{k}",
+                ms=5,
+                mfc="none" if tail else f"C{k}",
+                label=words if k == 0 else None,
+            )
+    for e in (0.8, 0.55, 0.2):
+        axes[1].axhline(e, color="0.6", ls=":", lw=1)
+    axes[1].set(xlabel="speed of the collision [m/s]", ylabel="restitution", ylim=(0, 1))
+    axes[1].legend()
+    stiff = f"k_n = {BODIES.stiffness:g} N/m" if law.LINEAR else f"E = {MODULUS:g} Pa, nu = 0.25"
+    return (
+        f"Left: two grains of 1 kg and 0.5 m meet at 1 m/s, with three coefficients of restitution ({stiff}). Right: "
+        "the restitution that comes out at any speed, with the pull at the end of the contact kept and clipped; "
+        "dotted: what was asked for."
+    )
+
+
+def _slip(way: np.ndarray, rule: int, limit: float, k: float, damping: float, dt: float) -> np.ndarray:
+    """Force along the slip ``way`` (n,) [m]."""
+    s, told = 0.0, []
+    for before, now in itertools.pairwise(way):
+        s += now - before
+        f, _, _, s, _, _ = tangential_spring.force(s, 0.0, 0.0, (now - before) / dt, 0.0, 0.0, k, damping, limit, rule)
+        told.append(f)
+    return np.array(told)
+
+
+def sliding(law: ModuleType, axes: Any) -> str:
+    """Force against slip under the three rules, there and back; slow and fast."""
+    k, limit, n = 2.0 / 7.0 * BODIES.stiffness, 500.0, 400
+    way = 4e-3 * np.sin(np.linspace(0.0, 2.5 * np.pi, n))
+    for axis, seconds, words in ((axes[0], 4.0, "slow"), (axes[1], 0.02, "fast")):
+        for name, rule in law.RULES.items():
+            f = _slip(way, rule, limit, k, 300.0, seconds / n)
+            axis.plot(way[1:] * 1e3, f, label=name, ls={"cap": "-", "clamp": "--", "reset": ":"}[name])
+        axis.set(xlabel="slip [mm]", ylabel="tangential force [N]", title=words)
+    axes[0].legend(title="rule")
+    return (
+        f"A contact under a friction limit of {limit:g} N slips 4 mm to and fro, slowly (left: springs alone) and "
+        "fast (right: the dashpot takes its share under the limit), by each rule."
+    )
+
+
+def mindlin(law: ModuleType, axes: Any) -> str:
+    """A contact that is pressed, sheared, let loose and sheared back, by both rules."""
+    grain = normal_hertz.Parameters(elastic_modulus=MODULUS)
+    row, ratio = _row(normal_hertz), law.stiffness_ratio(grain, grain, 0.0)
+    phase = np.linspace(0.0, 4.0 * np.pi, 800)
+    overlap = 1e-3 * (1.0 - 0.5 * np.sin(2.0 * phase))
+    slip = 0.15e-3 * np.sin(phase)
+    for name, rule in law.RULES.items():
+        s, before, force, work = 0.0, 0.0, [], [0.0]
+        for k in range(1, len(phase)):
+            stiff = normal_hertz.stiffness(overlap[k], BODIES, row)
+            s = s * law.kept(stiff, before, rule) + slip[k] - slip[k - 1]
+            before = stiff
+            force.append(ratio * stiff * s)
+            work.append(work[-1] + force[-1] * (slip[k] - slip[k - 1]))
+        axes[0].plot(slip[401:] * 1e3, force[400:], label=name)
+        axes[1].plot(phase / (2 * np.pi), work, label=name)
+    axes[0].set(xlabel="slip [mm]", ylabel="tangential force [N]")
+    axes[1].set(xlabel="cycles", ylabel="work done on the contact [J]")
+    axes[0].legend(title="mindlin_history")
+    return (
+        "Two grains are sheared while loose and let back while pressed, without slipping (E = 10 MPa). Left: the "
+        "force over the last cycle by each rule. Right: the work that went in: where it falls from cycle to cycle, "
+        "the contact gives out more than it was given."
+    )
+
+
+def turning(law: ModuleType, axes: Any) -> str:
+    """Moment against angle, there and back, and the spring that is left."""
+    k, limit, n = 4e3, 20.0, 400
+    way = 0.02 * np.sin(np.linspace(0.0, 2.5 * np.pi, n))
+    rolling = law.__name__.endswith("rolling_sds")
+    for name in ("cap", "clamp"):
+        rule, a, moments, springs = tangential_spring.RULES[name], 0.0, [], []
+        for before, now in itertools.pairwise(way):
+            a, rate = a + now - before, (now - before) / (0.05 / n)
+            if rolling:
+                m, _, _, a, _, _ = law.moment(a, 0.0, 0.0, rate, 0.0, 0.0, k, 8.0, limit, rule)
+            else:
+                m, a = law.moment(a, rate, k, 8.0, limit, rule)
+            moments.append(m)
+            springs.append(a)
+        look = "-" if name == "cap" else "--"
+        axes[0].plot(np.degrees(way[1:]), moments, look, label=name)
+        axes[1].plot(np.degrees(way[1:]), np.degrees(springs), look, label=name)
+    axes[0].set(xlabel="angle [deg]", ylabel="moment [N m]")
+    axes[1].set(xlabel="angle [deg]", ylabel="spring [deg]")
+    axes[0].legend(title="rule")
+    return (
+        f"A contact is {'rolled' if rolling else 'twisted'} to and fro in a twentieth of a second, under a limit of "
+        f"{limit:g} N m: the moment, and the spring that it keeps, by the rule of the slider."
+    )
+
+
+def cohesion(law: ModuleType, axes: Any) -> str:
+    """The pull, and a collision at three speeds with it."""
+    p = law.Parameters(**{**law.EXAMPLE, "cohesion": 5e3 if "sjkr" not in law.__name__ else 2e5})
+    x = np.linspace(0.0, 5e-3, 200)
+    pull = np.array([law.pull(v, BODIES, p) for v in x])
+    axes[0].plot(x * 1e3, pull / 1e3, "C1", label="pull")
+    axes[0].plot(x * 1e3, normal_hooke.elastic_force(x, BODIES.stiffness) / 1e3, "C0", label="spring")
+    axes[0].plot(x * 1e3, (normal_hooke.elastic_force(x, BODIES.stiffness) - pull) / 1e3, "k", label="both")
+    axes[0].axhline(0, color="0.5", lw=0.8)
+    axes[0].set(xlabel="overlap [mm]", ylabel="force [kN]")
+    axes[0].legend()
+    stuck = []
+    for speed in (0.3, 1.0, 3.0):
+        way = collision(normal_hooke, speed, 0.55, pull=lambda v: law.pull(v, BODIES, p))
+        if way[-1, 0] > 0.0 and len(way) == LONGEST:
+            stuck.append(f"{speed:g} m/s")
+        time = np.arange(len(way)) * 2e-3 / math.sqrt(BODIES.stiffness / BODIES.mass)
+        axes[1].plot(time * 1e3, way[:, 0] * 1e3, label=f"{speed:g} m/s")
+    axes[1].set(xlabel="time [ms]", ylabel="overlap [mm]")
+    axes[1].legend(title="meets at")
+    words = ", ".join(f"{name} = {value:g}" for name, value in p._asdict().items())
+    ends = f"at {' and '.join(stuck)} they stick" if stuck else "at none of these speeds do they stick"
+    return (
+        f"Left: the pull between two grains of 0.5 m against their overlap, beside a linear spring of 1 MN/m "
+        f"({words}). Right: collisions with both, restitution 0.55: {ends}."
+    )
+
+
+DRAWN = {
+    "dem/laws/normal_": normal,
+    "dem/laws/tangential_spring": sliding,
+    "dem/laws/tangential_mindlin": mindlin,
+    "dem/laws/rolling_": turning,
+    "dem/laws/twisting_": turning,
+    "dem/laws/cohesion_": cohesion,
+}

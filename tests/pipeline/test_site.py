@@ -1,0 +1,99 @@
+"""The site's generated pages: a page, a picture and a check for every law, nothing empty."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SITE = ROOT / "docs" / "site"
+
+
+@pytest.fixture(scope="module")
+def site():
+    """The modules that make the pages, imported as Sphinx does."""
+    before = set(sys.modules)
+    sys.path.insert(0, str(SITE))
+    try:
+        yield importlib.import_module
+    finally:
+        sys.path.remove(str(SITE))
+        for name in set(sys.modules) - before:
+            if Path(getattr(sys.modules[name], "__file__", None) or "/").parent == SITE:
+                del sys.modules[name]
+
+
+@pytest.fixture(scope="module")
+def pages(site):
+    reference = site("reference_pages")
+    return site("law_pages").pages(reference.prose, reference.html)
+
+
+def test_every_law_has_its_page_with_its_picture_and_its_check(site, pages):
+    laws = site("law_pages")
+    assert len(laws.names()) > 35
+    for name in laws.names():
+        text = pages[f"laws/{laws.place(name)}"]
+        assert f"{name.rpartition('/')[2]}.svg" in text and "## Its check" in text and "`test_" in text
+        assert f"<laws/{laws.place(name)}>" in pages["laws"]
+
+
+def test_every_law_has_a_picture_and_one_without_is_named(site):
+    laws, pictures = site("law_pages"), site("law_pictures")
+    for name in laws.names():
+        assert callable(pictures.picture_of(name))
+    with pytest.raises(KeyError, match=r"sph/damage/seedling\.py has no picture"):
+        pictures.picture_of("sph/damage/seedling")
+
+
+def test_a_picture_is_drawn_by_the_law(site, tmp_path, monkeypatch):
+    """The yield surface in the picture is the law's: another law, another picture, and the same law the same file."""
+    pictures = site("law_pictures")
+    first, again, other = (tmp_path / name for name in ("a.svg", "b.svg", "c.svg"))
+    words = pictures.draw("sph/kernels/wendland", first)
+    pictures.draw("sph/kernels/wendland", again)
+    wendland = importlib.import_module("sph.kernels.wendland")
+    plain = wendland.kernel
+    monkeypatch.setattr(wendland, "kernel", lambda r, h: 2.0 * plain(r, h))
+    pictures.draw("sph/kernels/wendland", other)
+    assert "spectrum" in words
+    assert first.read_bytes() == again.read_bytes() != other.read_bytes()
+
+
+def test_a_law_that_no_test_reaches_is_refused_by_name(site, monkeypatch):
+    laws, reference = site("law_pages"), site("reference_pages")
+    monkeypatch.setattr(site("law_checks"), "tests", lambda: ())
+    with pytest.raises(ValueError, match=r"sph/eos/murnaghan\.py: no test reaches this law"):
+        laws.page("sph/eos/murnaghan", laws.LAW_FOLDERS["sph/eos"], reference.prose, reference.html)
+
+
+def test_checks_are_found_by_what_tests_reach(site):
+    checks = site("law_checks")
+    found = checks.of(ROOT / "sph/eos/murnaghan.py", ("sph.eos.dispatch", "sph.families"), ("eos",))
+    own = {check.name for check in found if not check.family}
+    assert "test_murnaghan" in own and "test_ideal_gas" not in own
+    assert {check.name for check in found if check.family} >= {"test_every_source_of_a_law_is_in_the_bibliography"}
+    shocks = checks.of(ROOT / "sph/eos/hugoniot.py", ("sph.eos.dispatch", "sph.families"), ("eos",))
+    assert shocks and not any(check.family for check in shocks)  # a law of its own, in no family's list
+    quiet = {check.name for check in checks.of(ROOT / "sph/boundary/quiet.py", ("sph.boundary.dispatch",), ("sides",))}
+    assert "test_quiet_end_returns_less_than_five_percent_of_a_wave" in quiet
+
+
+def test_no_generated_page_is_empty(site):
+    """Each page of the reference says something below each of its headings."""
+    reference = site("reference_pages")
+    made = {name: getattr(reference, name)() for name in ("keys", "materials", "measures", "ledger")}
+    made["api"] = site("api_pages").page(reference.prose)
+    for name, text in made.items():
+        assert text.startswith("# ") and len(text) > 1000, name
+        blocks = text.split("\n## ")[1:]
+        assert all(len(block.split("\n", 1)[1].strip()) > 20 for block in blocks if "\n" in block), name
+
+
+def test_the_interface_page_has_every_public_name(site):
+    import bolide
+
+    text = site("api_pages").page(site("reference_pages").prose)
+    assert all(f"## `bolide.{name}`" in text for name in bolide.__all__)
+    assert "### `Run.snapshot`" in text and ">>> print(Value" in text
