@@ -132,7 +132,10 @@ def _sync_folder(folder: Path) -> None:
 def remove_unfinished(folder: Path, below: bool = True) -> None:
     """Remove the temporary files that a killed process left in a folder, and ``below`` it."""
     for path in (Path(folder).rglob if below else Path(folder).glob)(".*.part"):
-        path.unlink(missing_ok=True)
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:

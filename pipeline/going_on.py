@@ -14,7 +14,7 @@ from typing import Any
 
 from matter.errors import InputError
 from pipeline import case as cases
-from pipeline import folder
+from pipeline import folder, used
 from pipeline.case import Case
 
 USED = "case.used.toml"
@@ -53,6 +53,7 @@ def read(
         )
     if size is not None:
         raise InputError(f"--size {size}: {run} is a run, which keeps its size; run the case itself")
+    used.check(run / USED)
     case = cases.read(run / USED, None, overrides)
     case = replace(case, name=name_of(run), document=_left_open(case.document, run))
     if overrides:

@@ -2,21 +2,23 @@
 read as good.
 
 ``done.json`` holds them (``files``: path in the stage's folder -> [bytes, SHA-256]). Sizes are looked at whenever a
-stage is passed over as done, hashes before a stage that reads it is made. What may change after a stage is done (rows
-and pages of a sensitivity, pictures, logs) is not among them.
+stage is passed over as done, hashes before a stage that reads it is made. What may change after a stage is done (pages
+of a sensitivity, pictures, logs) is not among them; rows that it adds to the ledger are noted with ``renew``.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from matter import archive
 from matter.errors import InputError
-from pipeline import provenance
+from pipeline import folder, provenance
 
 _SUFFIXES = (".vtkhdf", ".h5", ".csv", ".json", ".toml", ".ply")
-_LATER = ("ledger.json", "sensitivity.json", "done.json", "begun.json", "status.json")
+_LATER = ("sensitivity.json", "done.json", "begun.json", "status.json")
 _NAMED = 3
 
 
@@ -28,6 +30,14 @@ def files_of(place: Path) -> dict[str, list[Any]]:
         if path.is_file() and path.suffix in _SUFFIXES and path.name not in _LATER and path.name[0] != "."
     )
     return {str(path.relative_to(place)): [path.stat().st_size, provenance.file_sha256(path)] for path in files}
+
+
+def renew(place: Path, name: str) -> None:
+    """Note a file that was changed on purpose, in the ``done.json`` of a folder that belongs to a run."""
+    done = folder.mark(place / folder.DONE)
+    if name in done.get("files", {}):
+        done["files"][name] = [(place / name).stat().st_size, provenance.file_sha256(place / name)]
+        archive.write_text(place / folder.DONE, json.dumps(done, indent=1))
 
 
 def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -> None:

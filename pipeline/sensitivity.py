@@ -26,7 +26,7 @@ from typing import Any
 from matter import archive
 from matter.crater_measures import RATIOS
 from matter.errors import InputError, Stopped
-from pipeline import folder, going_on, identity, run_process, sensitivity_table, stages, view
+from pipeline import folder, going_on, identity, intact, run_process, sensitivity_table, stages, view
 from pipeline.compose import compose
 from pipeline.request import Request, settings_of
 from pipeline.sensitivity_table import DEEP, DEEPEST, STILL
@@ -275,4 +275,5 @@ def run(
     book = ledgers.read(out / "ledger.json")
     sensitivity_table.enter(comparison, book)
     book.write(out / "ledger.json")
+    intact.renew(out, "ledger.json")
     print("\n" + sensitivity_table.text(comparison) + "\n")

@@ -5,6 +5,7 @@ The file is itself a case: running it gives the same settings to the last bit, w
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import tomlkit
 
 from matter import archive
 from matter.body import Model
+from matter.errors import InputError
 from pipeline import stages
 from pipeline.case import Case
 from pipeline.plain import plain
@@ -51,7 +53,28 @@ def write(path: Path, case: Case, settings: dict[str, Model]) -> None:
             f"# All parameters of a run of {case.file.name} ({case.name}, {preset}), in SI units; this file is itself "
             f"a case.{changes}\n\n"
         )
-    archive.write_text(path, head + tomlkit.dumps(content))
+    archive.write_text(path, _sealed(head + tomlkit.dumps(content)))
+
+
+_SEAL = "# SHA-256 of the text above, by which a run knows its own values: "
+
+
+def _sealed(text: str) -> str:
+    return f"{text}\n{_SEAL}{hashlib.sha256(text.encode()).hexdigest()}\n"
+
+
+def check(path: Path) -> None:
+    """Raise ``InputError`` where the file of a run is not as the run wrote it: to go on with other values would mix
+    two runs in one folder. A file without a seal (of an older version) passes."""
+    try:
+        text, seal, _ = path.read_text().rpartition(f"\n{_SEAL}")
+    except ValueError:  # not even text: whoever reads it as a case says so
+        return
+    if seal and _sealed(text) != path.read_text():
+        raise InputError(
+            f"{path} was changed since the run wrote it, and a run goes on with the values that it was begun with: "
+            f"restore it, or copy it elsewhere and run the copy"
+        )
 
 
 def _head_of(path: Path) -> str:

@@ -7,34 +7,16 @@ every change are the kills and full disks of ``tests/pipeline``.
 
 from __future__ import annotations
 
-import json
 import random
 import shutil
 from pathlib import Path
 
 import pytest
 
-from pipeline import stages, view
+from pipeline import stages
 from tests.faults import traps, whole_runs
 
 HOW = ("kill", "full", "short", "input/output", "read-only")
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory) -> tuple[Path, dict[str, str]]:
-    """The uninterrupted run, the stages before it loaded, and its places."""
-    for stage in stages.ORDER:
-        stages.load(stage)
-    out = tmp_path_factory.mktemp("whole") / "runs"
-    out.mkdir()
-    return out, _recorded(out, ())
-
-
-def _recorded(out: Path, more: tuple[str, ...]) -> dict[str, str]:
-    places = out.parent / "places.json"
-    said = whole_runs.run(out, out.parent / "log", lambda: traps.Trap(out).set().written_to(places), more)
-    assert said.code in (0, 1) and "Traceback" not in said.text, said.text
-    return json.loads(places.read_text())
 
 
 def tried(whole: tuple[Path, dict[str, str]], folder: Path, place: str, how: str) -> str:
@@ -42,7 +24,7 @@ def tried(whole: tuple[Path, dict[str, str]], folder: Path, place: str, how: str
     source, places = whole
     stage = places[place] or stages.ORDER[-1]
     out = folder / "runs"
-    begun_before(source, out, stage)
+    whole_runs.begun_before(source, out, stage)
     kept = {path: path.stat().st_mtime_ns for path in out.glob(".store/*/done.json")}
     trap = traps.Trap(out, place, how)
     said = whole_runs.run(out, folder / "log", trap.set, ("--until", stage))
@@ -51,30 +33,13 @@ def tried(whole: tuple[Path, dict[str, str]], folder: Path, place: str, how: str
         faults.append(f"was not killed (exit {said.code}: {said.text[-200:]})")
     again = whole_runs.run(out, folder / "log2", more=("--until", stage))
     faults += again.faults((0, 1))
-    if again.code in (0, 1):
-        wanted = stages.ORDER[: stages.ORDER.index(stage) + 1]
-        one, other = (whole_runs.contents(whole_runs.folder_of(place), wanted) for place in (source, out))
-        differ = sorted(key for key in one.keys() | other.keys() if one.get(key) != other.get(key))
-        faults += [f"{len(differ)} results differ: {', '.join(differ[:3])}"] if differ else []
+    faults += whole_runs.differences(source, out, stage) if again.code in (0, 1) else []
     if changed := [path.parent.name for path, then in kept.items() if path.stat().st_mtime_ns != then]:
         faults.append(f"made anew: {', '.join(changed)}")
     if left := [path.name for path in out.rglob("*.part")]:
         faults.append(f"left behind: {', '.join(left[:3])}")
     shutil.rmtree(folder, ignore_errors=True)
     return "" if not faults else f"{how} at {place}: {'; '.join(faults)}\n{said.text[-400:]}\n{again.text[-400:]}"
-
-
-def begun_before(source: Path, out: Path, stage: str) -> None:
-    """A copy of the run as it was before ``stage`` was begun."""
-    first = stages.ORDER.index(stage)
-    if first == 0:
-        out.mkdir(parents=True)
-        return
-    shutil.copytree(source, out, symlinks=True)
-    view.forget(whole_runs.folder_of(out), stages.ORDER[first:])
-    for later in stages.ORDER[first:]:
-        for entry in out.glob(f".store/{later}-*"):
-            shutil.rmtree(entry)
 
 
 def campaign(whole: tuple[Path, dict[str, str]], folder: Path, picked: list[tuple[str, str]]) -> None:

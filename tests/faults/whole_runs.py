@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pipeline import stages, verify
+from pipeline import stages, verify, view
 from tests.faults.calls import Said, forked
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -51,6 +52,27 @@ def run(out: Path, log: Path, before: Callable[[], Any] = lambda: None, more: tu
 def folder_of(out: Path) -> Path:
     """The run folder in ``out``."""
     return next(path for path in Path(out).iterdir() if path.name.startswith("valhalla"))
+
+
+def begun_before(source: Path, out: Path, stage: str) -> None:
+    """A copy of the run as it was before ``stage`` was begun."""
+    first = stages.ORDER.index(stage)
+    if first == 0:
+        out.mkdir(parents=True)
+        return
+    shutil.copytree(source, out, symlinks=True)
+    view.forget(folder_of(out), stages.ORDER[first:])
+    for later in stages.ORDER[first:]:
+        for entry in out.glob(f".store/{later}-*"):
+            shutil.rmtree(entry)
+
+
+def differences(source: Path, out: Path, stage: str) -> list[str]:
+    """What of the results up to ``stage`` is not the same in two folders of runs."""
+    wanted = stages.ORDER[: stages.ORDER.index(stage) + 1]
+    one, other = (contents(folder_of(place), wanted) for place in (source, out))
+    differ = sorted(key for key in one.keys() | other.keys() if one.get(key) != other.get(key))
+    return [f"{len(differ)} results differ: {', '.join(differ[:3])}"] if differ else []
 
 
 def contents(run_folder: Path, wanted: tuple[str, ...] = stages.ORDER) -> dict[str, Any]:

@@ -60,6 +60,19 @@ def test_what_the_encounters_find_is_left_to_them_again(drive, case_folder, tmp_
     assert (run / "case.used.toml").read_text() == values
 
 
+def test_values_that_were_changed_in_place_are_refused(drive, case_folder, tmp_path):
+    runs = tmp_path / "runs"
+    assert drive(case_folder, "--out", runs, "--until", "nbody")[0] == 0
+    file = only_run(runs) / "case.used.toml"
+    text = file.read_text()
+    file.write_text(text.replace("steps = ", "steps = 1", 1))
+    assert file.read_text() != text
+    code, _, err = drive(only_run(runs))
+    assert code == 2 and "was changed since the run wrote it" in err and "copy it elsewhere" in err, err
+    (tmp_path / "mine.toml").write_text(file.read_text())
+    assert drive(tmp_path / "mine.toml", "--out", tmp_path / "others", "--until", "nbody")[0] == 0
+
+
 def test_a_changed_run_is_another_run(drive, case_folder, tmp_path):
     runs = tmp_path / "runs"
     assert drive(case_folder, "--out", runs, "--until", "nbody")[0] == 0
