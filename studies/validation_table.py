@@ -12,8 +12,9 @@ folders of ``docs/results``,
 * ``ledger_*.json`` of the handoff, whose rows are named like the criteria;
 * ``shocks.json`` of ``studies/sph_verification.py``;
 
-and writes ``docs/validation.md``. A claim may have several rows; one without any is ``not run``. ``--check`` writes
-nothing and ends with 1 when the page is not what it would be.
+and writes ``docs/validation.md`` (``studies.validation_page``): verdicts by room, what is not met by its cause, every
+claim. A claim may have several rows; one without any is ``not run``. ``--check`` writes nothing and ends with 1 when
+the page is not what it would be.
 """
 
 from __future__ import annotations
@@ -23,18 +24,17 @@ import json
 import re
 import sys
 import tomllib
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 from matter import archive, readable
 from matter.errors import InputError
+from studies import validation_page
+from studies.validation_page import VERDICTS, Claim, Row
 
 ROOT = Path(__file__).resolve().parents[1]
 
 DOCS = ROOT / "docs"
-VERDICTS = ("met", "in part", "not met", "not run", "input", "arithmetic")
 OF_LEDGER = {"pass": "met", "fail": "not met", "waived": "not met", "not_measured": "not run"}
 OF_SOLUTIONS = {
     "V03": (
@@ -47,35 +47,9 @@ OF_SOLUTIONS = {
     "V17": ("solutions/spin, corrected",),
 }  # fmt: skip
 PARTLY = {"V15": "to 0.8 of free fall only"}
-HEAD = ("id", "claim", "published", "ours", "reproduced if", "verdict", "resolution", "why, notes", "result")
-
-
-class Claim(NamedTuple):
-    """One line of ``claims.toml``."""
-
-    id: str
-    claim: str
-    published: str
-    tolerance: str
-    chapter: str
 
 
 _POWER = r"\d\.\d+e\+\d+"
-
-
-class Row(NamedTuple):
-    """One finding: the claim's id, where it was found, and the words of the table; empty words are those of the
-    claim."""
-
-    id: str
-    folder: str
-    ours: str
-    verdict: str
-    resolution: str = ""
-    why: str = ""
-    claim: str = ""
-    published: str = ""
-    tolerance: str = ""
 
 
 def claims(path: Path) -> dict[str, Claim]:
@@ -205,83 +179,6 @@ def rows(results: Path, known: dict[str, Claim]) -> list[Row]:
     return found
 
 
-def cell(text: str) -> str:
-    """Text that keeps a Markdown table whole."""
-    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
-
-
-def lines_of(claim: Claim, found: list[Row]) -> list[str]:
-    """The table's lines of one claim."""
-    if measured := [row for row in found if row.verdict != "not run"]:
-        found = measured
-    if not found:
-        return [
-            "| "
-            + " | ".join(
-                [claim.id, cell(claim.claim), cell(claim.published), "-", cell(claim.tolerance), "not run", "", "", ""]
-            )
-            + " |"
-        ]
-    lines = []
-    for row in found:
-        verdict = f"**{row.verdict}**" if row.verdict == "not met" else row.verdict
-        words = [
-            claim.id,
-            row.claim or claim.claim,
-            row.published or claim.published,
-            row.ours,
-            row.tolerance or claim.tolerance,
-            verdict,
-            row.resolution,
-            row.why,
-        ]
-        lines.append("| " + " | ".join([*map(cell, words), f"[{row.folder}](results/{row.folder}/README.md)"]) + " |")
-    return lines
-
-
-def verdict_of(found: list[Row]) -> str:
-    """A claim's one verdict for the count: that of its worst row."""
-    verdicts = {row.verdict for row in found} - {"not run"}
-    if not verdicts:
-        return "not run"
-    return next(verdict for verdict in ("not met", "in part", "met", "arithmetic", "input") if verdict in verdicts)
-
-
-def page(known: dict[str, Claim], found: list[Row]) -> str:
-    """The whole page."""
-    by_id = {key: [row for row in found if row.id == key] for key in known}
-    chapters = list(dict.fromkeys(claim.chapter for claim in known.values()))
-    counts = {
-        title: Counter(verdict_of(by_id[key]) for key, claim in known.items() if claim.chapter == title)
-        for title in chapters
-    }
-    text = [
-        "# What was published, and what was found here",
-        "",
-        "Made by `python studies/validation_table.py` from [claims.toml](claims.toml) and the files in "
-        "[results](results/README.md); edit those, not this",
-        "page.",
-        "Claims that are not met stay, with the reason as far as it is known. A claim with several rows counts by the "
-        "worst of them; a limit that a case",
-        "waives counts as not met. In part: what was looked at is met, the rest not run. Input: a value that was "
-        "taken over; arithmetic: a printed formula or",
-        "sum that was worked out again.",
-        "",
-        "| | " + " | ".join(VERDICTS) + " | all |",
-        "|---|" + "---|" * (len(VERDICTS) + 1),
-    ]
-    text += [
-        f"| {title} | " + " | ".join(str(count[v]) for v in VERDICTS) + f" | {count.total()} |"
-        for title, count in counts.items()
-    ]
-    for title in chapters:
-        text += ["", f"## {title}", "", "| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
-        for key, claim in known.items():
-            if claim.chapter == title:
-                text += lines_of(claim, by_id[key])
-    return "\n".join(text) + "\n"
-
-
 def main() -> int:
     """Exit code 0, 1 when ``--check`` finds another page, 2 for bad input."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -289,7 +186,9 @@ def main() -> int:
     check = parser.parse_args().check
     try:
         known = claims(DOCS / "claims.toml")
-        text = page(known, rows(DOCS / "results", known))
+        text = validation_page.page(
+            known, rows(DOCS / "results", known), *validation_page.groups(DOCS / "claims.toml", known)
+        )
     except InputError as reason:
         print(reason, file=sys.stderr)
         return reason.exit_code

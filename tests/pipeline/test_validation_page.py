@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from matter.errors import InputError
+from studies import validation_page
 
 ROOT = Path(__file__).resolve().parents[2]
 spec = importlib.util.spec_from_file_location("validation_table", ROOT / "studies" / "validation_table.py")
@@ -14,6 +15,8 @@ assert spec is not None and spec.loader is not None
 table = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(table)
 
+CLAIMS = ROOT / "docs" / "claims.toml"
+ROOMS = {"sph": ("V01", "V02")}
 KNOWN = {
     "V01": table.Claim("V01", "a shock", "1 GPa", "1 %", "cases"),
     "V02": table.Claim("V02", "another", "2 GPa", "1 %", "cases"),
@@ -27,11 +30,11 @@ def left(results: Path, **row: str) -> None:
 
 
 def test_the_page_is_what_the_command_makes():
-    known = table.claims(ROOT / "docs" / "claims.toml")
-    assert (
-        table.page(known, table.rows(ROOT / "docs" / "results", known))
-        == (ROOT / "docs" / "validation.md").read_text()
+    known = table.claims(CLAIMS)
+    page = validation_page.page(
+        known, table.rows(ROOT / "docs" / "results", known), *validation_page.groups(CLAIMS, known)
     )
+    assert page == (ROOT / "docs" / "validation.md").read_text()
 
 
 def test_every_kind_of_source_reaches_the_page(tmp_path):
@@ -43,16 +46,43 @@ def test_every_kind_of_source_reaches_the_page(tmp_path):
         ("V01", "not met", "50 layers"),
         ("V02", "not met", "quick; 50 layers"),
     ]
-    text = table.page(KNOWN, found)
+    causes = [validation_page.Cause("Too few", "Particles are coarse.", ("V01", "V02"))]
+    text = validation_page.page(KNOWN, found, ROOMS, causes)
     assert (
         r"| V01 | a shock | 1 GPa | 0.8 \| 0.9 GPa | 1 % | **not met** | 50 layers | too coarse | "
         r"[shocks](results/shocks/README.md) |" in text
     )
-    assert "| cases | 0 | 0 | 2 | 0 | 0 | 0 | 2 |" in text
+    assert "| cases | 0 | 0 | 2 | 0 | 0 | 0 | 2 |" in text and "| sph | 0 | 0 | 2 | 0 | 0 | 0 | 2 |" in text
+    by_cause, every = text.index("### Too few"), text.index("## Every claim")
+    assert text.index("| sph |") < by_cause < text.index("| V01 | a shock | 1 GPa | 0.8") < every
 
 
 def test_a_claim_nobody_looked_at_is_not_run():
-    assert "| V02 | another | 2 GPa | - | 1 % | not run |" in table.page(KNOWN, [])
+    text = validation_page.page(KNOWN, [], ROOMS, [])
+    assert "| V02 | another | 2 GPa | - | 1 % | not run |" in text
+    assert "**0 are met**" in text and "| V02 | another | 2 GPa | 1 % |" in text
+
+
+@pytest.mark.parametrize("verdict,causes", [("not met", ()), ("met", ("V01",)), ("in part", ("V02",))])
+def test_what_is_not_met_has_a_cause_and_nothing_else_has_one(verdict, causes):
+    found = [table.Row("V01", "shocks", "1 GPa", verdict)]
+    with pytest.raises(InputError, match="V0"):
+        validation_page.page(KNOWN, found, ROOMS, [validation_page.Cause("why", "so", causes)])
+
+
+@pytest.mark.parametrize(
+    "text,said",
+    [
+        ('[rooms]\nsph = ["V01"]\n', "not in exactly one room: V02"),
+        ('[rooms]\nsph = ["V01-V02"]\ndem = ["V02"]\n', "not in exactly one room: V02"),
+        ('[rooms]\nsph = ["V01-V03"]\n', "no claim 'V03'"),
+        ('cause = [{title = "a", words = "b", claims = ["V01", "V01"]}]\n[rooms]\nsph = ["V01-V02"]\n', "two causes"),
+    ],
+)
+def test_rooms_and_causes_that_do_not_fit_are_refused(tmp_path, text, said):
+    (tmp_path / "claims.toml").write_text(text if "cause" in text else "cause = []\n" + text)
+    with pytest.raises(InputError, match=said):
+        validation_page.groups(tmp_path / "claims.toml", KNOWN)
 
 
 @pytest.mark.parametrize(
