@@ -152,7 +152,9 @@ def run_case(
     budget: Annotated[
         str | None,
         typer.Option(
-            metavar="SIZE", help="With --prune: only the oldest, until the store takes at most this, '20 GB'."
+            metavar="SIZE",
+            help="Disk that a run may take, '5 GB': snapshots lie further apart where it would take more. With "
+            "--prune: only the oldest go, until the store takes at most this.",
         ),
     ] = None,
 ) -> None:
@@ -166,8 +168,8 @@ def run_case(
             return _told(case, describe, names, schema)
         if copy:
             return _copied(copy, case)
-        if prune or budget:
-            return _pruned(case, out or RUNS, prune, budget, check)
+        if prune:
+            return _pruned(case, out or RUNS, budget, check)
         from matter import archive
         from matter.cadence import Pace, set_pace
         from matter.errors import InputError
@@ -192,6 +194,10 @@ def run_case(
         if scheduler:
             raise InputError("--scheduler goes with --sweep, --vary or --ensemble")
         request = Request(read, out or RUNS, start, until, fresh, threads)
+        if budget:
+            from pipeline.prune import size_of
+
+            request = _fitted(request, size_of(budget), size)
         if check:
             return _checked(request, settings_of(request))
         if verify:
@@ -259,12 +265,28 @@ def _copied(name: str, to: str | None) -> int:
     return 0
 
 
-def _pruned(name: str | None, out: Path, prune: bool, budget: str | None, only_say: bool) -> int:
-    from matter.errors import InputError
+def _fitted(request: Any, budget: float, size: str | None) -> Any:
+    """The request with snapshots so far apart that it fits into the ``budget`` [bytes]."""
+    from dataclasses import replace
+
+    from pipeline import disk_budget, going_on
+
+    case = request.case
+
+    def read(more: tuple[str, ...]) -> Any:
+        if not more:
+            return case
+        return going_on.read(case.file, case.preset, (*case.overrides, *more), None, size)
+
+    fitting, words = disk_budget.fitted(read, lambda other: replace(request, case=other), budget)
+    if words:
+        print(f"--budget: {words}")
+    return replace(request, case=fitting)
+
+
+def _pruned(name: str | None, out: Path, budget: str | None, only_say: bool) -> int:
     from pipeline import prune as pruning
 
-    if not prune:
-        raise InputError("--budget goes with --prune")
     entries = pruning.held(out)
     going = pruning.chosen(entries, [name] if name else [], pruning.size_of(budget) if budget else None)
     print(pruning.table(entries, going), flush=True)
