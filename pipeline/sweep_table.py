@@ -205,7 +205,7 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
         f"{crater}/{name}"
         for name in COMPARED
         for crater in ("transient", "final")
-        if any(row.get(f"{crater}/{name}") is not None for row in rows)
+        if len({row[key] for row in rows if row.get(f"{crater}/{name}") is not None}) > 1
     ]
     if not shown:
         return False
@@ -234,8 +234,6 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
                     markerfacecolor=colour if rests else "white",
                     label=case if rests and key != "case" else None, **look,
                 )  # fmt: skip
-        if len(of_case) > 1 and number == 0 and key != "case":
-            axis.legend(fontsize=6)
         if name == "transient/diameter_apparent_m":
             for k, law in enumerate(sorted({column for row in rows for column in row if column.startswith(_LAW)})):
                 sizes = np.array([factor * float(row.get(law, np.nan)) for row in rows])
@@ -245,13 +243,14 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
                         places[mine], sizes[mine], "--", marker="_", color=INK[2 + k % 4], linewidth=1.0,
                         label=scaling.NAMES.get(law.removeprefix(_LAW), law) if case == of_case[0] else None,
                     )  # fmt: skip
-            if axis.get_legend_handles_labels()[0]:
-                axis.legend(fontsize=6)
         axis.set(xlabel=f"{key}{f' [{unit}]' if unit else ''}", title=f"{_meaning(name)} [{symbol}]")
         axis.title.set_fontsize(8)
         if words:
             axis.set_xticks(range(len(words)), words, fontsize=6 if max(map(len, words)) > 8 else None)
         grid(axis)
+    told = {label: handle for axis in fig.axes for handle, label in zip(*axis.get_legend_handles_labels())}
+    if any(told):
+        fig.legend(told.values(), told.keys(), loc="outside lower center", ncols=4, fontsize=8, frameon=False)
     save(fig, file)
     return True
 
@@ -261,8 +260,9 @@ def text(rows: Sequence[Row]) -> str:
     names = [f"{crater}/{name}" for crater in ("transient", "final") for name in ("diameter_apparent_m", "depth_m")]
     names = [name for name in names if any(row.get(name) is not None for row in rows)]
     width = max(8, *(len(row["member"]) + 2 for row in rows))
-    lines = [f"{'member':<{width}}{'state':<10}" + "".join(f"{_meaning(name):>32}" for name in names)]
+    column = max((len(_meaning(name)) + 3 for name in names), default=0)
+    lines = [f"{'member':<{width}}{'state':<10}" + "".join(f"{_meaning(name):>{column}}" for name in names)]
     for row in rows:
         cells = [readable.terminal(_measured(row, name)) or "--" for name in names]
-        lines.append(f"{row['member']:<{width}}{row['state']:<10}" + "".join(f"{cell:>32}" for cell in cells))
+        lines.append(f"{row['member']:<{width}}{row['state']:<10}" + "".join(f"{cell:>{column}}" for cell in cells))
     return "\n".join(lines)
