@@ -21,6 +21,9 @@ class Plots:
     def profile(self, stage: str = "final", axes: Axes | None = None) -> Axes:
         """Height against radius [km] with its band over azimuth; drawn into ``axes``, or into a new figure. Raises
         ``InputError`` as ``Run.profile``."""
+        from matter import drawing
+
+        drawing.require("a picture")
         import matplotlib.pyplot as plt
 
         table = self.table(stage)

@@ -101,6 +101,9 @@ class Run:
         path = min(there, key=lambda one: abs(one[1] - moment))[2]
         if form == "arrays":
             return snapshot.read(path)
+        from matter import drawing
+
+        drawing.require("form='pyvista'", "pyvista")
         import pyvista
 
         mesh: Any = pyvista.read(path)

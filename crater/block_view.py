@@ -19,7 +19,7 @@ from crater import sections
 from crater.datum import Datum
 from crater.findings import Findings
 from crater.measure import Measures
-from matter import page, readable, snapshot
+from matter import drawing, page, readable, snapshot
 from matter.particles import Particles
 
 GRID = 97
@@ -32,10 +32,10 @@ _COLOURS = 254
 
 
 def of_findings(findings: Findings, title: str) -> str:
-    """The block of the last crater, called ``title``, as HTML; empty where there is none, or where its snapshot is
-    gone."""
+    """The block of the last crater, called ``title``, as HTML; empty where there is none, where its snapshot is gone,
+    or where matplotlib, whose colours it takes, is not installed."""
     last = findings.final
-    if last is None or not last.path.is_file():
+    if last is None or not last.path.is_file() or not drawing.has():
         return ""
     particles = snapshot.read(last.path)
     return html(

@@ -11,7 +11,7 @@ from typing import Any
 from crater import craters as held
 from crater.craters import Crater, load, reference_of
 from crater.difference import MATCH, profile_difference, resampled, verdict
-from matter import archive, readable
+from matter import archive, drawing, readable
 from matter.crater_measures import BY_NAME, COMPARED, RATIOS
 from matter.errors import InputError
 
@@ -50,19 +50,21 @@ def compare(
     archive.check_folder(folder)
     folder.mkdir(parents=True, exist_ok=True)
     archive.write_text(folder / "comparison.csv", _table(craters))
-    written = [picture, "comparison.csv"]
+    written = ["comparison.csv"]
     drawn = [crater for crater in craters if crater.profile is not None]
     if drawn:
         archive.write_text(folder / "comparison_profiles.csv", _profiles(drawn))
         written.append("comparison_profiles.csv")
     print(_printed(craters, said))
-    from crater import plot, plot_sections
+    if drawing.possible("the comparison", print):
+        from crater import plot, plot_sections
 
-    plot.draw_comparison(craters, folder / picture)
-    placed = [crater for crater in craters if crater.snapshot is not None and crater.datum is not None]
-    if placed:
-        plot_sections.draw_side_by_side(placed, folder / "cross_sections.png")
-        written.append("cross_sections.png")
+        plot.draw_comparison(craters, folder / picture)
+        written.insert(0, picture)
+        placed = [crater for crater in craters if crater.snapshot is not None and crater.datum is not None]
+        if placed:
+            plot_sections.draw_side_by_side(placed, folder / "cross_sections.png")
+            written.append("cross_sections.png")
     print(
         f"written to {folder}: {', '.join(written)} (each profile uses its own datum; nothing is shifted or scaled "
         f"unless a row says so)"

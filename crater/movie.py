@@ -19,7 +19,7 @@ import numpy as np
 from crater import datum as datums
 from crater import sections
 from crater.figure import figure
-from matter import archive, readable, snapshot
+from matter import archive, drawing, readable, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -203,9 +203,7 @@ def _frame(particles: Particles, film: _Film, time: float) -> np.ndarray:
 
 def endings() -> tuple[str, ...]:
     """What a movie can be written as on this machine: a GIF always, an MP4 with imageio-ffmpeg."""
-    import importlib.util
-
-    return (".gif", ".mp4") if importlib.util.find_spec("imageio_ffmpeg") else (".gif",)
+    return (".gif", ".mp4") if drawing.has("imageio_ffmpeg") else (".gif",)
 
 
 def write(run: Path, path: Path | Sequence[Path], half: float | None = None, colour: str = "material") -> int:
@@ -214,13 +212,14 @@ def write(run: Path, path: Path | Sequence[Path], half: float | None = None, col
 
     Raises ``InputError`` for a run without snapshots, an unknown colour, or an ending that cannot be written here.
     """
+    drawing.require("a movie")
     paths = [Path(entry) for entry in ([path] if isinstance(path, (str, Path)) else path)]
     for entry in paths:
         if entry.suffix not in (".gif", ".mp4"):
             raise InputError(f"a movie is a .gif or an .mp4, not {entry.name}")
         if entry.suffix not in endings():
             raise InputError(
-                "an .mp4 needs the package imageio-ffmpeg (pip install imageio-ffmpeg); a .gif needs nothing more"
+                f"an .mp4 needs the package imageio-ffmpeg ({drawing.INSTALL}); a .gif needs matplotlib only"
             )
     count = 0
     with ExitStack() as stack:

@@ -9,7 +9,7 @@ from typing import Any
 from crater import chain, choices, locate, plot, radial_profile, report, tables
 from crater.choices import Choices
 from crater.measure import Measures, Quantity, measure
-from matter import archive, jit, snapshot
+from matter import archive, drawing, jit, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -56,7 +56,8 @@ def _measured(
     tables.write_json(folder / "measures.json", _content(measures, path, time, said))
     radial_profile.write_csv(tables.headed(measures, float(time or 0.0), path.name), folder / "profile.csv")
     tables.write_heightmap(measures, folder / "heightmap.h5")
-    plot.draw_one(measures, path.name, folder)
+    if drawing.possible("the crater", print):
+        plot.draw_one(measures, path.name, folder)
     print(report.as_text(measures))
     print("\n".join(said))
     print(f"written to {folder}")

@@ -10,7 +10,7 @@ import numpy as np
 from crater import ballistic, block_view, chain, heads, report_evidence, scaling
 from crater.findings import Findings, columns, final_entry
 from crater.measure import Measures, Quantity
-from matter import archive, page, readable
+from matter import archive, drawing, page, readable
 from matter.crater_measures import BY_NAME, TABLE
 
 
@@ -45,6 +45,7 @@ def write(findings: Findings, out: Path) -> None:
     when = readable.clock(findings.final.time) if findings.final is not None else ""
     parts = [
         _summary(findings),
+        drawing.note(),
         page.picture(
             out / "profile.png",
             "Profiles: the mean of each ring; shaded: the 16th to 84th percentile of single columns over azimuth.",

@@ -44,7 +44,7 @@ from crater.findings import (
 )
 from crater.one_snapshot import measure_snapshot
 from crater.settings import Published, Settings
-from matter import archive, material, snapshot
+from matter import archive, drawing, material, snapshot
 from matter.constants import G
 from matter.crater_measures import MAXIMA
 from matter.errors import InputError
@@ -100,7 +100,8 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     findings = replace(findings, compared=against_published.compared(findings))
     tables.write_tables(findings, out)
     progress.update(progress.total - 2, "pictures", force=True)
-    plot.draw_all(findings, out)
+    if drawing.possible("the crater"):
+        plot.draw_all(findings, out)
     report.write(findings, out)
     progress.update(progress.total, "done", force=True)
 

@@ -26,7 +26,7 @@ from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.columns import MASS, RADIUS, STIFFNESS
 from dem.contact_settings import SPECIES
-from matter import archive, checkpoint, readable, snapshot
+from matter import archive, checkpoint, drawing, readable, snapshot
 from matter.errors import InputError, Unsound
 
 STEPS = 3600
@@ -226,6 +226,8 @@ def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, f
 
 
 def _picture(bed: Assembly, domain: Domain, report: dict[str, Any], path: Path) -> None:
+    if not drawing.possible("the bed"):
+        return
     from dem import pictures
 
     pictures.bed(bed, domain, report, path)

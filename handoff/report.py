@@ -10,7 +10,7 @@ import numpy as np
 from handoff import direct
 from handoff import ledger as ledgers
 from handoff.headline import headline
-from matter import archive, page, readable, snapshot
+from matter import archive, drawing, page, readable, snapshot
 from matter.crater_measures import BY_NAME, RATIOS, UNITS
 from matter.errors import InputError
 
@@ -82,7 +82,7 @@ def write(run: Path, out: Path, pictures: bool = True) -> None:
     earlier stages."""
     book = ledgers.read(out / "ledger.json")
     record = archive.read_json(out / "handoff.json")
-    if pictures:
+    if pictures and drawing.possible("the handoff"):
         from handoff import pictures as drawn
 
         drawn.draw(gather(run, out, record), out)
@@ -118,6 +118,7 @@ def whole_page(first: list[str], book: ledgers.Ledger, record: dict, folder: Pat
     what the sensitivity runs came to."""
     parts = [
         _first_lines(first, record),
+        drawing.note(),
         *(page.picture(folder / name, caption) for name, caption in _PICTURES),
         "<h2>Ledger</h2>",
         "<p>Raw rows count before the one global correction; momenta are those of the bed's domain and all ejecta. "

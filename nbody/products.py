@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from matter import archive
+from matter import archive, drawing
 from nbody import figures, tables
 from nbody.encounters import ENTRY
 from nbody.rules import Statistic
@@ -31,7 +31,7 @@ def write(table: dict[str, np.ndarray], attributes: dict, out: Path) -> str:
         texts[f"table_{number}_{moon.name}_direct_collisions"] = tables.direct(table, index)
     for name, text in texts.items():
         archive.write_text(out / f"{name}.csv", text)
-    if len(tables.hits(table, target)["speed"]):
+    if len(tables.hits(table, target)["speed"]) and drawing.possible("the census", print):
         figures.events_over_speed(table, moons, out)
         figures.impacts_over_speed(table, moons, out)
         figures.approach_ratio(table, moons, target, out)

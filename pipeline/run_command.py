@@ -170,7 +170,7 @@ def run_case(
             return _copied(copy, case)
         if prune:
             return _pruned(case, out or RUNS, budget, check)
-        from matter import archive
+        from matter import archive, drawing
         from matter.cadence import Pace, set_pace
         from matter.errors import InputError
         from pipeline import going_on, plan
@@ -178,6 +178,8 @@ def run_case(
         from pipeline.run import run
         from pipeline.screen import screen
 
+        if movie or movie_field:  # said before the run, not after it
+            drawing.require("a movie")
         archive.check_folder(out or RUNS)
         if threads is not None and "numba" not in sys.modules:
             os.environ["NUMBA_NUM_THREADS"] = str(threads)
@@ -298,12 +300,13 @@ def _pruned(name: str | None, out: Path, budget: str | None, only_say: bool) -> 
 
 def _draw_movie(run: Path, field: str) -> None:
     from crater import movie
+    from matter import drawing
     from pipeline import view
 
     name = "movie" if field == "material" else f"movie_{field}"
     paths = [run / "6_crater" / f"{name}{ending}" for ending in movie.endings()]
     view.own(run, "crater").mkdir(exist_ok=True)
-    note = "" if len(paths) > 1 else " (for an .mp4: pip install imageio-ffmpeg)"
+    note = "" if len(paths) > 1 else f" (for an .mp4: {drawing.INSTALL})"
     print(f"{movie.write(run, paths, colour=field)} frames: {', '.join(map(str, paths))}{note}")
 
 

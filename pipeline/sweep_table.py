@@ -13,7 +13,7 @@ import numpy as np
 
 from crater import scaling
 from crater.figure import INK, figure, grid, save
-from matter import archive, page, quantity, readable
+from matter import archive, drawing, page, quantity, readable
 from matter.crater_measures import BY_NAME, COMPARED, UNITS
 from pipeline import expected, folder, stages
 from pipeline.sweep import QUANTITY, Number, Sweep
@@ -137,6 +137,9 @@ def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
         )
         + "</p>"
     ]
+    if not drawing.possible("the sweep", print):
+        parts.append(drawing.note())
+        keys = []
     for key in keys:
         file = sweep.folder / f"against_{key.replace('.', '_')}.png"
         shown = _about(sweep, done, key)

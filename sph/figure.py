@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from matter import drawing
 from matter.errors import InputError
 
 
@@ -29,6 +30,11 @@ def command(
     parser.add_argument("material")
     parser.add_argument("--out", type=Path, default=None, help="the picture (default: LAW_MATERIAL.png)")
     options = parser.parse_args(arguments)
+    try:
+        drawing.require("the picture of a law")
+    except InputError as reason:
+        print(reason, file=sys.stderr)
+        return reason.exit_code
     import matplotlib
 
     matplotlib.use("Agg")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+import sys
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from crater import stage
 from crater.measure import UNITS
 from fixtures import synthetic_craters as synthetic
-from matter import snapshot
+from matter import drawing, progress, snapshot
 from matter.body import Impact, Layer, Projectile, Target
 from matter.errors import InputError
 from matter.particles import Particles
@@ -236,6 +237,26 @@ def test_only_the_shock_stage(tmp_path):
         "trough" in measures["final"]["diameter_apparent_m"]["reason"]
         or "hollow" in measures["final"]["diameter_apparent_m"]["reason"]
     )
+
+
+def test_without_matplotlib_the_page_is_made_and_says_so(tmp_path, monkeypatch):
+    """A node of a cluster without the extra ``pictures``: measures, tables and page; one line says what is missing."""
+    write_grains(tmp_path)
+    out = tmp_path / "6_crater"
+    out.mkdir()
+    heard: list[str] = []
+    monkeypatch.setattr(progress, "_hearers", [heard.append])
+    for library in ("matplotlib", "pyvista", "imageio_ffmpeg"):
+        monkeypatch.setitem(sys.modules, library, None)
+    drawing.has.cache_clear()
+    try:
+        stage.run(settings(), tmp_path, out)
+    finally:
+        drawing.has.cache_clear()
+    assert heard == ["no pictures of the crater: matplotlib is not installed (pip install 'bolide[pictures]')"]
+    text = (out / "report.html").read_text()
+    assert "Without pictures: matplotlib was not installed" in text and "<img" not in text and "Measures" in text
+    assert (out / "measures.json").is_file() and not list(out.glob("*.png"))
 
 
 def test_only_grains(tmp_path):
