@@ -48,6 +48,11 @@ def _datum_of(findings: Findings, particles: Particles) -> Datum:
     return datums.sphere(float(particles.attributes.get("target_radius_m", radius)))
 
 
+def _clock(particles: Particles) -> str:
+    """Time of a snapshot as text."""
+    return readable.clock(float(particles.attributes.get("time", np.nan)))
+
+
 def draw_cross_sections(findings: Findings, path: Path) -> None:
     """Slabs through the impact plane: shock stage at the transient and at the end, grains at the start and at the end,
     by material."""
@@ -56,7 +61,7 @@ def draw_cross_sections(findings: Findings, path: Path) -> None:
         file = findings.inputs / f"{folder}{snapshot.SUFFIX}"
         if file.is_file():
             grains = snapshot.read(file)
-            panels.append((f"{word}, {float(grains.attributes.get('time', np.nan)) / 60:.1f} min", grains))
+            panels.append((f"{word}, {_clock(grains)}", grains))
     if not panels:
         return
     half = 1.1 * findings.settings.impact.expected_transient_diameter
@@ -112,9 +117,7 @@ def draw_grains_in_time(findings: Findings, path: Path) -> None:
         return
     middle = snapshot.series(findings.inputs / "5_dem")
     files = [files[0]] * files[0].is_file() + ([middle[len(middle) // 2]] if len(middle) > 2 else []) + [files[1]]
-    panels = [
-        (f"grains, {float(p.attributes.get('time', np.nan)) / 60:.1f} min", p) for p in map(snapshot.read, files)
-    ]
+    panels = [(f"grains, {_clock(p)}", p) for p in map(snapshot.read, files)]
     half = 0.9 * findings.settings.impact.expected_transient_diameter
     rows: list[sections.Colouring | None] = [None]
     bed = findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
@@ -209,7 +212,7 @@ def _section_of(crater: Crater) -> dict[str, Any]:
     ]
     words += [f"packing {float(packing):.2f}"] if packing is not None else []
     kind = "grains" if "radius" in particles else "SPH"
-    when = readable.clock(float(particles.attributes.get("time", np.nan)))
+    when = _clock(particles)
     title = f"{crater.name}\n{crater.title} ({kind}, {when})"
     return {
         "datum": crater.datum,
