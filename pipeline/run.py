@@ -20,7 +20,7 @@ from typing import Any
 from matter import archive, cadence, lock, progress
 from matter.body import Model
 from matter.errors import InputError, Stopped, Unsound
-from pipeline import folder, identity, intact, outside, stages, used, view
+from pipeline import compiling, folder, identity, intact, outside, stages, used, view
 from pipeline.describe import describe
 from pipeline.identity import Identity
 from pipeline.journal import Journal, Screen, signals
@@ -225,7 +225,8 @@ def _make(
             outside.install(stage, source, out)
             more["from"] = str(source.resolve())
         else:
-            stages.make(stage, settings, run_folder, out)
+            with compiling.told(lambda words: journal.screen.say(f"  {stage}  {words}")):
+                stages.make(stage, settings, run_folder, out)
     except Unsound as reason:
         outcome.unsound[stage] = str(reason)
         more["unsound"] = str(reason).replace(str(run_folder), _RUN)

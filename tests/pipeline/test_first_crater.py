@@ -1,0 +1,71 @@
+"""The case that README begins with, at its tiny size: the whole chain on flat ground. Half a minute."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipeline import case as cases
+from pipeline import compiling
+from pipeline.compose import compose
+
+ROOT = Path(__file__).resolve().parents[2]
+CASE = ROOT / "cases" / "first_crater"
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory) -> tuple[Path, str]:
+    """The run folder, and what the terminal said."""
+    out = tmp_path_factory.mktemp("first") / "runs"
+    code = "from pipeline.cli import run_case; run_case()"
+    command = [sys.executable, "-c", code, str(CASE), "--preset", "tiny", "--out", str(out), "--threads", "1"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
+    process = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=900)
+    # 1: so few particles and grains fail rows of the handoff's ledger
+    assert process.returncode in (0, 1) and "Traceback" not in process.stderr, process.stdout + process.stderr
+    return next(out.glob("first_crater-*")), process.stdout
+
+
+def test_it_waives_nothing_and_resolves_its_crater():
+    """As it ships: no row of the ledger is given up, and the projectile has five particles to its radius."""
+    settings = compose(cases.read(CASE))
+    assert not settings["handoff"].waive
+    assert settings["sph"].impact.projectile.radius / settings["sph"].zones.contact > 5.0
+
+
+def test_it_goes_through_the_whole_chain(done):
+    run, text = done
+    assert (run / "6_crater" / "report.html").is_file() and (run / "6_crater" / "cross_section.png").is_file()
+    final = json.loads((run / "6_crater" / "measures.json").read_text())["final"]
+    assert final["settled"] and "settled grains" in text
+    # the scaling law of sand says 84 m
+    assert 65.0 < final["diameter_apparent_m"]["value"] < 105.0
+    assert 8.0 < final["depth_m"]["value"] < 22.0
+
+
+def test_weight_and_friction_end_the_growth_in_the_grains(done):
+    """The cavity that is handed over is half as wide as the crater that is left: the grains go on with its flow."""
+    run, _ = done
+    handed = json.loads((run / "4_handoff" / "handoff.json").read_text())["cavity"]
+    final = json.loads((run / "6_crater" / "measures.json").read_text())["final"]
+    assert final["volume_m3"]["value"] > 1.3 * handed["volume_m3"]
+    rows = {row["name"]: row for row in json.loads((run / "4_handoff" / "ledger.json").read_text())}
+    assert rows["cavity_radius_over_r_DEM_min"]["verdict"] == rows["t_handoff_over_T_crater_max"]["verdict"] == "pass"
+    assert not [name for name, row in rows.items() if row["verdict"] == "waived"]
+
+
+def test_a_kernel_that_is_compiled_is_told_once_and_one_that_is_there_is_not():
+    import numba
+
+    half, told = numba.njit(lambda x: 0.5 * x), []
+    with compiling.told(told.append):
+        half(3.0), half(3)
+    assert told == [compiling.WORDS]
+    with compiling.told(told.append):
+        half(5.0)
+    assert len(told) == 1
