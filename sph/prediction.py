@@ -10,6 +10,7 @@ viscosity. A step goes by the neighbours, as the cube of the support; slopes and
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numba
 import numpy as np
@@ -56,6 +57,17 @@ def steps(settings: Settings) -> tuple[float, float]:
     return settings.relaxation_time / quiet if settings.relaxes else 0.0, number * (
         3.0 if settings.integrator == "rk3" else 1.0
     )
+
+
+def work(settings: Settings) -> Callable[[float], float]:
+    """Steps [predicted] up to a time [s] that counts the relaxation first: what is done, for a progress that goes by
+    work: the steps of a late stage are hundreds of times as long as those before it."""
+    relax, impact = steps(settings)
+    before = settings.relaxation_time if settings.relaxes else 0.0
+    at = min(settings.late.at, settings.end_time) if settings.late else settings.end_time
+    stiff = min(_MORE_STEPS * at / step(settings) + 200.0, impact)
+    times = (0.0, before, before + at, before + settings.end_time)
+    return lambda time: float(np.interp(time, times, (0.0, relax, relax + stiff, relax + impact)))
 
 
 def per_step(settings: Settings) -> float:

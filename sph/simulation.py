@@ -16,7 +16,7 @@ import numpy as np
 from matter import checkpoint, progress, readable, snapshot
 from matter.cadence import Cadence
 from matter.particles import Particles
-from sph import cloud_snapshot, flow_reynolds, individual_steps, viscosity_reconstructed, watch
+from sph import cloud_snapshot, flow_reynolds, individual_steps, prediction, viscosity_reconstructed, watch
 from sph import ground as grounds
 from sph import late as late_stage
 from sph import materials as material_rows
@@ -58,6 +58,7 @@ class Simulation:
         self.times: dict[str, float] = {}
         self.phase = "relax" if settings.relaxes else "impact"
         self.cadence = Cadence()
+        self.work = prediction.work(settings)
 
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
@@ -181,7 +182,7 @@ class Simulation:
     # ---------------------------------------------------------------- loops
     def _pause(self, report: progress.Progress, done: float) -> None:
         i = self.integrator
-        report.update(done, f"{self.phase} t = {readable.clock(i.time)}, dt = {i.dt:.3g} s ({i.why})")
+        report.update(self.work(done), f"{self.phase} t = {readable.clock(i.time)}, dt = {i.dt:.3g} s ({i.why})")
         if self.cadence.due():
             self.save()
             progress.stop_here("sph")

@@ -80,14 +80,14 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     """
     job = Simulation(settings, Path(out))
     relaxation = settings.relaxation_time if job.phase == "relax" else 0.0
-    report = progress.Progress("sph", relaxation + settings.end_time)
+    report = progress.Progress("sph", job.work(relaxation + settings.end_time))
     archive.write_text(job.out / "target.json", json.dumps(_facts(settings.target, job.column), indent=1))
     saved = checkpoint.newest(job.out)
     if saved is None:
         job.begin()
     else:
         job.restore(*saved)
-    report.start = (0.0 if job.phase == "relax" else relaxation) + job.integrator.time
+    report.start = job.work((0.0 if job.phase == "relax" else relaxation) + job.integrator.time)
     if job.phase == "relax":
         job.relax(report)
     job.follow_impact(report, relaxation)

@@ -132,3 +132,17 @@ def test_laws_of_a_material_are_chosen_by_the_case(tmp_path):
         compose(cases.read(place, "tiny", ['sph.materials.ice.strenth="collins"']))
     with pytest.raises(InputError, match=r"\[drucker_prager\]: cohesion: the unit is missing"):
         compose(cases.read(place, "tiny", [*changes, "sph.materials.ice.drucker_prager.cohesion=3.0"]))
+
+
+def test_progress_goes_by_steps_not_by_time():
+    """Of the shot into Ryugu a quarter of the steps or more lies in the first 15 ms of 6 s."""
+    from sph import prediction as cost
+
+    settings = compose(cases.read(ROOT / "cases" / "sci_ryugu"))["sph"]
+    work, (relax, impact) = cost.work(settings), cost.steps(settings)
+    assert relax == 0.0 and work(0.0) == 0.0 and work(settings.end_time) == pytest.approx(impact)
+    assert settings.late.at < 0.01 * settings.end_time and 0.2 < work(settings.late.at) / impact < 0.9
+    quick = compose(cases.read(ROOT / "cases" / "valhalla_980km", "quick"))["sph"]
+    whole = quick.relaxation_time + quick.end_time
+    assert cost.work(quick)(quick.relaxation_time) == pytest.approx(cost.steps(quick)[0])
+    assert cost.work(quick)(whole) == pytest.approx(sum(cost.steps(quick)))
