@@ -6,11 +6,12 @@ Each suite does one job with every program that is installed: ours, peer, peer, 
 least), so that what else the machine does falls on all alike. What counts is the median over the turns of the ratio of
 CPU times within a turn (user and system; children by ``getrusage``), above 1 where ours is faster. ``--record`` writes
 ``benchmarks/history/<version>.json``, from which ``docs/site`` makes the page of speeds. Suites are classes in the
-form of airspeed velocity (``setup``, ``track_*``): ``asv run -E existing`` runs them too.
+form of airspeed velocity (``setup``, ``track_*``): ``asv run -E existing:PYTHON`` runs them too, PYTHON being one that
+has bolide, ``asv_runner`` and the peers installed (``asv.conf.json``).
 
 ``Bed``   a settled bed of grains of one stiffness, contact forces with history, walls, list rebuilds: LAMMPS and
           LIGGGHTS through the decks that runs use, and LIGGGHTS by a deck of its own (rolling ``epsd2``, its own bins,
-          grains sorted in space), each with the best of four skins. None of LIGGGHTS' has a twisting resistance. A
+          grains sorted in space), each with the best of three skins. None of LIGGGHTS' has a twisting resistance. A
           peer is started twice, for few and for many steps; the difference has neither start nor output.
 ``Tree``  gravity of a ball of particles by an octree with one opening angle: REBOUND's tree. Errors against the direct
           sum stand beside it: the trees are not equally exact.
@@ -33,7 +34,7 @@ from typing import Any
 
 HISTORY = Path(__file__).resolve().parent / "history"
 TURNS = 5
-SKINS = (0.05, 0.1, 0.2, 0.4)
+SKINS = (0.05, 0.1, 0.2)
 
 
 def children() -> float:
@@ -84,6 +85,7 @@ class Bed(Suite):
 
     def setup(self) -> None:
         """The bed, warm, and the best skin of each peer."""
+        sys.path[:0] = [str(Path(__file__).resolve().parent)]
         import dem_bed
         import numpy as np
 
@@ -106,7 +108,8 @@ class Bed(Suite):
         ):
             if engine not in dem_bed.installed_peers():
                 continue
-            tried = {skin: self.theirs(engine, own, skin) for skin in SKINS}
+            # the least of two: what else the machine does only ever adds
+            tried = {skin: min(self.theirs(engine, own, skin) for _ in range(2)) for skin in SKINS}
             best = min(tried, key=lambda skin: tried[skin])
             self.sides[name] = lambda engine=engine, own=own, best=best: self.theirs(engine, own, best)
             self.notes[name] = f"skin {best:g} r" + ("" if engine == "lammps" else ", no twisting")
@@ -228,7 +231,6 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     given = parser.parse_args()
     os.environ["NUMBA_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
-    sys.path[:0] = [str(Path(__file__).resolve().parent)]
     from importlib.metadata import version
 
     from matter.jit import set_threads

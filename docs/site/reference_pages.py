@@ -14,6 +14,7 @@ from pathlib import Path
 
 import api_pages
 import law_pages
+import speed_page
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = {
@@ -35,6 +36,7 @@ def write(site: Path) -> None:
         "ledger": ledger(),
         "commands": commands(),
         "api": api_pages.page(prose),
+        "speed": speed_page.page(speed_page.versions()),
     }
     pages |= laws(site)
     pages = {f"reference/{name}": text for name, text in pages.items()} | documents(site)

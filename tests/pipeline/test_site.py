@@ -91,6 +91,23 @@ def test_no_generated_page_is_empty(site):
         assert all(len(block.split("\n", 1)[1].strip()) > 20 for block in blocks if "\n" in block), name
 
 
+def test_the_page_of_speeds_is_what_releases_kept(site):
+    speed = site("speed_page")
+    kept = speed.versions()
+    text = speed.page(kept)
+    assert kept and "python benchmarks/peers.py --record" in text
+    for suite in kept[0]["suites"].values():
+        assert suite["turns"] >= 5
+        for side, row in suite["sides"].items():
+            assert f"| {side} |" in text and row["ratio_from"] <= row["ratio"] <= row["ratio_to"]
+            assert (row["ratio"] == 1.0) == (side == "bolide")
+            assert side == "bolide" or f"**{row['ratio']:.2f}**" in text
+    older = {**kept[0], "version": "0.0.9", "suites": {}}
+    assert "| 0.0.9 | –" in speed.page([kept[0], older])
+    with pytest.raises(ValueError, match="--record"):
+        speed.page([])
+
+
 def test_the_interface_page_has_every_public_name(site):
     import bolide
 
