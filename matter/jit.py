@@ -20,10 +20,12 @@ from __future__ import annotations
 
 import ast
 import ctypes
+import errno
 import functools
 import glob
 import hashlib
 import os
+import stat
 import sys
 import tempfile
 from pathlib import Path
@@ -100,18 +102,36 @@ def source_key(path: Path) -> str:
 
 @functools.lru_cache(maxsize=1)
 def cache_root() -> Path:
-    """Folder of compiled kernels: ``$BOLIDE_CACHE``, else the user's cache folder, else a temporary one."""
+    """Folder of compiled kernels: ``$BOLIDE_CACHE``, else the user's cache folder, else a temporary one.
+
+    What lies in it is executed: it is made for its owner alone. Raises ``PermissionError`` where it belongs to
+    somebody else or others may write to it.
+    """
     base = os.environ.get("BOLIDE_CACHE") or os.path.join(
         os.environ.get("XDG_CACHE_HOME", os.path.join(os.path.expanduser("~"), ".cache")), "bolide", "kernels"
     )
     for root in (Path(base), Path(tempfile.gettempdir()) / f"bolide-kernels-{os.getuid()}"):
         try:
-            root.mkdir(parents=True, exist_ok=True)
+            root.parent.mkdir(parents=True, exist_ok=True)
+            root.mkdir(mode=0o700, exist_ok=True)
         except OSError:
             continue
         if os.access(root, os.W_OK):
-            return root
+            return _own(root)
     raise OSError(f"no writable folder for compiled kernels: tried {base} and the temporary folder")
+
+
+def _own(root: Path) -> Path:
+    state = root.stat()
+    fault = "belongs to another user" if state.st_uid != os.getuid() else ""
+    if state.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        fault = "may be written to by other users"
+    if fault:
+        why = (
+            f"the folder of compiled kernels {fault}, and what lies in it is executed: chmod go-w it where it is yours"
+        )
+        raise PermissionError(errno.EACCES, f"{why}, or name another in BOLIDE_CACHE", str(root))
+    return root
 
 
 def _compile(function, **options):

@@ -130,3 +130,30 @@ def test_a_law_is_also_a_python_function():
         return x**3
 
     assert cube(3.0) == cube.py_func(3.0) == 27.0
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    jit.cache_root.cache_clear()
+    monkeypatch.setenv("BOLIDE_CACHE", str(tmp_path / "kernels"))
+    yield tmp_path / "kernels"
+    jit.cache_root.cache_clear()
+
+
+def test_the_folder_of_kernels_is_made_for_its_owner_alone(cache):
+    assert jit.cache_root() == cache and cache.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.parametrize("mode", [0o770, 0o707, 0o777])
+def test_a_folder_of_kernels_that_others_may_write_to_is_refused(cache, mode):
+    cache.mkdir()
+    cache.chmod(mode)
+    with pytest.raises(PermissionError, match=r"may be written to by other users.*chmod go-w it .*BOLIDE_CACHE"):
+        jit.cache_root()
+
+
+def test_a_folder_of_kernels_of_somebody_else_is_refused(cache, monkeypatch):
+    cache.mkdir()
+    monkeypatch.setattr(jit.os, "getuid", lambda: cache.stat().st_uid + 1)
+    with pytest.raises(PermissionError, match="belongs to another user"):
+        jit.cache_root()
