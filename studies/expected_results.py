@@ -1,5 +1,5 @@
-"""README's second command, and whether it ends as the case's expected.toml says: exit 1 where a measure differs by more
-than two standard errors.
+"""README's second command, and whether it ends as the case's expected.toml says: exit 1 where a measure differs by
+more than two standard errors.
 
     python studies/expected_results.py [--case cases/valhalla_980km] [--preset quick] [--out runs] [--threads T]
 
