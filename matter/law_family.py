@@ -15,7 +15,8 @@ A law file brings, besides its functions:
 
 ``Parameters``  a NamedTuple whose annotations pydantic validates a table of a case or material file into
 ``Row``         what its compiled functions take as their last argument, where that is not ``Parameters`` itself: a
-                NamedTuple of numbers, or None for the bare row
+                NamedTuple of numbers, or None for the bare row, of ``WIDTH`` numbers (of a law that reads a table:
+                the least; a run's rows are as wide as its longest)
 ``row(p)``      the numbers of that row from ``Parameters``, where they are not its values in their order
 ``Choices``     a NamedTuple of keys that hold for the whole case, where the family composes settings from them
 ``fault(p)``    what is wrong with the values together, or an empty text

@@ -19,6 +19,8 @@ from matter import quantity
 from matter.errors import InputError
 
 FOLDER = Path(__file__).parent / "materials"
+TABLES = FOLDER / "tables"
+"""Where tables of equations of state lie that ship with the project."""
 WORDS = ("source", "sources", "note")
 """Keys of a section that are no values."""
 
@@ -38,7 +40,7 @@ def load(name: str) -> dict[str, dict[str, Any]]:
     sections: dict[str, dict[str, Any]] = {}
     for title, body in _content(name).items():
         if isinstance(body, dict):
-            sections[title] = {key: value if key in WORDS else _numbers(value) for key, value in body.items()}
+            sections[title] = {key: _value(key, value) for key, value in body.items()}
     return sections
 
 
@@ -63,6 +65,13 @@ def _content(name: str) -> dict[str, Any]:
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"unknown material {name!r}{hint} (known: {', '.join(names())})")
     return tomllib.loads((FOLDER / f"{name}.toml").read_text())
+
+
+def _value(key: str, value: Any) -> Any:
+    """What a key of a section holds: a text, the place of a table (``file``, beside the material's file), numbers."""
+    if key in WORDS:
+        return value
+    return str(FOLDER / value) if key == "file" else _numbers(value)
 
 
 def _numbers(value: str | list[str]) -> float | list[float]:

@@ -27,6 +27,7 @@ _SI = {
     "acceleration": "m/s^2",
     "number_density": "1/m^3",
     "stiffness": "N/m",
+    "temperature": "K",
 }
 
 REQUIRED = {"units": "required"}
@@ -140,4 +141,5 @@ PositiveSpeed = Annotated[float, Unit(_SI["speed"]), _reader("speed"), Field(gt=
 PositiveTime = Annotated[float, Unit(_SI["time"]), _reader("time"), Field(gt=0)]
 PositiveMass = Annotated[float, Unit(_SI["mass"]), _reader("mass"), Field(gt=0)]
 PositiveDensity = Annotated[float, Unit(_SI["density"]), _reader("density"), Field(gt=0)]
+PositiveTemperature = Annotated[float, Unit(_SI["temperature"]), _reader("temperature"), Field(gt=0)]
 PositivePressure = Annotated[float, Unit(_SI["pressure"]), _reader("pressure"), Field(gt=0)]

@@ -158,7 +158,7 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         size=size,
         sweep=swept,
     )
-    return _completed(_outside_taken(case))
+    return _completed(_outside_taken(_tables_placed(case)))
 
 
 def _completed(case: Case) -> Case:
@@ -192,6 +192,20 @@ def _without_left_out(document: dict[str, Any], preset: dict[str, Any]) -> dict[
         for name, content in document.items()
         if name not in stages.ORDER or name in named or name in preset
     }
+
+
+def _tables_placed(case: Case) -> Case:
+    """The case with the whole path of each table of an equation of state (``[sph.materials.NAME.table] file``); a
+    relative one starts at the case (``--set``: at the current folder)."""
+    document = json.loads(json.dumps(case.document, default=str))
+    materials = document.get("sph", {}).get("materials") if isinstance(document.get("sph"), dict) else None
+    for name, choice in materials.items() if isinstance(materials, dict) else ():
+        table = choice.get("table") if isinstance(choice, dict) else None
+        if isinstance(table, dict) and isinstance(table.get("file"), str):
+            key = ("sph", "materials", name, "table", "file")
+            base = Path() if case.origin(key).startswith("--set") else case.file.parent
+            table["file"] = str((base / Path(table["file"]).expanduser()).resolve())
+    return replace(case, document=document) if isinstance(materials, dict) else case
 
 
 def _outside_taken(case: Case) -> Case:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,7 +69,13 @@ def _files_named(value: Any) -> Iterator[Path]:
     if isinstance(value, dict | list):
         for item in value.values() if isinstance(value, dict) else value:
             yield from _files_named(item)
-    elif isinstance(value, str) and "." in value and len(value) < 1000 and "\n" not in value and Path(value).is_file():
+    elif (
+        isinstance(value, str)
+        and ("." in value or os.sep in value)
+        and len(value) < 1000
+        and "\n" not in value
+        and Path(value).is_file()
+    ):
         yield Path(value)
 
 

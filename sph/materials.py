@@ -43,7 +43,7 @@ class Rows(NamedTuple):
     """What the compiled loops read; (m,) or (m, k) arrays over the materials."""
 
     eos: np.ndarray  # number of the law in its family, sph.eos.dispatch
-    eos_row: np.ndarray  # (m, width of the family), rho0 first
+    eos_row: np.ndarray  # (m, width of the family, or what a table of theirs needs), rho0 first
     rho0: np.ndarray  # density of the solid at rest [kg/m^3]
     least_c2: np.ndarray  # floor of the squared sound speed [m^2/s^2]
     shear: np.ndarray  # shear modulus [Pa]
@@ -130,9 +130,12 @@ def collect(names: tuple[str, ...], choices: Mapping[str, Kept] | None = None) -
             for f in Rows._fields
         )
     )
+    bulk = [_bulk(name, choices.get(name, AS_PUBLISHED)) for name in names]
+    if (widest := max(len(numbers) for _, _, numbers in bulk)) > eos.FAMILY.width:
+        rows = rows._replace(eos_row=np.zeros((count, widest)))
     for i, name in enumerate(names):
         choice = choices.get(name, AS_PUBLISHED)
-        _fill_bulk(rows, i, name, choice)
+        _fill_bulk(rows, i, name, choice, *bulk[i])
         _fill_strength(rows, i, name, choice)
         _fill_damage(rows, i, name, choice)
         _fill_pores(rows, i, name, choice)
@@ -160,10 +163,16 @@ def _values(name: str, family: Family, kind: int, choice: Kept) -> Any:
     return values
 
 
-def _fill_bulk(rows: Rows, i: int, name: str, choice: Kept) -> None:
-    kind = rows.eos[i] = _chosen(name, eos.FAMILY, "tillotson", choice)
+def _bulk(name: str, choice: Kept) -> tuple[int, Any, Sequence[float]]:
+    """Number, values and row of a material's equation of state."""
+    kind = _chosen(name, eos.FAMILY, "tillotson", choice)
     values = _values(name, eos.FAMILY, kind, choice)
-    _put(rows.eos_row[i], eos.FAMILY.row(kind, values))
+    return kind, values, eos.FAMILY.row(kind, values)
+
+
+def _fill_bulk(rows: Rows, i: int, name: str, choice: Kept, kind: int, values: Any, numbers: Sequence[float]) -> None:
+    rows.eos[i] = kind
+    _put(rows.eos_row[i], numbers)
     rows.rho0[i] = values.rho0
     rows.least_c2[i] = 0.01 * eos.modulus(kind, rows.eos_row[i]) / values.rho0
     elastic = parameters(Elastic, name, "elastic", choice)

@@ -17,22 +17,25 @@ from sph.strength import thermal_softening, von_mises
 GREY = "0.7"
 
 
+def _held(law: ModuleType) -> Any:
+    """What the law's functions take for its example: its values, or its row where it reads a bare one."""
+    return law.row(law.EXAMPLE) if getattr(law, "Row", law.EXAMPLE) is None else law.EXAMPLE
+
+
 def _rest(law: ModuleType) -> hugoniot.State:
     """The law's example at rest; a gas, which has no cold state, at 0.1 MJ/kg."""
-    p: Any = law.EXAMPLE
+    rho0, p = law.EXAMPLE.rho0, _held(law)
     u = 1e5 if law.modulus(p) == 0.0 else 0.0
-    return hugoniot.State(p.rho0, u, law.pressure_and_derivatives(p.rho0, u, p)[0], 0.0)
+    return hugoniot.State(rho0, u, law.pressure_and_derivatives(rho0, u, p)[0], 0.0)
 
 
 def _shocked(law: ModuleType, speeds: np.ndarray) -> list[hugoniot.State]:
     """States behind shocks into the law's example at rest, as far as the jump conditions can be met."""
-    states = []
+    p, states = _held(law), []
     for speed in speeds:
         try:
             states.append(
-                hugoniot.behind(
-                    lambda rho, u: law.pressure_and_derivatives(rho, u, law.EXAMPLE)[0], _rest(law), float(speed)
-                )
+                hugoniot.behind(lambda rho, u: law.pressure_and_derivatives(rho, u, p)[0], _rest(law), float(speed))
             )
         except ValueError:
             break
@@ -41,13 +44,13 @@ def _shocked(law: ModuleType, speeds: np.ndarray) -> list[hugoniot.State]:
 
 def equation_of_state(law: ModuleType, axes: Any) -> str:
     """Isotherms of energy and the Hugoniot; shock speed against particle speed."""
-    p = law.EXAMPLE
+    rho0, p = law.EXAMPLE.rho0, _held(law)
     solid = law.modulus(p) > 0.0
     speeds = np.geomspace(50.0, 10e3 if solid else 3e3, 24)
     states = _shocked(law, speeds)
     rho, P, us, up = (np.array([getattr(s, key) for s in states]) for key in ("rho", "P", "shock_speed", "v"))
     unit, word = (1e9, "GPa") if P.max() > 1e8 else (1e6, "MPa")
-    grid = np.linspace(0.5 if solid else 0.2, 1.05 * rho.max() / p.rho0, 200) * p.rho0
+    grid = np.linspace(0.5 if solid else 0.2, 1.05 * rho.max() / rho0, 200) * rho0
     lowest = P.max()
     for energy in sorted({_rest(law).u, *(states[k].u for k in (len(states) // 2, -6, -1))}):
         cold = [law.pressure_and_derivatives(r, energy, p)[0] / unit for r in grid]
@@ -61,7 +64,7 @@ def equation_of_state(law: ModuleType, axes: Any) -> str:
     axes[1].set(xlabel="particle speed [km/s]", ylabel="shock speed [km/s]")
     return (
         f"Left: pressure against density at the energies named, and the states behind shocks into matter at rest "
-        f"(black). Right: the speed of those shocks. Values: the example in the file, rho0 = {p.rho0:g} kg/m^3."
+        f"(black). Right: the speed of those shocks. Values: the example in the file, rho0 = {rho0:g} kg/m^3."
     )
 
 

@@ -9,9 +9,9 @@ import math
 
 from matter.jit import law
 from matter.law_family import Family
-from sph.eos import ideal_gas, murnaghan, tillotson
+from sph.eos import ideal_gas, murnaghan, table, tillotson
 
-FAMILY = Family("eos", "equation of state", (tillotson, murnaghan, ideal_gas))
+FAMILY = Family("eos", "equation of state", (tillotson, murnaghan, ideal_gas, table))
 
 pressure_and_derivatives = FAMILY.choose(
     "pressure_and_derivatives",
@@ -31,6 +31,12 @@ energy = FAMILY.choose(
     about="The specific energy u >= 0 [J/kg] with pressure P [Pa] at density rho [kg/m^3]; -1 where none exists.",
 )
 modulus = FAMILY.choose("modulus", "", about="Bulk modulus at rest [Pa]; 0 for a gas.")
+temperature = FAMILY.choose(
+    "temperature", "rho, u", otherwise="0.0", about="T [K]; 0 of a law that knows no temperature."
+)
+entropy = FAMILY.choose(
+    "entropy", "rho, u", otherwise="0.0", about="s [J/(kg K)], on the law's own zero; 0 of a law that knows none."
+)
 
 
 @law

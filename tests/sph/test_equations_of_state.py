@@ -124,8 +124,9 @@ def test_derivatives_of_every_law_are_those_of_its_pressure(module, eta, u):
     """Also of laws that no material takes: ``EXAMPLE`` stands for one. Places where the law says that derivatives jump
     are left out."""
     p, kind = module.EXAMPLE, dispatch.FAMILY.laws.index(module)
-    row = np.zeros(dispatch.FAMILY.width)
-    row[: len(p)] = p
+    numbers = dispatch.FAMILY.row(kind, p)
+    row = np.zeros(max(dispatch.FAMILY.width, len(numbers)))
+    row[: len(numbers)] = numbers
     rho = eta * p.rho0
     densities, energies = module.kinks(p) if hasattr(module, "kinks") else ((), ())
     if any(abs(rho - k) < 1e-4 * k for k in densities) or any(abs(u - k) < 1e-4 * k for k in energies):
@@ -133,6 +134,13 @@ def test_derivatives_of_every_law_are_those_of_its_pressure(module, eta, u):
     step = 1e-6
     P, d_rho, d_u = dispatch.pressure_and_derivatives(kind, row, rho, u)
     scale = 1e-8 * (abs(P) + dispatch.modulus(kind, row)) / step
+    if getattr(module, "JUMPS", False):  # at isotherms: where the law's own derivatives differ at the ends of a step
+        ends = [
+            dispatch.pressure_and_derivatives(kind, row, rho * (1 + a), u * (1 + b))[1:]
+            for a, b in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step))
+        ]
+        if not np.allclose(ends, (d_rho, d_u), rtol=1e-3):
+            return
     above, below = (dispatch.pressure_and_derivatives(kind, row, rho * f, u)[0] for f in (1 + step, 1 - step))
     assert d_rho == pytest.approx((above - below) / (2 * step * rho), rel=1e-4, abs=scale / rho)
     above, below = (dispatch.pressure_and_derivatives(kind, row, rho, u * f)[0] for f in (1 + step, 1 - step))

@@ -1,0 +1,94 @@
+"""A table of an equation of state that a case names: found beside the case, counted by its content, refused in one
+line."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from fixtures import tables
+from pipeline import case as cases
+from pipeline import cli, identity
+
+CASE = """
+[case]
+stages = ["sph"]
+[target]
+shape = "half_space"
+gravity = "9.81 m/s^2"
+[[target.layers]]
+name = "rock"
+material = "basalt"
+thickness = "2 km"
+[impact]
+speed = "5 km/s"
+angle_from_vertical = "0 deg"
+[impact.projectile]
+radius = "50 m"
+material = "basalt"
+[sph]
+particles = 2000
+[sph.materials.basalt]
+eos = "table"
+[sph.materials.basalt.table]
+rho0 = "{rho0} kg/m^3"
+temperature = "300 K"
+file = "rock.txt"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    tables.written(tmp_path / "rock.txt", tables.solid(), (tables.SOLID_NODES[0][::5], tables.SOLID_NODES[1][::5]))
+    (tmp_path / "case.toml").write_text(CASE.format(rho0=f"{tables.solid_at_rest(300.0):.6f}"))
+    return tmp_path
+
+
+def table_of(case):
+    return case.document["sph"]["materials"]["basalt"]["table"]["file"]
+
+
+def test_the_path_starts_at_the_case_or_where_the_command_was_typed(folder, monkeypatch):
+    assert table_of(cases.read(folder)) == str(folder / "rock.txt")
+    (folder / "elsewhere").mkdir()
+    monkeypatch.chdir(folder / "elsewhere")
+    assert table_of(cases.read(folder)) == str(folder / "rock.txt")
+    typed = cases.read(folder, overrides=['sph.materials.basalt.table.file="other.txt"'])
+    assert table_of(typed) == str(folder / "elsewhere" / "other.txt")
+
+
+def test_a_table_without_a_dot_in_its_name_counts_by_its_content(folder):
+    plain = folder / "table"
+    plain.write_text("one")
+    assert list(identity._files_named({"a": [str(plain)]})) == [plain]
+
+
+@pytest.mark.parametrize(
+    "spoil,words",
+    [
+        (lambda text: text.replace("e+", "x", 1), "not a number"),
+        (lambda text: text[: len(text) // 2], "is cut short"),
+        (None, "no table at"),
+    ],
+    ids=["a word", "half of it", "gone"],
+)
+def test_a_bad_table_ends_the_command_with_2_and_one_line(folder, spoil, words, capsys, monkeypatch):
+    table = folder / "rock.txt"
+    if spoil:
+        table.write_text(spoil(table.read_text()))
+    else:
+        table.unlink()
+    monkeypatch.setattr(sys, "argv", ["run_case", str(folder), "--check", "--out", str(folder / "runs")])
+    with pytest.raises(SystemExit) as ended:
+        cli.run_case()
+    told = capsys.readouterr()
+    assert ended.value.code == 2
+    assert words in " ".join((told.out + told.err).split()) and "Traceback" not in told.out + told.err
+
+
+def test_a_sound_table_passes_the_check(folder, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["run_case", str(folder), "--check", "--out", str(folder / "runs")])
+    with pytest.raises(SystemExit) as ended:
+        cli.run_case()
+    assert ended.value.code in (0, None)
