@@ -253,9 +253,22 @@ def read(path: Path) -> Ledger:
     if not rows:
         raise InputError(f"{path} is damaged: it has no rows")
     for number, row in enumerate(rows, 1):
-        if not isinstance(row, dict) or not set(_KEYS) <= set(row) or row["verdict"] not in VERDICTS:
+        if not isinstance(row, dict) or not set(_KEYS) <= set(row) or not _sound(row):
             raise InputError(
-                f"{path} is damaged: row {number} should hold {', '.join(_KEYS)}, with a verdict out of "
-                f"{', '.join(VERDICTS)}"
+                f"{path} is damaged: row {number} should hold {', '.join(_KEYS)}, each of its kind, with a verdict "
+                f"out of {', '.join(VERDICTS)}"
             )
     return Ledger(rows=rows)
+
+
+def _sound(row: Mapping[str, Any]) -> bool:
+    """Whether the values of a row from a file are of their kinds."""
+    texts = all(isinstance(row[name], str) for name in ("name", "verdict", "unit", "note"))
+    limit, value = row["limit"], row["value"]
+    bounded = limit is None or (_is_number(limit) and (row["verdict"] not in ("pass", "fail") or limit != 0.0))
+    measured = row["verdict"] not in ("pass", "fail") or value is None or isinstance(value, str) or _is_number(value)
+    return texts and row["verdict"] in VERDICTS and bounded and measured and not isinstance(value, (dict, bool))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

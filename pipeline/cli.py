@@ -40,7 +40,7 @@ def _inspect_handoff(
     def action() -> int:
         from handoff import report
         from matter.errors import InputError
-        from pipeline import view
+        from pipeline import intact, view
 
         for option, given in (("--only", only), ("--draws", draws), ("--threads", threads)):
             if given and not sensitivity:
@@ -50,6 +50,7 @@ def _inspect_handoff(
             from pipeline import sensitivity as runs
 
             runs.run(place, only, threads, draws or runs.DRAWS)
+        intact.check_shown(place, "handoff")
         view.own(place, "handoff")
         return report.print_ledger(place, pictures)
 
@@ -74,7 +75,10 @@ def _compare_profiles(
 
     def action() -> int:
         from crater import compare
+        from pipeline import intact
 
+        for item in items:
+            intact.check_shown(Path(item), "crater")
         return compare.compare(items, observed=observed, out=out, stage=stage)
 
     guarded(action)

@@ -15,7 +15,7 @@ from typing import Any
 
 from matter import archive
 from matter.errors import InputError
-from pipeline import folder, provenance
+from pipeline import folder, provenance, stages
 
 _SUFFIXES = (".vtkhdf", ".h5", ".csv", ".json", ".toml", ".ply")
 _LATER = ("sensitivity.json", "done.json", "begun.json", "status.json")
@@ -43,9 +43,14 @@ def renew(place: Path, name: str) -> None:
 def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -> None:
     """Hold a stage's folder against what ``done.json`` recorded; ``content``: hashes too, else existence and sizes.
 
-    Raises ``InputError`` that names the first files that differ. A stage that recorded nothing (made by an older
-    version) passes.
+    Raises ``InputError`` that names the first files that differ, or ``done.json`` where its record is none. A stage
+    that recorded nothing (made by an older version) passes.
     """
+    if not isinstance(recorded, Mapping) or not all(_is_entry(entry) for entry in recorded.values()):
+        raise InputError(
+            f"{place / folder.DONE} is damaged: it should hold size and hash of each file; restore it, or recompute "
+            f"the stage with --from {stage}"
+        )
     wrong = [f"{name} {what}" for name, entry in recorded.items() if (what := _fault(place / name, entry, content))]
     if wrong:
         more = f" and {len(wrong) - _NAMED} more" if len(wrong) > _NAMED else ""
@@ -53,6 +58,17 @@ def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -
             f"{place} is not as the stage left it: {'; '.join(wrong[:_NAMED])}{more}. Restore what it was, or "
             f"recompute it with --from {stage}"
         )
+
+
+def check_shown(run: Path, stage: str) -> None:
+    """Hold what a run shows of a finished stage against its record, contents too; raises as ``check``."""
+    place = stages.folder(run, stage)
+    if done := folder.mark(place / folder.DONE):
+        check(place, stage, done.get("files", {}), content=True)
+
+
+def _is_entry(entry: Any) -> bool:
+    return isinstance(entry, list) and len(entry) == 2 and isinstance(entry[0], int) and isinstance(entry[1], str)
 
 
 def _fault(path: Path, entry: Any, content: bool) -> str:

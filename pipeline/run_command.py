@@ -174,9 +174,11 @@ def run_case(
         from matter.cadence import Pace, set_pace
         from matter.errors import InputError
         from pipeline import going_on, plan
+        from pipeline import prune as pruning
         from pipeline.request import Request, sensible, settings_of
         from pipeline.run import run
         from pipeline.screen import screen
+        from pipeline.sweep import check as check_sweep
 
         if movie or movie_field:  # said before the run, not after it
             drawing.require("a movie")
@@ -191,15 +193,14 @@ def run_case(
             return sweep_command.swept(
                 read, out or RUNS, vary or [], ensemble, until, threads, instead, start or fresh, scheduler
             )
+        check_sweep(read.sweep)
         if checkpoint_every:
             set_pace(Pace.of(checkpoint_every))
         if scheduler:
             raise InputError("--scheduler goes with --sweep, --vary or --ensemble")
         request = Request(read, out or RUNS, start, until, fresh, threads)
         if budget:
-            from pipeline.prune import size_of
-
-            request = _fitted(request, size_of(budget), size)
+            request = _fitted(request, pruning.size_of(budget), size)
         if check:
             return _checked(request, settings_of(request))
         if verify:
@@ -315,14 +316,9 @@ def _checked(request: Any, settings: Any) -> int:
     from pipeline.request import sensible
 
     warnings = sensible(request, settings)
-    named = (
-        f", preset {request.case.preset}"
-        if request.case.preset
-        else f", size {request.case.size}"
-        if request.case.size
-        else ""
-    )
-    print(f"{request.case.file}: {request.case.title}{named}\nrun folder: {request.run_folder}")
+    case = request.case
+    named = f", preset {case.preset}" if case.preset else f", size {case.size}" if case.size else ""
+    print(f"{case.file}: {case.title}{named}\nrun folder: {request.run_folder}")
     if not request.case.pinned:
         print("speed and angle will come from the encounters; the predictions use placeholders")
     if words := prediction.words(request, settings):

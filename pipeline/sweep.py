@@ -67,6 +67,12 @@ def read_table(content: Mapping[str, Any], options: Iterable[str]) -> SweepTable
         ) from None
 
 
+def check(content: Mapping[str, Any]) -> None:
+    """Raise ``InputError`` with every mistake in ``[sweep]`` of a case that is run alone; nothing need be varied."""
+    if content:
+        read_table(content, () if content.get("vary") or content.get("points") else ("case.title=-",))
+
+
 QUANTITY = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.].*)$")
 """A number and its unit."""
 

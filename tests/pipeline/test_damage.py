@@ -173,3 +173,15 @@ def test_the_example_says_how_it_is_used():
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )
     assert done.returncode == 1 and done.stderr.startswith("usage: ") and "Traceback" not in done.stderr
+
+
+def test_a_result_that_was_altered_is_not_shown(tmp_path, call):
+    """By the record of the stage: size and hash of each file."""
+    place = tmp_path / "run" / "4_handoff"
+    place.mkdir(parents=True)
+    (place / "ledger.json").write_text("[]")
+    (place / "done.json").write_text(json.dumps({"files": {"ledger.json": [2, "0" * 64]}}))
+    refused(call("inspect_handoff", place.parent), "ledger.json has other content", "--from handoff")
+    for record in ("x", {"ledger.json": "x"}, {"ledger.json": [2]}):
+        (place / "done.json").write_text(json.dumps({"files": record}))
+        refused(call("inspect_handoff", place.parent), "done.json is damaged: it should hold size and hash")
