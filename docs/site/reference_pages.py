@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import api_pages
+import gallery_page
 import law_pages
 import speed_page
 
@@ -40,6 +41,7 @@ def write(site: Path) -> None:
     }
     pages |= laws(site)
     pages = {f"reference/{name}": text for name, text in pages.items()} | documents(site)
+    pages["gallery"] = gallery_page.page()
     for name, text in pages.items():
         path = site / f"{name}.md"
         path.parent.mkdir(parents=True, exist_ok=True)

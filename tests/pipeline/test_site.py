@@ -114,3 +114,17 @@ def test_the_interface_page_has_every_public_name(site):
     text = site("api_pages").page(site("reference_pages").prose)
     assert all(f"## `bolide.{name}`" in text for name in bolide.__all__)
     assert "### `Run.snapshot`" in text and ">>> print(Value" in text
+
+
+def test_the_gallery_states_what_the_results_state(site):
+    gallery = site("gallery_page")
+    text = gallery.page()
+    for file in gallery.results():
+        assert f"results/{file.parent.name}" in text
+    assert all(f"`{file.name}`" in text or file.name in text for file in (ROOT / "notebooks").glob("*.ipynb"))
+    page = (ROOT / "docs" / "results" / "sci_ryugu" / "README.md").read_text()
+    assert gallery.stated("sci_ryugu", page)[0] == "104,113 particles, 100,000 grains"
+    with pytest.raises(ValueError, match=r"sci_ryugu: 104,113 is not in docs/results"):
+        gallery.stated("sci_ryugu", page.replace("104,113", "104,114"))
+    with pytest.raises(ValueError, match="has nothing on docs/results/unknown"):
+        gallery.stated("unknown", page)
