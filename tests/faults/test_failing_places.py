@@ -15,7 +15,6 @@ import pytest
 
 from pipeline import stages
 from tests.faults import traps, whole_runs
-from tests.faults.calls import Said
 
 HOW = ("kill", "full", "short", "input/output", "read-only")
 
@@ -29,11 +28,11 @@ def tried(whole: tuple[Path, dict[str, str]], folder: Path, place: str, how: str
     kept = {path: path.stat().st_mtime_ns for path in out.glob(".store/*/done.json")}
     trap = traps.Trap(out, place, how)
     said = whole_runs.run(out, folder / "log", trap.set, ("--until", stage))
-    faults = unhurried(said).faults((0, 1, 2, 75, -9) if how == "kill" else (0, 1, 2, 75))
+    faults = said.faults((0, 1, 2, 75, -9) if how == "kill" else (0, 1, 2, 75))
     if how == "kill" and said.code != -9:
         faults.append(f"was not killed (exit {said.code}: {said.text[-200:]})")
     again = whole_runs.run(out, folder / "log2", more=("--until", stage))
-    faults += unhurried(again).faults((0, 1))
+    faults += again.faults((0, 1))
     faults += whole_runs.differences(source, out, stage) if again.code in (0, 1) else []
     if changed := [path.parent.name for path, then in kept.items() if path.stat().st_mtime_ns != then]:
         faults.append(f"made anew: {', '.join(changed)}")
@@ -41,11 +40,6 @@ def tried(whole: tuple[Path, dict[str, str]], folder: Path, place: str, how: str
         faults.append(f"left behind: {', '.join(left[:3])}")
     shutil.rmtree(folder, ignore_errors=True)
     return "" if not faults else f"{how} at {place}: {'; '.join(faults)}\n{said.text[-400:]}\n{again.text[-400:]}"
-
-
-def unhurried(said: Said) -> Said:
-    """A stage may take the time that it takes: the limit is that of a call on bad input."""
-    return said._replace(seconds=0.0)
 
 
 def campaign(whole: tuple[Path, dict[str, str]], folder: Path, picked: list[tuple[str, str]]) -> None:
