@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from pathlib import Path
 
@@ -10,13 +11,26 @@ import pytest
 from pipeline import stages
 from tests.faults import traps, whole_runs
 
+LATE = (
+    "matplotlib.pyplot",
+    "mpl_toolkits.axes_grid1",
+    "trimesh",
+    "pint",
+    "jinja2",
+    "pipeline.cli",
+    "pipeline.run_command",
+)
+
 
 @pytest.fixture(scope="session")
 def whole(tmp_path_factory) -> tuple[Path, dict[str, str]]:
     """The folder of runs of an uninterrupted run, and the places of the code that touched the disk, each with the
-    stage that was made when it first did. All stages are loaded before, so that children start warm."""
+    stage that was made when it first did. All stages, and the libraries that they load when they first need them, are
+    loaded before, so that children start warm."""
     for stage in stages.ORDER:
         stages.load(stage)
+    for name in LATE:
+        importlib.import_module(name)
     out = tmp_path_factory.mktemp("whole") / "runs"
     out.mkdir()
     places = out.parent / "places.json"
