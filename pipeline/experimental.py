@@ -16,6 +16,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "sph.tolerance": (),
     "sph.rim": ("stressed",),
     "sph.artificial_stress": (),
+    "sph.materials.NAME.eos": ("table",),
     "handoff.correction": ("regional",),
     "dem.contact.normal": ("hertz",),
     "dem.contact.tangential": ("mindlin",),
@@ -24,7 +25,8 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "dem.contact.stiffness_rule": ("kinetic",),
     "dem.contact.attractive_tail": (False,),
 }
-"""Path of a key -> the values that are experimental; an empty tuple: any but its default."""
+"""Path of a key, with ``NAME`` for any material -> the values that are experimental; an empty tuple: any but its
+default."""
 
 
 def remark(path: tuple[str, ...]) -> str:
@@ -37,18 +39,28 @@ def remark(path: tuple[str, ...]) -> str:
 def used(settings: Mapping[str, Model]) -> Iterator[str]:
     """One warning for each experimental choice that the ``settings`` of a case's stages take."""
     for path, values in CHOICES.items():
-        stage, *names, key = path.split(".")
-        owner: Any = settings.get(stage)
-        for name in names:
-            owner = getattr(owner, name, None)
-        if not isinstance(owner, Model) or key not in type(owner).model_fields:
-            continue
-        value = getattr(owner, key)
-        if value in values or (not values and value != type(owner).model_fields[key].default):
-            yield (
-                f"[{'.'.join((stage, *names))}] {key} = {_written(value)} is experimental: tests hold it, no shipped "
-                f"case takes it"
+        *names, key = path.split(".")
+        for title, owner in _owners(names, settings):
+            if not isinstance(owner, Model) or key not in type(owner).model_fields:
+                continue
+            value = getattr(owner, key)
+            if value in values or (not values and value != type(owner).model_fields[key].default):
+                yield (f"[{title}] {key} = {_written(value)} is experimental: tests hold it, no shipped case takes it")
+
+
+def _owners(names: list[str], settings: Mapping[str, Model]) -> Iterator[tuple[str, Any]]:
+    """Title and value of each table at a path; ``NAME`` stands for all that are there."""
+    found: list[tuple[str, Any]] = [("", settings)]
+    for name in names:
+        found = [
+            (
+                f"{title}.{inner}".lstrip("."),
+                value.get(inner) if isinstance(value, Mapping) else getattr(value, inner, None),
             )
+            for title, value in found
+            for inner in (value if name == "NAME" and isinstance(value, Mapping) else (name,))
+        ]
+    yield from found
 
 
 def _written(value: Any) -> str:

@@ -3,9 +3,10 @@
     python studies/maneos_table.py PROGRAM INPUT OUT [--rho0 2650] [--title "..."] [--between FILE.csv]
 
 ``PROGRAM`` is the compiled ``m-aneos``, ``INPUT`` one of its material files, ``OUT`` the table (``.txt`` or
-``.txt.xz``). The grid: densities close together from 0.85 to 2.2 rho0, wide apart in vapour and above, and 100
-temperatures from 50 to 150,000 K. Values are written with seven digits. ``--between`` also writes states of the
-program halfway between the nodes, every 9th density and 7th temperature from 1 kg/m^3 and 100 K on: what
+``.txt.xz``). The grid: densities close together from 0.85 to 2.2 rho0, wide apart in vapour and above, and 141
+temperatures from 50 to 150,000 K, closest together from 1000 to 12,000 K. Values are written with nine digits, all
+that the program gives: in cold, dense matter heat is a small share of the energy. ``--between`` also writes states of
+the program halfway between the nodes, every 9th density and 7th temperature from 1 kg/m^3 and 100 K on: what
 interpolation is held against.
 """
 
@@ -26,9 +27,13 @@ import numpy as np
 def grid(rho0: float) -> tuple[np.ndarray, np.ndarray]:
     """Densities [kg/m^3] and temperatures [K] of the nodes."""
     pieces = ((1e-5, 0.3 * rho0, 70), (0.3 * rho0, 0.85 * rho0, 40), (0.85 * rho0, 2.2 * rho0, 130))
-    last = np.geomspace(2.2 * rho0, 12.0 * rho0, 40)
-    rho = np.concatenate([*(np.geomspace(a, b, n)[:-1] for a, b, n in pieces), last])
-    return _rounded(rho * 1e-3) * 1e3, _rounded(np.geomspace(50.0, 1.5e5, 100))
+    rho = _joined(*pieces, (2.2 * rho0, 12.0 * rho0, 40))
+    return _rounded(rho * 1e-3) * 1e3, _rounded(_joined((50.0, 1e3, 30), (1e3, 1.2e4, 61), (1.2e4, 1.5e5, 52)))
+
+
+def _joined(*pieces: tuple[float, float, int]) -> np.ndarray:
+    """Geometric series from end to end, each with its number of nodes, both ends among them."""
+    return np.concatenate([*(np.geomspace(a, b, n)[:-1] for a, b, n in pieces[:-1]), np.geomspace(*pieces[-1])])
 
 
 def _rounded(values: np.ndarray) -> np.ndarray:
@@ -70,7 +75,7 @@ def text(header: list[str], rho: np.ndarray, T: np.ndarray, values: np.ndarray) 
     lines = [f"# {line}".rstrip() for line in header + [""] * (12 - len(header))]
     lines += [f"{date.today():%Y%m%d}", f"{len(rho)} {len(T)}"]
     lines += [" ".join(f"{value:.6E}" for value in axis) for axis in (rho, T)]
-    lines += [" ".join(f"{value:.6E}" for value in node) for node in values.reshape(-1, 4)]
+    lines += [" ".join(f"{value:.8E}" for value in node) for node in values.reshape(-1, 4)]
     return "\n".join(lines) + "\n"
 
 
@@ -94,7 +99,7 @@ def main() -> int:
         rho, T = between(rho, T)
         states = made(given.program, given.input, given.rho0, rho, T)
         rows = [(r, t, *states[j, i]) for j, t in enumerate(T) for i, r in enumerate(rho)]
-        given.between.write_text("rho,T,u,P,c,s\n" + "".join(",".join(f"{v:.7g}" for v in row) + "\n" for row in rows))
+        given.between.write_text("rho,T,u,P,c,s\n" + "".join(",".join(f"{v:.9g}" for v in row) + "\n" for row in rows))
     return 0
 
 

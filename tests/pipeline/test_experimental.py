@@ -54,3 +54,11 @@ def test_a_case_that_takes_one_is_told():
     ]
     chosen = case.read(CASES / "valhalla_980km", "quick", sets)
     assert set(words) <= set(sense.judged(compose(chosen), {}, chosen.stages)[1])
+
+
+def test_a_table_of_one_material_is_told_with_its_name():
+    from matter.material import TABLES
+
+    sets = ('sph.materials.basalt.eos="table"', 'sph.materials.basalt.table.rho0="2650 kg/m^3"')
+    words = taken("momentum_transfer", None, (*sets, f'sph.materials.basalt.table.file="{TABLES / "quartz.txt.xz"}"'))
+    assert [line.split(" is ")[0] for line in words] == ['[sph.materials.basalt] eos = "table"']

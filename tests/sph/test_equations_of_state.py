@@ -134,13 +134,6 @@ def test_derivatives_of_every_law_are_those_of_its_pressure(module, eta, u):
     step = 1e-6
     P, d_rho, d_u = dispatch.pressure_and_derivatives(kind, row, rho, u)
     scale = 1e-8 * (abs(P) + dispatch.modulus(kind, row)) / step
-    if getattr(module, "JUMPS", False):  # at isotherms: where the law's own derivatives differ at the ends of a step
-        ends = [
-            dispatch.pressure_and_derivatives(kind, row, rho * (1 + a), u * (1 + b))[1:]
-            for a, b in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step))
-        ]
-        if not np.allclose(ends, (d_rho, d_u), rtol=1e-3):
-            return
     above, below = (dispatch.pressure_and_derivatives(kind, row, rho * f, u)[0] for f in (1 + step, 1 - step))
     assert d_rho == pytest.approx((above - below) / (2 * step * rho), rel=1e-4, abs=scale / rho)
     above, below = (dispatch.pressure_and_derivatives(kind, row, rho, u * f)[0] for f in (1 + step, 1 - step))
