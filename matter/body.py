@@ -17,8 +17,11 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from matter import material, quantity
 from matter.errors import InputError
-from matter.quantity import Acceleration, Angle, PositiveLength, PositiveSpeed
+from matter.quantity import Acceleration, Angle, PositiveLength, PositiveSpeed, PositiveTime
+from matter.solids.placed import Placed, of_axes, of_file
 
+SOLIDS = ("ellipsoid", "mesh")
+"""Shapes of a target that are neither a sphere nor flat ground."""
 LIGHT = 299_792_458.0
 """Speed of light [m/s]."""
 
@@ -100,16 +103,58 @@ class Target(Model):
     """Layers from the centre outwards, in flat ground from the bottom up: the last is always the one that is hit."""
     start: Literal["relaxed", "literal"] = "relaxed"
     """``relaxed``: hydrostatic, each layer keeps its mass; ``literal``: uniform layers, as published."""
-    shape: Literal["sphere", "half_space", "half_sphere", "block"] = "sphere"
-    """``sphere`` about the origin, hit at its pole; or a piece of flat ground below z = 0, hit at the origin:
-    ``half_space`` (upright cylinder), ``half_sphere`` (a bowl of ground whose radius is the sum of all layers) or
-    ``block``."""
+    shape: Literal["sphere", "ellipsoid", "mesh", "half_space", "half_sphere", "block"] = "sphere"
+    """``sphere`` about the origin, hit at its pole; a body of one material that is an ``ellipsoid`` or has the surface
+    of a file (``mesh``); or a piece of flat ground below z = 0, hit at the origin: ``half_space`` (upright cylinder),
+    ``half_sphere`` (a bowl of ground whose radius is the sum of all layers) or ``block``."""
+    axes: tuple[PositiveLength, PositiveLength, PositiveLength] | None = None
+    """Full axes of an ellipsoid along x, y and z of its own frame; z is the spin axis."""
+    file: str | None = None
+    """The closed surface of a ``mesh``: OBJ, PLY or STL, beside the case."""
+    file_unit: PositiveLength | None = None
+    """What one unit of the file's numbers is, ``"1 km"``: such files have none."""
+    latitude: Angle = 0.0
+    """Latitude of the point of impact on an ellipsoid or mesh, from the centre of mass."""
+    longitude: Angle = 0.0
+    """Longitude of the point of impact, towards the east."""
+    azimuth: Angle = math.radians(90.0)
+    """Where the projectile flies to, seen from above the site of an ellipsoid or mesh: 0 is north, 90 deg is east."""
+    spin_period: PositiveTime | None = None
+    """Period of an ellipsoid's or mesh's rotation about +z of its own frame; by default it does not turn."""
     width: PositiveLength | None = None
     """Width of the block, or diameter of the half-space; by default twice the depth."""
     gravity: Annotated[Acceleration, Field(ge=0)] = 0.0
     """Uniform gravity towards -z; flat ground only."""
     self_gravity: bool | None = None
     """Whether the target attracts itself; by default a sphere does and flat ground does not."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_thick_as_its_shape(cls, given: Any) -> Any:
+        """An ellipsoid's or mesh's one layer is the whole body; what is wrong with its shape is told afterwards."""
+        if not isinstance(given, dict) or given.get("shape") not in SOLIDS:
+            return given
+        layers = given.get("layers")
+        if (
+            not isinstance(layers, list | tuple)
+            or not layers
+            or not isinstance(layers[0], dict)
+            or "thickness" in layers[0]
+        ):
+            return given
+        try:
+            if given["shape"] == "ellipsoid":
+                axes = [
+                    quantity.parse(value, "m") if isinstance(value, str) else float(value) for value in given["axes"]
+                ]
+                radius = 0.5 * float(axes[0] * axes[1] * axes[2]) ** (1.0 / 3.0)
+            else:
+                unit = given["file_unit"]
+                length = quantity.parse(unit, "m") if isinstance(unit, str) else float(unit)
+                radius = of_file(given["file"], length, 0.0, 0.0, 0.0).solid.radius
+        except (InputError, KeyError, TypeError, ValueError, IndexError):
+            radius = 1.0
+        return {**given, "layers": [{**layers[0], "thickness": f"{radius!r} m"}, *layers[1:]]}
 
     @model_validator(mode="after")
     def _fits(self) -> Target:
@@ -118,14 +163,55 @@ class Target(Model):
                 "gravity: uniform gravity is for half_space, half_sphere and block; a sphere has its own "
                 "(self_gravity)"
             )
-        if self.width is not None and self.shape in ("sphere", "half_sphere"):
+        if self.width is not None and (not self.flat or self.shape == "half_sphere"):
             raise ValueError(f"width: a {self.shape} is as wide as its layers make it")
+        if fault := self._fault_of_solid():
+            raise ValueError(fault)
         return self
+
+    def _fault_of_solid(self) -> str:
+        """What keeps an ellipsoid or mesh from being one, or gives its keys to another shape."""
+        for key, shape in {"axes": "ellipsoid", "file": "mesh", "file_unit": "mesh"}.items():
+            if (getattr(self, key) is not None) != (self.shape == shape):
+                return f'{key}: needed by shape = "{shape}", and only there'
+        if not self.solid:
+            given = self.model_fields_set & {"latitude", "longitude", "azimuth", "spin_period"}
+            return f"{min(given)}: of an ellipsoid or mesh only" if given else ""
+        if abs(self.latitude) > 0.5 * math.pi:
+            return f"latitude must lie within 90 deg, got {math.degrees(self.latitude):.4g} deg"
+        if len(self.layers) > 1:
+            return f"layers: a {self.shape} is of one material"
+        try:
+            radius = self.placed.solid.radius
+        except InputError as reason:
+            return f"file: {reason}"
+        if abs(self.layers[0].thickness / radius - 1.0) > 1e-3:
+            return f"thickness: leave it out; the {self.shape} makes it {radius:.6g} m (the ball of its volume)"
+        return ""
+
+    @property
+    def solid(self) -> bool:
+        """Whether the target is an ellipsoid or mesh."""
+        return self.shape in SOLIDS
+
+    @property
+    def placed(self) -> Placed:
+        """The ellipsoid or mesh in the frame of the run. Raises ``InputError`` for no closed surface."""
+        site = self.latitude, self.longitude, self.azimuth
+        if self.shape == "ellipsoid":
+            assert self.axes is not None
+            return of_axes(self.axes, *site)
+        assert self.file is not None and self.file_unit is not None
+        return of_file(self.file, self.file_unit, *site)
+
+    def aim(self, impact: Impact) -> tuple[float, float, float]:
+        """Velocity of the projectile [m/s]."""
+        return self.placed.velocity(impact.speed, impact.angle_from_vertical) if self.solid else impact.velocity
 
     @property
     def flat(self) -> bool:
         """Whether the target is flat ground with the impact point at the origin."""
-        return self.shape != "sphere"
+        return self.shape != "sphere" and not self.solid
 
     @property
     def attracts(self) -> bool:
@@ -139,13 +225,13 @@ class Target(Model):
 
     @property
     def frame(self) -> str:
-        """``sphere`` or ``plane``, as snapshots and ``target.json`` say."""
-        return "plane" if self.flat else "sphere"
+        """``sphere``, ``plane`` or ``solid``, as snapshots and ``target.json`` say."""
+        return "plane" if self.flat else "solid" if self.solid else "sphere"
 
     @property
     def impact_point(self) -> tuple[float, float, float]:
         """Where the projectile hits [m], before relaxation."""
-        return (0.0, 0.0, 0.0 if self.flat else self.radius)
+        return (0.0, 0.0, 0.0 if self.flat else self.placed.height if self.solid else self.radius)
 
     @property
     def half_width(self) -> float:
@@ -165,7 +251,8 @@ class Target(Model):
 
     @property
     def radius(self) -> float:
-        """Radius of the body, in flat ground its depth [m], before relaxation."""
+        """Radius of the body (of an ellipsoid or mesh: of the ball of its volume), in flat ground its depth [m],
+        before relaxation."""
         return self.outer_radii[-1]
 
     @property

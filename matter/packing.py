@@ -14,6 +14,7 @@ import numpy as np
 from matter import neighbours
 from matter.jit import kernel
 from matter.regions import Region, Shell
+from matter.solids.region import Interior
 
 
 def hexagonal(spacing: float, radius: float, rotate: bool = True) -> np.ndarray:
@@ -95,7 +96,7 @@ def _number_density(position, spacing, index, entry, count, wanted, out):
 
 def graded(
     spacing: Callable[[np.ndarray], np.ndarray],
-    region: Region,
+    region: Region | Interior,
     rng: np.random.Generator,
     sweeps: int = 120,
     finest: float | None = None,

@@ -195,17 +195,25 @@ def _without_left_out(document: dict[str, Any], preset: dict[str, Any]) -> dict[
 
 
 def _tables_placed(case: Case) -> Case:
-    """The case with the whole path of each table of an equation of state (``[sph.materials.NAME.table] file``); a
-    relative one starts at the case (``--set``: at the current folder)."""
+    """The case with the whole path of each table of an equation of state (``[sph.materials.NAME.table] file``) and of
+    the target's surface (``[target] file``); a relative one starts at the case (``--set``: at the current folder)."""
     document = json.loads(json.dumps(case.document, default=str))
+    target = document.get("target")
+    surface = isinstance(target, dict) and isinstance(target.get("file"), str)
+    if surface:
+        target["file"] = _placed(case, ("target", "file"), target["file"])
     materials = document.get("sph", {}).get("materials") if isinstance(document.get("sph"), dict) else None
     for name, choice in materials.items() if isinstance(materials, dict) else ():
         table = choice.get("table") if isinstance(choice, dict) else None
         if isinstance(table, dict) and isinstance(table.get("file"), str):
             key = ("sph", "materials", name, "table", "file")
-            base = Path() if case.origin(key).startswith("--set") else case.file.parent
-            table["file"] = str((base / Path(table["file"]).expanduser()).resolve())
-    return replace(case, document=document) if isinstance(materials, dict) else case
+            table["file"] = _placed(case, key, table["file"])
+    return replace(case, document=document) if isinstance(materials, dict) or surface else case
+
+
+def _placed(case: Case, key: KeyPath, file: str) -> str:
+    base = Path() if case.origin(key).startswith("--set") else case.file.parent
+    return str((base / Path(file).expanduser()).resolve())
 
 
 def _outside_taken(case: Case) -> Case:

@@ -21,7 +21,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from matter.body import Impact, Target
+from matter.body import SOLIDS, Impact, Target
 from matter.errors import InputError
 from matter.quantity import REQUIRED
 from pipeline import stages
@@ -56,7 +56,23 @@ def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], tupl
     if crater is not None:
         filled = _fill(document, crater)
     document["case"].setdefault("stages", list(_chain(document, crater)))
-    return document, tuple(filled), []
+    return document, tuple(filled), _not_on_solids(document)
+
+
+def _not_on_solids(document: dict[str, Any]) -> list[Complaint]:
+    """Stages that know spheres and flat ground only."""
+    shape, named = document["target"].get("shape"), document["case"]["stages"]
+    later = [stage for stage in ("bed", "handoff", "dem", "crater") if isinstance(named, list) and stage in named]
+    if shape not in SOLIDS or not later:
+        return []
+    return [
+        Complaint(
+            ("case", "stages"),
+            f'{", ".join(later)}: know spheres and flat ground only; with shape = "{shape}" leave it out, or '
+            f"write "
+            f'["sph"]',
+        )
+    ]
 
 
 def _table(document: dict[str, Any], name: str) -> dict[str, Any]:
@@ -79,7 +95,7 @@ def _named(target: dict[str, Any]) -> dict[str, Any]:
 def _open_bottom(target: dict[str, Any]) -> bool:
     layers = target.get("layers")
     return (
-        target.get("shape", "sphere") != "sphere"
+        target.get("shape", "sphere") not in ("sphere", *SOLIDS)
         and isinstance(layers, list)
         and bool(layers)
         and "thickness" not in layers[0]
@@ -100,7 +116,8 @@ def _expected(document: dict[str, Any]) -> Any:
     target, impact, sph = document["target"], document["impact"], _table(document, "sph")
     asked = any(stage in document for stage in _GRAINS)
     measured = (
-        "crater" in document["case"].get("stages", ("crater",))
+        target.get("shape") not in SOLIDS
+        and "crater" in document["case"].get("stages", ("crater",))
         and "ground" not in _table(document, "crater")
         and _has_ground()
     )
@@ -150,6 +167,7 @@ def _fill(document: dict[str, Any], crater: Any) -> list[KeyPath]:
     document["impact"], document["target"] = impact, target
     if (
         "ground" not in _table(document, "crater")
+        and target.get("shape") not in SOLIDS
         and "crater" in document["case"].get("stages", ("crater",))
         and _has_ground()
     ):
@@ -160,11 +178,12 @@ def _fill(document: dict[str, Any], crater: Any) -> list[KeyPath]:
 
 def _chain(document: dict[str, Any], crater: Any) -> tuple[str, ...]:
     impact = document["impact"]
-    wanted = {"sph", "crater"}
+    solid = document["target"].get("shape") in SOLIDS
+    wanted = {"sph"} if solid else {"sph", "crater"}
     if "nbody" in document or any(key not in impact for key in FROM_ENCOUNTERS):
         wanted.add("nbody")
     if any(stage in document for stage in _GRAINS) or (
-        crater is not None and crater.gravity > 0.0 and not crater.held
+        crater is not None and crater.gravity > 0.0 and not crater.held and not solid
     ):
         wanted.update(_GRAINS)
     return tuple(stage for stage in stages.ORDER if stage in wanted)

@@ -47,7 +47,7 @@ def particles(
         "layers": [layer.name for layer in settings.target.layers],
         **({"target_depth_m": -bottom} if settings.target.flat else {"target_radius_m": radius}),
         "spacing_at_impact_m": settings.spacing_at_impact,
-        "measuring": measuring(settings, column, radius),
+        **({} if settings.target.solid else {"measuring": measuring(settings, column, radius)}),
         "shear_moduli_Pa": i.rows.shear.tolist(),
     }
     return Particles({name: array[order] for name, array in fields.items()}, attributes)

@@ -66,7 +66,7 @@ def first_step(impact: Impact) -> float:
 
 def relaxation_time(target: Target, materials: Materials) -> float:
     """Length of the settling before the impact [s]."""
-    if target.flat or not target.weighs or target.start != "relaxed":
+    if target.flat or target.solid or not target.weighs or target.start != "relaxed":
         return 0.0
     i = [materials.index(layer.material) for layer in target.layers]
     sound = (materials.rows.bulk[i] / materials.rows.rho0[i]) ** 0.5

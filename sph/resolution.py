@@ -21,6 +21,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from matter.body import Impact, Target
+from sph import solid_target
 from sph.target import Zones
 
 PARTICLES = 20_000
@@ -59,6 +60,8 @@ def fine_radius(impact: Impact) -> float:
 
 def area(target: Target, distance: np.ndarray) -> np.ndarray:
     """Area (n,) [m^2] of the part inside the target of spheres about the impact point, at these distances (n,) [m]."""
+    if target.solid:
+        return solid_target.area(target.placed, distance)
     whole = 2.0 * math.pi * distance**2
     if target.shape == "sphere":
         return whole * np.clip(1.0 - distance / (2.0 * target.radius), 0.0, None)
@@ -74,7 +77,9 @@ def area(target: Target, distance: np.ndarray) -> np.ndarray:
 def shares(target: Target, zones: Zones) -> tuple[np.ndarray, np.ndarray]:
     """Distances [m] from the impact point, and the number of particles within each: the sum of area over spacing^3."""
     reach = (
-        2.0 * target.radius
+        solid_target.reach(target.placed)
+        if target.solid
+        else 2.0 * target.radius
         if target.shape == "sphere"
         else math.hypot(target.radius, math.sqrt(2.0) * target.half_width)
     )

@@ -16,7 +16,15 @@ import numpy as np
 from matter import checkpoint, progress, readable, snapshot
 from matter.cadence import Cadence
 from matter.particles import Particles
-from sph import cloud_snapshot, flow_reynolds, individual_steps, prediction, viscosity_reconstructed, watch
+from sph import (
+    cloud_snapshot,
+    flow_reynolds,
+    individual_steps,
+    prediction,
+    solid_target,
+    viscosity_reconstructed,
+    watch,
+)
 from sph import ground as grounds
 from sph import late as late_stage
 from sph import materials as material_rows
@@ -82,6 +90,8 @@ class Simulation:
         s = self.settings
         if isinstance(self.column, grounds.Ground):
             body = grounds.build(s.target, self.column, self.materials, s.zones, s.seed)
+        elif s.target.solid:
+            body = solid_target.build(s.target, self.materials, s.zones, s.seed)
         else:
             body = bodies.build(s.target, self.column, self.materials, s.zones, s.seed)
         self.edge = self._edge(body, np.zeros(len(body.mass)), len(body.mass))
@@ -123,17 +133,20 @@ class Simulation:
         if not s.control:
             count = s.projectile_particles
             spacing = (self.impact.projectile.volume / count) ** (1.0 / 3.0) if count else s.zones.contact
-            surface = 0.0 if s.target.flat else self.radius
+            surface = s.target.impact_point[2] if s.target.flat or s.target.solid else self.radius
             pieces.append(
                 bodies.projectile(
-                    self.impact, spacing, surface, s.support * s.zones.contact, self.materials, s.support
+                    s.target, self.impact, spacing, surface, s.support * s.zones.contact, self.materials, s.support
                 )
             )
         cloud = Cloud.of(*pieces)
         self.edge = self._edge(pieces[0], np.zeros(len(pieces[0].mass)), len(cloud))
         del pieces
         if not s.control:
-            cloud.velocity[cloud.layer < 0] = self.impact.velocity
+            cloud.velocity[cloud.layer < 0] = s.target.aim(self.impact)
+        if s.target.spin_period:
+            mine = cloud.layer >= 0
+            cloud.velocity[mine] += np.cross(solid_target.spin(s.target), cloud.position[mine])
         seeding.seed_flaws(cloud, self.materials, s.seed)
         self.integrator = self._integrator(cloud)
         self.phase = "impact"
@@ -254,11 +267,13 @@ class Simulation:
             if i.scheme.reconstructed
             else 1.0
         )
+        target = self.settings.target
+        place = target.placed.from_site(c.position[mine]) if target.solid else c.position[mine]
         reynolds = flow_reynolds.measure(
-            c.position[mine], c.velocity[mine], c.mass[mine], 0.5 * c.support_radius[mine],
+            place, c.velocity[mine], c.mass[mine], 0.5 * c.support_radius[mine],
             i.evaluated.sound[: len(c)][mine], share,
             c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha,
-            None if self.settings.target.flat else self.radius,
+            self.radius if target.shape == "sphere" else None,
         )  # fmt: skip
         if reynolds is not None:
             self.flow.append({"time_s": i.time, **reynolds})

@@ -14,7 +14,7 @@ from typing import Any
 from matter import archive, checkpoint, progress
 from matter.body import Target
 from sph import ground as grounds
-from sph import prediction, stage_report, used_laws, viscosity_switch
+from sph import prediction, solid_target, stage_report, used_laws, viscosity_switch
 from sph import target as bodies
 from sph.boundary import surroundings
 from sph.kernels import dispatch as kernels
@@ -60,8 +60,17 @@ def explain(settings: Settings) -> list[str]:
 
 def target_facts(settings: Settings) -> dict[str, Any]:
     """What ``target.json`` will hold. Raises ``InputError`` where the target finds no balance."""
+    if settings.target.solid:
+        return _of_solid(settings)
     balance = grounds.hydrostatic if settings.target.flat else bodies.hydrostatic
     return _facts(settings.target, balance(settings.target, materials=settings.chosen_materials()))
+
+
+def _of_solid(settings: Settings) -> dict[str, Any]:
+    materials = settings.chosen_materials()
+    return solid_target.target_json(
+        settings.target, float(materials.bulk_density[materials.index(settings.target.layers[0].material)])
+    )
 
 
 def _facts(target: Target, column: bodies.Profile | grounds.Ground) -> dict[str, Any]:
@@ -81,7 +90,10 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     job = Simulation(settings, Path(out))
     relaxation = settings.relaxation_time if job.phase == "relax" else 0.0
     report = progress.Progress("sph", job.work(relaxation + settings.end_time))
-    archive.write_text(job.out / "target.json", json.dumps(_facts(settings.target, job.column), indent=1))
+    archive.write_text(
+        job.out / "target.json",
+        json.dumps(_of_solid(settings) if settings.target.solid else _facts(settings.target, job.column), indent=1),
+    )
     saved = checkpoint.newest(job.out)
     if saved is None:
         job.begin()

@@ -72,7 +72,7 @@ def hydrostatic(target: Target, shells: int = 4000, materials: Materials | None 
     dm = rho0 * 4.0 / 3.0 * math.pi * np.diff(edges**3)
     mass = np.cumsum(dm)
     rho, P, r = rho0.copy(), np.zeros_like(rho0), edges[1:].copy()
-    converged = target.start == "literal" or not target.attracts
+    converged = target.start == "literal" or not target.attracts or target.solid
     for sweep in range(0 if converged else 400):
         r_new = np.cbrt(np.cumsum(dm / rho) * 3.0 / (4.0 * math.pi))
         # dP = G m dm / (4 pi r^4) per shell, summed from the surface inwards; half a shell to its middle
@@ -228,7 +228,13 @@ def build(target: Target, profile: Profile, materials: Materials, zones: Zones, 
 
 
 def projectile(
-    impact: Impact, spacing: float, surface: float, gap: float, materials: Materials, support: float = 2.0
+    target: Target,
+    impact: Impact,
+    spacing: float,
+    surface: float,
+    gap: float,
+    materials: Materials,
+    support: float = 2.0,
 ) -> Body:
     """A uniform sphere of particles about ``spacing`` apart on its way to (0, 0, ``surface``), ``gap`` [m] above
     it."""
@@ -237,9 +243,10 @@ def projectile(
     rho0 = materials.bulk_density[index]
     places = packing.hexagonal(spacing, body.radius) if body.volume > 3.0 * spacing**3 else np.zeros((1, 3))
     places = places - places.mean(axis=0)
-    velocity = np.array(impact.velocity)
+    velocity = np.array(target.aim(impact))
     along = velocity / np.linalg.norm(velocity)
-    centre = np.array([0.0, 0.0, surface + body.radius]) + along * (gap / along[2])
+    normal = target.placed.normal if target.solid else np.array([0.0, 0.0, 1.0])
+    centre = np.array([0.0, 0.0, surface]) + body.radius * normal + along * (gap / float(along @ normal))
     n = len(places)
     return Body(
         places + centre,

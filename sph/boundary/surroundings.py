@@ -19,7 +19,7 @@ def chosen(target: Target, sides: str | None, floor: str | None) -> tuple[str, s
     """Sides and floor with their defaults: quiet under gravity and for a half-space, else free; a half-sphere has no
     floor, a sphere neither."""
     default = "quiet" if target.flat and (target.gravity > 0.0 or target.shape == "half_space") else "free"
-    return sides or default, "free" if target.shape in ("half_sphere", "sphere") else floor or default
+    return sides or default, "free" if target.shape == "half_sphere" or not target.flat else floor or default
 
 
 def _chosen(settings: Any) -> tuple[Any, Any]:

@@ -1,0 +1,250 @@
+"""Solid bodies: what a surface encloses, how far from it a point lies, how particles fill it, what is no surface."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from fixtures import solids
+from matter import packing, tree
+from matter.errors import InputError
+from matter.solids import distance, placed, region, solid
+
+AXES = (177.0, 174.0, 116.0)
+BODIES = {
+    "ball": lambda: solids.ball(2.0),
+    "ellipsoid": lambda: _ellipsoid(),
+    "cube": lambda: solids.box((3.0, 3.0, 3.0)),
+    "box": lambda: solids.box((1.0, 2.0, 4.0)),
+    "dumbbell": lambda: solids.dumbbell(1.0, 2.4, 0.4),
+    "ring": lambda: solids.ring(2.0, 0.7),
+}
+
+
+def _ellipsoid() -> solids.Known:
+    made = solid.ellipsoid(AXES)
+    volume, square = math.pi / 6.0 * math.prod(AXES), np.square(AXES)
+    return solids.Known(
+        made.vertices, made.triangles, volume, np.zeros(3), np.diag(volume * (square.sum() - square) / 20)
+    )
+
+
+def made(known: solids.Known) -> solid.Solid:
+    return solid.checked(known.vertices, known.triangles, 1.0, "a body")
+
+
+def filled(body: solid.Solid, count: int) -> tuple[np.ndarray, np.ndarray]:
+    spacing = (body.volume / count) ** (1.0 / 3.0)
+    inside = region.Interior(body, distance.measured(body))
+    return packing.graded(lambda x: np.full(len(x), spacing), inside, np.random.default_rng(1))
+
+
+def inertia(points: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    moment = np.einsum("n,ni,nj->ij", mass, points, points)
+    return np.trace(moment) * np.eye(3) - moment
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_a_surface_has_the_volume_centre_and_inertia_of_its_body(name):
+    known = BODIES[name]()
+    body = made(known)
+    assert body.volume == pytest.approx(known.volume, rel=2e-3)
+    shift = known.vertices.mean(axis=0) - body.vertices.mean(axis=0)  # the body is about its centre of mass
+    assert np.abs(shift - known.centre).max() < 1e-3 * body.radius
+    assert np.abs(body.inertia - known.inertia).max() < 3e-3 * np.trace(known.inertia)
+
+
+def check_particles(name: str, count: int, limit: float) -> None:
+    known = BODIES[name]()
+    body = made(known)
+    points, volume = filled(body, count)
+    assert volume.sum() == pytest.approx(body.volume, rel=1e-12)
+    centre = volume @ points / volume.sum()
+    assert np.linalg.norm(centre) < limit * body.radius, centre / body.radius
+    found = inertia(points - centre, volume)
+    assert np.abs(found - body.inertia).max() < limit * np.trace(body.inertia), np.diag(found) / np.diag(body.inertia)
+    assert (np.std(volume) / volume.mean()) < 0.1  # evenly spread, up to the surface
+
+
+@pytest.mark.parametrize("name", ["ellipsoid", "cube", "dumbbell"])
+def test_particles_fill_a_body(name):
+    check_particles(name, 3_000, 5e-3)
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("name", BODIES)
+def test_a_hundred_thousand_particles_fill_a_body(name):
+    check_particles(name, 100_000, 1e-3)
+
+
+@pytest.mark.parametrize("name", ["cube", "dumbbell", "ring"])
+def test_depths_are_the_distance_to_the_nearest_triangle(name):
+    body = made(BODIES[name]())
+    grid = distance.measured(body, 48)
+    rng = np.random.default_rng(3)
+    corners = body.vertices[body.triangles]
+    for index in np.stack([rng.integers(0, n, 40) for n in grid.depth.shape], axis=1):
+        point = grid.low + index * grid.cell
+        least = min(distance.squared_distance(*point, *triangle) for triangle in corners[_nearest(corners, point)])
+        assert abs(grid.depth[tuple(index)]) == pytest.approx(math.sqrt(least), abs=0.1 * grid.cell)
+
+
+def _nearest(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Triangles that may hold the nearest point: by a bound from their corners."""
+    low = np.linalg.norm(corners.mean(axis=1) - point, axis=1)
+    size = np.linalg.norm(corners - corners.mean(axis=1)[:, None], axis=2).max(axis=1)
+    return np.flatnonzero(low - size <= (low + size).min())
+
+
+def test_inside_is_inside():
+    box = made(solids.box((1.0, 2.0, 4.0)))
+    inside = region.Interior(box, distance.measured(box))
+    points = np.random.default_rng(0).uniform(-2.5, 2.5, (20_000, 3))
+    wanted = (np.abs(points) < [0.5, 1.0, 2.0]).all(axis=1)
+    clear = np.abs(np.abs(points) - [0.5, 1.0, 2.0]).min(axis=1) > 1e-6
+    assert (inside.inside(points) == wanted)[clear].all()
+    ring = made(BODIES["ring"]())
+    assert not region.Interior(ring, distance.measured(ring)).inside(np.zeros((1, 3)))[0]
+
+
+def check_field(count: int, limit: float) -> None:
+    """Pull on the particles of a dumbbell by the tree, with the softening of the shock stage (half a spacing), beside
+    that of the polyhedron (Tsoulis 2012, Geophysics 77, F1): root mean square."""
+    polyhedral = pytest.importorskip("polyhedral_gravity", reason="extra test: polyhedral-gravity")
+    known = solids.dumbbell(80.0, 150.0, 40.0, rings=60, around=40)
+    body = made(known)
+    points, volume = filled(body, count)
+    density = 2_400.0
+    spacing = (body.volume / len(points)) ** (1.0 / 3.0)
+    ours = tree.gravity(points, density * volume, np.full(len(points), 0.5 * spacing), 0.5)
+    exact = polyhedral.Polyhedron(
+        polyhedral_source=(body.vertices, body.triangles),
+        density=density,
+        normal_orientation=polyhedral.NormalOrientation.OUTWARDS,
+        integrity_check=polyhedral.PolyhedronIntegrity.DISABLE,
+    )
+    some = np.random.default_rng(5).choice(len(points), 300, replace=False)
+    theirs = np.array([field for _, field, _ in polyhedral.evaluate(exact, points[some])])
+    theirs *= np.sign((theirs * ours[some]).sum())  # potential rises or falls outwards, by convention
+    off = ((ours[some] - theirs) ** 2).sum(axis=1).mean() / (theirs**2).sum(axis=1).mean()
+    assert math.sqrt(off) < limit
+
+
+def test_the_field_of_the_particles_is_that_of_the_polyhedron():
+    check_field(6_000, 0.03)
+
+
+@pytest.mark.validation
+def test_the_field_of_a_hundred_thousand_particles_is_that_of_the_polyhedron():
+    check_field(100_000, 0.01)
+
+
+def test_an_open_surface_is_refused_with_the_place():
+    known = solids.box((1.0, 1.0, 1.0))
+    with pytest.raises(
+        InputError, match=r"not watertight: 3 of 18 edges .* between \(0, 0, 0\) and .* ends the surface"
+    ):
+        solid.checked(known.vertices, known.triangles[1:], 1.0, "box.obj")
+    twice = np.concatenate([known.triangles, known.triangles[:1]])
+    with pytest.raises(InputError, match="belongs to 3 triangles"):
+        solid.checked(known.vertices, twice, 1.0, "box.obj")
+
+
+def test_normals_that_turn_both_ways_are_refused_and_inwards_ones_turned():
+    known = solids.box((1.0, 1.0, 1.0))
+    mixed = known.triangles.copy()
+    mixed[0] = mixed[0, ::-1]
+    with pytest.raises(InputError, match="turn different ways"):
+        solid.checked(known.vertices, mixed, 1.0, "box.obj")
+    assert solid.checked(known.vertices, known.triangles[:, ::-1], 1.0, "box.obj").volume == pytest.approx(1.0)
+
+
+def test_a_surface_that_cuts_itself_is_refused():
+    a, b = solids.box((1.0, 1.0, 1.0)), solids.box((1.0, 1.0, 1.0))
+    both = np.concatenate([a.vertices, b.vertices + 0.5]), np.concatenate([a.triangles, b.triangles + 8])
+    with pytest.raises(InputError, match="cuts itself"):
+        distance.measured(solid.checked(*both, 1.0, "two"))
+
+
+@pytest.mark.parametrize("suffix", solid.SUFFIXES)
+def test_files_are_read_in_their_unit(tmp_path, suffix):
+    import trimesh
+
+    known = solids.dumbbell(0.08, 0.15, 0.04, rings=40, around=24)
+    trimesh.Trimesh(known.vertices, known.triangles, process=False).export(tmp_path / f"body{suffix}")
+    body = solid.read(tmp_path / f"body{suffix}", 1000.0)
+    assert body.volume == pytest.approx(1e9 * made(known).volume, rel=1e-4)
+    assert len(body.triangles) == len(known.triangles)
+
+
+@pytest.mark.parametrize(
+    "name,content,said",
+    [
+        ("a.obj", b"", "no surface of triangles|enclose nothing"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "enclose nothing"),
+        (
+            "a.obj",
+            b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 nan\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n",
+            "not finite|no surface",
+        ),
+        ("a.stl", b"\xff" * 200, "no surface of triangles|enclose nothing"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 1000000000\n", "no surface of triangles|enclose nothing"),
+        ("a.glb", b"", "is read from .obj, .ply, .stl, not .glb"),
+    ],
+)
+def test_what_is_no_surface_is_one_clear_line(tmp_path, name, content, said):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=said) as told:
+        solid.read(tmp_path / name, 1.0)
+    assert "\n" not in str(told.value)
+
+
+def test_two_hundred_thousand_facets_in_less_than_a_minute():
+    known = solids.ball(1.0, 4)
+    distance.measured(made(known), 16)  # compiled
+    known = solids.dumbbell(1.0, 2.4, 0.4, rings=400, around=256)
+    assert len(known.triangles) > 200_000
+    before = time.process_time()
+    body = made(known)
+    distance.measured(body)
+    assert time.process_time() - before < 60.0
+
+
+def test_the_site_is_where_latitude_and_longitude_say():
+    latitude, longitude, azimuth = (math.radians(a) for a in (-8.84, 264.3, 30.0))
+    body = placed.of_axes(AXES, latitude, longitude, azimuth)
+    along = np.array(
+        [math.cos(latitude) * math.cos(longitude), math.cos(latitude) * math.sin(longitude), math.sin(latitude)]
+    )
+    semi = 0.5 * np.asarray(AXES)
+    assert body.height == pytest.approx(1.0 / np.linalg.norm(along / semi), rel=2e-4)
+    assert body.turn @ along == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
+    assert body.turn @ body.turn.T == pytest.approx(np.eye(3), abs=1e-12)
+    gradient = body.turn @ (along / semi**2)
+    assert body.normal == pytest.approx(gradient / np.linalg.norm(gradient), abs=0.02)  # that of a facet
+    north = body.turn @ (np.array([0.0, 0.0, 1.0]) - along[2] * along)
+    assert math.atan2(north[1], north[0]) == pytest.approx(
+        azimuth, abs=1e-12
+    )  # +x is the flight, north lies to its left
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.2])
+def test_the_projectile_comes_at_its_angle_from_the_normal(angle):
+    body = placed.of_axes(AXES, 0.6, 1.0, 0.4)
+    velocity = np.array(body.velocity(6e3, angle))
+    assert np.linalg.norm(velocity) == pytest.approx(6e3)
+    assert -velocity @ body.normal / 6e3 == pytest.approx(math.cos(angle))
+    level = velocity + 6e3 * math.cos(angle) * body.normal
+    assert level[0] > 0.0 or angle == 0.0
+
+
+def test_a_site_on_a_cubes_edge_and_one_behind_a_waist():
+    cube = made(solids.box((2.0, 2.0, 2.0)))
+    place, normal = cube.site(np.array([1.0, 1.0, 0.0]))
+    assert place == pytest.approx([1.0, 1.0, 0.0]) and np.abs(normal).max() == pytest.approx(1.0)
+    ring = made(BODIES["ring"]())
+    place, normal = ring.site(np.array([1.0, 0.0, 0.0]))
+    assert place[0] == pytest.approx(2.7, rel=1e-3) and normal[0] == pytest.approx(1.0, abs=1e-3)
+    with pytest.raises(InputError, match="meets no surface"):
+        ring.site(np.array([0.0, 0.0, 1.0]))
