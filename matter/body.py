@@ -22,6 +22,7 @@ from matter.solids.placed import Placed, of_axes, of_file
 
 SOLIDS = ("ellipsoid", "mesh")
 """Shapes of a target that are neither a sphere nor flat ground."""
+SITE = ("latitude", "longitude", "azimuth", "spin_period")
 LIGHT = 299_792_458.0
 """Speed of light [m/s]."""
 
@@ -175,8 +176,9 @@ class Target(Model):
             if (getattr(self, key) is not None) != (self.shape == shape):
                 return f'{key}: needed by shape = "{shape}", and only there'
         if not self.solid:
-            given = self.model_fields_set & {"latitude", "longitude", "azimuth", "spin_period"}
-            return f"{min(given)}: of an ellipsoid or mesh only" if given else ""
+            fields = type(self).model_fields
+            given = [key for key in SITE if getattr(self, key) != fields[key].default]
+            return f"{given[0]}: of an ellipsoid or mesh only" if given else ""
         if abs(self.latitude) > 0.5 * math.pi:
             return f"latitude must lie within 90 deg, got {math.degrees(self.latitude):.4g} deg"
         if len(self.layers) > 1:

@@ -12,6 +12,7 @@ from typing import Any
 from matter.body import Model
 
 CHOICES: dict[str, tuple[Any, ...]] = {
+    "target.shape": ("ellipsoid", "mesh"),
     "sph.integrator": ("rk3",),
     "sph.tolerance": (),
     "sph.rim": ("stressed",),
@@ -56,6 +57,19 @@ def _owners(names: list[str], settings: Mapping[str, Model]) -> Iterator[tuple[s
             (
                 f"{title}.{inner}".lstrip("."),
                 value.get(inner) if isinstance(value, Mapping) else getattr(value, inner, None),
+        stage, *names, key = path.split(".")
+        # [target] is shared: it stands in the settings of each stage that takes it
+        shared = (getattr(one, stage) for one in settings.values() if stage in type(one).model_fields)
+        owner: Any = settings.get(stage) or next(shared, None)
+        for name in names:
+            owner = getattr(owner, name, None)
+        if not isinstance(owner, Model) or key not in type(owner).model_fields:
+            continue
+        value = getattr(owner, key)
+        if value in values or (not values and value != type(owner).model_fields[key].default):
+            yield (
+                f"[{'.'.join((stage, *names))}] {key} = {_written(value)} is experimental: tests hold it, no shipped "
+                f"case takes it"
             )
             for title, value in found
             for inner in (value if name == "NAME" and isinstance(value, Mapping) else (name,))

@@ -78,7 +78,7 @@ def test_projectile_flies_to_the_pole():
         projectile=Projectile(material="ice", radius=53.9e3),
         expected_transient_diameter=980e3,
     )
-    ball = target.projectile(impact, 26e3, 2102e3, 52e3, rows)
+    ball = target.projectile(CALLISTO, impact, 26e3, 2102e3, 52e3, rows)
     assert ball.mass.sum() == pytest.approx(6.0148e17, rel=1e-3)
     centre = ball.position.mean(axis=0)
     lowest = centre[2] - 53.9e3
