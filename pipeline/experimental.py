@@ -51,25 +51,15 @@ def used(settings: Mapping[str, Model]) -> Iterator[str]:
 
 def _owners(names: list[str], settings: Mapping[str, Model]) -> Iterator[tuple[str, Any]]:
     """Title and value of each table at a path; ``NAME`` stands for all that are there."""
-    found: list[tuple[str, Any]] = [("", settings)]
+    # [target] is shared: it stands in the settings of each stage that takes it
+    title = names[0]
+    shared = [getattr(one, title) for one in settings.values() if title in type(one).model_fields]
+    found: list[tuple[str, Any]] = [("", {title: shared[0], **settings} if shared else settings)]
     for name in names:
         found = [
             (
                 f"{title}.{inner}".lstrip("."),
                 value.get(inner) if isinstance(value, Mapping) else getattr(value, inner, None),
-        stage, *names, key = path.split(".")
-        # [target] is shared: it stands in the settings of each stage that takes it
-        shared = (getattr(one, stage) for one in settings.values() if stage in type(one).model_fields)
-        owner: Any = settings.get(stage) or next(shared, None)
-        for name in names:
-            owner = getattr(owner, name, None)
-        if not isinstance(owner, Model) or key not in type(owner).model_fields:
-            continue
-        value = getattr(owner, key)
-        if value in values or (not values and value != type(owner).model_fields[key].default):
-            yield (
-                f"[{'.'.join((stage, *names))}] {key} = {_written(value)} is experimental: tests hold it, no shipped "
-                f"case takes it"
             )
             for title, value in found
             for inner in (value if name == "NAME" and isinstance(value, Mapping) else (name,))
