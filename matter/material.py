@@ -37,11 +37,23 @@ def load(name: str) -> dict[str, dict[str, Any]]:
 
     Raises ``InputError`` for an unknown name, with the nearest known one.
     """
-    sections: dict[str, dict[str, Any]] = {}
-    for title, body in _content(name).items():
-        if isinstance(body, dict):
-            sections[title] = {key: _value(key, value) for key, value in body.items()}
-    return sections
+    return {
+        title: {key: _value(name, title, key, value) for key, value in written(name, title).items()}
+        for title, body in _content(name).items()
+        if isinstance(body, dict)
+    }
+
+
+def written(name: str, title: str) -> dict[str, Any]:
+    """One section of a material as its file has it: texts with their units.
+
+    Raises ``InputError`` for an unknown name, or when the material has no such section.
+    """
+    content = _content(name)
+    if not isinstance(content.get(title), dict):
+        sections = ", ".join(key for key, body in content.items() if isinstance(body, dict))
+        raise InputError(f"material {name!r} has no [{title}] (it has {sections})")
+    return content[title]
 
 
 @functools.cache
@@ -64,18 +76,30 @@ def _content(name: str) -> dict[str, Any]:
         near = difflib.get_close_matches(name, names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"unknown material {name!r}{hint} (known: {', '.join(names())})")
-    return tomllib.loads((FOLDER / f"{name}.toml").read_text())
+    try:
+        return tomllib.loads((FOLDER / f"{name}.toml").read_text())
+    except ValueError as reason:  # no TOML, or no UTF-8
+        raise InputError(f"matter/materials/{name}.toml cannot be read: {reason}") from None
 
 
-def _value(key: str, value: Any) -> Any:
+def _value(name: str, title: str, key: str, value: Any) -> Any:
     """What a key of a section holds: a text, the place of a table (``file``, beside the material's file), numbers."""
     if key in WORDS:
         return value
-    return str(FOLDER / value) if key == "file" else _numbers(value)
+    try:
+        if key == "file":
+            return str(FOLDER / value)
+        return [_number(item) for item in value] if isinstance(value, list) else _number(value)
+    except (TypeError, ValueError) as reason:
+        raise InputError(f"matter/materials/{name}.toml, [{title}] {key}: {reason}") from None
 
 
-def _numbers(value: str | list[str]) -> float | list[float]:
-    return [quantity.parse(item) for item in value] if isinstance(value, list) else quantity.parse(value)
+def _number(value: Any) -> float:
+    if isinstance(value, str):
+        return quantity.parse(value)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f'{value!r} is no number: write it as a text with its unit, "2700 kg/m^3" for example')
+    return float(value)
 
 
 def section(name: str, title: str) -> dict[str, Any]:
@@ -83,7 +107,4 @@ def section(name: str, title: str) -> dict[str, Any]:
 
     Raises ``InputError`` when the material has no such section.
     """
-    sections = load(name)
-    if title not in sections:
-        raise InputError(f"material {name!r} has no [{title}] (it has {', '.join(sections)})")
-    return {key: value for key, value in sections[title].items() if key not in WORDS}
+    return {key: _value(name, title, key, value) for key, value in written(name, title).items() if key not in WORDS}

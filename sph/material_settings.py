@@ -14,6 +14,7 @@ section where the material has none.
 
 from __future__ import annotations
 
+import difflib
 import typing
 from collections.abc import Mapping
 from typing import Any, Literal
@@ -84,15 +85,40 @@ def parameters(law: type, name: str, title: str, choice: Kept = AS_PUBLISHED) ->
     """The validated ``Parameters`` of a law for the material ``name``; raises ``InputError`` saying what does not
     fit."""
     changes: Mapping[str, Any] = getattr(choice, title, None) or {}
-    content = dict(material.section(name, title)) if title in material.load(name) or not changes else {}
-    faults = [f"{key}: the unit is missing" for key in changes if _lacks_unit(law, key, changes[key])]
+    content = _of_file(name, title) if title in material.load(name) or not changes else {}
+    values = {**content, **changes}
+    faults = [f"{key}: the unit is missing" for key, value in values.items() if _lacks_unit(law, key, value)]
     try:
-        values: Any = TypeAdapter(law).validate_python({**content, **changes})
+        values = TypeAdapter(law).validate_python(values)
     except ValidationError as reason:
-        faults += [f"{'.'.join(map(str, e['loc']))}: {e['msg']}" for e in reason.errors()]
+        faults += [_worded(law, e) for e in reason.errors()]
     if faults:
         raise InputError(f"material {name!r}, [{title}]: {'; '.join(faults)}")
     return values
+
+
+def _of_file(name: str, title: str) -> dict[str, Any]:
+    """A section of the material's file, its values as the texts that stand there: the law says whether a unit is one
+    of theirs."""
+    texts = material.written(name, title)
+    return {key: value if key == "file" else texts[key] for key, value in material.section(name, title).items()}
+
+
+def _worded(law: type, entry: Any) -> str:
+    key = ".".join(map(str, entry["loc"]))
+    names = list(getattr(law, "_fields", getattr(law, "model_fields", ())))
+    match entry["type"]:
+        case "missing" | "missing_argument":
+            return f"{key} is missing"
+        case "extra_forbidden" | "unexpected_keyword_argument":
+            near = difflib.get_close_matches(key, names, n=1)
+            return f"{key}: unknown{f', did you mean {near[0]!r}?' if near else ''} (known: {', '.join(names)})"
+        case "value_error":
+            return f"{key}: {entry['ctx']['error']}"
+        case "float_parsing":
+            return f"{key}: {entry['input']!r} is not a plain number, which it has to be (no unit)"
+        case _:
+            return f"{key}: {entry['msg']}"
 
 
 def _has_unit(annotation: Any) -> bool:
