@@ -13,7 +13,7 @@ import numpy as np
 from crater import radial_profile
 from crater.radial_profile import Profile
 from matter import quantity
-from matter.crater_measures import MOMENTS
+from matter.crater_measures import COMPARED, MOMENTS, UNITS
 from matter.errors import InputError
 
 FOLDER = Path(__file__).parent / "observed"
@@ -117,17 +117,25 @@ def read(path: Path) -> Observation:
     )
 
 
-def _number(path: Path, key: str, text: Any) -> float:
+def _number(path: Path, key: str, text: Any, unit: str = "") -> float:
+    if not isinstance(text, str):
+        raise InputError(f'{path.name}: {key} = {text!r} is no text with a unit: write it like "{text} {unit or "m"}"')
     try:
-        return float(quantity.parse(text))
-    except (TypeError, ValueError) as reason:
+        return float(quantity.parse(text, unit))
+    except ValueError as reason:
         raise InputError(f"{path.name}: {key}: {reason}") from None
 
 
 def _measure(path: Path, key: str, entry: Any) -> tuple[float, float, float]:
+    if key not in COMPARED:
+        near = difflib.get_close_matches(key, COMPARED, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise InputError(f"{path.name}: measure {key!r} is not known{hint} (known: {', '.join(COMPARED)})")
     if not isinstance(entry, dict) or not {"value", "minus", "plus"} <= set(entry):
         raise InputError(f"{path.name}: measure {key!r} needs value, minus and plus with units")
-    value, minus, plus = (_number(path, f"measures.{key}.{part}", entry[part]) for part in ("value", "minus", "plus"))
+    value, minus, plus = (
+        _number(path, f"measures.{key}.{part}", entry[part], UNITS[key]) for part in ("value", "minus", "plus")
+    )
     return value, minus, plus
 
 

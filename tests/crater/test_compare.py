@@ -60,11 +60,18 @@ def test_resampled_profiles_share_radii_and_end_where_their_ground_ends():
     assert np.interp(50.0, r, heights[:, 0]) == pytest.approx(-15.0, abs=0.3)
 
 
+MINE = 'title = "a"\nsource = "b"\n[measures.{}]\nvalue = {}\nplus = "1 m"\nminus = "1 m"\n'
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ('title = "a"\n', "states no source"),
         ('title = "a"\nsource = "b"\n', "no measure, no zone and no profile"),
+        (MINE.format("diameter_m", '"101 m"'), "'diameter_m' is not known; did you mean 'diameter_rim_m'"),
+        (MINE.format("depth_m", "101"), 'measures.depth_m.value = 101 is no text with a unit: write it like "101 m"'),
+        (MINE.format("depth_m", '"101"'), "measures.depth_m.value: '101' has no unit"),
+        (MINE.format("volume_m3", '"101 m"'), "measures.volume_m3.value: '101 m' is not a quantity in m"),
         ('title = "a"\nsource = "b"\n[measures.depth_m]\nvalue = "3 m"\n', "value, minus and plus"),
         (
             'title = "a"\nsource = "b"\n[measures.depth_m]\nvalue = "3 mm3"\nminus = "x"\nplus = "1 m"\n',
