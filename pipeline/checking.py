@@ -80,6 +80,8 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
         faults += wrong
         if model_settings is not None:
             settings[stage] = model_settings
+    if not faults:
+        faults += outside.no_ground(case.outside, settings)
     return settings, _causes(faults)
 
 

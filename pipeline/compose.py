@@ -51,6 +51,7 @@ def hash8(case: Case) -> str:
     }
     files = {
         stage: [provenance.file_sha256(path) for path in outside.taken(stage, file)]
+        + [text for text in [outside.ground(stage, file, settings.get(stage))] if text]
         for stage, file in case.outside.items()
     }
     return hashlib.sha256(json.dumps([values, files], sort_keys=True).encode()).hexdigest()[:8]

@@ -53,6 +53,7 @@ def of(stage: str, settings: Model | None, elsewhere: Path | None, find: Find) -
     if elsewhere is not None:
         for file in outside.taken(stage, elsewhere):
             digest.update(b"outside" + provenance.file_sha256(file).encode())
+        digest.update((outside.ground(stage, elsewhere, settings) or "").encode())
         return Identity(digest.hexdigest(), "", None)
     assert settings is not None
     decided = deciding(settings)

@@ -25,7 +25,8 @@ SHARED: dict[str, type[Model]] = {"target": Target, "impact": Impact}
 # keys that take the place of a whole stage (pipeline.outside): they stand in no settings
 OUTSIDE = {
     "nbody": "A file ``impact.toml`` in place of what this stage would find.",
-    "sph": "A snapshot (.vtkhdf) in place of this stage's last one; a ``target.json`` has to stand beside it.",
+    "sph": "A snapshot (.vtkhdf) in place of this stage's last one. The ground before the impact is that of a "
+    "``target.json`` beside it, or else of [target].",
     "bed": "A settled bed (.vtkhdf) in place of the one that this stage would make.",
     "dem": "Settled grains (.vtkhdf) in place of this stage's last snapshot.",
 }

@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
-from matter import snapshot
+from matter import archive, formats, snapshot
+from matter.body import Model
 from matter.errors import InputError
 from matter.particles import FIELDS
+from pipeline import stages
 from pipeline.complaints import Complaint
 
+_TARGET = "target.json"
 # where the stage would have left its result, and which fields the stages after it use
 PLACES = {"nbody": "impact.toml", "sph": "last.vtkhdf", "bed": "bed.vtkhdf", "dem": "last.vtkhdf"}
 NEEDED = {
-    "sph": ("position", "velocity", "mass", "density", "specific_energy", "pressure", "smoothing_length", "material"),
+    "sph": formats.NEEDED["handoff"],
     "bed": ("position", "velocity", "mass", "radius", "material", "species", "headroom", "density"),
     "dem": ("position", "velocity", "mass", "radius"),
 }
 
 
-def install(stage: str, file: Path, out: Path) -> None:
+def install(stage: str, file: Path, out: Path, settings: Model | None = None) -> None:
     """Copy ``file`` into the stage folder ``out``.
 
     An SPH snapshot also becomes the one numbered snapshot of the series, and a ``target.json`` beside it comes along
-    (the bed, the handoff and the datum read it).
+    (the bed, the handoff and the datum read it); where there is none, it is made of the stage's ``settings``.
 
     Raises ``InputError`` when the file is no snapshot or lacks fields.
     """
@@ -34,22 +38,36 @@ def install(stage: str, file: Path, out: Path) -> None:
     shutil.copyfile(file, out / PLACES[stage])
     if stage == "sph":
         shutil.copyfile(file, out / f"snap_0000{snapshot.SUFFIX}")
-        shutil.copyfile(_target_file(file), out / "target.json")
+        if (text := ground(stage, file, settings)) is None:
+            shutil.copyfile(_beside(file), out / _TARGET)
+        else:
+            archive.write_text(out / _TARGET, text)
 
 
 def taken(stage: str, file: Path) -> tuple[Path, ...]:
     """The files that ``install`` copies."""
-    return (file, _target_file(file)) if stage == "sph" else (file,)
+    return (file, _beside(file)) if stage == "sph" and _beside(file).is_file() else (file,)
 
 
-def _target_file(file: Path) -> Path:
-    target_file = file.with_name("target.json")
-    if not target_file.is_file():
+def ground(stage: str, file: Path, settings: Model | None) -> str | None:
+    """The ``target.json`` of an SPH snapshot that has none beside it: the ground that the case itself describes, in
+    balance. None where there is one, or the stage needs none.
+
+    Raises ``InputError`` where the case describes no ground either.
+    """
+    if stage != "sph" or _beside(file).is_file():
+        return None
+    facts = getattr(stages.load("sph"), "target_facts", None)
+    if facts is None or settings is None:
         raise InputError(
-            f"[sph] snapshot: {target_file} is missing (the body without projectile: interfaces, density, pressure, "
-            f"gravity)"
+            f"[sph] snapshot: {_beside(file)} is missing (the body without projectile: interfaces, density, pressure, "
+            f"gravity), and the case does not describe it: [target] with its layers, and [impact]"
         )
-    return target_file
+    return json.dumps(facts(settings), indent=1)
+
+
+def _beside(file: Path) -> Path:
+    return file.with_name(_TARGET)
 
 
 def faults(files: Mapping[str, Path], keys: Mapping[str, str]) -> list[Complaint]:
@@ -64,11 +82,20 @@ def faults(files: Mapping[str, Path], keys: Mapping[str, str]) -> list[Complaint
                 _check_impact(path)
             else:
                 check(stage, path)
-            if stage == "sph":
-                _target_file(path)
         except InputError as reason:
             complaints.append(Complaint((stage, keys[stage]), str(reason).removeprefix(f"[{stage}] {keys[stage]}: ")))
     return complaints
+
+
+def no_ground(files: Mapping[str, Path], settings: Mapping[str, Model]) -> list[Complaint]:
+    """A snapshot of the shock stage whose ground is described nowhere."""
+    path = files.get("sph")
+    try:
+        if path is not None and path.is_file():
+            ground("sph", path, settings.get("sph"))
+    except InputError as reason:
+        return [Complaint(("sph", stages.OUTSIDE["sph"]), str(reason).removeprefix("[sph] snapshot: "))]
+    return []
 
 
 def _check_impact(path: Path) -> None:

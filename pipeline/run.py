@@ -222,7 +222,7 @@ def _make(
     more: dict[str, Any] = dict(made_by)
     try:
         if source is not None:
-            outside.install(stage, source, out)
+            outside.install(stage, source, out, settings)
             more["from"] = str(source.resolve())
         else:
             with compiling.told(lambda words: journal.screen.say(f"  {stage}  {words}")):

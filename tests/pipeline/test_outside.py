@@ -78,7 +78,7 @@ def test_a_changed_file_is_taken_again(case_folder, tmp_path, sph_file):
 def test_missing_fields_and_files_are_named(case_folder, tmp_path, sph_file):
     poor = case_folder / "poor.vtkhdf"
     snapshot.write(cloud("position", "velocity", "mass"), poor)
-    with pytest.raises(InputError, match=r"lacks density, specific_energy.*bulk density \[kg/m\^3\]"):
+    with pytest.raises(InputError, match=r"lacks density, material.*bulk density \[kg/m\^3\]"):
         go(case_folder, tmp_path, f"sph.snapshot={poor}")
     (case_folder / "target.json").unlink()
     with pytest.raises(InputError, match=r"target.json is missing"):
@@ -88,6 +88,22 @@ def test_missing_fields_and_files_are_named(case_folder, tmp_path, sph_file):
     poor.write_text("not HDF5")
     with pytest.raises(InputError, match="not a readable HDF5 file"):
         go(case_folder, tmp_path, f"bed.snapshot={poor}")
+
+
+def test_without_a_target_json_the_ground_is_that_of_the_case(case_folder, tmp_path, sph_file, monkeypatch):
+    (case_folder / "target.json").unlink()
+    facts = lambda settings: {"radius_m": settings.target.radius}  # noqa: E731
+    monkeypatch.setattr(stages.load("sph"), "target_facts", facts, raising=False)
+    option = f"sph.snapshot={sph_file}"
+    one = go(case_folder, tmp_path, option)
+    radius = json.loads((one / "2_sph" / "target.json").read_text())["radius_m"]
+    assert radius > 0.0 and f'"radius_m": {radius}' in (one / "3_bed" / "bed.txt").read_text()
+    assert json.loads((go(case_folder, tmp_path, option) / "2_sph" / "target.json").read_text())["radius_m"] == radius
+
+    monkeypatch.setattr(stages.load("sph"), "target_facts", lambda settings: {"radius_m": 7.0})
+    other = go(case_folder, tmp_path, option)
+    assert other != one  # another ground is another run, with a bed of its own
+    assert '"radius_m": 7.0' in (other / "3_bed" / "bed.txt").read_text()
 
 
 def test_one_may_start_at_the_last_stage(case_folder, tmp_path):
