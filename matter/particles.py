@@ -38,6 +38,8 @@ FIELDS: dict[str, Field] = {
     "distention": Field((), "float64", "1", "alpha = solid density / bulk density"),
     "sound_speed": Field((), "float64", "m/s", "bulk sound speed"),
     "peak_pressure": Field((), "float64", "Pa", "largest pressure so far"),
+    "temperature": Field((), "float64", "K", "temperature; 0 where the material's laws know none"),
+    "entropy": Field((), "float64", "J/(kg K)", "specific entropy, on the law's own zero; 0 where it knows none"),
     "gravity": Field((3,), "float64", "m/s^2", "gravitational acceleration"),
     "layer": Field((), "int32", "1", "layer of the target, counted from the centre; -1 is the projectile"),
     "initial_position": Field((3,), "float64", "m", "position at the start of the impact"),

@@ -123,7 +123,7 @@ def inner_tables(annotation: Any, many: str = "") -> Iterator[tuple[Any, str]]:
 
 def material_sections() -> dict[str, Any]:
     """Title of a table in ``[sph.materials.NAME]`` -> the parameters of the law that it belongs to."""
-    from sph import materials
+    from sph import materials, temperature
     from sph.damage import grady_kipp
     from sph.families import FAMILIES
 
@@ -133,7 +133,13 @@ def material_sections() -> dict[str, Any]:
         for module in family.laws
         if hasattr(module, "Parameters")
     }
-    return {"elastic": materials.Elastic, "tension": materials.Tension, "weibull": grady_kipp.Parameters, **laws}
+    return {
+        "elastic": materials.Elastic,
+        "tension": materials.Tension,
+        "thermal": temperature.Parameters,
+        "weibull": grady_kipp.Parameters,
+        **laws,
+    }
 
 
 def keys(table: Table) -> list[Key]:

@@ -9,7 +9,7 @@ import numpy as np
 from matter import snapshot
 from matter.particles import Particles
 from sph import ground as grounds
-from sph import state
+from sph import state, temperature
 from sph import target as bodies
 from sph.integrator import Integrator
 from sph.settings import Settings
@@ -37,6 +37,7 @@ def particles(
         "sound_speed": i.evaluated.sound,
         "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position,
         "neighbours": c.neighbours,
+        **temperature.fields(c.material, i.rows, i.evaluated.distention * c.density, c.specific_energy),
     }  # fmt: skip
     order = np.argsort(c.identity)
     attributes = {

@@ -41,6 +41,8 @@ class Kept(Model):
     """Shear and bulk modulus."""
     tension: Values | None = None
     """The largest tension that the intact material bears: ``cut``."""
+    thermal: Values | None = None
+    """Heat capacity, temperature at rest, melting temperature (``sph.temperature``)."""
     weibull: Values | None = None
     """Weibull parameters k and m of the flaws."""
 

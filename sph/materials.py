@@ -15,6 +15,7 @@ from pydantic import Field
 from matter.errors import InputError
 from matter.law_family import Family
 from matter.quantity import PositivePressure, Pressure
+from sph import temperature
 from sph.damage import grady_kipp, growth
 from sph.eos import dispatch as eos
 from sph.families import FAMILIES
@@ -63,6 +64,7 @@ class Rows(NamedTuple):
     alpha0: np.ndarray  # initial distention, 1 without pores
     crush: np.ndarray  # number of the law in sph.porosity.crush
     crush_row: np.ndarray  # (m, width)
+    thermal: np.ndarray  # (m, width), sph.temperature; of its head alone where no material needs a cold curve
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,7 @@ def collect(names: tuple[str, ...], choices: Mapping[str, Kept] | None = None) -
         "pores": porosity.FAMILY,
         "crush_row": crush.FAMILY,
     }
+    warm = any(has_section(name, "thermal", choices.get(name, AS_PUBLISHED)) for name in names)
     rows = Rows(
         *(
             np.zeros((count, wide[f].width) if f in wide else count, dtype=np.int64 if f in whole else np.float64)
@@ -131,12 +134,14 @@ def collect(names: tuple[str, ...], choices: Mapping[str, Kept] | None = None) -
         )
     )
     bulk = [_bulk(name, choices.get(name, AS_PUBLISHED)) for name in names]
+    rows = rows._replace(thermal=np.zeros((count, temperature.WIDTH if warm else temperature.HEAD)))
     if (widest := max(len(numbers) for _, _, numbers in bulk)) > eos.FAMILY.width:
         rows = rows._replace(eos_row=np.zeros((count, widest)))
     for i, name in enumerate(names):
         choice = choices.get(name, AS_PUBLISHED)
         _fill_bulk(rows, i, name, choice, *bulk[i])
         _fill_strength(rows, i, name, choice)
+        _fill_heat(rows, i, name, choice)
         _fill_damage(rows, i, name, choice)
         _fill_pores(rows, i, name, choice)
         _refuse_idle(rows, i, name, choice)
@@ -194,6 +199,23 @@ def _fill_strength(rows: Rows, i: int, name: str, choice: Kept) -> None:
         rows.melt[i] = values.melt_energy
     elif has_section(name, "von_mises", choice):  # a fluid that is called so melts no later than the solid
         rows.melt[i] = parameters(von_mises.Parameters, name, "von_mises", choice).melt_energy
+
+
+def _fill_heat(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    """Temperature; where it decides about melting, strength and tension go by its share of the way there."""
+    kind = int(rows.eos[i])
+    if has_section(name, "thermal", choice):
+        values = parameters(temperature.Parameters, name, "thermal", choice)
+        lacking = values.heat_capacity == 0.0 and not temperature.knows(kind)
+        _refuse(name, "thermal", "heat_capacity is missing" if lacking else temperature.fault(values))
+        rows.thermal[i] = temperature.row(values, kind, rows.eos_row[i], rows.rho0[i], rows.tension[i])
+        if rows.thermal[i, temperature.SPAN] > 0.0:
+            rows.melt[i] = 1.0
+            if (law := int(rows.strength[i])) > 0:
+                values = _values(name, strength.FAMILY, law, choice)._replace(melt_energy=1.0)
+                _put(rows.strength_row[i], strength.FAMILY.row(law, values))
+    elif temperature.knows(kind):
+        rows.thermal[i, temperature.HOW] = temperature.OWN
 
 
 def _fill_damage(rows: Rows, i: int, name: str, choice: Kept) -> None:

@@ -27,6 +27,7 @@ import numpy as np
 from matter import checkpoint
 from matter.errors import UnphysicalState
 from matter.jit import kernel, law, parallel_kernel, prange
+from sph import temperature
 from sph.cloud import Cloud
 from sph.damage import grady_kipp, growth
 from sph.eos import dispatch as eos
@@ -139,7 +140,10 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             c2 = slow * slow * (d_rho + P * thin / (rho[i] * rho[i]) * d_u)
         else:
             P, c2 = late_c2[m] * (rho[i] - late_density[i]), late_c2[m]
-        P = max(P, -rows.tension[m] * thermal_softening.softening(u[i], rows.melt[m]) * thin)
+        heat = u[i]
+        if rows.thermal[m, temperature.SPAN] > 0.0:
+            heat = temperature.melting(rows.eos[m], rows.eos_row[m], rows.thermal[m], a * rho[i], u[i])
+        P = max(P, -rows.tension[m] * thermal_softening.softening(heat, rows.melt[m]) * thin)
         keep = holding(count[i])
         sxx, sxy, sxz, syy, syz = stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4]
         D, s = 0.0, keep * thin
@@ -150,10 +154,10 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
                 root = compaction_damage.total(root, compaction_damage.root(distention[i], initial[i]))
             D = root * root * root
             law = rows.strength[m]
-            P = max(P, -strengths.apex(law, rows.strength_row[m], u[i], D) * thin)
+            P = max(P, -strengths.apex(law, rows.strength_row[m], heat, D) * thin)
             szz = -sxx - syy
             J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
-            f = von_mises.return_factor(J2, strengths.yield_stress(law, rows.strength_row[m], a * P, u[i], D))
+            f = von_mises.return_factor(J2, strengths.yield_stress(law, rows.strength_row[m], a * P, heat, D))
             sxx, sxy, sxz, syy, syz = f * sxx, f * sxy, f * sxz, f * syy, f * syz
             stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4] = sxx, sxy, sxz, syy, syz
             if damage and rows.flawed[m] > 0.0:
