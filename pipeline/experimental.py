@@ -17,7 +17,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "sph.tolerance": (),
     "sph.rim": ("stressed",),
     "sph.artificial_stress": (),
-    "sph.materials.NAME.eos": ("table",),
+    "sph.materials.NAME.eos": ("table", "mie_gruneisen"),
     "handoff.correction": ("regional",),
     "dem.contact.normal": ("hertz",),
     "dem.contact.tangential": ("mindlin",),

@@ -9,9 +9,9 @@ import math
 
 from matter.jit import law
 from matter.law_family import Family
-from sph.eos import ideal_gas, murnaghan, table, tillotson
+from sph.eos import ideal_gas, mie_gruneisen, murnaghan, table, tillotson
 
-FAMILY = Family("eos", "equation of state", (tillotson, murnaghan, ideal_gas, table))
+FAMILY = Family("eos", "equation of state", (tillotson, murnaghan, ideal_gas, table, mie_gruneisen))
 
 pressure_and_derivatives = FAMILY.choose(
     "pressure_and_derivatives",
