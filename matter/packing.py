@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from matter import neighbours
+from matter.cut_region import Cut
 from matter.jit import kernel
 from matter.regions import Region, Shell
 from matter.solids.region import Interior
@@ -96,7 +97,7 @@ def _number_density(position, spacing, index, entry, count, wanted, out):
 
 def graded(
     spacing: Callable[[np.ndarray], np.ndarray],
-    region: Region | Interior,
+    region: Region | Interior | Cut,
     rng: np.random.Generator,
     sweeps: int = 120,
     finest: float | None = None,

@@ -16,6 +16,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "sph.integrator": ("rk3",),
     "sph.tolerance": (),
     "sph.rim": ("stressed",),
+    "sph.symmetry": ("half", "quarter"),
     "sph.artificial_stress": (),
     "sph.materials.NAME.eos": ("table", "mie_gruneisen"),
     "handoff.correction": ("regional",),

@@ -9,7 +9,7 @@ import numpy as np
 from matter import snapshot
 from matter.particles import Particles
 from sph import ground as grounds
-from sph import state, temperature
+from sph import state, symmetry, temperature
 from sph import target as bodies
 from sph.integrator import Integrator
 from sph.settings import Settings
@@ -51,7 +51,8 @@ def particles(
         **({} if settings.target.solid else {"measuring": measuring(settings, column, radius)}),
         "shear_moduli_Pa": i.rows.shear.tolist(),
     }
-    return Particles({name: array[order] for name, array in fields.items()}, attributes)
+    part = Particles({name: array[order] for name, array in fields.items()}, attributes)
+    return symmetry.whole(part, settings.symmetry)
 
 
 def measuring(settings: Settings, column: bodies.Profile | grounds.Ground, radius: float) -> dict[str, Any]:

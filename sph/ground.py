@@ -18,7 +18,10 @@ import numpy as np
 
 from matter import packing, regions
 from matter.body import Target
+from matter.cut_region import Cut
 from matter.errors import InputError
+from matter.regions import Slab
+from sph import symmetry as symmetries
 from sph.materials import Materials
 from sph.target import Body, Zones, loaded, spacing_law
 
@@ -93,10 +96,13 @@ def slabs_of(target: Target) -> list[regions.Slab]:
     return slabs
 
 
-def build(target: Target, ground: Ground, materials: Materials, zones: Zones, seed: int) -> Body:
+def build(
+    target: Target, ground: Ground, materials: Materials, zones: Zones, seed: int, symmetry: str = "none"
+) -> Body:
     """The target's particles: a graded glass, layer by layer, or (one spacing everywhere) a uniform hexagonal lattice;
-    masses of every layer are exact."""
-    slabs = slabs_of(target)
+    masses of every layer are exact. With a ``symmetry`` only its part."""
+    mirrors = symmetries.MIRRORS[symmetry]
+    slabs: list[Slab | Cut] = [Cut(slab, mirrors) if mirrors else slab for slab in slabs_of(target)]
     density0 = np.array([materials.bulk_density[materials.index(piece.material)] for piece in target.layers])
     points, volumes, supports = [], [], []
     if zones.uniform:

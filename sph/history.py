@@ -10,6 +10,7 @@ import numpy as np
 
 from matter import archive, tree
 from sph import state
+from sph import symmetry as symmetries
 from sph.integrator import Integrator
 
 COLUMNS = (
@@ -25,20 +26,22 @@ COLUMNS = (
 DIRECT, FINE = (40_000, 0.3)
 
 
-def row(integrator: Integrator) -> dict[str, float | str]:
+def row(integrator: Integrator, symmetry: str = "none") -> dict[str, float | str]:
     """One line of ``history.csv`` (SI), names in ``COLUMNS``.
 
     The gravitational energy is the direct sum over all pairs (a finer tree's above ``DIRECT`` particles), so that
     ``total_J`` shows what the tree, frozen gravity, the steps and every clipping (tension cut, pressure of lost
     particles) get wrong; nothing is taken out of it. In uniform gravity it is m g z. Ejected: unbound (v^2/2 > G M /
     r); without self-gravity what is beyond the surface of the target by more than its h and moves on outwards. Lost:
-    particles whose neighbours have gone, with the internal energy that they keep.
+    particles whose neighbours have gone, with the internal energy that they keep. With a ``symmetry`` all sums are
+    those of the whole.
     """
     cloud = integrator.cloud
     m, v, x = cloud.mass, cloud.velocity, cloud.position
     v2 = np.einsum("ij,ij->i", v, v)
-    momentum = m @ v
-    spin = m @ np.cross(x, v)
+    momentum = symmetries.summed(m @ v, symmetry)
+    spin = symmetries.summed(m @ np.cross(x, v), symmetry, axial=True)
+    m = symmetries.copies(symmetry) * m
     kinetic, internal = 0.5 * float(m @ v2), float(m @ cloud.specific_energy)
     gravitational = integrator.around.down * float(m @ x[:, 2])
     if integrator.around.self_gravity:
@@ -62,8 +65,9 @@ def row(integrator: Integrator) -> dict[str, float | str]:
 class History:
     """Rows of ``history.csv``, rewritten whole at every checkpoint and at the end."""
 
-    def __init__(self, path: Path):
-        self.path, self.rows = path, []  # type: tuple[Path, list[dict[str, float | str]]]
+    def __init__(self, path: Path, symmetry: str = "none"):
+        self.path, self.symmetry = path, symmetry
+        self.rows: list[dict[str, float | str]] = []
 
     def restore(self, steps: int) -> None:
         """Take up the rows written so far, up to the step of the checkpoint."""
@@ -77,7 +81,7 @@ class History:
     def add(self, integrator: Integrator) -> None:
         """Append the state as it stands, unless the last row is of the same step."""
         if not self.rows or self.rows[-1]["steps"] != integrator.steps:
-            self.rows.append(row(integrator))
+            self.rows.append(row(integrator, self.symmetry))
 
     def write(self) -> None:
         """Write the file, whole or not at all; numbers to the last bit."""

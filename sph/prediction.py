@@ -16,7 +16,7 @@ import numba
 import numpy as np
 
 from matter import readable
-from sph import ground_strength, resolution
+from sph import ground_strength, resolution, symmetry
 from sph.damage import grady_kipp, seeding
 from sph.history import DIRECT
 from sph.settings import Settings
@@ -92,7 +92,9 @@ def per_radius(settings: Settings) -> float:
 
 def predict(settings: Settings) -> dict[str, float]:
     """Wall time [s] with warm kernels, memory and disk [bytes], ``particles``, ``snapshots``."""
-    n = resolution.count(settings.target, settings.zones) + projectile_particles(settings)
+    whole = resolution.count(settings.target, settings.zones) + projectile_particles(settings)
+    parts = symmetry.copies(settings.symmetry)
+    n = whole / parts
     relax, number = steps(settings)
     attracts = float(settings.target.attracts and not settings.target.flat)
     evaluations = (number + relax) * (1.0 if settings.gravity_shift == 0 else 0.15) * attracts
@@ -105,9 +107,9 @@ def predict(settings: Settings) -> dict[str, float]:
     return {
         "wall_s": wall,
         "memory_bytes": 3e8 + 2800.0 * n + 12.0 * flaws,
-        "disk_bytes": snapshots * 190.0 * n,
+        "disk_bytes": snapshots * 190.0 * whole,
         "checkpoint_bytes": 640.0 * n + 4.0 * flaws,
-        "particles": n,
+        "particles": whole,
         "snapshots": snapshots,
     }
 

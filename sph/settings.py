@@ -13,6 +13,7 @@ from matter.quantity import PositiveLength, PositiveTime, Time
 from sph import durations, resolution
 from sph import late as late_stage
 from sph import materials as material_rows
+from sph import symmetry as symmetries
 from sph import target as bodies
 from sph.boundary import dispatch as boundaries
 from sph.boundary import surroundings
@@ -124,6 +125,9 @@ class Settings(_Keys):
     """What ends flat ground below, as ``sides``; a half-sphere has sides only."""
     late: late_stage.Settings | None = None
     """``[sph.late]``: a softened late stage for long times at small scale (``sph.late``); none by default."""
+    symmetry: symmetries.Symmetry = "none"
+    """``half``: only y > 0 is computed, beside a mirror; ``quarter``: x > 0 and y > 0, of an impact straight down.
+    Flat ground only; what is left is the whole."""
     control: bool = False
     """A control run without projectile."""
     seed: Annotated[int, Field(ge=0)] = 1
@@ -144,7 +148,7 @@ class Settings(_Keys):
             raise ValueError("late.at must be before end_time")
         if self.late is not None and self.late.viscosity_time >= self.end_time:
             raise ValueError("late.viscosity_at must be before end_time")
-        if fault := surroundings.fault(self):
+        if fault := symmetries.fault(self.symmetry, self.target, self.impact) or surroundings.fault(self):
             raise ValueError(fault)
         self.chosen_materials()
         return self

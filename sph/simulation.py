@@ -22,6 +22,7 @@ from sph import (
     individual_steps,
     prediction,
     solid_target,
+    symmetry,
     viscosity_reconstructed,
     watch,
 )
@@ -62,7 +63,7 @@ class Simulation:
         self.thinned = False
         self.flow: list[dict[str, Any]] = []
         self.individual: list[dict[str, Any]] = []
-        self.history = History(out / "history.csv")
+        self.history = History(out / "history.csv", settings.symmetry)
         self.times: dict[str, float] = {}
         self.phase = "relax" if settings.relaxes else "impact"
         self.cadence = Cadence()
@@ -89,7 +90,7 @@ class Simulation:
         """The first state of the first phase."""
         s = self.settings
         if isinstance(self.column, grounds.Ground):
-            body = grounds.build(s.target, self.column, self.materials, s.zones, s.seed)
+            body = grounds.build(s.target, self.column, self.materials, s.zones, s.seed, s.symmetry)
         elif s.target.solid:
             body = solid_target.build(s.target, self.materials, s.zones, s.seed)
         else:
@@ -136,7 +137,14 @@ class Simulation:
             surface = s.target.impact_point[2] if s.target.flat or s.target.solid else self.radius
             pieces.append(
                 bodies.projectile(
-                    s.target, self.impact, spacing, surface, s.support * s.zones.contact, self.materials, s.support
+                    s.target,
+                    self.impact,
+                    spacing,
+                    surface,
+                    s.support * s.zones.contact,
+                    self.materials,
+                    s.support,
+                    s.symmetry,
                 )
             )
         cloud = Cloud.of(*pieces)
@@ -270,7 +278,8 @@ class Simulation:
         target = self.settings.target
         place = target.placed.from_site(c.position[mine]) if target.solid else c.position[mine]
         reynolds = flow_reynolds.measure(
-            place, c.velocity[mine], c.mass[mine], 0.5 * c.support_radius[mine],
+            place, c.velocity[mine], symmetry.copies(self.settings.symmetry) * c.mass[mine],
+            0.5 * c.support_radius[mine],
             i.evaluated.sound[: len(c)][mine], share,
             c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha,
             self.radius if target.shape == "sphere" else None,
@@ -299,12 +308,13 @@ class Simulation:
         else:
             weight = np.interp(np.linalg.norm(position, axis=1), self.column.middle, self.column.pressure, right=0.0)
         self.history.add(i)
-        before, after = i.soften(chosen.sound_speed, weight)
+        parts = symmetry.copies(self.settings.symmetry)
+        before, after = (parts * energy for energy in i.soften(chosen.sound_speed, weight))
         v2 = np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity)
         self.late = {
             "time_s": i.time, "sound_speed_m_s": chosen.sound_speed, "steps_before": i.steps,
             "elastic_energy_before_J": before,
-            "elastic_energy_after_J": after, "kinetic_energy_J": 0.5 * float(i.cloud.mass @ v2),
+            "elastic_energy_after_J": after, "kinetic_energy_J": 0.5 * parts * float(i.cloud.mass @ v2),
         }  # fmt: skip
 
     def _output(self) -> None:

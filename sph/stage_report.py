@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sph import flow_reynolds, timestep
+from sph import flow_reynolds, symmetry, timestep
 from sph.boundary import dispatch as boundaries
 from sph.boundary import surroundings
 from sph.eos import impedance
@@ -63,7 +63,7 @@ def _resolution(job: Simulation) -> dict[str, Any]:
     """Number of projectile particles, and its radius over their spacing (V / n)^(1/3): what grid codes quote as cells
     per projectile radius."""
     ball = job.impact.projectile
-    count = int((job.integrator.cloud.layer < 0).sum())
+    count = symmetry.copies(job.settings.symmetry) * int((job.integrator.cloud.layer < 0).sum())
     return {
         "particles": count,
         "particles_per_radius": ball.radius / (ball.volume / count) ** (1.0 / 3.0) if count else None,

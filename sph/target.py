@@ -21,6 +21,7 @@ from matter.body import Impact, Target
 from matter.constants import G
 from matter.errors import InputError
 from matter.jit import kernel
+from sph import symmetry as symmetries
 from sph.materials import Materials, collect
 from sph.porosity import dispatch as porosity
 
@@ -235,6 +236,7 @@ def projectile(
     gap: float,
     materials: Materials,
     support: float = 2.0,
+    symmetry: str = "none",
 ) -> Body:
     """A uniform sphere of particles about ``spacing`` apart on its way to (0, 0, ``surface``), ``gap`` [m] above
     it."""
@@ -243,6 +245,12 @@ def projectile(
     rho0 = materials.bulk_density[index]
     places = packing.hexagonal(spacing, body.radius) if body.volume > 3.0 * spacing**3 else np.zeros((1, 3))
     places = places - places.mean(axis=0)
+    parts, mirrors = symmetries.copies(symmetry), list(symmetries.MIRRORS[symmetry])
+    if mirrors and body.volume > 3.0 * parts * spacing**3:
+        places = symmetries.folded(places, symmetry, 0.35 * spacing)
+    elif mirrors:  # one particle, at the centre of mass of its part of the ball
+        places = np.zeros((1, 3))
+        places[0, mirrors] = 0.375 * body.radius
     velocity = np.array(target.aim(impact))
     along = velocity / np.linalg.norm(velocity)
     normal = target.placed.normal if target.solid else np.array([0.0, 0.0, 1.0])
@@ -250,9 +258,9 @@ def projectile(
     n = len(places)
     return Body(
         places + centre,
-        np.full(n, rho0 * body.volume / n),
+        np.full(n, rho0 * body.volume / parts / n),
         np.full(n, rho0),
-        np.full(n, support * (body.volume / n) ** (1.0 / 3.0)),
+        np.full(n, support * (body.volume / parts / n) ** (1.0 / 3.0)),
         np.full(n, -1, dtype=np.int32),
         np.full(n, index, dtype=np.int32),
         np.full(n, materials.rows.alpha0[index]),

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from matter.body import Target
-from sph import ground
-from sph.boundary import dispatch
+from sph import ground, symmetry
+from sph.boundary import dispatch, wall
 from sph.boundary.edge import LAYERS, Edge
 from sph.boundary.images import Images, Plane
 from sph.target import Body
@@ -48,6 +48,8 @@ def fault(settings: Any) -> str:
     target, floor = settings.target, settings.floor
     if not target.flat and (settings.sides or floor):
         return "sides and floor belong to flat ground: a sphere has neither"
+    if settings.symmetry != "none" and "periodic" in (settings.sides, floor):
+        return f'symmetry = "{settings.symmetry}" and periodic sides exclude each other'
     if target.shape == "half_sphere" and floor:
         return "a half_sphere has no floor: its bowl is its sides"
     side, bottom = chosen(target, settings.sides, floor)
@@ -70,9 +72,11 @@ def images(settings: Any, bottom: float) -> Images | None:
     """Images at sides and floor (``bottom``, its height [m]); None where there are none."""
     side, floor = _chosen(settings)
     half = settings.target.half_width
-    planes: list[Plane] = []
+    planes: list[Plane] = [wall.Wall(axis, 0.0) for axis in symmetry.MIRRORS[settings.symmetry]]
     if hasattr(side, "planes"):
-        planes += [plane for axis in (0, 1) for plane in side.planes(axis, -half, half)]
+        for axis in (0, 1):
+            mirrored = axis in symmetry.MIRRORS[settings.symmetry]
+            planes += side.planes(axis, half) if mirrored else side.planes(axis, -half, half)
     if hasattr(floor, "planes"):
         planes += floor.planes(2, bottom)
     return Images(tuple(planes)) if planes else None

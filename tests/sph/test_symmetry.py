@@ -1,0 +1,179 @@
+"""A half and a quarter of an impact beside the whole made by unfolding them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from matter.body import Impact, Layer, Projectile, Target
+from matter.cut_region import Cut
+from matter.regions import Block
+from sph import simulation, symmetry
+from sph.settings import Settings
+from sph.target import Body
+
+
+def settings(of: str, angle: float = 0.0, **more) -> Settings:
+    target = Target(
+        layers=(Layer(name="rock", material="basalt", thickness=30.0),), shape="half_space", gravity=9.81, width=60.0
+    )
+    impact = Impact(
+        speed=5e3,
+        angle_from_vertical=math.radians(angle),
+        projectile=Projectile(material="basalt", radius=2.0),
+        expected_transient_diameter=30.0,
+    )
+    chosen = {
+        "target": target, "impact": impact, "symmetry": of, "spacing_at_impact": 2.0, "spacing_far": 5.0,
+        "fine_radius": 8.0, "contact_radius": 4.0, "contact_refinement": 1.5, "end_time": 5e-3,
+        "snapshot_interval": 5e-3, "history_interval": 2.5e-3,
+    }  # fmt: skip
+    return Settings(**(chosen | more))
+
+
+def begun(chosen: Settings, folder) -> simulation.Simulation:
+    folder.mkdir(exist_ok=True)
+    job = simulation.Simulation(chosen, folder)
+    job.begin()
+    return job
+
+
+def unfolded(part: Body, of: str) -> Body:
+    turned = symmetry.signs(of)
+    n = len(turned)
+    distention = np.broadcast_to(part.distention, len(part.mass))
+    return Body(
+        np.concatenate([part.position * s for s in turned]),
+        *(np.tile(values, n) for values in (part.mass, part.density, part.h, part.layer, part.material, distention)),
+    )
+
+
+def whole_of(half: Settings, folder, monkeypatch) -> tuple[simulation.Simulation, simulation.Simulation, np.ndarray]:
+    """The part, the whole with its particles and flaws mirrored, and the identity in the part of each of the whole."""
+    parts: list[Body] = []
+    made, thrown, seeded = simulation.grounds.build, simulation.bodies.projectile, simulation.seeding.seed_flaws
+    kept = {}
+
+    def keep(function):
+        def inner(*arguments):
+            parts.append(function(*arguments))
+            return parts[-1]
+
+        return inner
+
+    monkeypatch.setattr(simulation.grounds, "build", keep(made))
+    monkeypatch.setattr(simulation.bodies, "projectile", keep(thrown))
+    monkeypatch.setattr(
+        simulation.seeding,
+        "seed_flaws",
+        lambda cloud, rows, seed: (seeded(cloud, rows, seed), kept.update(cloud.state()), kept.pop("position")),
+    )
+    part = begun(half, folder / "part")
+    ground, ball = parts
+    of, n = half.symmetry, symmetry.copies(half.symmetry)
+    first, second = len(ground.mass), len(ball.mass)
+    source = np.concatenate([np.tile(np.arange(first), n), np.tile(first + np.arange(second), n)])
+
+    def flaws(cloud, rows, seed):
+        place, origin = np.argsort(cloud.identity), np.argsort(kept["identity"])
+        for name in ("flaw_first", "flaw_last", "root_damage"):
+            getattr(cloud, name)[place] = kept[name][origin][source]
+        cloud.flaw_strain = kept["flaw_strain"]
+
+    monkeypatch.setattr(simulation.grounds, "build", lambda *_: unfolded(ground, of))
+    monkeypatch.setattr(simulation.bodies, "projectile", lambda *_: unfolded(ball, of))
+    monkeypatch.setattr(simulation.seeding, "seed_flaws", flaws)
+    whole = begun(half.model_copy(update={"symmetry": "none"}), folder / "whole")
+    return part, whole, source
+
+
+@pytest.mark.parametrize(
+    "of,angle,numerics", [("half", 40.0, "monaghan"), ("quarter", 0.0, "monaghan"), ("half", 40.0, "reconstructed")]
+)
+def test_a_part_moves_as_the_whole(of, angle, numerics, tmp_path, monkeypatch):
+    more = {"numerics": numerics}
+    part, whole, source = whole_of(settings(of, angle, **more), tmp_path, monkeypatch)
+    assert len(whole.integrator.cloud) == symmetry.copies(of) * len(part.integrator.cloud)
+    for _ in range(200):
+        dt = part.integrator.next_step(1.0)
+        assert whole.integrator.next_step(1.0) == pytest.approx(dt, rel=1e-9)
+        part.integrator.step(dt)
+        whole.integrator.step(dt)
+    mine, theirs = part.integrator.cloud, whole.integrator.cloud
+    at, there = np.argsort(mine.identity), np.argsort(theirs.identity)
+    wanted = np.abs(mine.position[at][source])
+    axes = list(symmetry.MIRRORS[of])
+    found = theirs.position[there].copy()
+    assert (mine.position[:, axes] > 0.0).all()
+    off = np.linalg.norm(np.abs(found) - wanted, axis=1)
+    assert off.max() < 1e-6 * 2.0 / 1.5, off.max()
+    heat = theirs.specific_energy[there]
+    assert np.abs(heat - mine.specific_energy[at][source]).max() < 1e-6 * heat.max()
+    assert np.linalg.norm(mine.velocity, axis=1).max() > 100.0
+
+
+def test_what_is_written_is_the_whole(tmp_path, monkeypatch):
+    part, whole, _ = whole_of(settings("half", 40.0), tmp_path, monkeypatch)
+    mine, theirs = part.particles(), whole.particles()
+    assert len(mine) == len(theirs)
+    assert len(np.unique(mine.identity)) == len(mine)
+    for _ in range(40):
+        dt = part.integrator.next_step(1.0)
+        part.integrator.step(dt)
+        whole.integrator.step(dt)
+    mine, theirs = part.particles(), whole.particles()
+    by = [np.lexsort(np.round(one.initial_position, 6).T) for one in (mine, theirs)]
+    for name in (
+        "position",
+        "velocity",
+        "mass",
+        "pressure",
+        "deviatoric_stress",
+        "damage",
+        "initial_position",
+        "gravity",
+    ):
+        one, other = mine[name][by[0]], theirs[name][by[1]]
+        assert one == pytest.approx(other, rel=1e-6, abs=1e-6 * max(float(np.abs(other).max()), 1e-300)), name
+    part.history.add(part.integrator)
+    whole.history.add(whole.integrator)
+    one, other = part.history.rows[-1], whole.history.rows[-1]
+    for name in ("mass_kg", "kinetic_J", "internal_J", "gravitational_J", "ejected_mass_kg", "damaged_mass_kg"):
+        assert one[name] == pytest.approx(other[name], rel=1e-9), name
+    for kind in ("momentum", "angular_momentum"):
+        scale = max(abs(other[f"{kind}_{axis}"]) for axis in "xyz")
+        for axis in "xyz":
+            assert one[f"{kind}_{axis}"] == pytest.approx(other[f"{kind}_{axis}"], abs=1e-9 * scale), (kind, axis)
+    assert one["momentum_y"] == 0.0 and one["angular_momentum_x"] == 0.0 and one["angular_momentum_y"] != 0.0
+
+
+def test_points_meet_a_mirror_as_a_layer():
+    from matter import packing
+
+    region = Cut(Block(1.0, -1.0, 0.0), (0, 1))
+    points, volume = packing.graded(lambda x: np.full(len(x), 0.1), region, np.random.default_rng(2))
+    assert volume.sum() == pytest.approx(1.0)
+    assert (points[:, :2] > 0.024).all() and (points[:, :2] < 1.0).all()
+    # half a spacing off: no gap, no crowd at the mirror
+    near = np.count_nonzero(points[:, 0] < 0.2) / len(points)
+    assert near == pytest.approx(0.2, abs=0.03)
+    lowest = np.sort(points[:, 0])[:100]
+    assert lowest.mean() == pytest.approx(0.05, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "of,more,said",
+    [
+        ("quarter", {"angle": 30.0}, "straight down"),
+        ("half", {"target": Target(layers=(Layer(name="a", material="ice", thickness=1e5),))}, "flat ground"),
+    ],
+)
+def test_what_is_not_its_own_mirror_image_is_refused(of, more, said):
+    with pytest.raises(ValueError, match=said):
+        settings(of, **more)
+
+
+def test_periodic_sides_have_no_middle():
+    box = Target(layers=(Layer(name="rock", material="basalt", thickness=30.0),), shape="block", width=60.0)
+    with pytest.raises(ValueError, match="exclude each other"):
+        settings("half", target=box, sides="periodic")
