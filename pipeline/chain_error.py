@@ -38,7 +38,7 @@ import numpy as np
 import tomlkit
 
 from matter import archive
-from matter.crater_measures import COMPARED, UNITS
+from matter.crater_measures import COMPARED
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
 from pipeline import expected, folder, provenance, run_process, stages
@@ -130,24 +130,29 @@ def make(study: Study, threads: int | None = None, say=print) -> list[str]:
     if not study.done(first):
         raise InputError(f"the reference run in {study.run_folder(first)} could not be made: see its run.log")
     for member in others(study):
-        _run(study, member, threads, say)
+        code = _run(study, member, threads, say)
         if not study.done(member):
             failed.append(member.name)
-            say(f"{member.name}: could not be made")
+            say(
+                f"{member.name}: could not be made (exit code {code}); why is the last line of "
+                f"{study.run_folder(member) / 'run.log'}"
+            )
     return failed
 
 
-def _run(study: Study, member: Member, threads: int | None, say) -> None:
+def _run(study: Study, member: Member, threads: int | None, say) -> int:
     if study.done(member):
         say(f"{member.name}: done before")
-        return
+        return 0
     say(f"{member.name}: {', '.join(member.overrides) or 'as shipped'} ({study.run_folder(member).name})")
     arguments = [str(study.case), "--out", str(study.out)] + (["--preset", study.preset] if study.preset else [])
     arguments += [part for text in member.overrides for part in ("--set", text)] + (
         ["--threads", str(threads)] if threads else []
     )
-    if run_process.as_process(arguments) == run_process.STOPPED:
+    code = run_process.as_process(arguments)
+    if code == run_process.STOPPED:
         raise Stopped(f"stopped in {member.name}; the same command continues")
+    return code
 
 
 @dataclass(frozen=True)
@@ -237,13 +242,14 @@ def _measuring(entries: list[dict[str, Any]]) -> float:
 
 
 def text(rows: Sequence[Row]) -> str:
-    """The rows as a table in km and km^3."""
-    lines = [f"{'':<30}{'':<22}{'mean':>12}{'measuring':>12}{'draws':>12}{'handoff':>12}{'size':>12}{'chain':>12}"]
+    """The rows as a table, each with its unit."""
+    heads = ("mean", "measuring", "draws", "handoff", "size", "chain")
+    lines = [f"{'':<30}{'':<22}{''.join(f'{head:>12}' for head in heads)}"]
     for row in rows:
-        factor = 1e-9 if UNITS[row.measure] == "m^3" else 1e-3
+        factor, unit = expected.scale(row.measure, row.mean)
         cells = (row.mean, row.measuring, row.draws, row.handoff, row.size, row.chain)
         shown = "".join(f"{'--' if cell is None else f'{cell * factor:.4g}':>12}" for cell in cells)
-        lines.append(f"{row.crater:<30}{row.measure:<22}{shown}")
+        lines.append(f"{row.crater:<30}{row.measure:<22}{shown}  {unit}")
     return "\n".join(lines)
 
 
@@ -284,7 +290,7 @@ def write(study: Study, rows: list[Row], command: str, file: Path) -> None:
 
 
 def _entry(row: Row) -> dict[str, str]:
-    factor, unit = (1e-9, "km^3") if UNITS[row.measure] == "m^3" else (1e-3, "km") if row.mean >= 2e3 else (1.0, "m")
+    factor, unit = expected.scale(row.measure, row.mean)
     cells = {
         "value": row.mean,
         "measuring": row.measuring,

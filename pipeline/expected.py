@@ -260,6 +260,13 @@ def _settled(run: Path) -> bool:
     return bool((measures.get("final") or {}).get("settled", True))
 
 
+def scale(measure: str, value: float) -> tuple[float, str]:
+    """Factor from SI and the unit that a measure of such a size is written in: km for what is kilometres large."""
+    if UNITS[measure] == "m^3":
+        return (1e-9, "km^3") if value >= 1e8 else (1.0, "m^3")
+    return (1e-3, "km") if value >= 2e3 else (1.0, "m")
+
+
 def text(case: cases.Case, run: Path) -> str:
     """How a finished run stands against what is expected of its case and preset, a line per measure; empty where
     nothing is expected."""
@@ -273,9 +280,7 @@ def text(case: cases.Case, run: Path) -> str:
     lines = [f"against {FILE}, {named} ({expected.members} draws, commit {expected.commit[:8]}, {expected.measured}):"]
     words = {**_WORDS, "final": _WORDS["final"] if _settled(run) else "last snapshot (no final crater)"}
     for one in verdicts(expected, measures):
-        factor, unit = (
-            (1e-9, "km^3") if UNITS[one.measure] == "m^3" else (1e-3, "km") if one.expected >= 2e3 else (1.0, "m")
-        )
+        factor, unit = scale(one.measure, one.expected)
         name = f"{words[one.crater]} {BY_NAME[one.measure].noun}"
         said = "agrees" if one.agrees else f"differs by {abs(one.apart):.1f} sigma"
         lines.append(

@@ -39,13 +39,10 @@ def main() -> int:
     try:
         if not given.only_evaluate:
             failed = chain_error.make(study, given.threads, say=lambda words: print(words, flush=True))
-    except Stopped as reason:
+        rows = chain_error.evaluate(study)
+    except (InputError, Stopped) as reason:
         print(reason, file=sys.stderr)
         return reason.exit_code
-    except InputError as reason:
-        print(reason, file=sys.stderr)
-        return reason.exit_code
-    rows = chain_error.evaluate(study)
     chain_error.keep(rows, failed, given.out)
     print(f"\n{chain_error.text(rows)}")
     if failed:

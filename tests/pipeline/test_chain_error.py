@@ -161,3 +161,27 @@ def test_members_are_made_once_share_stages_and_end_in_a_file(case_folder, tmp_p
 def test_without_the_reference_there_is_nothing_to_evaluate(case_folder, tmp_path, fake_stages):
     with pytest.raises(InputError, match="is not done"):
         chain_error.evaluate(Study(case_folder, "quick", tmp_path / "runs"))
+
+
+@pytest.mark.parametrize(
+    ("measure", "value", "factor", "unit"),
+    [
+        ("diameter_rim_m", 114.8, 1.0, "m"),
+        ("diameter_rim_m", 5.2e5, 1e-3, "km"),
+        ("volume_m3", 5.17e4, 1.0, "m^3"),
+        ("volume_m3", 7.4e15, 1e-9, "km^3"),
+    ],
+)
+def test_a_row_is_written_in_units_of_its_size(measure, value, factor, unit):
+    row = chain_error.Row("final", measure, (value,), value, 0.01 * value, None, None, None)
+    assert chain_error.text([row]).splitlines()[1].split() == [
+        "final",
+        measure,
+        f"{value * factor:.4g}",
+        f"{0.01 * value * factor:.4g}",
+        "--",
+        "--",
+        "--",
+        "0",
+        unit,
+    ]
