@@ -29,6 +29,7 @@ _SI = {
     "stiffness": "N/m",
     "temperature": "K",
     "heat_capacity": "J/(kg K)",
+    "rate": "1/s",
 }
 
 REQUIRED = {"units": "required"}
@@ -142,6 +143,7 @@ PositiveSpeed = Annotated[float, Unit(_SI["speed"]), _reader("speed"), Field(gt=
 PositiveTime = Annotated[float, Unit(_SI["time"]), _reader("time"), Field(gt=0)]
 PositiveMass = Annotated[float, Unit(_SI["mass"]), _reader("mass"), Field(gt=0)]
 PositiveDensity = Annotated[float, Unit(_SI["density"]), _reader("density"), Field(gt=0)]
+Rate = Annotated[float, Unit(_SI["rate"]), _reader("rate")]
 HeatCapacity = Annotated[float, Unit(_SI["heat_capacity"]), _reader("heat_capacity")]
 PositiveTemperature = Annotated[float, Unit(_SI["temperature"]), _reader("temperature"), Field(gt=0)]
 PositivePressure = Annotated[float, Unit(_SI["pressure"]), _reader("pressure"), Field(gt=0)]

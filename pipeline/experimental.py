@@ -19,6 +19,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "sph.symmetry": ("half", "quarter"),
     "sph.artificial_stress": (),
     "sph.materials.NAME.eos": ("table", "mie_gruneisen"),
+    "sph.materials.NAME.strength": ("johnson_cook",),
     "handoff.correction": ("regional",),
     "dem.contact.normal": ("hertz",),
     "dem.contact.tangential": ("mindlin",),

@@ -50,10 +50,11 @@ Fields = namedtuple("Fields", tuple(ARRAYS))  # type: ignore[misc]
 """The arrays of a cloud as compiled loops take them. numba drops what a loop over ``prange`` itself writes to arrays
 inside a tuple, without a word: such a loop calls the function that writes."""
 
-OPTIONAL = ("late_density", "viscosity", "strain_rate")
+OPTIONAL = ("late_density", "viscosity", "strain_rate", "plastic_strain")
 """Arrays (n, ...) that are empty until a law needs them: the density without pressure of the late stage
 (``sph.late``), the share of the artificial viscosity where a switch governs it (``sph.viscosity_switch``), the
-symmetric velocity gradient of the last evaluation (n, 6) [1/s] (``sph.viscosity_reconstructed``)."""
+symmetric velocity gradient of the last evaluation (n, 6) [1/s] (``sph.viscosity_reconstructed``), the plastic strain
+of a yield law that hardens (``sph.strength.johnson_cook``)."""
 
 # loops that gather something over all particles run in this many pieces, so that it does not depend on the number of
 # threads
@@ -100,6 +101,7 @@ class Cloud:
     peak_pressure: np.ndarray
     viscosity: np.ndarray
     strain_rate: np.ndarray
+    plastic_strain: np.ndarray
     gravity: np.ndarray
     gravity_position: np.ndarray
     initial_position: np.ndarray
@@ -113,6 +115,7 @@ class Cloud:
         for name, (shape, kind) in ARRAYS.items():
             setattr(self, name, np.zeros((count, *shape), dtype=kind))
         self.late_density, self.viscosity, self.strain_rate = np.zeros(0), np.zeros(0), np.zeros((0, 6))
+        self.plastic_strain = np.zeros(0)
         self.flaw_strain = np.zeros(0, dtype=np.float32)
 
     def __len__(self) -> int:

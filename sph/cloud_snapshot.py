@@ -37,6 +37,7 @@ def particles(
         "sound_speed": i.evaluated.sound,
         "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position,
         "neighbours": c.neighbours,
+        **({"plastic_strain": c.plastic_strain} if len(c.plastic_strain) else {}),
         **temperature.fields(c.material, i.rows, i.evaluated.distention * c.density, c.specific_energy),
     }  # fmt: skip
     order = np.argsort(c.identity)

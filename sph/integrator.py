@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from matter import checkpoint, tree
+from matter.errors import InputError
 from sph import gradients, late, leapfrog, length_terms, net_torque, smoothing, start_volumes, state, timestep
 from sph import rates as pair_rates
 from sph import viscosity_switch as switches
@@ -91,6 +92,13 @@ class Integrator:
         self._second = np.zeros((0, self.scheme.second_width))
         if self.scheme.reconstructed and len(cloud.strain_rate) == 0:
             cloud.strain_rate = np.zeros((len(cloud), 6))
+        if materials.harden:
+            if numerics.integrator != "leapfrog":
+                raise InputError(
+                    f"integrator {numerics.integrator!r} keeps no plastic strain, which a yield law needs"
+                )
+            if len(cloud.plastic_strain) == 0:
+                cloud.plastic_strain = np.zeros(len(cloud))
         if self.scheme.switched:
             cloud.viscosity = np.full(len(cloud), switches.LAWS[numerics.viscosity_switch].START)
 

@@ -90,6 +90,11 @@ class Materials:
         """Whether any material has pores."""
         return bool((self.rows.alpha0 > 1.0).any())
 
+    @property
+    def harden(self) -> bool:
+        """Whether the yield law of any material goes by plastic strain."""
+        return any(strength.FAMILY.having("HARDENS")[kind] for kind in self.rows.strength)
+
     def index(self, name: str) -> int:
         """The number of a material in the tables."""
         return self.names.index(name)

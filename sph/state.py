@@ -89,7 +89,7 @@ _BLOCK = 256  # particles that a thread takes at a time
 
 
 @kernel
-def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physics, out, pores, late):
+def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physics, out, pores, late, plastic):
     """One evaluation of the particles ``first_particle`` to ``end_particle`` - 1; arguments as ``_evaluate``."""
     position, velocity, mass, rho, u = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy
     h = cloud.support_radius
@@ -157,7 +157,12 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             P = max(P, -strengths.apex(law, rows.strength_row[m], heat, D) * thin)
             szz = -sxx - syy
             J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
-            f = von_mises.return_factor(J2, strengths.yield_stress(law, rows.strength_row[m], a * P, heat, D))
+            limit = strengths.yield_stress(law, rows.strength_row[m], a * P, heat, D)
+            if plastic is not None:
+                limit *= strengths.hardening(law, rows.strength_row[m], plastic[i])
+            f = von_mises.return_factor(J2, limit)
+            if plastic is not None:
+                plastic[i] += (1.0 - f) * math.sqrt(3.0 * J2) / (3.0 * G)
             sxx, sxy, sxz, syy, syz = f * sxx, f * sxy, f * sxz, f * syy, f * syz
             stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4] = sxx, sxy, sxz, syy, syz
             if damage and rows.flawed[m] > 0.0:
@@ -199,18 +204,18 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
 
 
 @parallel_kernel
-def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late):
-    """One evaluation of every particle; compiled without pores or late stage where these are None.
+def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic):
+    """One evaluation of every particle; compiled without pores, late stage or plastic strain where these are None.
 
     In: ``sph.cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``. Out:
-    ``Response`` and ``Pores``, and in place the cloud's stress (yielded) and distention (compacted).
+    ``Response`` and ``Pores``, and in place the cloud's stress (yielded), distention (compacted) and plastic strain.
     """
     n = len(cloud.mass)
     for block in prange(
         (n + _BLOCK - 1) // _BLOCK
     ):  # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
         _evaluate_some(
-            block * _BLOCK, min(n, (block + 1) * _BLOCK), cloud, flaw_strain, rows, physics, out, pores, late
+            block * _BLOCK, min(n, (block + 1) * _BLOCK), cloud, flaw_strain, rows, physics, out, pores, late, plastic
         )
 
 
@@ -268,7 +273,9 @@ def evaluate(
     """
     pores = Pores(out.distention, out.strain_ratio) if (rows.alpha0 > 1.0).any() else None
     late = None if late_c2 is None else Late(cloud.late_density, late_c2)
-    _evaluate(cloud.fields, cloud.flaw_strain, rows, Physics(strength, damage, crushing), out.response, pores, late)
+    plastic = cloud.plastic_strain if len(cloud.plastic_strain) else None
+    physics = Physics(strength, damage, crushing)
+    _evaluate(cloud.fields, cloud.flaw_strain, rows, physics, out.response, pores, late, plastic)
 
 
 def damage_of(cloud, rows: Rows) -> np.ndarray:
