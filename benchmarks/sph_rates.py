@@ -27,10 +27,11 @@ from sph import target as bodies
 from sph import timestep
 from sph.cloud import Cloud
 from sph.damage import seeding
-from sph.integrator import Integrator, Surroundings
+from sph.integrator import Integrator
 from sph.material_settings import Choice
 from sph.materials import Materials, collect
 from sph.numerics import SETS, Numerics
+from sph.surroundings import Surroundings
 
 ALPHA0, FIRST_STEP = 1.1, 0.02
 POROUS_ICE = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": ALPHA0})}

@@ -106,7 +106,8 @@ def build(
     density0 = np.array([materials.bulk_density[materials.index(piece.material)] for piece in target.layers])
     points, volumes, supports = [], [], []
     if zones.uniform:
-        lattice = packing.hexagonal(zones.contact, math.hypot(target.radius, math.sqrt(2.0) * target.half_width))
+        reach = math.hypot(target.radius, math.sqrt(2.0) * target.half_width)
+        lattice = symmetries.folded(packing.hexagonal(zones.contact, reach), symmetry, 0.35 * zones.contact)
         points = [lattice[slab.inside(lattice)] for slab in slabs]
         volumes = [np.full(len(place), zones.contact**3) for place in points]
         supports = [np.full(len(place), zones.support * zones.contact) for place in points]

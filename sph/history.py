@@ -45,7 +45,9 @@ def row(integrator: Integrator, symmetry: str = "none") -> dict[str, float | str
     kinetic, internal = 0.5 * float(m @ v2), float(m @ cloud.specific_energy)
     gravitational = integrator.around.down * float(m @ x[:, 2])
     if integrator.around.self_gravity:
-        gravitational += tree.potential_energy(x, m, integrator.softening, 0.0 if len(m) <= DIRECT else FINE)
+        place, parts = symmetries.unfolded(x, symmetry), symmetries.copies(symmetry)
+        weight, softening = np.tile(cloud.mass, parts), np.tile(integrator.softening, parts)
+        gravitational += tree.potential_energy(place, weight, softening, 0.0 if len(weight) <= DIRECT else FINE)
         r = np.linalg.norm(x, axis=1)
         unbound = 0.5 * v2 > tree.G * m.sum() / r
     else:

@@ -7,23 +7,33 @@ The default steps by leapfrog (``sph.leapfrog``); ``sph.runge_kutta`` takes over
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from matter import checkpoint, tree
 from matter.errors import InputError
-from sph import gradients, late, leapfrog, length_terms, net_torque, smoothing, start_volumes, state, timestep
+from sph import (
+    gradients,
+    late,
+    leapfrog,
+    length_terms,
+    net_torque,
+    smoothing,
+    start_volumes,
+    state,
+    symmetry,
+    timestep,
+)
 from sph import rates as pair_rates
 from sph import viscosity_switch as switches
 from sph.boundary import stressed_rim as rims
-from sph.boundary.edge import Edge
-from sph.boundary.images import Images
 from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
 from sph.materials import Materials
 from sph.numerics import Numerics
 from sph.row import SHARE, SLOPE, VOLUME
 from sph.scheme import Rows
+from sph.surroundings import Surroundings
 
 YOUNG = 0.002  # of sqrt(R^3 / G M)
 _NUMBERS: dict[str, type] = {
@@ -32,22 +42,6 @@ _NUMBERS: dict[str, type] = {
 }  # fmt: skip
 """What of an ``Integrator`` a checkpoint holds beside arrays."""
 DENSITY_FLOOR = 0.005  # of the density at rest; only particles that have lost their neighbours come near it
-
-
-class Surroundings(NamedTuple):
-    """What acts on a cloud from outside of its pairs.
-
-    self_gravity : whether the particles attract each other;  down : uniform gravity towards -z [m/s^2]. images, edge :
-    periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own
-    and stays. sphere : radius of a spherical target without self-gravity [m], None for a flat one; only the history
-    asks for it.
-    """
-
-    self_gravity: bool = True
-    down: float = 0.0
-    images: Images | None = None
-    edge: Edge | None = None
-    sphere: float | None = None
 
 
 class Integrator:
@@ -80,7 +74,7 @@ class Integrator:
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
         self.torque_removed, self._torque = np.zeros(3), np.zeros(3)
         self.gravity_time, self._parts = 0.0, np.zeros(PARTS, dtype=np.bool_)
-        self.youth = YOUNG * float(np.sqrt(radius**3 / (tree.G * cloud.mass.sum())))
+        self.youth = YOUNG * float(np.sqrt(radius**3 / (tree.G * cloud.mass.sum() * symmetry.copies(around.symmetry))))
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, around.images)
@@ -161,9 +155,14 @@ class Integrator:
             cloud.gravity[:] = (0.0, 0.0, -self.around.down)
             cloud.gravity_position[:] = cloud.position
             return
-        raw = tree.gravity(cloud.position, cloud.mass, self.softening, self.numerics.theta)
-        field, size = tree.remove_net_force(raw, cloud.position, cloud.mass)
-        cloud.gravity[:] = field
+        position, mass, softening = cloud.position, cloud.mass, self.softening
+        if self.around.symmetry != "none":
+            parts = symmetry.copies(self.around.symmetry)
+            position = symmetry.unfolded(position, self.around.symmetry)
+            mass, softening = np.tile(mass, parts), np.tile(softening, parts)
+        raw = tree.gravity(position, mass, softening, self.numerics.theta)
+        field, size = tree.remove_net_force(raw, position, mass)
+        cloud.gravity[:] = field[: len(cloud)]
         if self.around.down > 0.0:
             cloud.gravity[:, 2] -= self.around.down
         cloud.gravity_position[:] = cloud.position
@@ -240,7 +239,7 @@ class Integrator:
             cloud.strain_rate[:] = self.rates.strain_rate
         if self.edge is not None:
             self.edge.hold(cloud, self.rates)
-        if self.images is None and self.edge is None:
+        if self.around.turns_freely:
             self._remove_net_torque()
 
     def _fill_images(self) -> None:
@@ -290,7 +289,7 @@ class Integrator:
             )
 
     def _remove_net_torque(self) -> None:
-        self._torque = net_torque.remove(self.cloud, self.rates.acceleration)
+        self._torque = net_torque.remove(self.cloud, self.rates.acceleration, self.around.symmetry)
 
     def soften(self, sound_speed: float, weight: np.ndarray) -> tuple[float, float]:
         """Enter the late stage (``sph.late``); ``weight`` (n,) as there. The elastic energies [J] before and after."""

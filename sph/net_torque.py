@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from matter.jit import parallel_kernel, prange
+from sph import symmetry as symmetries
 from sph.cloud import PARTS, Cloud
 
 
@@ -48,14 +49,19 @@ def _unturn(x, centre, spin, a):
         a[i, 2] -= spin[0] * q - spin[1] * p
 
 
-def remove(cloud: Cloud, acceleration: np.ndarray) -> np.ndarray:
+def remove(cloud: Cloud, acceleration: np.ndarray, symmetry: str = "none") -> np.ndarray:
     """Take the net torque of ``acceleration`` (n, 3) [m/s^2] and the cloud's gravity together out of ``acceleration``,
-    in place; returns it (3,) [N m]."""
+    in place; returns it (3,) [N m]. With a ``symmetry`` it is that of the whole, whose part the cloud is."""
     pieces = np.empty((PARTS, 9))
     centre = cloud.mass @ cloud.position / cloud.mass.sum()
+    if symmetry != "none":
+        centre[list(symmetries.MIRRORS[symmetry])] = 0.0
     _net_torque(cloud.position, centre, acceleration, cloud.gravity, cloud.mass, pieces)
     sums = pieces.sum(axis=0)
     torque = sums[:3]
     inertia = np.array([[sums[3], sums[4], sums[5]], [sums[4], sums[6], sums[7]], [sums[5], sums[7], sums[8]]])
+    if symmetry != "none":
+        torque = symmetries.summed(torque, symmetry, axial=True)
+        inertia = sum(np.outer(s, s) for s in symmetries.signs(symmetry)) * inertia
     _unturn(cloud.position, centre, np.linalg.solve(inertia, torque), acceleration)
     return torque

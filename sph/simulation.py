@@ -35,9 +35,10 @@ from sph.boundary.edge import Edge
 from sph.cloud import Cloud
 from sph.damage import seeding
 from sph.history import History
-from sph.integrator import Integrator, Surroundings
+from sph.integrator import Integrator
 from sph.runge_kutta import RungeKutta
 from sph.settings import Settings
+from sph.surroundings import Surroundings
 
 INTEGRATORS: dict[str, type[Integrator]] = {"leapfrog": Integrator, "rk3": RungeKutta}
 
@@ -73,7 +74,7 @@ class Simulation:
         s = self.settings
         planes = surroundings.images(s, self.bottom)
         around = Surroundings(
-            s.target.attracts, s.target.gravity, planes, self.edge, None if s.target.flat else self.radius
+            s.target.attracts, s.target.gravity, planes, self.edge, None if s.target.flat else self.radius, s.symmetry
         )
         return INTEGRATORS[s.integrator](cloud, self.materials, self.radius, s, around)
 
@@ -94,7 +95,7 @@ class Simulation:
         elif s.target.solid:
             body = solid_target.build(s.target, self.materials, s.zones, s.seed)
         else:
-            body = bodies.build(s.target, self.column, self.materials, s.zones, s.seed)
+            body = bodies.build(s.target, self.column, self.materials, s.zones, s.seed, s.symmetry)
         self.edge = self._edge(body, np.zeros(len(body.mass)), len(body.mass))
         self.integrator = self._integrator(Cloud.of(body))
         self._enter(self.phase)

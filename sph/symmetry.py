@@ -38,12 +38,8 @@ def fault(symmetry: str, target: Target, impact: Impact) -> str:
     """What of target and impact is not its own mirror image, or an empty text."""
     if symmetry == "none":
         return ""
-    if not target.flat:
-        return (
-            f'symmetry = "{symmetry}" is for flat ground: a body pulls itself, and its mirror image is not summed yet'
-        )
-    if target.attracts:
-        return f'symmetry = "{symmetry}": ground that attracts itself is not mirrored yet'
+    if target.solid:
+        return f'symmetry = "{symmetry}": a target of shape "{target.shape}" is not its own mirror image'
     if symmetry == "quarter" and impact.angle_from_vertical != 0.0:
         return 'symmetry = "quarter" needs an impact straight down (angle_from_vertical = "0 deg"): take "half"'
     return ""
@@ -56,6 +52,11 @@ def signs(symmetry: str) -> np.ndarray:
     for k, flips in enumerate(itertools.product((1.0, -1.0), repeat=len(axes))):
         found[k, list(axes)] = flips
     return found
+
+
+def unfolded(points: np.ndarray, symmetry: str) -> np.ndarray:
+    """Points (n, 3) of the part, and behind them those of its images."""
+    return np.concatenate([points * s for s in signs(symmetry)])
 
 
 def whole(part: Particles, symmetry: str) -> Particles:

@@ -19,8 +19,10 @@ import numpy as np
 from matter import packing
 from matter.body import Impact, Target
 from matter.constants import G
+from matter.cut_region import Cut
 from matter.errors import InputError
 from matter.jit import kernel
+from matter.regions import Shell
 from sph import symmetry as symmetries
 from sph.materials import Materials, collect
 from sph.porosity import dispatch as porosity
@@ -181,16 +183,19 @@ class Body(NamedTuple):
     distention: np.ndarray | float = 1.0
 
 
-def build(target: Target, profile: Profile, materials: Materials, zones: Zones, seed: int) -> Body:
+def build(
+    target: Target, profile: Profile, materials: Materials, zones: Zones, seed: int, symmetry: str = "none"
+) -> Body:
     """The target's particles: a graded glass, layer by layer, or (one spacing everywhere) a uniform hexagonal lattice.
 
-    Masses of every layer are those of ``profile``; positions are stretched to it.
+    Masses of every layer are those of ``profile``; positions are stretched to it. With a ``symmetry`` only its part.
     """
+    mirrors, parts = symmetries.MIRRORS[symmetry], symmetries.copies(symmetry)
     radii = (0.0, *target.outer_radii)
     points, volumes, layers, supports = [], [], [], []
     if zones.uniform:
         fine = zones.contact
-        lattice = packing.hexagonal(fine, target.radius)
+        lattice = symmetries.folded(packing.hexagonal(fine, target.radius), symmetry, 0.35 * fine)
         layer = np.searchsorted(np.array(radii[1:]), np.linalg.norm(lattice, axis=1))
         points, volumes, layers = [lattice], [np.full(len(lattice), fine**3)], [layer]
         supports = [np.full(len(lattice), zones.support * fine)]
@@ -198,7 +203,9 @@ def build(target: Target, profile: Profile, materials: Materials, zones: Zones, 
         spacing = spacing_law(target, zones)
         streams = np.random.SeedSequence(seed).spawn(len(target.layers))
         for l in range(len(target.layers)):
-            place, volume = packing.graded_shell(spacing, radii[l], radii[l + 1], np.random.default_rng(streams[l]))
+            shell = Shell(radii[l], radii[l + 1])
+            part = Cut(shell, mirrors) if mirrors else shell
+            place, volume = packing.graded(spacing, part, np.random.default_rng(streams[l]))
             points.append(place)
             volumes.append(volume)
             layers.append(np.full(len(place), l))
@@ -213,7 +220,7 @@ def build(target: Target, profile: Profile, materials: Materials, zones: Zones, 
             raise InputError(
                 f"layer {target.layers[l].name!r} holds no particle: the spacing is too coarse for its thickness"
             )
-        wanted = density0[l] * 4.0 / 3.0 * math.pi * (radii[l + 1] ** 3 - radii[l] ** 3)
+        wanted = density0[l] * 4.0 / 3.0 * math.pi * (radii[l + 1] ** 3 - radii[l] ** 3) / parts
         mass[mine] = density0[l] * volume[mine]
         mass[mine] *= wanted / mass[mine].sum()
     r = np.linalg.norm(position, axis=1)

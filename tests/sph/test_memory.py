@@ -7,10 +7,11 @@ import pytest
 
 from sph.cloud import Cloud
 from sph.damage import seeding
-from sph.integrator import Integrator, Surroundings
+from sph.integrator import Integrator
 from sph.material_settings import Choice
 from sph.materials import collect
 from sph.numerics import Numerics
+from sph.surroundings import Surroundings
 from sph.target import Body
 
 POROUS = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": 1.1})}
