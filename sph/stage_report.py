@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sph import flow_reynolds, symmetry, timestep
+from sph import escaping, flow_reynolds, symmetry, timestep
 from sph.boundary import dispatch as boundaries
 from sph.boundary import surroundings
 from sph.eos import impedance
@@ -53,6 +53,7 @@ def of(run: Simulation) -> dict[str, Any]:
         "drift": drift,
         "drift_over_projectile": {name: drift[name] / scale[name] for name in drift},
         "edges": _edges(run),
+        "escaping": escaping.of(run),
         "peak_pressure": _pressures(run),
         "peak_pressure_Pa": float(i.cloud.peak_pressure.max()),
         "mean_neighbours": float(i.cloud.neighbours[i.cloud.layer >= 0].mean()),
