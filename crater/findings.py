@@ -71,7 +71,8 @@ class Ejected:
 class ShockFindings:
     """The shock stage in time: every snapshot measured, the ``transient`` crater by the maximum at which it is taken,
     those that are still ``growing`` at the end, the ``last`` snapshot (of ``end_time`` [s]; None where it could not be
-    measured), ejecta, what the measuring stands on, and ``reasons`` for what is missing."""
+    measured), ejecta, what the measuring stands on, ``reasons`` for what is missing, and what is ``molten``
+    (``crater.shock_phases``)."""
 
     moments: tuple[series.Moment, ...]
     transient: Mapping[str, series.Moment]
@@ -82,6 +83,7 @@ class ShockFindings:
     ejected: Ejected
     choices: Choices
     reasons: Mapping[str, str]
+    molten: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ from crater import (
     rest,
     scaling,
     series,
+    shock_phases,
     soundness,
     tables,
 )
@@ -189,7 +190,8 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
         last = LastCrater(measures, time, LATE_SHOCK, path, rest.of_series(moments))
     except InputError as reason:
         reasons["late_sph"] = str(reason)
-    return ShockFindings(tuple(moments), transient, growing, time, path, last, ejected, chosen, reasons)
+    molten = shock_phases.masses(particles, setting.event.mass)
+    return ShockFindings(tuple(moments), transient, growing, time, path, last, ejected, chosen, reasons, molten)
 
 
 def _leaving(setting: Setting, particles: Particles) -> dict[str, float]:

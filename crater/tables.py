@@ -51,6 +51,8 @@ def measures_json(findings: Findings) -> dict[str, Any]:
         content["engine"] = engine
     if findings.soundness:
         content["soundness"] = findings.soundness
+    if findings.shock is not None and findings.shock.molten.get("parts"):
+        content["shock_phases"] = findings.shock.molten
     ejected = findings.ejected
     content |= {
         name: part

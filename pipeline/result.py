@@ -32,6 +32,7 @@ def table(run: Path) -> str:
     ]
     lines += [_errors(columns), *_unsettled(measures)]
     lines += [_published(entry) for entry in measures.get("reference", [])]
+    lines += _molten(measures.get("shock_phases", {}))
     return "\n".join(line for line in [*lines, *_soundness(measures.get("soundness", {}))] if line)
 
 
@@ -66,6 +67,12 @@ def _soundness(facts: Mapping[str, Any]) -> list[str]:
             )
         words.append(text)
     return ["; ".join(words), *(readable.terminal(f"caution: {caution}") for caution in facts.get("cautions", []))]
+
+
+def _molten(facts: Mapping[str, Any]) -> list[str]:
+    from crater import shock_phases
+
+    return shock_phases.lines(facts)
 
 
 def _published(entry: dict[str, Any]) -> str:

@@ -1,0 +1,88 @@
+"""What the shock melted and boiled, by the largest pressure that each particle has felt.
+
+    M(P_c) = sum of m_i over peak pressure P_i > P_c,   in masses of the projectile
+
+P_c the critical pressures of the material (``[shock_phases]`` of its file): matter shocked above them begins to melt,
+is molten, begins to boil, is vapour once it has come down to no pressure along its isentrope. They hold for dense
+matter at the temperature that their source names; a porous target melts earlier. Coarse runs lose peak pressure
+(``crater.soundness``), and mass with it. No entropy stands behind the masses: Tillotson's equation knows none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from matter import material
+from matter.particles import Particles
+from matter.quantity import PositivePressure
+
+SECTION = "shock_phases"
+WORDS = {
+    "melting_begins": "begins to melt",
+    "molten": "molten",
+    "boiling_begins": "begins to boil",
+    "vapour": "vapour",
+}
+"""Keys of the section, in the order of their pressures, and what they are called."""
+
+
+class Parameters(NamedTuple):
+    """Critical pressures [Pa]; one that the source does not give is left out."""
+
+    melting_begins: PositivePressure = math.inf
+    molten: PositivePressure = math.inf
+    boiling_begins: PositivePressure = math.inf
+    vapour: PositivePressure = math.inf
+
+
+def pressures(name: str) -> dict[str, float]:
+    """The critical pressures [Pa] of a material that its file gives; empty where it gives none."""
+    if SECTION not in material.load(name):
+        return {}
+    values: Any = TypeAdapter(Parameters).validate_python(material.section(name, SECTION))
+    return {key: value for key, value in values._asdict().items() if value < math.inf}
+
+
+def masses(particles: Particles, projectile_mass: float) -> dict[str, Any]:
+    """What ``measures.json`` says: for each material of target and projectile the mass above each critical pressure
+    over ``projectile_mass`` [kg], with the pressures; and the materials whose file gives none. Empty where the
+    snapshot does not hold peak pressures."""
+    if any(name not in particles for name in ("peak_pressure", "material", "mass")) or not projectile_mass > 0.0:
+        return {}
+    foreign = particles.layer < 0 if "layer" in particles else np.zeros(len(particles.mass), dtype=bool)
+    found: list[dict[str, Any]] = []
+    without: list[str] = []
+    for number, name in enumerate(particles.attributes.get("materials", ())):
+        critical = pressures(name)
+        for body, mine in (("target", ~foreign), ("projectile", foreign)):
+            mine = mine & (particles.material == number)
+            if not mine.any():
+                continue
+            if not critical:
+                without += [name] if name not in without else []
+                continue
+            above = {
+                key: float(particles.mass[mine & (particles.peak_pressure > P)].sum() / projectile_mass)
+                for key, P in critical.items()
+            }
+            found.append({"material": name, "body": body, "pressures_Pa": critical, "over_projectile_mass": above})
+    return {"by": "peak pressure", "projectile_mass_kg": projectile_mass, "parts": found, "not_known_of": without}
+
+
+def lines(facts: Mapping[str, Any]) -> list[str]:
+    """The same in words, one line for each material of each body."""
+    said = []
+    for part in facts.get("parts", []):
+        words = ", ".join(
+            f"{WORDS[key]} above {part['pressures_Pa'][key] * 1e-9:.3g} GPa: {value:.3g}"
+            for key, value in part["over_projectile_mass"].items()
+        )
+        said.append(
+            f"shocked {part['material']} of the {part['body']} in projectile masses, by peak pressure: {words}"
+        )
+    return said
