@@ -64,14 +64,37 @@ def test_a_table_without_a_dot_in_its_name_counts_by_its_content(folder):
     assert list(identity._files_named({"a": [str(plain)]})) == [plain]
 
 
+def _line(text, number, words):
+    lines = text.splitlines()
+    return "\n".join([*lines[:number], words, *lines[number + 1 :]])
+
+
+def _at(text, number, column, word):
+    words = text.splitlines()[number].split()
+    words[column] = word
+    return _line(text, number, " ".join(words))
+
+
+def _scaled(text, column, factor):
+    lines = text.splitlines()
+    nodes = [line.split() for line in lines[16:]]
+    for words in nodes:
+        words[column] = repr(float(words[column]) * factor)
+    return "\n".join([*lines[:16], *map(" ".join, nodes)])
+
+
 @pytest.mark.parametrize(
     "spoil,words",
     [
         (lambda text: text.replace("e+", "x", 1), "not a number"),
         (lambda text: text[: len(text) // 2], "is cut short"),
         (None, "no table at"),
+        (lambda text: _at(text, 20, 1, "nan"), "P is no number at"),
+        (lambda text: _line(text, 20, "0 0 0 0"), "a hole at"),
+        (lambda text: _line(text, 14, " ".join(reversed(text.splitlines()[14].split()))), "densities must ascend"),
+        (lambda text: _scaled(text, 1, 1e-9), "the columns are not all in SI"),
     ],
-    ids=["a word", "half of it", "gone"],
+    ids=["a word", "half of it", "gone", "a NaN", "a hole", "unsorted", "pressures in GPa"],
 )
 def test_a_bad_table_ends_the_command_with_2_and_one_line(folder, spoil, words, capsys, monkeypatch):
     table = folder / "rock.txt"
