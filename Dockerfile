@@ -2,9 +2,10 @@
 # docker run --rm -v "$PWD/runs:/runs" bolide run_case valhalla_980km --preset quick --out /runs
 FROM python:3.11-slim
 
-# where compiled loops are kept: give it a volume, and later containers begin at once
+# where compiled loops are kept: give it a volume, and later containers begin at once. It is its owner's alone, since what
+# lies in it is executed; with --user loops go to the temporary folder, unless BOLIDE_CACHE names another
 ENV BOLIDE_CACHE=/cache
-RUN mkdir -p /cache /runs && chmod 777 /cache /runs
+RUN mkdir -p /cache /runs && chmod 777 /runs
 
 COPY pyproject.toml README.md LICENSE /src/
 COPY cases /src/cases

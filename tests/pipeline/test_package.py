@@ -84,6 +84,14 @@ def test_the_conda_recipe_asks_for_what_the_project_asks_for():
     assert (ROOT / recipe["about"]["license_file"]).is_file() and recipe["build"]["noarch"] == "python"
 
 
+def test_the_images_folder_of_kernels_is_one_that_is_taken():
+    """A folder that others may write to is refused when kernels are compiled: nothing in the image would run."""
+    text = (ROOT / "Dockerfile").read_text()
+    cache = re.search(r"^ENV BOLIDE_CACHE=(\S+)$", text, re.M)[1]
+    opened = [name for names in re.findall(r"chmod \S*[267]\S* ([^&\n]+)", text) for name in names.split()]
+    assert f"mkdir -p {cache} " in text and cache not in opened and "/runs" in opened
+
+
 def test_the_dockerfile_copies_what_the_wheel_is_made_of():
     text = (ROOT / "Dockerfile").read_text()
     copied = {name for line in re.findall(r"^COPY (.+)$", text, re.M) for name in line.split()[:-1]}
