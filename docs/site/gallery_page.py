@@ -88,5 +88,5 @@ def notebooks() -> list[str]:
         cell = next(c for c in json.loads(file.read_text())["cells"] if c["cell_type"] == "markdown")
         title, _, more = "".join(cell["source"]).partition("\n")
         first = " ".join(more.split())
-        found.append(f"* **{title.lstrip('# ')}**, `notebooks/{file.name}`: {first}")
+        found.append(f"* {{doc}}`{title.lstrip('# ')} <notebooks/{file.stem}>`, `notebooks/{file.name}`: {first}")
     return ["\n".join(found), "Each is run to its end with every change, at its smallest size."]

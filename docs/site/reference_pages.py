@@ -15,6 +15,7 @@ from pathlib import Path
 import api_pages
 import gallery_page
 import law_pages
+import notebook_pages
 import speed_page
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,6 +43,7 @@ def write(site: Path) -> None:
     pages |= laws(site)
     pages = {f"reference/{name}": text for name, text in pages.items()} | documents(site)
     pages["gallery"] = gallery_page.page()
+    pages |= notebook_pages.pages(site)
     for name, text in pages.items():
         path = site / f"{name}.md"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -83,6 +85,8 @@ def linked(file: Path, page: str, places: dict[Path, str], site: Path) -> str:
         if mark:
             return f"![{words}]({os.path.relpath(found, (site / page).parent)})"
         at = places.get(found / "README.md" if found.is_dir() else found)
+        if found.suffix == ".md" and found.is_relative_to(site):
+            at = found.relative_to(site).with_suffix("").as_posix()
         return f"[{words}](/{at}.md{'#' + anchor if anchor else ''})" if at else words
 
     return re.sub(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)", turned, file.read_text())
@@ -252,13 +256,18 @@ def commands() -> str:
 
 
 def html(text: str) -> str:
-    """Text from a docstring inside a table: code in single backquotes, nothing that Markdown would take for markup of
-    its own."""
+    """Text from a docstring inside a table: code in single backquotes, ``**Words.**`` that begin a paragraph, nothing
+    else that Markdown would take for markup of its own."""
     text = " ".join(str(text).split())
-    parts = re.split(r"(``[^`]+``|`[^`]+`)", text)
+    parts = re.split(r"(``[^`]+``|`[^`]+`|\*\*\w[\w ]*\.\*\*)", text)
     return "".join(
-        part.replace("``", "`") if part.startswith("`") else re.sub(r"([*_<>\[\]$#])", r"\\\1", part) for part in parts
+        part.replace("``", "`") if part.startswith("`") else part if part.startswith("**") else _plain(part)
+        for part in parts
     )
+
+
+def _plain(text: str) -> str:
+    return re.sub(r"([*_<>\[\]$#])", r"\\\1", text)
 
 
 def prose(doc: str) -> str:

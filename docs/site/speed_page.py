@@ -35,7 +35,7 @@ def page(kept: list[dict[str, Any]]) -> str:
             f"## {suite['about'][:1].upper()}{suite['about'][1:]}",
             "\n".join(
                 [
-                    f"| program | {suite['unit']} per second of CPU time | its CPU time over ours | |",
+                    f"| program | {suite['unit']} per second of CPU time | its CPU time over ours | set-up |",
                     "|---|---|---|---|",
                     *(
                         f"| {side} | {amount(row['per_cpu_s'])} | {ratio(side, row)} | {row['note']} |"

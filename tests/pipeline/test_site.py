@@ -1,6 +1,8 @@
 """The site's generated pages: a page, a picture and a check for every law, nothing empty."""
 
 import importlib
+import json
+import re
 import sys
 from pathlib import Path
 
@@ -80,15 +82,59 @@ def test_checks_are_found_by_what_tests_reach(site):
     assert "test_quiet_end_returns_less_than_five_percent_of_a_wave" in quiet
 
 
-def test_no_generated_page_is_empty(site):
-    """Each page of the reference says something below each of its headings."""
+def empty(text: str) -> list[str]:
+    """Headings of a page with nothing below them, and tables without a row."""
+    sections = re.split(r"^#{1,4} (.+)$", text, flags=re.MULTILINE)[1:]
+    levels = [len(mark) for mark in re.findall(r"^(#{1,4}) .+$", text, flags=re.MULTILINE)]
+    bare = [
+        head
+        for k, (head, body) in enumerate(zip(sections[::2], sections[1::2], strict=True))
+        if len(body.strip()) < 10 and not (k + 1 < len(levels) and levels[k + 1] > levels[k])
+    ]
+    return bare + re.findall(r"^(\|.*)\n\|[ |:-]+\|$(?!\n\|)", text, flags=re.MULTILINE)
+
+
+def test_no_generated_page_is_empty(site, tmp_path):
+    """Each page says something below each of its headings, and each of its tables has a row."""
     reference = site("reference_pages")
-    made = {name: getattr(reference, name)() for name in ("keys", "materials", "measures", "ledger")}
+    made = {name: getattr(reference, name)() for name in ("keys", "materials", "measures", "ledger", "commands")}
     made["api"] = site("api_pages").page(reference.prose)
+    made["gallery"] = site("gallery_page").page()
+    made["speed"] = site("speed_page").page(site("speed_page").versions())
+    made |= site("notebook_pages").pages(tmp_path, tmp_path)
     for name, text in made.items():
         assert text.startswith("# ") and len(text) > 1000, name
-        blocks = text.split("\n## ")[1:]
-        assert all(len(block.split("\n", 1)[1].strip()) > 20 for block in blocks if "\n" in block), name
+        assert empty(re.sub(r"^```.*?^```", "text of a block", text, flags=re.MULTILINE | re.DOTALL)) == [], name
+
+
+def test_a_page_that_is_empty_somewhere_is_found():
+    assert empty("# A\n\nwords enough\n\n## B\n\n### C\n\n| a |\n| --- |\n| b and more |\n") == []
+    assert empty("# A\n\nwords enough\n\n## B\n\n## C\n\nwords enough\n") == ["B"]
+    assert empty("# A\n\nwords enough\n\n| a |\n| --- |\n\nmore\n") == ["| a |"]
+
+
+def test_a_notebook_is_shown_with_what_it_printed_and_drew(site, tmp_path):
+    pages = site("notebook_pages")
+    shipped = json.loads((ROOT / "notebooks" / "first_crater.ipynb").read_text())
+    assert "made without running it" in pages.page("first_crater", tmp_path, tmp_path)
+    first = next(cell for cell in shipped["cells"] if cell["cell_type"] == "code")
+    first["outputs"] = [
+        {"output_type": "stream", "name": "stdout", "text": ["D 102 m\n"]},
+        {"output_type": "display_data", "data": {"image/png": "aGVsbG8=", "text/plain": ["<Figure>"]}},
+    ]
+    (tmp_path / "first_crater.ipynb").write_text(json.dumps(shipped))
+    text = pages.page("first_crater", tmp_path / "out", tmp_path)
+    assert "```text\nD 102 m\n```" in text and "made without running it" not in text
+    picture = re.search(r"!\[.*\]\((first_crater_\d+_1\.png)\)", text)
+    assert picture and (tmp_path / "out" / picture[1]).read_bytes() == b"hello"
+
+    first["source"] = ["another = 1"]  # a copy of other cells does not count
+    (tmp_path / "first_crater.ipynb").write_text(json.dumps(shipped))
+    assert "made without running it" in pages.page("first_crater", tmp_path / "out", tmp_path)
+
+
+def test_words_of_a_docstring_stay_bold_and_nothing_else_is_markup(site):
+    assert site("reference_pages").html("**State.** a*b*c ``x_y``") == r"**State.** a\*b\*c `x_y`"
 
 
 def test_the_page_of_speeds_is_what_releases_kept(site):
