@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import stages
+from pipeline import case, compose, stages
 from tests.faults import traps, whole_runs
 
 LATE = (
@@ -31,6 +31,7 @@ def whole(tmp_path_factory) -> tuple[Path, dict[str, str]]:
         stages.load(stage)
     for name in LATE:
         importlib.import_module(name)
+    compose.compose(case.read(whole_runs.ROOT / "cases" / "valhalla_980km", "tiny"))  # units and models too
     out = tmp_path_factory.mktemp("whole") / "runs"
     out.mkdir()
     places = out.parent / "places.json"
