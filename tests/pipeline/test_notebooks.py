@@ -24,6 +24,7 @@ def asked(tmp_path_factory, request):
     patch = pytest.MonkeyPatch()
     patch.setenv("PYTHONPATH", str(ROOT))
     patch.setenv("NUMBA_NUM_THREADS", "1")
+    patch.delenv("MPLBACKEND", raising=False)  # the notebook's own, which shows what is drawn
     request.addfinalizer(patch.undo)
 
     def ask(name: str, expression: str) -> Any:
@@ -34,6 +35,9 @@ def asked(tmp_path_factory, request):
         shown = [cell for cell in content.cells[:-1] if cell.cell_type == "code" and cell.outputs]
         if kept := os.environ.get("BOLIDE_NOTEBOOKS"):  # for the pages of the site
             nbformat.write(nbformat.v4.new_notebook(cells=content.cells[:-1]), Path(kept) / f"{name}.ipynb")
+        for cell in content.cells:
+            if cell.cell_type == "code" and ".plot." in cell.source:
+                assert any("image/png" in output.get("data", {}) for output in cell.outputs), cell.source
         assert shown and content.cells[-1].outputs[0].output_type == "stream"
         return ast.literal_eval(content.cells[-1].outputs[0].text)
 
