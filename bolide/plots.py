@@ -19,8 +19,8 @@ class Plots:
     name: str
 
     def profile(self, stage: str = "final", axes: Axes | None = None) -> Axes:
-        """Height against radius [km] with its band over azimuth; drawn into ``axes``, or into a new figure. Raises
-        ``InputError`` as ``Run.profile``."""
+        """Height against radius with its band over azimuth, in km, or in m where the profile ends before 2 km; drawn
+        into ``axes``, in the unit that they have, or into a new figure. Raises ``InputError`` as ``Run.profile``."""
         from matter import drawing
 
         drawing.require("a picture")
@@ -29,16 +29,19 @@ class Plots:
         table = self.table(stage)
         if axes is None:
             axes = plt.figure(figsize=(7.0, 3.5), layout="constrained").add_subplot()
-        radius = 1e-3 * table["radius_m"]
-        (line,) = axes.plot(radius, 1e-3 * table["height_m"], label=f"{self.name}, {stage.replace('_', ' ')}")
+        drawn = axes.get_xlabel()
+        large = drawn.endswith("[km]") if drawn.endswith("m]") else table["radius_m"].max() >= 2e3
+        factor, unit = (1e-3, "km") if large else (1.0, "m")
+        radius = factor * table["radius_m"]
+        (line,) = axes.plot(radius, factor * table["height_m"], label=f"{self.name}, {stage.replace('_', ' ')}")
         axes.fill_between(
             radius,
-            1e-3 * table["height_p16_m"],
-            1e-3 * table["height_p84_m"],
+            factor * table["height_p16_m"],
+            factor * table["height_p84_m"],
             color=line.get_color(),
             alpha=0.25,
             linewidth=0.0,
         )
-        axes.set(xlabel="distance along the datum [km]", ylabel="height above the datum [km]")
+        axes.set(xlabel=f"distance along the datum [{unit}]", ylabel=f"height above the datum [{unit}]")
         axes.legend()
         return axes
