@@ -32,7 +32,10 @@ NEAR = 0.3
 
 @lru_cache(maxsize=2)
 def _distance(solid: Solid) -> Distance:
-    return measured(solid)
+    try:
+        return measured(solid)
+    except InputError as reason:
+        raise InputError(f"[target] file: {reason}") from None
 
 
 @lru_cache(maxsize=2)

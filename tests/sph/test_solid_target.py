@@ -145,6 +145,13 @@ def test_an_open_surface_is_said_with_its_place(folder):
     assert "not watertight: 4 of 17 edges" in said and "thickness" not in said
 
 
+def test_a_surface_that_cuts_itself_is_said_by_its_key(folder):
+    box = solids.box((0.1, 0.1, 0.1))
+    both = np.concatenate([box.vertices, box.vertices + 0.05]), np.concatenate([box.triangles, box.triangles + 8])
+    trimesh.Trimesh(*both, process=False).export(folder / "body.obj")
+    assert "[target] file: the surface cuts itself" in complaint(folder, CASE.format(target=MESH))
+
+
 def test_two_layers_a_thickness_and_later_stages_are_refused(folder):
     text = CASE.format(target=ELLIPSOID)
     assert "one material" in complaint(
