@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dem import contact_tables, departures, forces, integrator, walls
+from dem import contact_tables, departures, forces, held_pull, integrator, walls
 from dem.columns import (
     ANGULAR_IMPULSE,
     AT_WALLS,
@@ -21,13 +21,12 @@ from dem.columns import (
     DRAGGED,
     EXCESS,
     IMPULSE,
-    RADIUS,
     SUMS,
     TOUCHING,
     WX,
 )
 from dem.contact_settings import Contact, shortest_contact_time
-from dem.grain_list import ACTIVE, BALLISTIC, LEFT, PER_GRAIN, SLEEPERS, GrainList, check
+from dem.grain_list import ACTIVE, BALLISTIC, LEFT, PER_GRAIN, PULLED, SLEEPERS, GrainList, check
 from dem.gravity import Field
 from dem.scheme import Boundaries, Grains, Listed, Outside, Sleepers, Spill, Step
 from dem.self_gravity import SelfGravity
@@ -43,11 +42,12 @@ REASONS = ("escaped", "landed_outside", "through_the_side")
 class Extras(NamedTuple):
     """``offset``: contacts can carry an offset (``spring_change``: k_n changes in the run, or differs from that in
     which the bed settled); ``sleep``: grains can sleep (``sleeping`` decides which); ``self_gravity``: the grains
-    attract each other."""
+    attract each other; ``outer``: what acts on them besides (``dem.held_pull``)."""
 
     offset: bool = False
     sleep: bool = False
     self_gravity: SelfGravity | None = None
+    outer: tuple[held_pull.Outer, ...] = ()
 
 
 class Assembly(GrainList):
@@ -81,17 +81,17 @@ class Assembly(GrainList):
     ):
         grains.need(*FIELDS)
         check(grains)
-        offset, sleep, self_gravity = extras
+        offset, sleep, self.self_gravity, self.outer = extras
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
         self.walls = walls.rows(walls_, float(grains.radius.max()))
-        self.scheme = contact.scheme()._replace(
-            offset=int(offset), sleep=int(sleep), attract=int(self_gravity is not None)
-        )
+        attract = self.self_gravity is not None or len(self.outer) > 0
+        self.scheme = contact.scheme()._replace(offset=int(offset), sleep=int(sleep), attract=int(attract))
         if offset and not contact.springs_can_change:
             raise InputError(f"a stiffness that changes in the run needs {contact.springs_that_change}")
-        self._per_grain = PER_GRAIN + (SLEEPERS if sleep else ()) + (("pull_of_all",) if self_gravity else ())
-        self.self_gravity = self_gravity
-        self.pull_of_all = np.zeros((len(grains) if self_gravity else 1, 3))
+        self._per_grain = PER_GRAIN + (SLEEPERS if sleep else ()) + (PULLED if attract else ())
+        self.pull_of_all, self.pull_held = (np.zeros((len(grains) if attract else 1, 3)) for _ in PULLED)
+        self.pull_state = np.zeros(held_pull.STATE)
+        self.pull_interval = self.self_gravity.time_between(grains.mass, grains.radius) if self.self_gravity else 0.0
         self._drift_loop = integrator.drift_loop(self.scheme)
         self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), integrator.kick_loop(self.scheme)
         self.pair_table = contact.pair_table()
@@ -124,8 +124,11 @@ class Assembly(GrainList):
         self._rebuild(contact_tables.pairs(grains, self.identity, self.scheme.history, offset))
         contact_tables.take_walls(grains, self.identity, self.wall_history[:, : len(self.walls)], offset)
         self.wall_history[self.active :] = 0.0
-        if self_gravity:
-            self._attract()
+        self._begin_forces()
+
+    def _begin_forces(self) -> None:
+        if self.scheme.attract:
+            held_pull.attract(self, anew=True)
         self._forces(initial=True)
 
     def _tables(self, grains: Particles, walls: int, sleep: bool) -> None:
@@ -169,7 +172,7 @@ class Assembly(GrainList):
         """Sort, list and evaluate anew after places and velocities were set from outside: contacts begin unloaded."""
         nobody = np.zeros(0, dtype=np.int64)
         self._rebuild((nobody, nobody, np.zeros((0, self.scheme.history))))
-        self._forces(initial=True)
+        self._begin_forces()
 
     # -- time
 
@@ -191,16 +194,11 @@ class Assembly(GrainList):
         self.since_build += 1
         if 4.0 * max(moved) > self.skin**2:
             self._rebuild()
-        if self.self_gravity is not None and self.steps % self.self_gravity.every == 0:
-            self._attract()
+        if self.scheme.attract:
+            held_pull.attract(self)
         self._forces()
         if self.scheme.sleep:
             self._after_sleep()
-
-    def _attract(self) -> None:
-        assert self.self_gravity is not None
-        k = slice(0, self.moving)
-        self.pull_of_all[k] = self.self_gravity.acceleration(self.X[k, :3], self.mass[k], self.X[k, RADIUS])
 
     def _after_sleep(self) -> None:
         """Wake those that were marked; an evaluation of all rows is over."""

@@ -22,6 +22,7 @@ from dem.columns import (
     SPENT,
     WX,
 )
+from dem.held_pull import WORK
 from matter import checkpoint
 
 
@@ -64,6 +65,7 @@ class Balance:
         the bed."""
         booked = bed.booked.sum(axis=0)
         total = sum(bed.energies().values()) + float(bed.report[SPENT].sum()) + booked[ENERGY_GONE] - bed.weight_energy
+        total -= bed.pull_state[WORK]
         spent = float(bed.report[[DISSIPATED, DRAGGED, AT_WALLS]].sum()) - bed.lost_in_flight
         off_p = np.linalg.norm(bed.momentum() + booked[MOMENTUM_GONE] - bed.report[IMPULSE] - self.momentum)
         off_l = np.linalg.norm(

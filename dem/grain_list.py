@@ -27,6 +27,7 @@ PER_GRAIN = (
     "wall_history", "reference",
 )  # fmt: skip
 SLEEPERS = ("asleep", "quiet", "wall_energy", "held", "rest")
+PULLED = ("pull_of_all", "pull_held")
 _LISTED = ("row", "col", "hist", "report", "booked")
 _NUMBERS = (
     "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed",
@@ -66,6 +67,11 @@ class GrainList:
     scheme: Scheme
     gravity: Field
     self_gravity: SelfGravity | None
+    outer: tuple[Any, ...]
+    pull_of_all: np.ndarray
+    pull_held: np.ndarray
+    pull_state: np.ndarray
+    pull_interval: float
     threads: int
     dt: float
     steps: int
@@ -225,6 +231,7 @@ class GrainList:
         k = slice(0, self.moving)
         m = self.mass[k]
         own = self.self_gravity.energy(self.X[k, :3], m, self.X[k, RADIUS]) if self.self_gravity else 0.0
+        own += sum(outer.energy(self) for outer in self.outer)
         return {
             "kinetic_J": float(0.5 * m @ np.sum(self.W[k, :3] ** 2, axis=1)),
             "rotational_J": float(0.2 * (m * self.X[k, RADIUS] ** 2) @ np.sum(self.W[k, WX:] ** 2, axis=1)),
@@ -276,7 +283,8 @@ class GrainList:
 
     @property
     def _saved(self) -> tuple[str, ...]:
-        return self._per_grain + _LISTED + (("near", "live", "row_energy") if self.scheme.sleep else ())
+        more = ("near", "live", "row_energy") if self.scheme.sleep else ()
+        return self._per_grain + _LISTED + more + (("pull_state",) if self.scheme.attract else ())
 
     def restore(self, saved: checkpoint.State) -> None:
         """Take up what was ``saved``, bit for bit."""

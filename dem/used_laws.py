@@ -9,8 +9,8 @@ from dem.contact_settings import Contact
 from dem.laws.dispatch import FAMILIES
 
 ROOM = Path(__file__).parent
-TREE = ROOM.parent / "matter" / "tree.py"
-"""Gravity between grains (``dem.self_gravity``) is no key of a case."""
+OF_BODIES = {ROOM.parent / "matter" / "tree.py", ROOM / "tide.py"}
+"""Gravity between grains (``dem.self_gravity``) and a companion's tide are no keys of a case."""
 PACKING = ("beds/packing.py", "beds/relaxation.py")
 """What only the making of a bed takes."""
 
@@ -26,11 +26,11 @@ def _laws(contact: Contact) -> set[Path]:
 
 def of_bed(settings: Any) -> set[Path]:
     """What a bed made with ``settings`` (``dem.bed_stage``) leaves idle."""
-    idle = _laws(settings.contact) | {TREE}
+    idle = _laws(settings.contact) | OF_BODIES
     return idle | ({ROOM / "beds" / "packing.py"} if settings.packing != "rcp" else set())
 
 
 def of_collapse(settings: Any) -> set[Path]:
     """What a collapse with ``settings`` (``dem.stage``) leaves idle."""
-    idle = _laws(settings.contact) | {TREE} | {ROOM / name for name in PACKING}
+    idle = _laws(settings.contact) | OF_BODIES | {ROOM / name for name in PACKING}
     return idle | {ROOM / "engines" / f"{engine}.py" for engine in ("lammps", "liggghts") if settings.engine != engine}
