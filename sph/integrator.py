@@ -31,7 +31,7 @@ from sph.boundary import stressed_rim as rims
 from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
 from sph.materials import Materials
 from sph.numerics import Numerics
-from sph.row import SHARE, SLOPE, VOLUME
+from sph.row import ENERGY, MATERIAL, SHARE, SLOPE, VOLUME
 from sph.scheme import Rows
 from sph.surroundings import Surroundings
 
@@ -64,7 +64,7 @@ class Integrator:
         self.numerics, self.scheme, self.around = numerics, numerics.scheme, around
         self.images, self.edge = around.images, around.edge
         self.damping = pair_rates.Damping(
-            numerics.alpha, numerics.beta, numerics.artificial_stress, 1.0 / numerics.support
+            numerics.alpha, numerics.beta, numerics.artificial_stress, 1.0 / numerics.support, numerics.conductivity
         )
         self.limits_of_length, self.gradient_scale = numerics.limits_of_length, numerics.gradient_scale
         self.strength = self.damage = True
@@ -261,6 +261,9 @@ class Integrator:
             self._second[: len(cloud), SHARE] = cloud.viscosity
         if self.scheme.reconstructed:
             self._second[: len(cloud), SLOPE : SLOPE + 6] = cloud.strain_rate
+        if self.scheme.conducting:
+            self._second[: len(cloud), MATERIAL] = cloud.material
+            self._second[: len(cloud), ENERGY] = cloud.specific_energy
         if self.scheme.corrected:
             gradients.correct(self.scheme, self._rows(), self.neighbourhood.pairs)
         if self.images is not None:

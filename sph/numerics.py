@@ -22,11 +22,13 @@ SETS: dict[str, dict[str, Any]] = {
     "monaghan": {
         "viscosity": "monaghan", "alpha": 2.0, "beta": 10.0, "courant": 0.3, "kernel": "cubic_spline", "support": 2.0,
         "volumes": "present", "smoothing": "fixed", "shortest": 0.5, "length_terms": False, "gradients": "plain",
+        "conductivity": 0.0,
     },
     "reconstructed": {
         "viscosity": "reconstructed", "alpha": 3.0, "beta": 10.0, "courant": 0.45, "kernel": "wendland",
         "support": 2.6,
         "volumes": "start", "smoothing": "density", "shortest": 0.7, "length_terms": True, "gradients": "normalised",
+        "conductivity": 2.0,
     },
 }  # fmt: skip
 """What the keys of ``[sph]`` take that a case leaves open, by its ``numerics``."""
@@ -42,16 +44,27 @@ def _length_terms(given: dict[str, Any]) -> bool:
     return able and SETS[given["numerics"]]["length_terms"]
 
 
+def _may_conduct(viscosity: str, switch: str, gradients: str) -> bool:
+    """What ``sph.conductivity`` asks for: to know the smooth flow, and room in the second rows (``sph.row``)."""
+    return viscosity == "reconstructed" and switch == "none" and gradients != "corrected"
+
+
+def _conductivity(given: dict[str, Any]) -> float:
+    able = _may_conduct(given["viscosity"], given["viscosity_switch"], given["gradients"])
+    return SETS[given["numerics"]]["conductivity"] if able else 0.0
+
+
 class Numerics(Model):
     """Numerical choices of the shock stage."""
 
     numerics: Literal["monaghan", "reconstructed"] = "monaghan"
     """A set of choices that were measured together; single keys go before it. ``monaghan``: viscosity = "monaghan",
     alpha = 2, beta = 10, courant = 0.3, kernel = "cubic_spline", support = 2, volumes = "present", smoothing =
-    "fixed", shortest = 0.5, length_terms = false, gradients = "plain". ``reconstructed``: viscosity = "reconstructed",
+    "fixed", shortest = 0.5, length_terms = false, gradients = "plain",
+    conductivity = 0. ``reconstructed``: viscosity = "reconstructed",
     alpha = 3, beta = 10, courant = 0.45, kernel = "wendland", support = 2.6, volumes = "start", smoothing = "density",
-    shortest = 0.7, length_terms = true, gradients = "normalised" (smooth flow hardly feels its viscosity; twice the
-    neighbours)."""
+    shortest = 0.7, length_terms = true, gradients = "normalised", conductivity = 2 (smooth
+    flow hardly feels its viscosity; twice the neighbours)."""
     viscosity: Literal["monaghan", "reconstructed"] = _of_set("viscosity")
     """Artificial viscosity of ``monaghan`` (``sph.viscosity``), or of ``reconstructed`` velocity jumps, which smooth
     flow hardly feels (``sph.viscosity_reconstructed``); by default that of ``numerics``, as all keys up to
@@ -96,6 +109,10 @@ class Numerics(Model):
     viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
     """``none``: full viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``);
     ``morris_monaghan``: a twentieth of it where nothing has been compressed (``sph.viscosity_morris_monaghan``)."""
+    conductivity: Annotated[float, Field(ge=0, le=10)] = Field(default_factory=_conductivity)
+    """Coefficient of the artificial conductivity, which spreads what a shock's first step heats too much
+    (``sph.conductivity``; 0: none). Needs ``viscosity = "reconstructed"`` without ``viscosity_switch`` and without
+    corrected gradients; by default, where all are so, that of ``numerics``."""
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Strength of the repulsion that keeps particles from clumping in tension (``sph.artificial_stress``; 0: none)."""
     integrator: Literal["leapfrog", "rk3"] = "leapfrog"
@@ -114,7 +131,13 @@ class Numerics(Model):
             switched=self.viscosity_switch != "none",
             artificial_stress=self.artificial_stress > 0.0,
             reconstructed=self.viscosity == "reconstructed",
+            conducting=self.conductivity > 0.0,
         )
+
+    @property
+    def conducts(self) -> bool:
+        """Whether these choices allow a ``conductivity``."""
+        return _may_conduct(self.viscosity, self.viscosity_switch, self.gradients)
 
     @property
     def limits_of_length(self) -> tuple[float, float] | None:

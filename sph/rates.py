@@ -32,10 +32,12 @@ import numpy as np
 
 from matter.gather import LANES, columns, narrow_columns
 from matter.jit import fast_min, parallel_kernel, prange
-from sph import artificial_stress, viscosity, viscosity_reconstructed
+from sph import artificial_stress, conductivity, viscosity, viscosity_reconstructed
 from sph.kernels import dispatch as kernels
 from sph.rate_arrays import Rates
 from sph.row import (
+    ENERGY,
+    MATERIAL,
     RHO_INVERSE,
     SHARE,
     SLOPE,
@@ -68,7 +70,7 @@ _BLOCK = 64
 def pair_loop(scheme: Scheme):
     """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``Rows``, ``Pairs``, ``Matter`` and
     ``Damping`` of ``sph.scheme``; out: ``sph.rate_arrays.Sums``."""
-    kernel, start_volumes, corrected, switched, artificial_stress_taken, reconstructed = scheme
+    kernel, start_volumes, corrected, switched, artificial_stress_taken, reconstructed, conducting = scheme
     second_rows, second_width = scheme.second_rows, scheme.second_width
 
     @parallel_kernel(fastmath=True)
@@ -107,6 +109,8 @@ def pair_loop(scheme: Scheme):
                     bzx, bzy, bzz = second[i, TENSOR + 6], second[i, TENSOR + 7], second[i, TENSOR + 8]
                 if switched:
                     share = second[i, SHARE]
+                if conducting:
+                    kind, warmth = second[i, MATERIAL], second[i, ENERGY]
                 if reconstructed:
                     exx, exy, exz = second[i, SLOPE], second[i, SLOPE + 1], second[i, SLOPE + 2]
                     eyy, eyz, ezz = second[i, SLOPE + 3], second[i, SLOPE + 4], second[i, SLOPE + 5]
@@ -155,6 +159,12 @@ def pair_loop(scheme: Scheme):
                     slowest = fast_min(slowest, mu * inside)
                     near += inside
                     heat += volume * rho_sum * both * push * vr * F
+                    if conducting:
+                        alike = damping.conductivity if t[MATERIAL, k] == kind else 0.0
+                        speed = conductivity.exchange(
+                            closing, vr, mu, 0.5 * (c_i + s[SOUND, k]), damping.alpha, damping.beta
+                        )
+                        heat += alike * V * bar * speed * r * (warmth - t[ENERGY, k]) * F
                     w = V * before
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]

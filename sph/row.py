@@ -15,6 +15,10 @@ SLOPE = 0
 """Second row: first of the six columns of E [1/s], xx xy xz yy yz zz (``sph.viscosity_reconstructed``)."""
 SHARE = 6
 """Second row: share of the artificial viscosity (``sph.viscosity_switch``)."""
+MATERIAL = 6
+"""Second row, in the place of ``SHARE``: number of the material (``sph.conductivity``)."""
+ENERGY = 7
+"""Second row: specific energy u [J/kg] (``sph.conductivity``)."""
 TENSOR = 7
 """Second row: first of the nine columns of sigma B [Pa], by rows (``sph.gradients``)."""
 NARROW = 8

@@ -15,7 +15,7 @@ class Scheme(NamedTuple):
 
     kernel : number of the kernel in ``sph.kernels.dispatch``;  start_volumes : ``volumes = "start"``;  corrected :
     ``gradients = "corrected"``; switched : a ``viscosity_switch``;  artificial_stress : whether there is any;
-    reconstructed : ``viscosity = "reconstructed"``.
+    reconstructed : ``viscosity = "reconstructed"``; conducting : whether there is a ``conductivity``.
     """
 
     kernel: int = 0
@@ -24,11 +24,12 @@ class Scheme(NamedTuple):
     switched: bool = False
     artificial_stress: bool = False
     reconstructed: bool = False
+    conducting: bool = False
 
     @property
     def second_rows(self) -> bool:
         """Whether the pair loop reads second rows."""
-        return self.corrected or self.switched or self.reconstructed
+        return self.corrected or self.switched or self.reconstructed or self.conducting
 
     @property
     def second_width(self) -> int:
@@ -74,14 +75,15 @@ class Matter(NamedTuple):
 
 
 class Damping(NamedTuple):
-    """Coefficients of the artificial viscosity (``sph.viscosity``) and of the artificial stress
-    (``sph.artificial_stress``); ``near``: spacing over support (of ``sph.viscosity_reconstructed`` and of the
-    artificial stress)."""
+    """Coefficients of the artificial viscosity (``sph.viscosity``), of the artificial stress
+    (``sph.artificial_stress``) and of the artificial conductivity (``sph.conductivity``); ``near``: spacing over
+    support (of ``sph.viscosity_reconstructed`` and of the artificial stress)."""
 
     alpha: float
     beta: float
     artificial_stress: float = 0.0
     near: float = 0.5
+    conductivity: float = 0.0
 
 
 def rows(

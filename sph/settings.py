@@ -141,6 +141,11 @@ class Settings(_Keys):
             raise ValueError("spacing_far must be at least spacing_at_impact")
         if self.length_terms and not (self.volumes == "start" and self.smoothing == "density"):
             raise ValueError('length_terms needs volumes = "start" and smoothing = "density"')
+        if self.conductivity > 0.0 and not self.conducts:
+            raise ValueError(
+                'conductivity needs viscosity = "reconstructed", viscosity_switch = "none" and gradients that are not '
+                '"corrected"'
+            )
         rims = boundaries.having("RIM")
         if self.rim == "stressed" and not set(rims) & set(surroundings.chosen(self.target, self.sides, self.floor)):
             raise ValueError(f'rim = "stressed" needs sides or a floor that are {" or ".join(rims)}')

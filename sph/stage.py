@@ -32,7 +32,8 @@ def idle_sources(settings: Settings) -> set[Path]:
         "artificial_stress": settings.artificial_stress > 0.0, "gradients": settings.gradients == "corrected",
         "lattice_gradients": settings.gradients == "normalised",
         "length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",
-        "../matter/tree": settings.target.attracts, "viscosity_reconstructed": settings.viscosity == "reconstructed",
+        "../matter/tree": settings.target.attracts, "conductivity": settings.conductivity > 0.0,
+        "viscosity_reconstructed": settings.viscosity == "reconstructed",
         **{f"viscosity_{name}": settings.viscosity_switch == name for name in viscosity_switch.LAWS},
     }  # fmt: skip
     return (

@@ -20,7 +20,7 @@ import numpy as np
 from matter import checkpoint, neighbours
 from matter.gather import LANES
 from matter.jit import kernel, parallel_kernel, prange
-from sph.row import SHARE, SLOPE, SOUND, TENSOR, VOLUME, VX, XX, XY, XZ, YY, YZ, ZZ, X
+from sph.row import ENERGY, SHARE, SLOPE, SOUND, TENSOR, VOLUME, VX, XX, XY, XZ, YY, YZ, ZZ, X
 
 
 class Plane(Protocol):
@@ -65,7 +65,7 @@ def _fill(row, count, owner, sign, shift, drift):
 def _fill_second(second, count, owner, sign, tensor):
     for g in prange(len(owner)):
         source, image = second[owner[g]], second[count + g]
-        image[SHARE] = source[SHARE]
+        image[SHARE], image[ENERGY] = source[SHARE], source[ENERGY]
         sx, sy, sz = sign[g, 0], sign[g, 1], sign[g, 2]
         image[SLOPE], image[SLOPE + 1], image[SLOPE + 2] = (
             source[SLOPE],

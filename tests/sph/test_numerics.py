@@ -13,7 +13,7 @@ from sph.settings import Settings
 MONAGHAN = {
     "viscosity": "monaghan", "alpha": 2.0, "beta": 10.0, "courant": 0.3, "kernel": "cubic_spline", "support": 2.0,
     "volumes": "present", "smoothing": "fixed",
-    "shortest": 0.5, "length_terms": False, "gradients": "plain",
+    "shortest": 0.5, "length_terms": False, "gradients": "plain", "conductivity": 0.0,
 }  # fmt: skip
 """What results kept under this name were made with: it never changes."""
 
@@ -72,6 +72,15 @@ def test_terms_of_the_supports_go_with_volumes_of_the_start():
     assert not Numerics(numerics="reconstructed", volumes="present").length_terms
     assert not Numerics(numerics="reconstructed", smoothing="fixed").length_terms
     assert Numerics(numerics="reconstructed").length_terms
+
+
+@pytest.mark.parametrize(
+    "other", [{"viscosity": "monaghan"}, {"viscosity_switch": "balsara"}, {"gradients": "corrected"}]
+)
+def test_conductivity_goes_with_the_viscosity_that_knows_the_smooth_flow(other):
+    assert Numerics(numerics="reconstructed").conductivity == 2.0
+    got = Numerics(numerics="reconstructed", **other)
+    assert got.conductivity == 0.0 and not got.scheme.conducting and not got.conducts
 
 
 def test_the_description_of_the_key_says_what_the_sets_choose():

@@ -116,7 +116,7 @@ def test_rates_without_room_for_the_gradient_are_refused():
 
 
 @pytest.mark.parametrize("walled", [False, True])
-def test_images_carry_the_slopes(walled):
+def test_images_carry_slopes_and_heat(walled):
     """A box whose images are made by planes, against the same matter beside it laid out in full: periodic, and
     mirrored at a wall."""
     side, rng = 6.0, np.random.default_rng(1)
@@ -125,6 +125,7 @@ def test_images_carry_the_slopes(walled):
         -1, 3
     )
     velocity, slopes = rng.normal(size=(216, 3)) * 100.0, rng.normal(size=(216, 6)) * 100.0
+    warmth = rng.uniform(0.0, 1e5, 216)
     if walled:
         planes = Images((Wall(2, 0.0),))
         copies = [
@@ -137,8 +138,9 @@ def test_images_carry_the_slopes(walled):
     found = []
     for images, pieces in ((planes, copies[:1]), (None, copies)):
         x, v, e = (np.concatenate([piece[k] for piece in pieces]) for k in range(3))
-        i = solutions.body(x, materials, 12.0, images=images, viscosity="reconstructed")
+        i = solutions.body(x, materials, 12.0, images=images, viscosity="reconstructed", conductivity=2.0)
         i.cloud.velocity[:], i.cloud.strain_rate[:] = v[i.cloud.identity], e[i.cloud.identity]
+        i.cloud.specific_energy[:] = np.tile(warmth, len(pieces))[i.cloud.identity]
         i._remove_net_torque = lambda: None
         i.start()
         found.append(i.rates.energy[np.argsort(i.cloud.identity)][:216])
@@ -146,6 +148,6 @@ def test_images_carry_the_slopes(walled):
 
 
 def test_a_stage_resumes_to_the_last_bit(tmp_path, monkeypatch):
-    whole, parts = stopped_and_whole(tmp_path, monkeypatch, viscosity="reconstructed")
+    whole, parts = stopped_and_whole(tmp_path, monkeypatch, viscosity="reconstructed", conductivity=2.0)
     for name in whole:
         assert np.array_equal(whole[name], parts[name]), name
