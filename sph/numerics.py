@@ -60,11 +60,10 @@ class Numerics(Model):
     numerics: Literal["monaghan", "reconstructed"] = "monaghan"
     """A set of choices that were measured together; single keys go before it. ``monaghan``: viscosity = "monaghan",
     alpha = 2, beta = 10, courant = 0.3, kernel = "cubic_spline", support = 2, volumes = "present", smoothing =
-    "fixed", shortest = 0.5, length_terms = false, gradients = "plain",
-    conductivity = 0. ``reconstructed``: viscosity = "reconstructed",
-    alpha = 3, beta = 10, courant = 0.45, kernel = "wendland", support = 2.6, volumes = "start", smoothing = "density",
-    shortest = 0.7, length_terms = true, gradients = "normalised", conductivity = 2 (smooth
-    flow hardly feels its viscosity; twice the neighbours)."""
+    "fixed", shortest = 0.5, length_terms = false, gradients = "plain", conductivity = 0. ``reconstructed``: viscosity
+    = "reconstructed", alpha = 3, beta = 10, courant = 0.45, kernel = "wendland", support = 2.6, volumes = "start",
+    smoothing = "density", shortest = 0.7, length_terms = true, gradients = "normalised", conductivity = 2 (smooth flow
+    hardly feels its viscosity; twice the neighbours)."""
     viscosity: Literal["monaghan", "reconstructed"] = _of_set("viscosity")
     """Artificial viscosity of ``monaghan`` (``sph.viscosity``), or of ``reconstructed`` velocity jumps, which smooth
     flow hardly feels (``sph.viscosity_reconstructed``); by default that of ``numerics``, as all keys up to
