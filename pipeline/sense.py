@@ -216,9 +216,9 @@ def _coarse(sph: Any) -> Iterator[str]:
 
 
 def _layers(sph: Any) -> dict[str, float]:
-    from sph.boundary import surroundings
+    from sph.boundary import sides_and_floor
 
-    return surroundings.layers(sph)
+    return sides_and_floor.layers(sph)
 
 
 def crater(sph: Any) -> Any:

@@ -16,7 +16,7 @@ from sph import materials as material_rows
 from sph import symmetry as symmetries
 from sph import target as bodies
 from sph.boundary import dispatch as boundaries
-from sph.boundary import surroundings
+from sph.boundary import sides_and_floor
 from sph.material_settings import Choice
 from sph.numerics import Numerics
 
@@ -147,13 +147,13 @@ class Settings(_Keys):
                 '"corrected"'
             )
         rims = boundaries.having("RIM")
-        if self.rim == "stressed" and not set(rims) & set(surroundings.chosen(self.target, self.sides, self.floor)):
+        if self.rim == "stressed" and not set(rims) & set(sides_and_floor.chosen(self.target, self.sides, self.floor)):
             raise ValueError(f'rim = "stressed" needs sides or a floor that are {" or ".join(rims)}')
         if self.late is not None and self.late.at >= self.end_time:
             raise ValueError("late.at must be before end_time")
         if self.late is not None and self.late.viscosity_time >= self.end_time:
             raise ValueError("late.viscosity_at must be before end_time")
-        if fault := symmetries.fault(self.symmetry, self.target, self.impact) or surroundings.fault(self):
+        if fault := symmetries.fault(self.symmetry, self.target, self.impact) or sides_and_floor.fault(self):
             raise ValueError(fault)
         self.chosen_materials()
         return self

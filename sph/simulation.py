@@ -30,7 +30,7 @@ from sph import ground as grounds
 from sph import late as late_stage
 from sph import materials as material_rows
 from sph import target as bodies
-from sph.boundary import surroundings
+from sph.boundary import sides_and_floor
 from sph.boundary.edge import Edge
 from sph.cloud import Cloud
 from sph.damage import seeding
@@ -72,7 +72,7 @@ class Simulation:
 
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
-        planes = surroundings.images(s, self.bottom)
+        planes = sides_and_floor.images(s, self.bottom)
         around = Surroundings(
             s.target.attracts, s.target.gravity, planes, self.edge, None if s.target.flat else self.radius, s.symmetry
         )
@@ -85,7 +85,7 @@ class Simulation:
 
     def _edge(self, target: bodies.Body, energy: np.ndarray, count: int) -> Edge | None:
         """The outer edge about the target as it stands, for ``count`` particles in all."""
-        return surroundings.edge(self.settings, self.bottom, target, energy, count)
+        return sides_and_floor.edge(self.settings, self.bottom, target, energy, count)
 
     def begin(self) -> None:
         """The first state of the first phase."""

@@ -16,7 +16,7 @@ from matter.body import Target
 from sph import ground as grounds
 from sph import prediction, solid_target, stage_report, used_laws, viscosity_switch
 from sph import target as bodies
-from sph.boundary import surroundings
+from sph.boundary import sides_and_floor
 from sph.kernels import dispatch as kernels
 from sph.settings import Settings
 from sph.simulation import Simulation
@@ -38,7 +38,7 @@ def idle_sources(settings: Settings) -> set[Path]:
     }  # fmt: skip
     return (
         used_laws.idle_sources(settings.chosen_materials())
-        | surroundings.idle_files(settings)
+        | sides_and_floor.idle_files(settings)
         | {used_laws.ROOM / f"{name}.py" for name, taken in chosen.items() if not taken}
     )
 

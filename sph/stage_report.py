@@ -8,7 +8,7 @@ import numpy as np
 
 from sph import escaping, flow_reynolds, symmetry, timestep
 from sph.boundary import dispatch as boundaries
-from sph.boundary import surroundings
+from sph.boundary import sides_and_floor
 from sph.eos import impedance
 from sph.simulation import Simulation
 
@@ -79,7 +79,7 @@ def _edges(job: Simulation) -> dict[str, Any] | None:
     conserve momentum to rounding, so what is missing went into the edges.
     """
     s = job.settings
-    side, floor = surroundings.chosen(s.target, s.sides, s.floor)
+    side, floor = sides_and_floor.chosen(s.target, s.sides, s.floor)
     chosen, taking = {"sides": side, "floor": floor}, boundaries.having("TAKES_MOMENTUM")
     if not set(chosen.values()) & set(taking):
         return None

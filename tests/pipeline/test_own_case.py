@@ -17,7 +17,7 @@ from pipeline import prediction, sense
 from pipeline.compose import compose
 from pipeline.request import Request, sensible, settings_of
 from sph import resolution
-from sph.boundary import surroundings
+from sph.boundary import sides_and_floor
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = ROOT / "examples" / "own_case.toml"
@@ -61,7 +61,7 @@ def test_a_half_space_is_filled_in_for_every_projectile(tmp_path, size, held):
     assert sum(row["wall_s"] for row in rows.values()) < 3600.0
     # the crater and the quiet layer fit into the ground, the projectile has two particles per radius
     assert (
-        sph.target.half_width - surroundings.layers(sph)["quiet"] > 1.2 * 0.5 * diameter
+        sph.target.half_width - sides_and_floor.layers(sph)["quiet"] > 1.2 * 0.5 * diameter
         and sph.target.radius > 2.0 * diameter
     )
     assert sph.impact.projectile.radius / sph.zones.contact >= 2.0 and 0.5 * diameter / sph.zones.fine > 8.0
@@ -137,7 +137,7 @@ def test_too_few_particles_are_as_few_as_make_sense():
     # the contact's two particles per projectile radius and the grading from there take some 6,000
     assert (
         500 < resolution.count(sph.target, sph.zones) < 7000
-        and surroundings.layers(sph)["quiet"] < 0.4 * sph.target.radius
+        and sides_and_floor.layers(sph)["quiet"] < 0.4 * sph.target.radius
     )
 
 

@@ -15,7 +15,7 @@ from matter.errors import InputError
 from pipeline import bibliography
 from sph import rates, scheme
 from sph import stage as shock
-from sph.boundary import dispatch, surroundings
+from sph.boundary import dispatch, sides_and_floor
 from sph.boundary.edge import LAYERS, Edge
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
@@ -248,7 +248,7 @@ def test_a_fixed_rim_carries_weight_and_stays():
     assert np.abs(c.velocity).max() < 0.01
 
 
-MACHINERY = {"dispatch", "edge", "images", "stressed_rim", "surroundings"}
+MACHINERY = {"dispatch", "edge", "images", "stressed_rim", "sides_and_floor"}
 """Files of the folder that are no boundary."""
 
 
@@ -281,7 +281,7 @@ def test_planes_take_momentum_if_and_only_if_they_say_so(law):
 
 def test_the_bibliography_leaves_out_boundaries_that_are_not_taken():
     def idle(**chosen):
-        return {Path(file).stem for file in surroundings.idle_files(settings(**chosen))}
+        return {Path(file).stem for file in sides_and_floor.idle_files(settings(**chosen))}
 
     assert idle() == {"fixed", "quiet", "wall", "periodic"}
     layers = (Layer(name="rock", material="basalt", thickness=6e3),)
