@@ -21,6 +21,7 @@ from pydantic import Field
 
 from matter.jit import law
 from matter.quantity import PositiveDensity, PositiveSpeed
+from sph.eos import densest
 
 SOURCES = ("Rice1958",)
 NEAR = 0.9
@@ -81,27 +82,13 @@ def sound_speed(rho, u, p):
     return math.sqrt(max(d_rho + P / (rho * rho) * d_u, 0.0))
 
 
+_densest = densest.of(pressure_and_derivatives)
+
+
 @law
 def density(P, u, p):
     """The densest density [kg/m^3] with pressure P [Pa] at u [J/kg]; -1 where none exists."""
-    low = high = p.rho0
-    if pressure_and_derivatives(p.rho0, u, p)[0] < P:
-        while pressure_and_derivatives(high, u, p)[0] < P:
-            low, high = high, 1.02 * high
-            if high > 1e4 * p.rho0:
-                return -1.0
-    else:
-        while pressure_and_derivatives(low, u, p)[0] > P:
-            low, high = 0.98 * low, low
-            if low < 1e-9 * p.rho0:
-                return -1.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if pressure_and_derivatives(middle, u, p)[0] < P:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return _densest(P, u, p.rho0, p)
 
 
 @law

@@ -42,7 +42,7 @@ from matter.formats import sesame
 from matter.jit import law
 from matter.material import TABLES
 from matter.quantity import PositiveDensity, PositiveTemperature
-from sph.eos import table_slopes
+from sph.eos import densest, table_slopes
 
 SOURCES = ("Hyman1983", "GregoryDelbourgo1982", "DelbourgoGregory1985")
 Row = None
@@ -301,27 +301,13 @@ def _energy_at(rho: float, T: float, t: np.ndarray) -> float:
     return float(np.interp(T, t[first : first + k], energies))
 
 
+_densest = densest.of(pressure_and_derivatives)
+
+
 @law
 def density(P, u, t):
     """The densest density [kg/m^3] with pressure P [Pa] at u [J/kg]; -1 where none exists."""
-    low, high = t[0], t[0]
-    if pressure_and_derivatives(t[0], u, t)[0] < P:
-        while pressure_and_derivatives(high, u, t)[0] < P:
-            low, high = high, 1.02 * high
-            if high > 1e4 * t[0]:
-                return -1.0
-    else:
-        while pressure_and_derivatives(low, u, t)[0] > P:
-            low, high = 0.98 * low, low
-            if low < 1e-9 * t[0]:
-                return -1.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if pressure_and_derivatives(middle, u, t)[0] < P:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return _densest(P, u, t[0], t)
 
 
 @law

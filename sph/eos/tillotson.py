@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 from matter.jit import law
 from matter.quantity import PositiveDensity, PositivePressure, SpecificEnergy
+from sph.eos import densest
 
 SOURCES = ("Tillotson1962", "BenzAsphaug1999", "Melosh1989")
 
@@ -119,12 +120,15 @@ def sound_speed(rho, u, p):
     return math.sqrt(max(d_rho + P / (rho * rho) * d_u, 0.0))
 
 
+_densest = densest.of(pressure_and_derivatives)
+
+
 @law
 def density(P, u, p):
     """The density [kg/m^3] with pressure P [Pa] at specific energy u [J/kg]; -1 where none exists.
 
     Compressed: Newton steps from rho0. Where the pressure at rho0 is above P, the first root below rho0 (the condensed
-    branch; tension down to the law's least pressure has one too), found by walking down and bisection.
+    branch; tension down to the law's least pressure has one too).
     """
     if P >= pressure(p.rho0, u, p):
         rho = p.rho0
@@ -135,20 +139,7 @@ def density(P, u, p):
             if abs(step) < 1e-13 * rho:
                 break
         return rho
-    high = p.rho0
-    low = 0.98 * high
-    while pressure(low, u, p) > P:
-        high = low
-        low = 0.98 * low
-        if low < 1e-9 * p.rho0:
-            return -1.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if pressure(middle, u, p) > P:
-            high = middle
-        else:
-            low = middle
-    return 0.5 * (low + high)
+    return _densest(P, u, p.rho0, p)
 
 
 @law
