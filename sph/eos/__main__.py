@@ -25,7 +25,8 @@ def draw(law: str, name: str, axes: Any) -> str:
     states = []
     for speed in SPEEDS:
         try:
-            states.append(hugoniot.behind(pressure, rest, float(speed)))
+            first, *_, last = 2 * hugoniot.waves(pressure, rest, float(speed))
+            states.append(last._replace(shock_speed=first.shock_speed))
         except (
             ValueError
         ):  # Murnaghan: energy does not enter, and beyond some speed no state obeys the jump conditions

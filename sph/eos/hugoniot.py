@@ -5,6 +5,10 @@ velocity up:
 
     rho0 (us - v0) = rho (us - up),   P - P0 = rho0 (us - v0) (up - v0),   u - u0 = (P + P0) (1/rho0 - 1/rho) / 2,
     P = P(rho, u)
+
+Where matter gives way (a transition to a denser phase) a shock may be slower than a weaker one: it splits into that
+one, the fastest on the way, and a second one that follows into the matter behind it (Zel'dovich & Raizer 1967,
+chapter XI).
 """
 
 from __future__ import annotations
@@ -14,7 +18,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from sph.eos import dispatch
 from sph.materials import Rows
@@ -66,3 +70,20 @@ def behind(pressure: Callable[[float, float], float], ahead: State, velocity: fl
         if miss(low) > 0.0 >= miss(high):
             return state_at(float(brentq(miss, low, high, xtol=1e-15, rtol=1e-14)))
     raise ValueError(f"no shock to {velocity} m/s obeys the jump conditions")
+
+
+def waves(
+    pressure: Callable[[float, float], float], ahead: State, velocity: float, steps: int = 60
+) -> tuple[State, ...]:
+    """The states behind the one shock, or the two, that bring material from ``ahead`` to ``velocity`` [m/s], the
+    faster first; ``steps``: weaker shocks tried. Raises ``ValueError`` as ``behind``."""
+    jump = velocity - ahead.v
+    tried = [behind(pressure, ahead, ahead.v + share * jump) for share in np.linspace(0.0, 1.0, steps + 1)[1:]]
+    speeds = [state.shock_speed for state in tried]
+    k = int(np.argmax(speeds))
+    if k >= steps - 1:
+        return (tried[-1],)
+    around = tried[max(k - 1, 0)].v, tried[k + 1].v
+    best = minimize_scalar(lambda v: -behind(pressure, ahead, v).shock_speed, bounds=around, method="bounded")
+    first = behind(pressure, ahead, float(best.x))
+    return first, behind(pressure, first, velocity)

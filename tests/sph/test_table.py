@@ -1,10 +1,8 @@
-"""The tabulated equation of state: tables of laws with closed answers read back, M-ANEOS' quartz against states
-between its nodes, and what a bad table says."""
+"""The tabulated equation of state: tables of laws with closed answers read back, where phase boundaries cut, and what
+a bad table says. The tables that ship: ``test_shipped_tables.py``."""
 
 from __future__ import annotations
 
-import csv
-import itertools
 import lzma
 from pathlib import Path
 
@@ -12,7 +10,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from fixtures import shock_tube, tables
+from fixtures import isentropes, shock_tube, tables
 from matter.errors import InputError
 from matter.formats import sesame
 from sph.eos import dispatch, hugoniot, table, table_slopes
@@ -80,25 +78,11 @@ def test_temperature_entropy_and_pressure_belong_together(name, request):
         assert -rho * here * (turn[0] - turn[1]) / 2e-4 == pytest.approx(P, abs=scale)
 
 
-def loop(row, start, u, squeezed, steps):
-    """Compression without a shock, du = P / rho^2 drho by the midpoint rule, and the way back: largest change of
-    entropy on the way, entropy and energy at the end less those of the start."""
-    rhos = start * np.geomspace(1.0, squeezed, steps)
-    first, energy, most = dispatch.entropy(KIND, row, start, u), u, 0.0
-    for a, b in [*itertools.pairwise(rhos), *itertools.pairwise(rhos[::-1])]:
-        P = dispatch.pressure_and_derivatives(KIND, row, a, energy)[0]
-        middle = 0.5 * (a + b)
-        half = energy + P / a**2 * (middle - a)
-        energy += dispatch.pressure_and_derivatives(KIND, row, middle, half)[0] / middle**2 * (b - a)
-        most = max(most, abs(dispatch.entropy(KIND, row, b, energy) - first))
-    return most, dispatch.entropy(KIND, row, start, energy) - first, energy - u
-
-
 @pytest.mark.parametrize("name,squeezed", [("solid", 1.6), ("gas", 30.0)])
 def test_compression_and_release_without_a_shock_end_at_the_same_entropy(name, squeezed, request):
     """Entropy stays within 1 % of c_v on the way and comes back to 0.1 %, energy to 1e-4."""
     row = request.getfixturevalue(name)
-    most, change, energy = loop(row, row[0], 2e5, squeezed, 2000)
+    most, change, energy = isentropes.loop(row, row[0], 2e5, squeezed, 2000)
     assert most < 1e-2 * 718.0 and abs(change) < 1e-3 * 718.0 and abs(energy) < 1e-4 * 2e5
 
 
@@ -168,72 +152,6 @@ def test_sods_tube_with_a_table_of_the_gas(tmp_path, monkeypatch):
     assert (error, speed) == pytest.approx(formula, rel=1e-2)
 
 
-# --- the table that ships ---
-
-
-@pytest.fixture(scope="module")
-def quartz():
-    return table.row(table.EXAMPLE)
-
-
-@pytest.fixture(scope="module")
-def between(quartz):
-    """States of M-ANEOS halfway between the nodes: how much P, s and c of the table miss them by, and whether the cell
-    is cut by a phase boundary or all mixture.
-
-    Relative errors, but of a pressure below 1e-4 K of condensed matter in shares of that, of one below 1 Pa in Pa, of
-    an entropy below 1000 J/(kg K) (of the order of c_v; its zero is free) in shares of that, of a speed below 1 m/s in
-    m/s.
-    """
-    source = sesame.read(table.EXAMPLE.file)
-    x = np.log(source.rho)
-    cut = table_slopes.cut_cells(*table_slopes.cut_sides(x, source.u, source.P))
-    mixed = table_slopes.mixed(x, source.P)
-    found = []
-    for row in csv.DictReader(BETWEEN.open()):
-        rho, T, u, P, c, s = (float(row[key]) for key in ("rho", "T", "u", "P", "c", "s"))
-        i, j, u = np.searchsorted(source.rho, rho) - 1, np.searchsorted(source.T, T) - 1, u - quartz[2]
-        least = 1e-4 * quartz[1] if rho > 0.5 * quartz[0] else 1.0
-        found.append(
-            (
-                abs(dispatch.pressure_and_derivatives(KIND, quartz, rho, u)[0] - P) / max(abs(P), least),
-                abs(dispatch.entropy(KIND, quartz, rho, u) - s) / max(abs(s), 1000.0),
-                abs(dispatch.sound_speed(KIND, quartz, rho, u) - c) / max(c, 1.0),
-                cut[i, j],
-                mixed[i : i + 2, j : j + 2].all(),
-                P,
-            )
-        )
-    return np.array(found).T
-
-
-def test_quartz_is_its_source_between_the_nodes_where_no_boundary_cuts_the_cell(between):
-    """P and s within 1 %, c within 3 %, in every state of one phase (408 of 494; 6 lie in cells that are cut)."""
-    P, s, c, cut, mixed, _ = between
-    whole = (cut == 0) & (mixed == 0)
-    assert len(P) == 494 and cut.sum() < 10 and whole.sum() > 400
-    assert P[whole].max() < 0.01 and s[whole].max() < 0.01 and c[whole].max() < 0.03
-    assert np.median(P[whole]) < 1e-5 and np.median(s[whole]) < 1e-5 and np.median(c[whole]) < 1e-4
-
-
-def test_quartz_in_two_phases_has_the_vapour_pressure_of_its_source(between):
-    """Above 1 bar within 1 % (and c within 6 %), and below within 4 %: M-ANEOS goes straight from one of its own
-    temperatures to the next there, and its d ln P / d(1/T) is a saw of 6 % above 2000 K, of 40 % below."""
-    P, s, c, cut, mixed, source = between
-    both = (cut == 0) & (mixed == 1)
-    assert both.sum() > 70 and (both & (source > 1e5)).sum() > 10
-    assert P[both & (source > 1e5)].max() < 0.01 and c[both & (source > 1e5)].max() < 0.06
-    assert P[both].max() < 0.04 and s[both].max() < 0.01
-
-
-@pytest.mark.parametrize(("u", "squeezed"), [(0.0, 1.25), (2e5, 1.9), (1e7, 2.0)])
-def test_quartz_squeezed_through_its_transition_and_released_comes_back(quartz, u, squeezed):
-    """1.9 times its density lies beyond the transition to stishovite: entropy within 1 % of c_v = 1000 J/(kg K) on the
-    way (0.13 J/(kg K) seen; 4.3 from 10 MJ/kg), and back to 1e-6 of it."""
-    most, change, energy = loop(quartz, quartz[0], u, squeezed, 2000)
-    assert most < 10.0 and abs(change) < 1e-3 and abs(energy) < 1.0
-
-
 # --- where phase boundaries cut ---
 
 
@@ -262,19 +180,6 @@ def test_cells_that_a_boundary_crosses_are_cut_and_no_others():
     crossed = (corners > 0) & (corners < 4)
     near = ndimage.binary_dilation(crossed, np.ones((3, 3)))
     assert 100 < crossed.sum() < 400 and not (crossed & ~cut).any() and not (cut & ~near).any()
-
-
-def test_quartz_is_cut_along_its_boundaries_only():
-    """2.8 % of the cells. At 1000 K: where the stretched solid gives way to vapour (2100 kg/m^3), and at both ends of
-    the transition to stishovite, 3500 and 4300 kg/m^3 in the program's input; nowhere near the density at rest."""
-    source = sesame.read(table.EXAMPLE.file)
-    cut = table_slopes.cut_cells(*table_slopes.cut_sides(np.log(source.rho), source.u, source.P))
-    assert cut.size == 38640 and cut.sum() == 1066
-    i = np.flatnonzero(cut[:, np.searchsorted(source.T, 1000.0)])
-    places = 0.5 * (source.rho[i] + source.rho[i + 1])
-    assert places == pytest.approx([2107.0, 3492.0, 4292.0], rel=5e-3)
-    rest = (source.rho[:-1] > 2300.0) & (source.rho[1:] < 3450.0)
-    assert not cut[rest][:, source.T[1:] < 1900.0].any()
 
 
 # --- bad tables ---
