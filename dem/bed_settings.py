@@ -9,7 +9,7 @@ from pydantic import Field
 from dem.beds import extent
 from dem.contact_settings import Contact
 from matter.body import Impact, Model, Target, View
-from matter.quantity import PositiveLength, PositiveSpeed
+from matter.quantity import PositiveLength, PositiveSpeed, PositiveTime
 
 
 class Settings(Model):
@@ -39,13 +39,16 @@ class Settings(Model):
     """Largest rms speed of the settled bed over sqrt(g r)."""
     seed: int = 1
     """Seed of radii and first positions."""
-    shape: Literal["auto", "cap", "bowl", "box", "cylinder"] = "auto"
+    shape: Literal["auto", "cap", "bowl", "box", "cylinder", "whole"] = "auto"
     """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or
-    ``cylinder`` of flat ground, whose radius or half width is ``arc_radius``. ``auto``: as the target is (half_sphere:
-    bowl, half_space: cylinder, block: box)."""
+    ``cylinder`` of flat ground, whose radius or half width is ``arc_radius``; the ``whole`` of an ellipsoid or mesh.
+    ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box)."""
     packing: Literal["rcp", "hcp", "hcp_tilted"] = "rcp"
     """Random close packing, or (flat ground only, equal grains) hexagonal close packing: its layers parallel to the
     ground, or ``hcp_tilted``, turned so that none is (whole layers that lift are an accident of their direction)."""
     largest_speed: PositiveSpeed | None = None
     """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only
     (``dem.beds.flat_settling.stiffness``)."""
+    pull_interval: PositiveTime | None = None
+    """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; between them it turns with
+    the body. None: a 500th of the time of an orbit about a body as dense as its grains (``dem.self_gravity``)."""

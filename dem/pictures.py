@@ -10,6 +10,8 @@ import numpy as np
 from dem.assembly import LEFT, Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
+from dem.beds.slopes import Slopes
+from dem.beds.solid_body import SolidBody
 from matter import readable
 from matter.particles import Particles
 
@@ -117,3 +119,46 @@ def flat_bed(assembly: Assembly, container: Container, report: dict[str, Any], p
         f"walls carry {report['weight_carried']:.4f} of the weight", fontsize=10,
     )  # fmt: skip
     figure.savefig(path, dpi=110)
+
+
+def whole_body(assembly: Assembly, body: SolidBody, slopes: Slopes, report: dict[str, Any], path: Path) -> None:
+    """Cuts through a whole body in its own frame, along its axis and its equator, above a map of its slopes."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 9), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(2, 2, height_ratios=(1.1, 1.0))
+    for k, (across, up) in enumerate(((0, 2), (0, 1))):
+        _cut_of_body(figure.add_subplot(grid[0, k]), assembly, body, across, up)
+    axes = figure.add_subplot(grid[1, :])
+    latitude, longitude = body.latitude_longitude(slopes.place)
+    shown = axes.scatter(longitude, latitude, c=slopes.slope, s=8, cmap="cividis")
+    figure.colorbar(shown, ax=axes, label="slope [deg]")
+    axes.set_xlim(-180.0, 180.0)
+    axes.set_ylim(-90.0, 90.0)
+    axes.set_xlabel("longitude [deg]")
+    axes.set_ylabel("latitude [deg]")
+    axes.set_title(report["slopes_in_words"], fontsize=9)
+    figure.savefig(path, dpi=110)
+
+
+def _cut_of_body(axes: Any, assembly: Assembly, body: SolidBody, across: int, up: int) -> None:
+    """A cut in the body's own frame through the axes ``across`` and ``up``, with the outline of the surface."""
+    scale, unit = readable.length_unit(body.solid.extent)
+    own = assembly.particles({}, tables=False)
+    x = own.position @ body.placed.turn
+    own["position"] = x[:, [across, 3 - across - up, up]]
+    _circles(axes, own, scale)
+    reach = 1.1 * body.solid.extent
+    line = np.linspace(-reach, reach, 160)
+    one, two = np.meshgrid(line, line)
+    plane = np.zeros((one.size, 3))
+    plane[:, across], plane[:, up] = one.ravel(), two.ravel()
+    depth = body.distance.at(plane @ body.placed.turn.T)[0].reshape(one.shape)
+    axes.contour(one * scale, two * scale, depth, levels=[0.0], colors="r", linewidths=0.8, linestyles="--")
+    axes.set_xlim(-reach * scale, reach * scale)
+    axes.set_ylim(-reach * scale, reach * scale)
+    axes.set_aspect("equal")
+    axes.set_xlabel(f"{'xyz'[across]} [{unit}]")
+    axes.set_ylabel(f"{'xyz'[up]} [{unit}]")

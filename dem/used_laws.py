@@ -9,8 +9,8 @@ from dem.contact_settings import Contact
 from dem.laws.dispatch import FAMILIES
 
 ROOM = Path(__file__).parent
-OF_BODIES = {ROOM.parent / "matter" / "tree.py", ROOM / "tide.py"}
-"""Gravity between grains (``dem.self_gravity``) and a companion's tide are no keys of a case."""
+OF_BODIES = {ROOM.parent / "matter" / "tree.py", ROOM / "tide.py", ROOM / "beds" / "slopes.py"}
+"""What only a whole body takes: gravity between grains (``dem.self_gravity``), tide, slopes."""
 PACKING = ("beds/packing.py", "beds/relaxation.py")
 """What only the making of a bed takes."""
 
@@ -26,8 +26,11 @@ def _laws(contact: Contact) -> set[Path]:
 
 def of_bed(settings: Any) -> set[Path]:
     """What a bed made with ``settings`` (``dem.bed_stage``) leaves idle."""
-    idle = _laws(settings.contact) | OF_BODIES
-    return idle | ({ROOM / "beds" / "packing.py"} if settings.packing != "rcp" else set())
+    idle = _laws(settings.contact)
+    if settings.target.solid:  # its slopes are held against the friction angle, which is measured
+        idle -= set((ROOM / "trials").glob("*.py"))
+        return idle | {ROOM / "beds" / "packing.py"} | (set() if settings.target.companion else {ROOM / "tide.py"})
+    return idle | OF_BODIES | ({ROOM / "beds" / "packing.py"} if settings.packing != "rcp" else set())
 
 
 def of_collapse(settings: Any) -> set[Path]:

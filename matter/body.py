@@ -17,12 +17,12 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from matter import material, quantity
 from matter.errors import InputError
-from matter.quantity import Acceleration, Angle, PositiveLength, PositiveSpeed, PositiveTime
+from matter.quantity import Acceleration, Angle, PositiveLength, PositiveMass, PositiveSpeed, PositiveTime
 from matter.solids.placed import Placed, of_axes, of_file
 
 SOLIDS = ("ellipsoid", "mesh")
 """Shapes of a target that are neither a sphere nor flat ground."""
-SITE = ("latitude", "longitude", "azimuth", "spin_period")
+SITE = ("latitude", "longitude", "azimuth", "spin_period", "companion")
 LIGHT = 299_792_458.0
 """Speed of light [m/s]."""
 
@@ -97,6 +97,17 @@ class Layer(Model):
     _known = field_validator("material")(known_material)
 
 
+class Companion(Model):
+    """A point mass that an ellipsoid or mesh goes round, or that goes round it: its tide acts on the grains."""
+
+    mass: PositiveMass
+    """Mass of the companion."""
+    distance: PositiveLength
+    """Distance of the companion from the body's centre of mass."""
+    longitude: Angle = 0.0
+    """Longitude above which it stands at the moment of the impact, over the body's equator."""
+
+
 class Target(Model):
     """A target of uniform layers before any compression."""
 
@@ -122,6 +133,8 @@ class Target(Model):
     """Where the projectile flies to, seen from above the site of an ellipsoid or mesh: 0 is north, 90 deg is east."""
     spin_period: PositiveTime | None = None
     """Period of an ellipsoid's or mesh's rotation about +z of its own frame; by default it does not turn."""
+    companion: Companion | None = None
+    """A companion of an ellipsoid or mesh, ``[target.companion]``; none by default."""
     width: PositiveLength | None = None
     """Width of the block, or diameter of the half-space; by default twice the depth."""
     gravity: Annotated[Acceleration, Field(ge=0)] = 0.0
@@ -187,6 +200,8 @@ class Target(Model):
             radius = self.placed.solid.radius
         except InputError as reason:
             return f"file: {reason}"
+        if self.companion is not None and self.companion.distance <= self.placed.solid.extent:
+            return f"companion: distance {self.companion.distance:.6g} m lies inside the body"
         if abs(self.layers[0].thickness / radius - 1.0) > 1e-3:
             return f"thickness: leave it out; the {self.shape} makes it {radius:.6g} m (the ball of its volume)"
         return ""

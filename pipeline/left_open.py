@@ -4,7 +4,8 @@ expected crater, kind of ground.
     [case] title      the case's name
     [case] stages     nbody where the case has its table or leaves speed or angle to it; sph; bed, handoff, dem where
                       the case has one of their tables, or where there is weight and strength does not hold the crater
-                      (loose grains would let it slump); crater
+                      (loose grains would let it slump); crater. On an ellipsoid or mesh: sph, and bed where the case
+                      has its table
     [[target.layers]] name: its material; thickness of the lowest of flat ground: down to 2.2 expected diameters,
                       which is also its half width unless given
     [impact]          expected_transient_diameter by scaling laws (``pipeline.expected_crater``)
@@ -62,15 +63,14 @@ def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], tupl
 def _not_on_solids(document: dict[str, Any]) -> list[Complaint]:
     """Stages that know spheres and flat ground only."""
     shape, named = document["target"].get("shape"), document["case"]["stages"]
-    later = [stage for stage in ("bed", "handoff", "dem", "crater") if isinstance(named, list) and stage in named]
+    later = [stage for stage in ("handoff", "dem", "crater") if isinstance(named, list) and stage in named]
     if shape not in SOLIDS or not later:
         return []
     return [
         Complaint(
             ("case", "stages"),
             f'{", ".join(later)}: know spheres and flat ground only; with shape = "{shape}" leave it out, or '
-            f"write "
-            f'["sph"]',
+            f'write ["sph"] or ["sph", "bed"]',
         )
     ]
 
@@ -182,8 +182,10 @@ def _chain(document: dict[str, Any], crater: Any) -> tuple[str, ...]:
     wanted = {"sph"} if solid else {"sph", "crater"}
     if "nbody" in document or any(key not in impact for key in FROM_ENCOUNTERS):
         wanted.add("nbody")
-    if any(stage in document for stage in _GRAINS) or (
-        crater is not None and crater.gravity > 0.0 and not crater.held and not solid
+    if solid:
+        wanted.update(stage for stage in _GRAINS if stage in document)
+    elif any(stage in document for stage in _GRAINS) or (
+        crater is not None and crater.gravity > 0.0 and not crater.held
     ):
         wanted.update(_GRAINS)
     return tuple(stage for stage in stages.ORDER if stage in wanted)

@@ -98,6 +98,16 @@ def build(target: Target, materials: Materials, zones: Zones, seed: int) -> Body
     )
 
 
+def _companion(target: Target) -> dict[str, Any] | None:
+    """Mass, place and axis of the circle of the body's companion in the frame of the run, at the moment of the
+    impact."""
+    if (one := target.companion) is None:
+        return None
+    turn = target.placed.turn
+    place = one.distance * turn @ np.array([math.cos(one.longitude), math.sin(one.longitude), 0.0])
+    return {"mass_kg": one.mass, "place_m": place.tolist(), "axis": turn[:, 2].tolist()}
+
+
 def target_json(target: Target, density: float) -> dict[str, Any]:
     """The content of ``target.json``: the body in its own turning frame at the moment of the impact; ``density``
     [kg/m^3]."""
@@ -113,11 +123,13 @@ def target_json(target: Target, density: float) -> dict[str, Any]:
         "radius_m": placed.solid.radius,
         "volume_m3": placed.solid.volume,
         "mass_kg": mass,
+        "material": target.layers[0].material,
         "axes_of_inertia_m": axes.tolist(),
         "site_m": [0.0, 0.0, placed.height],
         "normal": placed.normal.tolist(),
         "normal_from_vertical_deg": math.degrees(math.acos(min(1.0, float(placed.normal[2])))),
         "angular_velocity_1_s": spin(target).tolist(),
+        "companion": _companion(target),
         "from_body_frame": placed.turn.tolist(),
         "surface_gravity_m_s2": G * mass / placed.solid.radius**2,
     }

@@ -198,19 +198,23 @@ def wall_forces(bed: Assembly) -> np.ndarray:
 def bulk_fraction(
     position: np.ndarray, radius: np.ndarray, container: Container, margin: float, points: int = 400_000
 ) -> float:
-    """Grain volume over the volume of the grains' cells, for grains at least ``margin`` [m] away from sides, floor and
-    datum; nan without any.
+    """``bulk_fraction_where`` of the grains at least ``margin`` [m] away from sides, floor and datum."""
+    inner = (
+        (container.side_depth(position) > margin)
+        & (position[:, 2] < -margin)
+        & (position[:, 2] > container.floor + margin)
+    )
+    return bulk_fraction_where(position, radius, inner, points)
+
+
+def bulk_fraction_where(position: np.ndarray, radius: np.ndarray, inner: np.ndarray, points: int = 400_000) -> float:
+    """Grain volume over the volume of the grains' cells, for the grains ``inner`` (n,) bool; nan without any.
 
     A point of space belongs to the cell of the grain with the smallest d^2 - r^2 (radical Voronoi cells); volumes are
     counted with random points.
     """
     from scipy.spatial import cKDTree
 
-    inner = (
-        (container.side_depth(position) > margin)
-        & (position[:, 2] < -margin)
-        & (position[:, 2] > container.floor + margin)
-    )
     if not inner.any():
         return float("nan")
     reach = 2.5 * float(radius.max())

@@ -13,6 +13,7 @@ from dem.bed_settings import Settings
 from dem.beds import flat_settling
 from dem.beds.extent import depth
 from dem.beds.packing import FRACTION, HEXAGONAL
+from dem.beds.solid_packing import FRACTION as SOLID_FRACTION
 from dem.contact_settings import shortest_contact_time
 from matter import material
 
@@ -29,6 +30,8 @@ class Expected(NamedTuple):
 
 def expected(settings: Settings) -> Expected:
     """What the bed's grains will be like, from the settings alone."""
+    if settings.target.solid:
+        return _of_body(settings)
     target, contact, diameter = settings.target, settings.contact, settings.impact.expected_transient_diameter
     top, g = settings.headroom_fraction * diameter, durations.surface_gravity(target)
     name = target.layers[-1].material
@@ -61,3 +64,15 @@ def expected(settings: Settings) -> Expected:
     least = 1.0 - settings.radius_spread  # m / k goes as r^2 where k goes as r
     step = least * shortest_contact_time(mass, k) / contact.steps_per_contact
     return Expected(grain, settings.count * below / (below + above), step, (deep + top) / grain)
+
+
+def _of_body(settings: Settings) -> Expected:
+    """The same of an ellipsoid or mesh, which the grains fill as a whole."""
+    target, contact = settings.target, settings.contact
+    volume, rho = target.placed.solid.volume, material.reference_density(target.layers[-1].material)
+    grain = (SOLID_FRACTION * volume / settings.count * 0.75 / math.pi) ** (1.0 / 3.0)
+    r, mass = np.array([grain]), np.array([rho * volume / settings.count])
+    pressure = 0.5 * rho * durations.surface_gravity(target) * target.radius
+    k = flat_settling.stiffness(r, mass, contact, pressure, None)
+    step = (1.0 - settings.radius_spread) * shortest_contact_time(mass, k) / contact.steps_per_contact
+    return Expected(grain, float(settings.count), step, 2.0 * target.radius / grain)

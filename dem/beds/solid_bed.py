@@ -1,0 +1,171 @@
+"""The bed of a solid body: the whole of it as grains, without walls, with its report.
+
+``bed.vtkhdf`` holds the grains in the inertial frame of the run at the moment of the impact: they move with the body's
+rotation, v = omega x x, as the particles of the shock stage do; in the turning frame they rest.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dem import friction_angle
+from dem.assembly import Assembly
+from dem.bed_settings import Settings
+from dem.beds import bed_measures, slopes, solid_packing
+from dem.beds.settling import finish
+from dem.beds.solid_body import SolidBody
+from dem.beds.solid_settling import SolidSettling
+from dem.columns import MASS, RADIUS, STIFFNESS
+from dem.contact_settings import SPECIES
+from matter import archive, checkpoint, drawing, snapshot
+from matter.errors import InputError, Unsound
+
+BULK_DEPTH = 3.0
+"""Mean radii below the surface at which the bulk begins."""
+
+
+def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
+    """Check the settings against the body; what is returned makes the bed in a folder."""
+    if settings.shape not in ("auto", "whole"):
+        raise InputError(
+            f'[bed] shape = "{settings.shape}" is for spheres and flat ground; an ellipsoid or mesh is filled as a '
+            f'"whole"'
+        )
+    if settings.packing != "rcp" or settings.largest_speed is not None:
+        raise InputError(
+            f'[bed] packing = "{settings.packing}" and largest_speed are for flat ground (bowl, box, cylinder)'
+        )
+    if not settings.contact.linear:
+        raise InputError(
+            f"[bed] a whole body is settled with springs of constant stiffness: normal = "
+            f'"{settings.contact.normal}" is not for it'
+        )
+    body = SolidBody.read(target, settings.target)
+    if SPECIES[settings.contact.species_of(body.material)] == "ocean":
+        raise InputError(f"[bed] a body of {body.material} has no friction that could hold its shape")
+    if body.spin_over_shedding >= 1.0:
+        raise InputError(
+            f"[target] spin_period: the body turns at {body.spin_over_shedding:.3g} of the rate at which its equator "
+            f"would weigh nothing; loose grains leave it"
+        )
+    return lambda out: _make(settings, body, out)
+
+
+def _make(settings: Settings, body: SolidBody, out: Path) -> None:
+    seeds = np.random.SeedSequence(settings.seed).spawn(2)
+    radius = solid_packing.radii(settings.count, settings.radius_spread, body.solid, seeds[0])
+    points = solid_packing.points(radius, body.solid, body.distance, seeds[1])
+    work = SolidSettling(points, radius, body, settings.contact, settings.residual_speed, settings.pull_interval)
+    bed, facts = finish(work, out)
+    slope = slopes.of(body, bed.mean_radius)
+    report = report_of(bed, work, settings, slope) | facts
+    wave = float(np.max(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
+    attributes: dict[str, Any] = {
+        "time": 0.0,
+        "stage": "bed",
+        "frame": "solid",
+        "materials": [body.material],
+        "species": list(SPECIES),
+        "domain": {"shape": "whole", "radius_m": body.solid.radius, "angular_velocity_1_s": body.omega.tolist()},
+        "contact": {**settings.contact.as_attribute(), "dt_s": bed.dt, "wave_speed_m_s": wave},
+        "packing_fraction": report["packing_fraction"],
+        "coordination_number": report["coordination_number"],
+        "residual_speed_over_sqrt_g_r": report["free_run_speed_over_sqrt_g_r"],
+        "mean_radius_m": bed.mean_radius,
+    }
+    archive.write_text(out / "bed_report.json", json.dumps(report, indent=1))
+    if drawing.possible("the bed"):
+        from dem import pictures
+
+        pictures.whole_body(bed, body, slope, report, out / "bed.png")
+    snapshot.write(bed.particles(attributes), out / "bed.vtkhdf")
+    checkpoint.keep_last(out)
+    moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
+    if not moving <= settings.residual_speed:
+        where = report["moved_most"]
+        raise Unsound(
+            f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {facts['steps']:.0f} steps (limit "
+            f"{settings.residual_speed:g}); moved most: {where['radii']:.3g} radii at latitude "
+            f"{where['latitude_deg']:.3g} deg, longitude {where['longitude_deg']:.3g} deg. {report['slopes_in_words']}"
+        )
+
+
+def axes_of_inertia(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Full axes (3,) [m], the longest first, of the even ellipsoid with the mass and the second moments of points."""
+    away = position - (mass @ position) / mass.sum()
+    moments = np.linalg.eigvalsh(np.einsum("i,ij,ik->jk", mass, away, away) / mass.sum())
+    return np.asarray(2.0 * np.sqrt(5.0 * moments[::-1]))
+
+
+def in_words(slope: dict[str, Any]) -> str:
+    """What the slopes say of the shape, in a sentence."""
+    place = (
+        f"{slope['largest_deg']:.3g} deg at latitude {slope['largest_at_latitude_deg']:.3g} deg, longitude "
+        f"{slope['largest_at_longitude_deg']:.3g} deg"
+    )
+    share, angle = slope["share_above_friction_angle"], slope["friction_angle_deg"]
+    if share == 0.0:
+        return f"No slope of the body is steeper than its grains' {angle:.3g} deg; the steepest: {place}."
+    return (
+        f"{share:.2g} of the body's surface is steeper than its grains' {angle:.3g} deg (the steepest: {place}): "
+        f"there friction alone does not hold it."
+    )
+
+
+def report_of(bed: Assembly, work: SolidSettling, settings: Settings, surface: slopes.Slopes) -> dict[str, Any]:
+    """Everything that says how good the bed is."""
+    body = work.ground
+    angle = friction_angle.measure(settings.contact)["angle_deg"]
+    slope = surface.against(angle, body)
+    depth = body.distance.at(bed.X[:, :3])[0]
+    inner = depth > BULK_DEPTH * bed.mean_radius
+    z, rattlers = bed_measures.coordination(bed, np.ones(len(bed.X), dtype=bool))
+    axes, wanted = axes_of_inertia(bed.mass, bed.X[:, :3]), _axes_of(body)
+    moved = work.moved(bed) / bed.mean_radius
+    most = int(np.argmax(moved))
+    latitude, longitude = body.latitude_longitude(bed.X[most : most + 1, :3])
+    turning = np.array(body.solid.inertia * body.density @ body.omega)
+    speed = work.moving(bed)
+    return {
+        "grains": len(bed.X),
+        "mean_radius_m": bed.mean_radius,
+        "packing_fraction": bed_measures.bulk_fraction_where(bed.X[:, :3], bed.X[:, RADIUS], inner),
+        "grain_volume_over_body": float(np.sum(4.0 / 3.0 * np.pi * bed.X[:, RADIUS] ** 3) / body.solid.volume),
+        "coordination_number": z,
+        "rattler_share": rattlers,
+        "residual_speed_over_sqrt_g_r": {key: speed[key] for key in ("rms", "max", "unit_m_s")},
+        "mass_kg": float(bed.mass.sum()),
+        "mass_error": float(bed.mass.sum() / body.mass - 1.0),
+        "mass_correction_max": work.correction,
+        "centre_of_mass_m": (bed.mass @ bed.X[:, :3] / bed.mass.sum()).tolist(),
+        "axes_of_inertia_m": axes.tolist(),
+        "axes_of_inertia_target_m": wanted.tolist(),
+        "axes_error_max": float(np.abs(axes / wanted - 1.0).max()),
+        "momentum_kg_m_s": bed.momentum().tolist(),
+        "angular_momentum_kg_m2_s": bed.angular_momentum().tolist(),
+        "angular_momentum_target_kg_m2_s": turning.tolist(),
+        "spin_over_shedding": body.spin_over_shedding,
+        "slopes": slope,
+        "slopes_in_words": in_words(slope),
+        "moved_most": {
+            "radii": float(moved[most]),
+            "rms_radii": float(np.sqrt(np.mean(moved**2))),
+            "latitude_deg": float(latitude[0]),
+            "longitude_deg": float(longitude[0]),
+        },
+        "pull_interval_s": bed.pull_interval,
+        "pull_removed_over_weight": work.most_removed,
+        "overlap": bed_measures.overlaps(bed),
+        "time_step_s": bed.dt,
+    }
+
+
+def _axes_of(body: SolidBody) -> np.ndarray:
+    """Those of the body itself, at uniform density."""
+    moments = np.linalg.eigvalsh(0.5 * np.trace(body.solid.inertia) * np.eye(3) - body.solid.inertia)
+    return np.asarray(2.0 * np.sqrt(5.0 * moments[::-1] / body.solid.volume))

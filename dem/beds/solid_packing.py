@@ -1,0 +1,81 @@
+"""A random packing of grains in a solid body of any shape.
+
+Random points in the body are relaxed without friction and without weight, held in by a push from its surface
+
+    a_i = k_i / m_i  max(0, r_i - s - depth_i)  inwards,
+
+with the depth below the surface from ``matter.solids.distance``. Then the radii shrink by the mean overlap: the
+packing is just no longer jammed, and nothing bursts when the push is gone.
+
+Beside a smooth surface grains lie loosely. So the outermost stand out by s = ``PROUD`` mean radii, and the moments of
+inertia are those of the body (measured with 500 to 8,000 grains in an ellipsoid). The grains fill
+``FRACTION`` (1 - ``AT_SURFACE`` r A / V) of its volume; A / V = 3 / R of a ball.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from dem.columns import MASS, RADIUS, STIFFNESS
+from dem.grain_list import GrainList
+from matter.solids.distance import Distance
+from matter.solids.solid import Solid
+
+PROUD = 0.3
+FRACTION, AT_SURFACE = 0.66, 0.05
+"""Grain volume over the body's, slightly above random close packing, and what its surface takes of it."""
+
+
+def radii(count: int, spread: float, solid: Solid, seed: np.random.SeedSequence) -> np.ndarray:
+    """Radii [m] uniform within +-``spread`` about a mean at which ``count`` grains fill the body."""
+    shape = np.random.default_rng(seed).uniform(1.0 - spread, 1.0 + spread, count)
+    corner = solid.vertices[solid.triangles]
+    area = 0.5 * float(
+        np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1).sum()
+    )
+    volume, share = solid.volume, FRACTION
+    for _ in range(20):
+        scale = (share * volume / (4.0 / 3.0 * math.pi * float(np.sum(shape**3)))) ** (1.0 / 3.0)
+        share = FRACTION * max(0.3, 1.0 - AT_SURFACE * scale * area / volume)
+    return np.asarray(scale * shape)
+
+
+def points(radius: np.ndarray, solid: Solid, distance: Distance, seed: np.random.SeedSequence) -> np.ndarray:
+    """Centres (n, 3) uniform over the part of the body that each grain can reach; those that find none lie anywhere
+    inside."""
+    rng = np.random.default_rng(seed)
+    low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
+    place, todo = np.empty((len(radius), 3)), np.arange(len(radius))
+    stand = PROUD * float(radius.mean())
+    for trial in range(1000):
+        if not len(todo):
+            break
+        place[todo] = low + (high - low) * rng.random((len(todo), 3))
+        least = radius[todo] - stand if trial < 900 else 0.0
+        todo = todo[distance.at(place[todo])[0] < least]
+    return place
+
+
+@dataclass(frozen=True)
+class Inside:
+    """The push of the body's surface on grains that would leave it (``dem.held_pull.Outer``); they
+    may ``stand`` [m] out of it."""
+
+    distance: Distance
+    stand: float
+
+    def add(self, bed: GrainList, pull: np.ndarray) -> None:
+        """Add its acceleration to ``pull`` (moving grains, 3)."""
+        k = slice(0, bed.moving)
+        depth, inwards = self.distance.at(bed.X[k, :3])
+        push = bed.V[k, STIFFNESS] / bed.V[k, MASS] * np.maximum(bed.X[k, RADIUS] - self.stand - depth, 0.0)
+        pull += push[:, None] * inwards
+
+    def energy(self, bed: GrainList) -> float:
+        """1/2 sum k (r - depth)^2 [J]."""
+        k = slice(0, bed.moving)
+        over = np.maximum(bed.X[k, RADIUS] - self.stand - self.distance.at(bed.X[k, :3])[0], 0.0)
+        return float(0.5 * bed.V[k, STIFFNESS] @ over**2)
