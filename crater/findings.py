@@ -12,6 +12,7 @@ import numpy as np
 
 from crater import chain, heads, scaling, series
 from crater.ballistic import Ballistic
+from crater.catalogue import Catalogue
 from crater.choices import Choices
 from crater.datum import Datum
 from crater.measure import Measures, Quantity
@@ -60,11 +61,15 @@ class LastCrater:
 @dataclass(frozen=True)
 class Ejected:
     """What the crater threw out: what leaves the body, mass against speed, and speed and angle against the place of
-    launch; each empty where unknown."""
+    launch; the ``catalogue`` of single particles with their ``fates`` (masses), and where they came from
+    (``excavation``); each empty where unknown."""
 
     leaving: Mapping[str, float] = field(default_factory=dict)
     faster_than: Mapping[str, Any] = field(default_factory=dict)
     launch: Mapping[str, Any] = field(default_factory=dict)
+    catalogue: Catalogue | None = None
+    fates: Mapping[str, Any] = field(default_factory=dict)
+    excavation: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from crater import plot_ejecta, plot_heights, plot_sections, scaling
+from crater import plot_ejecta, plot_excavation, plot_heights, plot_sections, scaling
 from crater.craters import Crater
 from crater.figure import INK, figure, grid, save
 from crater.findings import LATE_SHOCK, Findings
@@ -46,6 +46,8 @@ def draw_all(findings: Findings, out: Path) -> None:
         plot_ejecta.draw_ejecta(findings, out / "ejecta.png")
     if findings.ejected.launch:
         plot_ejecta.draw_launches(findings, out / "launch.png")
+    if findings.ejected.excavation:
+        plot_excavation.draw(findings.ejected.excavation, out / "excavation.png")
     if findings.final is not None:
         plot_heights.draw_heightmap(findings.final.measures, out / "heightmap.png")
     plot_sections.draw_cross_sections(findings, out / "cross_section.png")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from crater import ballistic, block_view, chain, heads, report_evidence, scaling
+from crater import ballistic, block_view, chain, heads, report_evidence, report_matter, scaling
 from crater.findings import Findings, columns, final_entry
 from crater.measure import Measures, Quantity
 from matter import archive, drawing, page, readable
@@ -82,6 +82,7 @@ def write(findings: Findings, out: Path) -> None:
             narrow=True,
         ),
         _ejecta(findings, out),
+        *report_matter.all_parts(findings, out),
         *report_evidence.all_parts(
             findings.inputs, findings.setting.event.mass * findings.settings.impact.speed, _lever(findings)
         ),

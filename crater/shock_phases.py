@@ -6,6 +6,9 @@ P_c the critical pressures of the material (``[shock_phases]`` of its file): mat
 is molten, begins to boil, is vapour once it has come down to no pressure along its isentrope. They hold for dense
 matter at the temperature that their source names; a porous target melts earlier. Coarse runs lose peak pressure
 (``crater.soundness``), and mass with it. No entropy stands behind the masses: Tillotson's equation knows none.
+
+Their errors are those of counting alone, sqrt((1 - f) sum m_i^2), f the share of the particles that are above: how
+much a mass of few particles may be off by chance.
 """
 
 from __future__ import annotations
@@ -66,11 +69,21 @@ def masses(particles: Particles, projectile_mass: float) -> dict[str, Any]:
             if not critical:
                 without += [name] if name not in without else []
                 continue
-            above = {
-                key: float(particles.mass[mine & (particles.peak_pressure > P)].sum() / projectile_mass)
-                for key, P in critical.items()
-            }
-            found.append({"material": name, "body": body, "pressures_Pa": critical, "over_projectile_mass": above})
+            share = particles.mass[mine] / projectile_mass
+            above = {key: share[particles.peak_pressure[mine] > P] for key, P in critical.items()}
+            found.append(
+                {
+                    "material": name,
+                    "body": body,
+                    "pressures_Pa": critical,
+                    "over_projectile_mass": {key: float(part.sum()) for key, part in above.items()},
+                    "counting_error": {
+                        key: float(np.sqrt((part**2).sum() * (1.0 - len(part) / len(share))))
+                        for key, part in above.items()
+                    },
+                    "source": material.load(name)[SECTION]["source"],
+                }
+            )
     return {"by": "peak pressure", "projectile_mass_kg": projectile_mass, "parts": found, "not_known_of": without}
 
 

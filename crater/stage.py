@@ -2,7 +2,7 @@
 
 Reads ``2_sph`` (time series and transient crater, all-SPH late stage) and ``5_dem`` (final crater from settled
 grains), whichever exist; leaves ``measures.json``, ``profile.csv``, ``profile_sph.csv``, ``time_series.csv``,
-``compare.json``, ``heightmap.h5``, pictures and ``report.html``.
+``compare.json``, ``heightmap.h5``, ``ejecta.h5``, pictures and ``report.html``.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from crater import (
     ballistic,
     choices,
     ejecta,
+    flight,
     launch,
     plot,
     report,
@@ -28,6 +29,7 @@ from crater import (
     shock_phases,
     soundness,
     tables,
+    thrown_out,
 )
 from crater import datum as datums
 from crater.choices import Choices
@@ -62,7 +64,8 @@ snapshots, pictures included)."""
 def idle_sources(settings: Settings) -> set[Path]:
     """Files that this run does not take: its bibliography leaves out what only they cite."""
     idle = {Path(str(launch.__file__))} if not settings.target.flat else set()
-    return idle | ({Path(str(scaling.__file__))} if not settings.target.weighs else set())
+    weightless = {Path(str(module.__file__)) for module in (scaling, flight)}
+    return idle | (weightless if not settings.target.weighs else set())
 
 
 def predict(settings: Settings) -> dict[str, float]:
@@ -184,6 +187,11 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
     path = end if end.is_file() else shots[-1]
     particles = snapshot.read(path)
     ejected = Ejected(_leaving(setting, particles), faster_than, launched)
+    if "volume" in transient and setting.gravity > 0.0:
+        ejected, missing = thrown_out.of_run(
+            setting, ejected, transient["volume"], "volume" in growing, shots[1:], particles
+        )
+        reasons |= missing
     time, last = float(particles.attributes.get("time", np.nan)), None
     try:
         measures = chosen.measured(particles, start, f"2_sph/{path.name}")

@@ -1,4 +1,4 @@
-"""The stage's files: ``measures.json``, ``compare.json``, profiles, time series, height map."""
+"""The stage's files: ``measures.json``, ``compare.json``, profiles, time series, height map, ejecta."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from crater import choices, radial_profile, series
+from crater import catalogue, choices, radial_profile, series
 from crater.findings import LATE_SHOCK, Findings, final_entry, time_of
 from crater.measure import Measures, Quantity
-from matter import archive
+from matter import archive, snapshot
 from matter.crater_measures import MOMENTS
 
+CATALOGUE = "ejecta.h5"
+"""The ejecta, one row a particle (``crater.catalogue``)."""
 PROFILES = {"volume": "profile_transient.csv", "depth": "profile_transient_depth.csv"}
 """Files that hold the profile of the transient crater, by the maximum at which it is taken."""
 
@@ -56,7 +58,13 @@ def measures_json(findings: Findings) -> dict[str, Any]:
     ejected = findings.ejected
     content |= {
         name: part
-        for name, part in (("leaving", ejected.leaving), ("ejecta", ejected.faster_than), ("launch", ejected.launch))
+        for name, part in (
+            ("leaving", ejected.leaving),
+            ("ejecta", ejected.faster_than),
+            ("launch", ejected.launch),
+            ("fates", ejected.fates),
+            ("excavation", ejected.excavation),
+        )
         if part
     }
     if findings.ballistic is not None:
@@ -88,6 +96,8 @@ def write_tables(findings: Findings, out: Path) -> None:
     )
     if findings.moments:
         series.write_csv(findings.moments, out / "time_series.csv")
+    if findings.shock is not None and findings.ejected.catalogue is not None:
+        catalogue.write(findings.ejected.catalogue, snapshot.read(findings.shock.end_path), out / CATALOGUE)
     last, late = findings.final, findings.late_sph
     if late is not None:
         radial_profile.write_csv(headed(late.measures, late.time, LATE_SHOCK), out / "profile_sph.csv")

@@ -32,7 +32,7 @@ def table(run: Path) -> str:
     ]
     lines += [_errors(columns), *_unsettled(measures)]
     lines += [_published(entry) for entry in measures.get("reference", [])]
-    lines += _molten(measures.get("shock_phases", {}))
+    lines += _molten(measures.get("shock_phases", {})) + _excavated(measures.get("excavation", {}))
     return "\n".join(line for line in [*lines, *_soundness(measures.get("soundness", {}))] if line)
 
 
@@ -73,6 +73,12 @@ def _molten(facts: Mapping[str, Any]) -> list[str]:
     from crater import shock_phases
 
     return shock_phases.lines(facts)
+
+
+def _excavated(facts: Mapping[str, Any]) -> list[str]:
+    from crater import excavation
+
+    return [readable.terminal(line) for line in excavation.lines(facts)]
 
 
 def _published(entry: dict[str, Any]) -> str:

@@ -1,0 +1,158 @@
+"""Where the matter that the crater threw out came from: depth and radius of excavation, how strongly it was shocked,
+which depths lie at which distance in the blanket, and whether the layers at the rim are turned over.
+
+Excavated is what left the ground before the transient crater was largest and, by the catalogue, lands beyond it or
+escapes (``crater.catalogue``): neither what is pushed aside below the ground, nor what a collapse throws up later from
+deep below (its mass is given). First depths are those at the start of the impact, below the undisturbed datum;
+distances are from the crater's axis, in its apparent radius R. Depths and radii are quantiles of mass: single
+particles from far below do not decide. (Melosh 1989, section 5.5: a depth of excavation of about a tenth of the
+transient diameter.)
+
+    turned over:  of what lies above the undisturbed ground between 1 and 1.5 R at the end of the shock stage, the rank
+                  correlation of first height and height now within rings is clearly negative; upright: positive
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from crater import catalogue as catalogues
+from crater import cloud as clouds
+from crater.catalogue import Catalogue
+from crater.datum import Datum
+from matter import readable
+from matter.errors import InputError
+from matter.particles import Particles
+
+SOURCES = ("Melosh1989",)
+SHARE = 0.95
+"""Quantile of mass that is called the depth, or the radius, of excavation."""
+RANGES = (1.0, 1.5, 2.0, 3.0, 5.0)
+"""Edges of the landing distances, in R; the last class is open, and what escapes has one of its own."""
+DEPTHS = (0.0, 0.05, 0.1, 0.2, 0.4)
+"""Edges of the first depths, in transient diameters; the last class is open."""
+RIM, RINGS = 1.5, 3
+FEWEST = 30
+"""Fewest particles at the rim that say whether layers are turned over."""
+CLEAR = 0.2
+"""Least rank correlation that says so."""
+
+
+def quantile(values: np.ndarray, mass: np.ndarray, share: float) -> float:
+    """The value that ``share`` of the mass does not exceed; NaN of nothing."""
+    if not len(values):
+        return float("nan")
+    order = np.argsort(values)
+    part = np.cumsum(mass[order]) / mass.sum()
+    return float(values[order[min(int(np.searchsorted(part, share - 1e-12)), len(values) - 1)]])
+
+
+def facts(
+    found: Catalogue, last: Particles, ground: Datum, crater: Datum, radius: float, until: float
+) -> dict[str, Any]:
+    """What ``measures.json`` says of it; ``last`` is the last snapshot of the shock stage (with ``initial_position``),
+    ``ground`` the undisturbed datum; ``crater``, ``radius`` [m] and ``until`` [s] datum, apparent radius and time of
+    the transient crater.
+
+    Raises ``InputError`` where the snapshot does not say where matter came from, or nothing of the target was thrown
+    out of the crater.
+    """
+    last.need("initial_position", "mass", "layer", "position")
+    fates = catalogues.where(found, crater, radius)
+    out = (found.layer >= 0) & (fates[catalogues.BEYOND] | fates[catalogues.ESCAPES])
+    gone = out & (found.time <= until)
+    if not gone.any():
+        raise InputError("nothing of the target was thrown out of the crater")
+    rows, mass = found.number[gone], found.mass[gone]
+    first = last.initial_position[rows]
+    depth, away = -ground.polar(first)[2], crater.polar(first)[0]
+    result: dict[str, Any] = {
+        "mass_kg": float(mass.sum()),
+        "particles": int(gone.sum()),
+        "until_s": until,
+        "later_kg": float(found.mass[out & ~gone].sum()),
+        "share": SHARE,
+        "depth_m": quantile(depth, mass, SHARE),
+        "depth_half_m": quantile(depth, mass, 0.5),
+        "depth_greatest_m": float(depth.max()),
+        "radius_m": quantile(away, mass, SHARE),
+        "depth_over_transient_diameter": quantile(depth, mass, SHARE) / (2.0 * radius),
+    }
+    if "peak_pressure" in last:
+        peak = last.peak_pressure[rows]
+        result["peak_pressure_Pa"] = {
+            "half": quantile(peak, mass, 0.5),
+            "share": quantile(peak, mass, SHARE),
+            "largest": float(peak.max()),
+        }
+    away_now = np.where(fates[catalogues.ESCAPES], np.inf, catalogues.distance(found, crater))[gone]
+    result["blanket"] = _blanket(away_now / radius, depth / (2.0 * radius), mass, last, rows)
+    return {**result, "rim": turned(last, ground, crater, radius)}
+
+
+def _blanket(
+    away: np.ndarray, depth: np.ndarray, mass: np.ndarray, last: Particles, rows: np.ndarray
+) -> list[dict[str, Any]]:
+    """For each class of landing distance: its edges in R (None: open, and ``escapes``), mass by class of first depth
+    [kg], and the pressure that half of its mass did not exceed [Pa]."""
+    ring = np.where(np.isinf(away), len(RANGES), np.searchsorted(RANGES, away, side="right") - 1)
+    layer = np.clip(np.searchsorted(DEPTHS, depth, side="right") - 1, 0, len(DEPTHS) - 1)
+    classes = []
+    for k in range(len(RANGES) + 1):
+        here = ring == k
+        entry: dict[str, Any] = {
+            "from_R": RANGES[k] if k < len(RANGES) else None,
+            "to_R": RANGES[k + 1] if k + 1 < len(RANGES) else None,
+            "escapes": k == len(RANGES),
+            "mass_kg": [float(mass[here & (layer == d)].sum()) for d in range(len(DEPTHS))],
+        }
+        if "peak_pressure" in last:
+            entry["peak_pressure_half_Pa"] = quantile(last.peak_pressure[rows[here]], mass[here], 0.5)
+        classes.append(entry)
+    return classes
+
+
+def turned(last: Particles, ground: Datum, crater: Datum, radius: float) -> dict[str, Any]:
+    """Whether the layers at the rim are turned over: ``order`` (``turned over``, ``upright``, ``undecided``), the rank
+    ``correlation`` and its ``p``, and how many ``particles`` say so."""
+    body = last.select(last.layer >= 0)
+    away, _, height = crater.polar(body.position)
+    first = ground.polar(body.initial_position)[2]
+    try:
+        held = np.zeros(len(body), dtype=bool)
+        whole = np.flatnonzero(body.state == 0) if "state" in body else np.arange(len(body))
+        held[whole] = clouds.supported(clouds.of(body, "the last snapshot"))
+    except InputError as reason:
+        return {"order": "undecided", "reason": str(reason), "particles": 0}
+    near = held & (away > radius) & (away < RIM * radius) & (height > 0.0)
+    if near.sum() < FEWEST:
+        return {"order": "undecided", "reason": "too few particles at the rim", "particles": int(near.sum())}
+    ring = np.clip(((away / radius - 1.0) / (RIM - 1.0) * RINGS).astype(int), 0, RINGS - 1)
+    ranks = [(_ranks(first[near & (ring == k)]), _ranks(height[near & (ring == k)])) for k in range(RINGS)]
+    before, now = (np.concatenate(column) for column in zip(*ranks))
+    outcome = spearmanr(before, now)
+    value, p = float(outcome.statistic), float(outcome.pvalue)
+    clear = p < 0.01 and abs(value) > CLEAR
+    order = "undecided" if not clear else "turned over" if value < 0.0 else "upright"
+    return {"order": order, "correlation": value, "p": p, "particles": int(near.sum())}
+
+
+def _ranks(values: np.ndarray) -> np.ndarray:
+    """Places in the order of the values, between 0 and 1."""
+    return (np.argsort(np.argsort(values)) + 0.5) / max(len(values), 1)
+
+
+def lines(known: Mapping[str, Any]) -> list[str]:
+    """The same in one line; none where nothing is known."""
+    if not known:
+        return []
+    depth, half = readable.length(known["depth_m"]), readable.length(known["depth_half_m"])
+    return [
+        f"excavated: {readable.amount(known['mass_kg'], 'kg', 3)}, {known['share']:.0%} of it from above {depth} "
+        f"({known['depth_over_transient_diameter']:.2f} of the transient apparent diameter), half from above {half}"
+        + ("; the crater still grew when the shock stage ended" if known.get("growing") else "")
+    ]

@@ -1,0 +1,135 @@
+"""What became of the matter, on a crater's page: what melted and boiled, where what was thrown out came from, and
+where it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from crater import shock_phases
+from crater.findings import Findings
+from matter import page, readable
+
+
+def all_parts(findings: Findings, out: Path) -> list[str]:
+    """Every section that the findings give material for; ``out`` holds the pictures."""
+    if findings.shock is None:
+        return []
+    ejected, projectile = findings.ejected, findings.setting.event.mass
+    return [
+        molten(findings.shock.molten),
+        excavated(ejected.excavation, projectile, out),
+        fates(ejected.fates),
+    ]
+
+
+def molten(facts: Mapping[str, Any]) -> str:
+    """Mass above each critical pressure, in projectile masses, one row for each material of each body; empty where no
+    material of the run gives any."""
+    parts = facts.get("parts", [])
+    if not parts:
+        return ""
+    keys = [key for key in shock_phases.WORDS if any(key in part["pressures_Pa"] for part in parts)]
+    rows = [
+        [f"{page.escape(part['material'])} of the {part['body']}", *(_cell(part, key) for key in keys)]
+        for part in parts
+    ]
+    notes = [f"{part['material']}: {part['source']}" for part in parts]
+    unknown = facts.get("not_known_of", [])
+    return (
+        "<h2>Melt and vapour</h2>"
+        + page.table(["in masses of the projectile", *(shock_phases.WORDS[key] for key in keys)], rows)
+        + "<p class=note>By the largest pressure that each particle felt in the shock stage; errors are those of "
+        "counting particles. Coarse runs lose peak pressure, and melt with it; pores would melt more. "
+        + " ".join(f"{page.escape(note)}." for note in dict.fromkeys(notes))
+        + (f" No critical pressures are known of {page.escape(', '.join(unknown))}." if unknown else "")
+        + "</p>"
+    )
+
+
+def _cell(part: Mapping[str, Any], key: str) -> str:
+    if key not in part["pressures_Pa"]:
+        return "not known"
+    value, error = part["over_projectile_mass"][key], part["counting_error"][key]
+    above = f"above {readable.amount(part['pressures_Pa'][key] * 1e-9, 'GPa', 3)}"
+    return f"{readable.measured(value, error, '')} ({above})" if value > 0.0 else f"none ({above})"
+
+
+def excavated(facts: Mapping[str, Any], projectile_mass: float, out: Path) -> str:
+    """Depth and radius of excavation, shock of what was thrown out, the order of the layers at the rim, and the
+    picture of first depths by landing distance; empty where nothing is known."""
+    if not facts:
+        return ""
+    share, over = f"{facts['share']:.0%}", facts["mass_kg"] / projectile_mass
+    rows = [
+        (
+            "mass thrown out of the crater",
+            f"{readable.amount(facts['mass_kg'], 'kg', 3)} ({over:.3g} of the projectile)",
+        ),
+        (
+            f"depth of excavation ({share} of that mass came from above it)",
+            f"{readable.length(facts['depth_m'])}, {facts['depth_over_transient_diameter']:.2f} of the transient "
+            f"apparent diameter (half of it from above {readable.length(facts['depth_half_m'])})",
+        ),
+        (f"radius of excavation ({share} came from within it)", readable.length(facts["radius_m"])),
+    ]
+    if peak := facts.get("peak_pressure_Pa"):
+        half, most, largest = (readable.amount(peak[key] * 1e-9, "GPa", 3) for key in ("half", "share", "largest"))
+        rows.append(("largest pressure that it felt", f"half below {half}, {share} below {most}, at most {largest}"))
+    rows.append(("layers at the rim, above the old ground", _order(facts["rim"])))
+    rows.append(("thrown beyond the crater later, by its collapse", readable.amount(facts["later_kg"], "kg", 3)))
+    unfinished = (
+        " <b class=waived>Caution:</b> the crater still grew when the shock stage ended: this is what had risen from "
+        "the ground by then, not all that will."
+        if facts.get("growing")
+        else ""
+    )
+    return (
+        "<h2>Where the ejecta came from</h2>"
+        + page.table([], [[page.escape(word), page.escape(value)] for word, value in rows], words=(1,))
+        + f"<p class=note>Target matter of the shock stage that left the ground before "
+        f"{readable.clock(facts['until_s'])} (largest volume) and in free flight lands beyond the transient crater or "
+        f"escapes: {facts['particles']} particles. Grains do not carry where the matter that they stand for came "
+        f"from.{unfinished}</p>"
+        + page.picture(
+            out / "excavation.png",
+            "First depths of what lands at each distance, in apparent radii R of the transient crater.",
+            narrow=True,
+        )
+    )
+
+
+def _order(rim: Mapping[str, Any]) -> str:
+    count = f"{rim['particles']} particles"
+    if "correlation" not in rim:
+        return f"undecided ({rim['reason']}: {count})"
+    return f"{rim['order']} (rank correlation of height before and after {rim['correlation']:+.2f}, {count})"
+
+
+def fates(facts: Mapping[str, Any]) -> str:
+    """Mass of target and projectile by fate; empty where nothing is known."""
+    if not facts:
+        return ""
+    names = list(facts["target_kg"])
+    rows = [
+        [page.escape(name), *(readable.amount(facts[body][name], "kg", 3) for body in ("target_kg", "projectile_kg"))]
+        for name in names
+    ]
+    down = facts["landed"]
+    words = (
+        f" Of {down['particles']} that should be down by the end of the shock stage, half are then more than "
+        f"{down['distance_over_free_flight']:.2f} times as far from the axis as free flight says: matter is pushed on "
+        "in flight, or slides."
+        if down["distance_over_free_flight"] is not None
+        else ""
+    )
+    return (
+        "<h2>Where the ejecta end</h2>"
+        + page.table(["", "target", "projectile"], rows)
+        + f"<p class=note>Free flight, without air, of the {facts['particles']} particles that rose from the ground; "
+        f"inside and beyond the apparent radius of the transient crater, {readable.length(facts['crater_radius_m'])}. "
+        f"Together with what stayed they are the mass at the start within {max(facts['closure'], 1e-16):.0e} of "
+        f"it.{words} Each particle, with place, "
+        "time and velocity of its launch: ejecta.h5.</p>"
+    )
