@@ -19,6 +19,7 @@ from dem.columns import (
     BOOKS,
     DISSIPATED,
     DRAGGED,
+    ENERGY_GONE,
     EXCESS,
     IMPULSE,
     SUMS,
@@ -329,6 +330,7 @@ class Assembly(GrainList):
         if state == LEFT:
             tables = self.mass[where], self.X[where], self.W[where], self.F[where]
             departures.book(self.booked[REASONS.index(reason)], *tables, 0.5 * self.dt, self.gravity)
+            self.booked[REASONS.index(reason), ENERGY_GONE] += held_pull.energy_with(self, where)
         if state == BALLISTIC:
             self.returned[where] = 1
         self.state[where] = state

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dem import flight, flight_collisions, sleeping, stiffening
+from dem import flight, flight_collisions, sleeping, stiffening, whole_collapse
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly, Extras
 from dem.balance import Balance, handed_energy
 from dem.beds import settling
@@ -18,6 +18,8 @@ from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
+from dem.beds.solid_body import SolidBody
+from dem.beds.whole_body import Standing, WholeBody
 from dem.columns import (
     ANGULAR_GONE,
     ANGULAR_IMPULSE,
@@ -80,38 +82,45 @@ class Due:
     snapshots: int = 0
 
 
+DOMAINS: dict[str, type[Domain | Container | WholeBody]] = {
+    "plane": Container, "sphere": Domain, "solid": WholeBody
+}  # fmt: skip
+"""Where grains lie, by the frame of the start."""
+
+
 class Collapse:
     """One run of the stage: the assembly and what is remembered about it."""
 
-    def __init__(self, settings: Settings, start: Particles, body: LayeredBody | FlatGround, out: Path):
+    def __init__(self, settings: Settings, start: Particles, body: LayeredBody | FlatGround | SolidBody, out: Path):
         _check(start, settings)
         self.settings, self.out = settings, out
-        flat = start.attributes.get("frame") == "plane"
-        if flat != isinstance(body, FlatGround):
-            raise InputError("the start and target.json do not share a frame: one is flat ground, the other a sphere")
-        self.domain: Domain | Container = (Container if flat else Domain).of_attribute(start.attributes["domain"])
+        frame = start.attributes.get("frame", "sphere")
+        if {"plane": FlatGround, "solid": SolidBody}.get(frame, LayeredBody) is not type(body):
+            raise InputError("the start and target.json do not share a frame: flat ground, a sphere or another solid")
+        self.domain: Domain | Container | WholeBody = DOMAINS[frame].of_attribute(start.attributes["domain"])
+        self.standing = Standing(start) if frame == "solid" else None
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
         self.springs = stiffening.springs_for(
-            settings.springs_for if settings.engine == "native" else "bed", start, settings.contact, flat
+            settings.springs_for if settings.engine == "native" else "bed", start, settings.contact, frame != "sphere"
         )
         stiffer = self.springs.factor != 1.0
         self.bed = Assembly(
             start, settings.contact, self.domain.walls(), body.gravity(), dt=dt,
             threads=settling.threads_for(len(start)), skin=0.3,
-            extras=Extras(stiffer or settings.stiffness == "following", settings.sleeping),
+            extras=Extras(
+                stiffer or settings.stiffness == "following", settings.sleeping, *whole_collapse.forces(body, settings)
+            ),
         )  # fmt: skip
         self.springs_energy = (self.bed.elastic, self.bed.elastic)
         if stiffer:
             self.springs_energy = stiffening.stiffen(self.bed, self.springs)
             self.domain = stiffening.damped_for(self.domain, self.springs)
         handed = handed_energy(self.bed, body.surface_gravity)
-        floor = self.domain.floor if isinstance(self.domain, Container) else self.domain.core_radius
-        self.following = (
-            Following(self.bed, float(body.pressure(np.array(floor))), handed)
-            if settings.stiffness == "following"
-            else None
-        )
+        self.following = None
+        if settings.stiffness == "following" and not isinstance(body, SolidBody):
+            floor = self.domain.floor if isinstance(self.domain, Container) else self.domain.core_radius
+            self.following = Following(self.bed, float(body.pressure(np.array(floor))), handed)
         self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")} | {
             "domain": self.domain.as_attribute()
         }
@@ -157,7 +166,7 @@ class Collapse:
         """Write what falls due at this step: a look at the profile, a row of the history, a snapshot."""
         now, settings = self.bed.time, self.settings
         if now >= self.due.look:
-            self.still.look(surface_profile(self.bed, self.domain), self.bed.mean_radius)
+            self.still.look(surface_profile(self.bed, self.domain, self.standing), self.bed.mean_radius)
             self.due.look += self.still.every
         if now >= self.due.row:
             self.rows.append(self._row())
@@ -293,6 +302,7 @@ class Collapse:
             },
             "stiffness_excess": bed.stiffness_excess / max(self.balance.handed, 1e-300),
             **worst,
+            **whole_collapse.report(bed, self.standing),
             "ballistic_at_end": int((bed.state == BALLISTIC).sum()),
             "left": int((bed.state == LEFT).sum()),
             "booked": {reason: _book(row) for reason, row in zip(REASONS, bed.booked)},

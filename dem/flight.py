@@ -7,19 +7,22 @@ import numpy as np
 from dem.assembly import ACTIVE, BALLISTIC, LEFT, Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
+from dem.beds.whole_body import WholeBody, bound
 from dem.columns import RADIUS, TOUCHING
 
 EVERY = 10
 """Steps between two looks."""
 ESCAPE_RADII = 1.5
 """A grain faster than escape is booked beyond this many radii of the body; slower ones may come back."""
+BODY_RADII = 10.0
+"""The same of a whole body, whose grains attract each other: what is booked pulls no longer."""
 CHANGES = (
     (LEFT, "through_the_side"), (BALLISTIC, ""), (LEFT, "escaped"), (LEFT, "landed_outside"), (ACTIVE, "")
 )  # fmt: skip
 """What a grain can be due for: its next state, and why it leaves."""
 
 
-def look(bed: Assembly, domain: Domain | Container) -> None:
+def look(bed: Assembly, domain: Domain | Container | WholeBody) -> None:
     """Move grains between the contact search, free flight and the books (at a full step).
 
     The *shell* is the highest touching grain or the top of the domain, whichever is higher, and two radii more: above
@@ -39,10 +42,11 @@ def look(bed: Assembly, domain: Domain | Container) -> None:
             bed.change_states(np.isin(bed.identity, wanted), state, reason)
 
 
-def _due(bed: Assembly, domain: Domain | Container) -> np.ndarray:
+def _due(bed: Assembly, domain: Domain | Container | WholeBody) -> np.ndarray:
     """(n,) which of ``CHANGES`` each grain is due for, counted from 1; 0 for none."""
     flat = isinstance(domain, Container)
-    distance = bed.X[:, 2] if flat else np.linalg.norm(bed.X[:, :3], axis=1)
+    place = bed.X[:, :3] - _centre(bed) if isinstance(domain, WholeBody) else bed.X[:, :3]
+    distance = bed.X[:, 2] if flat else np.linalg.norm(place, axis=1)
     top_level, floor_level = (
         (domain.top, domain.floor) if isinstance(domain, Container) else (domain.top_radius, domain.core_radius)
     )
@@ -53,10 +57,13 @@ def _due(bed: Assembly, domain: Domain | Container) -> np.ndarray:
     largest = float(bed.X[:, RADIUS].max())
     top = float(np.max((distance + bed.X[:, RADIUS])[touching], initial=top_level))
     shell = top + 2.0 * largest
-    outward = bed.W[:, 2] > 0.0 if flat else np.einsum("ij,ij->i", bed.X[:, :3], bed.W[:, :3]) > 0.0
+    outward = bed.W[:, 2] > 0.0 if flat else np.einsum("ij,ij->i", place, bed.W[:, :3]) > 0.0
     outside = domain.outside(bed.X[:, :3])
     speed2 = np.einsum("ij,ij->i", bed.W[:, :3], bed.W[:, :3])
-    bound = 0.5 * speed2 + bed.gravity.potential(bed.X[:, :3]) < 0.0
+    if isinstance(domain, WholeBody):
+        stays, far = bound(bed, distance), BODY_RADII
+    else:
+        stays, far = 0.5 * speed2 + bed.gravity.potential(bed.X[:, :3]) < 0.0, ESCAPE_RADII
     active, flying = bed.state == ACTIVE, bed.state == BALLISTIC
     reach = 2.0 * EVERY * bed.dt * np.sqrt(speed2) + 2.0 * largest
 
@@ -71,9 +78,9 @@ def _due(bed: Assembly, domain: Domain | Container) -> np.ndarray:
     launched = active & ~touching & ~aside & (((distance - bed.X[:, RADIUS] > shell) & outward) | outside)
     # under uniform gravity nothing escapes
     gone = (
-        flying & ~bound & (distance > ESCAPE_RADII * domain.datum_radius)
-        if isinstance(domain, Domain)
-        else np.zeros(len(flying), dtype=bool)
+        np.zeros(len(flying), dtype=bool)
+        if isinstance(domain, Container)
+        else flying & ~stays & (distance > far * domain.datum_radius)
     )
     past_side = flying & outside & ~outward & (distance < top_level)
     past_side |= flying & (distance < floor_level)
@@ -83,6 +90,12 @@ def _due(bed: Assembly, domain: Domain | Container) -> np.ndarray:
         back &= _free(bed, np.flatnonzero(back), distance > shell)
     due = np.where(aside, 1, 0) + np.where(launched, 2, 0) + np.where(gone, 3, 0) + np.where(past_side, 4, 0)
     return due + np.where(back & ~past_side, 5, 0)
+
+
+def _centre(bed: Assembly) -> np.ndarray:
+    """Centre of mass (3,) [m] of the grains in the contact search."""
+    k = slice(0, bed.active)
+    return np.asarray(bed.mass[k] @ bed.X[k, :3] / bed.mass[k].sum())
 
 
 def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarray:
@@ -112,7 +125,7 @@ def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarra
     return mask
 
 
-def damp(bed: Assembly, domain: Domain | Container) -> None:
+def damp(bed: Assembly, domain: Domain | Container | WholeBody) -> None:
     """Set the damping of the outermost grains for where they are now; what flies is not damped."""
     drag = domain.drag(bed.X[:, :3])
     drag[bed.active :] = 0.0

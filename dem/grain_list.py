@@ -231,7 +231,7 @@ class GrainList:
         k = slice(0, self.moving)
         m = self.mass[k]
         own = self.self_gravity.energy(self.X[k, :3], m, self.X[k, RADIUS]) if self.self_gravity else 0.0
-        own += sum(outer.energy(self) for outer in self.outer)
+        own += sum(outer.energy(self, k) for outer in self.outer)
         return {
             "kinetic_J": float(0.5 * m @ np.sum(self.W[k, :3] ** 2, axis=1)),
             "rotational_J": float(0.2 * (m * self.X[k, RADIUS] ** 2) @ np.sum(self.W[k, WX:] ** 2, axis=1)),

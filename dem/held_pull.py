@@ -9,8 +9,8 @@ and at every step what it lacks of Newton's third law is taken out by one rigid 
 
     a_i <- a_i - alpha - beta x x_i',   sum m a = 0,   sum m x' x a = 0
 
-with x' the present places from the centre of mass: momentum and angular momentum are kept to rounding. The largest
-correction over the rms pull is kept (``REMOVED``, ``WORST``).
+with x' the present places from the centre of mass: momentum and angular momentum are kept to rounding. The rms of the
+correction over that of the pull, both weighted by mass, is kept (``REMOVED``, ``WORST``): the share of the weight.
 
 Then comes what acts from outside (``Outer``): ``dem.tide``, ``dem.turning_frame``.
 """
@@ -27,8 +27,8 @@ from dem.grain_list import GrainList
 from matter.jit import kernel
 
 SINCE, SPIN, REMOVED, WORST, WORK = 0, slice(1, 4), 4, 5, 6
-"""State of a held pull (7,): time since the evaluation [s], angular velocity of the body then [1/s], the last and the
-largest correction over the rms pull, work of what moves outside [J]."""
+"""State of a held pull (7,): time since the evaluation [s], angular velocity of the body then [1/s], what was taken
+out last and at most over the weight, work of what moves outside [J]."""
 STATE = 7
 
 
@@ -38,8 +38,8 @@ class Outer(Protocol):
     def add(self, bed: GrainList, pull: np.ndarray) -> None:
         """Add its acceleration [m/s^2] at the present places to ``pull`` (moving grains, 3)."""
 
-    def energy(self, bed: GrainList) -> float:
-        """Potential energy [J] of the moving grains in it."""
+    def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
+        """Potential energy [J] of these grains in it."""
 
 
 @kernel
@@ -84,30 +84,30 @@ def _sums(X, V, count, vectors, centre, out):
 
 
 @kernel
-def _take_out(X, centre, shift, twist, pull):
-    """``pull`` - shift - twist x x', in place; the largest square of what was taken out."""
-    largest = 0.0
+def _take_out(X, V, centre, shift, twist, pull):
+    """``pull`` - shift - twist x x', in place; the sum of m times the square of what was taken out."""
+    total = 0.0
     for i in range(pull.shape[0]):
         x, y, z = X[i, 0] - centre[0, 0], X[i, 1] - centre[0, 1], X[i, 2] - centre[0, 2]
         a = shift[0] + twist[1] * z - twist[2] * y
         b = shift[1] + twist[2] * x - twist[0] * z
         c = shift[2] + twist[0] * y - twist[1] * x
-        largest = max(largest, a * a + b * b + c * c)
+        total += V[i, MASS] * (a * a + b * b + c * c)
         pull[i, 0] -= a
         pull[i, 1] -= b
         pull[i, 2] -= c
-    return largest
+    return total
 
 
 def _rigid(X: np.ndarray, V: np.ndarray, count: int, vectors: np.ndarray) -> tuple[np.ndarray, ...]:
     """Centre of mass (2, 3) as ``_sums`` leaves it, mean (3,) and rotation (3,) of ``vectors``: the rigid motion with
-    their sum and moment; and their rms (1,)."""
+    their sum and moment; and the sum of m |a|^2 (1,)."""
     centre, sums = np.empty((2, 3)), np.empty(11)
     _sums(X, V, count, vectors, centre, sums)
     a, b, c, d, e, f = sums[5:]
     # two grains, or grains in a line, have no inertia about it, and no moment either
     twist = np.linalg.lstsq(np.array([[a, b, c], [b, d, e], [c, e, f]]), sums[2:5], rcond=None)[0]
-    return centre, centre[1] / sums[0], twist, np.sqrt(sums[1:2] / sums[0])
+    return centre, centre[1] / sums[0], twist, sums[1:2]
 
 
 def rotation(turn: np.ndarray) -> np.ndarray:
@@ -127,11 +127,23 @@ def angular_velocity(bed: GrainList) -> np.ndarray:
 
 
 def without_net(bed: GrainList, pull: np.ndarray) -> float:
-    """Take net force and torque out of the acceleration ``pull`` (moving grains, 3), in place; returns the largest
-    correction over the rms of the field."""
-    centre, shift, twist, rms = _rigid(bed.X, bed.V, len(pull), pull)
-    largest = _take_out(bed.X, centre, shift, twist, pull)
-    return math.sqrt(largest) / max(float(rms[0]), 1e-300)
+    """Take net force and torque out of the acceleration ``pull`` (moving grains, 3), in place; returns the rms of the
+    correction over that of the field."""
+    centre, shift, twist, squares = _rigid(bed.X, bed.V, len(pull), pull)
+    taken = _take_out(bed.X, bed.V, centre, shift, twist, pull)
+    return math.sqrt(taken / max(float(squares[0]), 1e-300))
+
+
+def energy_with(bed: GrainList, where: np.ndarray) -> float:
+    """Energy [J] that goes with the grains ``where`` (n,) bool: that of the attraction of all moving grains, less that
+    of the rest alone, and theirs in what acts from outside."""
+    own = sum(outer.energy(bed, where) for outer in bed.outer)
+    if bed.self_gravity is None:
+        return float(own)
+    k = np.arange(len(bed.X)) < bed.moving
+    rest = k & ~where
+    whole, left = (bed.self_gravity.energy(bed.X[part, :3], bed.mass[part], bed.X[part, RADIUS]) for part in (k, rest))
+    return float(own + whole - left)
 
 
 def attract(bed: GrainList, anew: bool = False) -> None:

@@ -5,8 +5,11 @@
 It is renewed every ``interval`` and held meanwhile (``dem.held_pull``). The field of a body changes in the time of an
 orbit at its surface, T = sqrt(3 pi / (G rho)), which is also the shortest period of rotation at which it holds
 together: the default is T / ``SHARE``, in which what orbits goes 0.7 degrees of the way round, and what falls from
-rest comes 8e-5 radii of the body nearer. For aggregates and small bodies; a bed cut out of a body has that body's
-field (``dem.gravity``) instead, and both together would count the bed's own part twice.
+rest comes 8e-5 radii of the body nearer. What flies off at a speed v keeps the pull of where it was: per mass that
+costs up to g v times half the interval of energy, and no momentum.
+
+For aggregates and small bodies; a bed cut out of a body has that body's field (``dem.gravity``) instead, and both
+together would count the bed's own part twice.
 
 Source: Barnes & Hut 1986, Nature 324, 446 (``matter.tree``).
 """

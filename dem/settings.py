@@ -64,6 +64,9 @@ class Settings(Model):
     """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.following_stiffness``."""
     sleeping: bool = False
     """Skip grains at rest until something near them moves or pushes; see ``dem.sleeping``."""
+    pull_interval: PositiveTime | None = None
+    """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; as ``[bed]
+    pull_interval``."""
 
     @model_validator(mode="after")
     def _order(self) -> Settings:

@@ -7,9 +7,10 @@ from pathlib import Path
 import numba
 import numpy as np
 
-from dem import durations, friction_angle, used_laws
+from dem import durations, friction_angle, used_laws, whole_collapse
 from dem.beds import settling
 from dem.beds.flat_ground import ground_of
+from dem.beds.solid_body import SolidBody, is_solid
 from dem.collapse import Collapse
 from dem.engines import external, program
 from dem.settings import Settings
@@ -120,8 +121,12 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     """
     inputs, out = Path(inputs), Path(out)
     settings = settings.model_copy(update={"contact": friction_angle.resolved(settings.contact)})
-    start, ground = snapshot.read(inputs / "4_handoff" / "start.vtkhdf"), ground_of(inputs / "2_sph" / "target.json")
+    start, target = snapshot.read(inputs / "4_handoff" / "start.vtkhdf"), inputs / "2_sph" / "target.json"
+    if is_solid(target):
+        whole_collapse.check(settings)
+    ground = SolidBody.read(target, settings.target) if is_solid(target) else ground_of(target)
     if settings.engine != "native":
+        assert not isinstance(ground, SolidBody)
         external.run(settings, start, ground, out)
         return
     collapse = Collapse(settings, start, ground, out)

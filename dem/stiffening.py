@@ -29,6 +29,7 @@ from dem import spring_change
 from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
+from dem.beds.whole_body import WholeBody
 from dem.contact_settings import Contact, elastic
 from matter.particles import Particles
 
@@ -91,8 +92,10 @@ def stiffen(bed: Assembly, springs: Springs) -> tuple[float, float]:
     return before, bed.elastic
 
 
-def damped_for(domain: Domain | Container, springs: Springs) -> Domain | Container:
-    """The domain with its damped layer for the faster waves."""
+def damped_for(domain: Domain | Container | WholeBody, springs: Springs) -> Domain | Container | WholeBody:
+    """The domain with its damped layer for the faster waves; a whole body has none."""
+    if isinstance(domain, WholeBody):
+        return domain
     return replace(domain, damping_rate=domain.damping_rate * springs.factor**0.5)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from dem.assembly import ACTIVE, Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
+from dem.beds.whole_body import Standing, WholeBody
 from dem.columns import RADIUS
 from matter import checkpoint
 
@@ -16,8 +17,11 @@ COLUMN = 2.0
 """Width of a column and of a ring, in mean grain radii."""
 
 
-def surface_profile(bed: Assembly, domain: Domain | Container) -> np.ndarray:
-    """Mean height [m] of the top of the bed above the datum in rings about the axis; nan where a ring is empty.
+def surface_profile(
+    bed: Assembly, domain: Domain | Container | WholeBody, standing: Standing | None = None
+) -> np.ndarray:
+    """Mean height [m] of the top of the bed above the datum in rings about the axis; nan where a ring is empty. Of a
+    whole body, which turns, in the frame in which it rests (``standing``).
 
     The surface is the highest touching grain of each column of an equal-area grid (Lambert's projection; on flat
     ground squares), so that grains in flight do not count.
@@ -27,6 +31,8 @@ def surface_profile(bed: Assembly, domain: Domain | Container) -> np.ndarray:
     touching[first] = touching[second] = True
     here = np.flatnonzero(touching & (bed.state == ACTIVE))
     x = bed.X[here]
+    if standing is not None:
+        x = np.column_stack([standing.turned_back(bed)[here], x[:, RADIUS]])
     size = COLUMN * bed.mean_radius
     if isinstance(domain, Container):
         plan, level, inside = np.ones(len(x)), x[:, 2] + x[:, RADIUS], ~domain.outside(x[:, :3])

@@ -76,11 +76,11 @@ class Tide:
         moment = bed.momentum()
         bed.pull_state[WORK] += bed.dt * float(self.rate @ torque - mean @ moment)
 
-    def energy(self, bed: GrainList) -> float:
+    def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
         """-G M sum m (1/|d - x| - 1/|d|) [J]."""
-        d, k = self._now(bed), slice(0, bed.moving)
-        away = 1.0 / np.linalg.norm(d - bed.X[k, :3], axis=1) - 1.0 / np.linalg.norm(d)
-        return float(-G * self.mass * (bed.mass[k] @ away))
+        d = self._now(bed)
+        away = 1.0 / np.linalg.norm(d - bed.X[part, :3], axis=1) - 1.0 / np.linalg.norm(d)
+        return float(-G * self.mass * (bed.mass[part] @ away))
 
     def _now(self, bed: GrainList) -> np.ndarray:
         return rotation(self.rate * bed.time) @ self.place

@@ -32,10 +32,12 @@ class Centrifugal:
         away = self._away(bed)
         pull += float(self.omega @ self.omega) * away - np.outer(away @ self.omega, self.omega)
 
-    def energy(self, bed: GrainList) -> float:
+    def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
         """-1/2 sum m |omega x (x - x_c)|^2 [J]."""
-        fast = np.cross(self.omega, self._away(bed))
-        return float(-0.5 * bed.mass[: bed.moving] @ np.einsum("ij,ij->i", fast, fast))
+        m, x = bed.mass, bed.X[:, :3]
+        centre = m[: bed.moving] @ x[: bed.moving] / m[: bed.moving].sum()
+        fast = np.cross(self.omega, x[part] - centre)
+        return float(-0.5 * m[part] @ np.einsum("ij,ij->i", fast, fast))
 
     def _away(self, bed: GrainList) -> np.ndarray:
         m, x = bed.mass[: bed.moving], bed.X[: bed.moving, :3]
@@ -50,7 +52,7 @@ class Held:
         """Take them out of ``pull`` (moving grains, 3); stands last."""
         held_pull.without_net(bed, pull)
 
-    def energy(self, bed: GrainList) -> float:
+    def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
         """None of its own."""
         return 0.0
 

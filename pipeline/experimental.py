@@ -13,6 +13,10 @@ from matter.body import Model
 
 CHOICES: dict[str, tuple[Any, ...]] = {
     "target.shape": ("ellipsoid", "mesh"),
+    "target.companion.mass": (),
+    "bed.shape": ("whole",),
+    "bed.pull_interval": (),
+    "dem.pull_interval": (),
     "sph.integrator": ("rk3",),
     "sph.tolerance": (),
     "sph.rim": ("stressed",),

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from dem import tide
+from dem.gravity import Field
 from dem.tide import Tide
 from matter import archive
 from matter.body import Target
@@ -94,6 +95,10 @@ class SolidBody:
     def density(self) -> float:
         """Bulk density [kg/m^3]."""
         return self.mass / self.solid.volume
+
+    def gravity(self) -> Field:
+        """None but the grains' own."""
+        return Field.constant((0.0, 0.0, 0.0))
 
     @property
     def surface_gravity(self) -> float:

@@ -74,8 +74,7 @@ class Inside:
         push = bed.V[k, STIFFNESS] / bed.V[k, MASS] * np.maximum(bed.X[k, RADIUS] - self.stand - depth, 0.0)
         pull += push[:, None] * inwards
 
-    def energy(self, bed: GrainList) -> float:
+    def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
         """1/2 sum k (r - depth)^2 [J]."""
-        k = slice(0, bed.moving)
-        over = np.maximum(bed.X[k, RADIUS] - self.stand - self.distance.at(bed.X[k, :3])[0], 0.0)
-        return float(0.5 * bed.V[k, STIFFNESS] @ over**2)
+        over = np.maximum(bed.X[part, RADIUS] - self.stand - self.distance.at(bed.X[part, :3])[0], 0.0)
+        return float(0.5 * bed.V[part, STIFFNESS] @ over**2)

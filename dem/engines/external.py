@@ -34,6 +34,7 @@ from dem.assembly import BALLISTIC, LEFT
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
+from dem.beds.whole_body import WholeBody
 from dem.collapse import COLUMNS, Collapse
 from dem.columns import DISSIPATED, ENERGY_GONE, MASS, RADIUS, TOUCHING
 from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
@@ -73,6 +74,7 @@ class ExternalCollapse(Collapse):
         )
         super().__init__(settings, start, body, out)
         self.engine, self.folder = ENGINES[settings.engine], out / FOLDER
+        assert not isinstance(self.domain, WholeBody)  # refused before: no engine knows grains that attract
         bed, rest = self.bed, settings.latest_time - self.bed.start_time
         self.over = (
             OverGround(self.domain, bed.gravity)

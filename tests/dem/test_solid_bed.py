@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from dem import bed_stage, friction_angle, held_pull, turning_frame
-from dem.assembly import Assembly, Extras
+from dem import bed_stage, friction_angle, held_pull, stage, turning_frame
+from dem.assembly import BALLISTIC, Assembly, Extras
 from dem.beds import slopes, solid_bed, solid_masses
 from dem.beds.solid_body import SolidBody
 from dem.contact_settings import Contact, GrainLaw
 from dem.gravity import Field
 from dem.self_gravity import SelfGravity
+from dem.settings import Settings as DemSettings
 from matter import snapshot
 from matter.body import Impact, Target
 from matter.constants import G
@@ -151,6 +152,83 @@ def test_two_thousand_grains_stay_for_two_hours(tmp_path):
     bed_stage.run(settings, tmp_path, tmp_path / "3_bed")
     whole = SolidBody.read(tmp_path / "2_sph" / "target.json", settings.target)
     held_for(7200.0, assembled(tmp_path, whole, companion=False), whole.omega)
+
+
+# -- the collapse on a body
+
+
+def started(run, made, change=None, **settings) -> DemSettings:
+    """A run folder whose start is the settled bed, and the settings of a collapse of 900 s."""
+    from shutil import copy
+
+    for name in ("2_sph", "4_handoff", "5_dem"):
+        (run / name).mkdir(parents=True)
+    copy(made[0] / "2_sph" / "target.json", run / "2_sph")
+    bed = snapshot.read(made[0] / "3_bed" / "bed.vtkhdf")
+    bed["state"] = np.zeros(len(bed), dtype=np.int8)
+    if change:
+        change(bed)
+    snapshot.write(bed, run / "4_handoff" / "start.vtkhdf")
+    times = {"end_time": 900.0, "latest_time": 900.0, "snapshot_interval": 450.0, "still_interval": 300.0}
+    return DemSettings(target=made[1].target, impact=made[1].impact, **times | settings)
+
+
+def test_the_collapse_leaves_a_body_at_rest_as_it_is(tmp_path, made, body):
+    settings = started(tmp_path, made)
+    stage.run(settings, tmp_path, tmp_path / "5_dem")
+    found = json.loads((tmp_path / "5_dem" / "stage_report.json").read_text())
+    assert found["momentum_error"] < 1e-12 and found["angular_momentum_error"] < 1e-10
+    assert abs(found["energy_error"]) < 1e-3
+    assert found["pull_removed_over_weight"] < 1e-4
+    assert found["profile_change_radii"] < 0.01 and found["still"]
+    assert found["angular_velocity_1_s"] == pytest.approx(body.omega, abs=1e-3 * np.linalg.norm(body.omega))
+    turn = held_pull.rotation(body.omega * found["time_s"])
+    assert np.array(found["turned"]) == pytest.approx(turn, abs=1e-3)
+
+
+def test_what_is_thrown_off_a_body_is_booked_with_its_energy(tmp_path, made, body):
+    def kick(bed):
+        high = np.argsort(bed.position[:, 2])[-2:]
+        bed.velocity[high] += [0.0, 0.0, 0.4]  # the speed of escape is 0.09 m/s
+        bed.position[high] += [0.0, 0.0, 20.0]
+        bed["state"][high] = BALLISTIC
+
+    settings = started(tmp_path, made, kick, end_time=2000.0, latest_time=2000.0, pull_interval=3.0)
+    stage.run(settings, tmp_path, tmp_path / "5_dem")
+    found = json.loads((tmp_path / "5_dem" / "stage_report.json").read_text())
+    assert found["booked"]["escaped"]["grains"] == found["left"] == 2
+    assert found["momentum_error"] < 1e-12 and found["angular_momentum_error"] < 1e-10
+    # against the energy of the body's rotation; what goes away takes ten times as much along
+    assert abs(found["energy_error"]) < 0.01
+    assert found["booked"]["escaped"]["energy_J"] > 8.0 * found["kinetic_handed_J"]
+
+
+def test_what_is_thrown_too_slowly_comes_back(tmp_path, made, body):
+    def kick(bed):
+        high = np.argsort(bed.position[:, 2])[-1:]
+        bed.velocity[high] += [0.0, 0.0, 0.02]
+
+    stage.run(started(tmp_path, made, kick), tmp_path, tmp_path / "5_dem")
+    last = snapshot.read(tmp_path / "5_dem" / "last.vtkhdf")
+    found = json.loads((tmp_path / "5_dem" / "stage_report.json").read_text())
+    assert found["left"] == 0 and (last.state == 0).all()
+
+
+def test_a_stopped_collapse_resumes_bit_for_bit(tmp_path, made, monkeypatch):
+    files = []
+    for name, stops in (("whole", ()), ("resumed", (2, 151))):
+        run = tmp_path / name
+        settings = started(run, made, end_time=200.0, latest_time=200.0)
+        interrupted(monkeypatch, stops, lambda run=run, settings=settings: stage.run(settings, run, run / "5_dem"))
+        files.append(snapshot.read(run / "5_dem" / "last.vtkhdf"))
+    same_grains(*files)
+
+
+@pytest.mark.parametrize("change", [{"sleeping": True}, {"stiffness": "following"}, {"engine": "lammps"}])
+def test_a_collapse_refuses_what_goes_by_a_fixed_field(tmp_path, made, change):
+    settings = started(tmp_path, made, **change)
+    with pytest.raises(InputError, match=r"attract each other|leave them out on an ellipsoid"):
+        stage.run(settings, tmp_path, tmp_path / "5_dem")
 
 
 def test_a_stopped_bed_resumes_bit_for_bit(tmp_path, monkeypatch):
