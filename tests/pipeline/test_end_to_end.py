@@ -3,6 +3,7 @@ in the same bits."""
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import os
@@ -126,6 +127,23 @@ def test_the_run_comes_to_what_the_case_expects(whole):
         chain.KNOWN in text
         and "errors include the chain error" in (run_folder / "6_crater" / "report.html").read_text()
     )
+
+
+def test_the_ejecta_of_the_run_are_in_its_catalogue_and_their_mass_by_fate_closes(whole):
+    """Masses by fate are those of the rows of ``ejecta.h5``; with what stayed they are the mass of the shock stage's
+    history."""
+    crater = whole[0] / "6_crater"
+    fates = json.loads((crater / "measures.json").read_text())["fates"]
+    rows, facts = archive.read(crater / "ejecta.h5")
+    mine = rows["layer"] >= 0
+    for number, name in enumerate(facts["fates"]):
+        if name != "falls back":  # the file does not tell inside from beyond
+            assert fates["target_kg"][str(name)] == pytest.approx(rows["mass"][mine & (rows["fate"] == number)].sum())
+    with (whole[0] / "2_sph" / "history.csv").open() as file:
+        first = next(csv.DictReader(file))
+    summed = sum(sum(fates[f"{body}_kg"].values()) for body in ("target", "projectile"))
+    assert fates["closure"] < 1e-12 and summed == pytest.approx(float(first["mass_kg"]), rel=1e-9)
+    assert len(rows["mass"]) == fates["particles"] > 0 and (rows["peak_pressure"] > 0.0).all()
 
 
 def test_the_ledger_closes_mass_and_momenta(whole):
