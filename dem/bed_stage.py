@@ -115,7 +115,8 @@ def explain(settings: Settings) -> list[str]:
         return [
             f"{settings.count:,} grains (count) of {readable.length(grains.radius)} fill the body: "
             f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
-            f"{steps(settings):,.0f} steps to rest",
+            f"{steps(settings):,.0f} steps to rest; a contact law's first bed also measures its friction angle "
+            f"(a minute or two, kept)",
         ]
     return [
         f"{settings.count:,} grains (count) of {readable.length(grains.radius)} in a bed of "

@@ -200,3 +200,24 @@ def test_there_and_back_between_the_turning_and_the_inertial_frame():
     # a grain at rest in the turning frame moves on a circle in the inertial one
     one, two = (turning_frame.inertial(x, 0.0 * v, 0.0 * w, omega, t)[0] for t in (7.0, 7.0 + 1e-6))
     assert (two - one) / 1e-6 == pytest.approx(turning_frame.inertial(x, 0.0 * v, 0.0 * w, omega, 7.0)[1], abs=1e-5)
+
+
+def test_the_centrifugal_force_points_away_from_an_axis_through_the_centre_of_mass():
+    scene = ball(300)
+    scene["position"] = scene.position + [7.0, 0.0, 0.0]
+    omega = np.array([0.0, 0.0, 2e-3])
+    bed = Assembly(scene, LAW, extras=Extras(outer=(turning_frame.Centrifugal(omega),)))
+    centre = bed.mass @ bed.position / bed.mass.sum()
+    assert bed.pull_of_all == pytest.approx(4e-6 * (bed.position - centre) * [1.0, 1.0, 0.0], abs=1e-15)
+    fast = 2e-3 * np.linalg.norm((bed.position - centre)[:, :2], axis=1)
+    assert bed.energies()["gravitational_J"] == pytest.approx(-0.5 * bed.mass @ fast**2, rel=1e-12)
+
+
+def test_held_in_place_neither_falls_nor_tumbles():
+    scene = ball(300)
+    scene["position"] = scene.position * [1.0, 0.7, 1.0]
+    skew = np.array([1e-3, 1e-3, 2e-3])
+    bed = Assembly(scene, LAW, extras=Extras(outer=(turning_frame.Centrifugal(skew), turning_frame.Held())))
+    loose = Assembly(scene, LAW, extras=Extras(outer=(turning_frame.Centrifugal(skew),)))
+    torque = [np.abs(one.mass @ np.cross(one.position, one.pull_of_all)).max() for one in (bed, loose)]
+    assert torque[0] < 1e-9 * torque[1]

@@ -12,6 +12,7 @@ from dem import bed_stage, friction_angle, held_pull, stage, turning_frame
 from dem.assembly import BALLISTIC, Assembly, Extras
 from dem.beds import slopes, solid_bed, solid_masses
 from dem.beds.solid_body import SolidBody
+from dem.beds.solid_settling import SolidSettling
 from dem.contact_settings import Contact, GrainLaw
 from dem.gravity import Field
 from dem.self_gravity import SelfGravity
@@ -19,7 +20,7 @@ from dem.settings import Settings as DemSettings
 from matter import snapshot
 from matter.body import Impact, Target
 from matter.constants import G
-from matter.errors import InputError
+from matter.errors import InputError, Unsound
 from sph import solid_target
 from tests.dem.stops import interrupted, same_grains
 
@@ -240,6 +241,22 @@ def test_a_stopped_bed_resumes_bit_for_bit(tmp_path, monkeypatch):
         interrupted(monkeypatch, stops, lambda run=run: bed_stage.run(settings, run, run / "3_bed"))
         files.append(snapshot.read(run / "3_bed" / "bed.vtkhdf"))
     same_grains(*files)
+
+
+def test_a_shape_that_friction_does_not_hold_is_said_with_the_place(tmp_path, monkeypatch):
+    monkeypatch.setattr(SolidSettling, "rest_limit", 1)  # it slumps for as long as it is let
+    monkeypatch.setattr(friction_angle, "measure", lambda contact: {"angle_deg": 15.0})
+    slick = Contact(shell=GrainLaw(friction=0.05, shape=0.1))
+    settings = settings_of({"shape": "ellipsoid", "axes": [300.0, 120.0, 90.0], "layers": DIMORPHOS["layers"]},
+                           contact=slick)  # fmt: skip
+    written(tmp_path, settings.target)
+    with pytest.raises(Unsound, match=r"moved most: .* at latitude .* is steeper than its grains' 15 deg"):
+        bed_stage.run(settings, tmp_path, tmp_path / "3_bed")
+    found = json.loads((tmp_path / "3_bed" / "bed_report.json").read_text())
+    assert found["axes_of_inertia_m"][0] < 0.97 * found["axes_of_inertia_target_m"][0]
+    assert found["moved_most"]["radii"] > 0.5 and abs(found["slopes"]["largest_at_latitude_deg"]) < 30.0
+    # it is the long ends that come in
+    assert min(abs(found["moved_most"]["longitude_deg"]), 180.0 - abs(found["moved_most"]["longitude_deg"])) < 60.0
 
 
 def test_masses_give_the_body_its_mass_centre_and_axes(body):
