@@ -93,8 +93,8 @@ def _due(bed: Assembly, domain: Domain | Container | WholeBody) -> np.ndarray:
 
 
 def _centre(bed: Assembly) -> np.ndarray:
-    """Centre of mass (3,) [m] of the grains in the contact search."""
-    k = slice(0, bed.active)
+    """Centre of mass (3,) [m] of the grains in the contact search, of all that move where none is."""
+    k = slice(0, bed.active or bed.moving)
     return np.asarray(bed.mass[k] @ bed.X[k, :3] / bed.mass[k].sum())
 
 

@@ -122,8 +122,8 @@ def rotation(turn: np.ndarray) -> np.ndarray:
 
 def angular_velocity(bed: GrainList) -> np.ndarray:
     """Angular velocity (3,) [1/s] of the grains in the contact search as one body: I^-1 L, their own spins left
-    out."""
-    return _rigid(bed.X, bed.V, bed.active, bed.W)[2]
+    out; zero where none is left in it."""
+    return _rigid(bed.X, bed.V, bed.active, bed.W)[2] if bed.active else np.zeros(3)
 
 
 def without_net(bed: GrainList, pull: np.ndarray) -> float:
@@ -148,6 +148,8 @@ def energy_with(bed: GrainList, where: np.ndarray) -> float:
 
 def attract(bed: GrainList, anew: bool = False) -> None:
     """Set ``bed.pull_of_all`` for the present places, half a step after the velocities; ``anew``: evaluate it."""
+    if bed.moving == 0:
+        return
     k = slice(0, bed.moving)
     state, pull, law = bed.pull_state, bed.pull_of_all[k], bed.self_gravity
     if law is None:

@@ -46,6 +46,8 @@ def report(bed: Assembly, standing: Standing | None) -> dict[str, Any]:
     if standing is None:
         return {}
     k = slice(0, bed.active)
+    if bed.active < 4:  # it has come apart
+        return {"pull_removed_over_weight": float(bed.pull_state[held_pull.WORST])}
     return {
         "angular_velocity_1_s": held_pull.angular_velocity(bed).tolist(),
         "axes_of_inertia_m": axes_of_inertia(bed.mass[k], bed.X[k, :3]).tolist(),

@@ -1,19 +1,25 @@
-"""How fast a ball of loose grains can turn: spun up slowly, beside the closed form for its own friction angle.
+"""How fast a ball, or an oblate body, of loose grains can turn: spun up slowly, beside the closed form for its own
+friction angle.
 
-A cohesionless ball of density rho holds together up to (Holsapple 2001, Icarus 154, 432; the stresses are those of a
-compression along the axis, sigma_equator / sigma_pole = 1 - Omega^2)
+A cohesionless body of density rho with the half axes a >= b > c, c along the axis of rotation, holds together up to
+(Holsapple 2001, Icarus 154, 432)
 
-    Omega^2 = omega^2 / (4 pi G rho / 3) = 2 sin phi / (1 + sin phi).
+    sigma_c / sigma_a = (1 + sin phi) / (1 - sin phi),   sigma_i = rho a_i^2 / 5 (2 pi G rho A_i - omega^2 [i not c])
+    omega^2 = 2 pi G rho (A_a - A_c (c / a)^2 (1 - sin phi) / (1 + sin phi)),   of a ball, whose A_i are 2/3:
+    Omega^2 = omega^2 / (4 pi G rho / 3) = 2 sin phi / (1 + sin phi),
+
+the stresses of a compression along the axis. Omega counts in the shedding rate of a ball of that density for all.
 
 phi is measured on the same packing: grains packed in a cube in the same way, pressed evenly by six smooth plates, then
 along one axis while the others keep their pressure, sin phi = (s_1 - P) / (s_1 + P) at the strain at which the ball
 counts as failed: 1 % of an axis. A dense packing goes on hardening beyond that; its angle is that of the strain.
 
 The ball is spun up in the frame that turns with it (``dem.turning_frame``; without the force of Coriolis, at a drag),
-Omega rising by ``RAMP`` per sqrt(r/g), and held at a fixed Omega. rho is that of the even ball of the same mass and
-moment of inertia.
+Omega rising by ``RAMP`` per sqrt(r/g), and held at a fixed Omega. rho is that of the even ellipsoid of the same mass
+and moments of inertia.
 
-Command: ``python -m studies.spin_limit [--count N] [--friction MU] [--seeds 1 2] [--out FILE.json]``.
+Command: ``python -m studies.spin_limit [--count N] [--friction MU] [--axes 177 174 116] [--seeds 1 2] [--out
+FILE.json]``.
 """
 
 from __future__ import annotations
@@ -25,6 +31,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.integrate import quad
 
 from dem import turning_frame
 from dem.assembly import Assembly, Extras
@@ -45,7 +52,8 @@ from matter.solids.solid import Solid
 
 FAILED = 0.01
 """Change of an axis, or strain, at which a ball has failed."""
-DENSITY, DIAMETER = 2400.0, 160.0
+DENSITY, BALL = 2400.0, (160.0, 160.0, 160.0)
+Axes = tuple[float, float, float]
 RAMP, HOLD, DRAG = 1e-3, 60.0, 0.5
 """Rise of Omega per sqrt(r/g), time at a fixed Omega in sqrt(r/g), and rate of the drag times sqrt(r/g)."""
 PRESSURE = 0.4
@@ -60,14 +68,14 @@ def body_of(shape: Solid) -> SolidBody:
     return SolidBody(Placed(shape, shape.extent, z, z, np.eye(3)), DENSITY * shape.volume, "basalt", 0.0 * z, None)
 
 
-def ball() -> SolidBody:
-    """The ball."""
-    return body_of(solid.ellipsoid((DIAMETER, DIAMETER, DIAMETER)))
+def spun_body(axes: Axes) -> SolidBody:
+    """The body of these full axes [m]."""
+    return body_of(solid.ellipsoid(axes))
 
 
-def cube() -> SolidBody:
-    """The cube of the same volume."""
-    edge = DIAMETER * (math.pi / 6.0) ** (1.0 / 3.0)
+def cube(volume: float) -> SolidBody:
+    """A cube of this volume [m^3]."""
+    edge = volume ** (1.0 / 3.0)
     known = solids.box((edge, edge, edge))
     return body_of(solid.checked(known.vertices, known.triangles, 1.0, "cube"))
 
@@ -83,10 +91,11 @@ def settling(body: SolidBody, count: int, seed: int, contact: Contact) -> SolidS
 # -- the packing's friction angle
 
 
-def compressed(count: int, seed: int, contact: Contact, most: float = 2.0 * FAILED) -> np.ndarray:
+def compressed(count: int, seed: int, contact: Contact, most: float = 2.0 * FAILED, axes: Axes = BALL) -> np.ndarray:
     """Compression along z of a packing in a cube under even pressure: rows of strain along z, of the mean strain
     across it, and sin phi."""
-    body = cube()
+    loaded = spun_body(axes)
+    body = cube(loaded.solid.volume)
     work = settling(body, count, seed, contact)
     while work.plan[work.phase].fire:
         while work.done < work.steps:
@@ -94,8 +103,7 @@ def compressed(count: int, seed: int, contact: Contact, most: float = 2.0 * FAIL
         work.next()
     assert work.aside is not None
     grains = work.aside
-    pressure = PRESSURE * ball().central_pressure
-    box = Plates(grains, contact, pressure, body)
+    box = Plates(grains, contact, loaded, body)
     box.press(40.0)
     box.lay_down()
     box.press(20.0)
@@ -112,14 +120,15 @@ def compressed(count: int, seed: int, contact: Contact, most: float = 2.0 * FAIL
 
 
 class Plates:
-    """Grains between six smooth plates under a ``pressure`` [Pa], without gravity; k_n is that of the ball's grains,
-    so that overlaps are those of the ball."""
+    """Grains of the cube ``body`` between six smooth plates, without gravity, with the mean pressure and the k_n of
+    the ``loaded`` body's grains, so that overlaps are those in it."""
 
-    def __init__(self, grains: Particles, contact: Contact, pressure: float, body: SolidBody):
+    def __init__(self, grains: Particles, contact: Contact, loaded: SolidBody, body: SolidBody):
+        pressure = PRESSURE * loaded.central_pressure
         edge = float(np.ptp(body.solid.vertices[:, 0])) + 2.0 * solid_packing.PROUD * float(grains.radius.mean())
         self.pressure, self.size = pressure, np.full(3, edge)
         fields = dict(grains)
-        fields["stiffness"] = stiffness(grains.radius, grains.mass, ball(), contact)
+        fields["stiffness"] = stiffness(grains.radius, grains.mass, loaded, contact)
         walls = [
             Wall(PLANE, point=tuple(-0.5 * edge * side * np.eye(3)[c]), direction=tuple(side * np.eye(3)[c]))
             for c in range(3)
@@ -175,10 +184,10 @@ def angle_at(rows: np.ndarray, strain: float) -> float:
 
 
 class Spun:
-    """A ball of grains at rest, to be turned."""
+    """A body of grains at rest, to be turned."""
 
-    def __init__(self, count: int, seed: int, contact: Contact):
-        work = settling(ball(), count, seed, contact)
+    def __init__(self, count: int, seed: int, contact: Contact, axes: Axes = BALL):
+        work = settling(spun_body(axes), count, seed, contact)
         while True:
             while work.done < work.steps:
                 work.step()
@@ -186,10 +195,6 @@ class Spun:
                 break
         grains = work.rested
         assert grains is not None
-        mass, place = grains.mass, grains.position
-        radius = math.sqrt(5.0 / 3.0 * float(mass @ np.einsum("ij,ij->i", place, place)) / float(mass.sum()))
-        self.density = float(mass.sum()) / (4.0 / 3.0 * math.pi * radius**3)
-        self.shedding = math.sqrt(4.0 / 3.0 * math.pi * G * self.density)
         self.turning = turning_frame.Centrifugal(np.zeros(3))
         self.bed = Assembly(
             grains, contact, gravity=work.gravity,
@@ -198,6 +203,8 @@ class Spun:
         self.unit = math.sqrt(self.bed.mean_radius / work.surface_gravity())
         self.bed.drag[:] = DRAG / self.unit
         self.start = self.axes()
+        self.density = float(grains.mass.sum()) / (math.pi / 6.0 * float(np.prod(self.start)))
+        self.shedding = math.sqrt(4.0 / 3.0 * math.pi * G * self.density)
         self.omega = 0.0
 
     def axes(self) -> np.ndarray:
@@ -224,18 +231,22 @@ class Spun:
         return self.change()
 
 
-def limit(angle: float) -> float:
+def limit(angle: float, axes: Axes = BALL) -> float:
     """Omega of the limit for a friction angle [deg]."""
-    sine = math.sin(math.radians(angle))
-    return math.sqrt(2.0 * sine / (1.0 + sine))
+    sine, half = math.sin(math.radians(angle)), np.asarray(axes) / max(axes)
+    along, axis = (
+        np.prod(half) * quad(lambda u, one=one: 1.0 / ((one**2 + u) * np.sqrt(np.prod(half**2 + u))), 0.0, np.inf)[0]
+        for one in half[[0, 2]]
+    )
+    return float(math.sqrt(1.5 * (along - axis * (half[2] / half[0]) ** 2 * (1.0 - sine) / (1.0 + sine))))
 
 
-def measured(count: int, seed: int, contact: Contact) -> dict[str, Any]:
-    """Angle, limit, and what the ball does at 4 % below and above it, spun up slowly to each."""
-    rows = compressed(count, seed, contact)
+def measured(count: int, seed: int, contact: Contact, axes: Axes = BALL) -> dict[str, Any]:
+    """Angle, limit, and what the body does at 4 % below and above it, spun up slowly to each."""
+    rows = compressed(count, seed, contact, axes=axes)
     angle = angle_at(rows, FAILED)
-    expected = limit(angle)
-    spun = Spun(count, seed, contact)
+    expected = limit(angle, axes)
+    spun = Spun(count, seed, contact, axes)
     spun.turn(0.85 * expected, 40.0)
     below, above = 0.96 * expected, 1.04 * expected
     spun.turn(below, (below - 0.85 * expected) / RAMP)
@@ -248,7 +259,7 @@ def measured(count: int, seed: int, contact: Contact) -> dict[str, Any]:
             break
     last = spun.change() if found == found else spun.turn(float(steps[-1]), HOLD)
     return {
-        "count": count, "seed": seed, "friction": contact.shell.friction, "angle_deg": angle,
+        "count": count, "seed": seed, "friction": contact.shell.friction, "axes_m": list(axes), "angle_deg": angle,
         "limit_over_shedding": expected, "density_kg_m3": spun.density, "change_at_minus_4_percent": held,
         "failed_at_over_shedding": found, "failed_over_limit": found / expected, "change_at_the_end": last,
         "strain_across_over_along": float(np.interp(FAILED, rows[:, 0], rows[:, 1] / np.maximum(rows[:, 0], 1e-12))),
@@ -261,13 +272,14 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=1500)
     parser.add_argument("--friction", type=float, default=0.55)
     parser.add_argument("--shape", type=float, default=0.4)
+    parser.add_argument("--axes", type=float, nargs=3, default=BALL)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     contact = Contact(shell=GrainLaw(friction=options.friction, shape=options.shape))
     results = []
     for seed in options.seeds:
-        results.append(measured(options.count, seed, contact))
+        results.append(measured(options.count, seed, contact, tuple(options.axes)))
         print(json.dumps(results[-1]), flush=True)
     if options.out:
         options.out.write_text(json.dumps(results, indent=1) + "\n")

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.grain_list import ACTIVE, GrainList
+from dem.grain_list import ACTIVE, BALLISTIC, GrainList
 from dem.walls import Wall
 from matter.constants import G
 from matter.errors import InputError
@@ -71,8 +71,8 @@ class Standing:
         self.identity, self.place = start.identity[order], start.position[order]
 
     def now(self, bed: GrainList) -> tuple[np.ndarray, np.ndarray]:
-        """Centre of mass (3,) of the grains in the contact search, and R (3, 3)."""
-        here = bed.state == ACTIVE
+        """Centre of mass (3,) of the grains in the contact search (of all that move, where none is), and R (3, 3)."""
+        here = bed.state == (ACTIVE if bed.active else BALLISTIC)
         m, x = bed.mass[here], bed.X[here, :3]
         before = self.place[np.searchsorted(self.identity, bed.identity[here])]
         centre = m @ x / m.sum()
@@ -89,7 +89,7 @@ class Standing:
 def bound(bed: GrainList, distance: np.ndarray) -> np.ndarray:
     """(n,) whether a grain at this ``distance`` [m] from the body's centre is slower than it can leave: as if all mass
     were there."""
-    k = slice(0, bed.active)
+    k = slice(0, bed.active or bed.moving)
     drift = bed.mass[k] @ bed.W[k, :3] / bed.mass[k].sum()
     speed2 = np.sum((bed.W[:, :3] - drift) ** 2, axis=1)
     return np.asarray(0.5 * speed2 < G * bed.mass[k].sum() / np.maximum(distance, 1e-300))

@@ -158,13 +158,16 @@ def test_two_thousand_grains_stay_for_two_hours(tmp_path):
 # -- the collapse on a body
 
 
-def started(run, made, change=None, **settings) -> DemSettings:
+def started(run, made, change=None, companion=True, **settings) -> DemSettings:
     """A run folder whose start is the settled bed, and the settings of a collapse of 900 s."""
     from shutil import copy
 
     for name in ("2_sph", "4_handoff", "5_dem"):
         (run / name).mkdir(parents=True)
     copy(made[0] / "2_sph" / "target.json", run / "2_sph")
+    if not companion:
+        facts = json.loads((run / "2_sph" / "target.json").read_text())
+        (run / "2_sph" / "target.json").write_text(json.dumps({**facts, "companion": None}))
     bed = snapshot.read(made[0] / "3_bed" / "bed.vtkhdf")
     bed["state"] = np.zeros(len(bed), dtype=np.int8)
     if change:
@@ -202,6 +205,17 @@ def test_what_is_thrown_off_a_body_is_booked_with_its_energy(tmp_path, made, bod
     # against the energy of the body's rotation; what goes away takes ten times as much along
     assert abs(found["energy_error"]) < 0.01
     assert found["booked"]["escaped"]["energy_J"] > 8.0 * found["kinetic_handed_J"]
+
+
+def test_a_body_that_comes_apart_is_booked_to_the_last_grain(tmp_path, made):
+    def burst(bed):
+        bed.velocity[:] += 0.05 * bed.position  # Hubble's way: up to 4 m/s
+        bed.position[:] *= 1.3
+
+    stage.run(started(tmp_path, made, burst, companion=False), tmp_path, tmp_path / "5_dem")
+    found = json.loads((tmp_path / "5_dem" / "stage_report.json").read_text())
+    assert found["booked"]["escaped"]["grains"] == found["left"] > 390
+    assert found["momentum_error"] < 1e-12 and found["angular_momentum_error"] < 1e-10
 
 
 def test_what_is_thrown_too_slowly_comes_back(tmp_path, made, body):

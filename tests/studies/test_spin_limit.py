@@ -22,6 +22,14 @@ def test_the_closed_form():
     assert 1.0 - spin_limit.limit(35.0) ** 2 == pytest.approx((1.0 - sine) / (1.0 + sine))
 
 
+def test_without_friction_it_is_maclaurins_spheroid():
+    e = 0.6
+    level = 2.0 * math.sqrt(1.0 - e**2) / e**3 * (3.0 - 2.0 * e**2) * math.asin(e) - 6.0 * (1.0 - e**2) / e**2
+    found = spin_limit.limit(0.0, (200.0, 200.0, 160.0))
+    assert found**2 * 4.0 / 3.0 == pytest.approx(level, rel=1e-6)  # omega^2 / (pi G rho)
+    assert spin_limit.limit(35.0, (200.0, 200.0, 160.0)) > spin_limit.limit(0.0, (200.0, 200.0, 160.0)) + 0.3
+
+
 def test_plates_press_evenly_and_then_along_one_axis():
     smooth, rough = (spin_limit.compressed(250, 1, law(friction), most=0.012) for friction in (0.05, 0.6))
     for rows in (smooth, rough):
