@@ -76,8 +76,8 @@ class Ejected:
 class ShockFindings:
     """The shock stage in time: every snapshot measured, the ``transient`` crater by the maximum at which it is taken,
     those that are still ``growing`` at the end, the ``last`` snapshot (of ``end_time`` [s]; None where it could not be
-    measured), ejecta, what the measuring stands on, ``reasons`` for what is missing, and what is ``molten``
-    (``crater.shock_phases``)."""
+    measured), ejecta, what the measuring stands on, ``reasons`` for what is missing, what is ``molten``
+    (``crater.shock_phases``), and the ``decay`` of the shock (``crater.shock_decay``)."""
 
     moments: tuple[series.Moment, ...]
     transient: Mapping[str, series.Moment]
@@ -89,6 +89,7 @@ class ShockFindings:
     choices: Choices
     reasons: Mapping[str, str]
     molten: Mapping[str, Any] = field(default_factory=dict)
+    decay: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

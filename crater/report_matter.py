@@ -19,6 +19,7 @@ def all_parts(findings: Findings, out: Path) -> list[str]:
     ejected, projectile = findings.ejected, findings.setting.event.mass
     return [
         molten(findings.shock.molten),
+        decay(findings.shock.decay, findings.soundness.get("planar_limit_Pa")),
         excavated(ejected.excavation, projectile, out),
         fates(ejected.fates),
     ]
@@ -45,6 +46,30 @@ def molten(facts: Mapping[str, Any]) -> str:
         + " ".join(f"{page.escape(note)}." for note in dict.fromkeys(notes))
         + (f" No critical pressures are known of {page.escape(', '.join(unknown))}." if unknown else "")
         + "</p>"
+    )
+
+
+def decay(facts: Mapping[str, Any], limit: float | None = None) -> str:
+    """Isobaric core, beside the planar ``limit`` [Pa], and the power of the decay; empty where nothing is known."""
+    if not facts:
+        return ""
+    core, radius, power = (facts[key] for key in ("core_pressure_Pa", "core_radius_m", "exponent"))
+    over = readable.number(facts["core_radius_over_projectile"], 3)
+    share = f", {core['value'] / limit:.2g} of the planar limit" if limit else ""
+    rows = [
+        (
+            "pressure of the isobaric core",
+            readable.measured(core["value"] * 1e-9, core["sigma"] * 1e-9, "GPa") + share,
+        ),
+        ("its radius", f"{readable.measured(radius['value'], radius['sigma'], 'm')}, {over} projectile radii"),
+        ("power of the decay beyond it, P ~ r^-n", readable.measured(power["value"], power["sigma"])),
+    ]
+    return (
+        "<h2>How the shock weakened</h2>"
+        + page.table([], [[page.escape(word), page.escape(value)] for word, value in rows], words=(1,))
+        + f"<p class=note>Medians of the largest pressure in shells about the point of contact, out to "
+        f"{readable.length(facts['to_m'])}, within 50° of the vertical and in the layer that was hit. A projectile of "
+        "few particles smears the core out.</p>"
     )
 
 

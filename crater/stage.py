@@ -26,6 +26,7 @@ from crater import (
     rest,
     scaling,
     series,
+    shock_decay,
     shock_phases,
     soundness,
     tables,
@@ -198,8 +199,12 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
         last = LastCrater(measures, time, LATE_SHOCK, path, rest.of_series(moments))
     except InputError as reason:
         reasons["late_sph"] = str(reason)
-    molten = shock_phases.masses(particles, setting.event.mass)
-    return ShockFindings(tuple(moments), transient, growing, time, path, last, ejected, chosen, reasons, molten)
+    molten, decay = shock_phases.masses(particles, setting.event.mass), {}
+    try:
+        decay = shock_decay.facts(particles, setting.datum, setting.settings.impact.projectile.radius)
+    except InputError as reason:
+        reasons["shock_decay"] = str(reason)
+    return ShockFindings(tuple(moments), transient, growing, time, path, last, ejected, chosen, reasons, molten, decay)
 
 
 def _leaving(setting: Setting, particles: Particles) -> dict[str, float]:

@@ -55,6 +55,8 @@ def measures_json(findings: Findings) -> dict[str, Any]:
         content["soundness"] = findings.soundness
     if findings.shock is not None and findings.shock.molten.get("parts"):
         content["shock_phases"] = findings.shock.molten
+    if findings.shock is not None and findings.shock.decay:
+        content["shock_decay"] = findings.shock.decay
     ejected = findings.ejected
     content |= {
         name: part
