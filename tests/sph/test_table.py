@@ -4,7 +4,6 @@ a bad table says. The tables that ship: ``test_shipped_tables.py``."""
 from __future__ import annotations
 
 import lzma
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from sph.material_settings import Choice
 from sph.materials import collect
 
 KIND = dispatch.FAMILY.kind("table")
-BETWEEN = Path(__file__).parents[1] / "data" / "maneos_quartz_between.csv"
 
 
 @pytest.fixture(scope="module")
