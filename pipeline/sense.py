@@ -112,7 +112,7 @@ def _does_not_fit(settings: Mapping[str, Model], sph: Any, outside: Mapping[str,
     bed: Any = settings.get("bed")
     if bed is None or "bed" in outside or not hasattr(bed, "arc_radius"):
         return
-    if 0.5 * diameter > WIDEST * bed.arc_radius:
+    if not target.solid and 0.5 * diameter > WIDEST * bed.arc_radius:  # an ellipsoid or mesh is filled as a whole
         yield Complaint(
             ("bed", "arc_radius"),
             f"a crater of {readable.length(diameter)} fills more than {WIDEST:.0%} of a bed of "

@@ -15,8 +15,8 @@ along one axis while the others keep their pressure, sin phi = (s_1 - P) / (s_1 
 counts as failed: 1 % of an axis. A dense packing goes on hardening beyond that; its angle is that of the strain.
 
 The ball is spun up in the frame that turns with it (``dem.turning_frame``; without the force of Coriolis, at a drag),
-Omega rising by ``RAMP`` per sqrt(r/g), and held at a fixed Omega. rho is that of the even ellipsoid of the same mass
-and moments of inertia.
+Omega rising by ``RAMP`` per sqrt(r/g), and held at a fixed Omega; 4 % below its limit it is let go in the inertial
+frame, without drag. rho is that of the even ellipsoid of the same mass and moments of inertia.
 
 Command: ``python -m studies.spin_limit [--count N] [--friction MU] [--axes 177 174 116] [--seeds 1 2] [--out
 FILE.json]``.
@@ -36,6 +36,7 @@ from scipy.integrate import quad
 from dem import turning_frame
 from dem.assembly import Assembly, Extras
 from dem.beds import solid_packing
+from dem.beds.solid_bed import axes_of_inertia
 from dem.beds.solid_body import SolidBody
 from dem.beds.solid_settling import SolidSettling, stiffness
 from dem.columns import MASS, RADIUS, STIFFNESS
@@ -231,6 +232,25 @@ class Spun:
         return self.change()
 
 
+def let_go(spun: Spun, time: float) -> float:
+    """Largest change of an axis over ``time`` [sqrt(r/g)] in the inertial frame, where nothing is damped and no force
+    is made up."""
+    grains = spun.bed.particles({"time": 0.0})
+    fields = dict(grains)
+    omega = np.array([0.0, 0.0, spun.omega * spun.shedding])
+    _, fields["velocity"], fields["angular_velocity"] = turning_frame.inertial(
+        grains.position, grains.velocity, grains.angular_velocity, omega
+    )
+    free = Assembly(
+        Particles(fields, grains.attributes, grains.tables), spun.bed.contact, gravity=spun.bed.gravity,
+        extras=Extras(self_gravity=SelfGravity()),
+    )  # fmt: skip
+    before = axes_of_inertia(free.mass, free.X[:, :3])
+    while free.time < time * spun.unit:
+        free.step()
+    return float(np.abs(axes_of_inertia(free.mass, free.X[:, :3]) / before - 1.0).max())
+
+
 def limit(angle: float, axes: Axes = BALL) -> float:
     """Omega of the limit for a friction angle [deg]."""
     sine, half = math.sin(math.radians(angle)), np.asarray(axes) / max(axes)
@@ -251,6 +271,7 @@ def measured(count: int, seed: int, contact: Contact, axes: Axes = BALL) -> dict
     below, above = 0.96 * expected, 1.04 * expected
     spun.turn(below, (below - 0.85 * expected) / RAMP)
     held = spun.turn(below, HOLD)
+    free = let_go(spun, 0.5 * HOLD)
     found = math.nan
     steps = np.arange(below, min(above, 0.999) + 0.5e-3, 1e-3)
     for omega in steps:
@@ -261,6 +282,7 @@ def measured(count: int, seed: int, contact: Contact, axes: Axes = BALL) -> dict
     return {
         "count": count, "seed": seed, "friction": contact.shell.friction, "axes_m": list(axes), "angle_deg": angle,
         "limit_over_shedding": expected, "density_kg_m3": spun.density, "change_at_minus_4_percent": held,
+        "change_let_go": free,
         "failed_at_over_shedding": found, "failed_over_limit": found / expected, "change_at_the_end": last,
         "strain_across_over_along": float(np.interp(FAILED, rows[:, 0], rows[:, 1] / np.maximum(rows[:, 0], 1e-12))),
     }  # fmt: skip

@@ -44,4 +44,5 @@ def test_a_ball_holds_below_its_limit_and_fails_above():
     found = spin_limit.measured(1500, 1, law(0.55))
     assert 38.0 < found["angle_deg"] < 46.0
     assert found["change_at_minus_4_percent"] < spin_limit.FAILED
+    assert found["change_let_go"] < 1e-3
     assert 0.96 < found["failed_over_limit"] < 1.04
