@@ -57,7 +57,7 @@ def _conductivity(given: dict[str, Any]) -> float:
 class Numerics(Model):
     """Numerical choices of the shock stage."""
 
-    numerics: Literal["monaghan", "reconstructed"] = "monaghan"
+    numerics: Literal["monaghan", "reconstructed"] = "reconstructed"
     """A set of choices that were measured together; single keys go before it. ``monaghan``: viscosity = "monaghan",
     alpha = 2, beta = 10, courant = 0.3, kernel = "cubic_spline", support = 2, volumes = "present", smoothing =
     "fixed", shortest = 0.5, length_terms = false, gradients = "plain", conductivity = 0. ``reconstructed``: viscosity

@@ -31,7 +31,9 @@ def flat(shape, **more):
 
 
 def settings(shape="half_space", target=None, **changes):
+    """A block of a few thousand particles; the pressures that tests ask for are those of ``monaghan``."""
     values = dict(
+        numerics="monaghan",
         target=target or flat(shape, gravity=9.81, width=24e3), impact=IMPACT, spacing_at_impact=900.0,
         spacing_far=1500.0, fine_radius=3e3, growth=0.1,
         contact_refinement=1.0, contact_radius=2e3, relaxation_time=4.0, damping=0.5, first_step=0.01, end_time=1.5,

@@ -111,7 +111,9 @@ def test_sods_tube_gains():
 
 def test_the_stage_takes_it_with_its_companions_only(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="length_terms needs"):
-        settings(length_terms=True, volumes="start")
-    whole, parts = stopped_and_whole(tmp_path, monkeypatch, volumes="start", smoothing="density", length_terms=True)
+        settings(numerics="monaghan", length_terms=True, volumes="start")
+    whole, parts = stopped_and_whole(
+        tmp_path, monkeypatch, numerics="monaghan", volumes="start", smoothing="density", length_terms=True
+    )
     for name in whole:
         assert np.array_equal(whole[name], parts[name]), name

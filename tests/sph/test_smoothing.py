@@ -117,7 +117,7 @@ def stopped_and_whole(tmp_path, monkeypatch, **chosen):
 
 
 def test_a_stage_with_both_resumes_to_the_last_bit(tmp_path, monkeypatch):
-    one, other = stopped_and_whole(tmp_path, monkeypatch, smoothing="density", volumes="start")
+    one, other = stopped_and_whole(tmp_path, monkeypatch, numerics="monaghan", smoothing="density", volumes="start")
     for name in one:
         assert np.array_equal(one[name], other[name]), name
     first = snapshot.read(snapshot.series(tmp_path / "whole")[0])
@@ -137,7 +137,7 @@ def test_the_volumes_of_the_start_overshoot_less(tmp_path):
             spacing_at_impact=spacing, spacing_far=3.0 * spacing, fine_radius=1.5 * radius, growth=0.2,
             contact_refinement=1.0, contact_radius=375.0,
             first_step=2.5e-5, end_time=0.18, snapshot_interval=0.18, history_interval=0.06, sides="free",
-            floor="free", volumes=volumes,
+            floor="free", numerics="monaghan", volumes=volumes,
         )  # fmt: skip
         folder = tmp_path / volumes
         folder.mkdir()

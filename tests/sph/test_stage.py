@@ -27,7 +27,9 @@ IMPACT = Impact(
 
 
 def settings(**changes):
+    """A body of some two thousand particles; damage and pressures that tests ask for are those of ``monaghan``."""
     values = dict(
+        numerics="monaghan",
         target=TARGET, impact=IMPACT, spacing_at_impact=130e3, spacing_far=300e3, fine_radius=400e3, growth=0.15,
         contact_refinement=1.5,
         relaxation_time=100.0, end_time=60.0, snapshot_interval=30.0, history_interval=10.0,
