@@ -344,4 +344,6 @@ def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Dam
         raise ValueError("a switch of the viscosity asks for the curl: Rates(n, curl=True)")
     if scheme.reconstructed and len(out.strain_rate) == 0:
         raise ValueError("a reconstructed viscosity keeps the velocity gradient: Rates(n, strain_rate=True)")
+    if scheme.conducting and (scheme.corrected or scheme.switched):
+        raise ValueError("conductivity, switch and corrected gradients want one place in the second rows")
     pair_loop(scheme)(rows, Pairs.of(neighbours), matter, damping, out.sums)

@@ -8,12 +8,12 @@
 Codes differ in what they call h: with the full support in place of hbar the same alpha, beta act twice and four times
 as strongly, so that the (1, 2) of miluphcuda is (2, 8) here. With the 33 neighbours of h = 2 spacings, single
 projectile particles of an 18 km/s ice impact overshoot the planar limit of 111 GPa to 289 GPa with (1, 2), 209 with
-(1.5, 3), 124 with (2, 8) and 114 with (2, 10), the default (heat shared by halves).
+(1.5, 3), 124 with (2, 8) and 114 with (2, 10), what ``numerics = "monaghan"`` takes (heat shared by halves).
 
 Smooth flow sees it too, as a kinematic viscosity of some alpha c hbar / 20 (Meglicki et al. 1993: / 10 in three
 dimensions; half of it here, where parting pairs have none). A crater of radius R that grows at v has a Reynolds number
-of 20 v R / (alpha c hbar): 5 in a body of 50 km particles. Where that matters, ``viscosity_switch =
-"morris_monaghan"``.
+of 20 v R / (alpha c hbar): 5 in a body of 50 km particles. The default, ``sph.viscosity_reconstructed``, leaves a
+tenth of it there.
 """
 
 from matter.jit import law

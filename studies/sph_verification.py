@@ -1,7 +1,7 @@
 """The production kernels against exact solutions, as one table.
 
     python studies/sph_verification.py [--json] [--out FOLDER] [--layers N] [--only TEXT] [--numerics
-    monaghan|reconstructed]
+    reconstructed|monaghan]
 
 Pistons over the Rankine-Hugoniot tables, compaction waves of porous material, Sod's tube, what a quiet end returns,
 elastic waves, a slope, a blast, a collapse, a spinning ball, rings, a rod; one set of viscosity, step and kernel for
@@ -313,7 +313,9 @@ def main() -> None:
         help="how far fronts may run; a column is higher where a precursor runs ahead of the front",
     )
     parser.add_argument("--only", default="", help="measure only what has this text in its name")
-    parser.add_argument("--numerics", choices=columns.SETS, default="monaghan", help="the set of fixtures/columns.py")
+    parser.add_argument(
+        "--numerics", choices=columns.SETS, default="reconstructed", help="the set of fixtures/columns.py"
+    )
     options = parser.parse_args()
     columns.use(options.numerics)
     numerics = {**columns.NUMERICS, "layers": options.layers}

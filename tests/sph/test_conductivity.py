@@ -61,6 +61,16 @@ def test_heat_stays_in_its_material():
         assert abs(c.mass[mine] @ change[mine]) < 1e-12 * (c.mass[mine] @ np.abs(change[mine]))
 
 
+@pytest.mark.parametrize("other", ["corrected", "switched"])
+def test_columns_that_others_take_are_not_shared(other):
+    """The compiled loop would read a tensor or a share of the viscosity for heat and material."""
+    c, second = _Cloud(216), np.zeros((216, 16))
+    out = rates.Rates(216, curl=True, strain_rate=True)
+    with pytest.raises(ValueError, match="one place in the second rows"):
+        chosen = scheme.Scheme(reconstructed=True, conducting=True, **{other: True})
+        c.summed(chosen, scheme.rows(c.rows(), second), out, rates.Damping(3.0, 10.0, conductivity=1.0))
+
+
 def carried(viscosity_chosen):
     """Rate at which heat crosses the middle of a ball in smooth flow whose lower half is warm."""
     materials = collect(("basalt",), {"basalt": Choice(**solutions.TOUGH)})
