@@ -1,31 +1,31 @@
-"""Artificial conductivity: heat flows between partners that the artificial viscosity heats, so that matter does not
-keep what a shock's first step left in one layer ("wall heating": Noh 1987).
+"""Artificial conductivity: heat flows between partners that a strong shock brings together, so that matter does not
+keep what the shock's first step left in one layer ("wall heating": Noh 1987).
 
     du_i += k sum_j m_j (2 / (rho_i + rho_j)) w (u_j - u_i) |dW/dr|
-    w = b^2 sqrt(q),   q = -alpha c mu + beta mu^2,   b = min(s, 0) / min(v.x, 0)
+    w = |mu| mu^2 / (mu^2 + (m0 c)^2),   m0 = 0.3
 
-q is the pressure over the density that the viscosity holds up (``sph.viscosity``), so that sqrt(q) is the signal speed
-of Price (2008) with the viscosity's own pressure for the jump in pressure (which would let heat creep through any body
-at rest under its own weight); b is what the smooth flow leaves of a pair's approach
-(``sph.viscosity_reconstructed``): 1 in a shock's front, a tenth or less in the flow of a crater, where next to
-nothing is left of the exchange. What one partner loses the other gains, heat flows from hot to cold, and none flows
-where viscosity does nothing: a contact that is carried along keeps its width. Between particles of one material only:
-the specific energy of another says nothing of its temperature.
+mu is the approach that the artificial viscosity sees (``sph.viscosity``, of what the smooth flow leaves:
+``sph.viscosity_reconstructed``). Where pairs meet at the speed of sound and beyond, w is that speed, the signal speed
+of the exchange; below, it falls with the cube, so that bodies keep their layers of heat: the flow of a crater, sound,
+and the unrest of a turning ball carry nothing. (Price 2008 takes the root of the jump in pressure, which would let
+heat creep through any body under its own weight; with the root of the viscosity's own pressure a spinning ball lost
+0.6 of its core's heat in a turn.) What one partner loses the other gains, and heat flows from hot to cold. Between
+particles of one material only: the specific energy of another says nothing of its temperature.
 
 What single particles at first contact overshoot is this heat too: of an ice ball on ice at 18.2 km/s, planar limit 111
-GPa, the largest pressures are 169 (target) and 222 GPa (ball) without, 123 and 153 with k = 2.
+GPa, the largest pressures are 169 (target) and 222 GPa (ball) without, 131 and 158 with k = 8. Weak shocks keep the
+heat of their first layer: nothing is overshot there that matters.
 """
 
-import math
-
-from matter.jit import fast_min, law
+from matter.jit import law
+from sph.viscosity_reconstructed import MACH
 
 SOURCES = ("Noh1987", "Price2008")
 TINY = 1e-200
 
 
 @law
-def exchange(closing, vx, mu, c, alpha, beta):
-    """w [m/s] from ``closing`` = s and v.x [m^2/s], mu (of s) and the mean sound speed [m/s]; 0 for parting pairs."""
-    share = fast_min(closing, 0.0) / (fast_min(vx, 0.0) - TINY)
-    return share * share * math.sqrt(mu * (beta * mu - alpha * c))
+def exchange(mu, c):
+    """w [m/s] from mu <= 0 and the mean sound speed c [m/s]; 0 for parting pairs."""
+    slow = MACH * c
+    return -mu * mu * mu / (mu * mu + slow * slow + TINY)

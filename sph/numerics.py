@@ -28,7 +28,7 @@ SETS: dict[str, dict[str, Any]] = {
         "viscosity": "reconstructed", "alpha": 3.0, "beta": 10.0, "courant": 0.45, "kernel": "wendland",
         "support": 2.6,
         "volumes": "start", "smoothing": "density", "shortest": 0.7, "length_terms": True, "gradients": "normalised",
-        "conductivity": 2.0,
+        "conductivity": 8.0,
     },
 }  # fmt: skip
 """What the keys of ``[sph]`` take that a case leaves open, by its ``numerics``."""
@@ -62,7 +62,7 @@ class Numerics(Model):
     alpha = 2, beta = 10, courant = 0.3, kernel = "cubic_spline", support = 2, volumes = "present", smoothing =
     "fixed", shortest = 0.5, length_terms = false, gradients = "plain", conductivity = 0. ``reconstructed``: viscosity
     = "reconstructed", alpha = 3, beta = 10, courant = 0.45, kernel = "wendland", support = 2.6, volumes = "start",
-    smoothing = "density", shortest = 0.7, length_terms = true, gradients = "normalised", conductivity = 2 (smooth flow
+    smoothing = "density", shortest = 0.7, length_terms = true, gradients = "normalised", conductivity = 8 (smooth flow
     hardly feels its viscosity; twice the neighbours)."""
     viscosity: Literal["monaghan", "reconstructed"] = _of_set("viscosity")
     """Artificial viscosity of ``monaghan`` (``sph.viscosity``), or of ``reconstructed`` velocity jumps, which smooth
@@ -108,8 +108,8 @@ class Numerics(Model):
     viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
     """``none``: full viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity_balsara``);
     ``morris_monaghan``: a twentieth of it where nothing has been compressed (``sph.viscosity_morris_monaghan``)."""
-    conductivity: Annotated[float, Field(ge=0, le=10)] = Field(default_factory=_conductivity)
-    """Coefficient of the artificial conductivity, which spreads what a shock's first step heats too much
+    conductivity: Annotated[float, Field(ge=0, le=20)] = Field(default_factory=_conductivity)
+    """Coefficient of the artificial conductivity, which spreads what a strong shock's first step heats too much
     (``sph.conductivity``; 0: none). Needs ``viscosity = "reconstructed"`` without ``viscosity_switch`` and without
     corrected gradients; by default, where all are so, that of ``numerics``."""
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0

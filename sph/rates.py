@@ -161,9 +161,7 @@ def pair_loop(scheme: Scheme):
                     heat += volume * rho_sum * both * push * vr * F
                     if conducting:
                         alike = damping.conductivity if t[MATERIAL, k] == kind else 0.0
-                        speed = conductivity.exchange(
-                            closing, vr, mu, 0.5 * (c_i + s[SOUND, k]), damping.alpha, damping.beta
-                        )
+                        speed = conductivity.exchange(mu, 0.5 * (c_i + s[SOUND, k]))
                         heat += alike * V * bar * speed * r * (warmth - t[ENERGY, k]) * F
                     w = V * before
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]

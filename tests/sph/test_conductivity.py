@@ -7,27 +7,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fixtures import columns, shocks, solutions
-from sph import conductivity, rates, scheme, viscosity
-from sph.material_settings import Choice
+from sph import conductivity, rates, scheme
 from sph.materials import collect
 from sph.row import ENERGY, MATERIAL, SLOPE
 from studies import sph_peak_pressure
 from tests.sph.test_rates import _Cloud
 
 
-@given(vx=st.floats(-1e4, 1e4), left=st.floats(0.0, 1.0))
-def test_it_goes_with_the_square_of_what_smooth_flow_leaves(vx, left):
-    """w = b^2 sqrt(q): 0 for parting pairs, sqrt(q) where nothing is smooth."""
-    mu = viscosity.approach(left * vx, 1.0, 2.0)
-    got = conductivity.exchange(left * vx, vx, mu, 3000.0, 3.0, 10.0)
-    if vx >= 0.0:
-        assert got == 0.0
-    else:
-        q = viscosity.viscous_pressure(mu, 3000.0, 3.0, 10.0)
-        assert got == pytest.approx(left**2 * q**0.5, rel=1e-9, abs=1e-12)
+@given(mu=st.floats(-1e5, 0.0))
+def test_it_falls_with_the_cube_below_the_speed_of_sound(mu):
+    """w = |mu|, less a tenth, at the speed of sound; a thousandth of its speed carries 1e-5 of that."""
+    got, c = conductivity.exchange(mu, 3000.0), 3000.0
+    assert 0.0 <= got <= -mu
+    assert got == pytest.approx(-mu / (1.0 + (0.3 * c / mu) ** 2) if mu < -1e-9 else 0.0, rel=1e-9, abs=1e-12)
 
 
-def exchanged(kinds, warmth, k=2.0):
+def exchanged(kinds, warmth, k=8.0):
     """The cloud, and what its energies change by for a conductivity of ``k``."""
     c, found = _Cloud(1000), []
     second = np.zeros((1000, 8))
@@ -71,25 +66,12 @@ def test_columns_that_others_take_are_not_shared(other):
         c.summed(chosen, scheme.rows(c.rows(), second), out, rates.Damping(3.0, 10.0, conductivity=1.0))
 
 
-def carried(viscosity_chosen):
-    """Rate at which heat crosses the middle of a ball in smooth flow whose lower half is warm."""
-    materials = collect(("basalt",), {"basalt": Choice(**solutions.TOUGH)})
-    place = solutions.closest_packing(lambda x: np.linalg.norm(x, axis=1) < 7.0, 7.0, 0.25)
-    i = solutions.body(place, materials, 7.0, viscosity=viscosity_chosen, conductivity=2.0)
-    i.neighbourhood.rebuild(i.cloud, 0.0)
-    i.cloud.velocity[:] = i.cloud.position * [1.0, 1.0, -2.0]
-    i.start()
-    rate = []
-    for warmth in (1e4, 0.0):
-        i.cloud.specific_energy[:] = np.where(i.cloud.position[:, 2] < 0.0, warmth, 0.0)
-        i._evaluate()
-        rate.append((i.cloud.mass * i.rates.energy)[i.cloud.position[:, 2] > 0.0].sum())
-    return float(rate[0] - rate[1])
-
-
-def test_smooth_flow_carries_next_to_nothing():
-    """A fortieth of what crosses where no slopes are known (a second evaluation knows them)."""
-    assert 0.0 < carried("reconstructed") < 0.025 * carried("monaghan")
+def test_a_spinning_ball_keeps_the_heat_of_its_core():
+    """A quarter of a turn, 50 crossings of sound: its pressure hangs on that heat, and none of it is carried."""
+    with_it, without = (
+        solutions.spin(radius=4.0, turns=0.25, gradients="plain", conductivity=k)[2] for k in (8.0, 0.0)
+    )
+    assert with_it == pytest.approx(without, abs=1e-4)
 
 
 def first_layer(k):
@@ -107,16 +89,16 @@ def first_layer(k):
 
 def test_a_piston_leaves_less_heat_and_pressure_in_its_first_layer():
     """1.8 times the energy too much without, and a third of the pressure over it on the way."""
-    (heat, pressure), (before, over) = first_layer(2.0), first_layer(0.0)
+    (heat, pressure), (before, over) = first_layer(8.0), first_layer(0.0)
     assert before > 1.5 and over > 0.25
-    assert heat < 0.4 and pressure < 0.1
+    assert heat < 0.75 and pressure < 0.15
 
 
 @pytest.mark.validation
 def test_single_particles_hardly_overshoot_at_first_contact():
     """Ice on ice at 18.2 km/s, planar limit 111 GPa: 169 and 222 GPa without, 282 with the former numerics."""
     got = sph_peak_pressure.measured(6.0, numerics="reconstructed")
-    assert got["target_Pa"] < 1.15 * 111e9 and got["ball_Pa"] < 1.45 * 111e9
+    assert got["target_Pa"] < 1.2 * 111e9 and got["ball_Pa"] < 1.45 * 111e9
     assert got["ball_nine_tenths_Pa"] < 1.2 * 111e9
 
 

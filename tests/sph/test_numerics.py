@@ -78,7 +78,7 @@ def test_terms_of_the_supports_go_with_volumes_of_the_start():
     "other", [{"viscosity": "monaghan"}, {"viscosity_switch": "balsara"}, {"gradients": "corrected"}]
 )
 def test_conductivity_goes_with_the_viscosity_that_knows_the_smooth_flow(other):
-    assert Numerics(numerics="reconstructed").conductivity == 2.0
+    assert Numerics(numerics="reconstructed").conductivity == 8.0
     got = Numerics(numerics="reconstructed", **other)
     assert got.conductivity == 0.0 and not got.scheme.conducting and not got.conducts
 
