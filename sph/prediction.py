@@ -17,6 +17,7 @@ import numpy as np
 
 from matter import readable
 from sph import ground_strength, resolution, symmetry
+from sph import target as bodies
 from sph.damage import grady_kipp, seeding
 from sph.history import DIRECT
 from sph.settings import Settings
@@ -26,6 +27,8 @@ from sph.settings import Settings
 _PER_STEP, _PER_GRAVITY, _PER_PAIR, _PER_OUTPUT = 8.0e-7, 1.8e-6, 7.0e-10, 8.0e-6
 _RECONSTRUCTED = 1.6
 _MORE_STEPS = 1.18
+_COUNTED = 1e6
+"""Up to so many particles of a projectile are counted, more are reckoned by their volume."""
 _EFFICIENCY = 0.85
 """Threads count as their number to this power."""
 
@@ -78,10 +81,14 @@ def per_step(settings: Settings) -> float:
 
 
 def projectile_particles(settings: Settings) -> float:
-    """About how many particles the projectile has."""
+    """How many particles the projectile has."""
     if settings.control:
         return 0.0
-    return settings.projectile_particles or max(settings.impact.projectile.volume / settings.zones.contact**3, 1.0)
+    ball, spacing = settings.impact.projectile, settings.projectile_spacing
+    wanted = ball.volume / spacing**3
+    if wanted > _COUNTED:
+        return wanted
+    return float(symmetry.copies(settings.symmetry) * len(bodies.in_ball(ball.radius, spacing, settings.symmetry)))
 
 
 def per_radius(settings: Settings) -> float:

@@ -93,9 +93,9 @@ class Settings(_Keys):
     """Within ``contact_radius`` the spacing is finer by this factor (1: not at all); by default halfway to ten
     particles per projectile radius, at most 2."""
     projectile_particles: Annotated[int, Field(ge=1, le=100_000)] | None = None
-    """About how many particles the projectile has (1 is a single heavy particle). By default its particles weigh what
-    the target's at the contact weigh: light particles thrown at heavy ones bounce off one by one, with peak pressures
-    three times the planar limit."""
+    """About how many particles the projectile has (up to 3: a single heavy particle). By default its particles weigh
+    what the target's at the contact weigh: light particles thrown at heavy ones bounce off one by one, with peak
+    pressures three times the planar limit."""
     end_time: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.END))
     """Simulated time after the impact; by default two formation times of the crater (``sph.durations``)."""
     snapshot_interval: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.SNAPSHOT))
@@ -175,6 +175,12 @@ class Settings(_Keys):
             self.growth,
             self.support,
         )
+
+    @property
+    def projectile_spacing(self) -> float:
+        """Distance of the projectile's particles [m]."""
+        count = self.projectile_particles
+        return float((self.impact.projectile.volume / count) ** (1.0 / 3.0)) if count else self.zones.contact
 
     @property
     def relaxes(self) -> bool:

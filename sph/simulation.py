@@ -133,14 +133,12 @@ class Simulation:
         ]
         del target, order, self.integrator  # its memory is that of the next one
         if not s.control:
-            count = s.projectile_particles
-            spacing = (self.impact.projectile.volume / count) ** (1.0 / 3.0) if count else s.zones.contact
             surface = s.target.impact_point[2] if s.target.flat or s.target.solid else self.radius
             pieces.append(
                 bodies.projectile(
                     s.target,
                     self.impact,
-                    spacing,
+                    s.projectile_spacing,
                     surface,
                     s.support * s.zones.contact,
                     self.materials,

@@ -235,6 +235,25 @@ def build(
     return Body(position, mass, density, h, layer_of.astype(np.int32), material.astype(np.int32), distention)
 
 
+def in_ball(radius: float, spacing: float, symmetry: str = "none") -> np.ndarray:
+    """Places (n, 3) [m] of a ball's particles about its centre, some ``spacing`` [m] apart; of the part that a
+    ``symmetry`` leaves. One particle where there would be three or fewer: two or three lie as lopsided as it is
+    coarse."""
+    wanted, parts = 4.0 / 3.0 * np.pi * radius**3 / spacing**3, symmetries.copies(symmetry)
+    mirrors = list(symmetries.MIRRORS[symmetry])
+    if wanted <= MOST_IN_ONE * parts:  # the centre of mass of the part
+        places = np.zeros((1, 3))
+        places[0, mirrors] = 0.375 * radius
+        return places
+    places = packing.hexagonal(spacing, radius)
+    places = places - places.mean(axis=0)
+    return symmetries.folded(places, symmetry, 0.35 * spacing) if mirrors else places
+
+
+MOST_IN_ONE = 3.5
+"""Volume of a ball, in cubes of a spacing, up to which it is one particle."""
+
+
 def projectile(
     target: Target,
     impact: Impact,
@@ -250,14 +269,7 @@ def projectile(
     body = impact.projectile
     index = materials.index(body.material)
     rho0 = materials.bulk_density[index]
-    places = packing.hexagonal(spacing, body.radius) if body.volume > 3.0 * spacing**3 else np.zeros((1, 3))
-    places = places - places.mean(axis=0)
-    parts, mirrors = symmetries.copies(symmetry), list(symmetries.MIRRORS[symmetry])
-    if mirrors and body.volume > 3.0 * parts * spacing**3:
-        places = symmetries.folded(places, symmetry, 0.35 * spacing)
-    elif mirrors:  # one particle, at the centre of mass of its part of the ball
-        places = np.zeros((1, 3))
-        places[0, mirrors] = 0.375 * body.radius
+    places, parts = in_ball(body.radius, spacing, symmetry), symmetries.copies(symmetry)
     velocity = np.array(target.aim(impact))
     along = velocity / np.linalg.norm(velocity)
     normal = target.placed.normal if target.solid else np.array([0.0, 0.0, 1.0])

@@ -42,7 +42,7 @@ material = "basalt"
 radius = "0.6 m"
 
 [sph]
-numerics = "monaghan"  # a hollow of two spacings: 1.55 m deep with it, 1.3 m (the least that is found) with the default
+numerics = "monaghan"  # a hollow of two spacings, 1.55 m deep; 1.3 m, the least that is found, with the default
 spacing_at_impact = "0.8 m"
 spacing_far = "1.5 m"
 fine_radius = "3 m"

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from matter.body import Impact, Layer, Projectile, Target
-from sph import materials, target
+from sph import materials, prediction, target
+from sph.settings import Settings
 
 CALLISTO = Target(
     layers=(
@@ -85,3 +86,27 @@ def test_projectile_flies_to_the_pole():
     assert lowest - 2102e3 == pytest.approx(52e3, rel=1e-9)
     time = (2102e3 + 53.9e3 - centre[2]) / impact.velocity[2]
     assert centre + time * np.array(impact.velocity) == pytest.approx(np.array([0, 0, 2102e3 + 53.9e3]), abs=1.0)
+
+
+@pytest.mark.parametrize("symmetry,copies", [("none", 1), ("half", 2), ("quarter", 4)])
+@pytest.mark.parametrize("wanted", [1, 3, 4, 20, 300])
+def test_a_projectile_has_the_particles_that_the_check_promises(wanted, symmetry, copies):
+    """Up to three are one (in every part), whatever the radius: two and three hung on its last digit."""
+    for radius in (0.0376, 1.0, 53.9e3):
+        ball = Projectile(material="copper", radius=radius)
+        impact = Impact(
+            speed=2e3, angle_from_vertical=0.0, projectile=ball, expected_transient_diameter=400.0 * radius
+        )
+        ground = Layer(name="ground", material="basalt", thickness=600.0 * radius)
+        chosen = Settings(
+            target=Target(layers=(ground,), shape="half_sphere", gravity=1e-4),
+            impact=impact,
+            projectile_particles=wanted,
+            symmetry=symmetry,
+        )
+        body = target.projectile(
+            chosen.target, impact, chosen.projectile_spacing, 0.0, radius, chosen.chosen_materials(), 2.0, symmetry
+        )
+        assert prediction.projectile_particles(chosen) == copies * len(body.mass)
+        assert copies * body.mass.sum() == pytest.approx(8900.0 * ball.volume, rel=1e-12)
+        assert len(body.mass) == 1 if wanted < 3.5 * copies else copies * len(body.mass) == pytest.approx(wanted, rel=0.45)
