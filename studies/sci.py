@@ -50,6 +50,8 @@ def sets(*values: str) -> tuple[str, ...]:
 
 
 SPH, COARSE, SMALL = ("--until", "sph"), ("--preset", "coarse29"), ("--preset", "small")
+# a vertical shot is its own mirror image in two planes: what only the shock stage answers runs as a quarter
+QUARTER = (*SPH, *sets("sph.symmetry=quarter"))
 FINE = sets(
     "sph.spacing_at_impact=6.5 cm",
     "sph.growth=0.04",
@@ -69,23 +71,26 @@ ROWS = {
     "S1": Row(
         "switch at 15 and 30 ms, alpha halved and doubled: D 5 %, depth 10 % at 1 and 4 s",
         {
-            "15 ms": SPH,
-            "30 ms": (*SPH, *LATER),
-            "coarse": (*SPH, *COARSE),
-            "coarse 30 ms": (*SPH, *COARSE, *LATER),
-            "coarse alpha / 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.05")),
-            "coarse alpha x 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.2")),
+            "15 ms": QUARTER,
+            "30 ms": (*QUARTER, *LATER),
+            "coarse": (*QUARTER, *COARSE),
+            "coarse 30 ms": (*QUARTER, *COARSE, *LATER),
+            "coarse alpha / 2": (*QUARTER, *COARSE, *sets("sph.late.alpha=0.05")),
+            "coarse alpha x 2": (*QUARTER, *COARSE, *sets("sph.late.alpha=0.2")),
         },
         (1.0, 4.0),
     ),
     "S2": Row(
         "Morris & Monaghan's switch from the start: ballistic D and V stated",
-        {"none": (*SPH, *COARSE), "morris_monaghan": (*SPH, *COARSE, *sets("sph.viscosity_switch=morris_monaghan"))},
+        {
+            "none": (*QUARTER, *COARSE),
+            "morris_monaghan": (*QUARTER, *COARSE, *sets("sph.viscosity_switch=morris_monaghan")),
+        },
         (1.0, 4.0),
     ),
     "S3": Row(
         "29,529, 101,000 and 270,000 particles: ballistic D 5 %, V 10 % between the last two",
-        {"29,529": (*SPH, *COARSE), "101,000": SPH, "270,000": (*SPH, *FINE)},
+        {"29,529": (*QUARTER, *COARSE), "101,000": QUARTER, "270,000": (*QUARTER, *FINE)},
         (1.0,),
     ),
     "S4": Row(
@@ -93,6 +98,31 @@ ROWS = {
         {"22 m": (*SPH, *COARSE, *EARLY), "30 m": (*SPH, *COARSE, *EARLY, *WIDE)},
         (0.015,),
         5.0,
+    ),
+    "S5": Row(
+        "a quarter against the whole, each with a draw of its own: D and depth within the scatter",
+        {
+            "whole": SPH,
+            "quarter": QUARTER,
+            "coarse whole": (*SPH, *COARSE),
+            "coarse quarter": (*QUARTER, *COARSE),
+        },
+        (1.0, 4.0),
+    ),
+    "S6": Row(
+        "a quarter whose projectile has 4 (one in each quarter), 16 and 50 particles: D and depth stated",
+        {
+            "4": (*QUARTER, *COARSE),
+            **{
+                f"{count}": (
+                    *QUARTER,
+                    *COARSE,
+                    *sets(f"sph.projectile_particles={count}", "sph.end_time=4 s", "handoff.time=4 s"),
+                )
+                for count in (16, 50)
+            },
+        },
+        (1.0, 4.0),
     ),
     "D1": Row(
         "random packing, one handoff: 50,000 to 100,000 grains D 5 %, depth 10 % and r / 2",
@@ -134,7 +164,7 @@ ROWS = {
         "the same all in SPH, to 100 s",
         {
             "sph": (
-                *SPH,
+                *QUARTER,
                 *COARSE,
                 *sets("sph.end_time=100 s", "sph.snapshot_interval=2 s", "sph.history_interval=0.2 s"),
             )

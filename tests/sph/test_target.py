@@ -109,4 +109,8 @@ def test_a_projectile_has_the_particles_that_the_check_promises(wanted, symmetry
         )
         assert prediction.projectile_particles(chosen) == copies * len(body.mass)
         assert copies * body.mass.sum() == pytest.approx(8900.0 * ball.volume, rel=1e-12)
-        assert len(body.mass) == 1 if wanted < 3.5 * copies else copies * len(body.mass) == pytest.approx(wanted, rel=0.45)
+        assert (
+            len(body.mass) == 1
+            if wanted < 3.5 * copies
+            else copies * len(body.mass) == pytest.approx(wanted, rel=0.45)
+        )
