@@ -34,17 +34,31 @@ _EFFICIENCY = 0.85
 
 
 def step(settings: Settings) -> float:
-    """The step of the target at rest [s]."""
+    """The step of target and projectile at rest [s]."""
+    return _limit(settings)[0]
+
+
+def _limit(settings: Settings) -> tuple[float, str]:
+    """That step, and what it follows from."""
     materials, zones, shortest = settings.chosen_materials(), settings.zones, np.inf
     inner = (0.0, *settings.target.outer_radii)
     for layer, top in zip(settings.target.layers, inner[1:]):
         depth = settings.target.radius - top  # the layer's nearest point to the impact lies this deep
         wave = ground_strength.ground(materials, layer.material, 1.0, settings.strength).wave
         spacing = float(zones.spacing(np.array([depth]))[0])
-        shortest = min(
-            shortest, settings.courant * 0.5 * settings.support * spacing / ((1.0 + 0.6 * settings.alpha) * wave)
-        )
-    return shortest
+        shortest = min(shortest, _courant(settings, spacing, wave))
+    what = f"the finest spacing, {readable.length(zones.contact)}"
+    if projectile_particles(settings) > symmetry.copies(settings.symmetry):  # one alone has no neighbours that count
+        ball = ground_strength.ground(materials, settings.impact.projectile.material, 1.0, settings.strength)
+        own = _courant(settings, settings.projectile_spacing, ball.wave)
+        if own < shortest:
+            return own, f"the projectile's spacing, {readable.length(settings.projectile_spacing)}"
+    return shortest, what
+
+
+def _courant(settings: Settings, spacing: float, wave: float) -> float:
+    """The step [s] of particles ``spacing`` [m] apart at rest in which waves run at ``wave`` [m/s]."""
+    return settings.courant * 0.5 * settings.support * spacing / ((1.0 + 0.6 * settings.alpha) * wave)
 
 
 def steps(settings: Settings) -> tuple[float, float]:
@@ -158,6 +172,6 @@ def explain(settings: Settings) -> list[str]:
         f"{parts[most]:.0%} of them from {most}",
         f"{impact:,.0f} steps of {readable.clock(step(settings))} to end_time = {readable.clock(settings.end_time)}"
         + (f", and {relax:,.0f} for relaxation_time = {readable.clock(settings.relaxation_time)}" if relax else "")
-        + f": the step follows from the finest spacing, {readable.length(zones.contact)}",
+        + f": the step follows from {_limit(settings)[1]}",
     ]
     return lines

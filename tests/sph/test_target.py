@@ -114,3 +114,23 @@ def test_a_projectile_has_the_particles_that_the_check_promises(wanted, symmetry
             if wanted < 3.5 * copies
             else copies * len(body.mass) == pytest.approx(wanted, rel=0.45)
         )
+
+
+@pytest.mark.parametrize("wanted,shorter", [(3, 1.0), (16, 0.26)])
+def test_a_fine_projectile_shortens_the_step_that_is_predicted(wanted, shorter):
+    """Copper of 0.27 of the ground's spacing and 1.05 of its waves' speed; one heavy particle has no say."""
+    ball = Projectile(material="copper", radius=0.0376)
+    impact = Impact(speed=2e3, angle_from_vertical=0.0, projectile=ball, expected_transient_diameter=14.5)
+    steps = [
+        prediction.step(
+            Settings(
+                target=Target(layers=(Layer(name="soil", material="basalt", thickness=22.0),), shape="half_sphere"),
+                impact=impact,
+                spacing_at_impact=0.09,
+                contact_refinement=1.0,
+                projectile_particles=count,
+            )
+        )
+        for count in (1, wanted)
+    ]
+    assert steps[1] / steps[0] == pytest.approx(shorter, abs=0.02)
