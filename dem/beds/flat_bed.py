@@ -19,7 +19,7 @@ from dem.beds.flat_settling import FlatSettling
 from dem.beds.settling import finish
 from dem.columns import MASS, RADIUS, STIFFNESS
 from dem.contact_settings import SPECIES
-from matter import archive, checkpoint, snapshot
+from matter import archive, checkpoint, drawing, snapshot
 from matter.errors import InputError, Unsound
 
 OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
@@ -153,6 +153,8 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
 
 
 def _picture(bed: Assembly, container: Container, report: dict[str, Any], path: Path) -> None:
+    if not drawing.possible("the bed"):
+        return
     from dem import pictures
 
     pictures.flat_bed(bed, container, report, path)
