@@ -9,7 +9,6 @@ are set from the measured packing fraction so that the bulk density is that of t
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,14 +20,23 @@ import numpy as np
 from dem import friction_angle, used_laws
 from dem.assembly import Assembly
 from dem.bed_settings import Settings
-from dem.beds import bed_measures, expected_grains, extent, flat_bed, flat_ground, packing, settling, solid_bed
+from dem.beds import (
+    bed_files,
+    bed_measures,
+    expected_grains,
+    extent,
+    flat_bed,
+    flat_ground,
+    packing,
+    settling,
+    solid_bed,
+)
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.beds.solid_body import is_solid
-from dem.columns import MASS, RADIUS, STIFFNESS
-from dem.contact_settings import SPECIES
-from matter import archive, checkpoint, drawing, readable, snapshot
-from matter.errors import InputError, Unsound
+from dem.columns import RADIUS
+from matter import readable
+from matter.errors import InputError
 
 STEPS = 3600
 """Steps to settle a bed of 20,000 grains, from random points to rest (8640 for 100,000: as the number's root, see
@@ -165,33 +173,18 @@ def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> N
     radius = packing.radii(settings.count, settings.radius_spread, domain, seeds[0])
     points = packing.random_points(radius, domain, seeds[1])
     bed, facts = settling.settle(points, radius, body, domain, settings.contact, settings.residual_speed, out)
-    wave = float(np.max(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
-    domain = _damped(domain, settings, bed.mean_radius, wave)
+    domain = _damped(domain, settings, bed.mean_radius, bed_files.wave_speed(bed))
     report = _report(bed, body, domain, facts)
-    materials = list(dict.fromkeys(body.materials))
-    attributes = {
-        "time": 0.0,
-        "stage": "bed",
-        "frame": "sphere",
-        "materials": materials,
-        "species": list(SPECIES),
-        "domain": domain.as_attribute(),
-        "contact": {**settings.contact.as_attribute(), "dt_s": bed.dt, "wave_speed_m_s": wave},
-        "packing_fraction": report["packing_fraction"],
-        "coordination_number": report["coordination_number"],
-        "residual_speed_over_sqrt_g_r": report["free_run_speed_over_sqrt_g_r"],
-        "mean_radius_m": bed.mean_radius,
-    }
-    archive.write_text(out / "bed_report.json", json.dumps(report, indent=1))
-    _picture(bed, domain, report, out / "bed.png")
-    snapshot.write(bed.particles(attributes), out / "bed.vtkhdf")
-    checkpoint.keep_last(out)
-    moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
-    if moving > settings.residual_speed:
-        raise Unsound(
-            f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {facts['steps']:.0f} steps (limit "
-            f"{settings.residual_speed:g})"
-        )
+    bed_files.leave(
+        bed,
+        settings,
+        report,
+        out,
+        lambda path: _picture(bed, domain, report, path),
+        frame="sphere",
+        materials=list(dict.fromkeys(body.materials)),
+        domain=domain.as_attribute(),
+    )
 
 
 def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, float]) -> dict[str, Any]:
@@ -241,8 +234,6 @@ def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, f
 
 
 def _picture(bed: Assembly, domain: Domain, report: dict[str, Any], path: Path) -> None:
-    if not drawing.possible("the bed"):
-        return
     from dem import pictures
 
     pictures.bed(bed, domain, report, path)

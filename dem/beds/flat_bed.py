@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,15 +11,13 @@ import numpy as np
 
 from dem.assembly import Assembly
 from dem.bed_settings import Settings
-from dem.beds import bed_measures, extent, packing
+from dem.beds import bed_files, bed_measures, extent, packing
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.flat_settling import FlatSettling
 from dem.beds.settling import finish
-from dem.columns import MASS, RADIUS, STIFFNESS
-from dem.contact_settings import SPECIES
-from matter import archive, checkpoint, drawing, snapshot
-from matter.errors import InputError, Unsound
+from dem.columns import RADIUS
+from matter.errors import InputError
 
 OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
 BULK_MARGIN = 5.0
@@ -84,34 +81,21 @@ def make(settings: Settings, ground: FlatGround, container: Container, out: Path
         points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal, settings.largest_speed
     )
     bed, facts = finish(work, out)
-    wave = float(np.max(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
     width = settings.damped_layers * 2.0 * bed.mean_radius
-    container = replace(container, damped_width=width, damping_rate=4.5 * wave / width if width > 0.0 else 0.0)
+    rate = 4.5 * bed_files.wave_speed(bed) / width if width > 0.0 else 0.0
+    container = replace(container, damped_width=width, damping_rate=rate)
     report = report_of(bed, ground, container, {**facts, "inflation_of_gravity": work.inflation})
-    attributes: dict[str, Any] = {
-        "time": 0.0,
-        "stage": "bed",
-        "frame": "plane",
-        "materials": list(dict.fromkeys(ground.materials)),
-        "species": list(SPECIES),
-        "domain": container.as_attribute(),
-        "contact": {**settings.contact.as_attribute(), "dt_s": bed.dt, "wave_speed_m_s": wave},
-        "packing": settings.packing,
-        "packing_fraction": report["packing_fraction"],
-        "coordination_number": report["coordination_number"],
-        "residual_speed_over_sqrt_g_r": report["free_run_speed_over_sqrt_g_r"],
-        "mean_radius_m": bed.mean_radius,
-    }
-    archive.write_text(out / "bed_report.json", json.dumps(report, indent=1))
-    _picture(bed, container, report, out / "bed.png")
-    snapshot.write(bed.particles(attributes), out / "bed.vtkhdf")
-    checkpoint.keep_last(out)
-    moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
-    if moving > settings.residual_speed:
-        raise Unsound(
-            f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {facts['steps']:.0f} steps (limit "
-            f"{settings.residual_speed:g})"
-        )
+    bed_files.leave(
+        bed,
+        settings,
+        report,
+        out,
+        lambda path: _picture(bed, container, report, path),
+        frame="plane",
+        materials=list(dict.fromkeys(ground.materials)),
+        domain=container.as_attribute(),
+        packing=settings.packing,
+    )
 
 
 def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: dict[str, float]) -> dict[str, Any]:
@@ -153,8 +137,6 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
 
 
 def _picture(bed: Assembly, container: Container, report: dict[str, Any], path: Path) -> None:
-    if not drawing.possible("the bed"):
-        return
     from dem import pictures
 
     pictures.flat_bed(bed, container, report, path)

@@ -6,7 +6,6 @@ rotation, v = omega x x, as the particles of the shock stage do; in the turning 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,14 +15,13 @@ import numpy as np
 from dem import friction_angle
 from dem.assembly import Assembly
 from dem.bed_settings import Settings
-from dem.beds import bed_measures, slopes, solid_packing
+from dem.beds import bed_files, bed_measures, slopes, solid_packing
 from dem.beds.settling import finish
 from dem.beds.solid_body import SolidBody
 from dem.beds.solid_settling import SolidSettling
-from dem.columns import MASS, RADIUS, STIFFNESS
+from dem.columns import RADIUS
 from dem.contact_settings import SPECIES
-from matter import archive, checkpoint, drawing, snapshot
-from matter.errors import InputError, Unsound
+from matter.errors import InputError
 
 BULK_DEPTH = 3.0
 """Mean radii below the surface at which the bulk begins."""
@@ -64,35 +62,30 @@ def _make(settings: Settings, body: SolidBody, out: Path) -> None:
     bed, facts = finish(work, out)
     slope = slopes.of(body, bed.mean_radius)
     report = report_of(bed, work, settings, slope) | facts
-    wave = float(np.max(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
-    attributes: dict[str, Any] = {
-        "time": 0.0,
-        "stage": "bed",
-        "frame": "solid",
-        "materials": [body.material],
-        "species": list(SPECIES),
-        "domain": {"shape": "whole", "radius_m": body.solid.radius, "angular_velocity_1_s": body.omega.tolist()},
-        "contact": {**settings.contact.as_attribute(), "dt_s": bed.dt, "wave_speed_m_s": wave},
-        "packing_fraction": report["packing_fraction"],
-        "coordination_number": report["coordination_number"],
-        "residual_speed_over_sqrt_g_r": report["free_run_speed_over_sqrt_g_r"],
-        "mean_radius_m": bed.mean_radius,
-    }
-    archive.write_text(out / "bed_report.json", json.dumps(report, indent=1))
-    if drawing.possible("the bed"):
+
+    def picture(path: Path) -> None:
         from dem import pictures
 
-        pictures.whole_body(bed, body, slope, report, out / "bed.png")
-    snapshot.write(bed.particles(attributes), out / "bed.vtkhdf")
-    checkpoint.keep_last(out)
-    moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
-    if not moving <= settings.residual_speed:
-        where = report["moved_most"]
-        raise Unsound(
-            f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {facts['steps']:.0f} steps (limit "
-            f"{settings.residual_speed:g}); moved most: {where['radii']:.3g} radii at latitude "
-            f"{where['latitude_deg']:.3g} deg, longitude {where['longitude_deg']:.3g} deg. {report['slopes_in_words']}"
+        pictures.whole_body(bed, body, slope, report, path)
+
+    def where() -> str:
+        place = report["moved_most"]
+        return (
+            f"; moved most: {place['radii']:.3g} radii at latitude {place['latitude_deg']:.3g} deg, longitude "
+            f"{place['longitude_deg']:.3g} deg. {report['slopes_in_words']}"
         )
+
+    bed_files.leave(
+        bed,
+        settings,
+        report,
+        out,
+        picture,
+        where,
+        frame="solid",
+        materials=[body.material],
+        domain={"shape": "whole", "radius_m": body.solid.radius, "angular_velocity_1_s": body.omega.tolist()},
+    )
 
 
 def axes_of_inertia(mass: np.ndarray, position: np.ndarray) -> np.ndarray:

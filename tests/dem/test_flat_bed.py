@@ -13,7 +13,7 @@ from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.contact_settings import Contact, GrainLaw
 from dem.walls import distance, rows
-from matter import cadence, snapshot
+from matter import cadence, drawing, snapshot
 from matter.body import Impact, Target
 from matter.errors import InputError
 from studies.granular import carved_bowl
@@ -68,6 +68,13 @@ def settled(folder, **settings):
 @pytest.fixture(scope="module")
 def random_bed(tmp_path_factory):
     return settled(tmp_path_factory.mktemp("random"), radius_spread=0.0, arc_radius=9.0, count=1200)
+
+
+def test_a_bed_does_without_its_picture(tmp_path, monkeypatch):
+    """Where matplotlib is missing a flat one ended in a traceback. All beds leave their files by one function."""
+    monkeypatch.setattr(drawing, "has", lambda library="matplotlib": False)
+    settled(tmp_path, count=400, arc_radius=9.0)
+    assert (tmp_path / "3_bed" / "bed.vtkhdf").exists() and not (tmp_path / "3_bed" / "bed.png").exists()
 
 
 def check_at_rest(report):

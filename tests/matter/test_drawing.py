@@ -1,7 +1,6 @@
 """Without the extra ``pictures``: everything imports, pictures are left out with one line, and what is a picture by
 name is refused with one."""
 
-import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -55,13 +54,6 @@ def test_what_is_left_out_is_said_once(without):
     assert not drawing.possible("the bed", said.append)
     assert said == ["no pictures of the bed: matplotlib is not installed (pip install 'bolide[pictures]')"]
     assert "Without pictures" in drawing.note()
-
-
-@pytest.mark.parametrize("room", ["dem.bed_stage", "dem.beds.flat_bed"])
-def test_a_bed_of_any_ground_does_without_its_picture(without, room, tmp_path):
-    """A flat one did not: the run ended in a traceback."""
-    importlib.import_module(room)._picture(None, None, {}, tmp_path / "bed.png")
-    assert not (tmp_path / "bed.png").exists()
 
 
 def test_what_needs_a_library_names_it(without, tmp_path):

@@ -1,0 +1,59 @@
+"""What every settled bed leaves: ``bed_report.json``, ``bed.png`` and ``bed.vtkhdf``, and whether it rests."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dem.assembly import Assembly
+from dem.bed_settings import Settings
+from dem.columns import MASS, RADIUS, STIFFNESS
+from dem.contact_settings import SPECIES
+from matter import archive, checkpoint, drawing, snapshot
+from matter.errors import Unsound
+
+
+def wave_speed(bed: Assembly) -> float:
+    """The largest 2 r sqrt(k / m) of a grain [m/s]: how fast a push runs along a chain of its like."""
+    return float(np.max(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
+
+
+def leave(
+    bed: Assembly,
+    settings: Settings,
+    report: dict[str, Any],
+    out: Path,
+    draw: Callable[[Path], None],
+    where: Callable[[], str] = str,
+    **attributes: Any,
+) -> None:
+    """Write report, picture (``draw`` does it into a path) and grains. The ``attributes`` of the snapshot are
+    ``frame``, ``materials``, ``domain`` and what else this kind of bed has to say.
+
+    Raises ``Unsound``, with ``where`` behind it, for a bed that does not rest: all files are written by then.
+    """
+    known = {
+        "time": 0.0,
+        "stage": "bed",
+        "species": list(SPECIES),
+        "contact": {**settings.contact.as_attribute(), "dt_s": bed.dt, "wave_speed_m_s": wave_speed(bed)},
+        "packing_fraction": report["packing_fraction"],
+        "coordination_number": report["coordination_number"],
+        "residual_speed_over_sqrt_g_r": report["free_run_speed_over_sqrt_g_r"],
+        "mean_radius_m": bed.mean_radius,
+    }
+    archive.write_text(out / "bed_report.json", json.dumps(report, indent=1))
+    if drawing.possible("the bed"):
+        draw(out / "bed.png")
+    snapshot.write(bed.particles(known | attributes), out / "bed.vtkhdf")
+    checkpoint.keep_last(out)
+    moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
+    if not moving <= settings.residual_speed:
+        raise Unsound(
+            f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {report['steps']:.0f} steps (limit "
+            f"{settings.residual_speed:g}){where()}"
+        )
