@@ -9,8 +9,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, create_model, field_validator
 
 from matter import quantity
-from matter.body import Impact, Model, Target, View
+from matter.body import Impact, Model, Target
 from matter.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
+from matter.deciding import View
 from matter.quantity import Length, PositiveLength, Speed, Volume
 
 RISE_LIMIT = 0.15

@@ -8,7 +8,8 @@ from pydantic import Field
 
 from dem.beds import extent
 from dem.contact_settings import Contact
-from matter.body import Impact, Model, Target, View
+from matter.body import Impact, Model, Target
+from matter.deciding import View
 from matter.quantity import PositiveLength, PositiveSpeed, PositiveTime
 
 

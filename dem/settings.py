@@ -9,7 +9,8 @@ from pydantic import Field, model_validator
 from dem import durations
 from dem.contact_settings import Contact
 from dem.engines.deviations import Deviation
-from matter.body import Impact, Model, Target, View
+from matter.body import Impact, Model, Target
+from matter.deciding import View
 from matter.quantity import PositiveLength, PositiveSpeed, PositiveTime
 
 

@@ -10,7 +10,7 @@ from pydantic import Field, field_validator
 from handoff import control as controls
 from handoff import surface
 from handoff.ledger import check_waivers
-from matter.body import View
+from matter.deciding import View
 from matter.quantity import PositiveTime
 
 

@@ -8,16 +8,13 @@ lies on +z, and the projectile flies in the x-z plane towards +x: v = speed (sin
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from matter import material, quantity
 from matter.errors import InputError
-from matter.quantity import Acceleration, Angle, PositiveLength, PositiveMass, PositiveSpeed, PositiveTime
+from matter.quantity import Acceleration, Angle, Length, PositiveLength, PositiveMass, PositiveSpeed, PositiveTime
 from matter.solids.placed import Placed, of_axes, of_file
 
 SOLIDS = ("ellipsoid", "mesh")
@@ -41,46 +38,6 @@ class Model(BaseModel):
     (``run_case --describe``)."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
-
-
-@dataclass(frozen=True)
-class View:
-    """Marks a setting that decides no result, in its annotation: what is only looked at (notes, pictures), predicted
-    or done elsewhere in the same way. Of a table that bears it the keys in ``but`` do decide."""
-
-    but: tuple[str, ...] = ()
-
-
-def deciding(value: Any) -> Any:
-    """What of settings decides a result, as plain JSON: without fields that bear ``View``, numbers in SI, texts that
-    are quantities as SI numbers.
-
-    Equal contents are equal settings, to the last bit of every number and however they were written.
-    """
-    if isinstance(value, BaseModel):
-        return _of_model(value)
-    if isinstance(value, Mapping):
-        return {str(key): deciding(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [deciding(item) for item in value]
-    if isinstance(value, str) and re.match(quantity.TEXT, value):
-        try:
-            return quantity.parse(value)
-        except ValueError:
-            return value
-    return value if value is None or isinstance(value, bool | int | float | str) else str(value)
-
-
-def _of_model(model: BaseModel) -> dict[str, Any]:
-    keys: dict[str, Any] = {}
-    for name, entry in type(model).model_fields.items():
-        mark = next((item for item in entry.metadata if isinstance(item, View)), None)
-        value = getattr(model, name)
-        if mark is None:
-            keys[name] = deciding(value)
-        elif mark.but and value is not None:
-            keys[name] = {key: deciding(getattr(value, key)) for key in mark.but}
-    return keys
 
 
 class Layer(Model):
@@ -278,15 +235,55 @@ class Target(Model):
         return tuple(dict.fromkeys(layer.material for layer in self.layers))
 
 
+class Part(Model):
+    """A part of a projectile that is no ball: it flies with the others, and meets the ground on its own."""
+
+    share: Annotated[float, Field(gt=0, le=1)]
+    """Mass of the part over that of the whole; those of all parts add up to 1."""
+    material: str | None = None
+    """Material of the part; by default that of the projectile."""
+    size: tuple[PositiveLength, PositiveLength, PositiveLength] | None = None
+    """Sizes of a box along the flight, horizontally across it, and up from both; by default the part is a ball of its
+    material at its own density. Matter that does not fill its box stands in it as pellets with gaps between them."""
+    offset: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    """Where its centre is, along the flight, across it and up, from any one point: only distances between parts count,
+    their centre of mass flies to the site."""
+
+    @field_validator("material")
+    @classmethod
+    def _known(cls, name: str | None) -> str | None:
+        return name if name is None else known_material(name)
+
+
 class Projectile(Model):
-    """A uniform sphere."""
+    """A uniform sphere, or parts that together are as heavy."""
 
     material: str
     """Material of the projectile (``run_case --list`` names them all)."""
     radius: PositiveLength
-    """Radius of the projectile."""
+    """Radius of the projectile; where it has parts, of the ball that is as heavy as all of them."""
+    parts: tuple[Part, ...] = ()
+    """What it is made of, ``[[impact.projectile.parts]]``: a spacecraft's body and its panels, say; by default it is
+    the ball itself."""
 
     _known = field_validator("material")(known_material)
+
+    @field_validator("parts")
+    @classmethod
+    def _whole(cls, parts: tuple[Part, ...]) -> tuple[Part, ...]:
+        total = math.fsum(part.share for part in parts)
+        if parts and abs(total - 1.0) > 1e-6:
+            raise ValueError(f"the shares of all parts must add up to 1, they add up to {total:.6g}")
+        return parts
+
+    def material_of(self, part: Part) -> str:
+        """Material of a part."""
+        return part.material or self.material
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """Distinct materials, that of the ball first."""
+        return tuple(dict.fromkeys([self.material, *(self.material_of(part) for part in self.parts)]))
 
     @property
     def volume(self) -> float:

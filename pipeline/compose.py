@@ -7,7 +7,8 @@ import json
 from collections.abc import Iterable
 from dataclasses import replace
 
-from matter.body import Model, deciding
+from matter.body import Model
+from matter.deciding import deciding
 from matter.errors import InputError
 from pipeline import checking, expected, outside, provenance, stages
 from pipeline.case import Case

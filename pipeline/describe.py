@@ -72,5 +72,5 @@ def materials(settings: Iterable[Model]) -> list[str]:
             if isinstance(value, Target):
                 names.update(value.materials)
             elif isinstance(value, Impact):
-                names.add(value.projectile.material)
+                names.update(value.projectile.materials)
     return sorted(names)

@@ -32,8 +32,9 @@ from typing import Annotated, Any, Generic, TypeVar
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from crater.settings import of_each_measure
-from matter.body import Model, deciding
+from matter.body import Model
 from matter.crater_measures import BY_NAME, COMPARED, UNITS
+from matter.deciding import deciding
 from matter.errors import InputError
 from matter.quantity import REQUIRED
 from pipeline import case as cases

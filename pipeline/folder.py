@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from matter import archive
-from matter.body import Model, deciding
+from matter.body import Model
+from matter.deciding import deciding
 from matter.errors import InputError
 from pipeline import provenance
 

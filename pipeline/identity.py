@@ -1,6 +1,6 @@
 """What a stage is known by: hashes of all that decides its result.
 
-    inputs   the stage, its deciding settings (``matter.body.deciding``), the files from elsewhere by content, and the
+    inputs   the stage, its deciding settings (``matter.deciding``), the files from elsewhere by content, and the
              stages that it reads by their keys (or, where it reads one small file of a stage, that file by content)
     key      inputs, the sources of the project that the stage can reach with their data (materials, bodies), and the
              threads where bits depend on them
@@ -19,7 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from matter.body import Model, deciding
+from matter.body import Model
+from matter.deciding import deciding
 from pipeline import describe, folder, outside, provenance, stages
 
 Find = Callable[[str], Path]

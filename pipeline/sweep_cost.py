@@ -11,7 +11,7 @@ import hashlib
 import json
 from dataclasses import dataclass
 
-from matter.body import deciding
+from matter.deciding import deciding
 from pipeline import plan, prediction, stages
 from pipeline.request import settings_of
 from pipeline.sweep import Sweep

@@ -31,7 +31,7 @@ CROSSINGS, FOLDS = 1.5, 10.0
 
 def chosen(target: Target, impact: Impact, materials: Mapping[str, Choice]) -> Materials:
     """The materials of target and projectile with the laws that the case chooses; raises ``InputError``."""
-    return collect(tuple(dict.fromkeys([*target.materials, impact.projectile.material])), materials)
+    return collect(tuple(dict.fromkeys([*target.materials, *impact.projectile.materials])), materials)
 
 
 def surface_gravity(target: Target, materials: Materials) -> float:

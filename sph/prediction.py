@@ -16,8 +16,7 @@ import numba
 import numpy as np
 
 from matter import readable
-from sph import ground_strength, resolution, symmetry
-from sph import target as bodies
+from sph import ground_strength, projectile, resolution, symmetry
 from sph.damage import grady_kipp, seeding
 from sph.history import DIRECT
 from sph.settings import Settings
@@ -50,10 +49,19 @@ def _limit(settings: Settings) -> tuple[float, str]:
     what = f"the finest spacing, {readable.length(zones.contact)}"
     if projectile_particles(settings) > symmetry.copies(settings.symmetry):  # one alone has no neighbours that count
         ball = ground_strength.ground(materials, settings.impact.projectile.material, 1.0, settings.strength)
-        own = _courant(settings, settings.projectile_spacing, ball.wave)
+        finest = _finest(settings)
+        own = _courant(settings, finest, ball.wave)
         if own < shortest:
-            return own, f"the projectile's spacing, {readable.length(settings.projectile_spacing)}"
+            return own, f"the projectile's spacing, {readable.length(finest)}"
     return shortest, what
+
+
+def _finest(settings: Settings) -> float:
+    """Spacing of the projectile's particles [m], of parts that of the smallest pellet."""
+    if not settings.impact.projectile.parts:
+        return settings.projectile_spacing
+    found = projectile.pellets(settings.impact.projectile, settings.projectile_spacing, settings.chosen_materials())
+    return float(found.volume.min() ** (1.0 / 3.0))
 
 
 def _courant(settings: Settings, spacing: float, wave: float) -> float:
@@ -102,7 +110,7 @@ def projectile_particles(settings: Settings) -> float:
     wanted = ball.volume / spacing**3
     if wanted > _COUNTED:
         return wanted
-    return float(symmetry.copies(settings.symmetry) * len(bodies.in_ball(ball.radius, spacing, settings.symmetry)))
+    return float(projectile.count(ball, spacing, settings.chosen_materials(), settings.symmetry))
 
 
 def per_radius(settings: Settings) -> float:

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, create_model, model_validator
 
-from matter.body import Impact, Target, View
+from matter.body import Impact, Target
+from matter.deciding import View
 from matter.errors import InputError
 from matter.law_family import keys
 from matter.quantity import PositiveLength, PositiveTime, Time
-from sph import durations, resolution
+from sph import durations, projectile, resolution
 from sph import late as late_stage
 from sph import materials as material_rows
 from sph import symmetry as symmetries
@@ -95,7 +96,7 @@ class Settings(_Keys):
     projectile_particles: Annotated[int, Field(ge=1, le=100_000)] | None = None
     """About how many particles the projectile has (up to 3: a single heavy particle). By default its particles weigh
     what the target's at the contact weigh: light particles thrown at heavy ones bounce off one by one, with peak
-    pressures three times the planar limit."""
+    pressures three times the planar limit. Not for a projectile of parts."""
     end_time: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.END))
     """Simulated time after the impact; by default two formation times of the crater (``sph.durations``)."""
     snapshot_interval: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.SNAPSHOT))
@@ -155,7 +156,14 @@ class Settings(_Keys):
             raise ValueError("late.viscosity_at must be before end_time")
         if fault := symmetries.fault(self.symmetry, self.target, self.impact) or sides_and_floor.fault(self):
             raise ValueError(fault)
-        self.chosen_materials()
+        materials, ball = self.chosen_materials(), self.impact.projectile
+        if ball.parts and self.projectile_particles is not None:
+            raise ValueError(
+                "projectile_particles: the particles of a projectile of parts are as far apart as the target's at the "
+                "contact; leave it out"
+            )
+        if ball.parts:
+            projectile.pellets(ball, self.projectile_spacing, materials)
         return self
 
     def chosen_materials(self) -> material_rows.Materials:
@@ -178,7 +186,7 @@ class Settings(_Keys):
 
     @property
     def projectile_spacing(self) -> float:
-        """Distance of the projectile's particles [m]."""
+        """Distance of the projectile's particles, in parts the width of the cells of a box [m]."""
         count = self.projectile_particles
         return float((self.impact.projectile.volume / count) ** (1.0 / 3.0)) if count else self.zones.contact
 

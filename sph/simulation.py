@@ -21,6 +21,7 @@ from sph import (
     flow_reynolds,
     individual_steps,
     prediction,
+    projectile,
     solid_target,
     symmetry,
     viscosity_reconstructed,
@@ -48,7 +49,7 @@ class Simulation:
 
     def __init__(self, settings: Settings, out: Path):
         self.settings, self.out, self.impact = settings, out, settings.impact
-        names = tuple(dict.fromkeys([*settings.target.materials, self.impact.projectile.material]))
+        names = tuple(dict.fromkeys([*settings.target.materials, *self.impact.projectile.materials]))
         self.materials = material_rows.collect(names, settings.materials)
         self.column: bodies.Profile | grounds.Ground
         if settings.target.flat:
@@ -135,7 +136,7 @@ class Simulation:
         if not s.control:
             surface = s.target.impact_point[2] if s.target.flat or s.target.solid else self.radius
             pieces.append(
-                bodies.projectile(
+                projectile.build(
                     s.target,
                     self.impact,
                     s.projectile_spacing,

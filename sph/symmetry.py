@@ -40,6 +40,8 @@ def fault(symmetry: str, target: Target, impact: Impact) -> str:
         return ""
     if target.solid:
         return f'symmetry = "{symmetry}": a target of shape "{target.shape}" is not its own mirror image'
+    if impact.projectile.parts:
+        return f'symmetry = "{symmetry}": a projectile of parts is not taken for its own mirror image'
     if symmetry == "quarter" and impact.angle_from_vertical != 0.0:
         return 'symmetry = "quarter" needs an impact straight down (angle_from_vertical = "0 deg"): take "half"'
     return ""

@@ -1,4 +1,4 @@
-"""The layered target and its projectile as particles, uniform or in hydrostatic balance.
+"""The layered target as particles, uniform or in hydrostatic balance (its projectile: ``sph.projectile``).
 
 Layer masses are those of the uniform layers (density rho0 of each material, pores taken off). A relaxed body keeps
 them: the one-dimensional profile
@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from matter import packing
-from matter.body import Impact, Target
+from matter.body import Target
 from matter.constants import G
 from matter.cut_region import Cut
 from matter.errors import InputError
@@ -233,54 +233,3 @@ def build(
         distention[mine] = np.interp(stretched[mine], profile.middle[shells], profile.distention[shells])
     material = np.array([materials.index(piece.material) for piece in target.layers])[layer_of]
     return Body(position, mass, density, h, layer_of.astype(np.int32), material.astype(np.int32), distention)
-
-
-def in_ball(radius: float, spacing: float, symmetry: str = "none") -> np.ndarray:
-    """Places (n, 3) [m] of a ball's particles about its centre, some ``spacing`` [m] apart; of the part that a
-    ``symmetry`` leaves. One particle where there would be three or fewer: two or three lie as lopsided as it is
-    coarse."""
-    wanted, parts = 4.0 / 3.0 * np.pi * radius**3 / spacing**3, symmetries.copies(symmetry)
-    mirrors = list(symmetries.MIRRORS[symmetry])
-    if wanted <= MOST_IN_ONE * parts:  # the centre of mass of the part
-        places = np.zeros((1, 3))
-        places[0, mirrors] = 0.375 * radius
-        return places
-    places = packing.hexagonal(spacing, radius)
-    places = places - places.mean(axis=0)
-    return symmetries.folded(places, symmetry, 0.35 * spacing) if mirrors else places
-
-
-MOST_IN_ONE = 3.5
-"""Volume of a ball, in cubes of a spacing, up to which it is one particle."""
-
-
-def projectile(
-    target: Target,
-    impact: Impact,
-    spacing: float,
-    surface: float,
-    gap: float,
-    materials: Materials,
-    support: float = 2.0,
-    symmetry: str = "none",
-) -> Body:
-    """A uniform sphere of particles about ``spacing`` apart on its way to (0, 0, ``surface``), ``gap`` [m] above
-    it."""
-    body = impact.projectile
-    index = materials.index(body.material)
-    rho0 = materials.bulk_density[index]
-    places, parts = in_ball(body.radius, spacing, symmetry), symmetries.copies(symmetry)
-    velocity = np.array(target.aim(impact))
-    along = velocity / np.linalg.norm(velocity)
-    normal = target.placed.normal if target.solid else np.array([0.0, 0.0, 1.0])
-    centre = np.array([0.0, 0.0, surface]) + body.radius * normal + along * (gap / float(along @ normal))
-    n = len(places)
-    return Body(
-        places + centre,
-        np.full(n, rho0 * body.volume / parts / n),
-        np.full(n, rho0),
-        np.full(n, support * (body.volume / parts / n) ** (1.0 / 3.0)),
-        np.full(n, -1, dtype=np.int32),
-        np.full(n, index, dtype=np.int32),
-        np.full(n, materials.rows.alpha0[index]),
-    )

@@ -18,7 +18,7 @@ import pytest
 
 import bolide
 from matter import archive
-from matter.body import deciding
+from matter.deciding import deciding
 from matter.errors import InputError, Stopped
 from pipeline import case as cases
 from pipeline import ensemble, prediction, run_process, sweep_cost, sweep_dask, sweep_jobs, sweep_run, sweep_table

@@ -73,7 +73,7 @@ def whole_of(half: Settings, folder, monkeypatch) -> tuple[simulation.Simulation
     """The part, the whole with its particles and flaws mirrored, and the identity in the part of each of the whole."""
     parts: list[Body] = []
     room = simulation.grounds if half.target.flat else simulation.bodies
-    made, thrown, seeded = room.build, simulation.bodies.projectile, simulation.seeding.seed_flaws
+    made, thrown, seeded = room.build, simulation.projectile.build, simulation.seeding.seed_flaws
     kept = {}
 
     def keep(function):
@@ -84,7 +84,7 @@ def whole_of(half: Settings, folder, monkeypatch) -> tuple[simulation.Simulation
         return inner
 
     monkeypatch.setattr(room, "build", keep(made))
-    monkeypatch.setattr(simulation.bodies, "projectile", keep(thrown))
+    monkeypatch.setattr(simulation.projectile, "build", keep(thrown))
     monkeypatch.setattr(
         simulation.seeding,
         "seed_flaws",
@@ -103,7 +103,7 @@ def whole_of(half: Settings, folder, monkeypatch) -> tuple[simulation.Simulation
         cloud.flaw_strain = kept["flaw_strain"]
 
     monkeypatch.setattr(room, "build", lambda *_, **__: unfolded(ground, of))
-    monkeypatch.setattr(simulation.bodies, "projectile", lambda *_, **__: unfolded(ball, of))
+    monkeypatch.setattr(simulation.projectile, "build", lambda *_, **__: unfolded(ball, of))
     monkeypatch.setattr(simulation.seeding, "seed_flaws", flaws)
     whole = begun(half.model_copy(update={"symmetry": "none"}), folder / "whole")
     return part, whole, source

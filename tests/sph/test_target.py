@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from matter.body import Impact, Layer, Projectile, Target
-from sph import materials, prediction, target
+from sph import materials, prediction, projectile, target
 from sph.settings import Settings
 
 CALLISTO = Target(
@@ -79,7 +79,7 @@ def test_projectile_flies_to_the_pole():
         projectile=Projectile(material="ice", radius=53.9e3),
         expected_transient_diameter=980e3,
     )
-    ball = target.projectile(CALLISTO, impact, 26e3, 2102e3, 52e3, rows)
+    ball = projectile.build(CALLISTO, impact, 26e3, 2102e3, 52e3, rows)
     assert ball.mass.sum() == pytest.approx(6.0148e17, rel=1e-3)
     centre = ball.position.mean(axis=0)
     lowest = centre[2] - 53.9e3
@@ -104,7 +104,7 @@ def test_a_projectile_has_the_particles_that_the_check_promises(wanted, symmetry
             projectile_particles=wanted,
             symmetry=symmetry,
         )
-        body = target.projectile(
+        body = projectile.build(
             chosen.target, impact, chosen.projectile_spacing, 0.0, radius, chosen.chosen_materials(), 2.0, symmetry
         )
         assert prediction.projectile_particles(chosen) == copies * len(body.mass)

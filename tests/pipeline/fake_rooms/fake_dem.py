@@ -7,7 +7,8 @@ from typing import Annotated
 
 from fake_bed import Contact
 
-from matter.body import Model, View
+from matter.body import Model
+from matter.deciding import View
 from matter.errors import UnphysicalState
 
 

@@ -8,7 +8,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from matter.body import Model, View
+from matter.body import Model
+from matter.deciding import View
 from matter.errors import InputError, Unsound
 from matter.quantity import PositiveSpeed, PositiveTime
 
