@@ -57,11 +57,11 @@ def _limit(settings: Settings) -> tuple[float, str]:
 
 
 def _finest(settings: Settings) -> float:
-    """Spacing of the projectile's particles [m], of parts that of the smallest pellet."""
+    """Spacing of the projectile's particles [m], of parts the least that a support goes by."""
     if not settings.impact.projectile.parts:
         return settings.projectile_spacing
     found = projectile.pellets(settings.impact.projectile, settings.projectile_spacing, settings.chosen_materials())
-    return float(found.volume.min() ** (1.0 / 3.0))
+    return float(found.width.min())
 
 
 def _courant(settings: Settings, spacing: float, wave: float) -> float:

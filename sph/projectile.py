@@ -1,8 +1,9 @@
 """The projectile as particles: a uniform ball, or several parts that fly together.
 
 A part holds a ``share`` of the projectile's mass. Without ``size`` it is a ball of its material at its own density,
-with one a box of cells in which the matter stands as pellets of solid matter, one in the middle of each cell: a box
-that weighs less than its material would has gaps between them, as a spacecraft has. Places are along the flight,
+with one a box of cells, each with a pellet of solid matter in its middle: a box that weighs less than its material
+would has gaps between them, as a spacecraft has. A pellet's support is that of a cell, the scale of the ground that it
+meets; its own size, centimetres of a thin panel, would set the step of all particles. Places are along the flight,
 horizontally across it, and up from both; the parts' centre of mass is on the line that leads to the site, so that
 mass and momentum are those of the ball.
 """
@@ -27,10 +28,12 @@ MOST_IN_ONE = 3.5
 
 class Pellets(NamedTuple):
     """Particles of a projectile about its centre of mass: ``position`` (n, 3) [m] (along the flight, across it, up),
-    ``volume`` (n,) [m^3] of solid matter, ``share`` (n,) of the mass, index of the ``material`` (n,)."""
+    ``volume`` (n,) [m^3] of solid matter, ``width`` (n,) [m] that its support goes by, ``share`` (n,) of the mass,
+    index of the ``material`` (n,)."""
 
     position: np.ndarray
     volume: np.ndarray
+    width: np.ndarray
     share: np.ndarray
     material: np.ndarray
 
@@ -69,9 +72,10 @@ def pellets(ball: Projectile, spacing: float, materials: Materials) -> Pellets:
         volume = part.share * mass / float(materials.bulk_density[index])
         places = _places(part, number, volume, spacing) + np.array(part.offset)
         n = len(places)
-        pieces.append((places, np.full(n, volume / n), np.full(n, part.share / n), np.full(n, index)))
-    position, volumes, share, material = (np.concatenate(columns) for columns in zip(*pieces))
-    return Pellets(position - share @ position / share.sum(), volumes, share / share.sum(), material)
+        width = (volume / n) ** (1.0 / 3.0) if part.size is None else spacing
+        pieces.append((places, *(np.full(n, value) for value in (volume / n, width, part.share / n, index))))
+    position, volumes, widths, share, material = (np.concatenate(columns) for columns in zip(*pieces))
+    return Pellets(position - share @ position / share.sum(), volumes, widths, share / share.sum(), material)
 
 
 def _places(part: Part, number: int, volume: float, spacing: float) -> np.ndarray:
@@ -161,7 +165,7 @@ def _of_parts(
         site + along * ((gap - lowest) / float(along @ normal)) + places,
         mass * found.share,
         materials.bulk_density[index],
-        support * size,
+        support * found.width,
         np.full(len(size), -1, dtype=np.int32),
         index,
         materials.rows.alpha0[index],

@@ -80,15 +80,20 @@ def test_one_part_without_a_size_is_the_ball():
     assert distance[0] == pytest.approx(distance[1], rel=1e-9)
 
 
-def test_the_check_counts_pellets_and_knows_their_step():
+def test_the_check_counts_particles_of_parts_and_knows_their_step():
     common = {"target": FLAT, "spacing_at_impact": 0.5, "contact_refinement": 1.0, "spacing_far": 4.0}
     parts, ball = (Settings(**common, impact=impact(chosen)) for chosen in (PARTS, ()))
     assert prediction.projectile_particles(parts) == 80 + 170
     assert prediction.projectile_particles(ball) == 1
-    pellet = (0.06 * 2700 / 8900 * ball.impact.projectile.volume / 85) ** (1.0 / 3.0)
     rows = parts.chosen_materials()
     rock, metal = (ground_strength.ground(rows, name, 1.0, True).wave for name in ("basalt", "aluminum"))
-    assert prediction.step(parts) / prediction.step(ball) == pytest.approx(pellet / 0.5 * rock / metal, rel=1e-9)
+    assert prediction.step(parts) / prediction.step(ball) == pytest.approx(
+        rock / metal, rel=1e-9
+    )  # cells as wide as the ground's
+    drop = impact((Part(share=0.99), Part(share=0.01)))  # a ball of its own, of 13 cm
+    small = prediction.step(Settings(**common, impact=drop))
+    own = (0.01 * ball.impact.projectile.volume) ** (1.0 / 3.0)
+    assert small / prediction.step(ball) == pytest.approx(own / 0.5 * rock / metal, rel=1e-9)
 
 
 @pytest.mark.parametrize(
