@@ -19,7 +19,7 @@ from matter.solids.placed import Placed, of_axes, of_file
 
 SOLIDS = ("ellipsoid", "mesh")
 """Shapes of a target that are neither a sphere nor flat ground."""
-SITE = ("latitude", "longitude", "azimuth", "spin_period", "companion")
+SITE = ("latitude", "longitude", "azimuth", "arrival", "spin_period", "companion")
 LIGHT = 299_792_458.0
 """Speed of light [m/s]."""
 
@@ -88,6 +88,10 @@ class Target(Model):
     """Longitude of the point of impact, towards the east."""
     azimuth: Angle = math.radians(90.0)
     """Where the projectile flies to, seen from above the site of an ellipsoid or mesh: 0 is north, 90 deg is east."""
+    arrival: tuple[float, float, float] | None = None
+    """Direction in which the projectile flies in the frame of an ellipsoid or mesh, of any length. The azimuth and
+    ``[impact] angle_from_vertical`` follow from it, and where they are left out too, latitude and longitude of the
+    site: its line then leads to the centre of mass."""
     spin_period: PositiveTime | None = None
     """Period of an ellipsoid's or mesh's rotation about +z of its own frame; by default it does not turn."""
     companion: Companion | None = None
@@ -157,6 +161,8 @@ class Target(Model):
             radius = self.placed.solid.radius
         except InputError as reason:
             return f"file: {reason}"
+        if self.arrival is not None and not any(self.arrival):
+            return "arrival: (0, 0, 0) is no direction"
         if self.companion is not None and self.companion.distance <= self.placed.solid.extent:
             return f"companion: distance {self.companion.distance:.6g} m lies inside the body"
         if abs(self.layers[0].thickness / radius - 1.0) > 1e-3:

@@ -10,6 +10,7 @@ expected crater, kind of ground.
                       which is also its half width unless given
     [impact]          expected_transient_diameter by scaling laws (``pipeline.expected_crater``)
     [crater]          ground: what the laws of strength of the uppermost layer say
+    [target] arrival  latitude, longitude, azimuth, [impact] angle_from_vertical (``pipeline.arrival``)
 
 2.2 diameters leave 1.4 (2.8 crater radii) inside the quiet layer at the coarsest grading of ``sph.resolution``. What
 only one stage needs is that stage's own default. A document with mistakes is left as it is: ``pipeline.checking``
@@ -25,7 +26,7 @@ from pydantic import ValidationError
 from matter.body import SOLIDS, Impact, Target
 from matter.errors import InputError
 from matter.quantity import REQUIRED
-from pipeline import stages
+from pipeline import arrival, stages
 from pipeline.complaints import Complaint
 from pipeline.toml_lines import KeyPath
 
@@ -45,6 +46,9 @@ def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], tupl
     if not isinstance(document.get("target"), dict) or not isinstance(document.get("impact"), dict):
         return document, (), []
     document["target"] = _named(document["target"])
+    document, against = arrival.filled(document)
+    if against:
+        return document, (), against
     filled: list[KeyPath] = []
     try:
         crater = _expected(document)
