@@ -2,9 +2,7 @@
 
     M(P_c) = sum of m_i over peak pressure P_i > P_c,   in masses of the projectile
 
-P_c the critical pressures of the material (``[shock_phases]`` of its file): matter shocked above them begins to melt,
-is molten, begins to boil, is vapour once it has come down to no pressure along its isentrope. They hold for dense
-matter at the temperature that their source names; a porous target melts earlier. Coarse runs lose peak pressure
+P_c the critical pressures of the material (``matter.shock_phases``). Coarse runs lose peak pressure
 (``crater.soundness``), and mass with it. No entropy stands behind the masses: Tillotson's equation knows none.
 
 Their errors are those of counting alone, sqrt((1 - f) sum m_i^2), f the share of the particles that are above: how
@@ -13,42 +11,14 @@ much a mass of few particles may be off by chance.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from matter import material
 from matter.particles import Particles
-from matter.quantity import PositivePressure
-
-SECTION = "shock_phases"
-WORDS = {
-    "melting_begins": "begins to melt",
-    "molten": "molten",
-    "boiling_begins": "begins to boil",
-    "vapour": "vapour",
-}
-"""Keys of the section, in the order of their pressures, and what they are called."""
-
-
-class Parameters(NamedTuple):
-    """Critical pressures [Pa]; one that the source does not give is left out."""
-
-    melting_begins: PositivePressure = math.inf
-    molten: PositivePressure = math.inf
-    boiling_begins: PositivePressure = math.inf
-    vapour: PositivePressure = math.inf
-
-
-def pressures(name: str) -> dict[str, float]:
-    """The critical pressures [Pa] of a material that its file gives; empty where it gives none."""
-    if SECTION not in material.load(name):
-        return {}
-    values: Any = TypeAdapter(Parameters).validate_python(material.section(name, SECTION))
-    return {key: value for key, value in values._asdict().items() if value < math.inf}
+from matter.shock_phases import SECTION, WORDS, pressures
 
 
 def masses(particles: Particles, projectile_mass: float) -> dict[str, Any]:

@@ -32,6 +32,7 @@ from dem.columns import (
 )
 from dem.following_stiffness import LIMIT as STIFFNESS_LIMIT
 from dem.following_stiffness import Following
+from dem.origins import Origins
 from dem.settings import Settings
 from dem.stillness import Stillness, surface_profile
 from matter import archive, checkpoint, readable, snapshot
@@ -124,6 +125,7 @@ class Collapse:
         self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")} | {
             "domain": self.domain.as_attribute()
         }
+        self.origins = Origins(start)
         self.still = Stillness(settings.still_interval)
         self.rows: list[list[float]] = []
         self.due = Due(*3 * (self.bed.start_time,))
@@ -206,7 +208,7 @@ class Collapse:
 
     def _particles(self, tables: bool) -> Particles:
         attributes = {**self.carried, "time": self.bed.time, "stage": "dem"}
-        return self.bed.particles(attributes, tables)
+        return self.origins.onto(self.bed.particles(attributes, tables))
 
     def _snapshot(self, name: str, tables: bool) -> None:
         snapshot.write(self._particles(tables), self.out / f"{name}{snapshot.SUFFIX}")

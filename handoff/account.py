@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import account_cavity, account_fields, domain, force_network, shock_rows
+from handoff import account_cavity, account_fields, domain, force_network, provenance, shock_rows
 from handoff.direct import Direct, enter
 from handoff.handed import Handoff
 from handoff.hydrostatic import Column
@@ -28,6 +28,7 @@ def ledger_of(handoff: Handoff, source: Particles, bed: Particles, column: Colum
     if "residual_speed_over_sqrt_g_r" in bed.attributes:
         ledger.measure("bed_residual_speed_over_sqrt_g_r", bed.attributes["residual_speed_over_sqrt_g_r"])
     _layers(ledger, handoff, source)
+    provenance.enter(ledger, handoff, source, region)
     if "stiffness" in handoff.start:
         net = force_network.measure(handoff.start)
         ledger.state(

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from handoff import correction, domain, overlaps
+from handoff import correction, domain, overlaps, provenance
 from handoff.ejecta import BOOKED, IN_CONTACT, past_edge
 from handoff.handed import Handoff
 from handoff.hydrostatic import Column
@@ -67,6 +67,7 @@ def hand_over(handoff: Handoff, source: Particles, bed: Particles, column: Colum
         raise InputError("no compact particle of the source lies inside the bed's domain: do they share a frame?")
     taken = np.concatenate([inside, np.flatnonzero(~handoff.split.compact)])
     start = _start(source, taken, len(inside), bed, region, column, packing)
+    provenance.give(start, source, region, provenance.one_to_one(source, taken))
     before = correction.sums(source.mass[taken], source.position[taken], source.velocity[taken])
     after = correction.sums(start.mass, start.position, start.velocity, start.radius, start.angular_velocity)
     bare = overlaps.measure(start.select(start.state == IN_CONTACT), region)

@@ -7,7 +7,8 @@
 4. masses are rescaled by one factor, velocities corrected by one field a + b x r (after a regional one where asked
    for), so that mass, linear and angular momentum of the bed's domain and the ejecta are those of the source
    (``correction``);
-5. the ejecta are added as grains or put on the ballistic list (``ejecta``).
+5. the ejecta are added as grains or put on the ballistic list (``ejecta``);
+6. every grain is told what matter it stands for (``provenance``).
 """
 
 from __future__ import annotations
@@ -15,7 +16,19 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import carve, cavity, compare, domain, heights, hydrostatic, interpolation, mapping, offset, surface
+from handoff import (
+    carve,
+    cavity,
+    compare,
+    domain,
+    heights,
+    hydrostatic,
+    interpolation,
+    mapping,
+    offset,
+    provenance,
+    surface,
+)
 from handoff import correction as closing
 from handoff import ejecta as ejected
 from handoff.handed import Balance, Carving, Compact, Handoff, Mapped
@@ -86,6 +99,7 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
         moved += closing.closing_field(mass, place, before.momentum - now.momentum, before.angular - now.angular)
     after = closing.sums(mass, place, moved, radius, spin) + airborne
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
+    provenance.give(start, source, region, provenance.taken(source, compact, held, grid, near, flying.source))
     change, plain = moved - velocity, float(plain_mass.sum() + airborne.mass)
     mapped = Mapped(taken.own_gradient, taken.share, fields, change, regional, scale, plain)
     return Handoff(start, split, inner, carving, mapped, flying, Balance(before, outside, raw, after))

@@ -54,7 +54,41 @@ FIELDS: dict[str, Field] = {
         (), "float64", "N/m", "normal contact stiffness of the grain; a pair uses the softer of its two"
     ),
     "state": Field((), "int8", "1", "0 in contact search, 1 ballistic, 2 left the domain or escaped"),
+    # where the matter that a grain stands for came from, and how strongly it was shocked
+    "melting_fraction": Field(
+        (),
+        "float32",
+        "1",
+        "share of its mass shocked above what begins to melt its material; 0 where that is not known",
+    ),
+    "melt_fraction": Field(
+        (), "float32", "1", "share of its mass shocked above what melts its material; 0 where that is not known"
+    ),
+    "vapour_fraction": Field(
+        (), "float32", "1", "share of its mass shocked above what boils its material; 0 where that is not known"
+    ),
+    "projectile_fraction": Field((), "float32", "1", "share of its mass that came with the projectile"),
+    "peak_pressure_mean": Field((), "float32", "Pa", "mean of the largest pressures of its matter"),
+    "peak_pressure_largest": Field((), "float32", "Pa", "largest pressure that any of its matter felt"),
+    "first_depth": Field(
+        (), "float32", "m", "mean depth of its target matter below the datum at the start; NaN of projectile alone"
+    ),
+    "first_distance": Field(
+        (), "float32", "m", "mean distance of that matter from the axis along the datum; NaN of projectile alone"
+    ),
 }
+
+ORIGINS = (
+    "melting_fraction",
+    "melt_fraction",
+    "vapour_fraction",
+    "projectile_fraction",
+    "peak_pressure_mean",
+    "peak_pressure_largest",
+    "first_depth",
+    "first_distance",
+)
+"""Fields of grains that say what matter they stand for: given by the handoff, unchanged from then on."""
 
 ALIASES = {"support_radius": "smoothing_length"}
 """Other name -> the field's in files. What files call the smoothing length is the radius of the kernel's support,

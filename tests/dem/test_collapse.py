@@ -12,9 +12,10 @@ from dem import collapse as collapsing
 from dem import spring_change, stage
 from dem.beds.flat_ground import ground_of
 from dem.following_stiffness import Following
+from dem.origins import Origins
 from matter import progress, snapshot
 from matter.errors import InputError, Stopped, UnphysicalState, Unsound
-from matter.particles import Particles
+from matter.particles import ORIGINS, Particles
 from tests.dem.stops import interrupted, same_grains
 
 BOWL, DEPTH = 350e3, 260e3
@@ -195,6 +196,38 @@ def test_a_stopped_run_resumes_bit_for_bit(tmp_path, carved, monkeypatch, change
     (one, text_one), (two, text_two) = results
     same_grains(one, two)
     assert text_one == text_two
+
+
+def test_grains_keep_what_matter_they_stand_for(tmp_path, carved, monkeypatch):
+    """Marks that the handoff gave stay with their grains, through sorting, stop and resume, in every snapshot; motion
+    knows nothing of them."""
+    settings = SETTINGS.model_copy(update={"end_time": 420.0, "latest_time": 420.0, "snapshot_interval": 60.0})
+    plain = snapshot.read(carved / "4_handoff" / "start.vtkhdf")
+    marked = Particles({name: plain[name] for name in plain}, plain.attributes, plain.tables)
+    for number, name in enumerate(ORIGINS):
+        marked[name] = marked.identity * 0.5 + number
+    ends = {}
+    for name, start, stops in (("plain", plain, ()), ("marked", marked, (9,))):
+        run = tmp_path / name
+        (run / "4_handoff").mkdir(parents=True)
+        (run / "2_sph").symlink_to(carved / "2_sph")
+        snapshot.write(start, run / "4_handoff" / "start.vtkhdf")
+        out = run / "5_dem"
+        out.mkdir()
+        interrupted(monkeypatch, stops, lambda run=run, out=out: stage.run(settings, run, out))
+        ends[name] = out
+    same_grains(*(snapshot.read(out / "last.vtkhdf") for out in ends.values()))
+    shots = [snapshot.read(path) for path in (*snapshot.series(ends["marked"]), ends["marked"] / "last.vtkhdf")]
+    assert len(shots) >= 3 and not set(ORIGINS) & set(snapshot.read(ends["plain"] / "last.vtkhdf"))
+    for shot in shots:
+        for number, name in enumerate(ORIGINS):
+            assert shot[name].tolist() == (shot.identity * 0.5 + number).tolist()
+
+
+def test_marks_go_by_identity_and_not_by_place():
+    start = Particles({"identity": [7, 3, 9], "first_depth": [70.0, 30.0, 90.0]})
+    grains = Origins(start).onto(Particles({"identity": [9, 3, 7]}))
+    assert grains.first_depth.tolist() == [90.0, 30.0, 70.0] and "melt_fraction" not in grains
 
 
 @SHORTCUTS

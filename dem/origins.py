@@ -1,0 +1,28 @@
+"""What matter grains stand for, carried along with them by identity.
+
+The handoff says of each grain which shares of its matter melted, how strongly it was shocked and where it lay before
+the impact (``matter.particles.ORIGINS``). No step changes that: neither the loops nor the checkpoints hold it, and
+every engine's snapshots are given it from the start of the run, which a resumed run reads again.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from matter.particles import ORIGINS, Particles
+
+
+class Origins:
+    """The fields of the ``start`` that say where matter came from, as far as it has them."""
+
+    def __init__(self, start: Particles):
+        order = np.argsort(start.identity, kind="stable")
+        self.identity = start.identity[order]
+        self.fields = {name: start[name][order] for name in ORIGINS if name in start}
+
+    def onto(self, grains: Particles) -> Particles:
+        """``grains``, given those fields."""
+        row = np.searchsorted(self.identity, grains.identity)
+        for name, values in self.fields.items():
+            grains[name] = values[row]
+        return grains
