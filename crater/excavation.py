@@ -8,8 +8,8 @@ distances are from the crater's axis, in its apparent radius R. Depths and radii
 particles from far below do not decide. (Melosh 1989, section 5.5: a depth of excavation of about a tenth of the
 transient diameter.)
 
-    turned over:  of what lies above the undisturbed ground between 1 and 1.5 R at the end of the shock stage, the rank
-                  correlation of first height and height now within rings is clearly negative; upright: positive
+Whether layers are turned over is said of what lies above the undisturbed ground between 1 and 1.5 R at the end of the
+shock stage (``crater.layer_order``).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.stats import spearmanr
 
 from crater import catalogue as catalogues
 from crater import cloud as clouds
+from crater import layer_order
 from crater.catalogue import Catalogue
 from crater.datum import Datum
 from matter import readable
@@ -35,11 +35,6 @@ RANGES = (1.0, 1.5, 2.0, 3.0, 5.0)
 """Edges of the landing distances, in R; the last class is open, and what escapes has one of its own."""
 DEPTHS = (0.0, 0.05, 0.1, 0.2, 0.4)
 """Edges of the first depths, in transient diameters; the last class is open."""
-RIM, RINGS = 1.5, 3
-FEWEST = 30
-"""Fewest particles at the rim that say whether layers are turned over."""
-CLEAR = 0.2
-"""Least rank correlation that says so."""
 
 
 def quantile(values: np.ndarray, mass: np.ndarray, share: float) -> float:
@@ -97,30 +92,37 @@ def facts(
 def _blanket(
     away: np.ndarray, depth: np.ndarray, mass: np.ndarray, last: Particles, rows: np.ndarray
 ) -> list[dict[str, Any]]:
-    """For each class of landing distance: its edges in R (None: open, and ``escapes``), mass by class of first depth
-    [kg], and the pressure that half of its mass did not exceed [Pa]."""
-    ring = np.where(np.isinf(away), len(RANGES), np.searchsorted(RANGES, away, side="right") - 1)
-    layer = np.clip(np.searchsorted(DEPTHS, depth, side="right") - 1, 0, len(DEPTHS) - 1)
-    classes = []
-    for k in range(len(RANGES) + 1):
-        here = ring == k
-        entry: dict[str, Any] = {
-            "from_R": RANGES[k] if k < len(RANGES) else None,
-            "to_R": RANGES[k + 1] if k + 1 < len(RANGES) else None,
-            "escapes": k == len(RANGES),
-            "mass_kg": [float(mass[here & (layer == d)].sum()) for d in range(len(DEPTHS))],
-        }
-        if "peak_pressure" in last:
+    """The classes of landing distance and first depth, one more for what escapes, and the pressure that half of the
+    mass of each did not exceed [Pa]."""
+    found = [*classes(away, depth, mass), {**_class(np.isinf(away), depth, mass), "escapes": True}]
+    if "peak_pressure" in last:
+        ring = np.where(np.isinf(away), len(RANGES), np.searchsorted(RANGES, away, side="right") - 1)
+        for k, entry in enumerate(found):
+            here = ring == k
             entry["peak_pressure_half_Pa"] = quantile(last.peak_pressure[rows[here]], mass[here], 0.5)
-        classes.append(entry)
-    return classes
+    return found
+
+
+def classes(away: np.ndarray, depth: np.ndarray, mass: np.ndarray) -> list[dict[str, Any]]:
+    """For each class of finite distance ``away`` [R]: its edges (None: open) and the ``mass`` [kg] by class of first
+    ``depth`` [diameters]."""
+    ring = np.where(np.isinf(away), -1, np.searchsorted(RANGES, away, side="right") - 1)
+    return [
+        {**_class(ring == k, depth, mass), "from_R": edge, "to_R": RANGES[k + 1] if k + 1 < len(RANGES) else None}
+        for k, edge in enumerate(RANGES)
+    ]
+
+
+def _class(here: np.ndarray, depth: np.ndarray, mass: np.ndarray) -> dict[str, Any]:
+    layer = np.clip(np.searchsorted(DEPTHS, depth, side="right") - 1, 0, len(DEPTHS) - 1)
+    parts = [float(mass[here & (layer == d)].sum()) for d in range(len(DEPTHS))]
+    return {"from_R": None, "to_R": None, "escapes": False, "mass_kg": parts}
 
 
 def turned(last: Particles, ground: Datum, crater: Datum, radius: float) -> dict[str, Any]:
-    """Whether the layers at the rim are turned over: ``order`` (``turned over``, ``upright``, ``undecided``), the rank
-    ``correlation`` and its ``p``, and how many ``particles`` say so."""
+    """Whether the layers at the rim are turned over, as ``layer_order.order`` says it."""
     body = last.select(last.layer >= 0)
-    away, _, height = crater.polar(body.position)
+    away, azimuth, height = crater.polar(body.position)
     first = ground.polar(body.initial_position)[2]
     try:
         held = np.zeros(len(body), dtype=bool)
@@ -128,22 +130,8 @@ def turned(last: Particles, ground: Datum, crater: Datum, radius: float) -> dict
         held[whole] = clouds.supported(clouds.of(body, "the last snapshot"))
     except InputError as reason:
         return {"order": "undecided", "reason": str(reason), "particles": 0}
-    near = held & (away > radius) & (away < RIM * radius) & (height > 0.0)
-    if near.sum() < FEWEST:
-        return {"order": "undecided", "reason": "too few particles at the rim", "particles": int(near.sum())}
-    ring = np.clip(((away / radius - 1.0) / (RIM - 1.0) * RINGS).astype(int), 0, RINGS - 1)
-    ranks = [(_ranks(first[near & (ring == k)]), _ranks(height[near & (ring == k)])) for k in range(RINGS)]
-    before, now = (np.concatenate(column) for column in zip(*ranks))
-    outcome = spearmanr(before, now)
-    value, p = float(outcome.statistic), float(outcome.pvalue)
-    clear = p < 0.01 and abs(value) > CLEAR
-    order = "undecided" if not clear else "turned over" if value < 0.0 else "upright"
-    return {"order": order, "correlation": value, "p": p, "particles": int(near.sum())}
-
-
-def _ranks(values: np.ndarray) -> np.ndarray:
-    """Places in the order of the values, between 0 and 1."""
-    return (np.argsort(np.argsort(values)) + 0.5) / max(len(values), 1)
+    near = held & (away > radius) & (away < layer_order.RIM * radius) & (height > 0.0)
+    return layer_order.order(first[near], height[near], away[near] / radius, azimuth[near])
 
 
 def lines(known: Mapping[str, Any]) -> list[str]:

@@ -95,12 +95,14 @@ class ShockFindings:
 @dataclass(frozen=True)
 class GrainFindings:
     """The settled grains: every snapshot measured, the ``last`` one (None where it could not be), the ``choices``
-    behind it, ``reasons`` for what is not."""
+    behind it, ``reasons`` for what is not, and where the ``matter`` of the last one came from
+    (``crater.settled_matter``)."""
 
     moments: tuple[series.Moment, ...]
     last: LastCrater | None
     choices: Choices
     reasons: Mapping[str, str]
+    matter: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -169,6 +171,11 @@ class Findings:
     def settled_grains(self) -> LastCrater | None:
         """The measured crater in the last grains."""
         return self.grains.last if self.grains is not None else None
+
+    @property
+    def settled_matter(self) -> Mapping[str, Any]:
+        """Where the matter of the last grains came from; empty where they do not say."""
+        return self.grains.matter if self.grains is not None else {}
 
     @property
     def final(self) -> LastCrater | None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from crater import plot_ejecta, plot_excavation, plot_heights, plot_sections, scaling
+from crater import plot_ejecta, plot_excavation, plot_heights, plot_sections, plot_settled, scaling
 from crater.craters import Crater
 from crater.figure import INK, figure, grid, save
 from crater.findings import LATE_SHOCK, Findings
@@ -47,7 +47,14 @@ def draw_all(findings: Findings, out: Path) -> None:
     if findings.ejected.launch:
         plot_ejecta.draw_launches(findings, out / "launch.png")
     if findings.ejected.excavation:
-        plot_excavation.draw(findings.ejected.excavation, out / "excavation.png")
+        origin = findings.ejected.excavation
+        plot_excavation.draw(
+            origin["blanket"], origin["depth_m"] / origin["depth_over_transient_diameter"], out / "excavation.png"
+        )
+    if settled := findings.settled_matter:
+        if any(sum(entry["mass_kg"]) > 0.0 for entry in settled["by_distance"]):
+            plot_excavation.draw(settled["by_distance"], 2.0 * settled["radius_m"], out / "blanket.png", "distance")
+        plot_settled.draw(findings, out / "section_origin.png")
     if findings.final is not None:
         plot_heights.draw_heightmap(findings.final.measures, out / "heightmap.png")
     plot_sections.draw_cross_sections(findings, out / "cross_section.png")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +13,17 @@ from crater.figure import figure, grid, save
 from matter import readable
 
 
-def draw(facts: Mapping[str, Any], path: Path) -> None:
-    """Above, the share of each class of first depth in what lands in a class of distance; below, its mass."""
+def draw(blanket: Sequence[Mapping[str, Any]], diameter: float, path: Path, what: str = "landing distance") -> None:
+    """Above, the share of each class of first depth (in ``diameter`` [m]) in what lies in a class of distance; below,
+    its mass."""
     from matplotlib import colormaps
 
-    classes = [entry for entry in facts["blanket"] if sum(entry["mass_kg"]) > 0.0]
+    classes = [entry for entry in blanket if sum(entry["mass_kg"]) > 0.0]
     mass = np.array([entry["mass_kg"] for entry in classes])
     total = mass.sum(axis=1)
     fig = figure(6.6, 5.2)
     share, amount = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     place, base = np.arange(len(classes)), np.zeros(len(classes))
-    diameter = facts["depth_m"] / facts["depth_over_transient_diameter"]
     for k, colour in enumerate(colormaps["viridis_r"](np.linspace(0.08, 0.95, mass.shape[1]))):
         if mass[:, k].any():
             share.bar(place, mass[:, k] / total, 0.8, bottom=base, color=colour, label=_depths(k, diameter))
@@ -33,7 +33,7 @@ def draw(facts: Mapping[str, Any], path: Path) -> None:
         frameon=False, fontsize=8, title="first depth", title_fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5)
     )
     amount.bar(place, total, 0.8, color="#888888")
-    amount.set(ylabel="mass [kg]", xlabel="landing distance from the axis / R")
+    amount.set(ylabel="mass [kg]", xlabel=f"{what} from the axis / R")
     amount.set_xticks(place, [_range(entry) for entry in classes])
     for axis in (share, amount):
         grid(axis)

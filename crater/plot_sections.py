@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from crater import datum as datums
-from crater import sections
+from crater import plot_settled, sections
 from crater.craters import Crater
 from crater.datum import Datum
 from crater.figure import figure, save
@@ -121,7 +121,9 @@ def draw_grains_in_time(findings: Findings, path: Path) -> None:
     half = 0.9 * findings.settings.impact.expected_transient_diameter
     rows: list[sections.Colouring | None] = [None]
     bed = findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
-    if bed.is_file() and "identity" in panels[0][1]:
+    if all("first_depth" in p for _, p in panels):  # of the matter; else where the grain itself lay
+        rows.append(plot_settled.depth(0.6 * half))
+    elif bed.is_file() and "identity" in panels[0][1]:
         start = snapshot.read(bed, only=("identity", "position"))
         if "identity" in start:
             rows.append(sections.depth_of_origin(0.6 * half, lambda grains: sections.places_of(grains, start)))

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from crater import shock_phases
+from crater import settled_matter, shock_phases
 from crater.findings import Findings
 from matter import page, readable
 
@@ -22,6 +22,7 @@ def all_parts(findings: Findings, out: Path) -> list[str]:
         decay(findings.shock.decay, findings.soundness.get("planar_limit_Pa")),
         excavated(ejected.excavation, projectile, out),
         fates(ejected.fates),
+        settled(findings.settled_matter, out),
     ]
 
 
@@ -115,8 +116,7 @@ def excavated(facts: Mapping[str, Any], projectile_mass: float, out: Path) -> st
         + page.table([], [[page.escape(word), page.escape(value)] for word, value in rows], words=(1,))
         + f"<p class=note>Target matter of the shock stage that left the ground before "
         f"{readable.clock(facts['until_s'])} (largest volume) and in free flight lands beyond the transient crater or "
-        f"escapes: {facts['particles']} particles. Grains do not carry where the matter that they stand for came "
-        f"from.{unfinished}</p>"
+        f"escapes: {facts['particles']} particles.{unfinished}</p>"
         + page.picture(
             out / "excavation.png",
             "First depths of what lands at each distance, in apparent radii R of the transient crater.",
@@ -125,11 +125,12 @@ def excavated(facts: Mapping[str, Any], projectile_mass: float, out: Path) -> st
     )
 
 
-def _order(rim: Mapping[str, Any]) -> str:
-    count = f"{rim['particles']} particles"
+def _order(rim: Mapping[str, Any], what: str = "particles") -> str:
+    count = f"{rim['particles']} {what}"
     if "correlation" not in rim:
         return f"undecided ({rim['reason']}: {count})"
-    return f"{rim['order']} (rank correlation of height before and after {rim['correlation']:+.2f}, {count})"
+    value = f"{rim['correlation']:+.2f} ± {rim['sigma']:.2f}"
+    return f"{rim['order']} (rank correlation of height before and after {value}, {count})"
 
 
 def fates(facts: Mapping[str, Any]) -> str:
@@ -157,4 +158,73 @@ def fates(facts: Mapping[str, Any]) -> str:
         f"Together with what stayed they are the mass at the start within {max(facts['closure'], 1e-16):.0e} of "
         f"it.{words} Each particle, with place, "
         "time and velocity of its launch: ejecta.h5.</p>"
+    )
+
+
+def settled(facts: Mapping[str, Any], out: Path) -> str:
+    """Where the matter of the settled crater came from, what of it melted and where that lies; empty where the grains
+    do not say."""
+    zones = facts.get("zones", {})
+    if not zones:
+        return ""
+    shares = [field for field in settled_matter.SHARES if any(zone.get(field) for zone in zones.values())]
+    rows = [
+        [
+            page.escape(name),
+            readable.amount(zone["mass_kg"], "kg", 3),
+            *(readable.length(zone["first_depth_m"][q]) for q in ("low", "half", "high")),
+            readable.length(zone["first_distance_half_m"]),
+            readable.amount(zone.get("peak_pressure_half_Pa", float("nan")) * 1e-9, "GPa", 3),
+            *(f"{zone.get(field, 0.0):.2%}" for field in shares),
+            f"{zone['projectile_share']:.2%}",
+        ]
+        for name, zone in zones.items()
+    ]
+    head = [
+        "", "mass", "a tenth came from above", "half from above", "nine tenths from above", "half from within",
+        "largest pressure (half)", *(settled_matter.SHARES[field] for field in shares), "projectile",
+    ]  # fmt: skip
+    return (
+        "<h2>Where the settled matter came from</h2>"
+        + page.table(head, rows)
+        + f"<p class=note>Grains at rest, by what matter they stand for. R = {readable.length(facts['radius_m'])} is "
+        "the apparent radius. Rim: 1 to 1.5 R, above the undisturbed ground; blanket: beyond, higher than a grain "
+        "radius above it; breccia lens: what fills the transient crater (largest volume) now. Layers at the rim: "
+        f"{page.escape(_order(facts['rim'], 'grains'))}.</p>"
+        + _molten_grains(facts)
+        + page.picture(
+            out / "section_origin.png", "The settled crater by what its matter went through (red: projectile alone)."
+        )
+        + page.picture(
+            out / "blanket.png",
+            "First depths of what lies above the undisturbed ground at each distance, in apparent radii R.",
+            narrow=True,
+        )
+    )
+
+
+def _molten_grains(facts: Mapping[str, Any]) -> str:
+    """Mass in grains above each critical pressure, inside and outside the crater; empty where none is."""
+    found = facts.get("over_projectile_mass", {})
+    unknown = facts.get("not_known_of", [])
+    some = {name: parts for name, parts in found.items() if any(part["value"] > 0.0 for part in parts.values())}
+    if not some:
+        return ""
+    rows = [
+        [
+            settled_matter.SHARES[name],
+            *(
+                readable.measured(parts[part]["value"], parts[part]["counting_error"], "") if parts[part]["value"]
+                else "none"
+                for part in settled_matter.PARTS
+            ),
+        ]
+        for name, parts in some.items()
+    ]  # fmt: skip
+    return (
+        page.table(["in masses of the projectile", *settled_matter.PARTS], rows)
+        + "<p class=note>By peak pressure, of what the bed holds; inside and outside the apparent radius, in flight, "
+        "gone from the bed. Errors: those of counting grains."
+        + (f" No critical pressures are known of {page.escape(', '.join(unknown))}." if unknown else "")
+        + "</p>"
     )

@@ -26,6 +26,7 @@ from crater import (
     rest,
     scaling,
     series,
+    settled_matter,
     shock_decay,
     shock_phases,
     soundness,
@@ -100,7 +101,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     )
     shock = _follow_shock(setting, shots, heard) if shots else None
     findings = Findings(setting, shock, _measure_grains(setting, settled, grains, heard) if grains.is_file() else None)
-    findings = with_chain_errors(_flown(findings), settings.chain)
+    findings = with_chain_errors(_flown(_with_origins(findings)), settings.chain)
     findings = replace(findings, soundness=soundness.facts(inputs))
     findings = replace(findings, compared=against_published.compared(findings))
     tables.write_tables(findings, out)
@@ -109,6 +110,16 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         plot.draw_all(findings, out)
     report.write(findings, out)
     progress.update(progress.total, "done", force=True)
+
+
+def _with_origins(findings: Findings) -> Findings:
+    """With what the last grains say of where their matter came from."""
+    last, volume = findings.settled_grains, findings.transient.get("volume")
+    if findings.grains is None or last is None:
+        return findings
+    transient = volume.measures if volume is not None and volume.stage == "sph" else None
+    origin = settled_matter.facts(snapshot.read(last.path), last.measures, transient, findings.setting.event.mass)
+    return replace(findings, grains=replace(findings.grains, matter=origin))
 
 
 def _flown(findings: Findings) -> Findings:

@@ -66,6 +66,7 @@ def measures_json(findings: Findings) -> dict[str, Any]:
             ("launch", ejected.launch),
             ("fates", ejected.fates),
             ("excavation", ejected.excavation),
+            ("settled_matter", findings.settled_matter),
         )
         if part
     }
@@ -99,7 +100,8 @@ def write_tables(findings: Findings, out: Path) -> None:
     if findings.moments:
         series.write_csv(findings.moments, out / "time_series.csv")
     if findings.shock is not None and findings.ejected.catalogue is not None:
-        catalogue.write(findings.ejected.catalogue, snapshot.read(findings.shock.end_path), out / CATALOGUE)
+        ground, last = findings.setting, snapshot.read(findings.shock.end_path)
+        catalogue.write(findings.ejected.catalogue, last, ground.datum, ground.gravity, out / CATALOGUE)
     last, late = findings.final, findings.late_sph
     if late is not None:
         radial_profile.write_csv(headed(late.measures, late.time, LATE_SHOCK), out / "profile_sph.csv")
