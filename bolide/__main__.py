@@ -13,6 +13,7 @@ COMMANDS = (
     "compare_profiles",
     "measure_crater",
     "impact_census",
+    "fly_ejecta",
     "import_snapshot",
     "export_snapshot",
 )

@@ -127,9 +127,9 @@ def masses(catalogue: Catalogue, crater: Datum, radius: float, last: Particles) 
     return {**found, "landed": {"particles": int(down.sum()), "distance_over_free_flight": ratio}}
 
 
-def write(catalogue: Catalogue, last: Particles, path: Path) -> None:
+def write(catalogue: Catalogue, last: Particles, datum: Datum, gravity: float, path: Path) -> None:
     """Write the catalogue as HDF5; what the particles are and how strongly they were shocked is read from the ``last``
-    snapshot."""
+    snapshot. The file also says on what ground they were led back: ``datum``, and ``gravity`` [m/s^2] there."""
     arrays = {
         "number": (catalogue.number, "1", "number of the particle in the snapshots"),
         "place": (catalogue.place, "m", "where it left the ground"),
@@ -150,4 +150,11 @@ def write(catalogue: Catalogue, last: Particles, path: Path) -> None:
     }
     arrays |= {name: (last[name][catalogue.number], *words) for name, words in known.items() if name in last}
     materials = [str(name) for name in last.attributes.get("materials", ())]
-    archive.write(path, arrays, {"fates": list(flight.FATES), "materials": materials})
+    ground = {
+        "frame": datum.kind,
+        "centre_m": np.asarray(datum.centre),
+        "axes": np.asarray(datum.axes),
+        "gravity_m_s2": gravity,
+        **({"radius_m": datum.radius} if datum.is_sphere else {}),
+    }
+    archive.write(path, arrays, {"fates": list(flight.FATES), "materials": materials, **ground})

@@ -140,7 +140,8 @@ def _integrate(x, v, gm, nodes, interval, substeps, positions, velocities, accel
 def compute(system: System, start: Start, duration: float, substeps: int = SUBSTEPS) -> Ephemeris:
     """Integrate the massive bodies from ``start`` over ``duration`` [s]."""
     gm = system.gm
-    shortest = min(2.0 * np.pi * np.sqrt(moon.semi_major_axis**3 / system.planet.gm) for moon in system.moons)
+    paths = [(moon, system.planet) for moon in system.moons] or [(system.planet, system.sun)]
+    shortest = min(2.0 * np.pi * np.sqrt(one.semi_major_axis**3 / about.gm) for one, about in paths)
     interval = shortest / NODES_PER_REVOLUTION
     nodes = int(np.ceil(duration / interval)) + 2
     x, v, a = (np.empty((nodes, len(gm), 3)) for _ in range(3))

@@ -127,6 +127,33 @@ def _impact_census(
     guarded(action)
 
 
+def _fly_ejecta(
+    ejecta: Annotated[Path, typer.Argument(metavar="EJECTA", help="6_crater/ejecta.h5 of a run, or the run folder.")],
+    body: Annotated[
+        str | None,
+        typer.Option(help="A moon of Jupiter, or ryugu: what else pulls (default: the run's own body alone)."),
+    ] = None,
+    latitude: Annotated[str, typer.Option(help="Of the impact point.")] = "0 deg",
+    longitude: Annotated[
+        str, typer.Option(help="East of the meridian that faces the planet; the leading side is at -90 deg.")
+    ] = "0 deg",
+    azimuth: Annotated[str, typer.Option(help="Of the projectile's way (+x), clockwise from north.")] = "90 deg",
+    duration: Annotated[str, typer.Option(help="How long each is followed.")] = "100 day",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of where planet and moons stand.")] = 1,
+    out: Annotated[Path, typer.Option(help="Where ejecta_fates.h5 and .json go.")] = Path("ejecta_fates"),
+) -> None:
+    """Follow a crater's ejecta in the field of body, planet, moons and Sun: falls back, hits another, escapes."""
+
+    def action() -> int:
+        from nbody import launches
+
+        angles = zip((latitude, longitude, azimuth), ("--latitude", "--longitude", "--azimuth"))
+        site = launches.Site(*(quantity(text, "rad", option) for text, option in angles))
+        return launches.command(ejecta, body, site, quantity(duration, "s", "--duration"), seed, out)
+
+    guarded(action)
+
+
 def _import_snapshot(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Another code's output.")],
     out: Annotated[Path, typer.Option(help="The snapshot to write (.vtkhdf).")],
@@ -227,6 +254,11 @@ def measure_crater() -> None:
 def impact_census() -> None:
     """Console script."""
     command.start(_impact_census)
+
+
+def fly_ejecta() -> None:
+    """Console script."""
+    command.start(_fly_ejecta)
 
 
 def import_snapshot() -> None:

@@ -95,7 +95,7 @@ def test_the_file_holds_the_catalogue_with_material_and_shock(tmp_path):
     rows, last = found()
     last["material"], last["peak_pressure"] = np.array([0, 1, 0, 1, 0]), np.arange(5.0) * 1e9
     last.attributes["materials"] = ["ice", "basalt"]
-    catalogues.write(rows, last, tmp_path / "ejecta.h5")
+    catalogues.write(rows, last, GROUND, G, tmp_path / "ejecta.h5")
     arrays, facts = archive.read(tmp_path / "ejecta.h5")
     assert arrays["material"].tolist() == last.material[rows.number].tolist()
     assert arrays["peak_pressure"].tolist() == last.peak_pressure[rows.number].tolist()
@@ -104,6 +104,9 @@ def test_the_file_holds_the_catalogue_with_material_and_shock(tmp_path):
         "basalt",
     ]
     assert arrays["speed"].tolist() == rows.speed.tolist()
+    assert facts["frame"] == "plane" and facts["gravity_m_s2"] == G and "radius_m" not in facts
+    catalogues.write(rows, last, datums.sphere(9.0, axis=(0.0, 1.0, 0.0)), G, tmp_path / "body.h5")
+    assert archive.read(tmp_path / "body.h5")[1]["radius_m"] == 9.0
 
 
 # --- where it came from ---

@@ -20,6 +20,7 @@ COMMANDS = (
     "compare_profiles",
     "measure_crater",
     "impact_census",
+    "fly_ejecta",
     "import_snapshot",
     "export_snapshot",
 )
