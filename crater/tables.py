@@ -100,8 +100,8 @@ def write_tables(findings: Findings, out: Path) -> None:
     if findings.moments:
         series.write_csv(findings.moments, out / "time_series.csv")
     if findings.shock is not None and findings.ejected.catalogue is not None:
-        ground, last = findings.setting, snapshot.read(findings.shock.end_path)
-        catalogue.write(findings.ejected.catalogue, last, ground.datum, ground.gravity, out / CATALOGUE)
+        ground, end = findings.setting, snapshot.read(findings.shock.end_path)
+        catalogue.write(findings.ejected.catalogue, end, ground.datum, ground.gravity, out / CATALOGUE)
     last, late = findings.final, findings.late_sph
     if late is not None:
         radial_profile.write_csv(headed(late.measures, late.time, LATE_SHOCK), out / "profile_sph.csv")

@@ -80,7 +80,7 @@ def read(path: Path, body: Body | None) -> Launches:
     catalogue, and for flat ground without a body."""
     arrays, facts = archive.read(path)
     for name, columns in NEEDED.items():
-        shape = np.shape(arrays.get(name))
+        shape = np.shape(arrays[name]) if name in arrays else ()
         if not shape or shape[1:] != ((columns,) if columns > 1 else ()) or len(arrays[name]) != len(arrays["number"]):
             raise InputError(f"{path} is no catalogue of ejecta: it lacks {name} (6_crater/ejecta.h5 of a run is one)")
     if "frame" not in facts:
