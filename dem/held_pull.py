@@ -25,6 +25,7 @@ import numpy as np
 from dem.columns import MASS, RADIUS
 from dem.grain_list import GrainList
 from matter.jit import kernel
+from matter.rotation import rotation
 
 SINCE, SPIN, REMOVED, WORST, WORK = 0, slice(1, 4), 4, 5, 6
 """State of a held pull (7,): time since the evaluation [s], angular velocity of the body then [1/s], what was taken
@@ -108,16 +109,6 @@ def _rigid(X: np.ndarray, V: np.ndarray, count: int, vectors: np.ndarray) -> tup
     # two grains, or grains in a line, have no inertia about it, and no moment either
     twist = np.linalg.lstsq(np.array([[a, b, c], [b, d, e], [c, e, f]]), sums[2:5], rcond=None)[0]
     return centre, centre[1] / sums[0], twist, sums[1:2]
-
-
-def rotation(turn: np.ndarray) -> np.ndarray:
-    """The matrix (3, 3) of a rotation about the axis of ``turn`` (3,) by its length [rad] (Rodrigues' formula)."""
-    angle = float(np.linalg.norm(turn))
-    if angle == 0.0:
-        return np.eye(3)
-    x, y, z = turn / angle
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
 
 
 def angular_velocity(bed: GrainList) -> np.ndarray:

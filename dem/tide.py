@@ -23,9 +23,10 @@ import numpy as np
 
 from dem.columns import MASS
 from dem.grain_list import GrainList
-from dem.held_pull import WORK, rotation
+from dem.held_pull import WORK
 from matter.constants import G
 from matter.jit import kernel
+from matter.rotation import rotation
 
 SOURCES = ("MurrayDermott1999",)
 

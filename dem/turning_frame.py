@@ -19,6 +19,7 @@ import numpy as np
 
 from dem import held_pull
 from dem.grain_list import GrainList
+from matter.rotation import rotation
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def inertial(
     position: np.ndarray, velocity: np.ndarray, spin: np.ndarray, omega: np.ndarray, time: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places, velocities and spins (n, 3) in the inertial frame of what has these in the turning one."""
-    turn = held_pull.rotation(omega * time)
+    turn = rotation(omega * time)
     place = position @ turn.T
     return place, velocity @ turn.T + np.cross(omega, place), spin @ turn.T + omega
 
@@ -70,5 +71,5 @@ def turning(
     position: np.ndarray, velocity: np.ndarray, spin: np.ndarray, omega: np.ndarray, time: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The inverse of ``inertial``."""
-    back = held_pull.rotation(-omega * time)
+    back = rotation(-omega * time)
     return position @ back.T, (velocity - np.cross(omega, position)) @ back.T, (spin - omega) @ back.T

@@ -6,9 +6,10 @@ at where the body rests (``dem.beds.whole_body.Standing``).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from dem import held_pull
+from dem import held_pull, leaving
 from dem.assembly import Assembly
 from dem.beds.solid_bed import axes_of_inertia
 from dem.beds.solid_body import SolidBody
@@ -41,13 +42,25 @@ def forces(body: object, settings: Settings) -> tuple[SelfGravity | None, tuple[
     return SelfGravity(interval=settings.pull_interval), () if tide is None else (tide,)
 
 
-def report(bed: Assembly, standing: Standing | None) -> dict[str, Any]:
-    """What stands in the report of a whole body: its rotation, its axes, and what was taken out of the pull."""
+def leaving_of(bed: Assembly, standing: Standing | None, shot: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What leaves a whole body, as it stands (``dem.leaving``); nothing of other ground."""
+    return {} if standing is None else leaving.report(bed, shot)
+
+
+def report(
+    bed: Assembly, standing: Standing | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
+) -> dict[str, Any]:
+    """What stands in the report of a whole body: its rotation, its axes, what was taken out of the pull, and what
+    leaves it; ``shot`` as the start has it, ``begun`` what left it then (``dem.leaving``)."""
     if standing is None:
         return {}
-    k = slice(0, bed.active)
+    k, escaping = slice(0, bed.active), leaving_of(bed, standing, shot)
     if bed.active < 4:  # it has come apart
-        return {"pull_removed_over_weight": float(bed.pull_state[held_pull.WORST])}
+        return {
+            "pull_removed_over_weight": float(bed.pull_state[held_pull.WORST]),
+            "escaping": escaping,
+            "escaping_at_start": begun,
+        }
     return {
         "angular_velocity_1_s": held_pull.angular_velocity(bed).tolist(),
         "axes_of_inertia_m": axes_of_inertia(bed.mass[k], bed.X[k, :3]).tolist(),
@@ -55,4 +68,6 @@ def report(bed: Assembly, standing: Standing | None) -> dict[str, Any]:
         "pull_interval_s": bed.pull_interval,
         "pull_removed_over_weight": float(bed.pull_state[held_pull.WORST]),
         "work_of_companion_J": float(bed.pull_state[held_pull.WORK]),
+        "escaping": escaping,
+        "escaping_at_start": begun,
     }

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import account_cavity, account_fields, domain, force_network, provenance, shock_rows
+from handoff import account_cavity, account_fields, force_network, provenance, shock_rows
 from handoff.direct import Direct, enter
 from handoff.handed import Handoff
 from handoff.hydrostatic import Column
 from handoff.ledger import Ledger
+from handoff.whole_body import WholeBody
 from matter import readable
 from matter.particles import Particles
 
@@ -19,7 +20,7 @@ from matter.particles import Particles
 def ledger_of(handoff: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]) -> Ledger:
     """The ledger of a transfer; limits that need further runs stand as not measured."""
     ledger = Ledger(waive)
-    region = domain.read(bed.attributes)
+    region = handoff.region
     _sums(ledger, handoff)
     account_fields.enter(ledger, handoff, source, bed, region, column)
     _overlaps(ledger, handoff)
@@ -56,7 +57,7 @@ def ledger_of_direct(
         )
     else:
         ledger.skip("cavity_radius_over_r_DEM_min", "not_applicable", "there is no cavity")
-    shock_rows.enter(ledger, handoff, source, domain.read(bed.attributes), column)
+    shock_rows.enter(ledger, handoff, source, handoff.region, column)
     ledger.skip("bed_residual_speed_over_sqrt_g_r", "not_applicable", "no grain of the bed is handed over")
     outside = handoff.sums.outside
     ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
@@ -93,7 +94,8 @@ def _sums(ledger: Ledger, handoff: Handoff) -> None:
     bed_only = handoff.start.state == 0
     bed_only[len(handoff.mapped.change) :] = False
     weight = handoff.start.mass[bed_only]
-    rms = np.sqrt(np.sum(weight * np.sum(handoff.start.velocity[bed_only] ** 2, axis=1)) / weight.sum())
+    flow = handoff.region.flow(handoff.start.position[bed_only], handoff.start.velocity[bed_only])
+    rms = np.sqrt(np.sum(weight * np.sum(flow**2, axis=1)) / weight.sum())
     largest = float(np.linalg.norm(handoff.mapped.change, axis=1).max())
     ledger.measure(
         "correction_max_dv_over_rms_v",
@@ -112,7 +114,7 @@ def _sums(ledger: Ledger, handoff: Handoff) -> None:
     ledger.measure("kinetic_energy_change_min", change, note)
     ledger.measure("kinetic_energy_change_max", change, note)
     flying_energy = handoff.ejecta_energy
-    begun, left = before.kinetic - flying_energy, after.kinetic - flying_energy
+    begun, left = handoff.moving
     ledger.measure(
         "kinetic_energy_compact_change",
         abs(left / begun - 1.0) if begun > 1e-12 * before.kinetic else 0.0,
@@ -162,7 +164,7 @@ def _overlaps(ledger: Ledger, handoff: Handoff) -> None:
                 )
     note = "bed grains keep their places: their excess is zero; ejecta against bed and ejecta counted here"
     ledger.measure("overlap_max_over_r", depth, note)
-    flow = float(np.median(np.linalg.norm(start.velocity[active], axis=1)))
+    flow = float(np.median(np.linalg.norm(handoff.region.flow(start.position, start.velocity)[active], axis=1)))
     if "stiffness" in start:
         ledger.measure(
             "overlap_energy_over_KE",
@@ -214,6 +216,9 @@ def _statements(ledger: Ledger, handoff: Handoff) -> None:
     )
     for name, mass in flying.mass_by_state().items():
         ledger.state(f"ejecta_mass_{name.replace(' ', '_')}", mass, "kg")
+    if isinstance(handoff.region, WholeBody):
+        for name, mass in flying.mass_by_fate().items():
+            ledger.state(f"ejecta_mass_that_{name}", mass, "kg", "by two-body flight about the body")
     ledger.state(
         "ejecta_count",
         float(len(flying.mass)),

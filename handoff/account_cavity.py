@@ -6,11 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from handoff import compare, domain
+from handoff import carve, compare, domain
 from handoff.handed import Handoff
 from handoff.ledger import Ledger, volume_limit, volume_scatter
 from handoff.offset import by_one_factor
 from handoff.surface import Rules
+from handoff.whole_body import WholeBody
 from matter import readable
 from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
@@ -26,9 +27,10 @@ def grain_surface(handoff: Handoff, bed: Particles, chosen: Callable[[np.ndarray
     taken = handoff.carving.stays & wider
     spacing = np.cbrt(handoff.carving.volume[taken])
     shape = alpha_shape(bed.position[taken], spacing, 1.0, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
-    here = chosen(handoff.carving.samples.position)
-    share = float(np.mean(handoff.carving.stays[handoff.carving.samples.grain[here]]))
-    return by_one_factor(shape, spacing, handoff.carving.samples.position[here][:_CALIBRATION], share, Rules())[0].mesh
+    samples, here = handoff.carving.samples, chosen(handoff.carving.samples.position)
+    place = samples.position[here]
+    share = float(np.mean(carve.filled(handoff.carving.stays, samples.grain[here], place, handoff.region)))
+    return by_one_factor(shape, spacing, place[:_CALIBRATION], share, Rules())[0].mesh
 
 
 def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domain) -> None:
@@ -51,8 +53,11 @@ def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domai
     def chosen(points: np.ndarray) -> np.ndarray:
         return (size.distance(points, region) < 1.5 * size.radius) & (region.depth_inside(points) > margin)
 
+    # all of a whole body: in its middle the nearest point of the datum changes sides
+    wider = size.distance(bed.position, region) < 1.8 * size.radius
+    wider |= isinstance(region, WholeBody)
     try:
-        mesh = grain_surface(handoff, bed, chosen, size.distance(bed.position, region) < 1.8 * size.radius)
+        mesh = grain_surface(handoff, bed, chosen, wider)
         there, back = compare.surface_distance(handoff.carving.solid.mesh, mesh, chosen)
     except InputError as reason:
         ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))
@@ -68,10 +73,8 @@ def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domai
     # net of what stands above the datum: a rough but level surface has no volume
     sign = np.where(region.frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
     empty = float((sign * samples.weight[here]) @ (samples.inside[here] == (sign < 0.0))) * samples.volume
-    carved = (
-        float((sign * samples.weight[here]) @ (handoff.carving.stays[samples.grain[here]] == (sign < 0.0)))
-        * samples.volume
-    )
+    held = carve.filled(handoff.carving.stays, samples.grain[here], samples.position[here], region)
+    carved = float((sign * samples.weight[here]) @ (held == (sign < 0.0))) * samples.volume
     cut = (float(np.cbrt(handoff.carving.volume[handoff.carving.stays].mean())), size.radius, size.depth, size.volume)
     scatter = volume_scatter(*cut)
     ledger.measure(

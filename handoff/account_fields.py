@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from handoff import compare, domain
+from handoff import compare, domain, free_flight
 from handoff.handed import Handoff
 from handoff.hydrostatic import Column
 from handoff.ledger import Ledger
@@ -25,11 +25,12 @@ def comparison_cells(handoff: Handoff, source: Particles, radius: float) -> tupl
 
 
 def corrected_fields(handoff: Handoff, source: Particles, bed: Particles) -> compare.Fields:
-    """Both clouds on the sample points with the corrected masses and velocities."""
+    """Both clouds on the sample points with the corrected masses and velocities, against the ground at rest."""
     kept = np.flatnonzero(handoff.carving.stays)
+    compact, region = handoff.compact, handoff.region
     before = (
-        source.mass[handoff.compact.places] * handoff.compact.share,
-        source.velocity[handoff.compact.places],
+        source.mass[compact.places] * compact.share,
+        region.flow(source.position[compact.places], source.velocity[compact.places]),
         handoff.mapped.own_gradient,
     )
     start, count = handoff.start, len(kept)
@@ -40,7 +41,7 @@ def corrected_fields(handoff: Handoff, source: Particles, bed: Particles) -> com
         handoff.carving.receiver,
         before,
         start.mass[:count],
-        start.velocity[:count],
+        region.flow(start.position[:count], start.velocity[:count]),
         handoff.carving.volume,
     )
 
@@ -110,7 +111,7 @@ def _share(part: float, whole: float) -> str:
 
 def flying_mass(position, velocity, mass, region: domain.Domain, column: Column) -> tuple[np.ndarray, np.ndarray]:
     """Masses [kg] and speeds [m/s] of what rises and would come above the datum in free flight."""
-    height, speed = region.frame.height(position), np.linalg.norm(velocity, axis=1)
-    upward = np.einsum("ij,ij->i", velocity, region.frame.up(position))
-    flies = (upward > 0.0) & (column.apex(height, upward, speed) > 0.0)
+    speed = np.linalg.norm(region.flow(position, velocity), axis=1)
+    upward = free_flight.rising(region, position, velocity)
+    flies = (upward > 0.0) & (free_flight.apex(region, column, position, velocity) > 0.0)
     return mass[flies], speed[flies]

@@ -19,6 +19,7 @@ from scipy.stats import qmc
 
 from handoff.domain import Domain
 from handoff.interpolation import matching_factor
+from handoff.whole_body import WholeBody
 from matter.alpha_shape import OffsetShape
 from matter.errors import InputError
 from matter.particles import Particles
@@ -116,6 +117,13 @@ def receivers(bed: Particles, stays: np.ndarray, samples: Samples) -> np.ndarray
     kept = np.flatnonzero(stays)
     receiver[orphan] = kept[cKDTree(bed.position[kept]).query(samples.position[orphan], workers=-1)[1]]
     return receiver
+
+
+def filled(stays: np.ndarray, grain: np.ndarray, position: np.ndarray, domain: Domain) -> np.ndarray:
+    """(s,) whether the carved bed fills points (s, 3) whose nearest grain of the uncarved bed is ``grain`` (s,): where
+    that ``stays``, and, on a whole body, whose bed has no grains above the datum, below it."""
+    held = stays[grain]
+    return held & (domain.frame.height(position) < 0.0) if isinstance(domain, WholeBody) else held
 
 
 def grain_volumes(bed: Particles, stays: np.ndarray, receiver: np.ndarray, samples: Samples) -> np.ndarray:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff.domain import Box, Cone, Cylinder, Domain
+from handoff.domain import Cone, Domain
 from handoff.heights import surface_heights
 
 RESOLVED_RADIUS, RESOLVED_DEPTH = 5.0, 2.0
@@ -44,19 +44,7 @@ class Cavity:
 
     def distance(self, position: np.ndarray, domain: Domain) -> np.ndarray:
         """(n,) distance along the datum [m] of points from the cavity's centre."""
-        return around(position, self.centre, domain)[0]
-
-
-def around(position: np.ndarray, centre: np.ndarray, domain: Domain) -> tuple[np.ndarray, np.ndarray]:
-    """Distance along the datum [m] and azimuth [rad] of points (n, 3) about a ``centre`` on the datum."""
-    up = domain.frame.up(centre[None])[0]
-    east = np.array([1.0, 0.0, 0.0]) - up[0] * up
-    east /= np.linalg.norm(east)
-    x, y = position @ east, position @ np.cross(up, east)
-    if isinstance(domain, Cone):
-        return domain.datum * np.arctan2(np.hypot(x, y), position @ up), np.arctan2(y, x)
-    x, y = x - centre @ east, y - centre @ np.cross(up, east)
-    return np.hypot(x, y), np.arctan2(y, x)
+        return domain.around(position, self.centre)[0]
 
 
 def resolved(radius: float, depth: float, grain_radius: float) -> bool:
@@ -71,7 +59,7 @@ def of_particles(position: np.ndarray, spacing: np.ndarray, domain: Domain) -> C
     near = domain.cut_depth(position) > -2.0 * spacing
     position, spacing = position[near], spacing[near]
     if len(position) == 0:
-        return Cavity(0.0, 0.0, 0.0, 0.0, _pole(domain))
+        return Cavity(0.0, 0.0, 0.0, 0.0, domain.pole)
     tree, reach = cKDTree(position), _FILLED * spacing
 
     def filled(points: np.ndarray) -> np.ndarray:
@@ -99,11 +87,12 @@ def seek(heights_in: Callable[[Domain], tuple[np.ndarray, np.ndarray]], domain: 
     A cone is looked at as a whole.
     """
     if not isinstance(domain, Cone):
-        halvings = max(0, math.floor(math.log2(domain.radius / (_LEAST_DISC * noise))))
+        halvings = max(0, math.floor(math.log2(domain.arc / (_LEAST_DISC * noise))))
         for k in range(halvings, 0, -1):
-            disc = Cylinder(domain.radius / 2.0**k, domain.floor, domain.datum, domain.top)
+            disc = domain.part(domain.arc / 2.0**k)
             cavity = measure(*heights_in(disc), disc, noise)
-            if 0.0 < cavity.radius and float(np.hypot(*cavity.centre[:2])) + cavity.radius < _ROOM * disc.radius:
+            off = float(disc.frame.distance(cavity.centre[None])[0])
+            if 0.0 < cavity.radius and off + cavity.radius < _ROOM * disc.arc:
                 return cavity
     return measure(*heights_in(domain), domain, noise)
 
@@ -127,19 +116,19 @@ def measure(foot: np.ndarray, height: np.ndarray, domain: Domain, noise: float) 
     """
     known = np.isfinite(height)
     foot, height = foot[known], height[known]
-    centre = _pole(domain)
+    centre = domain.pole
     if len(height) == 0:
         return Cavity(0.0, 0.0, 0.0, 0.0, centre)
     radius, depth = 0.3 * domain.arc, 0.0
     nothing = Cavity(0.0, 0.0, 0.0, float(max(0.0, np.percentile(height, 99))), centre)
     for _ in range(4):
-        distance, azimuth = around(foot, centre, domain)
+        distance, azimuth = domain.around(foot, centre)
         inner = distance < max(radius, np.sort(distance)[min(3, len(distance) - 1)])
         weight = np.where(inner, np.maximum(-height - _DEEP * -float(height[inner].min()), 0.0), 0.0)
         if float(height[inner].min()) >= 0.0 or weight.sum() == 0.0:
             return nothing
-        centre = _on_datum(weight @ foot / weight.sum(), domain)
-        distance, azimuth = around(foot, centre, domain)
+        centre = domain.on_datum(weight @ foot / weight.sum())
+        distance, azimuth = domain.around(foot, centre)
         inner = distance < max(0.5 * radius, np.sort(distance)[min(3, len(distance) - 1)])
         depth = -float(np.percentile(height[inner], 3))
         if depth < noise:
@@ -148,24 +137,11 @@ def measure(foot: np.ndarray, height: np.ndarray, domain: Domain, noise: float) 
         radius = float(walls.mean())
         if radius <= 0.0:
             return nothing
-    area = _area(domain) / max(known.size, 1)
+    area = domain.area / max(known.size, 1)
     inside = height[distance < walls[_sector(azimuth)]]
-    if isinstance(domain, Cone):
-        volume = float(np.sum((domain.datum**3 - (domain.datum + inside) ** 3) / 3.0) * area / domain.datum**2)
-    else:
-        volume = float(np.sum(-inside) * area)
+    volume = domain.volume_below(inside, area)
     crest = height[(distance > 0.8 * radius) & (distance < 1.6 * radius)]
     return Cavity(radius, depth, volume, float(np.percentile(crest, 60)) if len(crest) else 0.0, centre)
-
-
-def _pole(domain: Domain) -> np.ndarray:
-    return np.array([0.0, 0.0, domain.datum])
-
-
-def _on_datum(point: np.ndarray, domain: Domain) -> np.ndarray:
-    if isinstance(domain, Cone):
-        return point * (domain.datum / np.linalg.norm(point))
-    return np.array([point[0], point[1], domain.datum])
 
 
 def _sector(azimuth: np.ndarray) -> np.ndarray:
@@ -187,12 +163,3 @@ def _walls(distance: np.ndarray, azimuth: np.ndarray, height: np.ndarray, depth:
             outer = distance[mine[edge]] if edge < len(mine) else distance[mine[-1]]
             walls[k] = 0.5 * (distance[mine[edge - 1]] + outer)
     return walls / math.sqrt(1.0 - _LEVEL)
-
-
-def _area(domain: Domain) -> float:
-    """Area of the datum inside the domain [m^2]."""
-    if isinstance(domain, Cone):
-        return 2.0 * math.pi * domain.datum**2 * (1.0 - math.cos(domain.half_angle))
-    if isinstance(domain, Box):
-        return 4.0 * domain.radius**2
-    return math.pi * domain.radius**2

@@ -198,8 +198,7 @@ def local_momentum(fields: Fields, domain: Domain) -> list[tuple[str, float, flo
     if weight.sum() == 0.0:
         return []
     octant = (place > (weight[:, None] * place).sum(axis=0) / weight.sum()) @ np.array([1, 2, 4])
-    foot = domain.frame.height(np.zeros((1, 3)))[0]
-    distance = np.linalg.norm(place - np.array([0.0, 0.0, -foot]), axis=1)
+    distance = np.linalg.norm(place - domain.pole, axis=1)
     order = np.argsort(distance, kind="stable")
     shell = np.empty(len(place), dtype=np.int64)
     shell[order] = np.minimum((_SHELLS * np.cumsum(weight[order]) / weight.sum()).astype(np.int64), _SHELLS - 1)

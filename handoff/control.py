@@ -14,29 +14,33 @@ from scipy.spatial import cKDTree
 
 from handoff import carve, domain
 from handoff.handed import Handoff
+from handoff.whole_body import WholeBody
+from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
 from matter.particles import Particles
 
 Kind = Literal["none", "at_rest", "uncarved"]
+_SKIN = 1.5
 
 
 def start(kind: Kind, handoff: Handoff, bed: Particles) -> Particles:
-    """The grains of a control run, at the time of the ``handoff``. Raises ``InputError`` when no grain lies below
-    the datum."""
+    """The grains of a control run, at the time of the ``handoff``; at rest against the ground. Raises ``InputError``
+    when no grain lies below the datum."""
     if kind == "at_rest":
         count = int(handoff.carving.stays.sum())
         grains = handoff.start.select(np.arange(len(handoff.start)) < count)
         grains.tables = dict(handoff.start.tables)
     else:
-        region = domain.read(bed.attributes)
+        region = handoff.region
         below = region.frame.height(bed.position) <= 0.0
         if not below.any():
             raise InputError("no grain of the bed lies below the datum: a control run has nothing to follow")
         grains = bed.select(below)
         grains.tables = carve.surviving_tables(bed, below)
         grains.attributes["time"] = handoff.start.attributes["time"]
-    grains["velocity"] = np.zeros((len(grains), 3))
-    grains["angular_velocity"] = np.zeros((len(grains), 3))
+    still = np.zeros((len(grains), 3))
+    grains["velocity"] = still - handoff.region.flow(grains.position, still)
+    grains["angular_velocity"] = still + (handoff.region.omega if isinstance(handoff.region, WholeBody) else 0.0)
     grains["headroom"] = np.zeros(len(grains), dtype=np.int8)
     grains["state"] = np.zeros(len(grains), dtype=np.int8)
     grains.attributes |= {"stage": "handoff", "control": kind, "bed_grains": int(bed.identity.max()) + 1}
@@ -57,8 +61,12 @@ def depth_below_surface(grains: Particles) -> np.ndarray:
     a steep wall is not deep.
 
     The surface is the topmost grain in each cell of two mean grain radii across on the datum, and between cells of
-    different height the wall down to the lower one.
+    different height the wall down to the lower one. Of a whole body it is that of the alpha-shape of its grains.
     """
+    if grains.attributes.get("frame") == "solid":
+        spacing = np.cbrt(grains.mass / grains.density)
+        shape = alpha_shape(grains.position, spacing, _SKIN).only(1)
+        return cKDTree(shape.points[np.unique(shape.triangles)]).query(grains.position)[0]
     region = domain.read(grains.attributes)
     frame, size = region.frame, 2.0 * float(grains.radius.mean())
     height, up = frame.height(grains.position), frame.up(grains.position)

@@ -35,9 +35,17 @@ class Sums:
         return Sums(*(getattr(self, name) + getattr(other, name) for name in self.__dataclass_fields__))
 
 
-def sums(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, radius=None, spin=None) -> Sums:
+def sums(
+    mass: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    radius=None,
+    spin=None,
+    pace: np.ndarray | None = None,
+) -> Sums:
     """Sums over particles; with ``radius`` and ``spin`` (rad/s) those of solid spheres, their inertia 2/5 m r^2
-    included."""
+    included. ``pace`` (n,) [m/s] stands for |v| in the scales where what moves is not measured by it (ground that
+    turns with a body)."""
     momentum = mass[:, None] * velocity
     angular = np.cross(position, momentum).sum(axis=0)
     speed = np.linalg.norm(velocity, axis=1)
@@ -46,7 +54,7 @@ def sums(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, radius=No
         inertia = 0.4 * mass * radius**2
         angular = angular + (inertia[:, None] * spin).sum(axis=0)
         kinetic += 0.5 * float(np.sum(inertia * np.einsum("ij,ij->i", spin, spin)))
-    scale = mass * speed
+    scale = mass * (speed if pace is None else pace)
     return Sums(
         float(mass.sum()),
         momentum.sum(axis=0),

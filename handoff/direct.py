@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from handoff import correction, domain, overlaps, provenance
+from handoff import correction, domain, free_flight, overlaps, provenance
 from handoff.ejecta import BOOKED, IN_CONTACT, past_edge
 from handoff.handed import Handoff
 from handoff.hydrostatic import Column
@@ -58,7 +58,7 @@ def hand_over(handoff: Handoff, source: Particles, bed: Particles, column: Colum
     Raises ``InputError`` when no particle lies in the bed's domain or the bed carries no stiffness.
     """
     bed.need("stiffness", "radius", "mass")
-    region = domain.read(bed.attributes)
+    region = handoff.region
     inside = handoff.compact.places[
         region.between(source.position[handoff.compact.places])
         & (region.cut_depth(source.position[handoff.compact.places]) > 0.0)
@@ -95,9 +95,7 @@ def _start(
     position, velocity, mass = source.position[taken], source.velocity[taken], source.mass[taken]
     density = np.maximum(source.density[taken], 0.5 * reference_density(source)[taken])
     radius = np.cbrt(3.0 * packing * mass / (4.0 * np.pi * density))
-    frame = region.frame
-    rising = np.einsum("ij,ij->i", velocity, frame.up(position)) > 0.0
-    escapes = rising & (np.linalg.norm(velocity, axis=1) >= column.escape_speed(frame.height(position)))
+    escapes = free_flight.escapes(region, column, position, velocity)
     state = np.where(past_edge(position, region) | escapes, BOOKED, IN_CONTACT).astype(np.int8)
     state[:compact] = IN_CONTACT
     names, table = material_numbers(source, bed)
@@ -184,7 +182,7 @@ def compare(handoff: Handoff, direct: Direct, mapped: Ledger, bed: Particles) ->
     The mapped bed's excess overlaps are the ledger's (its grains have not moved); its bare ones are those of the
     settled bed under its weight.
     """
-    region = domain.read(bed.attributes)
+    region = handoff.region
     steps, overlap = overlaps.contact_numbers(bed)
     grains = handoff.start.select(handoff.start.state == IN_CONTACT)
     bare = overlaps.measure(grains, region)

@@ -3,7 +3,7 @@
 The bed's own attribute ``domain`` says which: ``core_radius_m, datum_radius_m, top_radius_m, cone_half_angle_rad``
 (frame ``sphere``: between the core's surface and the headroom's top, inside a cone about +z with its apex at the
 body's centre) or ``radius_m, floor_m, datum_m, top_m`` and ``shape`` (frame ``plane``: ``cylinder``, also when it is
-not said, ``box`` or ``bowl``).
+not said, ``box`` or ``bowl``). Frame ``solid`` is the whole of a body of any shape: ``handoff.whole_body``.
 """
 
 from __future__ import annotations
@@ -15,6 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from handoff import whole_body
+from handoff.whole_body import WholeBody
+from matter.body import Target
 from matter.errors import InputError
 from matter.frame import Plane, Sphere
 
@@ -42,6 +45,54 @@ class Cone:
     def arc(self) -> float:
         """Arc length on the datum from the axis to the side wall [m]."""
         return self.datum * self.half_angle
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Heights above the datum [m] of floor and top."""
+        return self.core - self.datum, self.top - self.datum
+
+    @property
+    def area(self) -> float:
+        """Area of the datum inside the domain [m^2]."""
+        return 2.0 * math.pi * self.datum**2 * (1.0 - math.cos(self.half_angle))
+
+    @property
+    def pole(self) -> np.ndarray:
+        """Point of the datum (3,) [m] where the projectile hit."""
+        return np.array([0.0, 0.0, self.datum])
+
+    def on_datum(self, point: np.ndarray) -> np.ndarray:
+        """The point of the datum (3,) [m] below or above a ``point`` (3,)."""
+        return np.asarray(point * (self.datum / np.linalg.norm(point)))
+
+    def around(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distance along the datum [m] and azimuth [rad] of points (n, 3) about a ``centre`` on the datum."""
+        up, east, north = _compass(self.frame, centre)
+        x, y = position @ east, position @ north
+        return self.datum * np.arctan2(np.hypot(x, y), position @ up), np.arctan2(y, x)
+
+    def volume_below(self, height: np.ndarray, area: float) -> float:
+        """Volume [m^3] between the datum and ``height`` (n,) [m] over columns of this ``area`` [m^2] each, positive
+        below the datum."""
+        return float(np.sum((self.datum**3 - (self.datum + height) ** 3) / 3.0) * area / self.datum**2)
+
+    def flow(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Velocity (n, 3) [m/s] against the ground at rest: the ``velocity`` itself."""
+        return velocity
+
+    def inertial(self, position: np.ndarray, velocity: np.ndarray, spin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Velocities (n, 3) [m/s] and spins (n, 3) [rad/s] of what has these against the ground: the same."""
+        return velocity, spin
+
+    def pace(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Speed (n,) [m/s] that errors of momentum count against: that of the flow."""
+        return np.asarray(np.linalg.norm(velocity, axis=1))
+
+    def feet(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Even points on the datum (m, 3), about ``count``, their distance along it from the axis (m,), and the
+        vertical there (m, 3)."""
+        direction, distance = self.columns(count)
+        return self.datum * direction, distance, direction
 
     def depth_inside(self, position: np.ndarray) -> np.ndarray:
         """(n,) distance [m] to the nearest face of the domain, positive inside."""
@@ -107,6 +158,61 @@ class Cylinder:
         """Distance along the datum from the axis to the side wall [m]."""
         return self.radius
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """Heights above the datum [m] of floor and top."""
+        return self.floor - self.datum, self.top - self.datum
+
+    @property
+    def area(self) -> float:
+        """Area of the datum inside the domain [m^2]."""
+        return math.pi * self.radius**2
+
+    @property
+    def pole(self) -> np.ndarray:
+        """Point of the datum (3,) [m] where the projectile hit."""
+        return np.array([0.0, 0.0, self.datum])
+
+    def on_datum(self, point: np.ndarray) -> np.ndarray:
+        """The point of the datum (3,) [m] below or above a ``point`` (3,)."""
+        return np.array([point[0], point[1], self.datum])
+
+    def around(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distance along the datum [m] and azimuth [rad] of points (n, 3) about a ``centre`` on the datum."""
+        _, east, north = _compass(self.frame, centre)
+        x, y = position @ east, position @ north
+        x, y = x - centre @ east, y - centre @ north
+        return np.hypot(x, y), np.arctan2(y, x)
+
+    def volume_below(self, height: np.ndarray, area: float) -> float:
+        """Volume [m^3] between the datum and ``height`` (n,) [m] over columns of this ``area`` [m^2] each, positive
+        below the datum."""
+        return float(np.sum(-height) * area)
+
+    def flow(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Velocity (n, 3) [m/s] against the ground at rest: the ``velocity`` itself."""
+        return velocity
+
+    def inertial(self, position: np.ndarray, velocity: np.ndarray, spin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Velocities (n, 3) [m/s] and spins (n, 3) [rad/s] of what has these against the ground: the same."""
+        return velocity, spin
+
+    def pace(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Speed (n,) [m/s] that errors of momentum count against: that of the flow."""
+        return np.asarray(np.linalg.norm(velocity, axis=1))
+
+    def feet(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Even points on the datum (m, 3), their distance along it from the axis (m,), and the vertical there
+        (m, 3)."""
+        number = np.arange(count) + 0.5
+        distance, azimuth = self.radius * np.sqrt(number / count), np.pi * (1.0 + np.sqrt(5.0)) * number
+        foot = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth), np.full(count, self.datum)], axis=1)
+        return foot, distance, self.frame.up(foot)
+
+    def part(self, radius: float) -> Cylinder:
+        """The disc of this ``radius`` [m] about the axis."""
+        return Cylinder(radius, self.floor, self.datum, self.top)
+
     def depth_inside(self, position: np.ndarray) -> np.ndarray:
         """(n,) distance [m] to the nearest face of the domain, positive inside."""
         return np.minimum(self.top - position[:, 2], self.cut_depth(position))
@@ -138,6 +244,11 @@ class Box(Cylinder):
     def volume(self) -> float:
         """Volume [m^3]."""
         return 4.0 * self.radius**2 * (self.top - self.floor)
+
+    @property
+    def area(self) -> float:
+        """Area of the datum inside the domain [m^2]."""
+        return 4.0 * self.radius**2
 
     def cut_depth(self, position: np.ndarray) -> np.ndarray:
         """(n,) distance [m] to the nearest side or the floor, positive inside."""
@@ -179,14 +290,24 @@ class Bowl(Cylinder):
         return np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height], axis=1)
 
 
-Domain = Cone | Cylinder
+Domain = Cone | Cylinder | WholeBody
 
 
-def read(attributes: Mapping[str, Any]) -> Domain:
-    """The domain of a bed from its snapshot attributes.
+def _compass(frame: Plane | Sphere, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Up, east (towards +x) and north at a ``centre`` on the datum."""
+    up = frame.up(centre[None])[0]
+    east = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    east /= np.linalg.norm(east)
+    return up, east, np.cross(up, east)
+
+
+def read(attributes: Mapping[str, Any], target: Target | None = None) -> Domain:
+    """The domain of a bed from its snapshot attributes; that of a whole body has the surface of the ``target``.
 
     Raises ``InputError`` naming what is missing, or when the numbers do not bound a volume.
     """
+    if attributes.get("frame") == "solid":
+        return whole_body.read(attributes, target)
     table = attributes.get("domain")
     if not isinstance(table, Mapping):
         raise InputError(

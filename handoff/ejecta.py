@@ -7,20 +7,25 @@ velocity.
 * stiffness: scaled with mass (never above the bed's own), so that the contact time of a light grain, and with it the
   step, stays;
 * ``state``: 0 in contact search; 1 ballistic, when much lighter than a bed grain or when no free place was found; 2
-  booked only, beyond escape or beside the bed's domain.
+  booked only, beyond escape or beside the bed's domain. About a body of any shape ``fate`` says by two-body flight
+  (``handoff.two_body``, about the compact matter's centre and in its motion) what becomes of each; booked are those
+  that escape, orbit, or come back later than ``until``.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from handoff import free_flight, two_body
 from handoff.domain import Domain
 from handoff.hydrostatic import Column
 from handoff.surface import reference_density
+from handoff.whole_body import WholeBody
 from matter.particles import Particles
 
 _LIGHT = 0.1
@@ -33,7 +38,8 @@ IN_CONTACT, BALLISTIC, BOOKED = 0, 1, 2
 @dataclass(frozen=True)
 class Ejecta:
     """Arrays over the ejecta (e,): ``source`` is the place in the source; ``moved`` is how far each was moved to fit
-    [m], ``shrunk`` counts smaller ones."""
+    [m], ``shrunk`` counts smaller ones; ``fate`` is one of ``two_body.FATES`` (all ``returns`` where no body of any
+    shape is flown about)."""
 
     source: np.ndarray
     position: np.ndarray
@@ -44,29 +50,42 @@ class Ejecta:
     state: np.ndarray
     moved: np.ndarray
     shrunk: int
+    fate: np.ndarray
 
     def mass_by_state(self) -> Mapping[str, float]:
         """Mass [kg] of the ejecta by what becomes of them."""
         names = {"in contact search": IN_CONTACT, "ballistic": BALLISTIC, "booked only": BOOKED}
         return {name: float(self.mass[self.state == code].sum()) for name, code in names.items()}
 
+    def mass_by_fate(self) -> Mapping[str, float]:
+        """Mass [kg] of the ejecta by what becomes of them in free flight about a body of any shape."""
+        return {name: float(self.mass[self.fate == code].sum()) for code, name in enumerate(two_body.FATES)}
+
 
 def from_source(
-    source: Particles, ejecta: np.ndarray, bed: Particles, packing: float, domain: Domain, column: Column
+    source: Particles,
+    ejecta: np.ndarray,
+    bed: Particles,
+    packing: float,
+    domain: Domain,
+    column: Column,
+    until: float = math.inf,
 ) -> Ejecta:
     """Grains for the source particles ``ejecta`` (places) above the carved ``bed``; ``packing`` is the bed's packing
-    fraction."""
+    fraction, ``until`` [s] (after the impact) when the collapse ends at the latest."""
     position, velocity = source.position[ejecta].copy(), source.velocity[ejecta].copy()
     mass = source.mass[ejecta]
     density = np.maximum(source.density[ejecta], 0.5 * reference_density(source)[ejecta])
     radius = np.cbrt(3.0 * packing * mass / (4.0 * np.pi * density))
     frame = domain.frame
-    height, up = frame.height(position), frame.up(position)
-    speed = np.linalg.norm(velocity, axis=1)
-    rising = np.einsum("ij,ij->i", velocity, up) > 0.0
+    up = frame.up(position)
     state = np.zeros(len(ejecta), dtype=np.int8)
     state[mass < _LIGHT * float(np.min(bed.mass))] = BALLISTIC
-    state[past_edge(position, domain) | (rising & (speed >= column.escape_speed(height)))] = BOOKED
+    fate = _fates(source, ejecta, domain, column, until)
+    gone = fate != two_body.RETURNS
+    if not isinstance(domain, WholeBody):
+        gone = past_edge(position, domain) | free_flight.escapes(domain, column, position, velocity)
+    state[gone] = BOOKED
     nominal = radius.copy()
     position, radius, state = _fitted(position, radius, state, up, bed)
     moved = np.linalg.norm(position - source.position[ejecta], axis=1)
@@ -80,11 +99,30 @@ def from_source(
         state,
         moved,
         int(np.count_nonzero(radius < 0.999 * nominal)),
+        fate,
     )
 
 
+def _fates(source: Particles, ejecta: np.ndarray, domain: Domain, column: Column, until: float) -> np.ndarray:
+    """What becomes of the ``ejecta`` (places) about a body of any shape, (e,); elsewhere all return."""
+    fate = np.full(len(ejecta), two_body.RETURNS, dtype=np.int8)
+    if not isinstance(domain, WholeBody) or len(ejecta) == 0:
+        return fate
+    compact = np.ones(len(source), dtype=bool)
+    compact[ejecta] = False
+    mass = source.mass[compact]
+    centre, drift = (mass @ values[compact] / mass.sum() for values in (source.position, source.velocity))
+    place = source.position[ejecta]
+    surface = np.linalg.norm(domain.frame.foot(place) - centre, axis=1)
+    left = until - float(source.attributes.get("time", 0.0))
+    return two_body.fate(free_flight.strength(column), place - centre, source.velocity[ejecta] - drift, surface, left)
+
+
 def past_edge(position: np.ndarray, domain: Domain) -> np.ndarray:
-    """Whether a point lies beside or below the domain (above it is still over the bed)."""
+    """Whether a point lies beside or below the domain (above it is still over the bed); never where grains are a
+    whole body."""
+    if isinstance(domain, WholeBody):
+        return np.zeros(len(position), dtype=bool)
     frame = domain.frame
     foot = position - (frame.height(position)[:, None]) * frame.up(position)
     below = domain.depth_inside(foot) <= 0.0

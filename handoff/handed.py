@@ -10,6 +10,7 @@ from handoff.carve import Samples
 from handoff.cavity import Cavity
 from handoff.compare import Fields
 from handoff.correction import Sums
+from handoff.domain import Domain
 from handoff.ejecta import Ejecta
 from handoff.surface import Split
 from matter.alpha_shape import OffsetShape
@@ -72,8 +73,9 @@ class Balance:
 
 @dataclass(frozen=True)
 class Handoff:
-    """One transfer: the ``start`` of the granular stage, the source's ``split`` into compact matter and ejecta, and
-    how each was handed over."""
+    """One transfer: the ``start`` of the granular stage, the source's ``split`` into compact matter and ejecta, how
+    each was handed over, in which ``region``, and the kinetic energy [J] of compact matter and of its grains
+    ``against_ground`` that turns (None where it does not)."""
 
     start: Particles
     split: Split
@@ -82,9 +84,18 @@ class Handoff:
     mapped: Mapped
     ejecta: Ejecta
     sums: Balance
+    region: Domain
+    against_ground: tuple[float, float] | None
 
     @property
     def ejecta_energy(self) -> float:
         """Kinetic energy of the ejecta [J]: the same before and after, since each particle becomes one grain of its
         mass and velocity."""
         return 0.5 * float(self.ejecta.mass @ np.einsum("ij,ij->i", self.ejecta.velocity, self.ejecta.velocity))
+
+    @property
+    def moving(self) -> tuple[float, float]:
+        """Kinetic energy [J] of the compact matter against the ground, and of the grains that it became."""
+        if self.against_ground is not None:
+            return self.against_ground
+        return self.sums.before.kinetic - self.ejecta_energy, self.sums.after.kinetic - self.ejecta_energy

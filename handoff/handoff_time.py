@@ -116,7 +116,7 @@ def diagnose(
     inside = source.select(here)
     left = shock.residual(inside, domain, column)
     excess = left.pressure if left is not None else np.array([np.nan])
-    ejecta = ~split.compact
+    ejecta, flow = ~split.compact, domain.flow(inside.position, inside.velocity)
     return Diagnosis(
         file,
         time,
@@ -126,7 +126,7 @@ def diagnose(
         size.rim_height,
         float(np.percentile(excess, 99)),
         float(np.max(excess)),
-        0.5 * float(np.sum(inside.mass * np.einsum("ij,ij->i", inside.velocity, inside.velocity))),
+        0.5 * float(np.sum(inside.mass * np.einsum("ij,ij->i", flow, flow))),
         float(np.sum(left.elastic)) if left is not None else float("nan"),
         float(source.mass[ejecta].sum()),
         float(np.sum(inside.mass * inside.damage)) if "damage" in inside else float("nan"),

@@ -84,6 +84,8 @@ def uniform(gravity: float, density: float, depth: float) -> Column:
 def from_target(target: Mapping[str, Any], datum: float) -> Column:
     """The column of ``2_sph/target.json`` about the datum radius [m] (flat ground: ``height_m`` above z = 0). Raises
     ``InputError`` naming what is missing."""
+    if target.get("frame") == "solid":
+        return _of_solid(target, datum)
     flat = target.get("frame") == "plane"
     upwards = "height_m" if flat else "radius_m"
     try:
@@ -100,6 +102,21 @@ def from_target(target: Mapping[str, Any], datum: float) -> Column:
         return Column(place, pressure, gravity, math.inf, surface)
     inside = place <= float(target.get("radius_m", place[-1])) * (1.0 + 1e-9)
     return Column(place[inside] - datum, pressure[inside], gravity[inside], datum, surface)
+
+
+def _of_solid(target: Mapping[str, Any], radius: float) -> Column:
+    """The column of a body of any shape: that of the ball of its mass and volume, of one density.
+
+    g(r) = g r / R, P(r) = rho g (R^2 - r^2) / 2 R with g = G M / R^2 and rho = M / V.
+    """
+    try:
+        surface = float(target["surface_gravity_m_s2"])
+        density = float(target["mass_kg"]) / float(target["volume_m3"])
+    except KeyError as missing:
+        raise InputError(f"target.json lacks {missing}") from None
+    place = np.linspace(0.0, radius, 101)
+    pressure = 0.5 * density * surface / radius * (radius**2 - place**2)
+    return Column(place - radius, pressure, surface / radius * place, radius, surface)
 
 
 def read(path: Path, datum: float) -> Column:

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from handoff import domain as domains
+from handoff.whole_body import WholeBody
 from matter import readable
+from matter.solids import solid as solids
 
 _MATERIAL_COLOURS = {"ice": "#9ecae1", "water": "#3182bd", "basalt": "#8c6d31", "iron": "#636363", "sand": "#d9c38c"}
 _OTHER, _PROJECTILE, _EJECTA = "#bbbbbb", "#e6550d", "#de2d26"
@@ -39,11 +41,14 @@ def _figure(rows: int, columns: int, size: tuple[float, float]):
 
 def _frame_of(data) -> tuple[Any, float, str, tuple[float, float], tuple[float, float]]:
     """Domain, length unit and its name, and the limits of a cut (x, z) in that unit."""
-    region = domains.read(data["bed"].attributes)
+    region: domains.Domain = data["region"]
     unit, name = (1e3, "km") if region.arc > 2e3 else (1.0, "m")
     if isinstance(region, domains.Cone):
         width = region.top * np.sin(min(region.half_angle, np.pi / 2))
         low, high = region.core * np.cos(region.half_angle), region.top
+    elif isinstance(region, WholeBody):
+        least, most = (limit(region.shape.solid.vertices, axis=0) for limit in (np.min, np.max))
+        width, low, high = float(max(-least[0], most[0])), float(least[2]), float(most[2])
     else:
         width, low, high = region.radius, region.floor, region.top
     margin = 0.06 * width
@@ -76,6 +81,9 @@ def _outline(axes, data, region, unit) -> None:
             axes.plot(
                 radius * np.sin(angle) / unit, radius * np.cos(angle) / unit, style, color="#999", lw=0.7, zorder=4
             )
+    elif isinstance(region, WholeBody):
+        undisturbed = _section(solids.surface_of(region.shape.solid), unit)
+        axes.add_collection(LineCollection(undisturbed, colors="#999", linewidths=0.9, linestyles=":", zorder=4))
     else:
         for level, style in ((region.datum, ":"), (region.top, "--"), (region.floor, "-")):
             side = region.radius / unit
@@ -177,11 +185,13 @@ def _velocity(data):
     stays = int(data["record"]["grains"]["kept"])
     grain = np.flatnonzero(np.abs(start.position[:stays, 1]) < start.radius[:stays])
     close = np.abs(cells["centre"][:, 1]) < 1.5 * float(start.radius[:stays].mean()) * 3.0
-    speed = np.linalg.norm(source.velocity[thin], axis=1)
+    # against the ground, which turns with a whole body
+    flow, moved = (region.flow(cloud.position, cloud.velocity) for cloud in (source, start))
+    speed = np.linalg.norm(flow[thin], axis=1)
     top = float(np.percentile(speed, 99)) if len(speed) else 1.0
     parts = (
-        ("Before: particles that are not ejecta", source.position[thin], source.velocity[thin]),
-        ("After: grains", start.position[grain], start.velocity[grain]),
+        ("Before: particles that are not ejecta", source.position[thin], flow[thin]),
+        ("After: grains", start.position[grain], moved[grain]),
         (
             "Difference, cell by cell (arrows five times as long)",
             cells["centre"][close],
@@ -223,7 +233,7 @@ def _residuals(data):
         title="Errors of direction",
     )
     compact = residuals["source/reason"] == 0
-    region = domains.read(data["bed"].attributes)
+    region = data["region"]
     here = ~compact | (region.depth_inside(source.position) > 0.0)
     for panel in (axes[1, 0],):
         for label, mass, velocity, style in (

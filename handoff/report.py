@@ -91,11 +91,11 @@ def write(run: Path, out: Path, pictures: bool = True) -> None:
 
 
 def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
-    """Everything the pictures need, from the files: source, bed, start, surface, residual arrays, record. Raises
-    ``InputError``."""
+    """Everything the pictures need, from the files and along the axes of the bed: source, bed and its region, start,
+    surface, residual arrays, record. Raises ``InputError``."""
     import trimesh
 
-    from handoff import handoff_time
+    from handoff import domain, handoff_time, turning, whole_body
 
     paths = handoff_time.files(run / "2_sph")
     times = [float(snapshot.attributes(path).get("time", 0.0)) for path in paths]
@@ -103,10 +103,15 @@ def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
     for name in ("residuals.h5", "surface.ply"):
         if not (out / name).is_file():
             raise InputError(f"no {name} in {out}: run the handoff again")
+    bed = snapshot.read(run / "3_bed" / f"bed{snapshot.SUFFIX}")
+    solid = bed.attributes.get("frame") == "solid"
+    surface = out / whole_body.SURFACE_FILE
+    region = whole_body.of_file(bed.attributes, surface) if solid else domain.read(bed.attributes)
     return {
-        "source": source,
-        "bed": snapshot.read(run / "3_bed" / f"bed{snapshot.SUFFIX}"),
-        "start": snapshot.read(out / f"start{snapshot.SUFFIX}"),
+        "source": turning.to_bed(source, region),
+        "bed": bed,
+        "region": region,
+        "start": turning.to_bed(snapshot.read(out / f"start{snapshot.SUFFIX}"), region),
         "surface": trimesh.load(out / "surface.ply", process=False),
         "residuals": archive.read(out / "residuals.h5")[0],
         "record": record,

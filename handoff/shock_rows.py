@@ -33,7 +33,7 @@ def enter(ledger: Ledger, handoff: Handoff, source: Particles, region: domain.Do
         bound=max(LIMITS["residual_pressure_over_bulk_modulus"].limit, weight.pressure),
     )
     elastic = float(np.sum(left.elastic[handoff.compact.places] * handoff.compact.share))
-    moving = handoff.sums.before.kinetic - handoff.ejecta_energy
+    moving = handoff.moving[0]
     note = (
         f"{elastic:.4e} J over {moving:.4e} J, both of the compact matter inside the domain; weight alone stores "
         f"{weight.energy:.4e} J"

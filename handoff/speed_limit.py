@@ -9,8 +9,8 @@ outrun it:
 
     limit = max(``MULTIPLE`` R / t, sqrt(2 g H)),    R at least one particle spacing, the least that could be seen
 
-On flat ground, where craters are small and gravity may be any; the cones of a round body keep sqrt(2 g H). Without a
-time (0) too.
+On flat ground, where craters are small and gravity may be any, and on bodies of any shape, whose gravity is weak; the
+cones of a round body keep sqrt(2 g H). Without a time (0) too.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ import numpy as np
 
 from handoff import cavity
 from handoff.domain import Cone, Domain
-from handoff.heights import span
 
 SOURCES = ("SchmidtHousen1987",)
 
@@ -32,7 +31,7 @@ MULTIPLE = 1.0
 def default(position: np.ndarray, spacing: np.ndarray, time: float, domain: Domain, gravity: float) -> float:
     """The limit [m/s] for a source at ``time`` [s]: ``position`` (n, 3) and ``spacing`` (n,) [m] of what is compact
     whatever its speed."""
-    reaches_top = math.sqrt(2.0 * gravity * span(domain)[1])
+    reaches_top = math.sqrt(2.0 * gravity * domain.span[1])
     if isinstance(domain, Cone) or time <= 0.0 or len(position) == 0:
         return reaches_top
     radius = max(

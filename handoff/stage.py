@@ -8,6 +8,7 @@ Reads ``2_sph/snap_*.vtkhdf``, ``2_sph/target.json`` and ``3_bed/bed.vtkhdf``; w
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -18,15 +19,17 @@ import numpy as np
 from handoff import (
     account,
     account_fields,
+    away,
     compare,
     direct,
     handoff_time,
-    heights,
     hydrostatic,
     report,
     shock_rows,
     surface,
     transfer,
+    turning,
+    whole_rows,
 )
 from handoff import control as controls
 from handoff import domain as domains
@@ -34,6 +37,7 @@ from handoff.handed import Handoff
 from handoff.ledger import Ledger
 from handoff.settings import Settings
 from matter import archive, readable, snapshot
+from matter.body import Target
 from matter.errors import InputError, Unsound
 from matter.particles import Particles
 from matter.progress import Progress
@@ -60,13 +64,14 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     """Hand over. Raises ``InputError`` for inputs that cannot be, ``Unsound`` (all outputs written) when an unwaived
     limit fails."""
     bed = snapshot.read(inputs / "3_bed" / f"bed{snapshot.SUFFIX}")
-    region = domains.read(bed.attributes)
+    region = domains.read(bed.attributes, settings.target)
     column = column_for(inputs, region)
     rules = surface.Rules(**{name: getattr(settings, name) for name in surface.Rules.model_fields})
     progress = Progress("handoff", 1.0)
-    choice, source = chosen_source(settings, rules, inputs / "2_sph", bed, region, column, progress)
+    choice, as_it_is = chosen_source(settings, rules, inputs / "2_sph", bed, region, column, progress)
+    source = turning.to_bed(as_it_is, region)
     progress.update(0.6, "surface and transfer", force=True)
-    handoff = transfer.hand_over(source, bed, rules, column)
+    handoff = transfer.hand_over(source, bed, rules, column, region, settings.until or math.inf)
     mapped = account.ledger_of(handoff, source, bed, column, settings.waive)
     straight = direct.hand_over(handoff, source, bed, column, settings.direct_packing) if "stiffness" in bed else None
     table = direct.compare(handoff, straight, mapped, bed) if straight else None
@@ -74,12 +79,16 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     if settings.method == "direct":
         ledger = account.ledger_of_direct(_needed(straight), handoff, source, bed, column, settings.waive)
     shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), choice, column)
-    ledger.complete()
-    progress.update(0.85, "writing", force=True)
     start = _needed(straight).start if settings.method == "direct" else handoff.start
     if settings.control != "none":
         start = controls.start(settings.control, handoff, bed)
+    start = turning.to_run(start, region)
+    if settings.method == "mapped":
+        whole_rows.enter(ledger, handoff, as_it_is, turning.to_run(handoff.start, region))
+    ledger.complete()
+    progress.update(0.85, "writing", force=True)
     start.attributes |= _measuring(source, region)
+    start.attributes |= away.leave(settings, handoff, as_it_is, inputs, out)
     snapshot.write(start, out / f"start{snapshot.SUFFIX}")
     with archive.replacing(out / "surface.ply") as temporary:
         handoff.carving.solid.mesh.export(str(temporary), file_type="ply")
@@ -106,6 +115,8 @@ def hand_over(
     rules: surface.Rules | None = None,
     column: hydrostatic.Column | None = None,
     waive: dict | None = None,
+    target: Target | None = None,
+    until: float = math.inf,
 ) -> tuple[Particles, Ledger]:
     """Hand a shock-physics snapshot over to a settled bed.
 
@@ -117,31 +128,36 @@ def hand_over(
     rules : how ejecta are told from compact material and how the surface is drawn; the defaults when None.
     column : undisturbed pressure and gravity against height; from the source's field ``gravity`` when None.
     waive : limit -> reason.
+    target : the body, where that is an ellipsoid or mesh (``source`` and what is returned are in the inertial frame).
+    until : when the collapse ends at the latest [s after the impact]: about such a body what comes back later stays in
+        the list, as what escapes.
 
     Returns the bed that the granular stage starts from, and the ledger. Raises ``InputError`` for inputs that cannot
     be handed over.
     """
-    rules = rules or surface.Rules()
-    column = column or column_of(source, bed)
-    handoff = transfer.hand_over(source, bed, rules, column)
+    rules, region = rules or surface.Rules(), domains.read(bed.attributes, target)
+    column = column or column_of(source, region)
+    as_it_is, source = source, turning.to_bed(source, region)
+    handoff = transfer.hand_over(source, bed, rules, column, region, until)
+    start = turning.to_run(handoff.start, region)
     ledger = account.ledger_of(handoff, source, bed, column, waive or {})
     shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), None, column)
+    whole_rows.enter(ledger, handoff, as_it_is, start)
     ledger.complete()
-    return handoff.start, ledger
+    return start, ledger
 
 
-def column_of(source: Particles, bed: Particles) -> hydrostatic.Column:
+def column_of(source: Particles, region: domains.Domain) -> hydrostatic.Column:
     """A column of the gravity found in the source near the datum and of no pressure. Raises ``InputError`` without the
     field ``gravity``."""
-    region = domains.read(bed.attributes)
     if "gravity" not in source:
         raise InputError("no profile of the undisturbed target was given and the source carries no field 'gravity'")
     near = np.abs(region.frame.height(source.position)) < 0.1 * region.arc
     g = float(np.median(np.linalg.norm(source.gravity[near], axis=1))) if near.any() else 0.0
     if not g > 0.0:
         raise InputError("the source's field 'gravity' is zero near the datum")
-    height = np.array([heights.span(region)[0], 0.0])
-    radius = region.datum if isinstance(region, domains.Cone) else float("inf")
+    height = np.array([region.span[0], 0.0])
+    radius = float("inf") if isinstance(region, domains.Cylinder) else region.datum
     return hydrostatic.Column(height, np.zeros(2), np.full(2, g), radius, g)
 
 
@@ -173,7 +189,7 @@ def _needed(straight: direct.Direct | None) -> direct.Direct:
 
 def column_for(inputs: Path, region: domains.Domain) -> hydrostatic.Column:
     """The undisturbed column of the run's target about the bed's datum."""
-    datum = region.datum if isinstance(region, domains.Cone) else 0.0
+    datum = 0.0 if isinstance(region, domains.Cylinder) else region.datum
     return hydrostatic.read(inputs / "2_sph" / "target.json", datum)
 
 
@@ -201,7 +217,8 @@ def chosen_source(
             )
         return None, snapshot.read(paths[nearest])
     series, earlier = [], None
-    for number, (path, source) in enumerate(zip(paths, _read_ahead(paths))):
+    for number, (path, as_it_is) in enumerate(zip(paths, _read_ahead(paths))):
+        source = turning.to_bed(as_it_is, region)
         series.append(handoff_time.diagnose(source, earlier, path.name, region, column, rules))
         earlier = source
         if progress:
@@ -231,7 +248,7 @@ def snapshot_time(path: Path) -> float:
 def _record(
     handoff: Handoff, source: Particles, bed: Particles, choice: handoff_time.Choice | None, settings: Settings
 ) -> dict:
-    region = domains.read(bed.attributes)
+    region = handoff.region
     return {
         "time_s": float(source.attributes.get("time", 0.0)),
         "snapshot": choice.series[choice.index].file if choice else None,
@@ -254,6 +271,7 @@ def _record(
             for name, value, share in compare.local_momentum(handoff.mapped.fields, region)
         ],
         "ejecta_mass_kg": dict(handoff.ejecta.mass_by_state()),
+        "ejecta_fates_kg": dict(handoff.ejecta.mass_by_fate()),
     }
 
 

@@ -24,9 +24,8 @@ from pydantic import Field
 from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
-from handoff import speed_limit
+from handoff import free_flight, speed_limit
 from handoff.domain import Domain
-from handoff.heights import span
 from handoff.hydrostatic import Column
 from matter import material, readable
 from matter.alpha_shape import AlphaShape, alpha_shape
@@ -158,12 +157,11 @@ def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -
     """Split the source by the rules that need no surface (all but ``detached``). Raises ``InputError`` for an unusable
     source."""
     check(source)
-    frame = domain.frame
-    height, up = frame.height(source.position), frame.up(source.position)
-    speed = np.linalg.norm(source.velocity, axis=1)
-    upward = np.einsum("ij,ij->i", source.velocity, up)
-    headroom = span(domain)[1]
-    apex = column.apex(height, upward, speed)
+    height = domain.frame.height(source.position)
+    speed = np.linalg.norm(domain.flow(source.position, source.velocity), axis=1)
+    upward = free_flight.rising(domain, source.position, source.velocity)
+    headroom = domain.span[1]
+    apex = free_flight.apex(domain, column, source.position, source.velocity)
     spacing = spacing_of(source)
     reason = np.zeros(len(source), dtype=np.int8)
     reason[(apex > headroom) & (height > _ABOVE * spacing)] = HIGH
@@ -225,7 +223,7 @@ def _refuse_incoming(source: Particles, domain: Domain, limit: float) -> None:
         return
     position, velocity = source.position[projectile], source.velocity[projectile]
     mass = source.mass[projectile]
-    downward = -np.einsum("ij,ij->i", velocity, domain.frame.up(position))
+    downward = -free_flight.rising(domain, position, velocity)
     incoming = (domain.frame.height(position) > 0.0) & (downward > limit)
     if mass[incoming].sum() > 0.5 * mass.sum():
         raise InputError(
@@ -237,8 +235,9 @@ def _refuse_incoming(source: Particles, domain: Domain, limit: float) -> None:
 def _refuse_falling(source: Particles, domain: Domain, limit: float) -> None:
     """Where no field says what the projectile is: what falls from above the datum, faster than the limit, must not
     carry most of the energy."""
-    downward = -np.einsum("ij,ij->i", source.velocity, domain.frame.up(source.position))
-    energy = source.mass * np.einsum("ij,ij->i", source.velocity, source.velocity)
+    downward = -free_flight.rising(domain, source.position, source.velocity)
+    flow = domain.flow(source.position, source.velocity)
+    energy = source.mass * np.einsum("ij,ij->i", flow, flow)
     falling = (domain.frame.height(source.position) > 0.0) & (downward > limit)
     if energy[falling].sum() > 0.5 * energy.sum() > 0.0:
         raise InputError(

@@ -13,6 +13,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -33,6 +35,7 @@ from handoff import correction as closing
 from handoff import ejecta as ejected
 from handoff.handed import Balance, Carving, Compact, Handoff, Mapped
 from handoff.species import material_numbers, species_by_material
+from handoff.whole_body import WholeBody
 from matter import readable
 from matter.alpha_shape import OffsetShape
 from matter.errors import InputError
@@ -45,21 +48,28 @@ _WIDEST = 0.9
 _RESTING, _STANDING = 0.2, 2e-3
 
 
-def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: hydrostatic.Column) -> Handoff:
-    """Hand the ``source`` (SPH particles) over to the ``bed`` (settled grains), split and drawn by the ``rules``,
-    above the undisturbed ``column``.
+def hand_over(
+    source: Particles,
+    bed: Particles,
+    rules: surface.Rules,
+    column: hydrostatic.Column,
+    region: domain.Domain | None = None,
+    until: float = math.inf,
+) -> Handoff:
+    """Hand the ``source`` (SPH particles, along the axes of the bed: ``handoff.turning``) over to the ``bed`` (settled
+    grains), split and drawn by the ``rules``, above the undisturbed ``column``; in the ``region`` (None: that of the
+    bed's attributes), to a collapse that ends ``until`` [s] after the impact at the latest.
 
     Raises ``InputError`` for inputs that cannot be handed over.
     """
-    region = domain.read(bed.attributes)
+    region = region or domain.read(bed.attributes)
     carve.check(bed, region)
     split, shape, corners = surface.classify(source, region, column, rules)
     inner, beyond, tree = _compact(source, split, region)
     carving = _carving(source, bed, region, rules, (split, shape, corners), inner, tree)
     compact, stays, volume = inner.places, carving.stays, carving.volume
-    held, volume_of, motion = (
-        source.mass[compact] * inner.share, source.mass[compact] / source.density[compact], source.velocity[compact]
-    )  # fmt: skip
+    held, volume_of = source.mass[compact] * inner.share, source.mass[compact] / source.density[compact]
+    motion = region.flow(source.position[compact], source.velocity[compact])
 
     kept = np.flatnonzero(stays)
     near = tree.query(bed.position[kept])[1]
@@ -71,38 +81,49 @@ def hand_over(source: Particles, bed: Particles, rules: surface.Rules, column: h
     carved = _carved(bed, stays, source, nearest)
 
     ejecta = np.flatnonzero(~split.compact)
-    flying = ejected.from_source(source, ejecta, carved, packing, region, column)
-    before, outside = _sums(source, inner, beyond, ejecta)
-    airborne = closing.sums(flying.mass, flying.position, flying.velocity)
+    flying = ejected.from_source(source, ejecta, carved, packing, region, column, until)
+    before, outside = _sums(source, inner, beyond, ejecta, region)
+    airborne = _of(region, flying.mass, flying.position, flying.velocity)
     place, radius = bed.position[kept], bed.radius[kept]
     scale = (before.mass - airborne.mass) / raw_mass.sum()
     energy = before.kinetic - airborne.kinetic
+    turns = isinstance(region, WholeBody)
+    if turns:
+        energy = closing.sums(held, source.position[compact], motion).kinetic
     taken = mapping.motion(tree, motion, volume_of, held, grid, raw_mass * scale, radius, energy, volume[kept], near)
-    velocity, spin = taken.velocity, taken.spin
+    velocity = taken.velocity
     if rules.mapping == "nearest":
         velocity = motion[near]
     elif rules.mapping == "kernel":
         velocity = interpolation.kernel_mean(
             tree, motion, volume_of, grid.grains, mapping.neighbours_used(volume[kept], volume_of[near])
         )
-    raw = closing.sums(raw_mass, place, velocity, radius, spin) + airborne
-    mass = raw_mass * scale
-    mass *= (before.mass - airborne.mass) / mass.sum()
     moving = held, motion, taken.own_gradient
     fields = compare.fields_of(bed, kept, carving.samples, carving.receiver, moving, raw_mass, velocity, volume)
+    velocity, spin = region.inertial(place, velocity, taken.spin)
+    raw = _of(region, raw_mass, place, velocity, radius, spin) + airborne
+    mass = raw_mass * scale
+    mass *= (before.mass - airborne.mass) / mass.sum()
     moved, regional = velocity.copy(), np.zeros_like(velocity)
     if rules.correction == "regional":
         regional = _regional(fields, scale, grid.grains, rules.region * float(bed.radius.mean()))
         moved += regional
     for _ in range(2):  # the second pass takes away the rounding of the first
-        now = closing.sums(mass, place, moved, radius, spin) + airborne
+        now = _of(region, mass, place, moved, radius, spin) + airborne
         moved += closing.closing_field(mass, place, before.momentum - now.momentum, before.angular - now.angular)
-    after = closing.sums(mass, place, moved, radius, spin) + airborne
+    after = _of(region, mass, place, moved, radius, spin) + airborne
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
     provenance.give(start, source, region, provenance.taken(source, compact, held, grid, near, flying.source))
     change, plain = moved - velocity, float(plain_mass.sum() + airborne.mass)
     mapped = Mapped(taken.own_gradient, taken.share, fields, change, regional, scale, plain)
-    return Handoff(start, split, inner, carving, mapped, flying, Balance(before, outside, raw, after))
+    sums = Balance(before, outside, raw, after)
+    flowing = region.flow(place, moved), radius, spin - region.omega if isinstance(region, WholeBody) else spin
+    energies = (energy, closing.sums(mass, place, *flowing).kinetic) if turns else None
+    return Handoff(start, split, inner, carving, mapped, flying, sums, region, energies)
+
+
+def _of(region: domain.Domain, mass, place, velocity, radius=None, spin=None) -> closing.Sums:
+    return closing.sums(mass, place, velocity, radius, spin, region.pace(place, velocity))
 
 
 def _compact(source: Particles, split: surface.Split, region: domain.Domain) -> tuple[Compact, np.ndarray, cKDTree]:
@@ -148,14 +169,14 @@ def _carving(
 
 
 def _sums(
-    source: Particles, inner: Compact, beyond: np.ndarray, ejecta: np.ndarray
+    source: Particles, inner: Compact, beyond: np.ndarray, ejecta: np.ndarray, region: domain.Domain
 ) -> tuple[closing.Sums, closing.Sums]:
     """Mass, momenta and energy of what is handed over (with the ejecta ``ejecta``), and of what stays outside."""
     m, x, v, compact = source.mass, source.position, source.velocity, inner.places
-    before = closing.sums(m[compact] * inner.share, inner.centre, v[compact])
-    outside = closing.sums(m[compact] * (1.0 - inner.share), x[compact], v[compact])
-    return before + closing.sums(m[ejecta], x[ejecta], v[ejecta]), outside + closing.sums(
-        m[beyond], x[beyond], v[beyond]
+    before = _of(region, m[compact] * inner.share, inner.centre, v[compact])
+    outside = _of(region, m[compact] * (1.0 - inner.share), x[compact], v[compact])
+    return before + _of(region, m[ejecta], x[ejecta], v[ejecta]), outside + _of(
+        region, m[beyond], x[beyond], v[beyond]
     )
 
 
@@ -171,7 +192,11 @@ def _regional(fields: compare.Fields, scale: float, centres: np.ndarray, size: f
 
 def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: domain.Domain, bed: Particles):
     foot, distance, height = heights.surface_heights(solid.contains, region, _COLUMNS)
-    carved = heights.surface_heights(lambda points: stays[grains.query(points)[1]], region, _COLUMNS)[2]
+
+    def held(points: np.ndarray) -> np.ndarray:
+        return carve.filled(stays, grains.query(points)[1], points, region)
+
+    carved = heights.surface_heights(held, region, _COLUMNS)[2]
 
     def heights_in(part: domain.Domain) -> tuple[np.ndarray, np.ndarray]:
         return (foot, height) if part is region else heights.surface_heights(solid.contains, part, _COLUMNS)[::2]
@@ -200,7 +225,9 @@ def _refuse_misfit(
             f"({readable.length(region.arc)}): "
             "take a wider bed or an earlier snapshot"
         )
-    frame, headroom = region.frame, heights.span(region)[1]
+    if isinstance(region, WholeBody):  # what has risen goes to the grains below it
+        return
+    frame, headroom = region.frame, region.span[1]
     height = frame.height(source.position)
     over = region.cut_depth(source.position - height[:, None] * frame.up(source.position)) > 0.0
     resting = np.linalg.norm(source.velocity, axis=1) < _RESTING * split.speed_limit

@@ -4,13 +4,14 @@ expected crater, kind of ground.
     [case] title      the case's name
     [case] stages     nbody where the case has its table or leaves speed or angle to it; sph; bed, handoff, dem where
                       the case has one of their tables, or where there is weight and strength does not hold the crater
-                      (loose grains would let it slump); crater. On an ellipsoid or mesh: sph, and bed where the case
-                      has its table
+                      (loose grains would let it slump); crater. On an ellipsoid or mesh: sph, and bed, handoff, dem
+                      where the case has their tables
     [[target.layers]] name: its material; thickness of the lowest of flat ground: down to 2.2 expected diameters,
                       which is also its half width unless given
     [impact]          expected_transient_diameter by scaling laws (``pipeline.expected_crater``)
     [crater]          ground: what the laws of strength of the uppermost layer say
     [target] arrival  latitude, longitude, azimuth, [impact] angle_from_vertical (``pipeline.arrival``)
+    [handoff]         until, on an ellipsoid or mesh: [dem] latest_time
 
 2.2 diameters leave 1.4 (2.8 crater radii) inside the quiet layer at the coarsest grading of ``sph.resolution``. What
 only one stage needs is that stage's own default. A document with mistakes is left as it is: ``pipeline.checking``
@@ -61,20 +62,30 @@ def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], tupl
     if crater is not None:
         filled = _fill(document, crater)
     document["case"].setdefault("stages", list(_chain(document, crater)))
-    return document, tuple(filled), _not_on_solids(document)
+    return _as_long_as_the_collapse(document), tuple(filled), _not_on_solids(document)
+
+
+def _as_long_as_the_collapse(document: dict[str, Any]) -> dict[str, Any]:
+    """What comes back to an ellipsoid or mesh within the collapse is followed there: the handoff has to know its
+    end."""
+    table, latest = _table(document, "handoff"), _table(document, "dem").get("latest_time")
+    named = document["case"]["stages"]
+    if document["target"].get("shape") not in SOLIDS or not latest or "handoff" not in (named or ()):
+        return document
+    return {**document, "handoff": {"until": latest, **table}}
 
 
 def _not_on_solids(document: dict[str, Any]) -> list[Complaint]:
     """Stages that know spheres and flat ground only."""
     shape, named = document["target"].get("shape"), document["case"]["stages"]
-    later = [stage for stage in ("handoff", "dem", "crater") if isinstance(named, list) and stage in named]
+    later = [stage for stage in ("crater",) if isinstance(named, list) and stage in named]
     if shape not in SOLIDS or not later:
         return []
     return [
         Complaint(
             ("case", "stages"),
             f'{", ".join(later)}: know spheres and flat ground only; with shape = "{shape}" leave it out, or '
-            f'write ["sph"] or ["sph", "bed"]',
+            f'write ["sph"] or ["sph", "bed", "handoff", "dem"]',
         )
     ]
 

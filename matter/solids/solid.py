@@ -84,6 +84,11 @@ class Solid:
         return along * float(t[last]), normal / np.linalg.norm(normal)
 
 
+def surface_of(body: Solid) -> Any:
+    """The body as a ``trimesh.Trimesh``."""
+    return _surface(body.vertices, body.triangles)
+
+
 def _surface(vertices: np.ndarray, triangles: np.ndarray) -> Any:
     import trimesh
 

@@ -21,6 +21,7 @@ from matter import snapshot
 from matter.body import Impact, Target
 from matter.constants import G
 from matter.errors import InputError, Unsound
+from matter.rotation import rotation
 from sph import solid_target
 from tests.dem.stops import interrupted, same_grains
 
@@ -186,7 +187,7 @@ def test_the_collapse_leaves_a_body_at_rest_as_it_is(tmp_path, made, body):
     assert found["pull_removed_over_weight"] < 1e-4
     assert found["profile_change_radii"] < 0.01 and found["still"]
     assert found["angular_velocity_1_s"] == pytest.approx(body.omega, abs=1e-3 * np.linalg.norm(body.omega))
-    turn = held_pull.rotation(body.omega * found["time_s"])
+    turn = rotation(body.omega * found["time_s"])
     assert np.array(found["turned"]) == pytest.approx(turn, abs=1e-3)
 
 

@@ -87,14 +87,14 @@ def test_bowl_on_a_sphere():
 def test_a_cavity_off_the_axis_is_measured_about_its_own_centre(region, shift):
     """A paraboloid of radius 400 km and depth 150 km, its centre downrange of the impact point, in a rough level
     surface."""
-    foot, _, _ = heights.feet(region, 4000)
+    foot, _, _ = region.feet(4000)
     angle = shift / 2100e3
     centre = (
         2100e3 * np.array([np.sin(angle), 0.0, np.cos(angle)])
         if isinstance(region, domain.Cone)
         else np.array([shift, 0.0, 0.0])
     )
-    along = cavity.around(foot, centre, region)[0]
+    along = region.around(foot, centre)[0]
     height = np.minimum(0.0, -150e3 * (1.0 - (along / 400e3) ** 2)) + np.random.default_rng(1).normal(
         0.0, 5e3, len(foot)
     )
