@@ -9,7 +9,7 @@ falling back inside.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -127,9 +127,18 @@ def masses(catalogue: Catalogue, crater: Datum, radius: float, last: Particles) 
     return {**found, "landed": {"particles": int(down.sum()), "distance_over_free_flight": ratio}}
 
 
-def write(catalogue: Catalogue, last: Particles, datum: Datum, gravity: float, path: Path) -> None:
+def write(
+    catalogue: Catalogue,
+    last: Particles,
+    datum: Datum,
+    gravity: float,
+    path: Path,
+    more: Mapping[str, Any] | None = None,
+    facts: Mapping[str, Any] | None = None,
+) -> None:
     """Write the catalogue as HDF5; what the particles are and how strongly they were shocked is read from the ``last``
-    snapshot. The file also says on what ground they were led back: ``datum``, and ``gravity`` [m/s^2] there."""
+    snapshot. The file also says on what ground they were led back: ``datum``, and ``gravity`` [m/s^2] there.
+    ``more`` columns and ``facts`` are written as they are."""
     arrays = {
         "number": (catalogue.number, "1", "number of the particle in the snapshots"),
         "place": (catalogue.place, "m", "where it left the ground"),
@@ -149,6 +158,7 @@ def write(catalogue: Catalogue, last: Particles, datum: Datum, gravity: float, p
         "initial_position": ("m", "position at the start of the impact"),
     }
     arrays |= {name: (last[name][catalogue.number], *words) for name, words in known.items() if name in last}
+    arrays |= more or {}
     materials = [str(name) for name in last.attributes.get("materials", ())]
     ground = {
         "frame": datum.kind,
@@ -157,4 +167,4 @@ def write(catalogue: Catalogue, last: Particles, datum: Datum, gravity: float, p
         "gravity_m_s2": gravity,
         **({"radius_m": datum.radius} if datum.is_sphere else {}),
     }
-    archive.write(path, arrays, {"fates": list(flight.FATES), "materials": materials, **ground})
+    archive.write(path, arrays, {"fates": list(flight.FATES), "materials": materials, **ground, **(facts or {})})

@@ -3,7 +3,7 @@ what both are compared with."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from crater.datum import Datum
 from crater.measure import Measures, Quantity
 from crater.rest import UNKNOWN, Rest
 from crater.settings import ChainError, Settings
+from crater.size_classes import Sizes
 from matter import archive, material, snapshot
 from matter.crater_measures import MAXIMA, MOMENTS
 
@@ -62,7 +63,7 @@ class LastCrater:
 class Ejected:
     """What the crater threw out: what leaves the body, mass against speed, and speed and angle against the place of
     launch; the ``catalogue`` of single particles with their ``fates`` (masses), and where they came from
-    (``excavation``); each empty where unknown."""
+    (``excavation``), and their ``sizes``; each empty where unknown."""
 
     leaving: Mapping[str, float] = field(default_factory=dict)
     faster_than: Mapping[str, Any] = field(default_factory=dict)
@@ -70,6 +71,7 @@ class Ejected:
     catalogue: Catalogue | None = None
     fates: Mapping[str, Any] = field(default_factory=dict)
     excavation: Mapping[str, Any] = field(default_factory=dict)
+    sizes: Sizes | None = None
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,8 @@ class ShockFindings:
     """The shock stage in time: every snapshot measured, the ``transient`` crater by the maximum at which it is taken,
     those that are still ``growing`` at the end, the ``last`` snapshot (of ``end_time`` [s]; None where it could not be
     measured), ejecta, what the measuring stands on, ``reasons`` for what is missing, what is ``molten``
-    (``crater.shock_phases``), and the ``decay`` of the shock (``crater.shock_decay``)."""
+    (``crater.shock_phases``), the ``decay`` of the shock (``crater.shock_decay``), and what melts and boils by the
+    ``heat`` that it left (``crater.release``)."""
 
     moments: tuple[series.Moment, ...]
     transient: Mapping[str, series.Moment]
@@ -90,6 +93,7 @@ class ShockFindings:
     reasons: Mapping[str, str]
     molten: Mapping[str, Any] = field(default_factory=dict)
     decay: Mapping[str, Any] = field(default_factory=dict)
+    heat: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True)

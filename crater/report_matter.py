@@ -3,11 +3,11 @@ where it ends."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from crater import settled_matter, shock_phases
+from crater import release, settled_matter, shock_phases
 from crater.findings import Findings
 from matter import page, readable
 
@@ -19,6 +19,7 @@ def all_parts(findings: Findings, out: Path) -> list[str]:
     ejected, projectile = findings.ejected, findings.setting.event.mass
     return [
         molten(findings.shock.molten),
+        heated(findings.shock.heat),
         decay(findings.shock.decay, findings.soundness.get("planar_limit_Pa")),
         excavated(ejected.excavation, projectile, out),
         fates(ejected.fates),
@@ -48,6 +49,57 @@ def molten(facts: Mapping[str, Any]) -> str:
         + (f" No critical pressures are known of {page.escape(', '.join(unknown))}." if unknown else "")
         + "</p>"
     )
+
+
+def heated(facts: Sequence[Mapping[str, Any]]) -> str:
+    """Mass that melts and boils by entropy and by temperature, in projectile masses; empty where nothing is known."""
+    if not facts:
+        return ""
+    keys = [key for key in release.WORDS if any(key in part["over_projectile_mass"] for part in facts)]
+    rows = [
+        [
+            f"{page.escape(part['material'])} of the {part['body']}",
+            *(
+                readable.measured(part["over_projectile_mass"][key], part["counting_error"][key], "")
+                if key in part["over_projectile_mass"]
+                else "not known"
+                for key in keys
+            ),
+        ]
+        for part in facts
+    ]
+    notes = [_critical(part["material"], part["critical"]) for part in facts]
+    return (
+        "<h2>Melt and vapour by heat</h2>"
+        + page.table(["in masses of the projectile", *(release.WORDS[key] for key in keys)], rows)
+        + "<p class=note>By the entropy at the end of the shock stage, which matter keeps as it comes down to 1 bar, "
+        "and by the temperature that it has then, without latent heat; beside it by peak pressure, with the shock "
+        "pressures of the same table. A shock smeared over the length in which it weakens loses peak pressure and "
+        "gains heat: where they differ, the first is too much and the second too little. Errors are those of counting "
+        "particles. " + " ".join(page.escape(note) for note in dict.fromkeys(notes)) + "</p>"
+    )
+
+
+def _critical(name: str, facts: Mapping[str, Any]) -> str:
+    """What the masses of a material go by, in words."""
+    said = []
+    for key, word in (("melting", "melts"), ("boiling", "boils")):
+        if f"{key}_temperature_K" in facts:
+            entropy = f"{key}_begins"
+            at = f" ({facts[entropy]:.4g} J/(kg K))" if entropy in facts else ""
+            said.append(f"{word} at {facts[f'{key}_temperature_K']:.4g} K{at}")
+    if "vapour" in facts:
+        said.append(f"is vapour at {facts['vapour']:.4g} J/(kg K)")
+    shocks = ", ".join(
+        f"{readable.amount(facts[key] * 1e-9, 'GPa', 3)} ({word})"
+        for key, word in (
+            ("shock_melting_begins_Pa", "melting point"), ("shock_boiling_begins_Pa", "boils"),
+            ("shock_vapour_Pa", "vapour"),
+        )
+        if key in facts
+    )  # fmt: skip
+    source = f", by {facts['table']}" if "table" in facts else ""
+    return f"{name} {', '.join(said)}{source}" + (f"; its Hugoniot reaches them at {shocks}." if shocks else ".")
 
 
 def decay(facts: Mapping[str, Any], limit: float | None = None) -> str:
@@ -157,7 +209,24 @@ def fates(facts: Mapping[str, Any]) -> str:
         f"inside and beyond the apparent radius of the transient crater, {readable.length(facts['crater_radius_m'])}. "
         f"Together with what stayed they are the mass at the start within {max(facts['closure'], 1e-16):.0e} of "
         f"it.{words} Each particle, with place, "
-        "time and velocity of its launch: ejecta.h5.</p>"
+        "time and velocity of its launch: ejecta.h5.</p>" + _by_size(facts.get("size_classes_kg", {}))
+    )
+
+
+def _by_size(facts: Mapping[str, Mapping[str, float]]) -> str:
+    """Mass of the target by size class and fate; empty where nothing broke."""
+    if not facts:
+        return ""
+    names = list(next(iter(facts.values())))
+    rows = [
+        [page.escape(name), *(readable.amount(parts[fate], "kg", 3) for fate in names)]
+        for name, parts in facts.items()
+    ]
+    return (
+        page.table(["target, by size of its pieces", *names], rows)
+        + "<p class=note>Whole particles that hang together at the end of the shock stage are a piece; broken ones "
+        "are in pieces smaller than a particle, how small is not known (it goes by the strain rate at which each "
+        "broke).</p>"
     )
 
 

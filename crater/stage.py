@@ -22,6 +22,7 @@ from crater import (
     flight,
     launch,
     plot,
+    release,
     report,
     rest,
     scaling,
@@ -215,7 +216,10 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
         decay = shock_decay.facts(particles, setting.datum, setting.settings.impact.projectile.radius)
     except InputError as reason:
         reasons["shock_decay"] = str(reason)
-    return ShockFindings(tuple(moments), transient, growing, time, path, last, ejected, chosen, reasons, molten, decay)
+    heat = release.masses(particles, setting.event.mass)
+    return ShockFindings(
+        tuple(moments), transient, growing, time, path, last, ejected, chosen, reasons, molten, decay, heat
+    )
 
 
 def _leaving(setting: Setting, particles: Particles) -> dict[str, float]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from crater import catalogue, choices, radial_profile, series
+from crater import catalogue, choices, radial_profile, series, size_classes
 from crater.findings import LATE_SHOCK, Findings, final_entry, time_of
 from crater.measure import Measures, Quantity
 from matter import archive, snapshot
@@ -55,6 +55,8 @@ def measures_json(findings: Findings) -> dict[str, Any]:
         content["soundness"] = findings.soundness
     if findings.shock is not None and findings.shock.molten.get("parts"):
         content["shock_phases"] = findings.shock.molten
+    if findings.shock is not None and findings.shock.heat:
+        content["release"] = list(findings.shock.heat)
     if findings.shock is not None and findings.shock.decay:
         content["shock_decay"] = findings.shock.decay
     ejected = findings.ejected
@@ -101,7 +103,10 @@ def write_tables(findings: Findings, out: Path) -> None:
         series.write_csv(findings.moments, out / "time_series.csv")
     if findings.shock is not None and findings.ejected.catalogue is not None:
         ground, end = findings.setting, snapshot.read(findings.shock.end_path)
-        catalogue.write(findings.ejected.catalogue, end, ground.datum, ground.gravity, out / CATALOGUE)
+        sizes = size_classes.columns(findings.ejected.sizes)
+        words = {"size_classes": list(size_classes.CLASSES)} if sizes else {}
+        found, path = findings.ejected.catalogue, out / CATALOGUE
+        catalogue.write(found, end, ground.datum, ground.gravity, path, sizes, words)
     last, late = findings.final, findings.late_sph
     if late is not None:
         radial_profile.write_csv(headed(late.measures, late.time, LATE_SHOCK), out / "profile_sph.csv")

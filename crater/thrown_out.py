@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from crater import catalogue as catalogues
-from crater import excavation, launch
+from crater import excavation, launch, size_classes
 from crater.findings import Ejected, Setting
 from crater.series import Moment
 from matter import snapshot
@@ -29,7 +29,10 @@ def of_run(
         frames = (snapshot.read(path, catalogues.FIELDS) for path in shots)
         above = launch.ABOVE * spacing
         found = catalogues.of(frames, setting.datum, setting.gravity, above, setting.settings.escape_speed)
-        ejected = replace(ejected, catalogue=found, fates=catalogues.masses(found, crater, radius, last))
+        fates, sizes = catalogues.masses(found, crater, radius, last), size_classes.of(found, last)
+        if sizes is not None:
+            fates["size_classes_kg"] = size_classes.masses(found, sizes, crater, radius)
+        ejected = replace(ejected, catalogue=found, fates=fates, sizes=sizes)
         origin = excavation.facts(found, last, setting.datum, crater, radius, transient.time)
         return replace(ejected, excavation={**origin, "growing": growing}), {}
     except InputError as reason:

@@ -269,7 +269,7 @@ def command(path: Path, name: str | None, site: Site, duration: float, seed: int
 
 def lines(found: Mapping[str, Any], home: str, duration: float) -> list[str]:
     """Masses by fate in words."""
-    said = [f"{found['particles']} launches from {home}, followed for {readable.clock(duration)}"]
+    said = [f"{found['particles']} launches from {home}, followed for {duration / 86400.0:.4g} days"]
     for body in ("target", "projectile"):
         parts = ", ".join(
             f"{name} {readable.amount(mass, 'kg', 3)}" for name, mass in found[f"{body}_kg"].items() if mass > 0.0

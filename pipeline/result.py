@@ -33,7 +33,7 @@ def table(run: Path) -> str:
     lines += [_errors(columns), *_unsettled(measures)]
     lines += [_published(entry) for entry in measures.get("reference", [])]
     lines += _molten(measures.get("shock_phases", {})) + _excavated(measures.get("excavation", {}))
-    lines += _settled(measures.get("settled_matter", {}))
+    lines += _heated(measures.get("release", [])) + _settled(measures.get("settled_matter", {}))
     return "\n".join(line for line in [*lines, *_soundness(measures.get("soundness", {}))] if line)
 
 
@@ -80,6 +80,12 @@ def _excavated(facts: Mapping[str, Any]) -> list[str]:
     from crater import excavation
 
     return [readable.terminal(line) for line in excavation.lines(facts)]
+
+
+def _heated(facts: list[Mapping[str, Any]]) -> list[str]:
+    from crater import release
+
+    return release.lines(facts)
 
 
 def _settled(facts: Mapping[str, Any]) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from matter import snapshot
 from matter.particles import Particles
 from sph import ground as grounds
-from sph import state, symmetry, temperature
+from sph import release_phases, state, symmetry, temperature
 from sph import target as bodies
 from sph.integrator import Integrator
 from sph.settings import Settings
@@ -51,6 +51,7 @@ def particles(
         "spacing_at_impact_m": settings.spacing_at_impact,
         **({} if settings.target.solid else {"measuring": measuring(settings, column, radius)}),
         "shear_moduli_Pa": i.rows.shear.tolist(),
+        **({"release": phases} if (phases := release_phases.of(i.materials)) else {}),
     }
     part = Particles({name: array[order] for name, array in fields.items()}, attributes)
     return symmetry.whole(part, settings.symmetry)

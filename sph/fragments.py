@@ -1,9 +1,6 @@
-"""Fragments of a broken body: groups of whole particles that hang together.
+"""Fragments of a broken body: groups of whole particles that hang together (``matter.fragments``).
 
-Two particles belong to one fragment when neither is broken (D < 1/2) and they are closer than the mean of their
-supports times ``LINK``.
-
-    python -m sph.fragments SNAPSHOT [--json]
+python -m sph.fragments SNAPSHOT [--json]
 """
 
 from __future__ import annotations
@@ -16,16 +13,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
-from matter import snapshot
+from matter import fragments, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
-
-LINK = 0.75  # of the support: 1.5 spacings, the first neighbours of a lattice
-BROKEN = 0.5
 
 
 class Fragment(NamedTuple):
@@ -41,22 +32,13 @@ def find(particles: Particles) -> list[Fragment]:
     """Fragments of the target, the largest first; broken particles are dust and belong to none. Needs position,
     velocity, mass, damage, support_radius."""
     particles.need("position", "velocity", "mass", "damage", "support_radius")
-    whole = particles.damage < BROKEN
-    if "layer" in particles:
-        whole &= particles.layer >= 0
+    among = particles.layer >= 0 if "layer" in particles else np.ones(len(particles), dtype=bool)
+    group = fragments.groups(particles, among)
+    whole = group != fragments.NONE
     if not whole.any():
         return []
-    x, v, m, h = (
-        particles.position[whole],
-        particles.velocity[whole],
-        particles.mass[whole],
-        particles.support_radius[whole],
-    )
-    pairs = cKDTree(x).query_pairs(LINK * float(h.max()), output_type="ndarray")
-    apart = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
-    pairs = pairs[apart < 0.5 * LINK * (h[pairs[:, 0]] + h[pairs[:, 1]])]
-    links = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(x), len(x)))
-    count, group = connected_components(links, directed=False)
+    x, v, m, group = particles.position[whole], particles.velocity[whole], particles.mass[whole], group[whole]
+    count = int(group.max()) + 1
     mass, number = np.bincount(group, m, count), np.bincount(group, minlength=count)
     centre = np.stack([np.bincount(group, m * x[:, a], count) / mass for a in range(3)], axis=1)
     speed = np.stack([np.bincount(group, m * v[:, a], count) / mass for a in range(3)], axis=1)
@@ -70,8 +52,8 @@ def find(particles: Particles) -> list[Fragment]:
 def largest_share(particles: Particles) -> float:
     """Mass of the largest fragment over that of the target."""
     target = particles.mass[particles.layer >= 0].sum() if "layer" in particles else particles.mass.sum()
-    fragments = find(particles)
-    return fragments[0].mass / float(target) if fragments else 0.0
+    found = find(particles)
+    return found[0].mass / float(target) if found else 0.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -84,15 +66,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         particles = snapshot.read(options.snapshot)
-        fragments, share = find(particles), largest_share(particles)
+        found, share = find(particles), largest_share(particles)
     except InputError as reason:
         print(f"{parser.prog}: {reason}", file=sys.stderr)
         return reason.exit_code
     if options.json:
-        print(json.dumps({"largest_over_target": share, "fragments": [piece._asdict() for piece in fragments[:100]]}))
+        print(json.dumps({"largest_over_target": share, "fragments": [piece._asdict() for piece in found[:100]]}))
         return 0
-    print(f"largest fragment {share:.4f} of the target; {len(fragments)} fragments")
-    for piece in fragments[:10]:
+    print(f"largest fragment {share:.4f} of the target; {len(found)} fragments")
+    for piece in found[:10]:
         print(f"{piece.mass:12.4g} kg {piece.particles:8d} particles  {np.linalg.norm(piece.velocity):8.3g} m/s")
     return 0
 
