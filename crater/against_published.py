@@ -18,7 +18,9 @@ from matter.crater_measures import TIME, unit_of
 def compared(findings: Findings) -> Compared:
     """Scaling laws, published numbers, and the late stage in SPH against that in grains."""
     laws, reasons = {}, {}
-    if findings.setting.gravity > 0.0:
+    if findings.setting.shape is not None:
+        reasons["scaling"] = "the scaling laws here are those of large flat ground"
+    elif findings.setting.gravity > 0.0:
         laws = _by_scaling(findings)
     else:
         reasons["scaling"] = "the scaling laws here are those of the gravity regime, and this run has no gravity"

@@ -12,16 +12,22 @@ from typing import Any
 
 from crater import datum as datums
 from crater import locate
+from crater.bodies.unrolled import Unrolled
 from crater.datum import Datum
 from crater.measure import Measures, measure
 from crater.settings import RISE_LIMIT
 from crater.surface import Undisturbed
 from matter import archive, readable, snapshot
+from matter.errors import InputError
 from matter.particles import Particles
 
 REACH, WITHIN = 2.5, 0.5
 """In expected transient diameters: how far the columns of a whole body go, and how far from the axis the crater is
 looked for. The far field of the crater is wanted, not the far side of the body."""
+ON_A_BODY = (
+    "a crater on an ellipsoid or mesh is measured by its run alone (6_crater/measures.json): a snapshot does not hold "
+    "the surface of before"
+)
 ATTRIBUTE = "measuring"
 """Attribute of a snapshot that holds its datum, gravity, expected crater and ground before the impact."""
 
@@ -45,12 +51,18 @@ class Choices:
     unknown: tuple[str, ...] = field(default=())
     chain: Mapping[str, float] = field(default_factory=dict)
     """Chain errors (``crater.chain``) that the run gives the crater in this very snapshot, by measure [SI]."""
+    ground: Unrolled | None = None
+    """The ground of an ellipsoid or mesh, which is laid flat before it is measured."""
+
+    def seen(self, particles: Particles) -> Particles:
+        """A snapshot as it is measured. Raises ``InputError`` where too little of a body is left."""
+        return particles if self.ground is None else self.ground.of(particles)
 
     def ground_before(self) -> Undisturbed | None:
         """The ground before the impact, measured; None where it is not at hand."""
         if self.before is None or not self.before.is_file():
             return None
-        particles = snapshot.read(self.before)
+        particles = self.seen(snapshot.read(self.before))
         if "headroom" in particles:
             particles = particles.select(particles.headroom == 0)
         return locate.ground_before(particles, self.datum, self.reach, self.sectors)
@@ -58,7 +70,11 @@ class Choices:
     def measured(self, particles: Particles, before: Undisturbed | None, what: str) -> Measures:
         """Measure ``particles`` on these choices, with the ground ``before`` as ``ground_before`` gave it. Raises
         ``InputError`` as ``measure``."""
-        return measure(particles, self.datum, before, self.search, what=what)
+        return self.told(measure(self.seen(particles), self.datum, before, self.search, what=what))
+
+    def told(self, measures: Measures) -> Measures:
+        """Measures as they are on the body, of ground that was laid flat."""
+        return measures if self.ground is None else self.ground.on_body(measures)
 
     @property
     def search(self) -> locate.Search:
@@ -72,6 +88,7 @@ class Choices:
             "datum": datum_facts(self.datum), "before": before, "gravity_m_s2": self.gravity,
             "rise_limit_m": self.rise_limit,
             "reach_m": self.reach, "within_m": self.within, "sectors": self.sectors, "seed": self.seed,
+            **({} if self.ground is None else {"unrolled_about": self.ground.site.tolist()}),
         }  # fmt: skip
 
     def words(self) -> str:
@@ -111,8 +128,10 @@ def datum_of(facts: Mapping[str, Any]) -> Datum:
 
 def of_snapshot(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
     """The choices behind a snapshot: those of the run that it lies in, else those that it carries; None for a snapshot
-    that says nothing of the kind."""
+    that says nothing of the kind. Raises ``InputError`` for one of an ellipsoid or mesh."""
     path = Path(path)
+    if attributes.get("frame") == "solid":
+        raise InputError(f"{path}: {ON_A_BODY}")
     stage = str(attributes.get("stage", ""))
     return _of_run(path, stage) or _of_attributes(path, attributes)
 

@@ -12,6 +12,8 @@ import numpy as np
 
 from crater import chain, heads, scaling, series
 from crater.ballistic import Ballistic
+from crater.bodies.findings import BodyStage
+from crater.bodies.shape import Shape
 from crater.catalogue import Catalogue
 from crater.choices import Choices
 from crater.datum import Datum
@@ -38,6 +40,8 @@ class Setting:
     datum: Datum
     gravity: float
     densities: tuple[float, float]
+    shape: Shape | None = None
+    """The surface of before, of an ellipsoid or mesh."""
 
     @property
     def event(self) -> scaling.ImpactEvent:
@@ -135,6 +139,8 @@ class Findings:
     soundness: Mapping[str, Any] = field(default_factory=dict)
     compared: Compared = Compared()
     flight_reasons: Mapping[str, str] = field(default_factory=dict)
+    body: tuple[BodyStage, ...] = ()
+    """What became of an ellipsoid or mesh as a whole, the last stage at the end."""
 
     @property
     def settings(self) -> Settings:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from crater import plot_ejecta, plot_excavation, plot_heights, plot_sections, plot_settled, scaling
+from crater.bodies import plot as plot_body
 from crater.craters import Crater
 from crater.figure import INK, figure, grid, save
 from crater.findings import LATE_SHOCK, Findings
@@ -54,9 +55,14 @@ def draw_all(findings: Findings, out: Path) -> None:
     if settled := findings.settled_matter:
         if any(sum(entry["mass_kg"]) > 0.0 for entry in settled["by_distance"]):
             plot_excavation.draw(settled["by_distance"], 2.0 * settled["radius_m"], out / "blanket.png", "distance")
-        plot_settled.draw(findings, out / "section_origin.png")
+        if findings.setting.shape is None:
+            plot_settled.draw(findings, out / "section_origin.png")
     if findings.final is not None:
         plot_heights.draw_heightmap(findings.final.measures, out / "heightmap.png")
+    if findings.body:
+        plot_body.draw_all(findings.body[-1], out)
+    if findings.setting.shape is not None:  # its ground is no plane through which a section could be laid
+        return
     plot_sections.draw_cross_sections(findings, out / "cross_section.png")
     plot_sections.draw_in_time(findings, out / "sections_in_time.png")
     plot_sections.draw_grains_in_time(findings, out / "sections_grains.png")

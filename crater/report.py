@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from crater import ballistic, block_view, chain, heads, report_evidence, report_matter, scaling
+from crater.bodies import report as of_body
 from crater.findings import Findings, columns, final_entry
 from crater.measure import Measures, Quantity
 from matter import archive, drawing, page, readable
@@ -52,6 +53,7 @@ def write(findings: Findings, out: Path) -> None:
         ),
         "<h2>Measures</h2>",
         _measures_table(findings),
+        of_body.section(findings.body, out),
         "<h2>Published numbers</h2>",
         _published_table(findings),
         _scaling_table(findings),
@@ -61,7 +63,7 @@ def write(findings: Findings, out: Path) -> None:
             "Errors: azimuth, resolution, method and datum in quadrature. Once the collapse has begun the diameter is "
             "that of a wide trough.",
         ),
-        "<h2>Cross-sections through the impact plane</h2>",
+        "<h2>Cross-sections through the impact plane</h2>" if findings.setting.shape is None else "",
         page.picture(out / "cross_section.png", "Particles within half a spacing of the plane y = 0, by material."),
         page.picture(
             out / "sections_in_time.png",
@@ -73,7 +75,7 @@ def write(findings: Findings, out: Path) -> None:
             "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed.",
         ),
         f"<h2>{'The final crater' if _at_rest(findings) else 'The last snapshot'}</h2>",
-        block_view.of_findings(findings, f"{last} ({when})"),
+        block_view.of_findings(findings, f"{last} ({when})") if findings.setting.shape is None else "",
         page.picture(
             out / "heightmap.png",
             f"{last}, seen from above at {when}: heights above the datum, distances from the crater's centre along "

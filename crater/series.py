@@ -52,12 +52,12 @@ def follow(
     methods."""
     moments = []
     for path in paths:
-        particles = snapshot.read(path, clouds.FIELDS)
+        particles = snapshot.read(path, (*clouds.FIELDS, "identity"))
         time = float(particles.attributes.get("time", np.nan))
         try:
-            scene = locate.prepare(particles, chosen.datum, before, chosen.search, path.name)
+            scene = locate.prepare(chosen.seen(particles), chosen.datum, before, chosen.search, path.name)
             measures = measure_scene(scene, seed=chosen.seed, sectors=chosen.sectors, turns=4, methods="two")
-            moments.append(Moment(stage, time, path, measures))
+            moments.append(Moment(stage, time, path, chosen.told(measures)))
         except InputError as reason:
             moments.append(Moment(stage, time, path, None, str(reason)))
         if heard is not None:

@@ -21,6 +21,7 @@ from crater import (
     ejecta,
     flight,
     launch,
+    on_bodies,
     plot,
     release,
     report,
@@ -35,6 +36,8 @@ from crater import (
     thrown_out,
 )
 from crater import datum as datums
+from crater.bodies.standing import Standing
+from crater.bodies.unrolled import Unrolled
 from crater.choices import Choices
 from crater.datum import Datum
 from crater.findings import (
@@ -67,6 +70,8 @@ snapshots, pictures included)."""
 def idle_sources(settings: Settings) -> set[Path]:
     """Files that this run does not take: its bibliography leaves out what only they cite."""
     idle = {Path(str(launch.__file__))} if not settings.target.flat else set()
+    if not settings.target.solid:
+        idle |= set((Path(__file__).parent / "bodies").glob("*.py"))
     weightless = {Path(str(module.__file__)) for module in (scaling, flight)}
     return idle | (weightless if not settings.target.weighs else set())
 
@@ -100,9 +105,10 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     setting = Setting(
         settings, inputs, *_ground(settings, inputs), densities(settings, inputs, shots[0] if shots else None)
     )
+    setting = replace(setting, shape=on_bodies.shape_of(settings) if settings.target.solid else None)
     shock = _follow_shock(setting, shots, heard) if shots else None
     findings = Findings(setting, shock, _measure_grains(setting, settled, grains, heard) if grains.is_file() else None)
-    findings = with_chain_errors(_flown(_with_origins(findings)), settings.chain)
+    findings = on_bodies.with_body(with_chain_errors(_flown(_with_origins(findings)), settings.chain))
     findings = replace(findings, soundness=soundness.facts(inputs))
     findings = replace(findings, compared=against_published.compared(findings))
     tables.write_tables(findings, out)
@@ -119,7 +125,10 @@ def _with_origins(findings: Findings) -> Findings:
     if findings.grains is None or last is None:
         return findings
     transient = volume.measures if volume is not None and volume.stage == "sph" else None
-    origin = settled_matter.facts(snapshot.read(last.path), last.measures, transient, findings.setting.event.mass)
+    seen = findings.grains.choices.seen(snapshot.read(last.path))
+    origin = settled_matter.facts(seen, last.measures, transient, findings.setting.event.mass)
+    if findings.setting.shape is not None:  # the far side of a body is not laid flat
+        origin.pop("over_projectile_mass", None)
     return replace(findings, grains=replace(findings.grains, matter=origin))
 
 
@@ -147,12 +156,17 @@ def _ground(settings: Settings, inputs: Path) -> tuple[Datum, float]:
     path = inputs / "2_sph" / "target.json"
     if path.is_file():
         facts = archive.read_json(path)
+        if facts.get("frame") == "solid":
+            gravity = float(facts["surface_gravity_m_s2"])
+            return datums.plane(source="surface of the body before the impact, laid flat about the site"), gravity
         if facts.get("frame") == "plane":
             return datums.plane(source="undisturbed ground"), float(facts["surface_gravity_m_s2"])
         radius, gravity = float(facts["radius_m"]), float(facts["surface_gravity_m_s2"])
         return datums.sphere(
             radius, facts.get("centre", (0.0, 0.0, 0.0)), source="radius of the relaxed target"
         ), gravity
+    if settings.target.solid:
+        raise InputError(f"{path} is missing: it says how the body turned and where its companion stood")
     if settings.target.flat:
         return datums.plane(source="flat ground of the case"), settings.target.gravity
     mass, inner = 0.0, 0.0
@@ -169,8 +183,18 @@ def _choices(setting: Setting, datum: Datum, before: Path | None, reach: float |
     return Choices(
         datum, before, setting.gravity, chosen.rise_limit_over_diameter * size,
         None if reach is None else reach * size, choices.WITHIN * size,
-        chosen.sectors, chosen.seed,
+        chosen.sectors, chosen.seed, ground=_laid_flat(setting, before),
     )  # fmt: skip
+
+
+def _laid_flat(setting: Setting, before: Path | None) -> Unrolled | None:
+    if setting.shape is None:
+        return None
+    if before is None:
+        raise InputError(
+            f"{setting.inputs / '3_bed'} holds no bed: grains of an ellipsoid or mesh are measured against it"
+        )
+    return Unrolled(setting.shape, Standing(snapshot.read(before, ("identity", "position", "mass", "layer", "state"))))
 
 
 def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path], None]) -> ShockFindings:
@@ -189,9 +213,9 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
     transient = {key: closely[moment.path] for key, moment in largest.items()}
     if "volume" not in transient:
         reasons["transient"] = "no snapshot of the shock stage shows a crater"
-    faster_than = _faster_than(setting, transient.get("depth"))
+    faster_than = {} if setting.shape else _faster_than(setting, transient.get("depth"))
     launched: dict[str, Any] = {}
-    if not setting.datum.is_sphere and setting.gravity > 0.0:
+    if setting.settings.target.flat and setting.gravity > 0.0:
         try:
             launched = _launches(setting, transient.get("volume"), shots)
         except InputError as reason:
@@ -200,7 +224,7 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
     path = end if end.is_file() else shots[-1]
     particles = snapshot.read(path)
     ejected = Ejected(_leaving(setting, particles), faster_than, launched)
-    if "volume" in transient and setting.gravity > 0.0:
+    if "volume" in transient and setting.gravity > 0.0 and setting.shape is None:
         ejected, missing = thrown_out.of_run(
             setting, ejected, transient["volume"], "volume" in growing, shots[1:], particles
         )
@@ -213,7 +237,9 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
         reasons["late_sph"] = str(reason)
     molten, decay = shock_phases.masses(particles, setting.event.mass), {}
     try:
-        decay = shock_decay.facts(particles, setting.datum, setting.settings.impact.projectile.radius)
+        decay = shock_decay.facts(
+            chosen.seen(particles), setting.datum, setting.settings.impact.projectile.radius
+        )  # fmt: skip
     except InputError as reason:
         reasons["shock_decay"] = str(reason)
     heat = release.masses(particles, setting.event.mass)
@@ -225,6 +251,8 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
 def _leaving(setting: Setting, particles: Particles) -> dict[str, float]:
     """Mass and momentum that leave at the end of the shock stage; empty where the snapshot does not say."""
     if "velocity" not in particles or "mass" not in particles:
+        return {}
+    if setting.shape is not None:  # crater.bodies.exchange
         return {}
     bodies = particles.layer >= 0 if "layer" in particles else np.ones(len(particles), dtype=bool)
     momentum = setting.event.mass * np.asarray(setting.settings.impact.velocity)
@@ -283,7 +311,8 @@ def _measure_grains(
     """Every snapshot of the grains measured, and the last one by all methods."""
     particles = snapshot.read(last)
     bed = setting.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
-    chosen = _choices(setting, grain_datum(particles, setting.datum), bed if bed.is_file() else None, None)
+    reach = choices.REACH if setting.shape is not None else None
+    chosen = _choices(setting, grain_datum(particles, setting.datum), bed if bed.is_file() else None, reach)
     before = chosen.ground_before()
     moments = tuple(series.follow(settled, "dem", chosen, before, heard))
     reasons: dict[str, str] = {}

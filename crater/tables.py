@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from crater import catalogue, choices, radial_profile, series, size_classes
+from crater.bodies import findings as bodies
 from crater.findings import LATE_SHOCK, Findings, final_entry, time_of
 from crater.measure import Measures, Quantity
 from matter import archive, snapshot
@@ -16,6 +17,8 @@ from matter.crater_measures import MOMENTS
 
 CATALOGUE = "ejecta.h5"
 """The ejecta, one row a particle (``crater.catalogue``)."""
+BODY_MAP = "height_map.vtkhdf"
+"""How the surface of an ellipsoid or mesh changed (``crater.bodies.findings.write_map``)."""
 PROFILES = {"volume": "profile_transient.csv", "depth": "profile_transient_depth.csv"}
 """Files that hold the profile of the transient crater, by the maximum at which it is taken."""
 
@@ -74,6 +77,11 @@ def measures_json(findings: Findings) -> dict[str, Any]:
     }
     if findings.ballistic is not None:
         content["ballistic"] = findings.ballistic.as_dict()
+    if findings.body:
+        content["body"] = {
+            **{stage.stage: stage.as_dict(findings.inputs) for stage in findings.body},
+            "final": findings.body[-1].stage,
+        }
     if late is not None:
         content["late_sph"] = {**late.measures.as_dict(), "time_s": Quantity(late.time, 0.0, "s").as_dict()}
     return content
@@ -114,6 +122,8 @@ def write_tables(findings: Findings, out: Path) -> None:
         moment = findings.transient.get(key)
         if moment is not None and moment.measures is not None:
             radial_profile.write_csv(headed(moment.measures, moment.time, f"transient, maximum {key}"), out / name)
+    if findings.body:
+        bodies.write_map(findings.body[-1], out / BODY_MAP)
     if findings.ballistic is not None:
         radial_profile.write_csv(findings.ballistic.profile, out / "profile_ballistic.csv")
     if last is not None:

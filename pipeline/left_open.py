@@ -4,8 +4,8 @@ expected crater, kind of ground.
     [case] title      the case's name
     [case] stages     nbody where the case has its table or leaves speed or angle to it; sph; bed, handoff, dem where
                       the case has one of their tables, or where there is weight and strength does not hold the crater
-                      (loose grains would let it slump); crater. On an ellipsoid or mesh: sph, and bed, handoff, dem
-                      where the case has their tables
+                      (loose grains would let it slump); crater. On an ellipsoid or mesh: sph, crater, and of the
+                      others those whose table the case has
     [[target.layers]] name: its material; thickness of the lowest of flat ground: down to 2.2 expected diameters,
                       which is also its half width unless given
     [impact]          expected_transient_diameter by scaling laws (``pipeline.expected_crater``)
@@ -62,7 +62,7 @@ def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], tupl
     if crater is not None:
         filled = _fill(document, crater)
     document["case"].setdefault("stages", list(_chain(document, crater)))
-    return _as_long_as_the_collapse(document), tuple(filled), _not_on_solids(document)
+    return _as_long_as_the_collapse(document), tuple(filled), []
 
 
 def _as_long_as_the_collapse(document: dict[str, Any]) -> dict[str, Any]:
@@ -73,21 +73,6 @@ def _as_long_as_the_collapse(document: dict[str, Any]) -> dict[str, Any]:
     if document["target"].get("shape") not in SOLIDS or not latest or "handoff" not in (named or ()):
         return document
     return {**document, "handoff": {"until": latest, **table}}
-
-
-def _not_on_solids(document: dict[str, Any]) -> list[Complaint]:
-    """Stages that know spheres and flat ground only."""
-    shape, named = document["target"].get("shape"), document["case"]["stages"]
-    later = [stage for stage in ("crater",) if isinstance(named, list) and stage in named]
-    if shape not in SOLIDS or not later:
-        return []
-    return [
-        Complaint(
-            ("case", "stages"),
-            f'{", ".join(later)}: know spheres and flat ground only; with shape = "{shape}" leave it out, or '
-            f'write ["sph"] or ["sph", "bed", "handoff", "dem"]',
-        )
-    ]
 
 
 def _table(document: dict[str, Any], name: str) -> dict[str, Any]:
@@ -194,7 +179,7 @@ def _fill(document: dict[str, Any], crater: Any) -> list[KeyPath]:
 def _chain(document: dict[str, Any], crater: Any) -> tuple[str, ...]:
     impact = document["impact"]
     solid = document["target"].get("shape") in SOLIDS
-    wanted = {"sph"} if solid else {"sph", "crater"}
+    wanted = {"sph", "crater"}
     if "nbody" in document or any(key not in impact for key in FROM_ENCOUNTERS):
         wanted.add("nbody")
     if solid:

@@ -32,6 +32,7 @@ def table(run: Path) -> str:
     ]
     lines += [_errors(columns), *_unsettled(measures)]
     lines += [_published(entry) for entry in measures.get("reference", [])]
+    lines += _of_body(measures.get("body", {}))
     lines += _molten(measures.get("shock_phases", {})) + _excavated(measures.get("excavation", {}))
     lines += _heated(measures.get("release", [])) + _settled(measures.get("settled_matter", {}))
     return "\n".join(line for line in [*lines, *_soundness(measures.get("soundness", {}))] if line)
@@ -68,6 +69,12 @@ def _soundness(facts: Mapping[str, Any]) -> list[str]:
             )
         words.append(text)
     return ["; ".join(words), *(readable.terminal(f"caution: {caution}") for caution in facts.get("cautions", []))]
+
+
+def _of_body(facts: Mapping[str, Any]) -> list[str]:
+    from crater.bodies import report
+
+    return report.lines(facts)
 
 
 def _molten(facts: Mapping[str, Any]) -> list[str]:

@@ -152,15 +152,12 @@ def test_a_surface_that_cuts_itself_is_said_by_its_key(folder):
     assert "[target] file: the surface cuts itself" in complaint(folder, CASE.format(target=MESH))
 
 
-def test_two_layers_a_thickness_and_later_stages_are_refused(folder):
+def test_two_layers_a_thickness_and_a_latitude_beyond_the_pole_are_refused(folder):
     text = CASE.format(target=ELLIPSOID)
     assert "one material" in complaint(
         folder, text.replace("[impact]", '[[target.layers]]\nmaterial = "ice"\nthickness = "1 m"\n[impact]', 1)
     )
     assert "leave it out; the ellipsoid makes it 76.4358 m" in complaint(
         folder, text.replace('material = "basalt"', 'material = "basalt"\nthickness = "80 m"')
-    )
-    assert "crater: know spheres and flat ground only" in complaint(
-        folder, text.replace("[target]", 'stages = ["sph", "bed", "handoff", "dem", "crater"]\n[target]')
     )
     assert "latitude" in complaint(folder, text.replace('"20 deg"', '"120 deg"'))

@@ -1,0 +1,209 @@
+"""What the stage found on a body of any shape, stage by stage: measures of the body, its map, and the class of what
+the impact left.
+
+    crater         a hollow about the site, at least ``RESOLVED`` radii of a grain wide
+    not resolved   one that is narrower, or too shallow to have a diameter
+    reshaped       no hollow, but an axis changed by more than three times its error, or more than ``ANEW`` of the
+                   surface is made anew
+    none           neither
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from crater.bodies import exchange, height_map, look, measured
+from crater.bodies.exchange import Orbit
+from crater.bodies.seen import Pair, Seen
+from crater.bodies.shape import Shape
+from crater.bodies.standing import Standing
+from crater.measure import Measures
+from crater.uncertainty import Quantity
+from matter import archive, readable, snapshot
+from matter.body_measures import BY_NAME
+from matter.errors import InputError
+from matter.particles import Particles
+
+RESOLVED = 10.0
+ANEW = 0.05
+CLASSES = ("crater", "not resolved", "reshaped", "none")
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body that is hit: its ``shape``, and of ``target.json`` its rotation ``omega`` (3,) [1/s], the ``orbit`` and
+    the direction of its ``track`` (3,), None where there is none; ``gravity`` at its surface [m/s^2], ``rise`` [m]
+    above which what would rise flies; ``brought`` (3,) [kg m/s] by the projectile."""
+
+    shape: Shape
+    omega: np.ndarray
+    orbit: Orbit | None
+    track: np.ndarray | None
+    gravity: float
+    rise: float
+    brought: np.ndarray
+
+
+@dataclass(frozen=True)
+class BodyStage:
+    """What a stage (``sph``, ``dem``) left: ``seen`` in the snapshot ``path`` at ``time`` [s], all ``measures``, and
+    what it is, ``kind`` (``CLASSES``) with its ``reason``."""
+
+    stage: str
+    path: Path
+    time: float
+    seen: Seen
+    measures: Mapping[str, Quantity | Pair]
+    kind: str
+    reason: str
+
+    def as_dict(self, run: Path) -> dict[str, Any]:
+        """JSON-ready: the measures, and the vectors behind them in the frame of the run and in the body's own."""
+        seen, turn = self.seen, self.seen.shape.placed.turn
+        vectors = {
+            "beta": seen.moved.vector,
+            "delta_v_m_s": seen.moved.change,
+            "momentum_that_stays_kg_m_s": seen.moved.stays,
+            "angular_velocity_before_1_s": seen.omega,
+            "angular_velocity_1_s": seen.last.rotation,
+            "centre_of_mass_moved_m": seen.last.centre - seen.first.centre,
+            "normal": seen.shape.placed.normal,
+            "flight": seen.moved.brought / np.linalg.norm(seen.moved.brought),
+            **({} if seen.track is None else {"along_track": seen.track}),
+        }
+        return {
+            "class": self.kind,
+            "class_reason": self.reason,
+            "snapshot": self.path.relative_to(run).as_posix(),
+            "time_s": self.time,
+            "noise_spacings": seen.chart.noise,
+            "points": len(seen.chart.points.place),
+            "measures": {name: entry.as_dict() for name, entry in self.measures.items()},
+            "vectors": {name: value.tolist() for name, value in vectors.items()},
+            "vectors_own_frame": {name: (value @ turn).tolist() for name, value in vectors.items()},
+        }
+
+
+def body_of(settings: Any, shape: Shape, facts: Mapping[str, Any], mass: float) -> Body:
+    """The body of the ``settings`` with the ``facts`` of ``target.json``; ``mass`` [kg] of the projectile."""
+    target = settings.target
+    companion, orbit, track = facts.get("companion"), None, None
+    if companion:
+        place = np.array(companion["place_m"], dtype=float)
+        # the body is at -place from its companion, and flies round the axis
+        track = np.cross(np.array(companion["axis"], dtype=float), -place) / np.linalg.norm(place)
+        orbit = Orbit(float(companion["mass_kg"]), float(np.linalg.norm(place)), track)
+    if settings.along_track is not None:
+        own = np.array(settings.along_track, dtype=float)
+        track = target.placed.turn @ own / np.linalg.norm(own)
+        orbit = None if orbit is None else orbit._replace(track=track)
+    return Body(
+        shape,
+        np.array(facts["angular_velocity_1_s"], dtype=float),
+        orbit,
+        track,
+        float(facts["surface_gravity_m_s2"]),
+        settings.rise_limit_over_diameter * settings.impact.expected_transient_diameter,
+        mass * np.asarray(target.aim(settings.impact)),
+    )
+
+
+def of_stage(body: Body, stage: str, before: Path, after: Path, crater: Measures | None) -> BodyStage:
+    """What a ``stage`` left of a body in the snapshot ``after``; ``crater``: what was measured at the site there.
+    Raises ``InputError`` where the snapshots cannot be compared."""
+    first, last = snapshot.read(before), snapshot.read(after)
+    for path, particles in ((before, first), (after, last)):
+        if missing := {"identity", "mass", "velocity"} - set(particles):
+            raise InputError(f"{path} lacks {', '.join(sorted(missing))}")
+    seen = seen_of(body, first, last, before.name, after.name)
+    measures = measured.all_of(seen)
+    kind, reason = classed(seen, measures, crater)
+    return BodyStage(stage, after, float(last.attributes.get("time", np.nan)), seen, measures, kind, reason)
+
+
+def seen_of(body: Body, first: Particles, last: Particles, before: str = "before", after: str = "after") -> Seen:
+    """A body in the snapshots ``first`` and ``last``."""
+    standing = Standing(first)
+    one, two = (
+        look.at(particles, body.shape, standing, body.gravity, body.rise, name)
+        for particles, name in ((first, before), (last, after))
+    )
+    chart = height_map.of(body.shape, one, two)
+    return Seen(body.shape, body.omega, one, two, chart, exchange.of(one, two, body.brought), body.orbit, body.track)
+
+
+def grain_radius(seen: Seen, crater: Measures, diameter: float) -> float:
+    """Mean radius of the grains [m]; of a shock stage half the spacing at the rim."""
+    p = seen.after.particles
+    if "radius" in p:
+        return float(p.radius.mean())
+    columns = crater.ground.columns
+    return 0.5 * float(np.interp(0.5 * diameter, columns.distance, columns.spacing))
+
+
+def classed(seen: Seen, measures: Mapping[str, Quantity | Pair], crater: Measures | None) -> tuple[str, str]:
+    """The class of what the impact left, and why."""
+    size = crater["diameter_apparent_m"].value if crater is not None else None
+    if crater is not None and size is not None:
+        radius = grain_radius(seen, crater, size)
+        words = f"a hollow {readable.length(size)} wide, {size / radius:.3g} radii of a grain"
+        if size < RESOLVED * radius:
+            return "not resolved", f"{words}: fewer than {RESOLVED:g} resolve nothing"
+        return "crater", words
+    if crater is not None and (crater["depth_m"].value or 0.0) > 0.0:
+        return "not resolved", crater["diameter_apparent_m"].reason
+    share = seen.chart.share
+    moved = [
+        f"{BY_NAME[name].words}: {readable.measured(entry.change.value, entry.change.sigma, BY_NAME[name].unit)}"
+        for name, entry in measures.items()
+        if name.startswith("axis_")
+        and isinstance(entry, Pair)
+        and entry.change.value is not None
+        and abs(entry.change.value) > 3.0 * (entry.change.sigma or 0.0) > 0.0
+    ]
+    if moved or share > ANEW:
+        return "reshaped", "; ".join([f"{share:.0%} of the surface is made anew", *moved])
+    return "none", f"no hollow, no axis changed beyond its error, {share:.1%} of the surface is made anew"
+
+
+def write_map(stage: BodyStage, path: Path) -> None:
+    """The map of the body in its own frame, as triangles that ParaView and pyvista open."""
+    from matter import surface_file
+
+    chart, placed = stage.seen.chart, stage.seen.shape.placed
+    own = chart.points.place @ placed.turn
+    latitude, longitude = latitude_longitude(own)
+    fields = {
+        "height_change": (chart.change, "m", "height after less height before the impact, along the normal"),
+        "height_before": (chart.before, "m", "ground before the impact, over the shape"),
+        "height_after": (chart.after, "m", "ground after it, over the shape"),
+        "height_error": (chart.error, "m", "error of a change of height where the surface is made anew"),
+        "made_anew": (chart.deep, "m", "depth to which the surface is made anew; 0 where it is not"),
+        "latitude": (latitude, "deg", "planetocentric latitude"),
+        "longitude": (longitude, "deg", "planetocentric longitude, to the east"),
+        "area": (chart.points.area, "m^2", "area that the point stands for"),
+        "normal": (chart.points.normal @ placed.turn, "1", "outward normal of the shape"),
+    }
+    site = np.array([0.0, 0.0, placed.height]) @ placed.turn
+    facts = {"site_m": site, "noise_spacings": chart.noise, "time": stage.time, "class": stage.kind}
+    surface_file.write(path, own, chart.points.triangles, fields, facts)
+
+
+def latitude_longitude(own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Planetocentric latitude and longitude [deg] of places (n, 3) in the body's own frame."""
+    r = np.maximum(np.linalg.norm(own, axis=1), 1e-300)
+    return np.degrees(np.arcsin(own[:, 2] / r)), np.degrees(np.arctan2(own[:, 1], own[:, 0]))
+
+
+def shock_before_handoff(inputs: Path, shots: list[Path]) -> Path:
+    """The snapshot of the shock stage that was handed over, else its last."""
+    record = inputs / "4_handoff" / "handoff.json"
+    if record.is_file() and (time := archive.read_json(record).get("time_s")) is not None:
+        times = [float(snapshot.attributes(shot).get("time", np.nan)) for shot in shots]
+        return shots[int(np.argmin(np.abs(np.array(times) - float(time))))]
+    return shots[-1]

@@ -1,0 +1,107 @@
+"""A body at one moment, as it would stand about its shape of before: which particles it consists of, its axes, its
+rotation.
+
+The body is the largest group of particles that touch, without what flies (``crater.cloud``). Its axes are those of the
+even ellipsoid of its moments of inertia, its rotation that of its angular momentum.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from crater import cloud as clouds
+from crater.bodies.shape import Shape
+from crater.bodies.standing import Pose, Standing, motion, of_body
+from crater.cloud import Cloud
+from matter import tree
+from matter.particles import Particles
+
+THETA = 0.3
+
+
+class Look(NamedTuple):
+    """``particles`` of a snapshot; their ``place`` (n, 3) [m] about the shape of before; (n,) which are of the
+    ``body``, and which are ``bound`` to it; the ``cloud`` of the body about the shape; the ``pose``."""
+
+    particles: Particles
+    place: np.ndarray
+    body: np.ndarray
+    bound: np.ndarray
+    cloud: Cloud
+    pose: Pose
+
+    @property
+    def size(self) -> np.ndarray:
+        """Spacing (n,) [m] of the particles of the body."""
+        return self.cloud.spacing
+
+
+class Rigid(NamedTuple):
+    """Of some particles: ``mass`` [kg], ``centre`` (3,) [m] about the shape of before, full ``axes`` (3,) [m] of the
+    even ellipsoid of their inertia, longest first, and their ``rotation`` (3,) [1/s] in the frame of the run."""
+
+    mass: float
+    centre: np.ndarray
+    axes: np.ndarray
+    rotation: np.ndarray
+
+
+def at(particles: Particles, shape: Shape, standing: Standing, gravity: float, rise: float, what: str) -> Look:
+    """The body in ``particles``: what would rise above ``rise`` [m] at ``gravity`` [m/s^2] flies. Raises
+    ``InputError`` where no body is left."""
+    pose = standing.of(particles)
+    place = pose.back(particles.position)
+    solid = of_body(particles)
+    if "state" in particles:
+        solid &= particles.state == 0
+    cloud = clouds.of(particles, what)
+    about = Cloud(place[solid], cloud.volume, cloud.spacing, cloud.velocity, cloud.low_density)
+    foot = shape.under(about.position)
+    speed = None
+    if "velocity" in particles:
+        moving = pose.back_velocity(particles.position[solid], particles.velocity[solid])
+        speed = np.einsum("ij,ij->i", moving, foot.normal)
+    held = clouds.supported(about, foot.height, speed, gravity, rise, what)
+    body = np.zeros(len(particles), dtype=bool)
+    body[np.flatnonzero(solid)[held]] = True
+    return Look(particles, place, body, bound(particles), about.select(held), pose)
+
+
+def bound(particles: Particles) -> np.ndarray:
+    """(n,) whether a particle is bound: v^2 / 2 < -phi of all that were not booked as gone, or v . x < 0, about their
+    common centre; without velocities all are."""
+    here = np.ones(len(particles), dtype=bool)
+    if "state" in particles:
+        here = particles.state != 2
+    if "velocity" not in particles:
+        return here
+    x, v, m = particles.position[here], particles.velocity[here], particles.mass[here]
+    soft = particles.radius[here] if "radius" in particles else 0.5 * _support(particles)[here]
+    place, speed = x - m @ x / m.sum(), v - m @ v / m.sum()
+    gone = (0.5 * np.einsum("ij,ij->i", speed, speed) > tree.wells(x, m, soft, THETA)) & (
+        np.einsum("ij,ij->i", speed, place) > 0.0
+    )
+    stays = np.zeros(len(particles), dtype=bool)
+    stays[np.flatnonzero(here)[~gone]] = True
+    return stays
+
+
+def _support(particles: Particles) -> np.ndarray:
+    if "smoothing_length" in particles:
+        return particles.smoothing_length
+    return 2.0 * np.cbrt(particles.mass / particles.density)
+
+
+def rigid(seen: Look, which: np.ndarray) -> Rigid:
+    """What the particles of a look that are chosen by a mask are as one rigid body."""
+    p = seen.particles
+    m, place = p.mass[which], seen.place[which]
+    centre = m @ place / m.sum()
+    away = place - centre
+    moments = np.linalg.eigvalsh(np.einsum("i,ij,ik->jk", m, away, away) / m.sum())
+    rotation = np.zeros(3)
+    if "velocity" in p:
+        rotation = motion(p.position[which], p.velocity[which], m, np.zeros(3))[1]
+    return Rigid(float(m.sum()), centre, 2.0 * np.sqrt(5.0 * np.maximum(moments[::-1], 0.0)), rotation)

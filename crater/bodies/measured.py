@@ -1,0 +1,289 @@
+"""The functions that measure a body after an impact, each named like its row in ``matter/body_measures.py``: one
+argument, ``Seen``; one ``Quantity`` back, or a ``Pair`` of before and after.
+
+What particles say of a body departs from the shape that they fill (``sampling``), and it depends on what is counted to
+it while matter still flies about it (``counted``: half of what the bound matter near it changes). A change has the
+first of these for the share of the mass that moved alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from crater.bodies import exchange, standing
+from crater.bodies.seen import Pair, Seen
+from crater.bodies.shape import enclosed
+from crater.uncertainty import Quantity, quantity
+from matter.body_measures import BY_NAME, TABLE
+
+
+def all_of(seen: Seen) -> dict[str, Quantity | Pair]:
+    """Every measure of the table."""
+    return {row.name: globals()[row.name](seen) for row in TABLE}
+
+
+def _pair(name: str, values: tuple[float, float], sampling: float, counted: float, seen: Seen) -> Pair:
+    unit = BY_NAME[name].unit
+    one, two = values
+    return Pair(
+        quantity(one, {"sampling": sampling}, unit),
+        quantity(two, {"sampling": sampling, "counted": counted}, unit),
+        quantity(two - one, {"sampling": sampling * seen.moved_share, "counted": counted}, unit),
+    )
+
+
+def _of_axes(name: str, seen: Seen, of: Callable[[np.ndarray], float]) -> Pair:
+    """A number made of the three axes."""
+    one, two, given, more = (
+        float(of(axes)) for axes in (seen.first.axes, seen.last.axes, seen.axes, seen.counted.axes)
+    )
+    return _pair(name, (one, two), abs(one - given), 0.5 * abs(two - more), seen)
+
+
+def axis_a_m(seen: Seen) -> Pair:
+    """The longest axis of the ellipsoid of equal inertia."""
+    return _of_axes("axis_a_m", seen, lambda axes: axes[0])
+
+
+def axis_b_m(seen: Seen) -> Pair:
+    """The middle one."""
+    return _of_axes("axis_b_m", seen, lambda axes: axes[1])
+
+
+def axis_c_m(seen: Seen) -> Pair:
+    """The shortest."""
+    return _of_axes("axis_c_m", seen, lambda axes: axes[2])
+
+
+def axis_ratio_a_over_b(seen: Seen) -> Pair:
+    """a / b."""
+    return _of_axes("axis_ratio_a_over_b", seen, lambda axes: axes[0] / axes[1])
+
+
+def axis_ratio_a_over_c(seen: Seen) -> Pair:
+    """a / c."""
+    return _of_axes("axis_ratio_a_over_c", seen, lambda axes: axes[0] / axes[2])
+
+
+def _extent(name: str, seen: Seen, k: int) -> Pair:
+    (one, error), (two, later) = seen.extents(False), seen.extents(True)
+    unit = BY_NAME[name].unit
+    return Pair(
+        quantity(one[k], {"surface": error[k]}, unit),
+        quantity(two[k], {"surface": later[k]}, unit),
+        quantity(two[k] - one[k], {"surface": math.hypot(error[k], later[k])}, unit),
+    )
+
+
+def extent_x_m(seen: Seen) -> Pair:
+    """From end to end along x of the body's own frame."""
+    return _extent("extent_x_m", seen, 0)
+
+
+def extent_y_m(seen: Seen) -> Pair:
+    """Along y."""
+    return _extent("extent_y_m", seen, 1)
+
+
+def extent_z_m(seen: Seen) -> Pair:
+    """Along z."""
+    return _extent("extent_z_m", seen, 2)
+
+
+def body_volume_m3(seen: Seen) -> Pair:
+    """Volume of the shape, and with what the ground gained over it."""
+    volume = seen.shape.solid.volume
+    gained, error = seen.chart.gained()
+    apart = abs(enclosed(seen.chart.ground(False), seen.chart.points.triangles) - volume)
+    return Pair(
+        quantity(volume, {"sampling": apart}, "m^3"),
+        quantity(volume + gained, {"sampling": apart, "surface": error}, "m^3"),
+        quantity(gained, {"surface": error}, "m^3"),
+    )
+
+
+def body_mass_kg(seen: Seen) -> Pair:
+    """Mass of the target before, of all that is bound after."""
+    p = seen.before.particles
+    target = p.layer >= 0 if "layer" in p else np.ones(len(p), dtype=bool)
+    one, two = float(p.mass[target].sum()), seen.moved.mass
+    gone = seen.after.particles.mass[~seen.after.bound]
+    counting = {"counting": float(np.sqrt(np.sum(gone**2)))}
+    return Pair(
+        quantity(one, {}, "kg"), quantity(two, counting, "kg"), quantity(two - one, counting, "kg")
+    )  # fmt: skip
+
+
+def spin_period_s(seen: Seen) -> Pair:
+    """Period of rotation: as the case gives it, and of the body's angular momentum."""
+    one, two = (float(np.linalg.norm(rate)) for rate in (seen.omega, seen.last.rotation))
+    sampling = float(np.linalg.norm(seen.first.rotation - seen.omega))
+    counted = 0.5 * float(np.linalg.norm(seen.last.rotation - seen.counted.rotation))
+    counting = _of_what_left(seen)
+    error = math.hypot(sampling, counted, counting)
+    none = Quantity(None, None, "s", "the body did not turn")
+    slow = Quantity(None, None, "s", "the body turns no faster than its error")
+    before = quantity(2.0 * math.pi / one, {}, "s") if one > 0.0 else none
+    if not two > error:
+        return Pair(before, slow, slow)
+    period, parts = 2.0 * math.pi / two, {"sampling": sampling, "counted": counted, "counting": counting}
+    parts = {name: period * part / two for name, part in parts.items()}
+    change = quantity(period - 2.0 * math.pi / one, parts, "s") if one > 0.0 else none
+    return Pair(before, quantity(period, parts, "s"), change)
+
+
+def _of_what_left(seen: Seen) -> float:
+    """Error of the rotation [1/s] by counting the particles which took angular momentum with them."""
+    p, gone = seen.after.particles, ~seen.after.bound
+    spin = p.mass[gone, None] * np.cross(p.position[gone], p.velocity[gone])
+    held = seen.after.particles.select(seen.after.body)
+    moments = standing.inertia(held.position - held.mass @ held.position / held.mass.sum(), held.mass)
+    return float(np.linalg.norm(np.linalg.solve(moments, np.sqrt(np.sum(spin**2, axis=0)))))
+
+
+def spin_axis_turned_deg(seen: Seen) -> Quantity:
+    """Angle between the axes of rotation."""
+    one, two = (float(np.linalg.norm(rate)) for rate in (seen.omega, seen.last.rotation))
+    if not (one > 0.0 and two > 0.0):
+        return Quantity(None, None, "deg", "the body did not turn")
+    cross = float(np.linalg.norm(np.cross(seen.omega, seen.last.rotation)))
+    error = math.hypot(float(np.linalg.norm(seen.first.rotation - seen.omega)), _of_what_left(seen)) / two
+    return quantity(
+        math.degrees(math.atan2(cross, float(seen.omega @ seen.last.rotation))),
+        {"sampling": math.degrees(error)},
+        "deg",
+    )
+
+
+def centre_of_mass_moved_m(seen: Seen) -> Quantity:
+    """Way of the centre of mass against the half of the body that moved least."""
+    way = seen.last.centre - seen.first.centre
+    counted = 0.5 * float(np.linalg.norm(seen.last.centre - seen.counted.centre))
+    return quantity(float(np.linalg.norm(way)), {"counted": counted}, "m")
+
+
+def _mean_square(seen: Seen) -> float:
+    area = seen.chart.points.area
+    return float(np.average(seen.chart.change**2, weights=area))
+
+
+def height_change_rms_m(seen: Seen) -> Quantity:
+    """RMS over the surface; the noise of what is made anew is its error."""
+    area, anew = seen.chart.points.area, seen.chart.deep > 0.0
+    noise = math.sqrt(float(np.sum((area * seen.chart.error**2)[anew]) / area.sum()))
+    return quantity(math.sqrt(_mean_square(seen)), {"surface": noise}, "m")
+
+
+def _extreme(seen: Seen, where: int) -> Quantity:
+    return quantity(float(seen.chart.change[where]), {"surface": float(seen.chart.error[where])}, "m")
+
+
+def height_change_lowest_m(seen: Seen) -> Quantity:
+    """The deepest one."""
+    return _extreme(seen, int(np.argmin(seen.chart.change)))
+
+
+def height_change_highest_m(seen: Seen) -> Quantity:
+    """The highest one."""
+    return _extreme(seen, int(np.argmax(seen.chart.change)))
+
+
+def resurfaced_share(seen: Seen) -> Quantity:
+    """Share of the surface that is made anew; its error is that of counting patches of a spacing."""
+    chart, share = seen.chart, seen.chart.share
+    patches = float(np.sum(chart.points.area / chart.spacing**2))
+    return quantity(share, {"counting": math.sqrt(max(share * (1.0 - share), 1.0 / patches) / patches)}, "1")
+
+
+def resurfaced_depth_m(seen: Seen) -> Quantity:
+    """Mean depth of what is made anew; half a spacing is its error."""
+    chart = seen.chart
+    anew = chart.deep > 0.0
+    if not anew.any():
+        return Quantity(None, None, "m", "nothing of the surface is made anew")
+    area = chart.points.area[anew]
+    return quantity(
+        float(np.average(chart.deep[anew], weights=area)),
+        {"resolution": 0.5 * float(np.average(chart.spacing[anew], weights=area))},
+        "m",
+    )
+
+
+def ejected_mass_kg(seen: Seen) -> Quantity:
+    """Target matter that is not on the ground."""
+    return quantity(seen.moved.ejected, {}, "kg")
+
+
+def escaping_mass_kg(seen: Seen) -> Quantity:
+    """All that is unbound and moves outwards."""
+    gone = seen.after.particles.mass[~seen.after.bound]
+    return quantity(seen.moved.escaping, {"counting": float(np.sqrt(np.sum(gone**2)))}, "kg")
+
+
+def _beta(seen: Seen, direction: np.ndarray | None) -> Quantity:
+    if direction is None:
+        return Quantity(None, None, "1", NO_TRACK)
+    value, error = seen.moved.beta(direction)
+    return quantity(value, {"counting": error}, "1", "the projectile flew across this direction")
+
+
+NO_TRACK = "no orbit: the case has neither [target.companion] nor [crater] along_track"
+
+
+def beta_normal(seen: Seen) -> Quantity:
+    """Along the normal of the surface at the site."""
+    return _beta(seen, seen.shape.placed.normal)
+
+
+def beta_flight(seen: Seen) -> Quantity:
+    """Along the projectile's flight."""
+    return _beta(seen, seen.moved.brought / np.linalg.norm(seen.moved.brought))
+
+
+def beta_along_track(seen: Seen) -> Quantity:
+    """Along the track of the orbit."""
+    return _beta(seen, seen.track)
+
+
+def delta_v_m_s(seen: Seen) -> Quantity:
+    """Size of the change of velocity."""
+    size = float(np.linalg.norm(seen.moved.stays))
+    error = float(np.linalg.norm(seen.moved.error * seen.moved.stays / max(size, 1e-300)))
+    return quantity(size / seen.moved.mass, {"counting": error / seen.moved.mass}, "m/s")
+
+
+def _along_track(seen: Seen, track: np.ndarray) -> tuple[float, float]:
+    error = float(np.linalg.norm(seen.moved.error * track))
+    return float(seen.moved.change @ track), error / seen.moved.mass
+
+
+def delta_v_along_track_m_s(seen: Seen) -> Quantity:
+    """Its part along the track."""
+    if seen.track is None:
+        return Quantity(None, None, "m/s", NO_TRACK)
+    value, error = _along_track(seen, seen.track)
+    return quantity(value, {"counting": error}, "m/s")
+
+
+def orbit_period_before_s(seen: Seen) -> Quantity:
+    """Of the circle about the companion."""
+    if seen.orbit is None:
+        return Quantity(None, None, "s", NO_COMPANION)
+    return quantity(exchange.period(seen.orbit, seen.moved.mass, np.zeros(3)), {}, "s")
+
+
+def orbit_period_change_s(seen: Seen) -> Quantity:
+    """What the change of velocity makes of it."""
+    if seen.orbit is None:
+        return Quantity(None, None, "s", NO_COMPANION)
+    before = exchange.period(seen.orbit, seen.moved.mass, np.zeros(3))
+    after = exchange.period(seen.orbit, seen.moved.mass, seen.moved.change)
+    error = _along_track(seen, seen.orbit.track)[1]
+    shifted = exchange.period(seen.orbit, seen.moved.mass, seen.moved.change + error * seen.orbit.track)
+    return quantity(after - before, {"counting": abs(shifted - after)}, "s", "the body leaves its companion")
+
+
+NO_COMPANION = "no orbit: the case has no [target.companion]"

@@ -1,0 +1,146 @@
+"""The surface of a body before the impact: the nearest point of it, the height over it, and points spread over it.
+
+Everything is in the frame of the run at the moment of the impact (``matter.solids.placed``): about the centre of mass,
+the site on +z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from matter.errors import InputError
+from matter.solids.distance import Distance, measured
+from matter.solids.placed import Placed
+from matter.solids.solid import Solid
+
+MOST_POINTS = 60_000
+"""The surface is not divided further than to some so many points."""
+_BEND = (0.6, 1.6)
+"""Bounds of the factor by which an offset surface is larger: deep below an edge it has no meaning."""
+
+
+@lru_cache(maxsize=2)
+def _distance(solid: Solid) -> Distance:
+    try:
+        return measured(solid)
+    except InputError as reason:
+        raise InputError(f"[target] file: {reason}") from None
+
+
+class Foot(NamedTuple):
+    """The nearest point of the surface ``place`` (n, 3) [m], the ``height`` (n,) [m] over it, positive outside, and
+    the outward ``normal`` (n, 3)."""
+
+    place: np.ndarray
+    height: np.ndarray
+    normal: np.ndarray
+
+
+class Points(NamedTuple):
+    """Points of the surface ``place`` (n, 3) [m], outward ``normal`` (n, 3), the ``area`` (n,) [m^2] that each stands
+    for, and the ``triangles`` (m, 3) between them."""
+
+    place: np.ndarray
+    normal: np.ndarray
+    area: np.ndarray
+    triangles: np.ndarray
+
+
+class Shape:
+    """The surface of a ``placed`` body, of an ellipsoid with its full ``axes`` [m]. Raises ``InputError`` where it
+    cuts itself."""
+
+    def __init__(self, placed: Placed, axes: tuple[float, float, float] | None = None):
+        self.placed, self.solid = placed, placed.solid
+        self.axes = axes
+        self.distance = _distance(placed.solid)
+
+    @cached_property
+    def _high(self) -> np.ndarray:
+        return self.distance.low + self.distance.cell * (np.array(self.distance.depth.shape) - 1)
+
+    @property
+    def deepest(self) -> float:
+        """Largest depth below the surface [m]."""
+        return float(self.distance.depth.max())
+
+    def under(self, position: np.ndarray) -> Foot:
+        """The foot of every position (n, 3) [m]; far outside the body that of the nearest point of a box about it."""
+        near = np.clip(position, self.distance.low, self._high)
+        depth, inwards = self.distance.at(near)
+        place, normal = near - depth[:, None] * inwards, -inwards
+        height = -depth
+        away = position - place
+        far = np.any(near != position, axis=1)
+        height[far] = np.linalg.norm(away[far], axis=1)
+        normal[far] = away[far] / height[far, None]
+        return Foot(place, height, normal)
+
+    def widening(self, position: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """By how much the surface at a ``height`` (n,) [m] is larger than its foot: (1 + h k)^2."""
+        return np.clip((1.0 + height * self.curvature(position, height)) ** 2, *_BEND)
+
+    def curvature(self, position: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """Mean curvature k (n,) [1/m] of the surface under positions at a ``height`` (n,) [m], positive where it
+        bulges out: from the divergence S = 2 k / (1 + h k) of the normals at the position."""
+        step = 2.0 * self.distance.cell
+        divergence = np.zeros(len(position))
+        for axis in range(3):
+            ends = []
+            for sign in (1.0, -1.0):
+                place = position.copy()
+                place[:, axis] += sign * step
+                ends.append(-self.distance.at(np.clip(place, self.distance.low, self._high))[1][:, axis])
+            divergence += (ends[0] - ends[1]) / (2.0 * step)
+        return np.asarray(divergence / np.clip(2.0 - height * divergence, 0.5, None))
+
+    def points(self, spacing: Callable[[np.ndarray], np.ndarray]) -> Points:
+        """Points no further apart than about ``spacing(place)`` [m]: corners of the surface's triangles, whose longest
+        sides are halved until they are short enough, or ``MOST_POINTS`` are there. An ellipsoid begins with few."""
+        import trimesh
+
+        vertices, triangles = self.solid.vertices, self.solid.triangles
+        if self.axes is not None:
+            ball = trimesh.creation.icosphere(subdivisions=3)
+            vertices, triangles = self._onto_ellipsoid(np.asarray(ball.vertices)), np.asarray(ball.faces)
+        for _ in range(24):
+            corner = vertices[triangles]
+            longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(axis=1)
+            share = longest / spacing(corner.mean(axis=1))
+            room = (MOST_POINTS - len(vertices)) // 2
+            coarse = np.flatnonzero(share > 1.0)
+            if not len(coarse) or room < 1:
+                break
+            coarse = coarse[np.argsort(-share[coarse])[:room]]
+            vertices, triangles = trimesh.remesh.subdivide(vertices, triangles, face_index=coarse)
+            if self.axes is not None:
+                vertices = self._onto_ellipsoid(vertices @ self.placed.turn / self.axes)
+        return spread(np.asarray(vertices), np.asarray(triangles))
+
+    def _onto_ellipsoid(self, direction: np.ndarray) -> np.ndarray:
+        """Points of the ellipsoid under directions (n, 3) of the ball that it is a stretched one of."""
+        unit = direction / np.linalg.norm(direction, axis=1)[:, None]
+        return np.asarray(0.5 * unit * self.axes @ self.placed.turn.T)
+
+
+def spread(vertices: np.ndarray, triangles: np.ndarray) -> Points:
+    """Points at the corners of ``triangles``, each with a third of the area of those around it, and their mean
+    normal."""
+    corner = vertices[triangles]
+    double = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    area, normal = np.zeros(len(vertices)), np.zeros((len(vertices), 3))
+    for k in range(3):
+        np.add.at(area, triangles[:, k], np.linalg.norm(double, axis=1) / 6.0)
+        np.add.at(normal, triangles[:, k], double)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    return Points(vertices, normal, area, triangles)
+
+
+def enclosed(place: np.ndarray, triangles: np.ndarray) -> float:
+    """Volume [m^3] inside triangles whose corners are at ``place`` (n, 3) (divergence theorem)."""
+    corner = place[triangles]
+    return float(np.einsum("ij,ij->i", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])).sum() / 6.0)

@@ -1,0 +1,140 @@
+"""The ground round the site of an impact laid flat, so that a crater on a body is measured by what measures one on
+flat ground.
+
+With S the site, N the normal there and p the foot of a particle on the surface of before the impact, at the height h:
+
+    azimuth = that of p - S in the tangent plane        distance s = sqrt(A(|p - S|) / pi)        z = h
+
+A(c) is the area of that surface within the chord c of S, so that areas are kept: on a plane s = c and on a ball too (a
+cap of chord c has the area pi c^2: Archimedes), whose map is then Lambert's azimuthal one. Where the surface curves a
+volume at the height h stands on an area larger by (1 + h k)^2 (``Shape.widening``), by which it is divided. A
+diameter is that of the circle which on flat ground has the area that the rim encloses on the surface of before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from crater.bodies.shape import Shape
+from crater.bodies.standing import Standing
+from crater.measure import Measures
+from matter.errors import InputError
+from matter.particles import Particles
+
+REACH = 1.3
+"""Farthest chord from the site, in radii of the ball of the body's volume: some 80 deg on a ball."""
+DEEP = 0.8
+"""Deepest particles that are kept, in the body's largest depth."""
+_GRID = 40
+
+
+class Unrolled:
+    """The ground of a ``shape`` round its site, of a body whose particles stood as in ``standing``."""
+
+    def __init__(self, shape: Shape, standing: Standing):
+        self.shape, self.standing = shape, standing
+        placed = shape.placed
+        self.site, self.normal = np.array([0.0, 0.0, placed.height]), placed.normal
+        first = np.array([1.0, 0.0, 0.0]) - placed.normal[0] * placed.normal
+        self.first = first / np.linalg.norm(first)
+        self.second = np.cross(self.normal, self.first)
+
+    @property
+    def reach(self) -> float:
+        """Farthest distance along the ground that is laid flat [m]."""
+        return float(self.distance(np.array([REACH * self.shape.solid.radius]))[0])
+
+    @cached_property
+    def _of_chord(self) -> tuple[np.ndarray, np.ndarray]:
+        """Chords [m], and the distances of equal area over them."""
+        radius = self.shape.solid.radius
+        points = self.shape.points(lambda place: np.full(len(place), 0.03 * radius))
+        away = np.linalg.norm(points.place - self.site, axis=1)
+        chord = np.linspace(0.4, 1.6, _GRID) * radius
+        within = np.array([points.area[away < c].sum() for c in chord])
+        return chord, np.sqrt(within / np.pi) / chord
+
+    def distance(self, chord: np.ndarray) -> np.ndarray:
+        """Distance along the flat ground [m] of points at a ``chord`` (n,) [m] from the site."""
+        grid, ratio = self._of_chord
+        # from a tangent at the site to the first chord that points tell apart
+        return chord * np.interp(chord, np.concatenate([[0.0], grid]), np.concatenate([[1.0], ratio]))
+
+    def flat(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Flat coordinates (n, 3) [m] of places (n, 3) about the body as it stood before the impact, and their
+        chords."""
+        foot = self.shape.under(place)
+        away = foot.place - self.site
+        chord = np.linalg.norm(away, axis=1)
+        azimuth = np.arctan2(away @ self.second, away @ self.first)
+        s = self.distance(chord)
+        return np.column_stack([s * np.cos(azimuth), s * np.sin(azimuth), foot.height]), chord
+
+    def of(self, particles: Particles) -> Particles:
+        """The ground of a snapshot laid flat: places, velocities against the body, and volumes (by ``radius`` or
+        ``density``); what is far from the site or deep below it is left out.
+
+        ``initial_position`` becomes that from the site, z along its normal. Raises ``InputError`` where nothing is
+        left.
+        """
+        pose = self.standing.of(particles)
+        place = pose.back(particles.position)
+        flat, chord = self.flat(place)
+        here = (chord < REACH * self.shape.solid.radius) & (flat[:, 2] > -DEEP * self.shape.deepest)
+        if not here.any():
+            raise InputError("nothing of the body lies about the site")
+        seen = particles.select(here)
+        place, flat = place[here], flat[here]
+        seen["position"] = flat
+        if "velocity" in seen:
+            moving = pose.back_velocity(particles.position[here], particles.velocity[here])
+            seen["velocity"] = self._turned(place, moving)
+        widening = self.shape.widening(place, flat[:, 2])
+        if "radius" in seen:
+            seen["radius"] = seen.radius / np.cbrt(widening)
+        elif "density" in seen:
+            seen["density"] = seen.density * widening
+        if "initial_position" in seen:
+            seen["initial_position"] = self.shape.placed.from_site(seen.initial_position)
+        return seen
+
+    def on_body(self, measures: Measures) -> Measures:
+        """The measures of a crater in flat ground with the volume that it has on the body: what lies at the height h
+        over its foot is (1 + h k)^2 of it, so that a column holds h (1 + h k + (h k)^2 / 3)."""
+        volume, size = measures["volume_m3"], measures["diameter_apparent_m"].value
+        if volume.value is None or volume.sigma is None or size is None:
+            return measures
+        columns, h = measures.ground.columns, measures.ground.rays
+        ring = columns.ring
+        area = (np.diff(columns.edges)[ring] * columns.distance[ring]) / columns.count[ring]
+        below = np.isfinite(h) & (h < 0.0) & (columns.distance[ring] < 0.5 * size)
+        h, area = h[below], area[below]
+        if not len(h):
+            return measures
+        bent = h * self._curvature(0.5 * size)
+        share = float((area @ (h * (1.0 + bent + bent**2 / 3.0))) / (area @ h))
+        parts = {name: share * part for name, part in volume.parts.items()}
+        told = replace(volume, value=share * volume.value, sigma=share * volume.sigma, parts=parts)
+        return replace(measures, quantities={**measures.quantities, "volume_m3": told})
+
+    def _curvature(self, within: float) -> float:
+        """Mean curvature [1/m] of the surface within a chord of the site [m]."""
+        points = self.shape.points(lambda place: np.full(len(place), 0.1 * within))
+        near = np.linalg.norm(points.place - self.site, axis=1) < within
+        if not near.any():
+            return 0.0
+        bent = self.shape.curvature(points.place[near], np.zeros(int(near.sum())))
+        return float(np.average(bent, weights=points.area[near]))
+
+    def _turned(self, place: np.ndarray, vector: np.ndarray) -> np.ndarray:
+        """Vectors (n, 3) at ``place`` with the local normal turned onto z, by the shortest way from the site's."""
+        n = self.shape.under(place).normal
+        up = np.einsum("ij,ij->i", vector, n)
+        across = vector - up[:, None] * n
+        # shortest turn of n onto N, of a vector that lies across n
+        share = across @ self.normal / np.maximum(1.0 + n @ self.normal, 1e-3)
+        level = across - share[:, None] * (n + self.normal)
+        return np.column_stack([level @ self.first, level @ self.second, up])
