@@ -16,6 +16,7 @@ from crater.bodies.shape import Shape
 from crater.bodies.standing import Pose, Standing, motion, of_body
 from crater.cloud import Cloud
 from matter import tree
+from matter.constants import G
 from matter.particles import Particles
 
 THETA = 0.3
@@ -70,22 +71,21 @@ def at(particles: Particles, shape: Shape, standing: Standing, gravity: float, r
 
 
 def bound(particles: Particles) -> np.ndarray:
-    """(n,) whether a particle is bound: v^2 / 2 < -phi of all that were not booked as gone, or v . x < 0, about their
-    common centre; without velocities all are."""
-    here = np.ones(len(particles), dtype=bool)
-    if "state" in particles:
-        here = particles.state != 2
+    """(n,) whether a particle is bound: v^2 / 2 < -phi, or v . x < 0, about the centre of mass; without velocities all
+    are. phi is that of all others; of those that were booked as gone that of the body as a point, at the place where
+    they left."""
+    n = len(particles)
+    here = particles.state != 2 if "state" in particles else np.ones(n, dtype=bool)
     if "velocity" not in particles:
         return here
-    x, v, m = particles.position[here], particles.velocity[here], particles.mass[here]
-    soft = particles.radius[here] if "radius" in particles else 0.5 * _support(particles)[here]
-    place, speed = x - m @ x / m.sum(), v - m @ v / m.sum()
-    gone = (0.5 * np.einsum("ij,ij->i", speed, speed) > tree.wells(x, m, soft, THETA)) & (
-        np.einsum("ij,ij->i", speed, place) > 0.0
-    )
-    stays = np.zeros(len(particles), dtype=bool)
-    stays[np.flatnonzero(here)[~gone]] = True
-    return stays
+    x, v, m = particles.position, particles.velocity, particles.mass
+    soft = particles.radius if "radius" in particles else 0.5 * _support(particles)
+    place = np.where(here[:, None], x - m[here] @ x[here] / m[here].sum(), x)
+    speed = v - m @ v / m.sum()
+    well = G * m[here].sum() / np.maximum(np.linalg.norm(place, axis=1), 1e-300)
+    well[here] = tree.wells(x[here], m[here], soft[here], THETA)
+    fast = 0.5 * np.einsum("ij,ij->i", speed, speed) > well
+    return np.asarray(~(fast & (np.einsum("ij,ij->i", speed, place) > 0.0)))
 
 
 def _support(particles: Particles) -> np.ndarray:

@@ -7,13 +7,11 @@ the site on +z.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from matter.errors import InputError
-from matter.solids.distance import Distance, measured
+from matter.solids.datum import Datum
 from matter.solids.placed import Placed
 from matter.solids.solid import Solid
 
@@ -21,14 +19,6 @@ MOST_POINTS = 60_000
 """The surface is not divided further than to some so many points."""
 _BEND = (0.6, 1.6)
 """Bounds of the factor by which an offset surface is larger: deep below an edge it has no meaning."""
-
-
-@lru_cache(maxsize=2)
-def _distance(solid: Solid) -> Distance:
-    try:
-        return measured(solid)
-    except InputError as reason:
-        raise InputError(f"[target] file: {reason}") from None
 
 
 class Foot(NamedTuple):
@@ -57,28 +47,12 @@ class Shape:
     def __init__(self, placed: Placed, axes: tuple[float, float, float] | None = None):
         self.placed, self.solid = placed, placed.solid
         self.axes = axes
-        self.distance = _distance(placed.solid)
-
-    @cached_property
-    def _high(self) -> np.ndarray:
-        return self.distance.low + self.distance.cell * (np.array(self.distance.depth.shape) - 1)
-
-    @property
-    def deepest(self) -> float:
-        """Largest depth below the surface [m]."""
-        return float(self.distance.depth.max())
+        self.datum = Datum(placed.solid)
 
     def under(self, position: np.ndarray) -> Foot:
-        """The foot of every position (n, 3) [m]; far outside the body that of the nearest point of a box about it."""
-        near = np.clip(position, self.distance.low, self._high)
-        depth, inwards = self.distance.at(near)
-        place, normal = near - depth[:, None] * inwards, -inwards
-        height = -depth
-        away = position - place
-        far = np.any(near != position, axis=1)
-        height[far] = np.linalg.norm(away[far], axis=1)
-        normal[far] = away[far] / height[far, None]
-        return Foot(place, height, normal)
+        """The foot of every position (n, 3) [m]."""
+        height, normal = self.datum.height(position), self.datum.up(position)
+        return Foot(position - height[:, None] * normal, height, normal)
 
     def widening(self, position: np.ndarray, height: np.ndarray) -> np.ndarray:
         """By how much the surface at a ``height`` (n,) [m] is larger than its foot: (1 + h k)^2."""
@@ -87,14 +61,14 @@ class Shape:
     def curvature(self, position: np.ndarray, height: np.ndarray) -> np.ndarray:
         """Mean curvature k (n,) [1/m] of the surface under positions at a ``height`` (n,) [m], positive where it
         bulges out: from the divergence S = 2 k / (1 + h k) of the normals at the position."""
-        step = 2.0 * self.distance.cell
+        step = 2.0 * self.datum.depths.cell
         divergence = np.zeros(len(position))
         for axis in range(3):
             ends = []
             for sign in (1.0, -1.0):
                 place = position.copy()
                 place[:, axis] += sign * step
-                ends.append(-self.distance.at(np.clip(place, self.distance.low, self._high))[1][:, axis])
+                ends.append(self.datum.up(place)[:, axis])
             divergence += (ends[0] - ends[1]) / (2.0 * step)
         return np.asarray(divergence / np.clip(2.0 - height * divergence, 0.5, None))
 

@@ -83,7 +83,7 @@ class Unrolled:
         pose = self.standing.of(particles)
         place = pose.back(particles.position)
         flat, chord = self.flat(place)
-        here = (chord < REACH * self.shape.solid.radius) & (flat[:, 2] > -DEEP * self.shape.deepest)
+        here = (chord < REACH * self.shape.solid.radius) & (flat[:, 2] > -DEEP * self.shape.datum.deepest)
         if not here.any():
             raise InputError("nothing of the body lies about the site")
         seen = particles.select(here)
