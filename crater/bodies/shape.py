@@ -13,7 +13,6 @@ import numpy as np
 
 from matter.solids.datum import Datum
 from matter.solids.placed import Placed
-from matter.solids.solid import Solid
 
 MOST_POINTS = 60_000
 """The surface is not divided further than to some so many points."""
