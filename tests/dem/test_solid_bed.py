@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 
 from dem import bed_stage, friction_angle, held_pull, stage, turning_frame
-from dem.assembly import BALLISTIC, Assembly, Extras
+from dem.assembly import BALLISTIC, LEFT, Assembly, Extras
 from dem.beds import slopes, solid_bed, solid_masses
 from dem.beds.solid_body import SolidBody
 from dem.beds.solid_settling import SolidSettling
@@ -197,15 +197,28 @@ def test_what_is_thrown_off_a_body_is_booked_with_its_energy(tmp_path, made, bod
         bed.velocity[high] += [0.0, 0.0, 0.4]  # the speed of escape is 0.09 m/s
         bed.position[high] += [0.0, 0.0, 20.0]
         bed["state"][high] = BALLISTIC
+        # a grain that the handoff has put into its list, and one in it that is bound
+        bed["state"][high[0] + 1 - 2 * (high[0] + 1 == high[1])] = LEFT
+        thrown.extend((float(m), v.copy()) for m, v in zip(bed.mass[high], bed.velocity[high]))
+        bed.attributes["shot"] = {"momentum_kg_m_s": [0.0, 0.0, -1e6], "normal": [0.0, 0.0, 1.0]}
 
+    thrown: list = []
     settings = started(tmp_path, made, kick, end_time=2000.0, latest_time=2000.0, pull_interval=3.0)
     stage.run(settings, tmp_path, tmp_path / "5_dem")
     found = json.loads((tmp_path / "5_dem" / "stage_report.json").read_text())
-    assert found["booked"]["escaped"]["grains"] == found["left"] == 2
+    assert found["booked"]["escaped"]["grains"] == 2 and found["left"] == 3
     assert found["momentum_error"] < 1e-12 and found["angular_momentum_error"] < 1e-10
     # against the energy of the body's rotation; what goes away takes ten times as much along
     assert abs(found["energy_error"]) < 0.01
     assert found["booked"]["escaped"]["energy_J"] > 8.0 * found["kinetic_handed_J"]
+    begun, end = found["escaping_at_start"], found["escaping"]
+    lost = sum(m * v for m, v in thrown)
+    assert begun["grains"] == end["grains"] == 2  # and not the one that is in the list but bound
+    assert begun["mass_kg"] == end["mass_kg"] == pytest.approx(sum(m for m, _ in thrown))
+    assert begun["momentum_kg_m_s"] == pytest.approx(lost.tolist(), rel=1e-6)
+    assert begun["beta"] == pytest.approx(1.0 + lost[2] / 1e6)
+    # the body holds them back on their way: less is lost in the end
+    assert 1.0 < end["beta"] < begun["beta"]
 
 
 def test_a_body_that_comes_apart_is_booked_to_the_last_grain(tmp_path, made):
