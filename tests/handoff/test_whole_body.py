@@ -177,6 +177,20 @@ def test_grains_take_over_the_flow_where_they_are_in_the_turned_body(handed, gra
     assert start.attributes["time"] == TIME
 
 
+def test_grains_know_the_first_depth_of_their_matter_in_the_body_as_it_was_then(grains):
+    """First places are those of the moment of the impact, when bed and run share their axes: of matter that has only
+    turned since, first depth and distance are those of the grain in the bed."""
+    cloud = source(moving=False)
+    cloud["initial_position"] = cloud.position @ rotation(OMEGA * TIME)
+    rules = surface.Rules(speed_limit=5.0)
+    start, ledger = stage.hand_over(cloud, grains, rules, column(), target=BODY, until=2.0 * 3600.0)
+    place = start.position @ rotation(OMEGA * TIME)
+    deep = DATUM.height(place) < -2.0 * GRAIN
+    assert np.sqrt(np.mean((start.first_depth + DATUM.height(place))[deep] ** 2)) < 0.3 * SPACING
+    assert np.median(np.abs(start.first_distance - DATUM.distance(place))[deep]) < 0.3 * SPACING
+    assert abs(ledger["origin_first_depth_rel"]["value"]) < 0.02
+
+
 def test_the_springs_of_contacts_are_turned_with_the_body(handed, grains):
     _, start, _ = handed
     turn = rotation(OMEGA * TIME)
