@@ -93,7 +93,7 @@ def predict(settings: Settings) -> dict[str, float]:
     return {
         "wall_s": wall,
         "memory_bytes": 2.5e8 + 3000.0 * n,
-        "disk_bytes": 70.0 * n * (shots + 4),
+        "disk_bytes": 94.0 * n * (shots + 4),
         "checkpoint_bytes": 720.0 * n,
     }
 
