@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from fixtures import clouds
 from fixtures import solids as solids_of
 from handoff import (
+    control,
     correction,
     domain,
     hydrostatic,
@@ -230,6 +231,20 @@ def test_a_body_that_nothing_hit_goes_on_turning(grains):
     assert np.abs(rest).max() < 1e-9 * ground and np.abs(extra).max() < 0.01 * ground
     assert np.abs(start.angular_velocity - OMEGA).max() < 1e-9 * np.linalg.norm(OMEGA)
     assert ledger["whole_momentum_rel"]["verdict"] == "pass"
+
+
+def test_a_control_run_begins_at_rest_on_the_turning_body(grains):
+    region = domain.read(grains.attributes, BODY)
+    cloud = turning.to_bed(source(), region)
+    made = transfer.hand_over(cloud, grains, surface.Rules(speed_limit=5.0), column(), region)
+    for kind in ("at_rest", "uncarved"):
+        begun = control.start(kind, made, grains)
+        assert begun.velocity == pytest.approx(np.cross(OMEGA, begun.position), abs=1e-15)
+        assert begun.angular_velocity == pytest.approx(np.tile(OMEGA, (len(begun), 1)), abs=1e-18)
+    assert len(begun) == len(grains)
+    depth = control.depth_below_surface(begun)
+    # from the outermost grains, whose centres lie most of a radius inside
+    assert np.abs(depth + DATUM.height(begun.position) + 0.8 * GRAIN).mean() < 0.5 * GRAIN
 
 
 def test_what_flies_is_a_grain_only_where_it_comes_back_in_time(grains):

@@ -4,13 +4,18 @@ without a waiver, beta of both stages."""
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
+from dem import stage as collapse
+from handoff import domain, surface
+from handoff import stage as handing
 from matter import snapshot
+from matter.rotation import rotation
 from matter.solids.datum import Datum
 from pipeline import case as cases
 from pipeline import cli, compose
@@ -144,6 +149,40 @@ def test_what_leaves_is_the_same_before_and_after_the_handoff(run):
     assert end["mass_kg"] > begun["mass_kg"] and 1.0 < end["beta"] / begun["beta"] < 1.3
     assert grains["momentum_error"] < 1e-12 and grains["angular_momentum_error"] < 1e-10
     assert abs(grains["energy_error"]) < 0.05
+
+
+@pytest.mark.validation
+def test_a_turning_body_that_nothing_hit_stays_as_it_is_in_the_grains(run, tmp_path):
+    """The particles of the start without the projectile, turned by the time of the handoff: in ten minutes no grain
+    moves against the body as a whole."""
+    settings = compose.compose(cases.read(written(tmp_path)))
+    target = settings["dem"].target
+    omega = np.array(json.loads((run / "2_sph" / "target.json").read_text())["angular_velocity_1_s"])
+    first = snapshot.read(snapshot.series(run / "2_sph")[0])
+    body, turn = first.select(first.layer >= 0), rotation(12.0 * omega)
+    body["position"], body["velocity"] = body.position @ turn.T, body.velocity @ turn.T
+    body.attributes["time"] = 12.0
+    bed = snapshot.read(run / "3_bed" / "bed.vtkhdf")
+    column = handing.column_for(run, domain.read(bed.attributes, target))
+    start, ledger = handing.hand_over(body, bed, surface.Rules(crater="any"), column, target=target)
+    # rows that count against a flow have none to count against
+    for name in ("whole_mass_rel", "whole_momentum_rel", "whole_angular_momentum_rel", "mass_raw_rel"):
+        assert ledger[name]["verdict"] == "pass"
+    assert len(start) == len(bed)
+    for name in ("2_sph", "4_handoff", "5_dem"):
+        (tmp_path / name).mkdir()
+    shutil.copy(run / "2_sph" / "target.json", tmp_path / "2_sph")
+    snapshot.write(start, tmp_path / "4_handoff" / "start.vtkhdf")
+    times = {"end_time": 600.0, "latest_time": 600.0, "still_interval": 200.0, "snapshot_interval": 600.0}
+    collapse.run(settings["dem"].model_copy(update=times), tmp_path, tmp_path / "5_dem")
+    last, report = snapshot.read(tmp_path / "5_dem" / "last.vtkhdf"), report_of(tmp_path, "5_dem")
+    centre = last.mass @ last.position / last.mass.sum()
+    back = (last.position - centre) @ np.array(report["turned"])
+    middle = start.mass @ start.position / start.mass.sum()
+    moved = np.linalg.norm(back - (start.position - middle), axis=1)
+    assert moved.max() < 0.05 * start.radius.mean()
+    assert report["angular_velocity_1_s"] == pytest.approx(omega, abs=0.02 * np.linalg.norm(omega))
+    assert report["left"] == 0
 
 
 @pytest.mark.validation
