@@ -85,6 +85,8 @@ def share(run: Path, request: Request, shared: Iterable[str]) -> Path:
     place.mkdir(parents=True, exist_ok=True)
     settings = settings_of(request)
     for stage in shared:
+        if stage not in request.case.stages:
+            continue
         if stages.folder(run, stage).exists():
             view.show(place, stage, stages.folder(run, stage))
         who = identity.of(stage, settings.get(stage), request.case.outside.get(stage), partial(stages.folder, place))

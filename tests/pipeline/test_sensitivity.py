@@ -57,6 +57,13 @@ def test_what_cannot_be_varied_is_a_message(tmp_path, run):
         sensitivity.make(run, ["alpha_x1.5"])
 
 
+def test_a_case_that_names_how_it_is_hit_shares_no_encounters(run):
+    """Flat ground has none: what is missing first is the shock stage."""
+    shutil.copy(CASE.parents[1] / "first_crater" / "case.toml", run / "case.used.toml")
+    with pytest.raises(InputError, match=r"sph of .* is not done with the settings"):
+        sensitivity.make(run, ["alpha_x1.5"])
+
+
 def row(rim, apparent, depth, rms=1e3):
     changes = {
         "diameter_rim_m_change": rim,
