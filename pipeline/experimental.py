@@ -12,8 +12,8 @@ from typing import Any
 from matter.body import Model
 
 CHOICES: dict[str, tuple[Any, ...]] = {
-    "target.shape": ("ellipsoid", "mesh"),
-    "target.companion.mass": (),
+    "target.shape": ("mesh",),
+    "target.arrival": (),
     "bed.shape": ("whole",),
     "bed.pull_interval": (),
     "dem.pull_interval": (),

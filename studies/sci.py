@@ -14,8 +14,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -27,6 +25,7 @@ from crater.measure import Measures
 from dem.engines import deviations
 from matter import snapshot
 from matter.errors import InputError
+from studies.case_runs import run, sets
 
 ROOT = Path(__file__).resolve().parents[1]
 CASE = ROOT / "cases" / "sci_ryugu"
@@ -42,11 +41,6 @@ class Row(NamedTuple):
     times: tuple[float, ...] = ()
     within: float = 0.0
     """Radius [m] inside which momentum and energy are summed instead of a crater measured."""
-
-
-def sets(*values: str) -> tuple[str, ...]:
-    """``--set`` for each value."""
-    return tuple(part for value in values for part in ("--set", value))
 
 
 SPH, COARSE, SMALL = ("--until", "sph"), ("--preset", "coarse29"), ("--preset", "small")
@@ -184,20 +178,6 @@ ROWS = {
 }
 
 
-def run(arguments: Sequence[str], out: Path, check: bool) -> tuple[int, Path | None]:
-    """``run_case`` with these arguments: its exit code, and the run folder that it names."""
-    code = "from pipeline.cli import run_case; run_case()"
-    command = [sys.executable, "-c", code, str(CASE), *arguments, "--out", str(out), *(["--check"] if check else [])]
-    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
-    folder: Path | None = None
-    assert process.stdout is not None
-    for line in process.stdout:
-        print("   ", line, end="", flush=True)
-        if line.startswith("run folder: "):
-            folder = Path(line.removeprefix("run folder: ").strip())
-    return process.wait(), folder
-
-
 def measured(path: Path) -> Measures:
     """The crater in a snapshot, on the choices of the run that it comes from. Raises ``InputError`` where none is
     found."""
@@ -315,7 +295,7 @@ def main() -> int:
         print(label)
         key = " ".join(arguments)
         if not given.evaluate:
-            code, folder = run(arguments, given.out.resolve(), given.check)
+            code, folder = run(CASE, arguments, given.out.resolve(), given.check)
             worst = max(worst, code)
             if folder is not None and not given.check:
                 given.out.mkdir(parents=True, exist_ok=True)

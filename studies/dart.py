@@ -1,0 +1,104 @@
+"""Momentum that a body takes over from a spacecraft: DART on Dimorphos against cohesion, friction and resolution.
+
+    python studies/dart.py                              # the runs and what stands in their settings
+    python studies/dart.py --out runs/dart              # makes them, resumed where they were stopped
+    python studies/dart.py --out runs/dart --evaluate   # the table of what is done so far
+
+Shock stage alone: beta from what escapes (``sph.escaping``), the change of speed that a body of the target's mass
+gets, and the mass that leaves, at the end and at half of the time. The parameters were written down in
+``cases/dart_dimorphos`` and here before the first of these runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+
+from matter import snapshot
+from matter.errors import InputError
+from sph import escaping
+from studies.case_runs import ROOT, run, sets
+
+CASE = ROOT / "cases" / "dart_dimorphos"
+COARSE = sets("sph.spacing_at_impact=1 m", "sph.spacing_far=9 m", "sph.growth=0.12")
+FRICTION = "sph.materials.basalt.drucker_prager.friction_angle={} deg"
+COHESION = "sph.materials.basalt.drucker_prager.cohesion={} Pa"
+ROCK = sets(
+    COHESION.format(90e6),
+    *(f"sph.materials.basalt.{text}" for text in ("tension.cut=20 MPa", "crush_quadratic.Pe=200 MPa")),
+)
+"""As strong as granite (its cohesion, and pores that stand 200 MPa), the same density: it does not crumble."""
+GROUNDS = {
+    "no cohesion": (),
+    "5 Pa": sets(COHESION.format(5)),
+    "50 Pa": sets(COHESION.format(50)),
+    "friction 22 deg": sets(FRICTION.format(22)),
+    "friction 35 deg": sets(FRICTION.format(35)),
+    "no strength": sets("sph.strength=false"),
+    "solid rock": ROCK,
+}
+RUNS = {
+    f"{name}, {size}": ("--preset", "quick", "--until", "sph", *shape, *ground)
+    for name, ground in GROUNDS.items()
+    for size, shape in (("quick", ()), ("coarse", COARSE))
+}
+
+
+def measured(folder: Path) -> list[str]:
+    """A line for half of the time and one for the end. Raises ``InputError`` for a run without snapshots."""
+    report = json.loads((folder / "2_sph" / "stage_report.json").read_text())
+    normal = np.array(report["escaping"]["normal"])
+    paths = snapshot.series(folder / "2_sph")
+    if not paths:
+        raise InputError(f"{folder} holds no snapshots")
+    first = snapshot.read(paths[0])
+    momentum, lines = first.mass @ first.velocity, []
+    for path in (paths[len(paths) // 2], paths[-1]):
+        cloud = snapshot.read(path)
+        found = escaping.leaving(
+            cloud.position, cloud.velocity, cloud.mass, 0.5 * cloud.support_radius, momentum, normal
+        )
+        left = cloud.mass.sum() - found["mass_kg"]
+        change = np.linalg.norm(found["momentum_that_stays_kg_m_s"]) / left
+        lines.append(
+            f"  {float(cloud.attributes['time']):6.3g} s  {len(cloud):7,} particles  beta {found['beta']:.3f}  leaves "
+            f"{found['mass_kg']:.3g} kg  change of speed {1e3 * change:.2f} mm/s"
+        )
+    return lines
+
+
+def main() -> int:
+    """Make and evaluate the runs; the largest exit code of theirs."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, help="folder of the runs")
+    parser.add_argument("--only", default="", help="runs whose name holds this text")
+    parser.add_argument("--size", default="", choices=["", "quick", "coarse"], help="runs of this size only")
+    parser.add_argument("--evaluate", action="store_true", help="run nothing")
+    given = parser.parse_args()
+    chosen = {name: arguments for name, arguments in RUNS.items() if given.only in name and name.endswith(given.size)}
+    if given.out is None:
+        for name, arguments in chosen.items():
+            print(
+                f"{name:26} run_case cases/dart_dimorphos " + " ".join(f'"{a}"' if " " in a else a for a in arguments)
+            )
+        return 0
+    book = given.out / "book.json"
+    folders, worst = json.loads(book.read_text()) if book.is_file() else {}, 0
+    for name, arguments in chosen.items():
+        print(name)
+        if not given.evaluate:
+            code, folder = run(CASE, arguments, given.out.resolve())
+            worst = max(worst, code)
+            if folder is not None:
+                given.out.mkdir(parents=True, exist_ok=True)
+                book.write_text(json.dumps(folders := folders | {name: str(folder)}, indent=1))
+        if name in folders and (Path(folders[name]) / "2_sph" / "stage_report.json").is_file():
+            print("\n".join(measured(Path(folders[name]))))
+    return worst
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
