@@ -9,7 +9,8 @@ classes come of it:
     several particles          a fragment; the size is that of a sphere of its volume
 
 A size below a particle would need the strain rate at which each particle broke (Grady & Kipp 1980), which snapshots do
-not hold: no smaller class is made up. Where nothing broke in the run (no damage, a fluid) there are no classes.
+not hold: no smaller class is made up. Where nothing broke in the run (no damage, a fluid), or nothing of the target is
+whole (loose ground, broken from the start) there are no classes.
 """
 
 from __future__ import annotations
@@ -39,10 +40,11 @@ class Sizes(NamedTuple):
 
 def of(catalogue: Catalogue, last: Particles) -> Sizes | None:
     """The sizes of what the catalogue holds, from the ``last`` snapshot; None where it does not hold damage and
-    supports, or nothing of the target is broken in it."""
+    supports, or the target is all whole or all broken in it."""
     if any(name not in last for name in ("damage", "support_radius", "density", "layer")):
         return None
-    if not (last.damage[last.layer >= 0] >= fragments.BROKEN).any():
+    broken = last.damage[last.layer >= 0] >= fragments.BROKEN
+    if not broken.any() or broken.all():
         return None
     group = np.full(len(last), fragments.NONE)
     for body in (last.layer >= 0, last.layer < 0):
@@ -55,11 +57,9 @@ def of(catalogue: Catalogue, last: Particles) -> Sizes | None:
         for weights in (np.ones(whole.sum()), last.mass[whole], (last.mass / last.density)[whole])
     )
     own, intact = group[catalogue.number], whole[catalogue.number]
-    number = np.where(intact, np.where(members[own] > 1, SEVERAL, ONE), DUST) if count else np.full(len(own), DUST)
-    alone = (last.mass / last.density)[catalogue.number]
-    room = np.where(intact, volume[own], alone) if count else alone
-    weight = np.where(intact, mass[own], np.nan) if count else np.full(len(own), np.nan)
-    return Sizes(number, np.cbrt(6.0 * room / np.pi), weight)
+    number = np.where(intact, np.where(members[own] > 1, SEVERAL, ONE), DUST)
+    room = np.where(intact, volume[own], (last.mass / last.density)[catalogue.number])
+    return Sizes(number, np.cbrt(6.0 * room / np.pi), np.where(intact, mass[own], np.nan))
 
 
 def masses(catalogue: Catalogue, sizes: Sizes, crater: Datum, radius: float) -> dict[str, dict[str, float]]:
