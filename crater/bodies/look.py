@@ -19,7 +19,8 @@ from matter import tree
 from matter.constants import G
 from matter.particles import Particles
 
-THETA = 0.3
+THETA, OF_SPACING, OF_GRAINS = 0.3, 0.5, 0.01
+"""Opening angle of the tree, and its softening as in the stages: half a spacing, and next to nothing of a grain."""
 
 
 class Look(NamedTuple):
@@ -79,7 +80,7 @@ def bound(particles: Particles) -> np.ndarray:
     if "velocity" not in particles:
         return here
     x, v, m = particles.position, particles.velocity, particles.mass
-    soft = particles.radius if "radius" in particles else 0.5 * _support(particles)
+    soft = OF_GRAINS * particles.radius if "radius" in particles else OF_SPACING * _spacing(particles)
     place = np.where(here[:, None], x - m[here] @ x[here] / m[here].sum(), x)
     speed = v - m @ v / m.sum()
     well = G * m[here].sum() / np.maximum(np.linalg.norm(place, axis=1), 1e-300)
@@ -88,10 +89,10 @@ def bound(particles: Particles) -> np.ndarray:
     return np.asarray(~(fast & (np.einsum("ij,ij->i", speed, place) > 0.0)))
 
 
-def _support(particles: Particles) -> np.ndarray:
+def _spacing(particles: Particles) -> np.ndarray:
     if "smoothing_length" in particles:
-        return particles.smoothing_length
-    return 2.0 * np.cbrt(particles.mass / particles.density)
+        return 0.5 * particles.smoothing_length
+    return np.asarray(np.cbrt(particles.mass / particles.density))
 
 
 def rigid(seen: Look, which: np.ndarray) -> Rigid:
