@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dem import bed_stage, stage
-from handoff import carve, control
+from handoff import carve, control, domain
 from matter import snapshot
 from matter.particles import Particles
 from tests.dem import bodies
@@ -65,7 +65,9 @@ def mechanical(history) -> np.ndarray:
 
 def test_the_bed_carved_at_the_datum_does_not_move(frictional, tmp_path):
     run, bed = frictional
-    start = control.start("uncarved", SimpleNamespace(start=SimpleNamespace(attributes={"time": START})), bed)
+    region = domain.read(bed.attributes)
+    handoff = SimpleNamespace(start=SimpleNamespace(attributes={"time": START}), region=region)
+    start = control.start("uncarved", handoff, bed)
     height = np.linalg.norm(start.position, axis=1) - start.attributes["domain"]["datum_radius_m"]
     assert height.max() <= 0.0 and not start.velocity.any() and start.attributes["control"] == "uncarved"
     last, history = collapsed(run, start, tmp_path)
@@ -84,7 +86,8 @@ def test_the_carved_bed_at_rest_moves_by_slope_failure_alone(frictional, tmp_pat
     carved = bed.select(stays)
     carved.tables = carve.surviving_tables(bed, stays)
     carved.attributes["time"] = START
-    start = control.start("at_rest", SimpleNamespace(start=carved, carving=SimpleNamespace(stays=stays)), bed)
+    carving, region = SimpleNamespace(stays=stays), domain.read(bed.attributes)
+    start = control.start("at_rest", SimpleNamespace(start=carved, carving=carving, region=region), bed)
     assert len(start.tables["contacts/pair"]) > 1000
     last, history = collapsed(run, start, tmp_path)
     way = control.moved(start, last) / start.radius.mean()
