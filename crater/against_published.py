@@ -13,6 +13,7 @@ from crater.measure import Measures, Quantity
 from crater.settings import Published
 from matter import quantity
 from matter.crater_measures import TIME, unit_of
+from matter.errors import InputError
 
 
 def compared(findings: Findings) -> Compared:
@@ -26,9 +27,12 @@ def compared(findings: Findings) -> Compared:
         reasons["scaling"] = "the scaling laws here are those of the gravity regime, and this run has no gravity"
     reference = tuple(_verdict(findings, published) for published in findings.settings.reference)
     shock, grains = findings.late_sph, findings.settled_grains
-    difference = (
-        _late_difference(shock.measures, grains.measures) if shock is not None and grains is not None else None
-    )
+    difference = None
+    if shock is not None and grains is not None:
+        try:
+            difference = _late_difference(shock.measures, grains.measures)
+        except InputError as reason:  # grains so coarse that their hollow has no column near its axis
+            reasons["late_difference"] = str(reason)
     return Compared(laws, reference, difference, reasons)
 
 
@@ -51,7 +55,7 @@ def _by_scaling(findings: Findings) -> dict[str, Any]:
 
 def _late_difference(shock: Measures, grains: Measures) -> dict[str, Any]:
     """The two late stages: profiles inside 1.5 rim radii of the larger crater, the largest difference with its place,
-    depth and diameter with their ratio."""
+    depth and diameter with their ratio. Raises ``InputError`` where the profiles have too few radii in common."""
     difference = profile_difference(shock.profile, grains.profile, rim=_larger_rim(shock, grains))
     for name in ("depth_m", "diameter_apparent_m"):
         pair = [measures[name].value for measures in (shock, grains)]

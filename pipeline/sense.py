@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from matter import readable
+from matter import quantity, readable
 from matter.body import Model
 from matter.errors import InputError
 from pipeline import experimental
@@ -41,7 +41,13 @@ def judged(
     if sph is None or not hasattr(sph, "zones"):
         return [], list(experimental.used(settings))
     errors = [*_impossible(sph), *_out_of_order(settings, sph), *_does_not_fit(settings, sph, outside)]
-    return errors, [*_unlikely(sph), *_coarse(sph), *_regime(settings, sph, stages), *experimental.used(settings)]
+    return errors, [
+        *_unlikely(sph),
+        *_broken(sph),
+        *_coarse(sph),
+        *_regime(settings, sph, stages),
+        *experimental.used(settings),
+    ]
 
 
 def _impossible(sph: Any) -> Iterator[Complaint]:
@@ -178,6 +184,18 @@ def _flat_advice(sph: Any) -> str:
         f"take it as a half space, "
         f'[target] shape = "half_space", gravity = "{gravity:.3g} m/s^2", with its uppermost layer'
     )
+
+
+def _broken(sph: Any) -> Iterator[str]:
+    """Cohesion that a case gives to ground that is broken from the start."""
+    for name, choice in sph.materials.items():
+        given = (getattr(choice, "drucker_prager", None) or {}).get("cohesion", 0.0)
+        cohesion = quantity.parse(given) if isinstance(given, str) else float(given)
+        if sph.strength and choice.predamaged and cohesion > 0.0:
+            yield (
+                f"[sph.materials.{name}] cohesion = {given} counts for nothing: what is broken "
+                f"from the start (predamaged) has none; with predamaged = false and [sph] damage = false it stays"
+            )
 
 
 def _coarse(sph: Any) -> Iterator[str]:

@@ -27,6 +27,8 @@ COARSE = sets("sph.spacing_at_impact=1 m", "sph.spacing_far=9 m", "sph.growth=0.
 """14,000 particles; the projectile is one of them, the shock in it is not resolved."""
 FRICTION = "sph.materials.basalt.drucker_prager.friction_angle={} deg"
 COHESION = "sph.materials.basalt.drucker_prager.cohesion={} Pa"
+WHOLE = sets("sph.materials.basalt.predamaged=false", "sph.damage=false")
+"""Ground that keeps its cohesion however it is strained: what is broken has none."""
 ROCK = sets(
     COHESION.format(90e6),
     *(f"sph.materials.basalt.{text}" for text in ("tension.cut=20 MPa", "crush_quadratic.Pe=200 MPa")),
@@ -34,12 +36,12 @@ ROCK = sets(
 """As strong as granite (its cohesion, and pores that stand 200 MPa), the same density: it does not crumble."""
 GROUNDS = {
     "no cohesion": (),
-    "5 Pa": sets(COHESION.format(5)),
-    "50 Pa": sets(COHESION.format(50)),
+    "5 Pa": WHOLE + sets(COHESION.format(5)),
+    "50 Pa": WHOLE + sets(COHESION.format(50)),
     "friction 22 deg": sets(FRICTION.format(22)),
     "friction 35 deg": sets(FRICTION.format(35)),
     "no strength": sets("sph.strength=false"),
-    "solid rock": ROCK,
+    "solid rock": WHOLE + ROCK,
 }
 RUNS = {
     f"{name}, {size}": ("--preset", "quick", "--until", "sph", *shape, *ground)
