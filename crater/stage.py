@@ -53,7 +53,7 @@ from crater.findings import (
 )
 from crater.one_snapshot import measure_snapshot
 from crater.settings import Published, Settings
-from matter import archive, drawing, material, snapshot
+from matter import archive, drawing, material, snapshot, tree
 from matter.constants import G
 from matter.crater_measures import MAXIMA
 from matter.errors import InputError
@@ -71,7 +71,7 @@ def idle_sources(settings: Settings) -> set[Path]:
     """Files that this run does not take: its bibliography leaves out what only they cite."""
     idle = {Path(str(launch.__file__))} if not settings.target.flat else set()
     if not settings.target.solid:
-        idle |= set((Path(__file__).parent / "bodies").glob("*.py"))
+        idle |= {*(Path(__file__).parent / "bodies").glob("*.py"), Path(str(tree.__file__))}
     weightless = {Path(str(module.__file__)) for module in (scaling, flight)}
     return idle | (weightless if not settings.target.weighs else set())
 

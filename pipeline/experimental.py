@@ -14,6 +14,7 @@ from matter.body import Model
 CHOICES: dict[str, tuple[Any, ...]] = {
     "target.shape": ("mesh",),
     "target.arrival": (),
+    "crater.along_track": (),
     "bed.shape": ("whole",),
     "bed.pull_interval": (),
     "dem.pull_interval": (),

@@ -9,6 +9,10 @@ A(c) is the area of that surface within the chord c of S, so that areas are kept
 cap of chord c has the area pi c^2: Archimedes), whose map is then Lambert's azimuthal one. Where the surface curves a
 volume at the height h stands on an area larger by (1 + h k)^2 (``Shape.widening``), by which it is divided. A
 diameter is that of the circle which on flat ground has the area that the rim encloses on the surface of before.
+
+A hollow so deep that the surface beside it is nearer to its floor than the one above (some half of the radius of
+curvature), or so wide that little of the ground round the site lies outside it, is not found here: the body is then
+made anew, and the map (``height_map``) shows it.
 """
 
 from __future__ import annotations
