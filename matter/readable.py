@@ -116,11 +116,15 @@ def amount(value: float, unit: str = "1", digits: int = 4) -> str:
 
 
 def measured(value: float, sigma: float | None, unit: str = "1") -> str:
-    """A value with its standard error, both in one unit: "569 ± 15 km", "(24.16 ± 0.72) × 10⁶ km³"; no error for None
-    or 0."""
+    """A value with its standard error, both in one unit: "569 ± 15 km", "(24.16 ± 0.72) × 10⁶ km³",
+    "(2.245 ± 0.065) × 10⁷ kg"; no error for None or 0."""
     if not sigma or not math.isfinite(sigma):
         return amount(value, unit)
     factor, name = scale(max(abs(value), sigma), unit)
+    size = max(abs(value), sigma) * factor
+    if name in ("kg", "m³") and size >= 1e6:
+        power = math.floor(math.log10(size))
+        factor, name = factor / 10.0**power, f"10{str(power).translate(_SUPERSCRIPT)} {name}"
     value, sigma = value * factor, sigma * factor
     places = min(max(1 - math.floor(math.log10(sigma)), 0), max(4 - math.floor(math.log10(max(abs(value), 1e-9))), 0))
     text = f"{value:.{places}f} ± {sigma:.{places}f}" if round(sigma, places) else f"{value:.{places}f} ± {sigma:.1g}"
