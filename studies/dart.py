@@ -40,7 +40,8 @@ GROUNDS = {
     "50 Pa": WHOLE + sets(COHESION.format(50)),
     "friction 22 deg": sets(FRICTION.format(22)),
     "friction 35 deg": sets(FRICTION.format(35)),
-    "no strength": sets("sph.strength=false"),
+    # no law says how wide a crater gets that neither weight nor strength holds: as for sand
+    "no strength": sets("sph.strength=false", "impact.expected_transient_diameter=78 m"),
     "solid rock": WHOLE + ROCK,
 }
 RUNS = {
