@@ -21,6 +21,7 @@ import numpy as np
 
 from matter import archive, material, quantity, snapshot
 from matter.errors import InputError
+from matter.fragments import BROKEN
 from sph import fragments
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -60,7 +61,7 @@ def measure(run: Path) -> dict[str, Any]:
         times.append(float(particles.attributes["time"]))
         shares.append(fragments.largest_share(particles))
         broken.append(
-            float(particles.mass[target & (particles.damage >= fragments.BROKEN)].sum() / particles.mass[target].sum())
+            float(particles.mass[target & (particles.damage >= BROKEN)].sum() / particles.mass[target].sum())
         )
     x, speed = particles.initial_position, np.linalg.norm(particles.velocity, axis=1)
     r = np.linalg.norm(x, axis=1)
