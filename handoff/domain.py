@@ -22,8 +22,24 @@ from matter.errors import InputError
 from matter.frame import Plane, Sphere
 
 
+class AtRest:
+    """What a domain whose ground does not move says of motion."""
+
+    def flow(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Velocity (n, 3) [m/s] against the ground at rest: the ``velocity`` itself."""
+        return velocity
+
+    def inertial(self, position: np.ndarray, velocity: np.ndarray, spin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Velocities (n, 3) [m/s] and spins (n, 3) [rad/s] of what has these against the ground: the same."""
+        return velocity, spin
+
+    def pace(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Speed (n,) [m/s] that errors of momentum count against: that of the flow."""
+        return np.asarray(np.linalg.norm(velocity, axis=1))
+
+
 @dataclass(frozen=True)
-class Cone:
+class Cone(AtRest):
     """Between two spheres about the origin [m], inside ``half_angle`` [rad] of +z; the datum is a sphere between
     them."""
 
@@ -76,18 +92,6 @@ class Cone:
         below the datum."""
         return float(np.sum((self.datum**3 - (self.datum + height) ** 3) / 3.0) * area / self.datum**2)
 
-    def flow(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Velocity (n, 3) [m/s] against the ground at rest: the ``velocity`` itself."""
-        return velocity
-
-    def inertial(self, position: np.ndarray, velocity: np.ndarray, spin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Velocities (n, 3) [m/s] and spins (n, 3) [rad/s] of what has these against the ground: the same."""
-        return velocity, spin
-
-    def pace(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Speed (n,) [m/s] that errors of momentum count against: that of the flow."""
-        return np.asarray(np.linalg.norm(velocity, axis=1))
-
     def feet(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Even points on the datum (m, 3), about ``count``, their distance along it from the axis (m,), and the
         vertical there (m, 3)."""
@@ -136,7 +140,7 @@ class Cone:
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(AtRest):
     """Upright cylinder about the z axis on flat ground [m]: heights ``floor`` < ``datum`` <= ``top``."""
 
     radius: float
@@ -188,18 +192,6 @@ class Cylinder:
         """Volume [m^3] between the datum and ``height`` (n,) [m] over columns of this ``area`` [m^2] each, positive
         below the datum."""
         return float(np.sum(-height) * area)
-
-    def flow(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Velocity (n, 3) [m/s] against the ground at rest: the ``velocity`` itself."""
-        return velocity
-
-    def inertial(self, position: np.ndarray, velocity: np.ndarray, spin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Velocities (n, 3) [m/s] and spins (n, 3) [rad/s] of what has these against the ground: the same."""
-        return velocity, spin
-
-    def pace(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Speed (n,) [m/s] that errors of momentum count against: that of the flow."""
-        return np.asarray(np.linalg.norm(velocity, axis=1))
 
     def feet(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Even points on the datum (m, 3), their distance along it from the axis (m,), and the vertical there
