@@ -14,6 +14,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from matter import archive, material, quantity
+from matter.body import SOLIDS
 from pipeline import keys, stages
 
 _KEPT = (
@@ -52,6 +53,7 @@ def schema() -> dict[str, Any]:
     for name, definition in definitions.items():
         if f"#/definitions/{name}" not in whole:
             definition.pop("required", None)
+    _without_thickness(tables["target"], definitions)
     loose = {name: {key: value for key, value in table.items() if key != "required"} for name, table in tables.items()}
     case = {**loose["case"], "required": ["title"]}
     return {
@@ -77,6 +79,15 @@ def _presets(tables: dict[str, Any]) -> dict[str, Any]:
         "description": about,
         "additionalProperties": {"type": "object", "properties": tables, "additionalProperties": False},
     }
+
+
+def _without_thickness(target: dict[str, Any], definitions: dict[str, Any]) -> None:
+    """The layer of an ellipsoid or mesh needs no thickness: the shape makes it (``matter.body.Target``)."""
+    layers, layer = target["properties"]["layers"], definitions["target.Layer"]
+    definitions["target.SolidLayer"] = {**layer, "required": [key for key in layer["required"] if key != "thickness"]}
+    target["if"] = {"properties": {"shape": {"enum": list(SOLIDS)}}, "required": ["shape"]}
+    target["then"] = {"properties": {"layers": {"items": {"$ref": "#/definitions/target.SolidLayer"}}}}
+    target["else"] = {"properties": {"layers": {"items": layers.pop("items")}}}
 
 
 def _table(kind: Any, path: tuple[str, ...], definitions: dict[str, Any]) -> dict[str, Any]:

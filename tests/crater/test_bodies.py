@@ -110,7 +110,14 @@ def test_a_cap_that_is_cut_out_has_its_depth_and_volume_on_the_map(site):
     assert measured.resurfaced_share(seen).value == pytest.approx(share, rel=0.5)
 
 
-@pytest.mark.parametrize("site", [(90.0, 0.0), (0.0, 0.0), (30.0, 50.0)], ids=["pole", "long end", "between"])
+@pytest.mark.parametrize(
+    "site",
+    [
+        pytest.param((90.0, 0.0), id="pole"),
+        pytest.param((0.0, 0.0), id="long end", marks=pytest.mark.validation),
+        pytest.param((30.0, 50.0), id="between", marks=pytest.mark.validation),
+    ],
+)
 def test_a_crater_has_its_measures_within_their_errors_wherever_it_lies(site):
     placed, wide = bodies.placed(AXES, *site), 20.0
     shape, every = Shape(placed, AXES), lattice(4.0, 115.0)
