@@ -47,7 +47,7 @@ LAW_FOLDERS = {
 NO_LAWS = frozenset(
     f"{folder}/{name}" for folder in LAW_FOLDERS for name in ("__init__", "__main__", "dispatch")
 ) | {"sph/porosity/crush", "sph/porosity/matrix", "sph/damage/growth", "sph/damage/seeding"} | {
-    "sph/boundary/edge", "sph/boundary/sides_and_floor", "sph/eos/table_slopes", "sph/eos/densest"
+    "sph/boundary/edge", "sph/boundary/sides_and_floor", "sph/eos/table_slopes", "sph/eos/densest", "sph/eos/release"
 }  # fmt: skip
 """Files that choose among laws, or carry out what a case chose: they state no law of their own."""
 MOST = 12
