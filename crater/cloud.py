@@ -28,6 +28,9 @@ RANDOM_PACKING = 0.62
 CORE_NEIGHBOURS = 12
 BORDER_NEIGHBOURS = 6
 LINK = 1.5
+FINE = 0.5
+"""What is smaller than this share of a particle's spacing counts for nothing among its neighbours: a dozen small
+grains that fell into the pores about a large one would else take the places of the large ones that hold it."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +128,23 @@ def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
     return volume, low
 
 
+def _neighbours(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
+    """Distances [m] and places of the nearest ``CORE_NEIGHBOURS`` of every particle that are no finer than ``FINE`` of
+    its spacing, both (n, ``CORE_NEIGHBOURS``); infinite, and its own place, where there are fewer within two
+    spacings."""
+    tree, d = cKDTree(cloud.position), cloud.spacing
+    distance, neighbour = tree.query(cloud.position, k=CORE_NEIGHBOURS + 1, workers=1)
+    distance, neighbour = distance[:, 1:], neighbour[:, 1:]
+    for i in np.flatnonzero((d[neighbour] < FINE * d[:, None]).any(axis=1)):
+        around = np.array(tree.query_ball_point(cloud.position[i], 2.0 * d[i]))
+        around = around[(around != i) & (d[around] >= FINE * d[i])]
+        apart = np.linalg.norm(cloud.position[around] - cloud.position[i], axis=1)
+        nearest = np.argsort(apart, kind="stable")[:CORE_NEIGHBOURS]
+        distance[i], neighbour[i] = np.inf, i
+        distance[i, : len(nearest)], neighbour[i, : len(nearest)] = apart[nearest], around[nearest]
+    return distance, neighbour
+
+
 def supported(
     cloud: Cloud,
     height: np.ndarray | None = None,
@@ -140,9 +160,7 @@ def supported(
 
     Raises ``InputError`` when nothing compact is left.
     """
-    tree = cKDTree(cloud.position)
-    distance, neighbour = tree.query(cloud.position, k=CORE_NEIGHBOURS + 1, workers=1)
-    distance, neighbour = distance[:, 1:], neighbour[:, 1:]
+    distance, neighbour = _neighbours(cloud)
     d = cloud.spacing
     core = (distance[:, CORE_NEIGHBOURS - 1] <= 2.0 * d) & ~cloud.low_density
     border = (distance[:, BORDER_NEIGHBOURS - 1] <= 2.0 * d) & ~cloud.low_density
