@@ -39,6 +39,7 @@ def ledger_of(handoff: Handoff, source: Particles, bed: Particles, column: Colum
             f"mean {net.mean:.4g} N, {net.contacts_per_grain:.2f} contacts per grain, at the start",
         )
     _statements(ledger, handoff)
+    _shrunk(ledger, handoff, bed)
     return ledger
 
 
@@ -177,6 +178,23 @@ def _overlaps(ledger: Ledger, handoff: Handoff) -> None:
             ledger.skip(
                 name, "not_applicable" if depth == 0.0 else "not_measured", "the bed carries no field 'stiffness'"
             )
+
+
+def _shrunk(ledger: Ledger, handoff: Handoff, bed: Particles) -> None:
+    """Grains made smaller for the loosened matter that they stand for, where there are some."""
+    full = bed.radius[handoff.carving.stays]
+    ratio = handoff.start.radius[: len(full)] / full
+    smaller = ratio < 1.0
+    if smaller.any():
+        volume = handoff.carving.volume[handoff.carving.stays][smaller]
+        packed = float(volume @ ratio[smaller] ** 3)
+        ledger.state(
+            "grains_shrunk",
+            float(np.count_nonzero(smaller)),
+            "1",
+            f"stand for {readable.volume(volume.sum())} of loosened matter, packed {readable.volume(packed)}; "
+            f"smallest {ratio.min():.3f} of its radius",
+        )
 
 
 def _layers(ledger: Ledger, handoff: Handoff, source: Particles) -> None:

@@ -2,8 +2,9 @@
 velocity.
 
 * radius: the volume mass / density at the bed's packing fraction, so that ejecta that lands fills as much room as the
-  bed does; shrunk down to half of that where it would overlap; where that is not enough the grain is moved to the
-  nearest free place around it;
+  bed does; density counts as half of that of packed matter at least, with ``loosened = "shrunk"`` as all of it; shrunk
+  down to half of that where it would overlap; where that is not enough the grain is moved to the nearest free place
+  around it;
 * stiffness: scaled with mass (never above the bed's own), so that the contact time of a light grain, and with it the
   step, stays;
 * ``state``: 0 in contact search; 1 ballistic, when much lighter than a bed grain or when no free place was found; 2
@@ -24,7 +25,7 @@ from scipy.spatial import cKDTree
 from handoff import free_flight, two_body
 from handoff.domain import Domain
 from handoff.hydrostatic import Column
-from handoff.surface import reference_density
+from handoff.surface import SPARSEST, Rules, reference_density
 from handoff.whole_body import WholeBody
 from matter.particles import Particles
 
@@ -70,12 +71,15 @@ def from_source(
     domain: Domain,
     column: Column,
     until: float = math.inf,
+    rules: Rules = Rules(),  # noqa: B008  (frozen)
 ) -> Ejecta:
     """Grains for the source particles ``ejecta`` (places) above the carved ``bed``; ``packing`` is the bed's packing
-    fraction, ``until`` [s] (after the impact) when the collapse ends at the latest."""
+    fraction, ``until`` [s] (after the impact) when the collapse ends at the latest; the ``rules`` say what becomes of
+    loosened matter."""
     position, velocity = source.position[ejecta].copy(), source.velocity[ejecta].copy()
     mass = source.mass[ejecta]
-    density = np.maximum(source.density[ejecta], 0.5 * reference_density(source)[ejecta])
+    least = 1.0 if rules.loosened == "shrunk" else SPARSEST
+    density = np.maximum(source.density[ejecta], least * reference_density(source)[ejecta])
     radius = np.cbrt(3.0 * packing * mass / (4.0 * np.pi * density))
     frame = domain.frame
     up = frame.up(position)

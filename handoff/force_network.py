@@ -19,7 +19,7 @@ from handoff.overlaps import pairs
 from matter.particles import Particles
 
 _IN_CONTACT = 0
-_OFFSET = 7
+OFFSET = 7
 """Column of the offset in ``contacts/history``; a history without one has 7 columns."""
 
 
@@ -66,7 +66,7 @@ def measure(grains: Particles) -> Network:
 def _offsets(grains: Particles, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """What the history of each pair of grains (places) adds to its overlap [m]; zero for pairs without one."""
     pair, history = grains.tables.get("contacts/pair"), grains.tables.get("contacts/history")
-    if pair is None or history is None or len(pair) == 0 or history.shape[1] <= _OFFSET or "identity" not in grains:
+    if pair is None or history is None or len(pair) == 0 or history.shape[1] <= OFFSET or "identity" not in grains:
         return np.zeros(len(one))
     span = int(max(grains.identity.max(), pair.max())) + 1
 
@@ -76,4 +76,4 @@ def _offsets(grains: Particles, one: np.ndarray, other: np.ndarray) -> np.ndarra
     known, wanted = key(pair[:, 0], pair[:, 1]), key(grains.identity[one], grains.identity[other])
     order = np.argsort(known)
     place = order[np.minimum(np.searchsorted(known, wanted, sorter=order), len(order) - 1)]
-    return np.where(known[place] == wanted, history[place, _OFFSET], 0.0)
+    return np.where(known[place] == wanted, history[place, OFFSET], 0.0)

@@ -2,7 +2,7 @@
 
 Ejecta, by the first rule that holds (``REASONS``):
 
-* ``sparse``: a particle that has lost its neighbours; ``expanded``: density below ``EXPANDED`` of its material's
+* ``sparse``: a particle that has lost its neighbours; ``expanded``: density below ``SPARSEST`` of its material's
   reference density;
 * ``fast``: faster than the speed limit, rising, and in free flight it would come above the datum. Material below the
   cavity that is driven down or sideways faster than the limit is confined by what lies around it and stays compact;
@@ -36,7 +36,8 @@ from matter.quantity import PositiveSpeed
 
 REASONS = ("compact", "sparse", "expanded", "fast", "high", "detached")
 COMPACT, SPARSE, EXPANDED, FAST, HIGH, DETACHED = range(6)
-_EXPANDED = 0.5
+SPARSEST = 0.5
+"""Share of its packed density at which matter still counts as compact."""
 # m, kg, kg/m^3 against cm, km, g or g/cm^3 is a factor of 1000 at least; a body with a crater lies within 5 of 1
 _UNITS = 50.0
 # in spacings above the datum: what is higher has left the ground
@@ -71,6 +72,9 @@ class Rules(Model):
     closes the rest."""
     region: float = Field(8.0, ge=4.0, le=100.0)
     """Width of a region of the regional correction in mean grain radii."""
+    loosened: Literal["full_size", "shrunk"] = "full_size"
+    """Grains that stand for matter which the flow has loosened: ``full_size``, as in the bed, so that the matter keeps
+    its loosened volume; ``shrunk``: as small as the matter is when it is packed again (``handoff.loosened``)."""
     crater: Literal["required", "any"] = "required"
     """``required``: stop when there is no crater; ``any``: for control runs without an impact."""
 
@@ -165,7 +169,7 @@ def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -
     spacing = spacing_of(source)
     reason = np.zeros(len(source), dtype=np.int8)
     reason[(apex > headroom) & (height > _ABOVE * spacing)] = HIGH
-    loose = np.where(source.density < _EXPANDED * reference_density(source), EXPANDED, COMPACT)
+    loose = np.where(source.density < SPARSEST * reference_density(source), EXPANDED, COMPACT)
     loose[neighbour_count(source, spacing) < rules.neighbours] = SPARSE
     if rules.speed_limit == "auto":
         kept = (reason == COMPACT) & (loose == COMPACT)

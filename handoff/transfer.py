@@ -3,7 +3,8 @@
 1. the source is split into compact material and ejecta, the surface drawn (``surface``);
 2. grains outside the surface are carved away (``carve``);
 3. each grain that stays takes velocity and spin from the compact particles around it (``interpolation``), material and
-   bulk density from the nearest one, and the mass of the volume that it stands for;
+   bulk density from the nearest one, and the mass of the volume that it stands for; its size, too, where asked for
+   (``loosened``);
 4. masses are rescaled by one factor, velocities corrected by one field a + b x r (after a regional one where asked
    for), so that mass, linear and angular momentum of the bed's domain and the ejecta are those of the source
    (``correction``);
@@ -26,6 +27,7 @@ from handoff import (
     heights,
     hydrostatic,
     interpolation,
+    loosened,
     mapping,
     offset,
     provenance,
@@ -79,12 +81,14 @@ def hand_over(
     raw_mass = mapping.locally_closed(plain_mass, tree, held, grid)
     packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())
     carved = _carved(bed, stays, source, nearest)
+    if rules.loosened == "shrunk":
+        carved["radius"] = carved.radius * _shrink(source, compact, grid, near, bed, kept)
 
     ejecta = np.flatnonzero(~split.compact)
-    flying = ejected.from_source(source, ejecta, carved, packing, region, column, until)
+    flying = ejected.from_source(source, ejecta, carved, packing, region, column, until, rules)
     before, outside = _sums(source, inner, beyond, ejecta, region)
     airborne = _of(region, flying.mass, flying.position, flying.velocity)
-    place, radius = bed.position[kept], bed.radius[kept]
+    place, radius = bed.position[kept], carved.radius
     scale = (before.mass - airborne.mass) / raw_mass.sum()
     energy = before.kinetic - airborne.kinetic
     turns = isinstance(region, WholeBody)
@@ -112,7 +116,7 @@ def hand_over(
         now = _of(region, mass, place, moved, radius, spin) + airborne
         moved += closing.closing_field(mass, place, before.momentum - now.momentum, before.angular - now.angular)
     after = _of(region, mass, place, moved, radius, spin) + airborne
-    start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying)
+    start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying, region)
     provenance.give(start, source, region, provenance.taken(source, compact, held, grid, near, flying.source))
     change, plain = moved - velocity, float(plain_mass.sum() + airborne.mass)
     mapped = Mapped(taken.own_gradient, taken.share, fields, change, regional, scale, plain)
@@ -250,8 +254,20 @@ def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.nd
     return carved
 
 
-def _start(carved: Particles, bed, source, stays, mass, volume, velocity, spin, flying: ejected.Ejecta) -> Particles:
+def _shrink(source: Particles, compact: np.ndarray, grid: mapping.Overlap, near, bed: Particles, kept) -> np.ndarray:
+    """Radius over that in the bed (k,) of the ``kept`` grains, by how loose the matter is that each stands for."""
+    undisturbed = bed.density[kept] if "density" in bed else None
+    reference = surface.reference_density(source)[compact]
+    share = loosened.packed_share(source.density[compact], reference, grid, near, undisturbed)
+    return loosened.radius_factor(share)
+
+
+def _start(
+    carved: Particles, bed, source, stays, mass, volume, velocity, spin, flying: ejected.Ejecta, region: domain.Domain
+) -> Particles:
     """The carved bed and the ejecta as one set of grains; every field of the bed is carried."""
+    settled = bed.select(stays)
+    volume = volume * (carved.radius / settled.radius) ** 3  # what a grain fills, from here on
     count, extra = len(carved), len(flying.mass)
     names, table = material_numbers(source, bed)
     material = table[np.clip(source.material[flying.source], 0, len(table) - 1)]
@@ -296,4 +312,5 @@ def _start(carved: Particles, bed, source, stays, mass, volume, velocity, spin, 
         "time": float(source.attributes.get("time", 0.0)),
     }
     attributes["bed_grains"] = int(bed.identity.max()) + 1  # identities from here on are ejecta
-    return Particles(fields, attributes, carve.surviving_tables(bed, stays))
+    tables = loosened.contacts_kept(carve.surviving_tables(bed, stays), settled, carved.radius, region)
+    return Particles(fields, attributes, tables)

@@ -51,6 +51,7 @@ WORDS = {
     "surface_voids_filled": "closed voids filled when the surface was made",
     "linear_share": "share of the velocity gradient inside a particle that grains take over",
     "grains_kept": "grains of the bed that stay",
+    "grains_shrunk": "grains made smaller for the loosened matter that they stand for",
     "final_D_change_on_t_handoff_x2": "final diameter: change when the handoff is half or twice as late",
     "final_d_change_on_t_handoff_x2": "final depth: change when the handoff is half or twice as late",
     "final_D_change_on_vcut_x2": "final diameter: change at half or twice the speed limit of ejecta",

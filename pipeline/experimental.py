@@ -26,6 +26,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "sph.materials.NAME.eos": ("table", "mie_gruneisen"),
     "sph.materials.NAME.strength": ("johnson_cook",),
     "handoff.correction": ("regional",),
+    "handoff.loosened": ("shrunk",),
     "dem.contact.normal": ("hertz",),
     "dem.contact.tangential": ("mindlin",),
     "dem.contact.mindlin_history": ("displacement",),
