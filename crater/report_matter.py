@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from crater import release, settled_matter, shock_phases
+from crater import flown, release, settled_matter, shock_phases
 from crater.findings import Findings
 from matter import page, readable
 
@@ -23,6 +23,7 @@ def all_parts(findings: Findings, out: Path) -> list[str]:
         decay(findings.shock.decay, findings.soundness.get("planar_limit_Pa")),
         excavated(ejected.excavation, projectile, out),
         fates(ejected.fates),
+        flown.PLACE if ejected.fates else "",
         settled(findings.settled_matter, out),
     ]
 

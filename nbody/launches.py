@@ -212,8 +212,8 @@ def _body(sky: Sky, body: int, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def masses(launches: Launches, fates: Fates) -> dict[str, Any]:
-    """Mass [kg] of target and projectile by fate; ``closure`` is how much their sum misses the catalogue's, over
-    it."""
+    """Mass [kg] of target and projectile by fate; ``closure`` is how much their sum misses the catalogue's, over it;
+    ``ends``: when, how fast and how far."""
     found: dict[str, Any] = {"particles": len(launches.mass)}
     for body, mine in (("target", launches.layer >= 0), ("projectile", launches.layer < 0)):
         found[f"{body}_kg"] = {
@@ -221,12 +221,37 @@ def masses(launches: Launches, fates: Fates) -> dict[str, Any]:
         }
     summed = sum(sum(found[f"{body}_kg"].values()) for body in ("target", "projectile"))
     total = float(launches.mass.sum())
-    return {**found, "closure": abs(summed - total) / total if total > 0.0 else 0.0}
+    return {**found, "closure": abs(summed - total) / total if total > 0.0 else 0.0, "ends": ends(launches, fates)}
+
+
+def ends(launches: Launches, fates: Fates) -> dict[str, dict[str, list[float]]]:
+    """When [s] after the first contact, how fast [m/s] and, of what falls back, how far from the impact point [m]:
+    what a tenth, half and nine tenths of the mass stay below, by each fate that is a hit."""
+    found: dict[str, dict[str, list[float]]] = {}
+    for k, name in enumerate(fates.names[:-2]):
+        mine = fates.fate == k
+        if not launches.mass[mine].sum() > 0.0:
+            continue
+        values = {"time_s": fates.time, "speed_m_s": fates.speed}
+        values |= {"distance_m": distances(launches, fates)} if name == BACK else {}
+        found[name] = {key: _tenths(value[mine], launches.mass[mine]) for key, value in values.items()}
+    return found
+
+
+def _tenths(value: np.ndarray, mass: np.ndarray) -> list[float]:
+    """What a tenth, half and nine tenths of the mass stay below."""
+    order = np.argsort(value, kind="stable")
+    below = np.cumsum(mass[order])
+    return [float(value[order][np.searchsorted(below, share * below[-1])]) for share in (0.1, 0.5, 0.9)]
+
+
+def distances(launches: Launches, fates: Fates) -> np.ndarray:
+    """Distance (n,) [m] along the ground from the impact point to where each fell back; NaN of what did not."""
+    return launches.radius * np.arctan2(np.hypot(fates.place[:, 0], fates.place[:, 1]), fates.place[:, 2])
 
 
 def write(launches: Launches, fates: Fates, folder: Path, how: Mapping[str, Any]) -> None:
     """``ejecta_fates.h5`` (one row a launch) and ``ejecta_fates.json`` (masses, and ``how`` they were flown)."""
-    away = launches.radius * np.arctan2(np.hypot(fates.place[:, 0], fates.place[:, 1]), fates.place[:, 2])
     arrays = {
         "number": (launches.number, "1", "number of the particle in the snapshots of the shock stage"),
         "mass": (launches.mass, "kg", "mass"),
@@ -234,7 +259,7 @@ def write(launches: Launches, fates: Fates, folder: Path, how: Mapping[str, Any]
         "fate": (fates.fate, "1", "index into the file's attribute 'fates'"),
         "time": (fates.time, "s", "when the flight ended, after the first contact"),
         "landing": (fates.place, "m", "where it fell back, about the body's centre, impact point on +z; else NaN"),
-        "distance": (away, "m", "distance of that place from the impact point along the ground"),
+        "distance": (distances(launches, fates), "m", "distance of that place from the impact point along the ground"),
         "speed": (fates.speed, "m/s", "speed relative to the body that it hit; NaN where it hit none"),
     }
     archive.write(folder / "ejecta_fates.h5", arrays, {"fates": list(fates.names), **how})

@@ -142,14 +142,19 @@ def _fly_ejecta(
     seed: Annotated[int, typer.Option(min=0, help="Seed of where planet and moons stand.")] = 1,
     out: Annotated[Path, typer.Option(help="Where ejecta_fates.h5 and .json go.")] = Path("ejecta_fates"),
 ) -> None:
-    """Follow a crater's ejecta in the field of body, planet, moons and Sun: falls back, hits another, escapes."""
+    """Follow a crater's ejecta in the field of body, planet, moons and Sun: falls back, hits another, escapes.
+
+    The page of a run then shows the masses.
+    """
 
     def action() -> int:
         from nbody import launches
+        from pipeline import flown_page
 
         angles = zip((latitude, longitude, azimuth), ("--latitude", "--longitude", "--azimuth"))
         site = launches.Site(*(quantity(text, "rad", option) for text, option in angles))
-        return launches.command(ejecta, body, site, quantity(duration, "s", "--duration"), seed, out)
+        code = launches.command(ejecta, body, site, quantity(duration, "s", "--duration"), seed, out)
+        return flown_page.show(ejecta, out) if code == 0 and ejecta.is_dir() else code
 
     guarded(action)
 

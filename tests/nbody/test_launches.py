@@ -233,6 +233,13 @@ def test_the_command_writes_fates_whose_mass_is_the_catalogues(tmp_path, capsys)
     np.testing.assert_allclose(np.linalg.norm(found["landing"][back], axis=1), radius, rtol=1e-9)
     assert np.isnan(found["landing"][~back]).all() and (found["number"] == arrays["number"]).all()
     assert "launches from the body" in capsys.readouterr().out
+    assert set(said["ends"]) == {"falls back"}  # nothing else is there to be hit
+    ends, order = said["ends"]["falls back"], np.argsort(found["distance"][back])
+    below = np.cumsum(mass[back][order]) / mass[back].sum()
+    for share, *values in zip((0.1, 0.5, 0.9), ends["distance_m"], ends["time_s"], ends["speed_m_s"]):
+        assert values[0] == found["distance"][back][order][below >= share][0]
+        assert mass[back & (found["time"] <= values[1])].sum() >= share * mass[back].sum()
+        assert mass[back & (found["speed"] < values[2])].sum() < share * mass[back].sum()
     with pytest.raises(InputError, match="did you mean 'ryugu'"):
         thrown.command(tmp_path, "ryuga", Site(), DAY, 1, tmp_path / "out")
     with pytest.raises(InputError, match="take a moon of Jupiter"):

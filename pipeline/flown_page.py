@@ -1,0 +1,25 @@
+"""The fates that ``fly_ejecta`` found, on the page of the run whose ejecta they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from crater import flown
+from matter import archive
+from matter.errors import InputError
+from pipeline import view
+
+
+def show(run: Path, out: Path) -> int:
+    """Put the masses of ``out/ejecta_fates.json`` on the page of ``run``, and say so; a run whose page is not there is
+    told, and nothing else is lost. Returns the exit code."""
+    report = run / "6_crater" / "report.html"
+    try:
+        if report.is_file():
+            view.own(run, "crater")
+        flown.show(report, archive.read_json(out / "ejecta_fates.json"))
+    except InputError as reason:
+        print(reason)
+    else:
+        print(f"{report}: what became of the ejecta")
+    return 0
