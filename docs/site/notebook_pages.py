@@ -1,6 +1,7 @@
-"""A page for each notebook, with what it printed and drew: from the executed copies that the tests leave in
-``docs/_notebooks`` (``BOLIDE_NOTEBOOKS=docs/_notebooks pytest tests/pipeline/test_notebooks.py``), as long as these
-are of the cells that the repository has. A notebook without such a copy is shown as it ships, and its page says so."""
+"""A page for each notebook, with what it printed and drew: from the executed copies that
+``BOLIDE_NOTEBOOKS=docs/_notebooks pytest -m notebook tests/pipeline/test_notebooks.py`` leaves in ``docs/_notebooks``,
+as long as these are of the cells that the repository has. A notebook without such a copy is shown as it ships, and
+its page says so."""
 
 from __future__ import annotations
 

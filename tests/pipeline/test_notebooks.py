@@ -1,5 +1,6 @@
 """The notebooks, as they are shipped, run from top to bottom in one folder (they share its store of stages), and what
-they find. A minute and a half of computing where kernels are compiled."""
+they find: ``pytest -m notebook``. Two to three minutes of computing where kernels are compiled. The cases that they
+run are tested with the others: ``test_first_crater.py``, ``test_bolide.py``."""
 
 from __future__ import annotations
 
@@ -59,6 +60,7 @@ def test_it_is_kept_without_outputs_and_small(name):
     assert sorted(path.stem for path in FOLDER.glob("*.ipynb")) == sorted(NAMES)
 
 
+@pytest.mark.notebook
 def test_first_crater(asked):
     """The cavity goes on growing in the grains; energy is kept; mass and momentum close; the laws for this impact lie
     around the final diameter of so coarse a run."""
@@ -72,6 +74,7 @@ def test_first_crater(asked):
     assert verdicts["mass_total_rel"] == verdicts["momentum_linear_rel_after"] == "pass"
 
 
+@pytest.mark.notebook
 def test_late_stage_friction(asked):
     """One shock stage, a bed and a collapse for each friction; grains that hardly rub leave a wider, shallower
     crater."""
@@ -80,6 +83,7 @@ def test_late_stage_friction(asked):
     assert found[0.1][0] < found[0.5][0] and found[0.1][1] > found[0.5][1]
 
 
+@pytest.mark.notebook
 def test_own_shock_code(asked):
     """The text file gives the crater of the reference to a tenth, on the same bed."""
     theirs, ours, kept, shared = asked(
