@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.pipeline import warm
 
 ROOT = Path(__file__).resolve().parents[2]
 FAKES = Path(__file__).resolve().parent / "fake_rooms"
@@ -69,29 +72,40 @@ def fake_stages(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def drive():
-    """``drive(*arguments)`` starts run_case with the fake stages as a process; ``wait=False`` returns the running
-    process."""
+    """``drive(*arguments)`` runs run_case with the fake stages in a child of this process (``warm``): exit code and
+    what it printed; ``wait=False`` starts a process of its own and returns it while it runs."""
 
     def start(*arguments: object, wait: bool = True):
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(FAKES)]), "COLUMNS": "200"}
-        command = [sys.executable, str(FAKES / "drive.py"), *map(str, arguments)]
-        process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        environment = {"PYTHONPATH": os.pathsep.join([str(ROOT), str(FAKES)]), "COLUMNS": "200"}
+        words = list(map(str, arguments))
         if not wait:
-            return process
-        out, err = process.communicate(timeout=120)
-        return process.returncode, out, err
+            command = [sys.executable, str(FAKES / "drive.py"), *words]
+            own = {**os.environ, **environment}
+            return subprocess.Popen(command, env=own, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+        def work() -> None:
+            sys.path.insert(0, str(FAKES))
+            sys.argv = [str(FAKES / "drive.py"), *words]
+            importlib.import_module("drive").cli.run_case()
+
+        done = warm.run(work, environment)
+        return done.returncode, done.stdout, done.stderr
 
     return start
 
 
 @pytest.fixture
 def call():
-    """``call(name, *arguments)`` runs one of the commands, with the real stages, in a process of its own."""
+    """``call(name, *arguments)`` runs one of the commands, with the real stages, in a child of this process
+    (``warm``)."""
 
     def start(name: str, *arguments: object, cwd: Path | None = None, **more: str) -> subprocess.CompletedProcess:
-        code = f"import sys; from pipeline import cli; sys.argv[0] = {name!r}; cli.{name}()"
-        environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200", **more}
-        command = [sys.executable, "-P", "-c", code, *map(str, arguments)]
-        return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120, cwd=cwd)
+        def work() -> None:
+            from pipeline import cli
+
+            sys.argv = [name, *map(str, arguments)]
+            getattr(cli, name)()
+
+        return warm.run(work, {"PYTHONPATH": str(ROOT), "COLUMNS": "200", **more}, cwd)
 
     return start

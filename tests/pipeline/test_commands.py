@@ -142,23 +142,11 @@ def test_a_room_imported_from_elsewhere_is_named(tmp_path):
     assert f"package 'matter' is imported from {tmp_path}" in done.stderr and "virtual environment" in done.stderr
 
 
-def test_import_snapshot_reads_columns_with_units(tmp_path):
+def test_import_snapshot_reads_columns_with_units(tmp_path, call):
     (tmp_path / "cloud.csv").write_text(
         "x [km],y,z,vx,vy,vz,m,rho [g/cm^3],-\n1,2,3,4,5,6,7,0.917,9\n2,0,0,0,0,0,1,1,1\n"
     )
-    code = """
-        import sys
-        from pipeline import cli
-        sys.argv = ["import_snapshot", *sys.argv[1:]]
-        cli.import_snapshot()
-    """
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-
-    def command(*arguments):
-        start = [sys.executable, "-P", "-c", textwrap.dedent(code), *map(str, arguments)]
-        return subprocess.run(start, capture_output=True, text=True, env=environment, timeout=60)
-
-    done = command(tmp_path / "cloud.csv", "--out", tmp_path / "cloud.vtkhdf", "--materials", "ice")
+    done = call("import_snapshot", tmp_path / "cloud.csv", "--out", tmp_path / "cloud.vtkhdf", "--materials", "ice")
     assert done.returncode == 0, done.stderr
     assert "2 particles" in done.stdout
     with h5py.File(tmp_path / "cloud.vtkhdf") as file:
@@ -170,7 +158,7 @@ def test_import_snapshot_reads_columns_with_units(tmp_path):
         (tmp_path / "none.csv", "--out", tmp_path / "o.vtkhdf"): "no file at",
         (tmp_path / "cloud.csv", "--out", tmp_path / "o.vtkhdf", "--columns", "x,y"): "2 column names for 9 columns",
     }.items():
-        done = command(*arguments)
+        done = call("import_snapshot", *arguments)
         assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
 
 
