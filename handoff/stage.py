@@ -64,6 +64,8 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     """Hand over. Raises ``InputError`` for inputs that cannot be, ``Unsound`` (all outputs written) when an unwaived
     limit fails."""
     bed = snapshot.read(inputs / "3_bed" / f"bed{snapshot.SUFFIX}")
+    if settings.method == "direct" and "stiffness" not in bed:
+        _needed(None)  # said before the work, not after it
     region = domains.read(bed.attributes, settings.target)
     column = column_for(inputs, region)
     rules = surface.Rules(**{name: getattr(settings, name) for name in surface.Rules.model_fields})
