@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from matter.errors import InputError
-from matter.jit import one_blas_thread
+from matter.jit import kernel, one_blas_thread
 from matter.tetrahedra import circumradius, components, fill_voids, tetrahedron_volume
 
 SOURCES = ("EdelsbrunnerMucke1994",)
@@ -34,7 +34,8 @@ _SEED = 7919
 _FACES = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
 # three tetrahedra of the prism (a b c | A B C); with a < b < c neighbouring prisms split their common wall alike
 _PRISM = np.array([[0, 1, 2, 5], [0, 1, 4, 5], [0, 3, 4, 5]])
-_NEAR_PRISMS = 32
+_NEAR_PRISMS = (8, 32)
+"""Prisms that are looked through for a point: the nearest few, then, where they leave it open, as many as matter."""
 # the two factors of Taubin's filter, shrinking and growing in turn
 _TAUBIN = (0.5, 0.53)
 
@@ -271,23 +272,46 @@ class OffsetShape:
         if not np.any(self.distance > 0.0):
             return inside
         origin, inverse, tree, reach = self._prisms
+        furthest = np.nextafter(float(reach.max()), np.inf)
+        reach = np.append(reach, -1.0)  # of the place that stands for no neighbour
         open_ = np.flatnonzero(~inside)
-        near = min(_NEAR_PRISMS, tree.n)
         for begin in range(0, len(open_), 50_000):
             rows = open_[begin : begin + 50_000]
-            rows = rows[np.isfinite(tree.query(position[rows], distance_upper_bound=float(reach.max()))[0])]
-            if len(rows) == 0:
-                continue
-            distance, candidates = (array.reshape(len(rows), near) for array in tree.query(position[rows], k=near))
-            hit = np.zeros(len(rows), dtype=bool)
-            for column in range(near):
-                todo = np.flatnonzero(~hit & (distance[:, column] <= reach[candidates[:, column]]))
-                chosen = candidates[todo, column]
-                relative = position[rows[todo], None] - origin[chosen]
-                weights = np.einsum("ptij,ptj->pti", inverse[chosen], relative)
-                hit[todo] = np.any((weights.min(axis=-1) >= -1e-9) & (weights.sum(axis=-1) <= 1.0 + 1e-9), axis=1)
-            inside[rows] = hit
+            for near in sorted({min(count, tree.n) for count in _NEAR_PRISMS}):
+                distance, candidates = (
+                    array.reshape(len(rows), near)
+                    for array in tree.query(position[rows], k=near, distance_upper_bound=furthest)
+                )
+                hit = np.zeros(len(rows), dtype=np.bool_)
+                _in_prisms(position[rows], distance, candidates, reach, origin, inverse, hit)
+                inside[rows[hit]] = True
+                rows = rows[~hit & np.isfinite(distance[:, -1])]  # of these a further prism may hold
+                if len(rows) == 0:
+                    break
         return inside
+
+
+@kernel
+def _in_prisms(position, distance, candidates, reach, origin, inverse, hit):
+    """Whether each point lies in a tetrahedron of one of its ``candidates`` (m, k), prisms at ``distance`` (m, k)."""
+    for p in range(len(position)):
+        for column in range(candidates.shape[1]):
+            prism = candidates[p, column]
+            if distance[p, column] > reach[prism]:
+                continue
+            for t in range(3):
+                x = position[p, 0] - origin[prism, t, 0]
+                y = position[p, 1] - origin[prism, t, 1]
+                z = position[p, 2] - origin[prism, t, 2]
+                edge = inverse[prism, t]
+                u = edge[0, 0] * x + edge[0, 1] * y + edge[0, 2] * z
+                v = edge[1, 0] * x + edge[1, 1] * y + edge[1, 2] * z
+                w = edge[2, 0] * x + edge[2, 1] * y + edge[2, 2] * z
+                # a flat tetrahedron is not a number here, and holds nothing
+                if u >= -1e-9 and v >= -1e-9 and w >= -1e-9 and u + v + w <= 1.0 + 1e-9:
+                    hit[p] = True
+            if hit[p]:
+                break
 
 
 def alpha_shape(
