@@ -18,7 +18,13 @@ def bowl_in_a_plane(points):
 
 
 # particle spacing, and the error of the volume that it allows: a source this coarse rounds off the crest of the rim
-@pytest.fixture(scope="module", params=[(1.8, 0.02), (2.5, 0.06)], ids=["fine source", "coarse source"])
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param((1.8, 0.02), id="fine source"),
+        pytest.param((2.5, 0.06), id="coarse source", marks=pytest.mark.validation),
+    ],
+)
 def in_a_plane(request):
     spacing, allowed = request.param
     bed = clouds.flat_bed(1.0, 29.0, 13.0, 5.0)

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from crater import chain
+from crater import stage as measuring
 from matter import archive, checkpoint, snapshot
 from pipeline import case as cases
 from pipeline import expected, plan, provenance, stages
@@ -83,8 +84,9 @@ def test_every_stage_is_done_and_a_crater_is_measured(whole):
     assert "BenzAsphaug1999" in (run_folder / "references.bib").read_text()
 
 
-def test_one_snapshot_of_the_run_gives_the_numbers_of_the_run(whole, tmp_path):
-    """Both stages, through the real command, on what the run kept and on what the snapshots carry."""
+def test_one_snapshot_of_the_run_gives_the_numbers_of_the_run(whole, tmp_path, capsys):
+    """Both stages, through what the command calls, on what the run kept and on what the snapshots carry; once through
+    the command in a process of its own."""
     run_folder, _ = whole
     measures = json.loads((run_folder / "6_crater" / "measures.json").read_text())
     shutil.copytree(run_folder, tmp_path / "bare", ignore=shutil.ignore_patterns("6_crater"))
@@ -93,11 +95,15 @@ def test_one_snapshot_of_the_run_gives_the_numbers_of_the_run(whole, tmp_path):
         (measures["final"], "5_dem/last.vtkhdf"),
     ):
         for place in (run_folder, tmp_path / "bare"):
-            code = "from pipeline.cli import measure_crater; measure_crater()"
-            command = [sys.executable, "-c", code, str(place / name), "--out", str(tmp_path / "out")]
-            environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
-            done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
-            assert done.returncode == 0 and "not at hand" not in done.stdout, done.stdout + done.stderr
+            if (entry, place) == (measures["final"], tmp_path / "bare"):
+                code = "from pipeline.cli import measure_crater; measure_crater()"
+                command = [sys.executable, "-c", code, str(place / name), "--out", str(tmp_path / "out")]
+                environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
+                done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+                assert done.returncode == 0 and "not at hand" not in done.stdout, done.stdout + done.stderr
+            else:
+                assert measuring.measure_snapshot(place / name, out=tmp_path / "out") == 0
+                assert "not at hand" not in capsys.readouterr().out
             alone = json.loads((tmp_path / "out" / "measures.json").read_text())["final"]
             for key in ("depth_m", "diameter_apparent_m", "diameter_rim_m", "volume_m3"):
                 assert alone[key]["value"] == entry[key]["value"], (name, place.name, key)
@@ -155,8 +161,9 @@ def test_the_ledger_closes_mass_and_momenta(whole):
 
 def test_killed_twice_it_ends_in_the_same_bits(whole, tmp_path):
     reference, _ = whole
-    for bed in (reference.parent / ".store").glob("bed-*"):  # the bed is shared, as between any two runs
-        shutil.copytree(bed, tmp_path / ".store" / bed.name)
+    for stage in ("nbody", "bed"):  # encounters and bed are shared, as between any two runs
+        for made in (reference.parent / ".store").glob(f"{stage}-*"):
+            shutil.copytree(made, tmp_path / ".store" / made.name)
     killed_in(tmp_path, "sph")
     killed_in(tmp_path, "dem")
     run_folder, text = finished(tmp_path)
@@ -173,8 +180,10 @@ def test_killed_twice_it_ends_in_the_same_bits(whole, tmp_path):
         assert (run_folder / name).read_text() == (reference / name).read_text(), name
 
 
+@pytest.mark.validation
 def test_a_control_run_shares_the_shock_stage_and_fills_the_ledger(whole):
-    """The bed carved at the datum, through the real command: it does not move, and the ledger says so."""
+    """The bed carved at the datum, through the real command: it does not move, and the ledger says so. (The bed by
+    itself: ``tests/dem/test_controls.py``; what is shared and entered, with fake stages: ``test_sensitivity.py``.)"""
     run_folder, _ = whole
     before = (run_folder / "2_sph" / "done.json").stat().st_mtime_ns
     code = "from pipeline.cli import inspect_handoff; inspect_handoff()"
@@ -219,9 +228,11 @@ def test_another_run_takes_what_comes_before_its_change(whole, override, shared)
     assert [stage for stage in stages.ORDER if planned[stage].startswith(plan.STORED)] == shared
 
 
+@pytest.mark.validation
 def test_the_spread_of_an_ensemble_becomes_the_error_of_the_first(whole):
     """Two draws of the grains on one shock stage: their scatter, |y1 - y2| / sqrt(2), stands as the chain error of the
-    first run's measures, in its own crater stage; the plain run keeps the one of ``expected.toml``."""
+    first run's measures, in its own crater stage; the plain run keeps the one of ``expected.toml``. (The rule on known
+    numbers: ``test_sweep.py``; the error bars that a case's chain error makes: above.)"""
     run_folder, _ = whole
     before = (run_folder / "6_crater" / "measures.json").read_text()
     command = [str(CASE), "--preset", "tiny", "--out", str(run_folder.parent), "--ensemble", "2", "--threads", "1"]

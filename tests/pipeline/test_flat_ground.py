@@ -1,5 +1,6 @@
 """A bowl of loose flat ground through the whole chain: shock stage, settled bowl of grains, handoff, collapse, crater.
-Half a minute."""
+Half a minute: ``pytest -m validation``. The chain on flat ground is in the fast suite by ``test_first_crater.py``, a
+bowl's settling by ``tests/dem/test_flat_bed.py``, a literal start by ``tests/sph/test_ground.py``."""
 
 from __future__ import annotations
 
@@ -14,6 +15,8 @@ import numpy as np
 import pytest
 
 from matter import snapshot
+
+pytestmark = pytest.mark.validation
 
 ROOT = Path(__file__).resolve().parents[2]
 CASE = """\

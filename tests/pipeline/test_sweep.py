@@ -432,18 +432,40 @@ def test_job_files_hold_a_command_for_each_member(sweep, kind, file, words):
         sweep_jobs.write(one, "slurm", 1)
 
 
+def ways_of(tmp_path: Path, frictions: str) -> list[str]:
+    """Arguments of ``studies/sweep_ways.py`` for a sweep of the fake stages."""
+    file = tmp_path / "friction.toml"
+    file.write_text(
+        '[sweep]\ncase = "small"\ncommon = { sph.sleep_s = 0.05 }\n'
+        f"[sweep.vary]\ndem.contact.friction = {frictions}\n"
+    )
+    return ["--out", str(tmp_path / "ways"), "--sweep", str(file), "--preset", ""]
+
+
+def test_members_by_themselves_and_the_sweep_are_one_table(sweep, case_folder, tmp_path, capfd):
+    """``studies/sweep_ways.py``, two of its ways. A changed cell is told."""
+    from studies import sweep_ways
+
+    command = ways_of(tmp_path, "[0.3, 0.4]")
+    assert sweep_ways.main([*command, "separate", "plain"]) == 0
+    assert capfd.readouterr().out.count("the same table as separate") == 1
+    shocks = {way: len(list((tmp_path / "ways").glob(f"{way}/**/{STORE}/sph-*"))) for way in ("separate", "plain")}
+    assert shocks == {"separate": 2, "plain": 1}
+    table = tmp_path / "ways" / "plain.csv"
+    table.write_text(table.read_text().replace("12000.0", "12600.0", 1))
+    assert sweep_ways.main([*command, "separate", "plain"]) == 1
+    assert "differs from separate in 1 cells by up to 4.8e-02 (m01 final/depth_m" in capfd.readouterr().out
+    assert sweep_ways.main([*command, "plane"]) == 2
+
+
+@pytest.mark.validation
 def test_a_sweep_in_four_ways_is_one_table(sweep, case_folder, tmp_path, capfd):
     """``studies/sweep_ways.py``: by itself, plain, killed twice, on dask with a worker killed. A changed cell is
     told."""
     pytest.importorskip("distributed")
     from studies import sweep_ways
 
-    file = tmp_path / "friction.toml"
-    file.write_text(
-        '[sweep]\ncase = "small"\ncommon = { sph.sleep_s = 0.05 }\n'
-        "[sweep.vary]\ndem.contact.friction = [0.3, 0.4, 0.5]\n"
-    )
-    command = ["--out", str(tmp_path / "ways"), "--sweep", str(file), "--preset", ""]
+    command = ways_of(tmp_path, "[0.3, 0.4, 0.5]")
     assert sweep_ways.main(command) == 0
     told = capfd.readouterr().out
     assert told.count("the same table as separate") == 3 and told.count("  killed: ") == 3
