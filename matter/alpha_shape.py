@@ -22,8 +22,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from matter.errors import InputError
-from matter.jit import kernel, one_blas_thread
-from matter.tetrahedra import circumradius, components, fill_voids, tetrahedron_volume
+from matter.jit import one_blas_thread
+from matter.tetrahedra import circumradius, components, fill_voids, in_prisms, tetrahedron_volume
 
 SOURCES = ("EdelsbrunnerMucke1994",)
 
@@ -283,35 +283,12 @@ class OffsetShape:
                     for array in tree.query(position[rows], k=near, distance_upper_bound=furthest)
                 )
                 hit = np.zeros(len(rows), dtype=np.bool_)
-                _in_prisms(position[rows], distance, candidates, reach, origin, inverse, hit)
+                in_prisms(position[rows], distance, candidates, reach, origin, inverse, hit)
                 inside[rows[hit]] = True
                 rows = rows[~hit & np.isfinite(distance[:, -1])]  # of these a further prism may hold
                 if len(rows) == 0:
                     break
         return inside
-
-
-@kernel
-def _in_prisms(position, distance, candidates, reach, origin, inverse, hit):
-    """Whether each point lies in a tetrahedron of one of its ``candidates`` (m, k), prisms at ``distance`` (m, k)."""
-    for p in range(len(position)):
-        for column in range(candidates.shape[1]):
-            prism = candidates[p, column]
-            if distance[p, column] > reach[prism]:
-                continue
-            for t in range(3):
-                x = position[p, 0] - origin[prism, t, 0]
-                y = position[p, 1] - origin[prism, t, 1]
-                z = position[p, 2] - origin[prism, t, 2]
-                edge = inverse[prism, t]
-                u = edge[0, 0] * x + edge[0, 1] * y + edge[0, 2] * z
-                v = edge[1, 0] * x + edge[1, 1] * y + edge[1, 2] * z
-                w = edge[2, 0] * x + edge[2, 1] * y + edge[2, 2] * z
-                # a flat tetrahedron is not a number here, and holds nothing
-                if u >= -1e-9 and v >= -1e-9 and w >= -1e-9 and u + v + w <= 1.0 + 1e-9:
-                    hit[p] = True
-            if hit[p]:
-                break
 
 
 def alpha_shape(

@@ -6,6 +6,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from matter.jit import kernel
+
 
 def circumradius(vertices: np.ndarray) -> np.ndarray:
     """Circumradius [m] of tetrahedra, ``vertices`` of shape (t, 4, 3); infinite for a flat one.
@@ -59,3 +61,30 @@ def fill_voids(neighbours: np.ndarray, kept: np.ndarray, volume: np.ndarray, bel
     fill = ~open_ & (size < below) & (np.bincount(label[gap], minlength=number) > 0)
     kept |= gap & fill[label]
     return int(np.count_nonzero(fill))
+
+
+@kernel
+def in_prisms(position, distance, candidates, reach, origin, inverse, hit):
+    """Whether each point lies in a tetrahedron of one of its ``candidates`` (m, k), prisms at ``distance`` (m, k).
+
+    ``position`` (m, 3); ``origin`` (p, 3, 3) of each prism's three tetrahedra and ``inverse`` (p, 3, 3, 3) of the
+    matrix of their edges; ``reach`` (p + 1,), how far from its centre a prism extends. Fills ``hit`` (m,).
+    """
+    for p in range(len(position)):
+        for column in range(candidates.shape[1]):
+            prism = candidates[p, column]
+            if distance[p, column] > reach[prism]:
+                continue
+            for t in range(3):
+                x = position[p, 0] - origin[prism, t, 0]
+                y = position[p, 1] - origin[prism, t, 1]
+                z = position[p, 2] - origin[prism, t, 2]
+                edge = inverse[prism, t]
+                u = edge[0, 0] * x + edge[0, 1] * y + edge[0, 2] * z
+                v = edge[1, 0] * x + edge[1, 1] * y + edge[1, 2] * z
+                w = edge[2, 0] * x + edge[2, 1] * y + edge[2, 2] * z
+                # a flat tetrahedron is not a number here, and holds nothing
+                if u >= -1e-9 and v >= -1e-9 and w >= -1e-9 and u + v + w <= 1.0 + 1e-9:
+                    hit[p] = True
+            if hit[p]:
+                break
