@@ -50,7 +50,6 @@ FINE = sets(
     "sph.spacing_at_impact=6.5 cm",
     "sph.growth=0.04",
     "sph.spacing_far=1 m",
-    "sph.projectile_particles=8",
     "sph.end_time=1.2 s",
     "handoff.time=1.2 s",
 )
@@ -89,7 +88,7 @@ ROWS = {
     ),
     "S4": Row(
         "ground of 22 and 30 m: vertical momentum and energy inside 5 m at 15 ms 10 %",
-        {"22 m": (*SPH, *COARSE, *EARLY), "30 m": (*SPH, *COARSE, *EARLY, *WIDE)},
+        {"22 m": (*QUARTER, *COARSE, *EARLY), "30 m": (*QUARTER, *COARSE, *EARLY, *WIDE)},
         (0.015,),
         5.0,
     ),

@@ -5,6 +5,8 @@
         # velocity of the particles handed over, and of the grains that begin
     python studies/sci_figures.py craters RUN [RUN ...] --out figure_2.png
         # settled craters in section, with their diameters and depth
+    python studies/sci_figures.py late RUN_ALL_IN_SPH RUN --out late.png
+        # profiles of a late stage that is all in SPH beside that of grains, some 20 and 100 s after the impact
 
 Sections are slabs of one grain diameter on both sides of the plane y = 0.
 """
@@ -28,12 +30,15 @@ from matplotlib.colors import LogNorm
 from matter import snapshot
 from matter.errors import InputError
 from matter.particles import Particles
+from studies.sci import measured
 
 HALF, BELOW, ABOVE = 13.0, 6.0, 5.0
 """Half width, depth and height of a section [m]."""
 SLOW, FAST = 1e-3, 1.0
 """Ends of the colours of speed [m/s]."""
 MARK = "gold"
+LATE = (20.0, 100.0)
+"""Times [s] of the two late stages that are compared."""
 
 
 def slab(particles: Particles, radius: np.ndarray, half: float) -> tuple[Particles, np.ndarray]:
@@ -140,9 +145,32 @@ def craters(runs: list[Path], path: Path) -> None:
     plt.close(fig)
 
 
+def late(runs: list[Path], path: Path) -> None:
+    """Profiles of the run that is all in SPH (first) and of the grains of the other (second) at ``LATE``, each at the
+    snapshot nearest in time."""
+    fig, ax = plt.subplots(figsize=(8, 3.4), layout="constrained")
+    for run, stage, name, style in zip(runs, ("2_sph", "5_dem"), ("SPH", "grains"), ("--", "-")):
+        paths = snapshot.series(run / stage)
+        times = np.array([float(snapshot.attributes(one)["time"]) for one in paths])
+        for moment, colour in zip(LATE, ("tab:blue", "tab:red")):
+            nearest = int(np.argmin(np.abs(times - moment)))
+            found = measured(paths[nearest])
+            sizes = [found[key].value for key in ("diameter_apparent_m", "depth_m")]
+            said = f"{name}, {times[nearest]:.0f} s: " + ", ".join(
+                f"{letter} " + ("none" if size is None else f"{size:.2f} m") for letter, size in zip("Dd", sizes)
+            )
+            print(said)
+            ax.plot(found.profile.radius, found.profile.height, style, color=colour, label=said)
+    ax.axhline(0.0, color="k", lw=0.8, ls=":")
+    ax.set(xlim=(0.0, HALF), xlabel="distance from the axis [m]", ylabel="height [m]")
+    ax.legend(fontsize=8)
+    fig.savefig(path, dpi=110)
+    plt.close(fig)
+
+
 def main() -> int:
     """Draw one figure."""
-    figures: dict[str, Callable[[list[Path], Path], None]] = {"handoff": handoff, "craters": craters}
+    figures: dict[str, Callable[[list[Path], Path], None]] = {"handoff": handoff, "craters": craters, "late": late}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("figure", choices=list(figures))
     parser.add_argument("runs", nargs="+", type=Path)
