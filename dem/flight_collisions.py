@@ -117,21 +117,31 @@ def encounters(X, W, reach, way, low, size, start, shape, dt):
 
 
 @kernel
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
 def bounce(first, second, time, X, W, V, kind, restitution, friction):
     """Carry out the collisions in the order given, each grain in its first only; their number, and the energy lost
     [J]."""
+    # vectors by loops over their three parts: array expressions would cost seconds of compilation
     done, lost = 0, 0.0
     busy = np.zeros(X.shape[0], np.int8)
+    vi, vj, wi, wj = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    n, u, push, turn = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for c in range(len(first)):
         i, j, t = first[c], second[c], time[c]
         if busy[i] != 0 or busy[j] != 0:
             continue
         busy[i] = busy[j] = 1
         done += 1
-        vi, vj, wi, wj = W[i, :3].copy(), W[j, :3].copy(), W[i, WX:].copy(), W[j, WX:].copy()
-        n = X[j, :3] + t * vj - X[i, :3] - t * vi
-        distance = math.sqrt(np.sum(n * n))
-        n /= distance
+        for k in range(3):
+            vi[k], vj[k], wi[k], wj[k] = W[i, k], W[j, k], W[i, WX + k], W[j, WX + k]
+            n[k] = X[j, k] + t * vj[k] - X[i, k] - t * vi[k]
+        distance = math.sqrt(_dot(n, n))
+        for k in range(3):
+            n[k] /= distance
         # lever arms in the share of the radii, so that they add up to the distance also where the grains overlap
         ri, rj = (
             distance * X[i, RADIUS] / (X[i, RADIUS] + X[j, RADIUS]),
@@ -139,38 +149,40 @@ def bounce(first, second, time, X, W, V, kind, restitution, friction):
         )
         mi, mj = V[i, MASS], V[j, MASS]
         m = mi * mj / (mi + mj)
-        arm = ri * wi + rj * wj
-        u = (
-            vj
-            - vi
-            - np.array([arm[1] * n[2] - arm[2] * n[1], arm[2] * n[0] - arm[0] * n[2], arm[0] * n[1] - arm[1] * n[0]])
-        )
-        un = np.sum(u * n)
-        across = u - un * n
-        slip = math.sqrt(np.sum(across * across))
+        for k in range(3):
+            p, q = (k + 1) % 3, (k + 2) % 3
+            arm = (ri * wi[p] + rj * wj[p]) * n[q] - (ri * wi[q] + rj * wj[q]) * n[p]
+            u[k] = vj[k] - vi[k] - arm
+        un = _dot(u, n)
+        for k in range(3):
+            u[k] -= un * n[k]  # from here on what slips
+        slip = math.sqrt(_dot(u, u))
         normal = (1.0 + restitution[kind[i], kind[j]]) * m * (-un)
         inertia_i, inertia_j = 0.4 * mi * X[i, RADIUS] ** 2, 0.4 * mj * X[j, RADIUS] ** 2
-        push = -normal * n  # on i
+        for k in range(3):
+            push[k] = -normal * n[k]  # on i
         if slip > 0.0:
             sticks = slip / (1.0 / m + ri * ri / inertia_i + rj * rj / inertia_j)
-            push += min(friction[kind[i], kind[j]] * normal, sticks) / slip * across
-        turn = np.array(
-            [n[1] * push[2] - n[2] * push[1], n[2] * push[0] - n[0] * push[2], n[0] * push[1] - n[1] * push[0]]
-        )
-        before = (
-            mi * np.sum(vi * vi) + mj * np.sum(vj * vj) + inertia_i * np.sum(wi * wi) + inertia_j * np.sum(wj * wj)
-        )
-        W[i, :3] = vi + push / mi
-        W[j, :3] = vj - push / mj
-        W[i, WX:] = wi + ri / inertia_i * turn
-        W[j, WX:] = wj + rj / inertia_j * turn
+            rubs = min(friction[kind[i], kind[j]] * normal, sticks) / slip
+            for k in range(3):
+                push[k] += rubs * u[k]
+        for k in range(3):
+            p, q = (k + 1) % 3, (k + 2) % 3
+            turn[k] = n[p] * push[q] - n[q] * push[p]
+        before = mi * _dot(vi, vi) + mj * _dot(vj, vj) + inertia_i * _dot(wi, wi) + inertia_j * _dot(wj, wj)
+        for k in range(3):
+            W[i, k] = vi[k] + push[k] / mi
+            W[j, k] = vj[k] - push[k] / mj
+            W[i, WX + k] = wi[k] + ri / inertia_i * turn[k]
+            W[j, WX + k] = wj[k] + rj / inertia_j * turn[k]
         after = (
-            mi * np.sum(W[i, :3] ** 2)
-            + mj * np.sum(W[j, :3] ** 2)
-            + inertia_i * np.sum(W[i, WX:] ** 2)
-            + inertia_j * np.sum(W[j, WX:] ** 2)
+            mi * _dot(W[i], W[i])
+            + mj * _dot(W[j], W[j])
+            + inertia_i * _dot(W[i, WX:], W[i, WX:])
+            + inertia_j * _dot(W[j, WX:], W[j, WX:])
         )
         lost += 0.5 * (before - after)
-        X[i, :3] += t * (vi - W[i, :3])
-        X[j, :3] += t * (vj - W[j, :3])
+        for k in range(3):
+            X[i, k] += t * (vi[k] - W[i, k])
+            X[j, k] += t * (vj[k] - W[j, k])
     return done, lost
