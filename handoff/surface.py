@@ -148,11 +148,17 @@ def neighbour_count(source: Particles, spacing: np.ndarray) -> np.ndarray:
 
 def reference_density(source: Particles) -> np.ndarray:
     """Reference density of each particle's material with the pores it has [kg/m^3]; zero where the material is not
-    known here."""
-    densities: list[float] = []
-    for name in source.attributes.get("materials", []):
-        densities.append(material.reference_density(name) if name in material.names() else 0.0)
-    table = np.array(densities or [0.0])
+    known here.
+
+    That of the solid is what the shock stage computed with (attribute ``reference_densities_kg_m3``, by material), a
+    case's own value included; of a source that does not say so, the library's.
+    """
+    names = source.attributes.get("materials", [])
+    known = material.names()
+    densities = source.attributes.get("reference_densities_kg_m3") or [
+        material.reference_density(name) if name in known else 0.0 for name in names
+    ]
+    table = np.array(densities or [0.0], dtype=float)
     solid = np.where(source.material < len(table), table[np.clip(source.material, 0, len(table) - 1)], 0.0)
     return solid / source.distention if "distention" in source else solid
 

@@ -51,6 +51,7 @@ def particles(
         "spacing_at_impact_m": settings.spacing_at_impact,
         **({} if settings.target.solid else {"measuring": measuring(settings, column, radius)}),
         "shear_moduli_Pa": i.rows.shear.tolist(),
+        "reference_densities_kg_m3": i.rows.rho0.tolist(),
         **({"release": phases} if (phases := release_phases.of(i.materials)) else {}),
     }
     part = Particles({name: array[order] for name, array in fields.items()}, attributes)

@@ -174,6 +174,15 @@ def test_reference_density_is_that_with_pores():
     assert surface.reference_density(plain) == pytest.approx([2700.0, 0.0])
 
 
+def test_reference_density_is_the_one_that_the_shock_stage_computed_with():
+    """A case may give its own density of the solid: 3,500 kg/m^3 where the library's basalt has 2,700."""
+    source = Particles(
+        {"position": np.zeros((2, 3)), "material": np.array([0, 1]), "distention": np.array([1.4583, 1.0])},
+        {"materials": ["basalt", "ice"], "reference_densities_kg_m3": [3500.0, 917.0]},
+    )
+    assert surface.reference_density(source) == pytest.approx([2400.0, 917.0], rel=1e-4)
+
+
 def test_mixed_units_are_told(bowl, bed):
     for name, factor in (("position", 1e-3), ("position", 100.0), ("density", 1e-3), ("mass", 1e3)):
         with pytest.raises(InputError, match="mixed units"):

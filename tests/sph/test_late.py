@@ -192,3 +192,12 @@ def test_the_crater_does_not_depend_on_the_time_of_the_switch(tmp_path):
         assert report["drift_over_projectile"]["energy_J"] < 0.01
         radii.append(crater_radius(folder))
     assert radii[0] == pytest.approx(radii[1], rel=0.05) and 0.15 < radii[1] < 0.25
+
+
+def test_snapshots_say_with_which_reference_density_they_were_made(tmp_path):
+    """A case's own one, so that nothing after the shock stage takes the library's for it."""
+    own = {"basalt": Choice(strength="drucker_prager", damage="none", tillotson={"rho0": "3500 kg/m^3"})}
+    stage.run(settings(None, materials=own, end_time=2e-7, snapshot_interval=1e-7), tmp_path, tmp_path)
+    first = snapshot.read(tmp_path / "snap_0000.vtkhdf")
+    assert first.attributes["reference_densities_kg_m3"] == [3500.0]
+    assert np.median(first.density) == pytest.approx(3500.0)
