@@ -82,8 +82,8 @@ ROWS = {
         (1.0, 4.0),
     ),
     "S3": Row(
-        "29,529, 101,000 and 270,000 particles: ballistic D 5 %, V 10 % between the last two",
-        {"29,529": (*QUARTER, *COARSE), "101,000": QUARTER, "270,000": (*QUARTER, *FINE)},
+        "three numbers of particles: ballistic D 5 %, V 10 % between the last two",
+        {"29,532": (*QUARTER, *COARSE), "104,556": QUARTER, "227,512": (*QUARTER, *FINE)},
         (1.0,),
     ),
     "S4": Row(
