@@ -134,7 +134,7 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
     ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.scheme.Scheme``: which laws. With
     ``rescale`` and friction the springs are now laid down for the present tangent stiffness.
     """
-    nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin = meeting
+    nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, lean = meeting
     sx, sy, sz, ax, ay, az, phi, flag, laid = springs
     normal, rescale, rule = scheme.normal, scheme.rescale, scheme.sliding
     reduced, radius, over_speed = bodies.mass, bodies.radius, bodies.over_speed
@@ -198,7 +198,9 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
                     rule,
                 )
                 after = 0.5 * kr * (ax * ax + ay * ay + az * az)
-                spent += (mx * rx + my * ry + mz * rz) * dt - (after - before)
+                # sliding turns the spring of unequal grains too, but the moment works on their spins alone
+                slid = mx * (ny * uz - nz * uy) + my * (nz * ux - nx * uz) + mz * (nx * uy - ny * ux)
+                spent += (mx * rx + my * ry + mz * rz - lean * slid) * dt - (after - before)
                 stored += after
             if numbers.twisting > 0.0:
                 kq = 2.0 * kt * arm * arm

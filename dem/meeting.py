@@ -12,7 +12,8 @@ from matter.jit import law
 class Meeting(NamedTuple):
     """How two bodies meet: unit vector ``n`` from the first to the second, ``overlap`` [m], separation speed ``un``
     and slip velocity ``u`` in the contact plane [m/s], rolling rate ``r``, relative spin ``twist`` and mean ``spin``
-    about n [rad/s]."""
+    about n [rad/s]; ``lean`` (r2 - r1) / (2 r1 r2) [1/m], so that ``r`` - lean n x u is the part of it that a moment
+    does work on."""
 
     nx: float
     ny: float
@@ -27,6 +28,7 @@ class Meeting(NamedTuple):
     rz: float
     twist: float
     spin: float
+    lean: float
 
 
 class Ball(NamedTuple):
@@ -70,11 +72,11 @@ def meeting_of_grains(way, velocity, one, two, offset):
     px, py, pz = wxj - wxi, wyj - wyi, wzj - wzi
     twist = px * nx + py * ny + pz * nz
     spin = 0.5 * ((wxi + wxj) * nx + (wyi + wyj) * ny + (wzi + wzj) * nz)
-    lean = 0.5 * (l2 - l1) / (l1 * l2)
+    lean = 0.5 * (rj - ri) / (ri * rj)
     rx = px - twist * nx + lean * (ny * uz - nz * uy)
     ry = py - twist * ny + lean * (nz * ux - nx * uz)
     rz = pz - twist * nz + lean * (nx * uy - ny * ux)
-    return Meeting(nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist, spin), l1, l2
+    return Meeting(nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist, spin, lean), l1, l2
 
 
 @law(forceinline=True)
@@ -105,4 +107,5 @@ def meeting_with_wall(n, distance, velocity, ball, overlap):
         wn * nz - wz,
         -wn,
         wn,
+        0.0,
     )

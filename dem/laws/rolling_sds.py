@@ -2,13 +2,16 @@
 
     M_r = k_r theta + C_r w_r,    |M_r| <= mu_r beta R |F_n|
     k_r = k_n (beta R)^2,  C_r = C_n (beta R)^2
-    w_r = (w2 - w1) tangential part + (l2 - l1) / (2 l1 l2)  n x u_t
+    w_r = (w2 - w1) tangential part + (r2 - r1) / (2 r1 r2)  n x u_t
 
 theta rolling spring [rad], the integral of the rolling rate w_r [rad/s] (Bagi & Kuhn 2004 for unequal spheres); M_r
-acts on grain 1. R = r1 r2 / (r1 + r2) [m]; beta is the shape parameter (0 sphere, 1 strongly angular): a contact
-behaves like a disc of radius beta R. At the limit the spring is set to carry exactly the limit, with the sliding rule
-``cap`` only ever shortened to it (pkdgrav instead leaves it as it was before the step; the moment is the same). On a
-wall R is the radius of the grain and the second term of w_r is dropped, so that pure sliding raises no moment.
+acts on grain 1. The radii r stand where the sources have the distances l1, l2 of the centres from the plane of
+contact: the same at first touch, but l2 passes through zero where a small grain, entered among large ones with an
+overlap that counts for none (``OFFSET``), has its centre in that plane; the rate then has no bound. R = r1 r2 / (r1 +
+r2) [m]; beta is the shape parameter (0 sphere, 1 strongly angular): a contact behaves like a disc of radius beta R. At
+the limit the spring is set to carry exactly the limit, with the sliding rule ``cap`` only ever shortened to it
+(pkdgrav instead leaves it as it was before the step; the moment is the same). On a wall R is the radius of the grain
+and the second term of w_r is dropped, so that pure sliding raises no moment.
 
 Source: Zhang et al. 2017, Icarus 294, 98 (the four-component law); moments of Jiang et al. 2015, Comput. Geotech. 65,
 147. LIGGGHTS: ``rolling_friction epsd3`` with rmu = mu_r beta and rollingStiffness = 1/mu_r^2; LAMMPS: ``rolling

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from dem.assembly import Assembly
+from dem.assembly import ACTIVE, BALLISTIC, Assembly, Extras
 from dem.contact_settings import Contact, GrainLaw
 from dem.gravity import Field
+from dem.meeting import Ball, meeting_of_grains
 from dem.walls import PLANE, Wall
 from matter.errors import InputError, UnphysicalState
 from tests.dem.scenes import assembly, cluster, grains
@@ -122,6 +123,40 @@ def test_energy_never_grows():
         spent = bed.report[0]
     assert spent > 0.5 * start
     assert sum(bed.energies().values()) + spent == pytest.approx(start, rel=0.004)
+
+
+def test_a_small_grain_deep_in_a_large_one_rolls_at_a_bounded_rate():
+    """Bagi & Kuhn's rate of rolling: with the distances of the centres from the plane of contact in the place of the
+    radii it had no bound where the small grain's centre passes that plane (d^2 = r1^2 - r2^2)."""
+    large, small, sliding = 1.0, 0.1, 0.3
+    for distance in np.append(np.linspace(0.97, 1.1, 400), math.sqrt(large**2 - small**2)):
+        one, two = Ball(large, 0.0, 0.0, 0.0), Ball(small, 0.0, 0.5, 0.0)
+        meeting, l1, l2 = meeting_of_grains((distance, 0.0, 0.0), (0.0, 0.0, sliding), one, two, 0.0)
+        assert l1 + l2 == pytest.approx(distance, rel=1e-14)
+        slip = sliding + 0.5 * l2  # of the second grain's surface: v_z + (w x -l2 n)_z
+        assert meeting.uz == pytest.approx(slip, rel=1e-12)
+        lean = 0.5 * (1.0 / large - 1.0 / small)
+        assert (meeting.rx, meeting.rz) == (0.0, 0.0)
+        assert meeting.ry == pytest.approx(0.5 - lean * slip, rel=1e-12)
+
+
+def test_energy_is_accounted_for_where_a_small_grain_goes_through_a_large_one():
+    """An ejected grain that is taken back into the search inside another, with an overlap that counts for none: its
+    centre is driven through the plane of contact."""
+    law = GrainLaw(friction=0.5, shape=0.5, restitution=0.5)
+    depth = math.sqrt(1.0 - 0.1**2)
+    start = grains(
+        [[0.0, 0.0, 0.0], [depth + 0.001, 0.0, 0.0]], [1.0, 0.1], mass=[1.0, 1e-3], stiffness=[1e4, 20.0],
+        velocity=[[0.0, 0.0, 0.0], [-0.3, 0.0, 0.2]], state=np.array([ACTIVE, BALLISTIC], dtype=np.int8),
+    )  # fmt: skip
+    bed = Assembly(start, Contact(shell=law), (), Field.constant((0.0, 0.0, 0.0)), dt=1e-4, extras=Extras(offset=True))
+    bed.change_states(bed.identity == 1, ACTIVE)
+    energy, gap = sum(bed.energies().values()), []
+    for _ in range(600):
+        bed.step()
+        gap.append(np.linalg.norm(bed.X[0, :3] - bed.X[1, :3]))
+        assert sum(bed.energies().values()) + bed.report[0] == pytest.approx(energy, rel=0.01)
+    assert min(gap) < depth < max(gap)
 
 
 def test_history_survives_rebuilds():
