@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from handoff import control as controls
 from handoff import surface
@@ -69,12 +69,3 @@ class Settings(surface.Rules):
     def _waivable(cls, value: Mapping[str, str]) -> Mapping[str, str]:
         check_waivers(value)
         return value
-
-    @model_validator(mode="after")
-    def _bed_of_its_own(self) -> Settings:
-        if self.method == "direct" and self.loosened != "full_size":
-            raise ValueError(
-                f'loosened = "{self.loosened}" makes grains of a settled bed smaller, and method = "direct" takes '
-                f"none over: leave out one of the two"
-            )
-        return self

@@ -72,9 +72,10 @@ class Rules(Model):
     closes the rest."""
     region: float = Field(8.0, ge=4.0, le=100.0)
     """Width of a region of the regional correction in mean grain radii."""
-    loosened: Literal["full_size", "shrunk"] = "full_size"
-    """Grains that stand for matter which the flow has loosened: ``full_size``, as in the bed, so that the matter keeps
-    its loosened volume; ``shrunk``: as small as the matter is when it is packed again (``handoff.loosened``)."""
+    loosened: Literal["full_size", "shrunk"] = "shrunk"
+    """Grains that stand for matter which the flow has loosened: ``shrunk``, as small as the matter is when packed
+    (``handoff.loosened``); ``full_size``, as in the bed, so that the matter keeps its loosened volume. With ``method =
+    "direct"`` it counts for the mapped grains that the report compares."""
     crater: Literal["required", "any"] = "required"
     """``required``: stop when there is no crater; ``any``: for control runs without an impact."""
 

@@ -25,7 +25,6 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "sph.artificial_stress": (),
     "sph.materials.NAME.eos": ("table",),
     "handoff.correction": ("regional",),
-    "handoff.loosened": ("shrunk",),
     "dem.contact.normal": ("hertz",),
     "dem.contact.tangential": ("mindlin",),
     "dem.contact.mindlin_history": ("displacement",),

@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from dem import collapse as collapsing
 from dem import stage as dem_stage
@@ -194,10 +193,8 @@ def test_ejecta_are_as_dense_as_packed_matter(flat_bed, ground):
     np.testing.assert_array_equal(ratio[~loose], 1.0)
 
 
-def test_it_is_refused_where_no_bed_is_taken_over():
-    with pytest.raises(ValidationError, match="takes none over: leave out one of the two"):
-        Settings(method="direct", loosened="shrunk")
-    assert Settings().loosened == "full_size"
+def test_shrunk_is_the_default():
+    assert Settings().loosened == surface.Rules().loosened == "shrunk"
 
 
 @pytest.fixture(scope="module")
