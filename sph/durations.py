@@ -17,9 +17,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from matter import formation_time
+from matter import at_rest, formation_time
 from matter.body import Impact, Target
-from matter.constants import G
 from sph import ground_strength
 from sph.material_settings import Choice
 from sph.materials import Materials, collect
@@ -36,19 +35,7 @@ def chosen(target: Target, impact: Impact, materials: Mapping[str, Choice]) -> M
 
 def surface_gravity(target: Target, materials: Materials) -> float:
     """Gravity at the surface [m/s^2], of a body at uniform densities; 0 where nothing attracts."""
-    if target.flat or not target.attracts:
-        return target.gravity
-    mass, inner = 0.0, 0.0
-    for layer, outer in zip(target.layers, target.outer_radii):
-        mass += (
-            4.0
-            / 3.0
-            * math.pi
-            * (outer**3 - inner**3)
-            * float(materials.bulk_density[materials.index(layer.material)])
-        )
-        inner = outer
-    return G * mass / target.radius**2
+    return at_rest.surface_gravity(target, materials.at_rest) if target.flat or target.attracts else 0.0
 
 
 def crater_time(target: Target, impact: Impact, materials: Materials, strength: bool, damage: bool) -> float:

@@ -12,6 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from matter.at_rest import AtRest
 from matter.errors import InputError
 from matter.law_family import Family
 from matter.quantity import PositivePressure, Pressure
@@ -84,6 +85,14 @@ class Materials:
     def bulk_density(self) -> np.ndarray:
         """Density at rest with its pores, rho0 / alpha0 [kg/m^3], (m,)."""
         return self.rows.rho0 / self.rows.alpha0
+
+    @property
+    def at_rest(self) -> dict[str, AtRest]:
+        """Both densities of each material at rest, by its name."""
+        return {
+            name: AtRest(solid=float(solid), bulk=float(bulk))
+            for name, solid, bulk in zip(self.names, self.rho0, self.bulk_density)
+        }
 
     @property
     def porous(self) -> bool:
