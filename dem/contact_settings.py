@@ -12,6 +12,7 @@ from pydantic import Field, create_model, model_validator
 from dem import walls
 from dem.columns import COHESION, DAMPING_N, DAMPING_T, FRICTION, NORMAL, PAIR_COLUMNS, RATIO, ROLLING, SHAPE, TWISTING
 from dem.grain_law import OCEAN, SPECIES, GrainLaw
+from dem.grain_solid import elastic
 from dem.gravity import Field as Gravity
 from dem.laws import dispatch, tangential_spring
 from dem.laws.dispatch import FAMILIES, between, smaller
@@ -253,13 +254,16 @@ class Contact(_Choices):
                 tables[w, s, RATIO] = pair_table[s, s, RATIO]
         return tables
 
-    def stiffness(self, radius: np.ndarray, mass: np.ndarray, material_name: str, floor_pressure: float) -> np.ndarray:
+    def stiffness(
+        self, radius: np.ndarray, mass: np.ndarray, material_name: str, floor_pressure: float,
+        solid_density: float | None = None,
+    ) -> np.ndarray:  # fmt: skip
         """k_n of grains of one material [N/m] by ``stiffness_rule``, at least F_c / (x_max r), limited by the contact
         wave speed.
 
-        ``floor_pressure`` = g rho H of the bed [Pa]. The wave speed of a chain of such grains is 2 r sqrt(k_n / m).
-        F_c is the pull of two such grains by a cohesion that does not depend on the overlap. With ``hertz`` it is the
-        tangent stiffness of two such grains at the overlap x_max r.
+        ``floor_pressure`` = g rho H of the bed [Pa]; ``solid_density`` as ``elastic`` takes it. The wave speed of a
+        chain of such grains is 2 r sqrt(k_n / m). F_c is the pull of two such grains by a cohesion that does not
+        depend on the overlap. With ``hertz`` it is the tangent stiffness of two such grains at the overlap x_max r.
         """
         species = self.species_of(material_name)
         if not self.linear:
@@ -267,7 +271,7 @@ class Contact(_Choices):
                 radius, self.static_overlap, self.values(dispatch.NORMAL, species)
             )
             return np.asarray(stiff)
-        bulk, sound = elastic(material_name)
+        bulk, sound = elastic(material_name, solid_density)
         moving = 2.0 * bulk * radius
         if self.stiffness_rule == "kinetic":
             assert self.expected_speed is not None
@@ -340,10 +344,4 @@ def shortest_contact_time(mass: np.ndarray, stiffness: np.ndarray) -> float:
     return float(np.pi * np.sqrt(0.5 * np.min(mass / stiffness)))
 
 
-def elastic(material_name: str) -> tuple[float, float]:
-    """Bulk modulus [Pa] and bulk sound speed sqrt(K / rho0) [m/s] of a material."""
-    bulk = material.section(material_name, "elastic")["bulk_modulus"]
-    return bulk, float(np.sqrt(bulk / material.reference_density(material_name)))
-
-
-__all__ = ["OCEAN", "SPECIES", "Contact", "GrainLaw", "elastic", "shortest_contact_time"]
+__all__ = ["OCEAN", "SPECIES", "Contact", "GrainLaw", "shortest_contact_time"]

@@ -30,7 +30,8 @@ from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.beds.whole_body import WholeBody
-from dem.contact_settings import Contact, elastic
+from dem.contact_settings import Contact
+from dem.grain_solid import elastic
 from matter.particles import Particles
 
 NEAR = 0.3
@@ -59,10 +60,11 @@ def springs_for(asked: float | Literal["auto", "bed"], start: Particles, contact
     speed = fastest_approach(compact) if asked == "auto" else float(asked)
     wanted = compact.mass * (speed / (contact.static_overlap * compact.radius)) ** 2 * contact.stiffness_factor
     factor = float(np.mean(wanted / compact.stiffness))
-    names = start.attributes.get("materials", [])
+    names, solid = start.attributes.get("materials", []), start.attributes.get("reference_densities_kg_m3")
     for number in np.unique(compact.material).astype(int) if names else ():
         here = compact.material == number
-        limit = contact.stiffness_limit(compact.radius[here], compact.mass[here], elastic(names[number])[1])
+        sound = elastic(names[number], solid[number] if solid else None)[1]
+        limit = contact.stiffness_limit(compact.radius[here], compact.mass[here], sound)
         factor = min(factor, float(np.min(limit / compact.stiffness[here])))
     return Springs(speed, factor) if factor > 1.0 else Springs()
 

@@ -90,6 +90,8 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     ledger.complete()
     progress.update(0.85, "writing", force=True)
     start.attributes |= _measuring(source, region)
+    named = start.attributes.get("materials", [])
+    start.attributes["reference_densities_kg_m3"] = surface.solid_densities(source, named)
     start.attributes |= away.leave(settings, handoff, as_it_is, inputs, out)
     snapshot.write(start, out / f"start{snapshot.SUFFIX}")
     with archive.replacing(out / "surface.ply") as temporary:

@@ -16,6 +16,7 @@ How far outside the alpha-shape's particles the surface runs says ``handoff.offs
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -27,7 +28,7 @@ from scipy.stats import qmc
 from handoff import free_flight, speed_limit
 from handoff.domain import Domain
 from handoff.hydrostatic import Column
-from matter import material, readable
+from matter import at_rest, material, readable
 from matter.alpha_shape import AlphaShape, alpha_shape
 from matter.body import Model
 from matter.errors import InputError
@@ -147,19 +148,23 @@ def neighbour_count(source: Particles, spacing: np.ndarray) -> np.ndarray:
     return tree.query_ball_point(source.position, 2.0 * spacing, return_length=True) - 1
 
 
+def solid_densities(source: Particles, names: Sequence[str]) -> list[float]:
+    """Density at rest of the solid of each material of ``names`` [kg/m^3]; zero where it is not known here.
+
+    What the shock stage computed with (attribute ``reference_densities_kg_m3``, by material), a case's own value
+    included; of a material for which the source does not say so, that of its file.
+    """
+    known = material.names()
+    table = {name: at_rest.of_file(name).solid if name in known else 0.0 for name in names}
+    own = dict(zip(source.attributes.get("materials", []), source.attributes.get("reference_densities_kg_m3") or []))
+    return [float(own.get(name, table[name])) for name in names]
+
+
 def reference_density(source: Particles) -> np.ndarray:
     """Reference density of each particle's material with the pores it has [kg/m^3]; zero where the material is not
-    known here.
-
-    That of the solid is what the shock stage computed with (attribute ``reference_densities_kg_m3``, by material), a
-    case's own value included; of a source that does not say so, the library's.
-    """
+    known here."""
     names = source.attributes.get("materials", [])
-    known = material.names()
-    densities = source.attributes.get("reference_densities_kg_m3") or [
-        material.reference_density(name) if name in known else 0.0 for name in names
-    ]
-    table = np.array(densities or [0.0], dtype=float)
+    table = np.array(solid_densities(source, names) or [0.0])
     solid = np.where(source.material < len(table), table[np.clip(source.material, 0, len(table) - 1)], 0.0)
     return solid / source.distention if "distention" in source else solid
 

@@ -18,6 +18,7 @@ from sph import prediction, solid_target, stage_report, used_laws, viscosity_swi
 from sph import target as bodies
 from sph.boundary import sides_and_floor
 from sph.kernels import dispatch as kernels
+from sph.materials import Materials
 from sph.settings import Settings
 from sph.simulation import Simulation
 
@@ -64,7 +65,8 @@ def target_facts(settings: Settings) -> dict[str, Any]:
     if settings.target.solid:
         return _of_solid(settings)
     balance = grounds.hydrostatic if settings.target.flat else bodies.hydrostatic
-    return _facts(settings.target, balance(settings.target, materials=settings.chosen_materials()))
+    materials = settings.chosen_materials()
+    return _facts(settings.target, balance(settings.target, materials=materials), materials)
 
 
 def _of_solid(settings: Settings) -> dict[str, Any]:
@@ -74,11 +76,11 @@ def _of_solid(settings: Settings) -> dict[str, Any]:
     )
 
 
-def _facts(target: Target, column: bodies.Profile | grounds.Ground) -> dict[str, Any]:
+def _facts(target: Target, column: bodies.Profile | grounds.Ground, materials: Materials) -> dict[str, Any]:
     return (
         grounds.target_json(target, column)
         if isinstance(column, grounds.Ground)
-        else bodies.target_json(target, column)
+        else bodies.target_json(target, column, materials)
     )
 
 
@@ -93,7 +95,10 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     report = progress.Progress("sph", job.work(relaxation + settings.end_time))
     archive.write_text(
         job.out / "target.json",
-        json.dumps(_of_solid(settings) if settings.target.solid else _facts(settings.target, job.column), indent=1),
+        json.dumps(
+            _of_solid(settings) if settings.target.solid else _facts(settings.target, job.column, job.materials),
+            indent=1,
+        ),
     )
     saved = checkpoint.newest(job.out)
     if saved is None:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from matter import packing
+from matter import at_rest, packing
 from matter.body import Target
 from matter.constants import G
 from matter.cut_region import Cut
@@ -100,8 +100,9 @@ def hydrostatic(target: Target, shells: int = 4000, materials: Materials | None 
     )
 
 
-def target_json(target: Target, profile: Profile) -> dict:
-    """The content of ``target.json``: the body in balance against radius."""
+def target_json(target: Target, profile: Profile, materials: Materials) -> dict:
+    """The content of ``target.json``: the body in balance against radius. A layer's ``reference_density_kg_m3`` is
+    there where the case gives the solid another than the material's file: springs of grains go by its sound speed."""
     inner = np.concatenate([[0.0], profile.radius])
     layers = []
     for l, piece in enumerate(target.layers):
@@ -115,6 +116,9 @@ def target_json(target: Target, profile: Profile) -> dict:
                 "mass_kg": float(np.diff(np.concatenate([[0.0], profile.mass]))[shells].sum()),
             }
         )
+        solid = materials.at_rest[piece.material].solid
+        if solid != at_rest.of_file(piece.material).solid:
+            layers[-1]["reference_density_kg_m3"] = solid
     edges = np.flatnonzero(np.diff(profile.layer))
     pick = np.unique(np.concatenate([np.linspace(0, len(profile.radius) - 1, 400).astype(int), edges, edges + 1]))
     gravity_mid = np.interp(

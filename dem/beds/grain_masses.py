@@ -54,7 +54,7 @@ def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: 
     for k, name in enumerate(body.materials):
         here = layer == k
         material[here], species[here] = names.index(name), contact.species_of(name)
-        stiffness[here] = contact.stiffness(grains.radius[here], mass[here], name, floor)
+        stiffness[here] = contact.stiffness(grains.radius[here], mass[here], name, floor, body.solid_densities[k])
     fields = dict(grains)
     fields.update(mass=mass, density=rho, material=material, species=species, stiffness=stiffness)
     return Particles(fields, grains.attributes, grains.tables)

@@ -26,6 +26,8 @@ class LayeredBody:
     inner: np.ndarray
     outer: np.ndarray
     profile: dict[str, np.ndarray]
+    solid_densities: tuple[float | None, ...]
+    """Of each layer's solid at rest [kg/m^3], where the case gave its material another than its file."""
 
     @staticmethod
     def read(path: Path) -> LayeredBody:
@@ -51,6 +53,7 @@ class LayeredBody:
             np.array([layer["inner_radius_m"] for layer in layers], dtype=float),
             np.array([layer["outer_radius_m"] for layer in layers], dtype=float),
             profile,
+            tuple(layer.get("reference_density_kg_m3") for layer in layers),
         )
 
     @property

@@ -113,3 +113,11 @@ def test_the_kinetic_rule_keeps_a_collision_within_the_overlap():
     # two such grains at 2 m/s: x = v sqrt(m / 2 k)
     assert 2.0 * math.sqrt(mass[0] / (2 * k)) == pytest.approx(0.01 * 0.3 / math.sqrt(2.0))
     assert contact.stiffness(radius, mass, "ice", 1e8)[0] == pytest.approx(1e8 * 0.3 / 0.01)
+
+
+def test_a_solid_of_a_density_of_its_own_has_its_own_sound_speed():
+    contact = Contact()
+    radius = np.array([1000.0])
+    mass = 1500.0 * 4 / 3 * math.pi * radius**3
+    stiff = contact.stiffness(radius, mass, "ice", 1e12, 1400.0)[0]
+    assert 2 * 1000.0 * math.sqrt(stiff / mass[0]) == pytest.approx(2 * math.sqrt(9.47e9 / 1400.0))

@@ -11,7 +11,7 @@ from dem import stage
 from dem.beds.flat_ground import ground_of
 from dem.contact_settings import Contact
 from dem.stiffening import fastest_approach, springs_for
-from matter import snapshot
+from matter import at_rest, snapshot
 from tests.dem.stops import interrupted, same_grains
 from tests.dem.test_flat_bed import settled, write_ground
 
@@ -99,6 +99,17 @@ def test_the_springs_of_a_start_are_for_its_fastest_approach(small_bed, tmp_path
     )  # nor faster than twice the sound speed of the material
     moving["identity"][other] += int(bed.identity.max()) + 1  # ejecta do not count
     assert springs_for("auto", moving, Contact(), flat=True) == (0.0, 1.0)
+
+
+def test_springs_are_bounded_by_the_sound_speed_of_the_solid_that_was_computed_with(small_bed):
+    """k_n goes as the squared sound speed, K / rho0; a start that says nothing takes the material's file."""
+    start = small_bed.select(small_bed.headroom == 0)
+    names = start.attributes["materials"]
+    plain = springs_for(1e9, start, Contact(), flat=True).factor
+    start.attributes["reference_densities_kg_m3"] = [at_rest.of_file(name).solid for name in names]
+    assert springs_for(1e9, start, Contact(), flat=True).factor == plain
+    start.attributes["reference_densities_kg_m3"] = [2.0 * at_rest.of_file(name).solid for name in names]
+    assert springs_for(1e9, start, Contact(), flat=True).factor == pytest.approx(0.5 * plain, rel=1e-12)
 
 
 def test_an_approach_at_the_speed_of_the_springs_overlaps_by_the_share_they_are_for(small_bed, tmp_path):

@@ -11,7 +11,7 @@ import trimesh
 
 from handoff import direct, handoff_time, report, stage
 from handoff.ledger import LIMITS
-from matter import snapshot
+from matter import at_rest, snapshot
 from matter.errors import InputError, Unsound
 from matter.particles import Particles
 
@@ -42,6 +42,8 @@ def test_outputs(finished):
         start.attributes["domain"] == bed.attributes["domain"]
         and start.attributes["species"] == bed.attributes["species"]
     )
+    densities = dict(zip(start.attributes["materials"], start.attributes["reference_densities_kg_m3"], strict=True))
+    assert densities == {name: at_rest.of_file(name).solid for name in start.attributes["materials"]}
     assert set(bed.tables) == set(start.tables)
     mesh = trimesh.load(out / "surface.ply", process=False)
     assert mesh.is_watertight and mesh.volume > 0.0

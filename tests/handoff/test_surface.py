@@ -183,6 +183,14 @@ def test_reference_density_is_the_one_that_the_shock_stage_computed_with():
     assert surface.reference_density(source) == pytest.approx([2400.0, 917.0], rel=1e-4)
 
 
+def test_solid_densities_are_of_the_source_where_it_knows_the_material():
+    source = Particles(
+        {"position": np.zeros((1, 3)), "material": np.array([0])},
+        {"materials": ["basalt"], "reference_densities_kg_m3": [3500.0]},
+    )
+    assert surface.solid_densities(source, ["ice", "basalt", "unknown"]) == [917.0, 3500.0, 0.0]
+
+
 def test_mixed_units_are_told(bowl, bed):
     for name, factor in (("position", 1e-3), ("position", 100.0), ("density", 1e-3), ("mass", 1e3)):
         with pytest.raises(InputError, match="mixed units"):
