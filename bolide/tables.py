@@ -54,8 +54,9 @@ def scaling(
 ) -> pandas.DataFrame:
     """Transient apparent diameter by scaling laws (``crater.scaling``), a row per law.
 
-    ``projectile`` and ``target`` are names of materials; ``radius``, ``speed``, ``gravity`` and the angle are SI
-    numbers or texts with units; ``ground``: only the laws for ``fluid``, ``rock`` or ``sand``. Raises ``InputError``.
+    ``projectile`` and ``target`` are names of materials, taken with the pores that their files give them; ``radius``,
+    ``speed``, ``gravity`` and the angle are SI numbers or texts with units; ``ground``: only the laws for ``fluid``,
+    ``rock`` or ``sand``. Raises ``InputError``.
 
     >>> table = scaling("ice", "50 km", "18 km/s", target="ice", gravity="1.24 m/s^2", ground="fluid")
     >>> (table["diameter_m"] / 1e3).round().astype(int).to_dict()
@@ -64,7 +65,7 @@ def scaling(
     import pandas
 
     from crater import scaling as laws
-    from matter import material, quantity
+    from matter import at_rest, quantity
 
     def si(value: float | str, unit: str, what: str) -> float:
         try:
@@ -77,7 +78,7 @@ def scaling(
     event = laws.ImpactEvent(
         si(radius, "m", "radius"), si(speed, "m/s", "speed"), si(angle_from_vertical, "rad", "angle_from_vertical"),
         si(gravity, "m/s^2", "gravity"),
-        material.reference_density(projectile), material.reference_density(target),
+        at_rest.of_file(projectile).bulk, at_rest.of_file(target).bulk,
     )  # fmt: skip
     diameters = {
         name: size for name, size in laws.diameters(event).items() if ground is None or name in laws.GROUNDS[ground]

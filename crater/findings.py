@@ -21,7 +21,7 @@ from crater.measure import Measures, Quantity
 from crater.rest import UNKNOWN, Rest
 from crater.settings import ChainError, Settings
 from crater.size_classes import Sizes
-from matter import archive, material, snapshot
+from matter import archive, at_rest, snapshot
 from matter.crater_measures import MAXIMA, MOMENTS
 
 LATE_SHOCK = "all-SPH late stage"
@@ -214,11 +214,15 @@ class Findings:
 def densities(settings: Settings, inputs: Path, first: Path | None) -> tuple[float, float]:
     """Densities of projectile and ground [kg/m^3] as the shock stage began with them (pores, changed materials); of
     their materials where it left none."""
-    ball = material.reference_density(settings.impact.projectile.material)
-    ground = material.reference_density(settings.target.layers[-1].material)
+    ball = at_rest.of_file(settings.impact.projectile.material).bulk
+    ground = at_rest.of_file(settings.target.layers[-1].material).bulk
     path = inputs / "2_sph" / "target.json"
     if path.is_file():
-        ground = archive.read_json(path).get("profile", {}).get("density_kg_m3", [ground])[-1]
+        facts = archive.read_json(path)
+        if facts.get("frame") == "solid":  # one density everywhere, and no profile
+            ground = float(facts["mass_kg"]) / float(facts["volume_m3"])
+        else:
+            ground = facts.get("profile", {}).get("density_kg_m3", [ground])[-1]
     if first is not None:
         begun = snapshot.read(first)
         mine = begun.layer < 0 if {"layer", "density", "mass"} <= set(begun) else np.zeros(0, dtype=bool)

@@ -53,8 +53,7 @@ from crater.findings import (
 )
 from crater.one_snapshot import measure_snapshot
 from crater.settings import Published, Settings
-from matter import archive, drawing, material, snapshot, tree
-from matter.constants import G
+from matter import archive, at_rest, drawing, snapshot, tree
 from matter.crater_measures import MAXIMA
 from matter.errors import InputError
 from matter.particles import Particles
@@ -169,12 +168,8 @@ def _ground(settings: Settings, inputs: Path) -> tuple[Datum, float]:
         raise InputError(f"{path} is missing: it says how the body turned and where its companion stood")
     if settings.target.flat:
         return datums.plane(source="flat ground of the case"), settings.target.gravity
-    mass, inner = 0.0, 0.0
-    for layer, outer in zip(settings.target.layers, settings.target.outer_radii):
-        mass += 4.0 / 3.0 * np.pi * (outer**3 - inner**3) * material.reference_density(layer.material)
-        inner = outer
-    radius = settings.target.radius
-    return datums.sphere(radius, source="uniform layers of the case"), G * mass / radius**2
+    gravity = at_rest.surface_gravity(settings.target, {})  # no shock stage, so nothing that a case says of materials
+    return datums.sphere(settings.target.radius, source="uniform layers of the case"), gravity
 
 
 def _choices(setting: Setting, datum: Datum, before: Path | None, reach: float | None) -> Choices:
