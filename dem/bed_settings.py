@@ -8,6 +8,7 @@ from pydantic import Field
 
 from dem.beds import extent
 from dem.contact_settings import Contact
+from matter.at_rest import Densities
 from matter.body import Impact, Model, Target
 from matter.deciding import View
 from matter.quantity import PositiveLength, PositiveSpeed, PositiveTime
@@ -20,6 +21,9 @@ class Settings(Model):
     """The body or ground that is hit, ``[target]``."""
     impact: Annotated[Impact, View(but=("expected_transient_diameter",))]
     """How the projectile hits, ``[impact]``; the bed takes its size from ``expected_transient_diameter``."""
+    densities: Densities = Field(default_factory=dict)
+    """Materials that the case makes denser or lighter than their files; for the prediction of ``--check`` only, the
+    bed itself is as dense as ``target.json`` says."""
     contact: Contact = Contact()
     """How grains touch; by default that of the collapse, ``[dem.contact]``."""
     count: Annotated[int, Field(ge=200, le=20_000_000)] = 20_000

@@ -15,32 +15,20 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from matter import formation_time, material
-from matter.body import Target
-from matter.constants import G
+from matter import at_rest, formation_time
 
 END, LATEST, STILL, SNAPSHOT, HISTORY = 5.0, 10.0, 5.0 / 6.0, 1.0 / 6.0, 1.0 / 12.0
 UNKNOWN = 720.0
 """T [s] where no impact is known: a stage that is used alone, from Python."""
 
 
-def surface_gravity(target: Target) -> float:
-    """Gravity at the surface [m/s^2], of a body at uniform densities."""
-    if target.flat:
-        return target.gravity
-    mass, inner = 0.0, 0.0
-    for layer, outer in zip(target.layers, target.outer_radii):
-        mass += 4.0 / 3.0 * math.pi * (outer**3 - inner**3) * material.reference_density(layer.material)
-        inner = outer
-    return G * mass / target.radius**2
-
-
 def crater_times(given: Mapping[str, Any], share: float) -> float:
-    """``share`` times T [s], from the validated ``target`` and ``impact`` of the settings."""
+    """``share`` times T [s], from the validated ``target``, ``impact`` and ``densities`` of the settings."""
     target, impact = given.get("target"), given.get("impact")
     if target is None or impact is None:
         return share * UNKNOWN
-    time = formation_time.of_crater(impact.expected_transient_diameter, surface_gravity(target))
+    gravity = at_rest.surface_gravity(target, given.get("densities", {}))
+    time = formation_time.of_crater(impact.expected_transient_diameter, gravity)
     if not math.isfinite(time):  # told by the settings' own check: a default raises nothing
         return share * UNKNOWN
     return float(f"{share * time:.2g}")

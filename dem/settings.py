@@ -9,6 +9,8 @@ from pydantic import Field, model_validator
 from dem import durations
 from dem.contact_settings import Contact
 from dem.engines.deviations import Deviation
+from matter import at_rest
+from matter.at_rest import Densities
 from matter.body import Impact, Model, Target
 from matter.deciding import View
 from matter.quantity import PositiveLength, PositiveSpeed, PositiveTime
@@ -21,6 +23,8 @@ class Settings(Model):
     """The body or ground, ``[target]``; with ``impact`` it sets the times that are not given."""
     impact: Impact | None = None
     """The impact, ``[impact]``."""
+    densities: Densities = Field(default_factory=dict)
+    """Materials that the case makes denser or lighter than their files."""
     contact: Contact = Contact()
     """How grains touch, ``[dem.contact]``; the bed settles under the same laws."""
     end_time: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.END))
@@ -71,7 +75,7 @@ class Settings(Model):
 
     @model_validator(mode="after")
     def _order(self) -> Settings:
-        if self.target is not None and durations.surface_gravity(self.target) <= 0.0:
+        if self.target is not None and at_rest.surface_gravity(self.target, self.densities) <= 0.0:
             raise ValueError(
                 "without gravity no crater collapses: set [target] gravity, or leave out the stages bed, handoff and "
                 "dem"

@@ -7,14 +7,14 @@ from pathlib import Path
 import numba
 import numpy as np
 
-from dem import durations, friction_angle, used_laws, whole_collapse
+from dem import friction_angle, used_laws, whole_collapse
 from dem.beds import settling
 from dem.beds.flat_ground import ground_of
 from dem.beds.solid_body import SolidBody, is_solid
 from dem.collapse import Collapse
 from dem.engines import external, program
 from dem.settings import Settings
-from matter import checkpoint, readable, snapshot
+from matter import at_rest, checkpoint, readable, snapshot
 
 GRAIN_STEPS_PER_S = 2.2e6
 """Grain steps per second of one thread in a collapse, with lists, looks and output (busy AVX-512 machine; 3.4e6 on a
@@ -45,7 +45,7 @@ def _raised(settings: Settings) -> float | None:
         return None
     if asked == "auto" and not (target.flat or target.solid):
         return None
-    fall = np.sqrt(durations.surface_gravity(target) * impact.expected_transient_diameter)
+    fall = np.sqrt(at_rest.surface_gravity(target, settings.densities) * impact.expected_transient_diameter)
     speed = (BODY_APPROACH if target.solid else APPROACH) * fall if asked == "auto" else asked
     contact = settings.contact
     step = (

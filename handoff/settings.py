@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
@@ -11,9 +10,9 @@ from pydantic import Field, field_validator
 from handoff import control as controls
 from handoff import surface
 from handoff.ledger import check_waivers
-from matter import formation_time, material
+from matter import at_rest, formation_time
+from matter.at_rest import Densities
 from matter.body import Impact, Target
-from matter.constants import G
 from matter.deciding import View
 from matter.quantity import PositiveTime
 
@@ -22,12 +21,12 @@ LATEST = 10.0
 
 
 def _until(given: Mapping[str, Any]) -> float | None:
-    """Default of ``until`` from the validated ``target`` and ``impact``; None but for an ellipsoid or mesh."""
+    """Default of ``until`` from the validated ``target``, ``impact`` and ``densities``; None but for an ellipsoid or
+    mesh."""
     target, impact = given.get("target"), given.get("impact")
     if target is None or impact is None or not target.solid:
         return None
-    density = material.reference_density(target.layers[-1].material)
-    gravity = 4.0 / 3.0 * math.pi * G * density * target.radius
+    gravity = at_rest.surface_gravity(target, given.get("densities", {}))
     return float(f"{LATEST * formation_time.of_crater(impact.expected_transient_diameter, gravity):.2g}")
 
 
@@ -38,6 +37,8 @@ class Settings(surface.Rules):
     """The body or ground that is hit, ``[target]``: its surface, where that is neither plane nor round."""
     impact: Annotated[Impact | None, View()] = None
     """How the projectile hits, ``[impact]``."""
+    densities: Densities = Field(default_factory=dict)
+    """Materials that the case makes denser or lighter than their files."""
     until: PositiveTime | None = Field(default_factory=lambda given: _until(given))
     """On an ellipsoid or mesh: ejecta that come back later than this after the impact stay in the list, as those that
     escape; by default ``[dem] latest_time``, or its default of ten formation times."""

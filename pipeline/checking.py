@@ -7,13 +7,15 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from matter import at_rest
+from matter.at_rest import AtRest
 from matter.body import Impact, Model, Target
 from matter.errors import InputError
 from matter.quantity import REQUIRED
 from pipeline import outside, overlay, stages
 from pipeline.case import Case, read
 from pipeline.case_table import CaseTable
-from pipeline.complaints import Complaint, complaints, dotted, unknown
+from pipeline.complaints import Complaint, complaints, dotted, names_at, unknown
 from pipeline.left_open import FROM_ENCOUNTERS
 from pipeline.plain import plain
 from pipeline.toml_lines import KeyPath
@@ -72,9 +74,12 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
         if not isinstance(table, dict):
             continue  # already complained about
         payload, moved = _payload(model, table, shared, document)
+        if "densities" in model.model_fields:
+            payload["densities"] = _own_densities(settings.get("sph"))
         if "pinned" in model.model_fields:
             payload.setdefault("pinned", case.pinned)
         model_settings, wrong = _checked(model, payload, (stage,), moved)
+        wrong += _said_in_vain(model, table, stage)
         if stage in case.outside:  # it will not run: misspelt keys still count, missing ones do not
             wrong = [complaint for complaint in wrong if complaint.message != "is missing"]
         faults += wrong
@@ -120,6 +125,18 @@ def _payload(
         if isinstance(field_info.default, BaseModel) and isinstance(payload.get(name), dict):
             payload[name] = overlay.merged(plain(field_info.default), payload[name])
     return payload, moved
+
+
+def _own_densities(sph: Any) -> dict[str, AtRest]:
+    """What ``[sph.materials]`` makes denser or lighter, for the stages that do not read it."""
+    return at_rest.own(sph.chosen_materials().at_rest) if sph is not None else {}
+
+
+def _said_in_vain(model: type[Model], table: dict[str, Any], stage: str) -> list[Complaint]:
+    """Keys that a case may not say, for they follow from others."""
+    names = [name for name in names_at(model, ()) if name not in (*stages.SHARED_TABLES, *stages.FOLLOWING)]
+    given = [name for name in stages.FOLLOWING if name in table and name in model.model_fields]
+    return [Complaint((stage, name), unknown(name, names)) for name in given]
 
 
 def _checked(

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel, ValidationError
 
 from pipeline import keys
-from pipeline.stages import SHARED_TABLES, nearest
+from pipeline.stages import FOLLOWING, SHARED_TABLES, nearest
 from pipeline.toml_lines import KeyPath
 
 
@@ -97,7 +97,11 @@ def _worded(model: type[BaseModel], path: KeyPath, entry: Any) -> str:
         case "extra_forbidden" | "unexpected_keyword_argument":
             return unknown(
                 str(path[-1]),
-                [name for name in names_at(model, path[:-1]) if len(path) > 1 or name not in SHARED_TABLES],
+                [
+                    name
+                    for name in names_at(model, path[:-1])
+                    if len(path) > 1 or name not in (*SHARED_TABLES, *FOLLOWING)
+                ],
             )
         case "missing" | "missing_argument":
             return "is missing"

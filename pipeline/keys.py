@@ -100,12 +100,12 @@ def fields(kind: Any) -> dict[str, FieldInfo]:
 
 
 def stands_elsewhere(path: tuple[str, ...], name: str) -> bool:
-    """Whether a field of a stage's settings is filled from a table of its own: ``[target]``, ``[impact]``, and for the
-    bed ``[dem.contact]``."""
+    """Whether a field of a stage's settings is filled from another table: ``[target]``, ``[impact]``, for the bed
+    ``[dem.contact]``, or what follows from ``[sph.materials]``."""
     return (
         len(path) == 1
         and path[0] in stages.ORDER
-        and (name in stages.SHARED_TABLES or (path[0], name) == ("bed", "contact"))
+        and (name in (*stages.SHARED_TABLES, *stages.FOLLOWING) or (path[0], name) == ("bed", "contact"))
     )
 
 

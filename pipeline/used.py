@@ -36,6 +36,8 @@ def write(path: Path, case: Case, settings: dict[str, Model]) -> None:
         for name in stages.SHARED_TABLES:
             if name in table and name in case.document:
                 content.setdefault(name, table.pop(name))
+        for name in stages.FOLLOWING:
+            table.pop(name, None)
         if (
             stage == "bed"
             and isinstance(case.document.get("dem"), dict)

@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem import durations
 from dem.bed_settings import Settings
 from dem.beds import flat_settling
 from dem.beds.extent import depth
 from dem.beds.packing import FRACTION, HEXAGONAL
 from dem.beds.solid_packing import FRACTION as SOLID_FRACTION
 from dem.contact_settings import shortest_contact_time
-from matter import material
+from matter import at_rest
 
 
 class Expected(NamedTuple):
@@ -33,9 +32,10 @@ def expected(settings: Settings) -> Expected:
     if settings.target.solid:
         return _of_body(settings)
     target, contact, diameter = settings.target, settings.contact, settings.impact.expected_transient_diameter
-    top, g = settings.headroom_fraction * diameter, durations.surface_gravity(target)
+    top, g = settings.headroom_fraction * diameter, at_rest.surface_gravity(target, settings.densities)
     name = target.layers[-1].material
-    rho, extent = material.reference_density(name), settings.arc_radius
+    own = at_rest.of(name, settings.densities)
+    rho, extent = own.bulk, settings.arc_radius
     bowl = target.flat and (settings.shape == "bowl" or (settings.shape == "auto" and target.shape == "half_sphere"))
     if target.flat:
         deep = extent if bowl else settings.depth or depth(diameter, target.radius)
@@ -59,7 +59,7 @@ def expected(settings: Settings) -> Expected:
     k = (
         flat_settling.stiffness(r, mass, contact, pressure, settings.largest_speed)
         if target.flat
-        else contact.stiffness(r, mass, name, pressure)
+        else contact.stiffness(r, mass, name, pressure, own.solid)
     )
     least = 1.0 - settings.radius_spread  # m / k goes as r^2 where k goes as r
     step = least * shortest_contact_time(mass, k) / contact.steps_per_contact
@@ -69,10 +69,11 @@ def expected(settings: Settings) -> Expected:
 def _of_body(settings: Settings) -> Expected:
     """The same of an ellipsoid or mesh, which the grains fill as a whole."""
     target, contact = settings.target, settings.contact
-    volume, rho = target.placed.solid.volume, material.reference_density(target.layers[-1].material)
+    volume = target.placed.solid.volume
+    rho = at_rest.of(target.layers[-1].material, settings.densities).bulk
     grain = (SOLID_FRACTION * volume / settings.count * 0.75 / math.pi) ** (1.0 / 3.0)
     r, mass = np.array([grain]), np.array([rho * volume / settings.count])
-    pressure = 0.5 * rho * durations.surface_gravity(target) * target.radius
+    pressure = 0.5 * rho * at_rest.surface_gravity(target, settings.densities) * target.radius
     k = flat_settling.stiffness(r, mass, contact, pressure, None)
     step = (1.0 - settings.radius_spread) * shortest_contact_time(mass, k) / contact.steps_per_contact
     return Expected(grain, float(settings.count), step, 2.0 * target.radius / grain)
