@@ -1,12 +1,5 @@
 """What the stage found on a body of any shape, stage by stage: measures of the body, its map, and the class of what
-the impact left.
-
-    crater         a hollow about the site, at least ``RESOLVED`` radii of a grain wide
-    not resolved   one that is narrower, or too shallow to have a diameter
-    reshaped       no hollow, but an axis changed by more than three times its error, or more than ``ANEW`` of the
-                   surface is made anew
-    none           neither
-"""
+the impact left (``crater.bodies.classes``)."""
 
 from __future__ import annotations
 
@@ -18,20 +11,16 @@ from typing import Any
 import numpy as np
 
 from crater.bodies import exchange, height_map, look, measured
+from crater.bodies.classes import classed
 from crater.bodies.exchange import Orbit
 from crater.bodies.seen import Pair, Seen
 from crater.bodies.shape import Shape
 from crater.bodies.standing import Standing
 from crater.measure import Measures
 from crater.uncertainty import Quantity
-from matter import archive, readable, snapshot
-from matter.body_measures import BY_NAME
+from matter import archive, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
-
-RESOLVED = 10.0
-ANEW = 0.05
-CLASSES = ("crater", "not resolved", "reshaped", "none")
 
 
 @dataclass(frozen=True)
@@ -52,7 +41,7 @@ class Body:
 @dataclass(frozen=True)
 class BodyStage:
     """What a stage (``sph``, ``dem``) left: ``seen`` in the snapshot ``path`` at ``time`` [s], all ``measures``, and
-    what it is, ``kind`` (``CLASSES``) with its ``reason``."""
+    what it is, ``kind`` (``crater.bodies.classes``) with its ``reason``."""
 
     stage: str
     path: Path
@@ -135,40 +124,6 @@ def seen_of(body: Body, first: Particles, last: Particles, before: str = "before
     )
     chart = height_map.of(body.shape, one, two)
     return Seen(body.shape, body.omega, one, two, chart, exchange.of(one, two, body.brought), body.orbit, body.track)
-
-
-def grain_radius(seen: Seen, crater: Measures, diameter: float) -> float:
-    """Mean radius of the grains [m]; of a shock stage half the spacing at the rim."""
-    p = seen.after.particles
-    if "radius" in p:
-        return float(p.radius.mean())
-    columns = crater.ground.columns
-    return 0.5 * float(np.interp(0.5 * diameter, columns.distance, columns.spacing))
-
-
-def classed(seen: Seen, measures: Mapping[str, Quantity | Pair], crater: Measures | None) -> tuple[str, str]:
-    """The class of what the impact left, and why."""
-    size = crater["diameter_apparent_m"].value if crater is not None else None
-    if crater is not None and size is not None:
-        radius = grain_radius(seen, crater, size)
-        words = f"a hollow {readable.length(size)} wide, {size / radius:.3g} radii of a grain"
-        if size < RESOLVED * radius:
-            return "not resolved", f"{words}: fewer than {RESOLVED:g} resolve nothing"
-        return "crater", words
-    if crater is not None and (crater["depth_m"].value or 0.0) > 0.0:
-        return "not resolved", crater["diameter_apparent_m"].reason
-    share = seen.chart.share
-    moved = [
-        f"{BY_NAME[name].words}: {readable.measured(entry.change.value, entry.change.sigma, BY_NAME[name].unit)}"
-        for name, entry in measures.items()
-        if name.startswith("axis_")
-        and isinstance(entry, Pair)
-        and entry.change.value is not None
-        and abs(entry.change.value) > 3.0 * (entry.change.sigma or 0.0) > 0.0
-    ]
-    if moved or share > ANEW:
-        return "reshaped", "; ".join([f"{share:.0%} of the surface is made anew", *moved])
-    return "none", f"no hollow, no axis changed beyond its error, {share:.1%} of the surface is made anew"
 
 
 def write_map(stage: BodyStage, path: Path) -> None:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from crater.bodies import exchange, standing
+from crater.bodies import classes, exchange, standing
 from crater.bodies.seen import Pair, Seen
 from crater.bodies.shape import enclosed
 from crater.uncertainty import Quantity, quantity
@@ -191,11 +191,26 @@ def height_change_highest_m(seen: Seen) -> Quantity:
     return _extreme(seen, int(np.argmax(seen.chart.change)))
 
 
-def resurfaced_share(seen: Seen) -> Quantity:
-    """Share of the surface that is made anew; its error is that of counting patches of a spacing."""
-    chart, share = seen.chart, seen.chart.share
+def _counted(seen: Seen, share: float) -> Quantity:
+    """A share of the surface; its error is that of counting patches of a spacing."""
+    chart = seen.chart
     patches = float(np.sum(chart.points.area / chart.spacing**2))
     return quantity(share, {"counting": math.sqrt(max(share * (1.0 - share), 1.0 / patches) / patches)}, "1")
+
+
+def changed_share(seen: Seen) -> Quantity:
+    """Share of the surface whose height changed for sure."""
+    return _counted(seen, classes.extent_of(seen.chart).changed)
+
+
+def change_spread(seen: Seen) -> Quantity:
+    """Share over which that change would be spread were it even."""
+    return _counted(seen, classes.extent_of(seen.chart).spread)
+
+
+def resurfaced_share(seen: Seen) -> Quantity:
+    """Share of the surface that is made anew."""
+    return _counted(seen, seen.chart.share)
 
 
 def resurfaced_depth_m(seen: Seen) -> Quantity:

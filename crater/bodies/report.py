@@ -17,8 +17,8 @@ STAGES = {"sph": "shock stage", "dem": "grains"}
 WORDS = {
     "crater": "a crater",
     "not resolved": "a hollow that is not resolved",
-    "reshaped": "a body made anew, without a crater",
-    "none": "no crater and no other shape",
+    "reshaped": "a body of another shape",
+    "no hollow": "no hollow, and no other shape",
 }
 
 
