@@ -119,16 +119,13 @@ ROWS = {
     ),
     "D1": Row(
         "random packing, one handoff: 50,000 to 100,000 grains D 5 %, depth 10 % and r / 2",
-        {f"{count:,}": sets(f"bed.count={count}", "handoff.time=6 s") for count in (20_000, 50_000, 100_000)},
+        {f"{count:,}": sets(f"bed.count={count}") for count in (20_000, 50_000, 100_000)},
     ),
     "D2": Row(
         "hexagonal packing: D below 0.95, depth below 0.9 of the random one, its change with the number larger",
         {
-            **{
-                f"hcp {count:,}": ("--preset", "hcp", *sets(f"bed.count={count}", "handoff.time=6 s"))
-                for count in (50_000, 100_000)
-            },
-            "tilted 50,000": sets("bed.packing=hcp_tilted", "bed.count=50000", "handoff.time=6 s"),
+            **{f"hcp {count:,}": ("--preset", "hcp", *sets(f"bed.count={count}")) for count in (50_000, 100_000)},
+            "tilted 50,000": sets("bed.packing=hcp_tilted", "bed.count=50000"),
         },
     ),
     "D3": Row("against the observation: D 14.5-16.7, depth 2.07-2.99, rim 16.2-19.8 m", {"case": ()}),
