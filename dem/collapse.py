@@ -44,7 +44,7 @@ from matter.progress import Progress, stop_here
 MOMENTUM_LIMIT = 1e-9
 """Largest error of the momentum balance (momentum + what left - impulses), over the sum of m |v| at the start (of m
 sqrt(g r) where nothing moves)."""
-ENERGY_LIMIT = 0.05
+ENERGY_LIMIT = 0.01
 """Largest error of the energy balance, over the kinetic energy that the compact grains were handed plus what was
 dissipated (not by ejecta in flight or in scaled contacts, which hold far more). Of what changing springs take up only
 the share of the weight is taken out (``dem.spring_change``)."""
