@@ -1,25 +1,24 @@
 """The crater as a block that the reader turns, inside the page: height map cut open along the impact plane, coloured
 by depth of origin.
 
-The numbers go into the page as a few arrays of bytes (some 60 kB), drawn by ``block_view.js`` in the reader's browser:
-no server, no network, no library. Without WebGL nothing of it shows, and the page's pictures stand alone.
+The numbers go into the page as a few arrays of bytes (some 60 kB), drawn by ``block_view.js`` in the reader's browser
+(``crater.turning_view``).
 """
 
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from crater import sections
+from crater import sections, turning_view
 from crater.datum import Datum
 from crater.findings import Findings
 from crater.measure import Measures
-from matter import drawing, page, readable, snapshot
+from matter import drawing, readable, snapshot
 from matter.particles import Particles
 
 GRID = 97
@@ -28,7 +27,6 @@ ALONG, DOWN = 256, 96
 """Cells of the cross-section."""
 NO_HEIGHT, UNKNOWN, EMPTY = 65535, 254, 255
 """Bytes for: no ground measured here; matter of unknown origin; no matter."""
-_COLOURS = 254
 
 
 def of_findings(findings: Findings, title: str) -> str:
@@ -77,10 +75,10 @@ def data(measures: Measures, particles: Particles, places: np.ndarray | None) ->
     return {
         "grid": GRID, "half": half, "radius": ground.datum.radius if ground.datum.is_sphere else 0.0,
         "circle": 0.5 * apparent if apparent else 0.0,
-        "height": {"low": lowest, "step": step, "counts": _text(counts)}, "top": _text(top),
-        "section": {"along": ALONG, "down": DOWN, "low": low, "high": high, "cells": _text(section)},
+        "height": {"low": lowest, "step": step, "counts": turning_view.text(counts)}, "top": turning_view.text(top),
+        "section": {"along": ALONG, "down": DOWN, "low": low, "high": high, "cells": turning_view.text(section)},
         "deepest": deepest, "limit": float(np.quantile(np.abs(known), 0.995)) if len(known) else 1.0,
-        "colours": {"origin": _colours("viridis_r"), "height": _colours("RdBu_r")},
+        "colours": {"origin": turning_view.colours("viridis_r"), "height": turning_view.colours("RdBu_r")},
     }  # fmt: skip
 
 
@@ -104,19 +102,15 @@ def html(content: Mapping[str, Any], title: str = "The crater") -> str:
         "nearest particle "
         "(grey: unknown, as for ejecta). Drag to turn, scroll or pinch to zoom, double-click to reset."
     )
-    facts = json.dumps({**content, "scale": scale, "unit": unit}, separators=(",", ":"))
-    script = Path(__file__).with_suffix(".js").read_text()
-    return (
-        "<figure class=live id=block hidden><div class=block-bar>"
+    controls = (
         "<label>surface <select id=block-colour><option value=origin>depth of origin</option><option "
         "value=height>height</option></select></label>"
         "<label><input type=checkbox id=block-cut checked> cut open</label>"
         "<label>heights × <select "
         "id=block-stretch><option>1</option><option>2</option><option>4</option></select></label>"
-        "<span id=block-key></span></div><canvas id=block-canvas aria-label='interactive view of the crater'></canvas>"
-        f"<figcaption>{page.escape(words)}</figcaption></figure>\n"
-        f"<script type='application/json' id=block-data>{facts}</script>\n<script>\n{script}</script>"
     )
+    facts = {**content, "scale": scale, "unit": unit}
+    return turning_view.html("block", controls, "interactive view of the crater", words, facts, Path(__file__))
 
 
 def _heights(measures: Measures, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -182,15 +176,4 @@ def _origin_at(datum, particles, origin, deepest, x, y, height) -> np.ndarray:
 
 def _byte(depth: np.ndarray, deepest: float) -> np.ndarray:
     share = np.clip(np.nan_to_num(depth) / deepest, 0.0, 1.0)
-    return np.where(np.isfinite(depth), np.round(share * (_COLOURS - 1)), UNKNOWN).astype(np.uint8)
-
-
-def _text(array: np.ndarray) -> str:
-    return base64.b64encode(array.tobytes()).decode()
-
-
-def _colours(name: str) -> str:
-    """Three bytes for each of the colours of a matplotlib map."""
-    from matplotlib import colormaps
-
-    return _text((colormaps[name](np.linspace(0.0, 1.0, _COLOURS))[:, :3] * 255).round().astype(np.uint8))
+    return np.where(np.isfinite(depth), np.round(share * (turning_view.COLOURS - 1)), UNKNOWN).astype(np.uint8)

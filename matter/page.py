@@ -35,10 +35,10 @@ th:first-child,td:first-child{text-align:left;padding-left:.3em}.word{text-align
 figure{margin:1em 0}figcaption{color:var(--soft);font-size:.9em}
 figure img{display:block;width:100%;height:auto}figure.narrow img{max-width:640px}
 ul.refs{columns:24em 2;font-size:.87em;padding-left:1.2em}ul.refs li{break-inside:avoid}
-#block-canvas{display:block;width:100%;height:min(62vh,70vw,560px);border:1px solid var(--line);
+.live canvas{display:block;width:100%;height:min(62vh,70vw,560px);border:1px solid var(--line);
 touch-action:none;cursor:grab}
-.block-bar{display:flex;flex-wrap:wrap;gap:.3em 1.4em;align-items:center;font-size:.9em;margin:.4em 0}
-.block-bar i{display:inline-block;width:6em;height:.7em;border:1px solid var(--line)}
+.live-bar{display:flex;flex-wrap:wrap;gap:.3em 1.4em;align-items:center;font-size:.9em;margin:.4em 0}
+.live-bar i{display:inline-block;width:6em;height:.7em;border:1px solid var(--line)}
 @media(max-width:700px){body{margin:.8em auto;padding:0 .8em}
 figure img{width:760px;max-width:none}figure.narrow img{width:520px}th:first-child,td:first-child{min-width:8em}}
 @media print{@page{size:A4;margin:14mm}body{margin:0;padding:0;max-width:none;font-size:9.5pt}

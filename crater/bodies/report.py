@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from crater.bodies import plot
+from crater.bodies import body_view, plot
 from crater.bodies.findings import BodyStage
 from crater.bodies.seen import Pair
 from crater.uncertainty import Quantity
@@ -46,6 +46,7 @@ def section(stages: Sequence[BodyStage], out: Path) -> str:
             "ellipsoid of its inertia; before and after are of the same particles, so that a change is known better "
             f"than either. The ground of the particles departs from the shape that they fill by {noise} spacings. The "
             f"momentum that stays over the projectile's, in the body's own frame (x, y, z): ({beta}).</p>",
+            body_view.of_stage(last, f"The body after {STAGES[last.stage]} ({when})"),
             page.picture(
                 out / plot.HEIGHTS,
                 f"Height along the local normal at {when} less that before the impact, in the body's own frame.",

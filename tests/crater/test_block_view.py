@@ -5,8 +5,6 @@ from __future__ import annotations
 import base64
 import json
 import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
@@ -18,6 +16,7 @@ from crater.rest import Rest
 from fixtures import synthetic_craters as synthetic
 from matter import frame, page
 from matter.particles import Particles
+from tests.crater import browser
 
 SPACING = {"plane": 80.0, "sphere": 30e3}
 LIFT = {"plane": 300.0, "sphere": 100e3}
@@ -85,28 +84,8 @@ def _page(bowl, tmp_path):
     return file
 
 
-def _browser(file, tmp_path, *options):
-    program = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")
-    if program is None:
-        pytest.skip("no Chromium on this machine")
-    quiet = [
-        "--headless",
-        "--no-sandbox",
-        "--no-first-run",
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-    ]
-    place = [f"--user-data-dir={tmp_path / 'profile'}", "--virtual-time-budget=3000", "--dump-dom"]
-    return subprocess.run(
-        [program, *quiet, *options, *place, f"file://{file}"], capture_output=True, text=True, timeout=120
-    ).stdout
-
-
 def test_a_browser_draws_it(bowl, tmp_path):
-    seen = _browser(
-        _page(bowl, tmp_path), tmp_path, "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"
-    )
+    seen = browser.dom(_page(bowl, tmp_path), tmp_path, *browser.SOFTWARE)
     figure = re.search(r"<figure [^>]*id=\"block\"[^>]*>", seen).group()
     if "hidden" in figure and "no WebGL" in seen:
         pytest.skip("this Chromium has no WebGL")
@@ -117,7 +96,7 @@ def test_a_browser_draws_it(bowl, tmp_path):
 
 
 def test_without_webgl_nothing_of_it_shows(bowl, tmp_path):
-    seen = _browser(_page(bowl, tmp_path), tmp_path, "--disable-3d-apis", "--disable-gpu")
+    seen = browser.dom(_page(bowl, tmp_path), tmp_path, "--disable-3d-apis", "--disable-gpu")
     assert "hidden" in re.search(r"<figure [^>]*id=\"block\"[^>]*>", seen).group()
 
 

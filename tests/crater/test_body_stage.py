@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import re
 import sys
 
+import h5py
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
+from crater.bodies import body_view
 from matter import drawing, snapshot
 from matter.body_measures import PAIRS, SINGLES
 from pipeline import case as cases
 from pipeline import cli, compose
+from tests.crater import browser
 
 CASE = """
 [case]
@@ -111,3 +117,56 @@ def test_a_track_belongs_to_such_a_body(tmp_path):
     (tmp_path / "case.toml").write_text(flat + "[crater]\nalong_track = [0.0, 1.0, 0.0]\n")
     with pytest.raises(ValueError, match="along_track: of an ellipsoid or mesh only"):
         compose.compose(cases.read(tmp_path))
+
+
+def test_the_page_holds_the_body_that_the_map_holds(run):
+    """The viewer's corners are the ground before and after, its bytes the change of height, to a step of theirs."""
+    page = (run / "6_crater" / "report.html").read_text()
+    content = json.loads(re.search(r"id=body-data>(.*?)</script>", page, re.S).group(1))
+    with h5py.File(run / "6_crater" / "height_map.vtkhdf") as file:
+        fields = {name: np.asarray(file[f"surface/{name}"]) for name in file["surface"]}
+    step = content["half"] / 32_767
+    for when in ("before", "after"):
+        ground = fields["place"] + fields[f"height_{when}"][:, None] * fields["normal"]
+        assert np.abs(body_view.corners(content, when) - ground).max() <= 0.51 * step
+    change = np.frombuffer(base64.b64decode(content["change"]), np.uint8) / 253.0
+    clipped = np.clip(fields["height_change"], -content["limit"], content["limit"])
+    assert np.abs((2.0 * change - 1.0) * content["limit"] - clipped).max() <= 1.01 * content["limit"] / 253.0
+    assert fields["height_change"].min() < -0.1 * content["limit"]
+    triangles = np.frombuffer(base64.b64decode(content["triangles"]), "<u2").reshape(-1, 3)
+    assert triangles.max() == len(fields["place"]) - 1
+    axes = 2.0 * np.abs(body_view.corners(content, "before")).max(axis=0)
+    assert axes == pytest.approx([60.0, 55.0, 40.0], rel=0.1)
+
+
+def test_a_browser_draws_the_body(run, tmp_path):
+    seen = browser.dom(run / "6_crater" / "report.html", tmp_path, *browser.SOFTWARE)
+    figure = re.search(r"<figure [^>]*id=\"body\"[^>]*>", seen).group()
+    if "hidden" in figure and "no WebGL" in seen:
+        pytest.skip("this Chromium has no WebGL")
+    assert int(re.search(r'data-vertices="(\d+)"', figure).group(1)) > 3000
+    assert "hidden" not in figure and int(re.search(r'data-pixels="(\d+)"', figure).group(1)) > 20_000
+    assert "change of height −" in seen
+
+
+def test_a_map_of_many_points_is_thinned_out_for_the_page(run, monkeypatch):
+    """No more corners than asked for, each on the ground of the whole map."""
+    from crater import stage
+
+    settings = compose.compose(cases.read(run / "case.used.toml"))["crater"]
+    kept = []
+    monkeypatch.setattr(body_view, "of_stage", lambda stage, title: kept.append(stage) or "")
+    out = run.parent / "again"
+    out.mkdir()
+    stage.run(settings, run, out)
+    whole = body_view.data(kept[0], body_view.thinned(kept[0]))
+    monkeypatch.setattr(body_view, "MOST_POINTS", 700)
+    few = body_view.data(kept[0], body_view.thinned(kept[0]))
+    ends = [body_view.corners(content, "after") for content in (whole, few)]
+    assert 600 < len(ends[1]) <= 700 < len(ends[0])
+    away = cKDTree(ends[0]).query(ends[1])[0]
+    assert away.max() < 0.05 * whole["half"]
+    monkeypatch.undo()
+    assert body_view.of_stage(kept[0], "The body") != ""
+    monkeypatch.setattr(body_view, "_CORNERS", 600)
+    assert body_view.of_stage(kept[0], "The body") == ""
