@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crater.bodies import halved_sides
 from matter.solids.datum import Datum
 from matter.solids.placed import Placed
 
@@ -72,8 +73,8 @@ class Shape:
         return np.asarray(divergence / np.clip(2.0 - height * divergence, 0.5, None))
 
     def points(self, spacing: Callable[[np.ndarray], np.ndarray]) -> Points:
-        """Points no further apart than about ``spacing(place)`` [m]: corners of the surface's triangles, whose longest
-        sides are halved until they are short enough, or ``MOST_POINTS`` are there. An ellipsoid begins with few."""
+        """Points no further apart than about ``spacing(place)`` [m]: corners of the surface's triangles, whose sides
+        are halved until they are short enough, or ``MOST_POINTS`` are there. An ellipsoid begins with few."""
         import trimesh
 
         vertices, triangles = self.solid.vertices, self.solid.triangles
@@ -81,15 +82,16 @@ class Shape:
             ball = trimesh.creation.icosphere(subdivisions=3)
             vertices, triangles = self._onto_ellipsoid(np.asarray(ball.vertices)), np.asarray(ball.faces)
         for _ in range(24):
-            corner = vertices[triangles]
-            longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(axis=1)
-            share = longest / spacing(corner.mean(axis=1))
-            room = (MOST_POINTS - len(vertices)) // 2
-            coarse = np.flatnonzero(share > 1.0)
-            if not len(coarse) or room < 1:
+            known = halved_sides.sides(triangles)
+            one, two = vertices[known.ends].swapaxes(0, 1)
+            share = np.linalg.norm(two - one, axis=1) / spacing(0.5 * (one + two))
+            room = MOST_POINTS - len(vertices)
+            long = np.flatnonzero(share > 1.0)
+            if not len(long) or room < 1:
                 break
-            coarse = coarse[np.argsort(-share[coarse])[:room]]
-            vertices, triangles = trimesh.remesh.subdivide(vertices, triangles, face_index=coarse)
+            cut = np.zeros(len(share), dtype=bool)
+            cut[long[np.argsort(-share[long], kind="stable")[:room]]] = True
+            vertices, triangles = halved_sides.halved(vertices, triangles, known, cut)
             if self.axes is not None:
                 vertices = self._onto_ellipsoid(vertices @ self.placed.turn / self.axes)
         return spread(np.asarray(vertices), np.asarray(triangles))

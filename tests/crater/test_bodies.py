@@ -144,7 +144,7 @@ def test_a_crater_has_its_measures_within_their_errors_wherever_it_lies(site):
 
 def test_a_hollow_narrower_than_ten_radii_is_not_resolved(even):
     shape, before, _ = even
-    cut = bodies.Cut(shape.placed, 20.0, 6.0)
+    cut = bodies.Cut(shape.placed, 14.0, 6.0)
     after = before.select(~cut.inside(before.position))
     ground = Unrolled(shape, Standing(before))
     chosen = Choices(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
