@@ -50,9 +50,14 @@ def _limit(settings: Settings) -> tuple[float, str]:
         spacing = float(zones.spacing(np.array([depth]))[0])
         shortest = min(shortest, _courant(settings, spacing, wave))
     what = f"the finest spacing, {readable.length(zones.contact)}"
-    if projectile_particles(settings) > symmetry.copies(settings.symmetry):  # one alone has no neighbours that count
+    finest, copies = _finest(settings), symmetry.copies(settings.symmetry)
+    # one alone leaves its neighbours within half a millisecond; with its images it stays where its support, that of
+    # its own size, reaches the ground's particles when their pores are crushed
+    rest = materials.at_rest[settings.target.layers[-1].material]
+    crushed = zones.contact * (rest.bulk / rest.solid) ** (1.0 / 3.0)
+    held = copies > 1 and settings.smoothing == "density" and settings.support * finest > crushed
+    if held or projectile_particles(settings) > copies:
         ball = ground_strength.ground(materials, settings.impact.projectile.material, 1.0, settings.strength)
-        finest = _finest(settings)
         own = _courant(settings, finest, ball.wave)
         if own < shortest:
             return own, f"the projectile's spacing, {readable.length(finest)}"
@@ -60,9 +65,11 @@ def _limit(settings: Settings) -> tuple[float, str]:
 
 
 def _finest(settings: Settings) -> float:
-    """Spacing of the projectile's particles [m], of parts the least that a support goes by."""
+    """Spacing of the projectile's particles [m], of parts the least that a support goes by; a ball that mirrors cut
+    has more particles than are asked for."""
     if not settings.impact.projectile.parts:
-        return settings.projectile_spacing
+        count = max(projectile_particles(settings), 1.0)
+        return min(settings.projectile_spacing, float((settings.impact.projectile.volume / count) ** (1.0 / 3.0)))
     found = projectile.pellets(settings.impact.projectile, settings.projectile_spacing, settings.chosen_materials())
     return float(found.width.min())
 

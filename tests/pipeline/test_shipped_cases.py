@@ -146,3 +146,20 @@ def test_progress_goes_by_steps_not_by_time():
     whole = quick.relaxation_time + quick.end_time
     assert cost.work(quick)(quick.relaxation_time) == pytest.approx(cost.steps(quick)[0])
     assert cost.work(quick)(whole) == pytest.approx(sum(cost.steps(quick)))
+
+
+@pytest.mark.parametrize(
+    "options,found,within",
+    [
+        ((), 18_576, 0.25),
+        (("sph.numerics=monaghan",), 16_234, 0.02),
+        (("sph.numerics=monaghan", "sph.symmetry=none"), 16_184, 0.02),
+    ],
+)
+def test_a_ball_of_one_particle_in_each_quarter_sets_the_step_where_it_is_held(options, found, within):
+    """Steps that the shot into Ryugu took: with supports of 2.6 spacings of its own the ball reaches the ground's
+    particles, with those of 2 it does not."""
+    from sph import prediction as cost
+
+    settings = compose(cases.read(ROOT / "cases" / "sci_ryugu", None, options))["sph"]
+    assert cost.steps(settings)[1] == pytest.approx(found, rel=within)
