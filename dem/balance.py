@@ -25,6 +25,10 @@ from dem.columns import (
 from dem.held_pull import WORK
 from matter import checkpoint
 
+SETTLED = 1e-3
+"""Speed over sqrt(g r) of a bed that counts as settled, the default of ``[bed] residual_speed``: a bed at rest is not
+judged by the millijoules that it still moves with."""
+
 
 class Errors(NamedTuple):
     """``total`` energy [J], and the relative errors of momentum, angular momentum and energy."""
@@ -89,9 +93,11 @@ class Balance:
 
 
 def handed_energy(bed: Assembly, gravity: float) -> float:
-    """Kinetic energy [J] of the compact grains, what errors of energy count against; where nothing moves that of a
-    fall by half a radius, m g r / 2."""
+    """Kinetic energy [J] of the compact grains, what errors of energy count against, at least that of a bed which
+    counts as settled, m (``SETTLED`` sqrt(g r))^2 / 2; where nothing moves that of a fall by half a radius, m g r /
+    2."""
     compact = bed.returned == 0
     m, r, w = bed.mass[compact], bed.X[compact, RADIUS], bed.W[compact]
     moving = 0.5 * m @ np.sum(w[:, :3] ** 2, axis=1) + 0.2 * (m * r**2) @ np.sum(w[:, WX:] ** 2, axis=1)
-    return float(moving if moving > 0.0 else 0.5 * gravity * (m @ r))
+    fall = 0.5 * gravity * (m @ r)
+    return float(max(moving, SETTLED**2 * fall) if moving > 0.0 else fall)

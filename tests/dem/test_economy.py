@@ -78,6 +78,18 @@ def test_a_softer_bed_carries_on_with_the_same_forces(settled):
     assert balance(bed) == pytest.approx(start, rel=1e-6)
 
 
+def test_errors_of_a_bed_at_rest_count_against_what_a_settled_one_may_move_with(settled):
+    """m (1e-3 sqrt(g r))^2 / 2; with nothing moving a fall by half a radius, with a flow its own energy."""
+    bed = made(settled)
+    fall = 0.5 * bed.mass @ bed.X[:, 3]
+    assert 0.5 * bed.mass @ np.sum(bed.W[:, :3] ** 2, axis=1) < 1e-6 * fall
+    assert handed_energy(bed, 1.0) == pytest.approx(1e-6 * fall, rel=1e-12)
+    bed.W[:] = 0.0
+    assert handed_energy(bed, 1.0) == pytest.approx(fall, rel=1e-12)
+    bed.W[:, 0] = 0.5
+    assert handed_energy(bed, 1.0) == pytest.approx(0.125 * bed.mass.sum(), rel=1e-12)
+
+
 def test_offsets_survive_a_snapshot(settled):
     bed = made(settled, Extras(offset=True))
     spring_change.at_rest(bed)
