@@ -33,13 +33,7 @@ def grains(seed: int = 1) -> Particles:
     """Grains of a shaken lattice, wider than the body."""
     x = packing.hexagonal(SPACING, 120.0)
     x = x + 0.1 * SPACING * np.random.default_rng(seed).standard_normal(x.shape)
-    n = len(x)
-    radius = SPACING * (3.0 * bodies.PACKING / (4.0 * math.pi)) ** (1.0 / 3.0)
-    fields = {
-        "identity": np.arange(n), "position": x, "velocity": np.zeros_like(x), "radius": np.full(n, radius),
-        "mass": np.full(n, bodies.DENSITY * SPACING**3), "state": np.zeros(n),
-    }  # fmt: skip
-    return Particles(fields, {"packing_fraction": bodies.PACKING, "frame": "solid", "time": 0.0, "stage": "bed"})
+    return bodies.even(x, SPACING**3)
 
 
 def at(latitude: float, longitude: float) -> tuple[Shape, Particles, Particles]:

@@ -16,7 +16,6 @@ from crater.settings import Settings
 from fixtures import grain_bodies as bodies
 from matter import packing, snapshot
 from matter.body import Target
-from matter.particles import Particles
 
 AXES = (120.0, 110.0, 90.0)
 SPACING = 5.0
@@ -45,7 +44,7 @@ def a_run(folder, target: Target) -> dict:
     x = x + 0.1 * SPACING * np.random.default_rng(1).standard_normal(x.shape)
     own = x @ placed.turn
     outside = np.sum((2.0 * own / AXES) ** 2, axis=1)
-    bed = _grains(x[outside < 1.0])
+    bed = bodies.even(x[outside < 1.0], SPACING**3)
     middle = np.array([0.0, 0.0, placed.height]) + 14.0 * placed.normal
     last = bed.select(np.linalg.norm(bed.position - middle, axis=1) > 26.0)  # 12 m deep, 44 m wide
     last["position"] = last.position + [3.0, -40.0, 5.0]
@@ -61,16 +60,6 @@ def a_run(folder, target: Target) -> dict:
     snapshot.write(last, folder / "5_dem" / "last.vtkhdf")
     stage.run(Settings(target=target, impact=IMPACT), folder, folder / "6_crater")
     return json.loads((folder / "6_crater" / "measures.json").read_text())
-
-
-def _grains(x: np.ndarray) -> Particles:
-    n = len(x)
-    radius = SPACING * (3.0 * bodies.PACKING / (4.0 * math.pi)) ** (1.0 / 3.0)
-    fields = {
-        "identity": np.arange(n), "position": x, "velocity": np.zeros_like(x), "radius": np.full(n, radius),
-        "mass": np.full(n, bodies.DENSITY * SPACING**3), "state": np.zeros(n),
-    }  # fmt: skip
-    return Particles(fields, {"packing_fraction": bodies.PACKING, "frame": "solid", "time": 0.0, "stage": "bed"})
 
 
 @pytest.fixture(scope="module")
