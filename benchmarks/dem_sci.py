@@ -179,7 +179,7 @@ def rates(run: Path, ranks: int) -> dict:
     """Both engines at the four times; the hours of a whole run at fixed stiffness, and what the native run took."""
     start = snapshot.read(run / "4_handoff" / "start.vtkhdf")
     box = Container.of_attribute(start.attributes["domain"])
-    start["stiffness"] = start.stiffness * springs_for(SPEED, start, CONTACT, flat=True).factor
+    start["stiffness"] = start.stiffness * springs_for(SPEED, start, CONTACT, sphere=False).factor
     stiff, dt = float(start.stiffness.mean()), CONTACT.time_step(start)
     report = json.loads((run / "5_dem" / "stage_report.json").read_text())
     duration = float(snapshot.read(run / "5_dem" / "last.vtkhdf").attributes["time"])

@@ -92,7 +92,7 @@ def steps(settings: Settings) -> float:
     n = settings.count
     if settings.target.solid:
         return BODY_STEPS
-    if not settings.target.flat:
+    if not settings.target.flat and not expected_grains.hard(settings):
         return STEPS * math.sqrt(n / 20_000)
     kind = FLAT_STEPS * (HEXAGONAL_SHARE if settings.packing != "rcp" else 1.0)
     return kind * (n / 20_000) ** FLAT_GROWTH

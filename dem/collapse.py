@@ -103,7 +103,7 @@ class Collapse:
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
         self.springs = stiffening.springs_for(
-            settings.springs_for if settings.engine == "native" else "bed", start, settings.contact, frame != "sphere"
+            settings.springs_for if settings.engine == "native" else "bed", start, settings.contact, frame == "sphere"
         )
         stiffer = self.springs.factor != 1.0
         self.bed = Assembly(

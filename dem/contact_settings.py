@@ -25,6 +25,10 @@ from matter.quantity import Angle, PositiveSpeed
 
 Fraction = Annotated[float, Field(gt=0.0, le=1.0)]
 
+REST_SHARE = 0.03
+"""Of ``static_overlap``, for k_n at rest: overlaps of 0.001 radii, so that the packing fraction is that of hard grains
+within half a percent."""
+
 if TYPE_CHECKING:
     NormalName = str
     TangentialName = str
@@ -74,7 +78,8 @@ class Contact(_Choices):
     attractive_tail: bool = True
     """Whether the normal force may pull at the end of a contact (then the restitution is exact)."""
     stiffness_rule: Literal["elastic", "kinetic"] = "elastic"
-    """``elastic``: k_n = max(P_floor r / x_max, 2 K r). ``kinetic``: max(P_floor r / x_max, m (v / (x_max r))^2) with
+    """``elastic``: k_n = max(P_floor r / x_max, min(2 K r, 33 P_floor r / x_max)), the solid's own stiffness where the
+    weight asks for it, else what holds the weight. ``kinetic``: max(P_floor r / x_max, m (v / (x_max r))^2) with
     v = ``expected_speed`` (pkdgrav)."""
     static_overlap: Annotated[float, Field(gt=0.0, le=0.2)] = 0.02
     """Overlap under the static load, x_max of ``stiffness_rule``, in grain radii."""
@@ -272,13 +277,23 @@ class Contact(_Choices):
             )
             return np.asarray(stiff)
         bulk, sound = elastic(material_name, solid_density)
-        moving = 2.0 * bulk * radius
+        moving = np.minimum(2.0 * bulk, self.rest_modulus(floor_pressure)) * radius
         if self.stiffness_rule == "kinetic":
             assert self.expected_speed is not None
             moving = mass * (self.expected_speed / (self.static_overlap * radius)) ** 2
         k = np.maximum(floor_pressure * radius / self.static_overlap, moving)
         k = np.maximum(k, self.constant_pull(radius, species) / (self.static_overlap * radius))
         return np.minimum(k, self.stiffness_limit(radius, mass, sound)) * self.stiffness_factor
+
+    def rest_modulus(self, floor_pressure: float) -> float:
+        """k_n / r [Pa] that holds the weight of a bed at overlaps of REST_SHARE ``static_overlap``: under weak gravity
+        far below 2 K, and springs of 2 K would take a step of microseconds and wait for ever for their overlaps."""
+        return floor_pressure / (REST_SHARE * self.static_overlap)
+
+    def of_weight(self, material_name: str, floor_pressure: float, solid_density: float | None = None) -> bool:
+        """Whether ``stiffness`` gives springs for the weight, softer than the solid's own."""
+        softer = self.rest_modulus(floor_pressure) < 2.0 * elastic(material_name, solid_density)[0]
+        return self.linear and self.stiffness_rule == "elastic" and softer
 
     def constant_pull(self, radius: np.ndarray, species: int = 0) -> np.ndarray:
         """Pull [N] of two equal grains of a species by a cohesion that does not depend on the overlap; 0 for other

@@ -10,9 +10,11 @@ import numpy as np
 from dem import friction_angle, used_laws, whole_collapse
 from dem.beds import settling
 from dem.beds.flat_ground import ground_of
+from dem.beds.packing import FRACTION
 from dem.beds.solid_body import SolidBody, is_solid
 from dem.collapse import Collapse
 from dem.engines import external, program
+from dem.grain_solid import elastic
 from dem.settings import Settings
 from matter import at_rest, checkpoint, readable, snapshot
 
@@ -43,7 +45,7 @@ def _raised(settings: Settings) -> float | None:
         or asked == "bed"
     ):
         return None
-    if asked == "auto" and not (target.flat or target.solid):
+    if asked == "auto" and not (target.flat or target.solid) and not _for_weight(settings):
         return None
     fall = np.sqrt(at_rest.surface_gravity(target, settings.densities) * impact.expected_transient_diameter)
     speed = (BODY_APPROACH if target.solid else APPROACH) * fall if asked == "auto" else asked
@@ -57,6 +59,17 @@ def _raised(settings: Settings) -> float | None:
         / contact.steps_per_contact
     )
     return float(min(step, settings.bed_step))
+
+
+def _for_weight(settings: Settings) -> bool:
+    """Whether the step of a bed of a layered sphere is that of softer springs than its material's own."""
+    assert settings.target is not None and settings.bed_step is not None and settings.bed_radius is not None
+    name = settings.target.layers[-1].material
+    own = at_rest.of(name, settings.densities)
+    mass = own.bulk / FRACTION * 4.0 / 3.0 * np.pi * settings.bed_radius**3
+    stiff = 2.0 * elastic(name, own.solid)[0] * settings.bed_radius
+    contact = settings.contact
+    return bool(settings.bed_step > np.pi * np.sqrt(0.5 * mass / stiff) / contact.steps_per_contact)
 
 
 def steps(settings: Settings) -> float:

@@ -10,7 +10,8 @@ are as much smaller. So k_n is raised between bed and collapse
 
 by one factor q for all grains. Every contact keeps its forces: the overlap x in which it settled becomes x / q by an
 offset (``dem.spring_change``), so that the bed stays in balance; its springs hold 1 / q of the energy that they held.
-v is the fastest approach of two neighbouring compact grains at the handoff, or given. The contact wave speed stays
+v is the fastest approach of two neighbouring compact grains at the handoff, or given. A bed in its solid's own
+springs, that of a large body, keeps them unless v is given. The contact wave speed stays
 below ``wave_speed_limit`` times the sound speed of the grains' material, and no bed is made softer.
 
 Source of k_n: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, section 2.4; the offsets are this project's
@@ -46,27 +47,41 @@ class Springs(NamedTuple):
     factor: float = 1.0
 
 
-def springs_for(asked: float | Literal["auto", "bed"], start: Particles, contact: Contact, flat: bool) -> Springs:
-    """The springs that a start asks for. ``auto``: on flat ground for the fastest approach in it, on a body those of
-    the bed, which its material gives.
+def springs_for(asked: float | Literal["auto", "bed"], start: Particles, contact: Contact, sphere: bool) -> Springs:
+    """The springs that a start asks for. ``auto``: for the fastest approach in it, but where grains of a layered
+    ``sphere`` have their solid's own (``Contact.stiffness``) those of the bed.
 
     Laws whose springs cannot change (``hertz``, cohesion by ``sjkr``) leave ``auto`` at the bed's.
     """
-    if asked == "bed" or (asked == "auto" and not (flat and contact.springs_can_change)):
+    if asked == "bed" or (asked == "auto" and not contact.springs_can_change):
         return Springs()
     compact = start.select(_compact(start))
-    if len(compact) == 0:
+    if len(compact) == 0 or (asked == "auto" and sphere and not softer_than_solid(compact, start)):
         return Springs()
     speed = fastest_approach(compact) if asked == "auto" else float(asked)
     wanted = compact.mass * (speed / (contact.static_overlap * compact.radius)) ** 2 * contact.stiffness_factor
     factor = float(np.mean(wanted / compact.stiffness))
-    names, solid = start.attributes.get("materials", []), start.attributes.get("reference_densities_kg_m3")
-    for number in np.unique(compact.material).astype(int) if names else ():
-        here = compact.material == number
-        sound = elastic(names[number], solid[number] if solid else None)[1]
+    for here, _, sound in _solids(compact, start):
         limit = contact.stiffness_limit(compact.radius[here], compact.mass[here], sound)
         factor = min(factor, float(np.min(limit / compact.stiffness[here])))
     return Springs(speed, factor) if factor > 1.0 else Springs()
+
+
+def softer_than_solid(grains: Particles, start: Particles) -> bool:
+    """Whether the springs of all grains are softer than 2 K r of what they are made of."""
+    solids = _solids(grains, start)
+    return bool(solids) and all(
+        float(np.max(grains.stiffness[here] / grains.radius[here])) < 2.0 * bulk for here, bulk, _ in solids
+    )
+
+
+def _solids(grains: Particles, start: Particles) -> list[tuple[np.ndarray, float, float]]:
+    """For each material of these grains: which they are, its bulk modulus [Pa] and sound speed [m/s]."""
+    names, solid = start.attributes.get("materials", []), start.attributes.get("reference_densities_kg_m3")
+    return [
+        (grains.material == number, *elastic(names[number], solid[number] if solid else None))
+        for number in (np.unique(grains.material).astype(int) if names else ())
+    ]
 
 
 def fastest_approach(grains: Particles) -> float:

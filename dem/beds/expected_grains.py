@@ -46,9 +46,7 @@ def expected(settings: Settings) -> Expected:
         )
         below, above = area * deep * (2.0 / 3.0 if bowl else 1.0), area * top
     else:
-        deep = settings.depth or depth(
-            diameter, target.radius - (target.outer_radii[0] if len(target.layers) > 1 else 0.0)
-        )
+        deep = _depth(settings)
         angle = 2.0 * math.pi / 3.0 * (1.0 - math.cos(min(extent / target.radius, 0.5 * math.pi)))
         below = angle * (target.radius**3 - (target.radius - deep) ** 3)
         above = angle * ((target.radius + top) ** 3 - target.radius**3)
@@ -64,6 +62,21 @@ def expected(settings: Settings) -> Expected:
     least = 1.0 - settings.radius_spread  # m / k goes as r^2 where k goes as r
     step = least * shortest_contact_time(mass, k) / contact.steps_per_contact
     return Expected(grain, settings.count * below / (below + above), step, (deep + top) / grain)
+
+
+def hard(settings: Settings) -> bool:
+    """Whether a bed on a sphere gets springs for its weight alone (``Contact.of_weight``)."""
+    target = settings.target
+    own = at_rest.of(target.layers[-1].material, settings.densities)
+    pressure = own.bulk * at_rest.surface_gravity(target, settings.densities) * _depth(settings)
+    return settings.contact.of_weight(target.layers[-1].material, pressure, own.solid)
+
+
+def _depth(settings: Settings) -> float:
+    """Depth [m] of a bed on a sphere."""
+    target = settings.target
+    inner = target.outer_radii[0] if len(target.layers) > 1 else 0.0
+    return settings.depth or depth(settings.impact.expected_transient_diameter, target.radius - inner)
 
 
 def _of_body(settings: Settings) -> Expected:

@@ -26,14 +26,10 @@ from dem.beds.flat_ground import FlatGround
 from dem.beds.packing import FRACTION, HEXAGONAL
 from dem.beds.phases import PHASES, Phase
 from dem.beds.settling import Settling
-from dem.columns import MASS, RADIUS, STIFFNESS
-from dem.contact_settings import Contact
+from dem.contact_settings import REST_SHARE, Contact
 from dem.gravity import Field
 from matter.particles import Particles
 
-REST_SHARE = 0.03
-"""Of ``static_overlap``, for k_n at rest: overlaps of 0.001 radii, so that the packing fraction is that of hard grains
-within half a percent."""
 LOOSE = 8.0
 """Length of the phase ``grip`` of a hexagonal packing over its usual one."""
 EASE = 6.0
@@ -58,7 +54,6 @@ def stiffness(
 class FlatSettling(Settling):
     """The settling of a bed in a container; ``domain`` is the ``Container``, ``body`` the ``FlatGround``."""
 
-    rest_limit = 60
     own = (*Settling.own, "pull", "drag_rate")
 
     def __init__(
@@ -107,8 +102,6 @@ class FlatSettling(Settling):
             self.bed.A[self.bed.headroom == 0] = (
                 0.0  # not even the first step may move the bed, whose friction is off meanwhile
             )
-        # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
-        self.bed.drag /= 4.0
         self.drag_rate = float(self.bed.drag[0])
 
     def _pull(self, times: float) -> None:
@@ -132,14 +125,13 @@ class FlatSettling(Settling):
 
     # -- what depends on the shape of the ground
 
-    def span(self) -> float:
-        """Height of bed and headroom, or the way of a wave in sqrt(r/g) when that is longer [m]: hard grains wait for
-        their fall, not for waves."""
-        bed = self.bed
-        wave = float(np.median(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
-        return max(
-            self.container.top - self.container.floor, wave * math.sqrt(bed.mean_radius / self.surface_gravity())
-        )
+    def hard(self) -> bool:
+        """Always: springs are for the weight, or harder."""
+        return True
+
+    def height(self) -> float:
+        """Height of bed and headroom [m]."""
+        return self.container.top - self.container.floor
 
     def surface_gravity(self) -> float:
         """g in force now [m/s^2]."""

@@ -7,6 +7,7 @@ comes to rest, so that no bed grain can lean on them, and carving them later cha
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,8 @@ LOOK_EVERY = 10
 EXCHANGE_EVERY = 3
 REST_LIMIT = 15
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
+HARD_REST_LIMIT = 60
+"""The same of hard grains, whose ``rest`` is short against their falls."""
 LOOSE = 4.0
 """Largest speed of any one grain after ``free``, over the limit on the rms speed."""
 QUIET = 0.1
@@ -61,6 +64,8 @@ class Settling:
         smooth = OCEAN.model_copy(update={"restitution": 0.5})
         self.smooth_contact = contact.model_copy(update={"shell": smooth, "ocean": smooth})
         self.gravity = body.gravity()
+        if self.hard():
+            self.rest_limit = HARD_REST_LIMIT
         self.phase, self.done, self.repeats, self.total = 0, 0, 0, 0
         self.aside: Particles | None = None
         self.rested: Particles | None = None
@@ -73,9 +78,23 @@ class Settling:
 
     # -- what depends on the shape of the ground
 
-    def span(self) -> float:
+    def hard(self) -> bool:
+        """Whether grains wait for their fall, not for waves: springs for the weight alone, that of a small body."""
+        floor = float(self.body.pressure(np.array(self.domain.core_radius)))
+        top = len(self.body.materials) - 1
+        return self.contact.of_weight(self.body.materials[top], floor, self.body.solid_densities[top])
+
+    def height(self) -> float:
         """Height of bed and headroom [m]."""
         return self.domain.top_radius - self.domain.core_radius
+
+    def span(self) -> float:
+        """Height of bed and headroom, or, of hard grains, the way of a wave in sqrt(r/g) when that is longer [m]."""
+        if not self.hard():
+            return self.height()
+        bed = self.bed
+        wave = float(np.median(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
+        return max(self.height(), wave * math.sqrt(bed.mean_radius / self.surface_gravity()))
 
     def surface_gravity(self) -> float:
         """g [m/s^2] that speeds are measured against."""
@@ -115,7 +134,9 @@ class Settling:
         wave = 2.0 * self.bed.X[:, RADIUS] * np.sqrt(self.bed.V[:, STIFFNESS] / self.bed.V[:, MASS])
         travel = self.span() / float(np.median(wave))
         self.steps = max(20, int(now.length * travel / self.bed.dt))
-        self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else 4.0 / travel
+        # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
+        damped = 1.0 if self.hard() else 4.0
+        self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else damped / travel
         self.fire = Fire(self.bed)
         self.done = 0
 

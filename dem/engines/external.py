@@ -93,7 +93,7 @@ class ExternalCollapse(Collapse):
         )
         ejecta = bool(np.any(grains.identity >= start.attributes.get("bed_grains", np.iinfo(np.int64).max)))
         wanted = stiffening.springs_for(
-            settings.springs_for, start, settings.contact, isinstance(self.domain, Container)
+            settings.springs_for, start, settings.contact, not isinstance(self.domain, Container)
         )
         self.needs = deviations.needed(
             settings.engine, self.scene, deviations.Start(loaded, ejecta, wanted.factor > 1.0)

@@ -100,7 +100,11 @@ def test_stiffness_rule_and_its_limit():
     contact = Contact()
     radius, bulk, sound = np.array([1000.0]), 9.47e9, math.sqrt(9.47e9 / 917.0)
     mass = 1500.0 * 4 / 3 * math.pi * radius**3
-    assert contact.stiffness(radius, mass, "ice", 0.0)[0] == pytest.approx(2 * bulk * 1000.0)
+    assert contact.stiffness(radius, mass, "ice", 5e7)[0] == pytest.approx(2 * bulk * 1000.0)
+    assert not contact.of_weight("ice", 5e7)
+    # a bed of a small body: its weight asks for less than its solid would give, at overlaps of a thousandth
+    assert contact.stiffness(radius, mass, "ice", 4.0)[0] == pytest.approx(4.0 * 1000.0 / (0.03 * 0.02))
+    assert contact.of_weight("ice", 4.0)
     assert contact.stiffness(radius, mass, "ice", 5e8)[0] == pytest.approx(5e8 * 1000.0 / 0.02)
     stiff = contact.stiffness(radius, mass, "ice", 1e12)[0]
     assert 2 * 1000.0 * math.sqrt(stiff / mass[0]) == pytest.approx(2 * sound)

@@ -10,6 +10,7 @@ from dem import collapse as collapsing
 from dem import stage
 from dem.beds.flat_ground import ground_of
 from dem.contact_settings import Contact
+from dem.grain_solid import elastic
 from dem.stiffening import fastest_approach, springs_for
 from matter import at_rest, snapshot
 from tests.dem.stops import interrupted, same_grains
@@ -84,32 +85,33 @@ def test_the_springs_of_a_start_are_for_its_fastest_approach(small_bed, tmp_path
         3.0 * np.max(-way[near, 2] / distance[near])
     )  # along the line to the neighbour that lies most in its way
     assert 1.0 < speed < 2.99
-    chosen = springs_for("auto", moving, Contact(static_overlap=0.01), flat=True)
+    chosen = springs_for("auto", moving, Contact(static_overlap=0.01), sphere=False)
     assert chosen.speed == speed and chosen.factor == pytest.approx(
         float(np.mean(moving.mass * (speed / 0.01 / moving.radius) ** 2 / moving.stiffness))
     )
+    assert springs_for("bed", moving, Contact(), sphere=False) == (0.0, 1.0)
+    # a sphere's grains too, unless they have the springs of their solid, which a large body's weight asks for
+    assert springs_for("auto", moving, Contact(static_overlap=0.01), sphere=True) == chosen
+    stiff = moving.select(np.ones(len(moving), dtype=bool))
+    stiff["stiffness"] = 2.0 * elastic(stiff.attributes["materials"][0])[0] * stiff.radius
+    assert springs_for("auto", stiff, Contact(static_overlap=0.01), sphere=True) == (0.0, 1.0)
+    assert springs_for(1e-9, moving, Contact(), sphere=False).factor == 1.0  # never softer
     assert (
-        springs_for("auto", moving, Contact(), flat=False)
-        == springs_for("bed", moving, Contact(), flat=True)
-        == (0.0, 1.0)
-    )
-    assert springs_for(1e-9, moving, Contact(), flat=True).factor == 1.0  # never softer
-    assert (
-        springs_for(1e9, moving, Contact(), flat=True).factor < 1e12
+        springs_for(1e9, moving, Contact(), sphere=False).factor < 1e12
     )  # nor faster than twice the sound speed of the material
     moving["identity"][other] += int(bed.identity.max()) + 1  # ejecta do not count
-    assert springs_for("auto", moving, Contact(), flat=True) == (0.0, 1.0)
+    assert springs_for("auto", moving, Contact(), sphere=False) == (0.0, 1.0)
 
 
 def test_springs_are_bounded_by_the_sound_speed_of_the_solid_that_was_computed_with(small_bed):
     """k_n goes as the squared sound speed, K / rho0; a start that says nothing takes the material's file."""
     start = small_bed.select(small_bed.headroom == 0)
     names = start.attributes["materials"]
-    plain = springs_for(1e9, start, Contact(), flat=True).factor
+    plain = springs_for(1e9, start, Contact(), sphere=False).factor
     start.attributes["reference_densities_kg_m3"] = [at_rest.of_file(name).solid for name in names]
-    assert springs_for(1e9, start, Contact(), flat=True).factor == plain
+    assert springs_for(1e9, start, Contact(), sphere=False).factor == plain
     start.attributes["reference_densities_kg_m3"] = [2.0 * at_rest.of_file(name).solid for name in names]
-    assert springs_for(1e9, start, Contact(), flat=True).factor == pytest.approx(0.5 * plain, rel=1e-12)
+    assert springs_for(1e9, start, Contact(), sphere=False).factor == pytest.approx(0.5 * plain, rel=1e-12)
 
 
 def test_an_approach_at_the_speed_of_the_springs_overlaps_by_the_share_they_are_for(small_bed, tmp_path):
