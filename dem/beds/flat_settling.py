@@ -71,13 +71,7 @@ class FlatSettling(Settling):
         stiff = float(stiffness(mean, mass, contact, floor, speed)[0])
         self.inflation = stiff / float(stiffness(mean, mass, contact, floor, None)[0])
         wave = 2.0 * float(mean[0]) * math.sqrt(stiff / float(mass[0]))
-        # radii keep their places: a bed with friction comes to rest without that, and exchanged radii pack tighter
-        # (0.67) than random ones
-        plan = [
-            phase._replace(exchange=False)
-            for phase in PHASES
-            if not (hexagonal and phase.fire and phase.name != "lay")
-        ]
+        plan = [phase for phase in PHASES if not (hexagonal and phase.fire and phase.name != "lay")]
         if hexagonal:  # what the container's sides leave unsupported has to fall first
             plan[0] = plan[0]._replace(length=LOOSE * plan[0].length)
         if self.inflation > 1.0:
@@ -125,7 +119,7 @@ class FlatSettling(Settling):
 
     # -- what depends on the shape of the ground
 
-    def hard(self) -> bool:
+    def springs_of_weight(self) -> bool:
         """Always: springs are for the weight, or harder."""
         return True
 

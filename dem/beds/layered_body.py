@@ -46,6 +46,10 @@ class LayeredBody:
         profile = {key: np.asarray(content["profile"][key], dtype=float) for key in _PROFILE_KEYS}
         if not (np.diff(profile["radius_m"]) >= 0.0).all():
             raise InputError(f"{path}: profile.radius_m must run from the centre to the surface")
+        if not profile[
+            "pressure_Pa"
+        ].any():  # a body that starts as it was published, without stress: grains have weight
+            profile["pressure_Pa"] = _hydrostatic(profile)
         return LayeredBody(
             float(content["radius_m"]),
             tuple(layer["name"] for layer in layers),
@@ -98,3 +102,10 @@ class LayeredBody:
                 middle = 0.5 * (edges[1:] + edges[:-1])
                 total += float(np.sum(self.density(middle) * np.diff(edges**3) / 3.0))
         return total * solid_angle
+
+
+def _hydrostatic(profile: dict[str, np.ndarray]) -> np.ndarray:
+    """Pressure [Pa] at the points of a profile: integral of rho g from there to the surface (trapezoids)."""
+    weight = profile["density_kg_m3"] * profile["gravity_m_s2"]
+    steps = 0.5 * (weight[1:] + weight[:-1]) * np.diff(profile["radius_m"])
+    return np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
