@@ -76,16 +76,18 @@ def test_the_step_that_a_bed_is_expected_to_have_goes_by_them():
     assert steps[0] / steps[1] == pytest.approx(math.sqrt(2700.0 / 2400.0), rel=1e-3)
 
 
-def test_the_step_of_elastic_grains_goes_by_their_mass():
-    """On a small sphere k = 2 K r, and m goes as the bulk density: the step as its root."""
+def test_the_step_of_a_spheres_grains_goes_by_their_mass():
+    """m goes as the bulk density; k as rho g, its square, in a shallow bed, and 2 K r in a deep one."""
     from dem.bed_settings import Settings
     from dem.beds import expected_grains
 
-    steps = [
-        expected_grains.expected(Settings(target=BALL, impact=SHOT, densities=own)).step
-        for own in ({}, {"basalt": at_rest.AtRest(solid=2700.0, bulk=1350.0)})
-    ]
-    assert steps[1] / steps[0] == pytest.approx(math.sqrt(0.5), rel=1e-9)
+    large = BALL.model_copy(update={"layers": (BALL.layers[0].model_copy(update={"thickness": 2.0e6}),)})
+    for ball, depth, ratio in ((BALL, None, math.sqrt(2.0)), (large, 2.0e5, math.sqrt(0.5))):
+        steps = [
+            expected_grains.expected(Settings(target=ball, impact=SHOT, densities=own, depth=depth)).step
+            for own in ({}, {"basalt": at_rest.AtRest(solid=2700.0, bulk=1350.0)})
+        ]
+        assert steps[1] / steps[0] == pytest.approx(ratio, rel=1e-9)
 
 
 def test_nothing_is_said_where_the_file_is_right():
