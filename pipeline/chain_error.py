@@ -5,7 +5,7 @@ Members, in the order in which they are made (what is done is not made again, st
 
 ``reference``      the case as it is, with its preset
 ``handoff_x0.5``   handed over half as late        (from the handoff on)
-``handoff_x2``     twice as late
+``handoff_x2``     twice as late; a shock stage that ends before that is followed so far
 ``coarser``        half the particles and grains   (spacings times 2^(1/3), counts over 2)
 ``draw_2`` ...     other seeds: of the grains in every draw, of the shock stage in every second one
 
@@ -94,10 +94,10 @@ def others(study: Study) -> list[Member]:
     members = []
     if "handoff" in case.stages:
         record = folder.record(stages.folder(study.run_folder(reference()), "handoff") / "handoff.json")
-        members += [
-            Member(f"handoff_x{factor:g}", (f'handoff.time="{factor * record["time_s"]!r} s"',))
-            for factor in (0.5, 2.0)
-        ]
+        for factor in (0.5, 2.0):
+            at = factor * record["time_s"]
+            longer = (f'sph.end_time="{at!r} s"',) if at > getattr(settings["sph"], "end_time", math.inf) else ()
+            members.append(Member(f"handoff_x{factor:g}", (f'handoff.time="{at!r} s"', *longer)))
     members.append(Member("coarser", _coarser(settings)))
     bed = getattr(settings.get("bed"), "seed", None)
     shock = getattr(settings.get("sph"), "seed", None)

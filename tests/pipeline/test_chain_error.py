@@ -122,6 +122,16 @@ def test_every_member_differs_in_what_it_says(study):
     assert len({study.run_folder(member) for member in members.values()}) == len(members)
 
 
+def test_a_shock_stage_that_ends_too_early_for_the_later_handoff_is_followed_on(study):
+    end = compose(study.read(chain_error.reference()))["sph"].end_time
+    for time, follows in ((0.5 * end, False), (0.75 * end, True)):
+        record = study.run_folder(chain_error.reference()) / "4_handoff" / "handoff.json"
+        record.write_text(json.dumps({"time_s": time}))
+        later = compose(study.read(next(m for m in chain_error.others(study) if m.name == "handoff_x2")))
+        assert later["handoff"].time == 2.0 * time
+        assert later["sph"].end_time == (2.0 * time if follows else end)
+
+
 def test_members_are_made_once_share_stages_and_end_in_a_file(case_folder, tmp_path, drive, fake_stages, monkeypatch):
     """With the fake stages: the later handoff cannot be made and is named, the rest is kept, the same command makes
     nothing anew."""
