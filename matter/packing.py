@@ -17,6 +17,11 @@ from matter.jit import kernel
 from matter.regions import Region, Shell
 from matter.solids.region import Interior
 
+PROBES = 20_000
+"""Samples of a shell about a point that the spacing grows from."""
+WIDER = 1.5
+"""Outer over inner radius of such a shell."""
+
 
 def hexagonal(spacing: float, radius: float, rotate: bool = True) -> np.ndarray:
     """Points (n, 3) [m] of a hexagonal close packing inside a sphere about the origin.
@@ -101,12 +106,15 @@ def graded(
     rng: np.random.Generator,
     sweeps: int = 120,
     finest: float | None = None,
+    grown_from: tuple[np.ndarray, float] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """A graded glass in a region: evenly spread points with the local spacing ``spacing(points)`` [m].
 
     Points drawn at random with the density 1/s^3 repel each other and their mirror images behind the walls, until they
     are spread evenly; the walls are met by smooth layers of points. ``finest`` : the smallest spacing, where it holds
-    in too small a part of the region for samples to find it.
+    in too small a part of the region for samples to find it. ``grown_from`` : the point from which the spacing grows,
+    and its least in the region; where samples miss that part altogether, as about an impact of a metre on a body of
+    hundreds, points are drawn distance by distance from there (``_by_distance``).
 
     Returns
     -------
@@ -116,12 +124,16 @@ def graded(
     probe = region.draw(rng, 200_000)
     density = spacing(probe) ** -3.0
     most = float(density.max()) if finest is None else max(finest**-3.0, float(density.max()))
-    wanted = max(round(region.volume * float(density.mean())), 1)
-    points = np.empty((0, 3))
-    while len(points) < wanted:
-        trial = region.draw(rng, 200_000)
-        points = np.concatenate([points, trial[rng.random(len(trial)) < spacing(trial) ** -3.0 / (1.05 * most)]])
-    points = points[:wanted]
+    if grown_from is not None and float(density.max()) < 0.5 * grown_from[1] ** -3.0:
+        reach = 1.05 * float(np.linalg.norm(probe - grown_from[0], axis=1).max())
+        points = _by_distance(spacing, region, rng, grown_from[0], reach)
+    else:
+        wanted = max(round(region.volume * float(density.mean())), 1)
+        points = np.empty((0, 3))
+        while len(points) < wanted:
+            trial = region.draw(rng, 200_000)
+            points = np.concatenate([points, trial[rng.random(len(trial)) < spacing(trial) ** -3.0 / (1.05 * most)]])
+        points = points[:wanted]
     for sweep in range(sweeps):
         s = spacing(points)
         everyone, owner = region.mirrored(points, s)
@@ -140,6 +152,40 @@ def graded(
     back[order] = number
     share = 1.0 / back[: len(points)]
     return points, share * (region.volume / share.sum())
+
+
+def _by_distance(
+    spacing: Callable[[np.ndarray], np.ndarray],
+    region: Region | Interior | Cut,
+    rng: np.random.Generator,
+    about: np.ndarray,
+    reach: float,
+) -> np.ndarray:
+    """Random points of a region with the density 1/s^3, out to ``reach`` [m] from ``about``: as many in each of a row
+    of shells, each half as wide again as the one before, as 1/s^3 over its part of the region makes."""
+    first = float(spacing(about[None, :])[0])
+    edges = first * WIDER ** np.arange(math.ceil(math.log(reach / first) / math.log(WIDER)) + 1)
+    chosen, due = [], 0.0
+    for inner, outer in zip((0.0, *edges[:-1]), edges):
+        shell = Shell(float(inner), float(outer))
+
+        def draw(shell: Shell = shell) -> np.ndarray:
+            points = shell.draw(rng, PROBES) + about
+            return points[region.inside(points)]
+
+        probe = draw()
+        if len(probe) == 0:
+            continue
+        density = spacing(probe) ** -3.0
+        due += shell.volume * float(density.sum()) / PROBES
+        points, wanted = np.empty((0, 3)), round(due)
+        while len(points) < wanted:
+            trial = draw()
+            keep = rng.random(len(trial)) < spacing(trial) ** -3.0 / (1.05 * float(density.max()))
+            points = np.concatenate([points, trial[keep]])
+        chosen.append(points[:wanted])
+        due -= wanted
+    return np.concatenate(chosen)
 
 
 def graded_shell(

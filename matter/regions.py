@@ -35,6 +35,11 @@ class Shell:
             direction * ((self.inner**3 + (self.outer**3 - self.inner**3) * rng.random(count)) ** (1.0 / 3.0))[:, None]
         )
 
+    def inside(self, points: np.ndarray) -> np.ndarray:
+        """(n,) bool."""
+        r = np.linalg.norm(points, axis=1)
+        return (r > self.inner) & (r < self.outer)
+
     def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
         """Points and their images within two spacings of the walls."""
         r = np.linalg.norm(points, axis=1)

@@ -204,12 +204,14 @@ def build(
         points, volumes, layers = [lattice], [np.full(len(lattice), fine**3)], [layer]
         supports = [np.full(len(lattice), zones.support * fine)]
     else:
-        spacing = spacing_law(target, zones)
+        spacing, pole = spacing_law(target, zones), np.array(target.impact_point)
         streams = np.random.SeedSequence(seed).spawn(len(target.layers))
         for l in range(len(target.layers)):
             shell = Shell(radii[l], radii[l + 1])
             part = Cut(shell, mirrors) if mirrors else shell
-            place, volume = packing.graded(spacing, part, np.random.default_rng(streams[l]))
+            stream = np.random.default_rng(streams[l])
+            least = float(zones.spacing(np.array([target.radius - radii[l + 1]]))[0])
+            place, volume = packing.graded(spacing, part, stream, grown_from=(pole, least))
             points.append(place)
             volumes.append(volume)
             layers.append(np.full(len(place), l))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from matter.body import Impact, Layer, Projectile, Target
-from sph import materials, prediction, projectile, target
+from sph import materials, prediction, projectile, resolution, target
 from sph.settings import Settings
 
 CALLISTO = Target(
@@ -69,6 +69,24 @@ def test_particles_carry_the_layer_masses(profile, uniform):
     r = np.linalg.norm(body.position, axis=1)
     assert r.max() < profile.radius[-1]
     assert (body.density[body.layer == 0] > 2700).all()
+
+
+@pytest.mark.parametrize("symmetry", ["none", "quarter"])
+def test_a_body_a_thousand_times_as_large_as_its_fine_part_is_full_there(symmetry):
+    """A thousandth of the radius about the impact holds 1e-9 of the body, and no even sample of it."""
+    ball = Target(layers=(Layer(name="soil", material="basalt", thickness=448.0),), start="literal")
+    rows = materials.collect(ball.materials)
+    zones = target.Zones(0.3, 1.0, 0.3, 1.0, 60.0, 0.15)
+    body = target.build(ball, target.hydrostatic(ball, materials=rows), rows, zones, 1, symmetry)
+    distance = np.linalg.norm(body.position - [0.0, 0.0, 448.0], axis=1)
+    parts = 4 if symmetry == "quarter" else 1
+    for inner, outer in ((0.0, 1.0), (1.0, 3.0), (3.0, 10.0), (10.0, 60.0)):
+        near = (distance >= inner) & (distance < outer)
+        wanted = 2.0 / 3.0 * math.pi * np.diff([d**3 * (1.0 - 3.0 * d / (8.0 * 448.0)) for d in (inner, outer)])[0]
+        assert body.mass[near].sum() * parts / body.density[0] == pytest.approx(wanted, rel=0.1)
+    volume = (body.mass / body.density)[distance < 0.9]
+    assert np.median(volume) ** (1.0 / 3.0) == pytest.approx(0.3, rel=0.05)
+    assert len(body.mass) * parts == pytest.approx(resolution.count(ball, zones), rel=0.1)
 
 
 def test_projectile_flies_to_the_pole():
