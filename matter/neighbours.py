@@ -242,7 +242,8 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
 @parallel_kernel
 def _fill(points, reach, grid, occupied, cursor, index, entry, count):
     for block in prange((len(occupied.cells) + _BLOCK - 1) // _BLOCK):
-        _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count)
+        # int64 as where its type is first inferred: the loop's own index is unsigned, and would compile it twice
+        _fill_some(np.int64(block), points, reach, grid, occupied, cursor, index, entry, count)
 
 
 @dataclass(frozen=True)

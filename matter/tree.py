@@ -139,7 +139,7 @@ def _sum_group(a, b, wanted, particles, tree, reach, room, numbers, out):
         radius2 = max(radius2, (x[i] - cx) ** 2 + (y[i] - cy) ** 2 + (z[i] - cz) ** 2)
         for c in range(wanted):
             out[i, c] = 0.0
-    k = 0
+    k = np.int64(0)  # a bare 0 is a type of its own, for which the walk would be compiled once more
     while k < len(tree.first):
         k, far_count, near_count = _collect(k, math.sqrt(radius2), cx, cy, cz, particles, tree, reach, nodes, near)
         for i in range(a, b):

@@ -195,7 +195,7 @@ def test_damage_takes_tension_and_shear_once():
         np.ones(n),
     )
     cloud.material, cloud.neighbours = np.zeros(n, dtype=np.int32), np.full(n, 33, dtype=np.int32)
-    cloud.flaw_first, cloud.flaw_last = np.arange(n), np.arange(1, n + 1)
+    cloud.flaw_first[:], cloud.flaw_last[:] = np.arange(n), np.arange(1, n + 1)  # other types are another kernel
     cloud.flaw_strain = np.full(n, 1.0, dtype=np.float32)
     out = state.Evaluated(n)
     state.evaluate(cloud, materials.rows, True, True, out)

@@ -76,7 +76,7 @@ def test_a_table_gives_its_own_temperature_and_entropy(tmp_path):
     values = {"rho0": f"{tables.solid_at_rest(300.0)!r} kg/m^3", "file": file, "temperature": "300 K"}
     rows = collect(("basalt", "ice"), {"basalt": Choice(eos="table", table=values)}).rows
     rho, u = np.array([3000.0, 3000.0]), np.array([1e6, 1e6])
-    found = temperature.fields(np.array([0, 1]), rows, rho, u)
+    found = temperature.fields(np.array([0, 1], np.int32), rows, rho, u)
     row = table.row(table.Parameters(tables.solid_at_rest(300.0), file, 300.0))
     assert found["temperature"].tolist() == [table.temperature(3000.0, 1e6, row), 0.0]
     assert found["entropy"].tolist() == [table.entropy(3000.0, 1e6, row), 0.0]
@@ -84,10 +84,10 @@ def test_a_table_gives_its_own_temperature_and_entropy(tmp_path):
 
 def test_a_run_that_knows_no_temperature_gets_no_field():
     plain = collect(("basalt", "ice")).rows
-    assert temperature.fields(np.zeros(2, int), plain, np.full(2, 2700.0), np.zeros(2)) == {}
+    assert temperature.fields(np.zeros(2, np.int32), plain, np.full(2, 2700.0), np.zeros(2)) == {}
     assert plain.thermal.shape == (2, temperature.HEAD)
     warm = rows_of("basalt", thermal=WARM)
-    assert set(temperature.fields(np.zeros(2, int), warm, np.full(2, 2700.0), np.zeros(2))) == {"temperature"}
+    assert set(temperature.fields(np.zeros(2, np.int32), warm, np.full(2, 2700.0), np.zeros(2))) == {"temperature"}
 
 
 def evaluated(density, energy, **changes):
