@@ -135,16 +135,21 @@ def grains():
 
 @pytest.fixture(scope="module")
 def handed(grains):
-    """Source and start in the inertial frame, and the ledger, of a body with a hollow and a flow."""
-    cloud = source()
-    start, ledger = stage.hand_over(
-        cloud, grains, surface.Rules(speed_limit=5.0), column(), target=BODY, until=2.0 * 3600.0
-    )
-    return cloud, start, ledger
+    """Source and start in the inertial frame, the ledger, and what the transfer made, of a body with a hollow and a
+    flow. First places are those of the moment of the impact, when bed and run share their axes: matter has only turned
+    since."""
+    cloud, made, hand_over = source(), [], transfer.hand_over
+    cloud["initial_position"] = cloud.position @ rotation(OMEGA * TIME)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(transfer, "hand_over", lambda *given: made.append(hand_over(*given)) or made[-1])
+        start, ledger = stage.hand_over(
+            cloud, grains, surface.Rules(speed_limit=5.0), column(), target=BODY, until=2.0 * 3600.0
+        )
+    return cloud, start, ledger, made[0]
 
 
 def test_mass_momentum_and_angular_momentum_of_the_whole_are_kept(handed):
-    cloud, start, ledger = handed
+    cloud, start, ledger, _ = handed
     before = correction.sums(cloud.mass, cloud.position, cloud.velocity)
     after = correction.sums(start.mass, start.position, start.velocity, start.radius, start.angular_velocity)
     assert after.mass == pytest.approx(before.mass, rel=1e-13)
@@ -165,7 +170,7 @@ def test_mass_momentum_and_angular_momentum_of_the_whole_are_kept(handed):
 
 
 def test_grains_take_over_the_flow_where_they_are_in_the_turned_body(handed, grains):
-    _, start, _ = handed
+    _, start, _, _ = handed
     order = np.argsort(grains.identity)
     rows = order[np.searchsorted(grains.identity, start.identity, sorter=order)]
     turn = rotation(OMEGA * TIME)
@@ -178,13 +183,9 @@ def test_grains_take_over_the_flow_where_they_are_in_the_turned_body(handed, gra
     assert start.attributes["time"] == TIME
 
 
-def test_grains_know_the_first_depth_of_their_matter_in_the_body_as_it_was_then(grains):
-    """First places are those of the moment of the impact, when bed and run share their axes: of matter that has only
-    turned since, first depth and distance are those of the grain in the bed."""
-    cloud = source(moving=False)
-    cloud["initial_position"] = cloud.position @ rotation(OMEGA * TIME)
-    rules = surface.Rules(speed_limit=5.0)
-    start, ledger = stage.hand_over(cloud, grains, rules, column(), target=BODY, until=2.0 * 3600.0)
+def test_grains_know_the_first_depth_of_their_matter_in_the_body_as_it_was_then(handed):
+    """Of matter that has only turned since, first depth and distance are those of the grain in the bed."""
+    _, start, ledger, _ = handed
     place = start.position @ rotation(OMEGA * TIME)
     deep = DATUM.height(place) < -2.0 * GRAIN
     assert np.sqrt(np.mean((start.first_depth + DATUM.height(place))[deep] ** 2)) < 0.3 * SPACING
@@ -193,7 +194,7 @@ def test_grains_know_the_first_depth_of_their_matter_in_the_body_as_it_was_then(
 
 
 def test_the_springs_of_contacts_are_turned_with_the_body(handed, grains):
-    _, start, _ = handed
+    _, start, _, _ = handed
     turn = rotation(OMEGA * TIME)
     pair, history = start.tables["contacts/pair"], start.tables["contacts/history"]
     known = {tuple(p): h for p, h in zip(grains.tables["contacts/pair"], grains.tables["contacts/history"])}
@@ -204,7 +205,7 @@ def test_the_springs_of_contacts_are_turned_with_the_body(handed, grains):
 
 
 def test_the_hollow_is_carved_where_it_is(handed, grains):
-    _, start, ledger = handed
+    _, start, ledger, _ = handed
     back = start.position @ rotation(OMEGA * TIME)
     above = DATUM.height(back) - hollow(back)
     assert above.max() < 1.0 * GRAIN  # no grain's centre stands further out of the hollow
@@ -233,10 +234,8 @@ def test_a_body_that_nothing_hit_goes_on_turning(grains):
     assert ledger["whole_momentum_rel"]["verdict"] == "pass"
 
 
-def test_a_control_run_begins_at_rest_on_the_turning_body(grains):
-    region = domain.read(grains.attributes, BODY)
-    cloud = turning.to_bed(source(), region)
-    made = transfer.hand_over(cloud, grains, surface.Rules(speed_limit=5.0), column(), region)
+def test_a_control_run_begins_at_rest_on_the_turning_body(handed, grains):
+    made = handed[-1]
     for kind in ("at_rest", "uncarved"):
         begun = control.start(kind, made, grains)
         assert begun.velocity == pytest.approx(np.cross(OMEGA, begun.position), abs=1e-15)

@@ -432,11 +432,12 @@ def test_job_files_hold_a_command_for_each_member(sweep, kind, file, words):
         sweep_jobs.write(one, "slurm", 1)
 
 
-def ways_of(tmp_path: Path, frictions: str) -> list[str]:
-    """Arguments of ``studies/sweep_ways.py`` for a sweep of the fake stages."""
+def ways_of(tmp_path: Path, frictions: str, sleep_s: float) -> list[str]:
+    """Arguments of ``studies/sweep_ways.py`` for a sweep of the fake stages; ``sleep_s`` [s] a step where one is
+    killed."""
     file = tmp_path / "friction.toml"
     file.write_text(
-        '[sweep]\ncase = "small"\ncommon = { sph.sleep_s = 0.05 }\n'
+        f'[sweep]\ncase = "small"\ncommon = {{ sph.sleep_s = {sleep_s} }}\n'
         f"[sweep.vary]\ndem.contact.friction = {frictions}\n"
     )
     return ["--out", str(tmp_path / "ways"), "--sweep", str(file), "--preset", ""]
@@ -446,7 +447,7 @@ def test_members_by_themselves_and_the_sweep_are_one_table(sweep, case_folder, t
     """``studies/sweep_ways.py``, two of its ways. A changed cell is told."""
     from studies import sweep_ways
 
-    command = ways_of(tmp_path, "[0.3, 0.4]")
+    command = ways_of(tmp_path, "[0.3, 0.4]", 0.0)
     assert sweep_ways.main([*command, "separate", "plain"]) == 0
     assert capfd.readouterr().out.count("the same table as separate") == 1
     shocks = {way: len(list((tmp_path / "ways").glob(f"{way}/**/{STORE}/sph-*"))) for way in ("separate", "plain")}
@@ -465,7 +466,7 @@ def test_a_sweep_in_four_ways_is_one_table(sweep, case_folder, tmp_path, capfd):
     pytest.importorskip("distributed")
     from studies import sweep_ways
 
-    command = ways_of(tmp_path, "[0.3, 0.4, 0.5]")
+    command = ways_of(tmp_path, "[0.3, 0.4, 0.5]", 0.05)
     assert sweep_ways.main(command) == 0
     told = capfd.readouterr().out
     assert told.count("the same table as separate") == 3 and told.count("  killed: ") == 3

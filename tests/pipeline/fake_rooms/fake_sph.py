@@ -40,7 +40,8 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     progress = Progress("sph", settings.steps, start=first, interval_s=0.0)
     for step in range(int(first), settings.steps):
         x = 3.99 * x * (1 - x)
-        time.sleep(settings.sleep_s)
+        if first == 0:  # what is gone on with has nothing to wait for
+            time.sleep(settings.sleep_s)
         progress.update(step + 1, f"step {step + 1}")
         if (step + 1) % 5 == 0:
             checkpoint.save(out, step + 1, {"x": x}, {})
