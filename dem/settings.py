@@ -63,8 +63,8 @@ class Settings(Model):
 
     springs_for: PositiveSpeed | Literal["auto", "bed"] = "auto"
     """Closing speed that the springs of the start are for, at x_max overlap: the bed settles in soft springs for its
-    weight, and its contacts keep their forces when k_n is raised (``dem.stiffening``). ``auto``: on flat ground the
-    fastest approach handed over, on a body as ``bed``: the bed's own springs."""
+    weight, and its contacts keep their forces when k_n is raised (``dem.stiffening``). ``auto``: the fastest approach
+    handed over, but for a sphere so large that its grains have their solid's springs as ``bed``: the bed's own."""
     stiffness: Literal["fixed", "following"] = "fixed"
     """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.following_stiffness``."""
     sleeping: bool = False
