@@ -13,6 +13,7 @@ grains: ``measures.json`` of every run.
 from __future__ import annotations
 
 import argparse
+import csv
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -41,6 +42,8 @@ class Row(NamedTuple):
     times: tuple[float, ...] = ()
     within: float = 0.0
     """Radius [m] inside which momentum and energy are summed instead of a crater measured."""
+    after: float = 0.0
+    """Time [s] from the start of the collapse at which the books of the grains are read."""
 
 
 SPH, COARSE, QUICK = ("--until", "sph"), ("--preset", "coarse29"), ("--preset", "quick")
@@ -174,6 +177,7 @@ ROWS = {
             "native, no twist": (*SAME, *NO_TWIST),
             "liggghts, no twist": (*SAME, *NO_TWIST, *sets("dem.engine=liggghts", ACCEPT)),
         },
+        after=10.0,
     ),
 }
 
@@ -261,11 +265,27 @@ def of_grains(folder: Path) -> list[str]:
     return [*lines, f"  ledger: {', '.join(failing) if failing else 'no row fails'}"]
 
 
+def books(folder: Path, after: float) -> list[str]:
+    """Vertical momentum and energies of all grains at the start of the collapse and ``after`` [s], from its history
+    (the row nearest to it)."""
+    with (folder / "5_dem" / "history.csv").open() as lines:
+        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
+    begin = rows[0]
+    then = min(rows, key=lambda row: abs(row["time_s"] - begin["time_s"] - after))
+    return [
+        f"{row['time_s']:8.4g} s  p_z {row['momentum_z']:.6g} kg m/s  kinetic {row['kinetic_J']:.6g} J  rotational "
+        f"{row['rotational_J']:.4g} J  lost in contacts {row['dissipated_contacts_J']:.5g} J"
+        for row in (begin, then)
+    ]
+
+
 def evaluated(row: Row, folder: Path) -> list[str]:
     """What a run of this row has to say."""
     if row.within:
         return inside(folder, row.times, row.within)
-    return of_shock(folder, row.times) if row.times else of_grains(folder)
+    if row.times:
+        return of_shock(folder, row.times)
+    return [*of_grains(folder), *(books(folder, row.after) if row.after else [])]
 
 
 def main() -> int:
