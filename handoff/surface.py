@@ -121,10 +121,16 @@ def check(source: Particles) -> None:
 
 def _check_units(source: Particles) -> None:
     """Refuse a source whose volumes, mass over density, are far from the room that its particles take: its columns are
-    in units that do not belong together. The room is that of the middle 80 % along each axis, which ejecta hardly
-    widen."""
-    extent = np.ptp(np.percentile(source.position, (10.0, 90.0), axis=0), axis=0)
-    room, volume = float(np.prod(extent)), float(np.sum(source.mass / source.density))
+    in units that do not belong together. The room is that of the middle 80 % of the mass along each axis, which ejecta
+    hardly widen; of the number it would be that of the finest particles, which may be most of them."""
+    room, volume = 1.0, float(np.sum(source.mass / source.density))
+    for axis in range(3):
+        order = np.argsort(source.position[:, axis])
+        room *= float(
+            np.ptp(
+                np.interp((0.1, 0.9), np.cumsum(source.mass[order]) / source.mass.sum(), source.position[order, axis])
+            )
+        )
     if room > 0.0 and not 1.0 / _UNITS < volume / room < _UNITS:
         raise InputError(
             f"mass over density gives the source's particles {readable.volume(volume)}, and they fill about "

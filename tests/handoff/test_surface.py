@@ -199,6 +199,25 @@ def test_mixed_units_are_told(bowl, bed):
         hand(bowl, changed(bed, radius=1e-3 * bed.radius))
 
 
+def test_units_are_told_by_the_mass_and_not_by_the_finest_particles():
+    """A body of 448 m whose particles are nine tenths within some metres of the impact."""
+    rng = np.random.default_rng(1)
+    body, near = rng.uniform(-360.0, 360.0, (200, 3)), rng.normal(0.0, 3.0, (1800, 3)) + [0.0, 0.0, 440.0]
+    spacing = np.concatenate([np.full(200, 720.0 / 200 ** (1.0 / 3.0)), np.full(1800, 0.3)])
+    source = Particles(
+        {
+            "position": np.concatenate([body, near]),
+            "velocity": np.zeros((2000, 3)),
+            "mass": 1227.0 * spacing**3,
+            "density": np.full(2000, 1227.0),
+            "material": np.zeros(2000),
+        }
+    )
+    surface.check(source)
+    with pytest.raises(InputError, match="mixed units"):
+        surface.check(changed(source, density=1e-3 * source.density))
+
+
 def test_any_field_that_is_not_finite_is_told(bowl, bed):
     pressure = np.zeros(len(bowl))
     pressure[11] = np.inf
