@@ -33,7 +33,7 @@ SENTENCES: dict[str, str] = {
     "together carry the limit",
     "contacts_begin_unloaded": "tangential, rolling and twisting springs of the start begin at zero",
     "ejecta_not_slowed": "returning ejecta are not slowed to what their contacts can stop: they may pass through the "
-    "uppermost grains",
+    "uppermost grains; those that begin inside grains of the bed are pushed out of them",
     "spin_not_damped": "the damped layer at the side damps velocities, not spins",
     "smooth_core": "the core pushes, but does not resist sliding and rolling on it",
     "clamp_sliding": "sliding shortens the spring although the case asks for reset",
