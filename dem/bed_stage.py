@@ -172,7 +172,8 @@ def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> N
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
     radius = packing.radii(settings.count, settings.radius_spread, domain, seeds[0])
     points = packing.random_points(radius, domain, seeds[1])
-    bed, facts = settling.settle(points, radius, body, domain, settings.contact, settings.residual_speed, out)
+    work = settling.Settling(points, radius, body, domain, settings.contact, settings.residual_speed)
+    bed, facts = settling.finish(work, out)
     domain = _damped(domain, settings, bed.mean_radius, bed_files.wave_speed(bed))
     report = _report(bed, body, domain, facts)
     bed_files.leave(

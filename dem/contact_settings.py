@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, create_model, model_validator
 
-from dem import walls
+from dem import rest_springs, walls
 from dem.columns import COHESION, DAMPING_N, DAMPING_T, FRICTION, NORMAL, PAIR_COLUMNS, RATIO, ROLLING, SHAPE, TWISTING
 from dem.grain_law import OCEAN, SPECIES, GrainLaw
 from dem.grain_solid import elastic
@@ -24,10 +24,6 @@ from matter.particles import Particles
 from matter.quantity import Angle, PositiveSpeed
 
 Fraction = Annotated[float, Field(gt=0.0, le=1.0)]
-
-REST_SHARE = 0.03
-"""Of ``static_overlap``, for k_n at rest: overlaps of 0.001 radii, so that the packing fraction is that of hard grains
-within half a percent."""
 
 if TYPE_CHECKING:
     NormalName = str
@@ -272,12 +268,10 @@ class Contact(_Choices):
         """
         species = self.species_of(material_name)
         if not self.linear:
-            stiff = self.law(dispatch.NORMAL).grain_stiffness(
-                radius, self.static_overlap, self.values(dispatch.NORMAL, species)
-            )
-            return np.asarray(stiff)
+            law, values = self.law(dispatch.NORMAL), self.values(dispatch.NORMAL, species)
+            return np.asarray(law.grain_stiffness(radius, self.static_overlap, values))
         bulk, sound = elastic(material_name, solid_density)
-        moving = np.minimum(2.0 * bulk, self.rest_modulus(floor_pressure)) * radius
+        moving = np.minimum(2.0 * bulk, rest_springs.modulus(self.static_overlap, floor_pressure)) * radius
         if self.stiffness_rule == "kinetic":
             assert self.expected_speed is not None
             moving = mass * (self.expected_speed / (self.static_overlap * radius)) ** 2
@@ -285,19 +279,13 @@ class Contact(_Choices):
         k = np.maximum(k, self.constant_pull(radius, species) / (self.static_overlap * radius))
         return np.minimum(k, self.stiffness_limit(radius, mass, sound)) * self.stiffness_factor
 
-    def rest_modulus(self, floor_pressure: float) -> float:
-        """k_n / r [Pa] that holds the weight of a bed at overlaps of REST_SHARE ``static_overlap``: under weak gravity
-        far below 2 K, and springs of 2 K would take a step of microseconds and wait for ever for their overlaps."""
-        return floor_pressure / (REST_SHARE * self.static_overlap)
-
     def of_weight(self, material_name: str, floor_pressure: float, solid_density: float | None = None) -> bool:
         """Whether ``stiffness`` gives springs for the weight, softer than the solid's own."""
-        softer = self.rest_modulus(floor_pressure) < 2.0 * elastic(material_name, solid_density)[0]
-        return self.linear and self.stiffness_rule == "elastic" and softer
+        own = self.linear and self.stiffness_rule == "elastic"
+        return own and rest_springs.softer(self.static_overlap, floor_pressure, material_name, solid_density)
 
     def constant_pull(self, radius: np.ndarray, species: int = 0) -> np.ndarray:
-        """Pull [N] of two equal grains of a species by a cohesion that does not depend on the overlap; 0 for other
-        laws."""
+        """Pull [N] of two equal grains by a cohesion that does not depend on the overlap; 0 for other laws."""
         law = self.law(dispatch.COHESION)
         return (
             np.asarray(law.constant_pull(radius, self.values(dispatch.COHESION, species)))

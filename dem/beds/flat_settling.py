@@ -26,8 +26,9 @@ from dem.beds.flat_ground import FlatGround
 from dem.beds.packing import FRACTION, HEXAGONAL
 from dem.beds.phases import PHASES, Phase
 from dem.beds.settling import Settling
-from dem.contact_settings import REST_SHARE, Contact
+from dem.contact_settings import Contact
 from dem.gravity import Field
+from dem.rest_springs import REST_SHARE
 from matter.particles import Particles
 
 LOOSE = 8.0

@@ -34,8 +34,6 @@ LOOK_EVERY = 10
 EXCHANGE_EVERY = 3
 REST_LIMIT = 15
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
-HARD_REST_LIMIT = 60
-"""The same of hard grains, whose ``rest`` is short against their falls."""
 LOOSE = 4.0
 """Largest speed of any one grain after ``free``, over the limit on the rms speed."""
 QUIET = 0.1
@@ -66,7 +64,7 @@ class Settling:
         self.gravity = body.gravity()
         self.hard = self.springs_of_weight()
         if self.hard:
-            self.rest_limit = HARD_REST_LIMIT
+            self.rest_limit = 4 * REST_LIMIT  # ``rest`` is short against their falls
         self.phase, self.done, self.repeats, self.total = 0, 0, 0, 0
         self.aside: Particles | None = None
         self.rested: Particles | None = None
@@ -93,9 +91,12 @@ class Settling:
         """Height of bed and headroom, or, of hard grains, the way of a wave in sqrt(r/g) when that is longer [m]."""
         if not self.hard:
             return self.height()
-        bed = self.bed
-        wave = float(np.median(2.0 * bed.X[:, RADIUS] * np.sqrt(bed.V[:, STIFFNESS] / bed.V[:, MASS])))
-        return max(self.height(), wave * math.sqrt(bed.mean_radius / self.surface_gravity()))
+        fall = math.sqrt(self.bed.mean_radius / self.surface_gravity())
+        return max(self.height(), float(np.median(self.waves())) * fall)
+
+    def waves(self) -> np.ndarray:
+        """Contact wave speed of each grain [m/s]."""
+        return 2.0 * self.bed.X[:, RADIUS] * np.sqrt(self.bed.V[:, STIFFNESS] / self.bed.V[:, MASS])
 
     def surface_gravity(self) -> float:
         """g [m/s^2] that speeds are measured against."""
@@ -132,8 +133,7 @@ class Settling:
         self.bed = Assembly(
             grains, contact, walls, self.gravity, threads=threads_for(len(grains)), overlap_limit=limit
         )
-        wave = 2.0 * self.bed.X[:, RADIUS] * np.sqrt(self.bed.V[:, STIFFNESS] / self.bed.V[:, MASS])
-        travel = self.span() / float(np.median(wave))
+        travel = self.span() / float(np.median(self.waves()))
         self.steps = max(20, int(now.length * travel / self.bed.dt))
         # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
         damped = 1.0 if self.hard else 4.0
@@ -319,26 +319,13 @@ class Settling:
         return grain_masses.matched(grains, bed, self.body, self.domain, self.contact)
 
 
-def settle(
-    points: np.ndarray,
-    radius: np.ndarray,
-    body: LayeredBody,
-    domain: Domain,
-    contact: Contact,
-    limit: float,
-    out: Path,
-) -> tuple[Assembly, dict[str, float]]:
-    """Settle grains of ``radius`` [m] thrown at ``points`` until the bed's rms speed over sqrt(g r) stays below
-    ``limit``.
-
-    Resumes from a checkpoint in ``out``. Returns the bed and facts on how it got there: ``steps``, and
-    ``free_run_speed``, the rms speed over sqrt(g r) after a travel time without any damping.
-    """
-    return finish(Settling(points, radius, body, domain, contact, limit), out)
-
-
 def finish(work: Settling, out: Path) -> tuple[Assembly, dict[str, float]]:
-    """Run a settling to its end, from a checkpoint in ``out`` if there is one; as ``settle``."""
+    """Run a settling until the bed's rms speed over sqrt(g r) stays below its limit, from a checkpoint in ``out``
+    if there is one.
+
+    Returns the bed and facts on how it got there: ``steps``, and ``free_run_speed``, the rms speed over sqrt(g r)
+    after a travel time without any damping.
+    """
     saved = checkpoint.newest(out)
     if saved is not None:
         work.restore(*saved)
