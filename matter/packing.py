@@ -17,6 +17,9 @@ from matter.jit import kernel
 from matter.regions import Region, Shell
 from matter.solids.region import Interior
 
+FOUND = 0.8
+"""Largest density among even samples, over the true one, from which on they are drawn by: points there would be too
+few by 1 / (1.05 FOUND)."""
 PROBES = 20_000
 """Samples of a shell about a point that the spacing grows from."""
 WIDER = 1.5
@@ -124,7 +127,7 @@ def graded(
     probe = region.draw(rng, 200_000)
     density = spacing(probe) ** -3.0
     most = float(density.max()) if finest is None else max(finest**-3.0, float(density.max()))
-    if grown_from is not None and float(density.max()) < 0.5 * grown_from[1] ** -3.0:
+    if grown_from is not None and float(density.max()) < FOUND * grown_from[1] ** -3.0:
         reach = 1.05 * float(np.linalg.norm(probe - grown_from[0], axis=1).max())
         points = _by_distance(spacing, region, rng, grown_from[0], reach)
     else:

@@ -267,16 +267,26 @@ def of_grains(folder: Path) -> list[str]:
 
 def books(folder: Path, after: float) -> list[str]:
     """Vertical momentum and energies of all grains at the start of the collapse and ``after`` [s], from its history
-    (the row nearest to it)."""
+    (the row nearest to it), and the kinetic energy of bed and ejecta in the first snapshots."""
     with (folder / "5_dem" / "history.csv").open() as lines:
         rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
     begin = rows[0]
     then = min(rows, key=lambda row: abs(row["time_s"] - begin["time_s"] - after))
+    parts = []
+    bed_grains = snapshot.read(folder / "4_handoff" / "start.vtkhdf").attributes["bed_grains"]
+    for path in snapshot.series(folder / "5_dem")[:3]:
+        grains = snapshot.read(path)
+        energy = 0.5 * grains.mass * np.sum(grains.velocity**2, axis=1)
+        bed = grains.identity < bed_grains
+        parts.append(
+            f"{grains.attributes['time']:8.4g} s  kinetic, bed {energy[bed].sum():.4g} J  ejecta "
+            f"{energy[~bed].sum():.6g} J"
+        )
     return [
         f"{row['time_s']:8.4g} s  p_z {row['momentum_z']:.6g} kg m/s  kinetic {row['kinetic_J']:.6g} J  rotational "
         f"{row['rotational_J']:.4g} J  lost in contacts {row['dissipated_contacts_J']:.5g} J"
         for row in (begin, then)
-    ]
+    ] + parts
 
 
 def evaluated(row: Row, folder: Path) -> list[str]:

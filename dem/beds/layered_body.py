@@ -46,9 +46,7 @@ class LayeredBody:
         profile = {key: np.asarray(content["profile"][key], dtype=float) for key in _PROFILE_KEYS}
         if not (np.diff(profile["radius_m"]) >= 0.0).all():
             raise InputError(f"{path}: profile.radius_m must run from the centre to the surface")
-        if not profile[
-            "pressure_Pa"
-        ].any():  # a body that starts as it was published, without stress: grains have weight
+        if not profile["pressure_Pa"].any():  # it started as published, without stress; its grains have weight
             profile["pressure_Pa"] = _hydrostatic(profile)
         return LayeredBody(
             float(content["radius_m"]),
