@@ -47,8 +47,8 @@ class Row(NamedTuple):
 
 
 SPH, COARSE, QUICK = ("--until", "sph"), ("--preset", "coarse29"), ("--preset", "quick")
-# the case computes a quarter (a vertical shot is its own mirror image in two planes) with reconstructed jumps; S1, S4,
-# S5 and D9 were measured with the former numerics
+# the case computes a quarter (a vertical shot is its own mirror image in two planes) with reconstructed jumps; S2, S3
+# and S5 have the former numerics beside them
 QUARTER = (*SPH, *sets("sph.numerics=monaghan"))
 WHOLE = (*QUARTER, *sets("sph.symmetry=none"))
 FINE = sets(
@@ -72,12 +72,12 @@ ROWS = {
     "S1": Row(
         "switch at 15 and 30 ms, alpha halved and doubled: D 5 %, depth 10 % at 1 and 4 s",
         {
-            "15 ms": QUARTER,
-            "30 ms": (*QUARTER, *LATER),
-            "coarse": (*QUARTER, *COARSE),
-            "coarse 30 ms": (*QUARTER, *COARSE, *LATER),
-            "coarse alpha / 2": (*QUARTER, *COARSE, *sets("sph.late.alpha=0.05")),
-            "coarse alpha x 2": (*QUARTER, *COARSE, *sets("sph.late.alpha=0.2")),
+            "15 ms": SPH,
+            "30 ms": (*SPH, *LATER),
+            "coarse": (*SPH, *COARSE),
+            "coarse 30 ms": (*SPH, *COARSE, *LATER),
+            "coarse alpha / 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.05")),
+            "coarse alpha x 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.2")),
         },
         (1.0, 4.0),
     ),
@@ -103,7 +103,7 @@ ROWS = {
     ),
     "S4": Row(
         "ground of 22 and 30 m: vertical momentum and energy inside 5 m at 15 ms 10 %",
-        {"22 m": (*QUARTER, *COARSE, *EARLY), "30 m": (*QUARTER, *COARSE, *EARLY, *WIDE)},
+        {"22 m": (*SPH, *COARSE, *EARLY), "30 m": (*SPH, *COARSE, *EARLY, *WIDE)},
         (0.015,),
         5.0,
     ),
@@ -135,7 +135,8 @@ ROWS = {
     ),
     "D3": Row("against the observation: D 14.5-16.7, depth 2.07-2.99, rim 16.2-19.8 m", {"case": ()}),
     "D5": Row(
-        "springs four times as stiff D 3 %, depth 5 %; half and twice the time of the handoff D 5 %, depth 10 %; "
+        "springs four times as stiff D 3 %, depth 5 %; half and twice the time of the handoff, limits of 0.5 "
+        "and 2 m/s D 5 %, depth 10 %; "
         "three beds: the scatter is the error (inspect_handoff RUN --sensitivity does the rest)",
         {
             "quick": QUICK,
@@ -143,6 +144,8 @@ ROWS = {
             "bed 2": (*QUICK, *sets("bed.seed=2")),
             "bed 3": (*QUICK, *sets("bed.seed=3")),
             "4 s": (*QUICK, *sets("handoff.time=4 s")),
+            "limit 0.5 m/s": (*QUICK, *sets("handoff.speed_limit=0.5 m/s")),
+            "limit 2 m/s": (*QUICK, *sets("handoff.speed_limit=2 m/s")),
             "16 s": (*QUICK, *sets("handoff.time=16 s", "sph.end_time=16 s")),
         },
     ),
@@ -161,7 +164,7 @@ ROWS = {
         "the same all in SPH, to 100 s",
         {
             "sph": (
-                *QUARTER,
+                *SPH,
                 *COARSE,
                 *sets("sph.end_time=100 s", "sph.snapshot_interval=2 s", "sph.history_interval=0.2 s"),
             )
