@@ -1,5 +1,5 @@
-"""The bed of a handoff without its ejecta, let go for some seconds by this project, LAMMPS and LIGGGHTS: what each loses
-of its momentum and energy.
+"""The bed of a handoff without its ejecta, let go for some seconds by this project, LAMMPS and LIGGGHTS: what each
+loses of its momentum and energy.
 
     python studies/engines_without_ejecta.py RUN [--seconds T] [--out table.json]
 
