@@ -81,7 +81,11 @@ ROWS = {
     ),
     "S4": Row(
         "ground of 22 and 30 m: vertical momentum and energy inside 5 m at 15 ms 10 %",
-        {"22 m": (*SPH, *COARSE, *EARLY), "30 m": (*SPH, *COARSE, *EARLY, *WIDE)},
+        {
+            f"{depth} m, draw {draw}": (*SPH, *COARSE, *EARLY, *wide, *(sets(f"sph.seed={draw}") if draw > 1 else ()))
+            for draw in (1, 2, 3)
+            for depth, wide in ((22, ()), (30, WIDE))
+        },
         (0.015,),
         5.0,
     ),
