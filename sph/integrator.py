@@ -295,8 +295,9 @@ class Integrator:
         self._torque = net_torque.remove(self.cloud, self.rates.acceleration, self.around.symmetry)
 
     def soften(self, sound_speed: float, weight: np.ndarray) -> tuple[float, float]:
-        """Enter the late stage (``sph.late``); ``weight`` (n,) as there. The elastic energies [J] before and after."""
-        energies = late.switch(self.cloud, self.materials.rows, late.soft(self.materials.rows, sound_speed), weight)
+        """Enter the late stage (``sph.late``) or its next part; ``weight`` (n,) and the energies [J] as there."""
+        rows = self.materials.rows
+        energies = late.switch(self.cloud, rows, late.soft(rows, sound_speed), weight, self.soft)
         self.softened(sound_speed)
         self._evaluate()
         return energies

@@ -25,15 +25,17 @@ linear term only has to damp what the particles' disorder excites, for which 0.1
 on each other faster than alpha c / beta.
 
 It holds while c exceeds the speeds of the flow and rho c^2 the stresses and weights that matter; results have to be
-the same for another ``at``.
+the same for another ``at``. A crater's flow slows down as it opens: ``slower`` lowers c again at later times, by the
+same formulas from one linear medium to the next (P and rho_r those of the present one, K'/K the ratio of the two).
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from matter.body import Model
 from matter.jit import parallel_kernel, prange
@@ -44,6 +46,15 @@ from sph.materials import Rows
 from sph.state import holding
 
 SOURCES = ("RaducanJutzi2022", "MorrisMonaghan1997")
+
+
+class Slower(Model):
+    """A lower sound speed from a later time on, ``[[sph.late.slower]]``."""
+
+    at: PositiveTime
+    """Time after the impact at which materials are softened again."""
+    sound_speed: PositiveSpeed
+    """Bulk sound speed from then on."""
 
 
 class Settings(Model):
@@ -59,6 +70,23 @@ class Settings(Model):
     """Quadratic artificial viscosity from ``viscosity_at`` on."""
     viscosity_at: PositiveTime | None = None
     """Time after the impact from which on ``alpha`` and ``beta`` above act; by default ``at``."""
+    slower: tuple[Slower, ...] = ()
+    """Later times and still lower sound speeds, in order: long runs take steps of the flow as it slows down."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Settings:
+        for (before, faster), (at, speed) in pairwise(self.switches):
+            if at <= before or speed >= faster:
+                raise ValueError(
+                    f"slower: {speed:g} m/s at {at:g} s comes after {faster:g} m/s at {before:g} s; each has to be "
+                    f"later and slower than the one before"
+                )
+        return self
+
+    @property
+    def switches(self) -> tuple[tuple[float, float], ...]:
+        """Times [s] and the sound speeds [m/s] from then on."""
+        return (self.at, self.sound_speed), *((one.at, one.sound_speed) for one in self.slower)
 
     @property
     def viscosity_time(self) -> float:
@@ -90,23 +118,33 @@ def soft(rows: Rows, sound_speed: float) -> Soft:
 
 
 @parallel_kernel
-def _switch(cloud, weight, rows, c2, ratio, stress, late_density, elastic):
-    """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, from ``sph.cloud.Fields``, and soften
-    the ``stress`` (n, 5) in place."""
-    mass, rho, u = cloud.mass, cloud.density, cloud.specific_energy
-    distention, material, count = cloud.distention, cloud.material, cloud.neighbours
+def _of_law(cloud, rows, pressure, empty):
+    """Fill ``pressure`` (n,) [Pa], before damage and tension cut, from the materials' own laws, and ``empty`` (n,)
+    [kg/m^3]: of matter in tension the density without pressure, of other matter its own."""
+    rho, u, distention, material = cloud.density, cloud.specific_energy, cloud.distention, cloud.material
     for i in prange(len(rho)):
         m = material[i]
         opened = distention[i]
-        # before damage and tension cut
         P = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], opened * rho[i], u[i])[0] / opened
+        pressure[i], empty[i] = P, rho[i]
+        if P < 0.0:
+            empty[i] = eos.density(rows.eos[m], rows.eos_row[m], 0.0, u[i]) / opened
+
+
+@parallel_kernel
+def _switch(cloud, weight, state, rows, c2, ratio, stress, late_density, elastic):
+    """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, and soften the ``stress`` (n, 5) in
+    place; ``state`` as ``_of_law`` fills it, ``ratio`` (m,) = K' / K of this switch."""
+    mass, rho, material, count = cloud.mass, cloud.density, cloud.material, cloud.neighbours
+    pressure, empty = state
+    for i in prange(len(rho)):
+        m = material[i]
+        P = pressure[i]
         carried = min(max(weight[i], 0.0), max(P, 0.0))
         softer = carried + ratio[m] * (P - carried)
         rest = rho[i] - softer / c2[m]
-        if P < 0.0:
-            empty = eos.density(rows.eos[m], rows.eos_row[m], 0.0, u[i]) / opened
-            if empty > rho[i]:
-                rest, softer = empty, c2[m] * (rho[i] - empty)
+        if P < 0.0 and empty[i] > rho[i]:
+            rest, softer = empty[i], c2[m] * (rho[i] - empty[i])
         late_density[i] = rest
         stiff = rows.rho0[m] * c2[m] / ratio[m]
         J2 = (
@@ -126,12 +164,20 @@ def _switch(cloud, weight, rows, c2, ratio, stress, late_density, elastic):
             stress[i, k] *= ratio[m]
 
 
-def switch(cloud: Cloud, rows: Rows, to: Soft, weight: np.ndarray) -> tuple[float, float]:
+def switch(cloud: Cloud, rows: Rows, to: Soft, weight: np.ndarray, present: Soft | None = None) -> tuple[float, float]:
     """Set ``cloud.late_density`` and scale the stress; the elastic energies [J] before and after.
 
-    ``weight`` (n,) is the pressure of the body in balance where the particles are [Pa].
+    ``weight`` (n,) is the pressure of the body in balance where the particles are [Pa]; ``present`` the moduli of a
+    late stage that is on already, None where the materials' own laws (``rows``) hold.
     """
-    elastic, cloud.late_density = np.empty((len(cloud), 2)), np.empty(len(cloud))
-    _switch(cloud.fields, weight, rows, to.c2, to.ratio, cloud.stress, cloud.late_density, elastic)
+    if present is None:
+        pressure, empty, ratio = np.empty(len(cloud)), np.empty(len(cloud)), to.ratio
+        _of_law(cloud.fields, rows, pressure, empty)
+    else:
+        empty, rows, ratio = cloud.late_density, present.rows, to.ratio / present.ratio
+        pressure = present.c2[cloud.material] * (cloud.density - empty)
+    elastic, late_density = np.empty((len(cloud), 2)), np.empty(len(cloud))
+    _switch(cloud.fields, weight, (pressure, empty), rows, to.c2, ratio, cloud.stress, late_density, elastic)
+    cloud.late_density = late_density
     before, after = elastic.sum(axis=0)
     return float(before), float(after)

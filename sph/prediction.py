@@ -83,16 +83,26 @@ def steps(settings: Settings) -> tuple[float, float]:
     """Steps of the relaxation and of the impact."""
     quiet = step(settings)
     stiff = min(settings.late.at, settings.end_time) if settings.late else settings.end_time
-    number = _MORE_STEPS * stiff / quiet + 200.0
-    if late := settings.late:
-        wave = ground_strength.ground(
-            settings.chosen_materials(), settings.target.layers[-1].material, 1.0, settings.strength
-        ).wave
-        thin = (1.0 + 0.6 * late.alpha) / (1.0 + 0.6 * settings.alpha)
-        number += (settings.end_time - stiff) / quiet * min(_FASTER_LATE * late.sound_speed / wave, 1.0) * thin
+    number = _MORE_STEPS * stiff / quiet + 200.0 + sum(_late_steps(settings, quiet))
     return settings.relaxation_time / quiet if settings.relaxes else 0.0, number * (
         3.0 if settings.integrator == "rk3" else 1.0
     )
+
+
+def _late_steps(settings: Settings, quiet: float) -> list[float]:
+    """Steps at each sound speed of the late stage."""
+    late = settings.late
+    if late is None:
+        return []
+    wave = ground_strength.ground(
+        settings.chosen_materials(), settings.target.layers[-1].material, 1.0, settings.strength
+    ).wave
+    thin = (1.0 + 0.6 * late.alpha) / (1.0 + 0.6 * settings.alpha)
+    ends = [*(at for at, _ in late.switches[1:]), settings.end_time]
+    return [
+        (end - at) / quiet * min(_FASTER_LATE * speed / wave, 1.0) * thin
+        for (at, speed), end in zip(late.switches, ends)
+    ]
 
 
 def work(settings: Settings) -> Callable[[float], float]:
@@ -100,10 +110,11 @@ def work(settings: Settings) -> Callable[[float], float]:
     work: the steps of a late stage are hundreds of times as long as those before it."""
     relax, impact = steps(settings)
     before = settings.relaxation_time if settings.relaxes else 0.0
-    at = min(settings.late.at, settings.end_time) if settings.late else settings.end_time
-    stiff = min(_MORE_STEPS * at / step(settings) + 200.0, impact)
-    times = (0.0, before, before + at, before + settings.end_time)
-    return lambda time: float(np.interp(time, times, (0.0, relax, relax + stiff, relax + impact)))
+    quiet = step(settings)
+    marks = [*(at for at, _ in settings.late.switches), settings.end_time] if settings.late else [settings.end_time]
+    parts = np.cumsum([_MORE_STEPS * marks[0] / quiet + 200.0, *_late_steps(settings, quiet)])
+    times = (0.0, before, *(before + at for at in marks))
+    return lambda time: float(np.interp(time, times, (0.0, relax, *(relax + parts / parts[-1] * impact))))
 
 
 def per_step(settings: Settings) -> float:

@@ -152,6 +152,8 @@ class Settings(_Keys):
             raise ValueError(f'rim = "stressed" needs sides or a floor that are {" or ".join(rims)}')
         if self.late is not None and self.late.at >= self.end_time:
             raise ValueError("late.at must be before end_time")
+        if self.late is not None and self.late.switches[-1][0] >= self.end_time:
+            raise ValueError("late.slower: every at must be before end_time")
         if self.late is not None and self.late.viscosity_time >= self.end_time:
             raise ValueError("late.viscosity_at must be before end_time")
         if fault := symmetries.fault(self.symmetry, self.target, self.impact) or sides_and_floor.fault(self):

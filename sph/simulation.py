@@ -28,7 +28,6 @@ from sph import (
     watch,
 )
 from sph import ground as grounds
-from sph import late as late_stage
 from sph import materials as material_rows
 from sph import target as bodies
 from sph.boundary import sides_and_floor
@@ -61,7 +60,7 @@ class Simulation:
             self.column = bodies.hydrostatic(settings.target, materials=self.materials)
             self.radius = float(self.column.radius[-1])
         self.edge: Edge | None = None
-        self.late: dict[str, float] = {}
+        self.late: list[dict[str, float]] = []
         self.thinned = False
         self.flow: list[dict[str, Any]] = []
         self.individual: list[dict[str, Any]] = []
@@ -192,7 +191,7 @@ class Simulation:
         self.late = json.loads(scalars["late"])
         self.flow, self.individual = json.loads(scalars["flow"]), json.loads(scalars["individual"])
         if self.late:
-            i.softened(self.late["sound_speed_m_s"])
+            i.softened(self.late[-1]["sound_speed_m_s"])
         if bool(scalars["thinned"]):
             self._thin()
         self.phase = str(scalars["phase"])
@@ -255,7 +254,7 @@ class Simulation:
         if chosen is None:
             return []
         changes = [] if self.thinned else [(chosen.viscosity_time, self._thin)]
-        return changes if self.late else [*changes, (chosen.at, partial(self._soften, chosen))]
+        return [*changes, *((at, partial(self._soften, c)) for at, c in chosen.switches[len(self.late) :])]
 
     def _thin(self) -> None:
         """Take up the artificial viscosity of the late stage."""
@@ -300,8 +299,8 @@ class Simulation:
         times = self.integrator.time / interval
         return abs(times - round(times)) < 1e-9 * max(times, 1.0)
 
-    def _soften(self, chosen: late_stage.Settings) -> None:
-        """Enter the late stage, and note what it does to the elastic energy."""
+    def _soften(self, sound_speed: float) -> None:
+        """Enter the late stage or its next part, and note what it does to the elastic energy."""
         i, position = self.integrator, self.integrator.cloud.position
         if isinstance(self.column, grounds.Ground):
             weight = np.interp(-position[:, 2], self.column.middle, self.column.pressure, left=0.0)
@@ -309,13 +308,14 @@ class Simulation:
             weight = np.interp(np.linalg.norm(position, axis=1), self.column.middle, self.column.pressure, right=0.0)
         self.history.add(i)
         parts = symmetry.copies(self.settings.symmetry)
-        before, after = (parts * energy for energy in i.soften(chosen.sound_speed, weight))
+        before, after = (parts * energy for energy in i.soften(sound_speed, weight))
         v2 = np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity)
-        self.late = {
-            "time_s": i.time, "sound_speed_m_s": chosen.sound_speed, "steps_before": i.steps,
+        note = {
+            "time_s": i.time, "sound_speed_m_s": sound_speed, "steps_before": i.steps,
             "elastic_energy_before_J": before,
             "elastic_energy_after_J": after, "kinetic_energy_J": 0.5 * parts * float(i.cloud.mass @ v2),
         }  # fmt: skip
+        self.late.append(note)
 
     def _output(self) -> None:
         """A row of the history, and a snapshot where one is due."""

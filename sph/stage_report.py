@@ -37,7 +37,8 @@ def of(run: Simulation) -> dict[str, Any]:
             "mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"],
             **_resolution(run),
         },
-        "late": run.late or None,
+        "late": run.late[0] if run.late else None,
+        "late_slower": run.late[1:],
         "late_viscosity": {"alpha": i.damping.alpha, "beta": i.damping.beta} if run.thinned else None,
         "flow": {
             "definition": "Re = 20 v R / (alpha c hbar) of the flow below the crater (sph/flow_reynolds.py)",

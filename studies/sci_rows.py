@@ -46,6 +46,7 @@ SAME = (
 ACCEPT = "dem.accept=[" + ",".join(f'"{name}"' for name in deviations.SENTENCES) + "]"
 NO_TWIST = sets("dem.contact.shell.twisting=0")
 LATER = sets("sph.late.at=30 ms", "sph.late.viscosity_at=15 ms")
+SLOWER = sets('sph.late.slower=[{at="4 s",sound_speed="5 m/s"},{at="30 s",sound_speed="1 m/s"}]')
 ROWS = {
     "S1": Row(
         "switch at 15 and 30 ms, alpha halved and doubled: D 5 %, depth 10 % at 1 and 4 s",
@@ -159,15 +160,12 @@ ROWS = {
         {"none": QUICK, "1 Pa": (*QUICK, *sets("dem.contact.cohesion=zhang", "dem.contact.shell.cohesion=1 Pa"))},
     ),
     "D9": Row(
-        "the same all in SPH, to 100 s",
+        "the same all in SPH, to 20 s at one sound speed, and to 500 s at lower ones from 4 and 30 s on",
         {
-            "sph": (
-                *SPH,
-                *COARSE,
-                *sets("sph.end_time=100 s", "sph.snapshot_interval=2 s", "sph.history_interval=0.2 s"),
-            )
+            "20 s": (*SPH, *QUICK, *sets("sph.end_time=20 s")),
+            "500 s": (*SPH, *QUICK, *SLOWER, *sets("sph.end_time=500 s", "sph.snapshot_interval=4 s")),
         },
-        (4.0, 20.0, 100.0),
+        (4.0, 8.0, 20.0, 100.0, 500.0),
     ),
     "E": Row(
         "other engines from one bed: momentum and energy lost by 10 s 2 %, D and depth within twice the scatter of "

@@ -9,13 +9,13 @@ from pydantic import ValidationError
 
 from crater import stage as crater_stage
 from handoff import hydrostatic
-from matter import progress, snapshot
+from matter import snapshot
 from matter.body import Impact, Layer, Projectile, Target
-from matter.errors import Stopped
 from sph import ground, stage
 from sph.material_settings import Choice
 from sph.materials import collect
 from sph.target import Zones
+from tests.sph.stops import stopped
 
 LAYERS = (Layer(name="rock", material="basalt", thickness=6e3), Layer(name="cover", material="ice", thickness=4e3))
 IMPACT = Impact(
@@ -160,17 +160,10 @@ def test_the_crater_stage_measures_a_flat_run(finished):
 
 
 def test_stopped_and_resumed_ground_is_the_same_to_the_last_bit(finished, tmp_path, monkeypatch):
-    update = progress.Progress.update
-    monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
     out = tmp_path / "2_sph"
     out.mkdir()
-    progress.listen(lambda report: progress.request_stop() if report.done > 4.7 else None)
-    try:
-        with pytest.raises(Stopped):
-            stage.run(settings(), tmp_path, out)
-    finally:
-        progress.silence()
-        progress.clear_stop()
+    phase, _ = stopped(monkeypatch, lambda: stage.run(settings(), tmp_path, out), 4.7)
+    assert phase == "impact"
     stage.run(settings(), tmp_path, out)
     a, b = snapshot.read(finished / "2_sph" / "last.vtkhdf"), snapshot.read(out / "last.vtkhdf")
     for field in a:
@@ -190,19 +183,12 @@ def test_a_periodic_block_on_a_wall_resumes_to_the_last_bit(tmp_path, monkeypatc
         relaxation_time=0.5,
         control=True,
     )
-    update = progress.Progress.update
-    monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
     whole, cut = tmp_path / "a", tmp_path / "b"
     for folder in (whole, cut):
         folder.mkdir()
     stage.run(chosen, tmp_path, whole)
-    progress.listen(lambda report: progress.request_stop() if report.done > 0.7 else None)
-    try:
-        with pytest.raises(Stopped):
-            stage.run(chosen, tmp_path, cut)
-    finally:
-        progress.silence()
-        progress.clear_stop()
+    phase, _ = stopped(monkeypatch, lambda: stage.run(chosen, tmp_path, cut), 0.7)
+    assert phase == "impact"
     stage.run(chosen, tmp_path, cut)
     a, b = snapshot.read(whole / "last.vtkhdf"), snapshot.read(cut / "last.vtkhdf")
     for field in a:

@@ -8,14 +8,14 @@ import pytest
 from pydantic import ValidationError
 
 from fixtures import columns
-from matter import progress, snapshot
+from matter import snapshot
 from matter.body import Impact, Layer, Projectile, Target
-from matter.errors import Stopped
-from sph import late, stage
+from sph import late, prediction, stage
 from sph.cloud import Cloud
 from sph.material_settings import Choice
 from sph.materials import collect
 from sph.target import Body
+from tests.sph.stops import stopped
 
 WEAK = Choice(
     strength="drucker_prager",
@@ -99,6 +99,27 @@ def test_the_switch_scales_stress_and_keeps_strain_weight_and_energy():
     assert i.next_step(1e9) > 5.0 * i.numerics.courant * 0.5 * 2.3 / wave.max() / 2.2
 
 
+def test_a_second_switch_goes_from_the_first_medium_to_a_softer_one():
+    """Without weight two switches in a row are one; what carries weight carries it through the second too."""
+    twice, once = ball(), ball()
+    none = np.zeros(len(twice.cloud))
+    twice.soften(300.0, none)
+    P, S, total = twice.evaluated.pressure.copy(), twice.cloud.stress.copy(), energy(twice)
+    before, after = twice.soften(30.0, none)
+    once.soften(30.0, none)
+    assert twice.cloud.late_density == pytest.approx(once.cloud.late_density, rel=1e-12)
+    assert twice.cloud.stress == pytest.approx(once.cloud.stress, rel=1e-12)
+    assert twice.evaluated.pressure == pytest.approx(once.evaluated.pressure, rel=1e-6, abs=1e-9 * np.abs(P).max())
+    assert energy(twice) == total and 0.0 < after < before
+    weighed = ball()
+    weighed.soften(300.0, none)
+    weighed.soften(30.0, np.full(len(P), 100.0))
+    held = np.minimum(100.0, np.maximum(P, 0.0))
+    pressed = P > 0.0
+    assert weighed.evaluated.pressure[pressed] == pytest.approx((held + 0.01 * (P - held))[pressed], rel=1e-6)
+    assert weighed.cloud.stress == pytest.approx(0.01 * S, rel=1e-12)
+
+
 def test_total_energy_is_kept_after_the_switch():
     i = ball()
     i.soften(300.0, np.zeros(len(i.cloud)))
@@ -136,17 +157,37 @@ def test_the_prediction_knows_the_longer_steps():
     assert 5.0 < long["wall_s"] / short["wall_s"] < 60.0
 
 
+def test_still_longer_steps_are_predicted_too():
+    """From 10 ms on at a tenth of the sound speed: 290 ms cost as much as 29 ms did, and progress counts them so."""
+    slower = {"at": "1 ms", "sound_speed": "100 m/s", "slower": [{"at": "10 ms", "sound_speed": "10 m/s"}]}
+    whole, slow = settings("1 ms", end_time=0.3), settings(None, late=slower, end_time=0.3)
+    short = settings("1 ms", end_time=0.010)
+    begun, total = prediction.steps(short)[1], prediction.steps(slow)[1]
+    assert total - begun == pytest.approx(0.1 * (prediction.steps(whole)[1] - begun), rel=1e-9)
+    done = prediction.work(slow)
+    assert done(0.01) == pytest.approx(begun, rel=1e-9) and done(0.3) == pytest.approx(total, rel=1e-9)
+
+
 def test_a_late_stage_after_the_end_is_refused():
     with pytest.raises(ValidationError, match=r"late\.at must be before end_time"):
         settings("0.03 s")
+    with pytest.raises(ValidationError, match=r"late\.slower: every at must be before end_time"):
+        settings(
+            None, late={"at": "1 ms", "sound_speed": "9 m/s", "slower": [{"at": "0.03 s", "sound_speed": "3 m/s"}]}
+        )
+
+
+@pytest.mark.parametrize(("at", "speed"), [("1 ms", "50 m/s"), ("2 ms", "100 m/s")])
+def test_a_part_that_is_not_later_and_slower_is_refused(at, speed):
+    with pytest.raises(ValidationError, match="later and slower than the one before"):
+        settings(None, late={"at": "1 ms", "sound_speed": "100 m/s", "slower": [{"at": at, "sound_speed": speed}]})
 
 
 def test_resumed_before_and_after_the_switch_it_is_the_same_to_the_last_bit(tmp_path, monkeypatch):
-    update = progress.Progress.update
-    monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
+    slower = [{"at": "100 us", "sound_speed": "200 m/s"}]
     chosen = settings(
-        "60 us",
-        "500 m/s",
+        None,
+        late={"at": "60 us", "sound_speed": "500 m/s", "slower": slower},
         spacing_at_impact=0.03,
         spacing_far=0.07,
         edge_width=0.2,
@@ -154,17 +195,12 @@ def test_resumed_before_and_after_the_switch_it_is_the_same_to_the_last_bit(tmp_
         snapshot_interval=1e-4,
         history_interval=5e-5,
     )
-    folders = [tmp_path / name for name in ("whole", "early", "late")]
-    for folder, stop in zip(folders, (1.0, 4e-5, 1.2e-4)):
+    folders = [tmp_path / name for name in ("whole", "early", "between", "late")]
+    for folder, (begin, end) in zip(folders, ((None, None), (4e-5, 6e-5), (8e-5, 1e-4), (1.2e-4, 2.5e-4))):
         folder.mkdir()
-        progress.listen(lambda report, stop=stop: progress.request_stop() if report.done > stop else None)
-        try:
-            if stop < 1.0:
-                with pytest.raises(Stopped):
-                    stage.run(chosen, tmp_path, folder)
-        finally:
-            progress.silence()
-            progress.clear_stop()
+        if begin is not None:
+            _, time = stopped(monkeypatch, lambda folder=folder: stage.run(chosen, tmp_path, folder), begin)
+            assert begin < time < end
         stage.run(chosen, tmp_path, folder)
     whole = snapshot.read(folders[0] / "last.vtkhdf")
     for folder in folders[1:]:
@@ -177,6 +213,9 @@ def test_resumed_before_and_after_the_switch_it_is_the_same_to_the_last_bit(tmp_
         report["late"]["time_s"] == pytest.approx(6e-5)
         and report["late"]["elastic_energy_after_J"] < report["late"]["elastic_energy_before_J"]
     )
+    (second,) = report["late_slower"]
+    assert second["time_s"] == pytest.approx(1e-4) and second["sound_speed_m_s"] == 200.0
+    assert second["elastic_energy_after_J"] < second["elastic_energy_before_J"]
     assert len(snapshot.series(folders[0])) == 4  # at 0, 0.1, 0.2 and 0.25 ms: none of its own at the switch
 
 
@@ -192,6 +231,24 @@ def test_the_crater_does_not_depend_on_the_time_of_the_switch(tmp_path):
         assert report["drift_over_projectile"]["energy_J"] < 0.01
         radii.append(crater_radius(folder))
     assert radii[0] == pytest.approx(radii[1], rel=0.05) and 0.15 < radii[1] < 0.25
+
+
+@pytest.mark.validation
+def test_the_crater_does_not_depend_on_a_lower_sound_speed_later_on(tmp_path):
+    """100 m/s to the end, or 40 m/s from 5 ms on, when the flow makes some 5 m/s: the radius within 5 %, in fewer than
+    two thirds of the late steps."""
+    slower = [{"at": "5 ms", "sound_speed": "40 m/s"}]
+    radii, steps = [], []
+    for name, parts in (("once", []), ("twice", slower)):
+        folder = tmp_path / name
+        folder.mkdir()
+        chosen = settings(None, late={"at": "1 ms", "sound_speed": "100 m/s", "slower": parts})
+        stage.run(chosen, tmp_path, folder)
+        report = json.loads((folder / "stage_report.json").read_text())
+        assert report["drift_over_projectile"]["energy_J"] < 0.01 and len(report["late_slower"]) == len(parts)
+        radii.append(crater_radius(folder))
+        steps.append(report["steps"] - report["late"]["steps_before"])
+    assert radii[0] == pytest.approx(radii[1], rel=0.05) and steps[1] < 0.67 * steps[0]
 
 
 def test_snapshots_say_with_which_reference_density_they_were_made(tmp_path):

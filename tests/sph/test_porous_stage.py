@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from matter import progress, snapshot
+from matter import snapshot
 from matter.body import Impact, Layer, Projectile, Target
-from matter.errors import Stopped
 from sph import stage, target
 from sph.material_settings import Choice
 from sph.materials import collect
 from sph.porosity import p_alpha
+from tests.sph.stops import stopped
 
 SHELL = Choice(
     strength="drucker_prager",
@@ -94,17 +94,10 @@ def test_conservation_and_the_crush_curve(finished):
 
 
 def test_stopped_and_resumed_run_is_the_same_to_the_last_bit(finished, tmp_path, monkeypatch):
-    update = progress.Progress.update
-    monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
     out = tmp_path / "2_sph"
     out.mkdir()
-    progress.listen(lambda report: progress.request_stop() if report.done > 72 else None)
-    try:
-        with pytest.raises(Stopped):
-            stage.run(settings(), tmp_path, out)
-    finally:
-        progress.silence()
-        progress.clear_stop()
+    phase, _ = stopped(monkeypatch, lambda: stage.run(settings(), tmp_path, out), 72)
+    assert phase == "impact"
     stage.run(settings(), tmp_path, out)
     a, b = snapshot.read(finished / "last.vtkhdf"), snapshot.read(out / "last.vtkhdf")
     for field in a:

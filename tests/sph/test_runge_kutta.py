@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from fixtures import columns
-from matter import progress, snapshot
-from matter.errors import Stopped
+from matter import snapshot
 from sph import stage
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
@@ -15,6 +14,7 @@ from sph.material_settings import Choice
 from sph.materials import collect
 from sph.runge_kutta import RungeKutta
 from sph.target import Body
+from tests.sph.stops import stopped
 from tests.sph.test_stage import settings
 
 ELASTIC = collect(("basalt",), {"basalt": Choice(strength="none", damage="none", tension={"cut": "1e4 GPa"})})
@@ -89,8 +89,6 @@ def test_a_sort_within_a_step_changes_nothing():
 
 
 def test_a_stage_with_it_resumes_to_the_last_bit(tmp_path, monkeypatch):
-    update = progress.Progress.update
-    monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
     chosen = settings(
         integrator="rk3",
         tolerance=1e-4,
@@ -103,13 +101,8 @@ def test_a_stage_with_it_resumes_to_the_last_bit(tmp_path, monkeypatch):
     whole.mkdir()
     parts.mkdir()
     stage.run(chosen, tmp_path, whole)
-    progress.listen(lambda report: progress.request_stop() if report.done > 23.0 else None)
-    try:
-        with pytest.raises(Stopped):
-            stage.run(chosen, tmp_path, parts)
-    finally:
-        progress.silence()
-        progress.clear_stop()
+    phase, _ = stopped(monkeypatch, lambda: stage.run(chosen, tmp_path, parts), 23.0)
+    assert phase == "impact"
     stage.run(chosen, tmp_path, parts)
     one, other = snapshot.read(whole / "last.vtkhdf"), snapshot.read(parts / "last.vtkhdf")
     for name in one:

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from fixtures import columns
-from matter import checkpoint, progress, snapshot
+from matter import checkpoint, snapshot
 from matter.body import Impact, Layer, Projectile, Target
-from matter.errors import Stopped
 from sph import smoothing, stage
 from sph.cloud import Cloud
 from sph.materials import collect
 from sph.target import Body
+from tests.sph.stops import stopped
 from tests.sph.test_stage import settings
 
 BASALT = collect(("basalt",))
@@ -97,20 +97,13 @@ def test_fixed_h_loses_the_neighbours_that_a_following_one_keeps():
 def stopped_and_whole(tmp_path, monkeypatch, **chosen):
     """The last snapshots of a small stage run in one go and of one that was stopped and resumed; it leaves the folders
     ``whole`` and ``parts``."""
-    update = progress.Progress.update
-    monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
     chosen = settings(relaxation_time=20.0, end_time=15.0, history_interval=5.0, snapshot_interval=15.0, **chosen)
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     whole.mkdir()
     parts.mkdir()
     stage.run(chosen, tmp_path, whole)
-    progress.listen(lambda report: progress.request_stop() if report.done > 26.0 else None)
-    try:
-        with pytest.raises(Stopped):
-            stage.run(chosen, tmp_path, parts)
-    finally:
-        progress.silence()
-        progress.clear_stop()
+    phase, _ = stopped(monkeypatch, lambda: stage.run(chosen, tmp_path, parts), 26.0)
+    assert phase == "impact"
     assert checkpoint.newest(parts) is not None
     stage.run(chosen, tmp_path, parts)
     return snapshot.read(whole / "last.vtkhdf"), snapshot.read(parts / "last.vtkhdf")

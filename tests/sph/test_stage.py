@@ -6,10 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from matter import checkpoint, progress, snapshot
+from matter import checkpoint, snapshot
 from matter.body import Impact, Layer, Projectile, Target
-from matter.errors import InputError, Stopped, UnphysicalState
+from matter.errors import InputError, UnphysicalState
 from sph import stage, watch
+from tests.sph.stops import stopped
 
 TARGET = Target(
     layers=(
@@ -87,26 +88,11 @@ def test_the_report_says_how_finely_the_projectile_was_resolved_and_what_it_reac
     assert said["datum"]["radius_m"] == target["radius_m"] and said["gravity_m_s2"] == target["surface_gravity_m_s2"]
 
 
-@pytest.mark.parametrize("stop_at", [60, 130])  # in the relaxation, in the impact
-def test_stopped_and_resumed_run_is_the_same_to_the_last_bit(finished, tmp_path, stop_at, monkeypatch):
-    # every step is heard, not one in half a second: a quick machine would be through before the stop
-    update = progress.Progress.update
-    monkeypatch.setattr(progress.Progress, "update", lambda self, done, note="": update(self, done, note, True))
+@pytest.mark.parametrize(("at", "phase"), [(60.0, "relax"), (130.0, "impact")])
+def test_stopped_and_resumed_run_is_the_same_to_the_last_bit(finished, tmp_path, at, phase, monkeypatch):
     out = tmp_path / "2_sph"
     out.mkdir()
-
-    def stopper(report):
-        if report.done > stop_at:
-            progress.request_stop()
-
-    progress.listen(stopper)
-    try:
-        with pytest.raises(Stopped):
-            for _ in range(2):
-                stage.run(settings(), tmp_path, out)
-    finally:
-        progress.silence()
-        progress.clear_stop()
+    assert stopped(monkeypatch, lambda: stage.run(settings(), tmp_path, out), at)[0] == phase
     assert checkpoint.newest(out) is not None
     stage.run(settings(), tmp_path, out)
     for name in ("last.vtkhdf", "snap_0001.vtkhdf"):
