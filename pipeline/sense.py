@@ -28,6 +28,8 @@ AS_HALF_SPACE = 1000.0
 """Radius of a body over that of the projectile from which on its curvature is nothing to the crater."""
 WIDEST = 0.8
 """Radius of the expected crater over that of the bed: wider ones meet the damped layer."""
+SINKING = 0.01
+"""Depth, over the crater's diameter, by which ground may sink in a quiet layer unsaid."""
 NEAR = 1.3
 """Least distance of the quiet layer over the expected crater's radius."""
 
@@ -45,6 +47,7 @@ def judged(
         *_unlikely(sph),
         *_broken(sph),
         *_coarse(sph),
+        *_sinking(sph),
         *_regime(settings, sph, stages),
         *experimental.used(settings),
     ]
@@ -231,6 +234,22 @@ def _coarse(sph: Any) -> Iterator[str]:
                 f"{readable.length(crater)}: "
                 "make the ground larger or [sph] edge_width smaller"
             )
+
+
+def _sinking(sph: Any) -> Iterator[str]:
+    """Ground that begins without pressure goes down in a layer that gives way to it at the speed of its impedance,
+    g L / c (L the depth of the ground, c the late sound speed): seconds do not show it, minutes do."""
+    late, target = sph.late, sph.target
+    if late is None or target.start != "literal" or not target.flat or not _layers(sph):
+        return
+    ends = [*(at for at, _ in late.switches[1:]), sph.end_time]
+    way = sum(target.gravity * target.radius * (end - at) / speed for (at, speed), end in zip(late.switches, ends))
+    if way > SINKING * sph.impact.expected_transient_diameter:
+        yield (
+            f'ground with start = "literal" carries no weight and sinks into its {" and ".join(_layers(sph))} layer, '
+            f"here by up to {readable.length(way)} (g L / c times the time at each late sound speed); "
+            f'[target] start = "relaxed" rests on it'
+        )
 
 
 def _layers(sph: Any) -> dict[str, float]:

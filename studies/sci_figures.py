@@ -6,7 +6,7 @@
     python studies/sci_figures.py craters RUN [RUN ...] --out figure_2.png
         # settled craters in section, with their diameters and depth
     python studies/sci_figures.py late RUN_ALL_IN_SPH RUN --out late.png
-        # profiles of a late stage that is all in SPH beside that of grains, some 20 and 100 s after the impact
+        # profiles of a late stage that is all in SPH beside that of grains, some 28, 108 and 500 s after the impact
 
 Sections are slabs of one grain diameter on both sides of the plane y = 0.
 """
@@ -37,7 +37,7 @@ HALF, BELOW, ABOVE = 13.0, 6.0, 5.0
 SLOW, FAST = 1e-3, 1.0
 """Ends of the colours of speed [m/s]."""
 MARK = "gold"
-LATE = (20.0, 100.0)
+LATE = (28.0, 108.0, 500.0)
 """Times [s] of the two late stages that are compared."""
 
 
@@ -148,11 +148,11 @@ def craters(runs: list[Path], path: Path) -> None:
 def late(runs: list[Path], path: Path) -> None:
     """Profiles of the run that is all in SPH (first) and of the grains of the other (second) at ``LATE``, each at the
     snapshot nearest in time."""
-    fig, ax = plt.subplots(figsize=(8, 3.4), layout="constrained")
+    fig, ax = plt.subplots(figsize=(8, 4), layout="constrained")
     for run, stage, name, style in zip(runs, ("2_sph", "5_dem"), ("SPH", "grains"), ("--", "-")):
         paths = snapshot.series(run / stage)
         times = np.array([float(snapshot.attributes(one)["time"]) for one in paths])
-        for moment, colour in zip(LATE, ("tab:blue", "tab:red")):
+        for moment, colour in zip(LATE, ("tab:blue", "tab:orange", "tab:red")):
             nearest = int(np.argmin(np.abs(times - moment)))
             found = measured(paths[nearest])
             sizes = [found[key].value for key in ("diameter_apparent_m", "depth_m")]
