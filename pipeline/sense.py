@@ -242,8 +242,7 @@ def _sinking(sph: Any) -> Iterator[str]:
     late, target = sph.late, sph.target
     if late is None or target.start != "literal" or not target.flat or not _layers(sph):
         return
-    ends = [*(at for at, _ in late.switches[1:]), sph.end_time]
-    way = sum(target.gravity * target.radius * (end - at) / speed for (at, speed), end in zip(late.switches, ends))
+    way = sum(target.gravity * target.radius * time / speed for speed, time in late.spans(sph.end_time))
     if way > SINKING * sph.impact.expected_transient_diameter:
         yield (
             f'ground with start = "literal" carries no weight and sinks into its {" and ".join(_layers(sph))} layer, '

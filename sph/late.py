@@ -88,6 +88,11 @@ class Settings(Model):
         """Times [s] and the sound speeds [m/s] from then on."""
         return (self.at, self.sound_speed), *((one.at, one.sound_speed) for one in self.slower)
 
+    def spans(self, end: float) -> list[tuple[float, float]]:
+        """Sound speeds [m/s], each with the time [s] that it holds until ``end`` [s]."""
+        ends = [*(at for at, _ in self.switches[1:]), end]
+        return [(speed, until - at) for (at, speed), until in zip(self.switches, ends)]
+
     @property
     def viscosity_time(self) -> float:
         """When the low viscosity begins [s]."""

@@ -98,10 +98,8 @@ def _late_steps(settings: Settings, quiet: float) -> list[float]:
         settings.chosen_materials(), settings.target.layers[-1].material, 1.0, settings.strength
     ).wave
     thin = (1.0 + 0.6 * late.alpha) / (1.0 + 0.6 * settings.alpha)
-    ends = [*(at for at, _ in late.switches[1:]), settings.end_time]
     return [
-        (end - at) / quiet * min(_FASTER_LATE * speed / wave, 1.0) * thin
-        for (at, speed), end in zip(late.switches, ends)
+        time / quiet * min(_FASTER_LATE * speed / wave, 1.0) * thin for speed, time in late.spans(settings.end_time)
     ]
 
 
