@@ -15,6 +15,11 @@ longitudinal speed, in pores as much slower as sound.
 A particle that has lost its neighbours expands freely: its pressure and stress fade with the number of neighbours
 left, consistently in force and energy, so that nothing is created; its remaining internal energy is booked in the
 history.
+
+The step goes by the longitudinal speed, c_l^2 = c^2 + 4/3 G / (alpha rho). What cannot hold any shear stress (Y = 0:
+sand that has parted, melt) has no shear wave; such matter is not stiffer per mass for being thin, so that G / rho
+counts with the density at rest where that is larger. Ejecta of a hundredth of it would else set the step by ten times
+the speed of the ground.
 """
 
 from __future__ import annotations
@@ -146,7 +151,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
         P = max(P, -rows.tension[m] * thermal_softening.softening(heat, rows.melt[m]) * thin)
         keep = holding(count[i])
         sxx, sxy, sxz, syy, syz = stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4]
-        D, s = 0.0, keep * thin
+        D, s, carrying = 0.0, keep * thin, rho[i]
         damage_rate[i], damage_cap[i] = 0.0, 0.0
         if strength and G > 0.0:
             root = root_damage[i]
@@ -160,6 +165,8 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             limit = strengths.yield_stress(law, rows.strength_row[m], a * P, heat, D)
             if plastic is not None:
                 limit *= strengths.hardening(law, rows.strength_row[m], plastic[i])
+            if limit <= 0.0:
+                carrying = max(carrying, rows.rho0[m] * thin)
             f = von_mises.return_factor(J2, limit)
             if plastic is not None:
                 plastic[i] += (1.0 - f) * math.sqrt(3.0 * J2) / (3.0 * G)
@@ -194,7 +201,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             c2 = max(c2, rows.least_c2[m])
         c = math.sqrt(c2) if keep > 0.0 else 0.0
         pressure[i] = P
-        wave[i] = math.sqrt(c * c + 4.0 / 3.0 * s * G / rho[i]) if strength else c
+        wave[i] = math.sqrt(c * c + 4.0 / 3.0 * s * G / carrying) if strength else c
         r = row[i]
         r[X], r[Y], r[Z] = position[i, 0], position[i, 1], position[i, 2]
         r[VX], r[VY], r[VZ] = velocity[i, 0], velocity[i, 1], velocity[i, 2]

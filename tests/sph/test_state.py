@@ -11,6 +11,7 @@ from sph.cloud import Cloud
 from sph.damage import growth, growth_linear
 from sph.material_settings import Choice
 from sph.materials import collect
+from sph.row import SOUND
 
 
 def cloud(n=1, **fields):
@@ -230,3 +231,25 @@ def test_bad_values_are_named(changes, message):
 def test_a_change_of_a_material_that_is_not_there_is_refused():
     with pytest.raises(InputError, match="material 'basat' is not used in this run; did you mean 'basalt'"):
         collect(("basalt", "ice"), {"basat": Choice()})
+
+
+@pytest.mark.parametrize("changes", [SAND, {**SAND, **POROUS}], ids=["solid grains", "with pores"])
+def test_thin_matter_without_strength_is_no_stiffer_than_at_rest(changes):
+    """The longitudinal speed that the step goes by: sand that has parted has no shear wave, a
+    metal keeps its own."""
+    alpha = 1.5 if "porosity" in changes else 1.0
+    rest = 2700.0 / alpha
+    densities = rest * np.array([0.9999, 0.1, 0.005])
+    body = cloud(3, density=densities, distention=np.full(3, alpha), initial_distention=np.full(3, alpha))
+    out, materials = evaluated(body, "basalt", **changes)
+    shear2 = 4.0 / 3.0 * materials.rows.shear[0] / 2700.0
+    np.testing.assert_allclose(out.wave**2 - out.row[:, SOUND] ** 2, shear2, rtol=1e-9)
+    held = {name: value for name, value in changes.items() if name != "drucker_prager"} | {"strength": "von_mises"}
+    body = cloud(3, density=densities, distention=np.full(3, alpha), initial_distention=np.full(3, alpha))
+    out, _ = evaluated(body, "basalt", **held)
+    np.testing.assert_allclose(out.wave**2 - out.row[:, SOUND] ** 2, shear2 * rest / densities, rtol=1e-9)
+
+
+def test_pressed_sand_keeps_the_shear_wave_of_its_own_density():
+    out, materials = evaluated(cloud(1, density=[2800.0]), "basalt", **SAND)
+    assert out.wave[0] ** 2 - out.row[0, SOUND] ** 2 == pytest.approx(4.0 / 3.0 * materials.rows.shear[0] / 2800.0)
