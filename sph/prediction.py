@@ -3,7 +3,8 @@
 Steps: the Courant limit of the finest particles at rest, C (support / 2) d / ((1 + 0.6 alpha) c_l), layer by layer;
 fast ejecta and the impact itself ask for a fifth more. Measured: 4,557 steps where this gives 4,550 (Valhalla, quick),
 0.74 to 0.83 us per particle and step of one thread on a busy machine, with supports of 2 spacings and Monaghan's
-viscosity. A step goes by the neighbours, as the cube of the support; slopes and the terms of the supports make a visit
+viscosity. In a late stage the same with its sound speed and alpha: 3,260 steps where this gives 3,520 (Ryugu's shot,
+quick). A step goes by the neighbours, as the cube of the support; slopes and the terms of the supports make a visit
 1.6 times as long (24 ns for 12.5, ``benchmarks/sph_rates.py --compare``, less what does not go by pairs).
 """
 
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -26,9 +28,6 @@ from sph.settings import Settings
 _PER_STEP, _PER_GRAVITY, _PER_PAIR, _PER_OUTPUT = 8.0e-7, 1.8e-6, 7.0e-10, 8.0e-6
 _RECONSTRUCTED = 1.6
 _MORE_STEPS = 1.18
-_FASTER_LATE = 2.0
-"""The speed that sets the late step over the late sound speed: shear waves and pressure (Ryugu's shot 2.1, Dimorphos'
-1.7 to 2.0)."""
 _COUNTED = 1e6
 """Up to so many particles of a projectile are counted, more are reckoned by their volume."""
 _EFFICIENCY = 0.85
@@ -37,31 +36,38 @@ _EFFICIENCY = 0.85
 
 def step(settings: Settings) -> float:
     """The step of target and projectile at rest [s]."""
-    return _limit(settings)[0]
+    return _limit(settings).step
 
 
-def _limit(settings: Settings) -> tuple[float, str]:
-    """That step, and what it follows from."""
-    materials, zones, shortest = settings.chosen_materials(), settings.zones, np.inf
+class _Limit(NamedTuple):
+    """A step [s] of matter at rest, what it follows from, and how many times as many the impact asks for."""
+
+    step: float
+    what: str
+    more: float = _MORE_STEPS
+
+
+def _limit(settings: Settings, late: float | None = None) -> _Limit:
+    """That step; with the sound speed ``late`` [m/s] that of a late stage."""
+    zones, shortest = settings.zones, np.inf
     inner = (0.0, *settings.target.outer_radii)
     for layer, top in zip(settings.target.layers, inner[1:]):
         depth = settings.target.radius - top  # the layer's nearest point to the impact lies this deep
-        wave = ground_strength.ground(materials, layer.material, 1.0, settings.strength).wave
-        spacing = float(zones.spacing(np.array([depth]))[0])
-        shortest = min(shortest, _courant(settings, spacing, wave))
+        shortest = min(shortest, _courant(settings, float(zones.spacing(np.array([depth]))[0]), layer.material, late))
     what = f"the finest spacing, {readable.length(zones.contact)}"
     finest, copies = _finest(settings), symmetry.copies(settings.symmetry)
     # one alone leaves its neighbours within half a millisecond; with its images it stays where its support, that of
     # its own size, reaches the ground's particles when their pores are crushed
-    rest = materials.at_rest[settings.target.layers[-1].material]
+    rest = settings.chosen_materials().at_rest[settings.target.layers[-1].material]
     crushed = zones.contact * (rest.bulk / rest.solid) ** (1.0 / 3.0)
-    held = copies > 1 and settings.smoothing == "density" and settings.support * finest > crushed
+    held = copies > 1 and settings.smoothing == "density" and settings.support * finest > crushed and late is None
     if held or projectile_particles(settings) > copies:
-        ball = ground_strength.ground(materials, settings.impact.projectile.material, 1.0, settings.strength)
-        own = _courant(settings, finest, ball.wave)
+        own = _courant(settings, finest, settings.impact.projectile.material, late)
         if own < shortest:
-            return own, f"the projectile's spacing, {readable.length(finest)}"
-    return shortest, what
+            # one that is held is finer than what is thrown out: no more steps than its own
+            more = 1.0 if projectile_particles(settings) <= copies else _MORE_STEPS
+            return _Limit(own, f"the projectile's spacing, {readable.length(finest)}", more)
+    return _Limit(shortest, what)
 
 
 def _finest(settings: Settings) -> float:
@@ -74,33 +80,30 @@ def _finest(settings: Settings) -> float:
     return float(found.width.min())
 
 
-def _courant(settings: Settings, spacing: float, wave: float) -> float:
-    """The step [s] of particles ``spacing`` [m] apart at rest in which waves run at ``wave`` [m/s]."""
-    return settings.courant * 0.5 * settings.support * spacing / ((1.0 + 0.6 * settings.alpha) * wave)
+def _courant(settings: Settings, spacing: float, material: str, late: float | None) -> float:
+    """The step [s] of particles ``spacing`` [m] apart at rest; with the sound speed ``late`` [m/s] that of the late
+    stage: shear goes down with it."""
+    ground = ground_strength.ground(settings.chosen_materials(), material, 1.0, settings.strength)
+    wave, alpha = ground.wave, settings.alpha
+    if late is not None and settings.late is not None:
+        wave, alpha = wave * min(late / ground.sound, 1.0), settings.late.alpha
+    return settings.courant * 0.5 * settings.support * spacing / ((1.0 + 0.6 * alpha) * wave)
 
 
 def steps(settings: Settings) -> tuple[float, float]:
     """Steps of the relaxation and of the impact."""
-    quiet = step(settings)
+    limit = _limit(settings)
     stiff = min(settings.late.at, settings.end_time) if settings.late else settings.end_time
-    number = _MORE_STEPS * stiff / quiet + 200.0 + sum(_late_steps(settings, quiet))
-    return settings.relaxation_time / quiet if settings.relaxes else 0.0, number * (
+    number = limit.more * stiff / limit.step + 200.0 + sum(_late_steps(settings))
+    return settings.relaxation_time / limit.step if settings.relaxes else 0.0, number * (
         3.0 if settings.integrator == "rk3" else 1.0
     )
 
 
-def _late_steps(settings: Settings, quiet: float) -> list[float]:
+def _late_steps(settings: Settings) -> list[float]:
     """Steps at each sound speed of the late stage."""
     late = settings.late
-    if late is None:
-        return []
-    wave = ground_strength.ground(
-        settings.chosen_materials(), settings.target.layers[-1].material, 1.0, settings.strength
-    ).wave
-    thin = (1.0 + 0.6 * late.alpha) / (1.0 + 0.6 * settings.alpha)
-    return [
-        time / quiet * min(_FASTER_LATE * speed / wave, 1.0) * thin for speed, time in late.spans(settings.end_time)
-    ]
+    return [time / _limit(settings, speed).step for speed, time in late.spans(settings.end_time)] if late else []
 
 
 def work(settings: Settings) -> Callable[[float], float]:
@@ -108,9 +111,9 @@ def work(settings: Settings) -> Callable[[float], float]:
     work: the steps of a late stage are hundreds of times as long as those before it."""
     relax, impact = steps(settings)
     before = settings.relaxation_time if settings.relaxes else 0.0
-    quiet = step(settings)
+    limit = _limit(settings)
     marks = [*(at for at, _ in settings.late.switches), settings.end_time] if settings.late else [settings.end_time]
-    parts = np.cumsum([_MORE_STEPS * marks[0] / quiet + 200.0, *_late_steps(settings, quiet)])
+    parts = np.cumsum([limit.more * marks[0] / limit.step + 200.0, *_late_steps(settings)])
     times = (0.0, before, *(before + at for at in marks))
     return lambda time: float(np.interp(time, times, (0.0, relax, *(relax + parts / parts[-1] * impact))))
 
@@ -200,6 +203,6 @@ def explain(settings: Settings) -> list[str]:
         f"{parts[most]:.0%} of them from {most}",
         f"{impact:,.0f} steps of {readable.clock(step(settings))} to end_time = {readable.clock(settings.end_time)}"
         + (f", and {relax:,.0f} for relaxation_time = {readable.clock(settings.relaxation_time)}" if relax else "")
-        + f": the step follows from {_limit(settings)[1]}",
+        + f": the step follows from {_limit(settings).what}",
     ]
     return lines

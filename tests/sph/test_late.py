@@ -153,8 +153,13 @@ def test_a_gas_and_softer_matter_keep_their_moduli():
 
 
 def test_the_prediction_knows_the_longer_steps():
-    long, short = stage.predict(settings(None, end_time=0.3)), stage.predict(settings("1 ms", end_time=0.3))
-    assert 5.0 < long["wall_s"] / short["wall_s"] < 60.0
+    """Those of the finest particles, here the ball's, by the late sound speed, its shear wave and alpha."""
+    chosen, short = settings("1 ms", end_time=0.3), settings("1 ms", end_time=0.010)
+    finest = (4.0 / 3.0 * math.pi * 0.012**3 / prediction.projectile_particles(chosen)) ** (1.0 / 3.0)
+    wave = 100.0 * math.sqrt(1.0 + 4.0 / 3.0 * 22.7 / 26.7)
+    step = chosen.courant * 0.5 * chosen.support * finest / ((1.0 + 0.6 * 0.1) * wave)
+    assert prediction.steps(chosen)[1] - prediction.steps(short)[1] == pytest.approx(0.29 / step, rel=1e-6)
+    assert stage.predict(settings(None, end_time=0.3))["wall_s"] > 50.0 * stage.predict(chosen)["wall_s"]
 
 
 def test_still_longer_steps_are_predicted_too():
@@ -248,6 +253,8 @@ def test_the_crater_does_not_depend_on_a_lower_sound_speed_later_on(tmp_path):
         assert report["drift_over_projectile"]["energy_J"] < 0.01 and len(report["late_slower"]) == len(parts)
         radii.append(crater_radius(folder))
         steps.append(report["steps"] - report["late"]["steps_before"])
+        begun = prediction.steps(settings("1 ms", end_time=0.001 + 1e-9))[1]
+        assert 0.6 < steps[-1] / (prediction.steps(chosen)[1] - begun) < 1.1
     assert radii[0] == pytest.approx(radii[1], rel=0.05) and steps[1] < 0.67 * steps[0]
 
 
