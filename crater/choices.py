@@ -12,7 +12,7 @@ from typing import Any
 
 from crater import datum as datums
 from crater import locate
-from crater.bodies.unrolled import Unrolled
+from crater.bodies.on_curved_ground import on_body
 from crater.datum import Datum
 from crater.measure import Measures, measure
 from crater.settings import RISE_LIMIT
@@ -20,6 +20,7 @@ from crater.surface import Undisturbed
 from matter import archive, readable, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.solids.unrolled import Unrolled
 
 REACH, WITHIN = 2.5, 0.5
 """In expected transient diameters: how far the columns of a whole body go, and how far from the axis the crater is
@@ -74,7 +75,7 @@ class Choices:
 
     def told(self, measures: Measures) -> Measures:
         """Measures as they are on the body, of ground that was laid flat."""
-        return measures if self.ground is None else self.ground.on_body(measures)
+        return measures if self.ground is None else on_body(self.ground, measures)
 
     @property
     def search(self) -> locate.Search:

@@ -13,7 +13,6 @@ import numpy as np
 from crater import chain, heads, scaling, series
 from crater.ballistic import Ballistic
 from crater.bodies.findings import BodyStage
-from crater.bodies.shape import Shape
 from crater.catalogue import Catalogue
 from crater.choices import Choices
 from crater.datum import Datum
@@ -23,6 +22,7 @@ from crater.settings import ChainError, Settings
 from crater.size_classes import Sizes
 from matter import archive, at_rest, snapshot
 from matter.crater_measures import MAXIMA, MOMENTS
+from matter.solids.shape import Shape
 
 LATE_SHOCK = "all-SPH late stage"
 
@@ -42,6 +42,8 @@ class Setting:
     densities: tuple[float, float]
     shape: Shape | None = None
     """The surface of before, of an ellipsoid or mesh."""
+    patch: Mapping[str, Any] | None = None
+    """What its bed says of itself, where that is a patch of its ground laid flat; such grains are flat ground."""
 
     @property
     def event(self) -> scaling.ImpactEvent:

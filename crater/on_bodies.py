@@ -6,12 +6,12 @@ from dataclasses import replace
 
 from crater.bodies import findings as bodies
 from crater.bodies.findings import Body, BodyStage
-from crater.bodies.shape import Shape
 from crater.findings import Findings
 from crater.measure import Measures
 from crater.settings import Settings
 from matter import archive, snapshot
 from matter.errors import InputError
+from matter.solids.shape import Shape
 
 
 def shape_of(settings: Settings) -> Shape:
@@ -45,7 +45,7 @@ def _shock(findings: Findings, body: Body) -> list[BodyStage]:
 
 
 def _grains(findings: Findings, body: Body) -> list[BodyStage]:
-    if findings.grains is None:
+    if findings.grains is None or findings.setting.patch is not None:
         return []
     last = findings.inputs / "5_dem" / f"last{snapshot.SUFFIX}"
     bed = findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"

@@ -9,10 +9,8 @@ or boils (``sph.eos.release``, from the table of the run's own equation of state
 
 By peak pressure, beside it: the mass shocked above the pressures at which the table's own Hugoniot reaches the same
 entropies (``shock_...``). Of one resolved shock both say the same; where a shock is smeared over the length in which
-it weakens, entropy says too much and peak pressure too little. Dunite into dunite at 25 km/s, 0.2 s after contact,
-as hot as the melting point: 21.7, 21.3, 19.7 projectile masses by entropy and 3.1, 4.0, 5.8 by peak pressure with
-5.6, 7.5 and 8.6 particles per projectile radius; by ``numerics`` "monaghan", or without conductivity, 20.1 and 20.3 in
-place of 21.7.
+it weakens, peak pressure says too little, and entropy, below some ten particles to the projectile's radius, too much.
+Dunite into dunite at 25 km/s: docs/results/melt_of_dunite.
 
 By temperature: the mass that is hotter than T_m in the last snapshot of the shock stage, at the pressure that it then
 has; matter that was hot before the impact counts too.

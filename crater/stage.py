@@ -7,7 +7,7 @@ grains), whichever exist; leaves ``measures.json``, ``profile.csv``, ``profile_s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -36,8 +36,6 @@ from crater import (
     thrown_out,
 )
 from crater import datum as datums
-from crater.bodies.standing import Standing
-from crater.bodies.unrolled import Unrolled
 from crater.choices import Choices
 from crater.datum import Datum
 from crater.findings import (
@@ -58,6 +56,10 @@ from matter.crater_measures import MAXIMA
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.progress import Progress
+from matter.solids import standing
+from matter.solids.placed import PATCH
+from matter.solids.standing import Standing
+from matter.solids.unrolled import Unrolled
 
 __all__ = ["Published", "Settings", "grain_datum", "measure_snapshot", "predict", "run"]
 
@@ -70,7 +72,7 @@ def idle_sources(settings: Settings) -> set[Path]:
     """Files that this run does not take: its bibliography leaves out what only they cite."""
     idle = {Path(str(launch.__file__))} if not settings.target.flat else set()
     if not settings.target.solid:
-        idle |= {*(Path(__file__).parent / "bodies").glob("*.py"), Path(str(tree.__file__))}
+        idle |= {*(Path(__file__).parent / "bodies").glob("*.py"), *(Path(str(m.__file__)) for m in (tree, standing))}
     weightless = {Path(str(module.__file__)) for module in (scaling, flight)}
     return idle | (weightless if not settings.target.weighs else set())
 
@@ -104,7 +106,8 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     setting = Setting(
         settings, inputs, *_ground(settings, inputs), densities(settings, inputs, shots[0] if shots else None)
     )
-    setting = replace(setting, shape=on_bodies.shape_of(settings) if settings.target.solid else None)
+    shape = on_bodies.shape_of(settings) if settings.target.solid else None
+    setting = replace(setting, shape=shape, patch=_patch(inputs))
     shock = _follow_shock(setting, shots, heard) if shots else None
     findings = Findings(setting, shock, _measure_grains(setting, settled, grains, heard) if grains.is_file() else None)
     findings = on_bodies.with_body(with_chain_errors(_flown(_with_origins(findings)), settings.chain))
@@ -126,7 +129,7 @@ def _with_origins(findings: Findings) -> Findings:
     transient = volume.measures if volume is not None and volume.stage == "sph" else None
     seen = findings.grains.choices.seen(snapshot.read(last.path))
     origin = settled_matter.facts(seen, last.measures, transient, findings.setting.event.mass)
-    if findings.setting.shape is not None:  # the far side of a body is not laid flat
+    if findings.setting.shape is not None and findings.setting.patch is None:  # the far side is not laid flat
         origin.pop("over_projectile_mass", None)
     return replace(findings, grains=replace(findings.grains, matter=origin))
 
@@ -156,7 +159,7 @@ def _ground(settings: Settings, inputs: Path) -> tuple[Datum, float]:
     if path.is_file():
         facts = archive.read_json(path)
         if facts.get("frame") == "solid":
-            gravity = float(facts["surface_gravity_m_s2"])
+            gravity = float((_patch(inputs) or {}).get("gravity_m_s2", facts["surface_gravity_m_s2"]))
             return datums.plane(source="surface of the body before the impact, laid flat about the site"), gravity
         if facts.get("frame") == "plane":
             return datums.plane(source="undisturbed ground"), float(facts["surface_gravity_m_s2"])
@@ -172,13 +175,22 @@ def _ground(settings: Settings, inputs: Path) -> tuple[Datum, float]:
     return datums.sphere(settings.target.radius, source="uniform layers of the case"), gravity
 
 
-def _choices(setting: Setting, datum: Datum, before: Path | None, reach: float | None) -> Choices:
+def _patch(inputs: Path) -> Mapping[str, Any] | None:
+    """What the bed says of the patch of a body's ground that it is; None of any other bed."""
+    bed = inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
+    facts: Mapping[str, Any] | None = snapshot.attributes(bed).get(PATCH) if bed.is_file() else None
+    return facts
+
+
+def _choices(
+    setting: Setting, datum: Datum, before: Path | None, reach: float | None, ground: Unrolled | None
+) -> Choices:
     """What the measuring of one stage stands on: lengths in expected transient diameters."""
     size, chosen = setting.settings.impact.expected_transient_diameter, setting.settings
     return Choices(
         datum, before, setting.gravity, chosen.rise_limit_over_diameter * size,
         None if reach is None else reach * size, choices.WITHIN * size,
-        chosen.sectors, chosen.seed, ground=_laid_flat(setting, before),
+        chosen.sectors, chosen.seed, ground=ground,
     )  # fmt: skip
 
 
@@ -196,7 +208,7 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
     """Every snapshot of the shock stage measured, the transient crater and the last snapshot once more by all methods,
     and the ejecta."""
     reasons: dict[str, str] = {}
-    chosen = _choices(setting, setting.datum, shots[0], choices.REACH)
+    chosen = _choices(setting, setting.datum, shots[0], choices.REACH, _laid_flat(setting, shots[0]))
     start = chosen.ground_before()
     moments = series.follow(shots[1:], "sph", chosen, start, heard)
     largest, grows = series.transient(moments)
@@ -306,14 +318,17 @@ def _measure_grains(
     """Every snapshot of the grains measured, and the last one by all methods."""
     particles = snapshot.read(last)
     bed = setting.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
-    reach = choices.REACH if setting.shape is not None else None
-    chosen = _choices(setting, grain_datum(particles, setting.datum), bed if bed.is_file() else None, reach)
-    before = chosen.ground_before()
-    moments = tuple(series.follow(settled, "dem", chosen, before, heard))
+    before = bed if bed.is_file() else None
+    # the grains of a patch lie in flat ground already
+    whole = setting.shape is not None and setting.patch is None
+    ground, reach = (_laid_flat(setting, before), choices.REACH) if whole else (None, None)
+    chosen = _choices(setting, grain_datum(particles, setting.datum), before, reach, ground)
+    start = chosen.ground_before()
+    moments = tuple(series.follow(settled, "dem", chosen, start, heard))
     reasons: dict[str, str] = {}
     crater = None
     try:
-        measures = chosen.measured(particles, before, "5_dem/last.vtkhdf")
+        measures = chosen.measured(particles, start, "5_dem/last.vtkhdf")
         state = rest.of_grains(setting.inputs / "5_dem" / "stage_report.json", moments)
         time = float(particles.attributes.get("time", np.nan))
         crater = LastCrater(measures, time, "settled grains" if state.settled else "grains", last, state)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from dem.beds import extent
+from dem.beds.container import SHAPES
 from dem.contact_settings import Contact
 from matter.at_rest import Densities
 from matter.body import Impact, Model, Target
@@ -46,8 +47,9 @@ class Settings(Model):
     """Seed of radii and first positions."""
     shape: Literal["auto", "cap", "bowl", "box", "cylinder", "whole"] = "auto"
     """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or
-    ``cylinder`` of flat ground, whose radius or half width is ``arc_radius``; the ``whole`` of an ellipsoid or mesh.
-    ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box)."""
+    ``cylinder`` of flat ground, whose radius or half width is ``arc_radius``; the ``whole`` of an ellipsoid or mesh,
+    or a bowl, box or cylinder of its ground round the site laid flat (``dem.beds.patch``; experimental). ``auto``: as
+    the target is (half_sphere: bowl, half_space: cylinder, block: box; ellipsoid, mesh: whole)."""
     packing: Literal["rcp", "hcp", "hcp_tilted"] = "rcp"
     """Random close packing, or (flat ground only, equal grains) hexagonal close packing: its layers parallel to the
     ground, or ``hcp_tilted``, turned so that none is (whole layers that lift are an accident of their direction)."""
@@ -57,3 +59,8 @@ class Settings(Model):
     pull_interval: PositiveTime | None = None
     """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; between them it turns with
     the body. None: a 500th of the time of an orbit about a body as dense as its grains (``dem.self_gravity``)."""
+
+    @property
+    def on_patch(self) -> bool:
+        """Whether the bed is a patch of an ellipsoid's or mesh's ground, laid flat."""
+        return self.target.solid and self.shape in SHAPES

@@ -28,6 +28,7 @@ from dem.beds import (
     flat_bed,
     flat_ground,
     packing,
+    patch,
     settling,
     solid_bed,
 )
@@ -36,6 +37,7 @@ from dem.beds.layered_body import LayeredBody
 from dem.beds.solid_body import is_solid
 from dem.columns import RADIUS
 from matter import readable
+from matter.body import Target
 from matter.errors import InputError
 
 STEPS = 3600
@@ -89,10 +91,10 @@ def _damped(domain: Domain, settings: Settings, mean_radius: float, wave_speed: 
 
 def steps(settings: Settings) -> float:
     """Expected number of steps from random points to rest."""
-    n = settings.count
-    if settings.target.solid:
+    n, target = settings.count, patch.target_of(settings)
+    if target.solid:
         return BODY_STEPS
-    if not settings.target.flat and not expected_grains.hard(settings):
+    if not target.flat and not expected_grains.hard(settings):
         return STEPS * math.sqrt(n / 20_000)
     kind = FLAT_STEPS * (HEXAGONAL_SHARE if settings.packing != "rcp" else 1.0)
     return kind * (n / 20_000) ** FLAT_GROWTH
@@ -119,7 +121,7 @@ def predict(settings: Settings) -> dict[str, float]:
 def explain(settings: Settings) -> list[str]:
     """What the grains are, and what the cost follows from, in words."""
     grains, crater = expected_grains.expected(settings), 0.5 * settings.impact.expected_transient_diameter
-    if settings.target.solid:
+    if settings.target.solid and not settings.on_patch:
         return [
             f"{settings.count:,} grains (count) of {readable.length(grains.radius)} fill the body: "
             f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
@@ -132,6 +134,11 @@ def explain(settings: Settings) -> list[str]:
         f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
         f"{steps(settings):,.0f} steps to rest",
     ]
+
+
+def ground(settings: Settings) -> Target:
+    """The target as the stages of grains see it: flat ground where the bed is a patch of a body's."""
+    return patch.target_of(settings)
 
 
 def threads(settings: Settings) -> int:
@@ -153,6 +160,9 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
     """What makes the bed; ``InputError`` when settings and ground do not fit each other."""
     if flat_ground.is_flat(target):
         return flat_bed.maker(settings, flat_ground.FlatGround.read(target))
+    if settings.on_patch and is_solid(target):
+        found = patch.read(settings, target)
+        return flat_bed.maker(settings, patch.ground_of(found.facts), found.facts)
     if is_solid(target):
         return solid_bed.maker(settings, target)
     body = LayeredBody.read(target)

@@ -8,8 +8,9 @@ import numba
 import numpy as np
 
 from dem import friction_angle, used_laws, whole_collapse
-from dem.beds import settling
-from dem.beds.flat_ground import ground_of
+from dem.beds import patch, settling
+from dem.beds.flat_ground import FlatGround, ground_of
+from dem.beds.layered_body import LayeredBody
 from dem.beds.packing import FRACTION
 from dem.beds.solid_body import SolidBody, is_solid
 from dem.collapse import Collapse
@@ -17,6 +18,7 @@ from dem.engines import external, program
 from dem.grain_solid import elastic
 from dem.settings import Settings
 from matter import at_rest, checkpoint, readable, snapshot
+from matter.solids.placed import PATCH
 
 GRAIN_STEPS_PER_S = 2.2e6
 """Grain steps per second of one thread in a collapse, with lists, looks and output (busy AVX-512 machine; 3.4e6 on a
@@ -136,9 +138,15 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     inputs, out = Path(inputs), Path(out)
     settings = settings.model_copy(update={"contact": friction_angle.resolved(settings.contact)})
     start, target = snapshot.read(inputs / "4_handoff" / "start.vtkhdf"), inputs / "2_sph" / "target.json"
-    if is_solid(target):
+    facts, whole = start.attributes.get(PATCH), is_solid(target)
+    ground: SolidBody | LayeredBody | FlatGround
+    if whole and facts is not None:
+        ground = patch.ground_of(facts)
+    elif whole:
         whole_collapse.check(settings)
-    ground = SolidBody.read(target, settings.target) if is_solid(target) else ground_of(target)
+        ground = SolidBody.read(target, settings.target)
+    else:
+        ground = ground_of(target)
     if settings.engine != "native":
         assert not isinstance(ground, SolidBody)
         external.run(settings, start, ground, out)

@@ -9,8 +9,10 @@ from dem.contact_settings import Contact
 from dem.laws.dispatch import FAMILIES
 
 ROOM = Path(__file__).parent
-OF_BODIES = {ROOM.parent / "matter" / "tree.py", ROOM / "tide.py", ROOM / "beds" / "slopes.py"}
-"""What only a whole body takes: gravity between grains (``dem.self_gravity``), tide, slopes."""
+ATTRACTION = ROOM.parent / "matter" / "solids" / "attraction.py"
+OF_BODIES = {ROOM.parent / "matter" / "tree.py", ROOM / "tide.py", ROOM / "beds" / "slopes.py", ATTRACTION}
+"""What only a whole body takes, or a patch of one: gravity between grains (``dem.self_gravity``), tide, slopes; the
+attraction at a site."""
 PACKING = ("beds/packing.py", "beds/relaxation.py")
 """What only the making of a bed takes."""
 
@@ -27,10 +29,13 @@ def _laws(contact: Contact) -> set[Path]:
 def of_bed(settings: Any) -> set[Path]:
     """What a bed made with ``settings`` (``dem.bed_stage``) leaves idle."""
     idle = _laws(settings.contact)
-    if settings.target.solid:  # its slopes are held against the friction angle, which is measured
+    if settings.target.solid and not settings.on_patch:
+        # slopes of the whole are held against the friction angle, which is measured
         idle -= set((ROOM / "trials").glob("*.py"))
-        return idle | {ROOM / "beds" / "packing.py"} | (set() if settings.target.companion else {ROOM / "tide.py"})
-    return idle | OF_BODIES | ({ROOM / "beds" / "packing.py"} if settings.packing != "rcp" else set())
+        idle |= {ROOM / "beds" / "packing.py", ATTRACTION}
+        return idle | (set() if settings.target.companion else {ROOM / "tide.py"})
+    of_bodies = OF_BODIES - {ATTRACTION} if settings.on_patch else OF_BODIES
+    return idle | of_bodies | ({ROOM / "beds" / "packing.py"} if settings.packing != "rcp" else set())
 
 
 def of_collapse(settings: Any) -> set[Path]:

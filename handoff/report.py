@@ -95,11 +95,14 @@ def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
     surface, residual arrays, record. Raises ``InputError``."""
     import trimesh
 
-    from handoff import domain, handoff_time, turning, whole_body
+    from handoff import domain, handoff_time, laying, turning, whole_body
 
-    paths = handoff_time.files(run / "2_sph")
-    times = [float(snapshot.attributes(path).get("time", 0.0)) for path in paths]
-    source = snapshot.read(paths[int(np.argmin(np.abs(np.array(times) - record["time_s"])))])
+    taken = out / laying.FILE
+    if not taken.is_file():
+        paths = handoff_time.files(run / "2_sph")
+        times = [float(snapshot.attributes(path).get("time", 0.0)) for path in paths]
+        taken = paths[int(np.argmin(np.abs(np.array(times) - record["time_s"])))]
+    source = snapshot.read(taken)
     for name in ("residuals.h5", "surface.ply"):
         if not (out / name).is_file():
             raise InputError(f"no {name} in {out}: run the handoff again")

@@ -24,6 +24,7 @@ from handoff import (
     direct,
     handoff_time,
     hydrostatic,
+    laying,
     report,
     shock_rows,
     surface,
@@ -37,16 +38,23 @@ from handoff.handed import Handoff
 from handoff.ledger import Ledger
 from handoff.settings import Settings
 from matter import archive, readable, snapshot
-from matter.body import Target
+from matter.body import Impact, Target
 from matter.errors import InputError, Unsound
 from matter.particles import Particles
 from matter.progress import Progress
+from matter.solids import standing
+from matter.solids.placed import PATCH
 
 # measured on one core of the 2-core build machine (AVX-512): see benchmarks/handoff.py
 _S_PER_PARTICLE, _S_PER_GRAIN, _S_PER_SNAPSHOT_PARTICLE, _S_FIXED = 6e-5, 1.5e-4, 4e-6, 3.0
 _LOOKED_AT = 0.3
 """Share of the snapshots up to a little after the greatest depth, in the shipped cases."""
 _BYTES_PER_PARTICLE, _BYTES_PER_GRAIN, _BYTES_FIXED = 4000.0, 3500.0, 3e8
+
+
+def idle_sources(settings: Settings) -> set[Path]:
+    """Files that this run does not take: its bibliography leaves out what only they cite."""
+    return {Path(str(standing.__file__))} if settings.target is None or not settings.target.solid else set()
 
 
 def predict(settings: Settings) -> dict[str, float]:
@@ -67,11 +75,12 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     if settings.method == "direct" and "stiffness" not in bed:
         _needed(None)  # said before the work, not after it
     region = domains.read(bed.attributes, settings.target)
-    column = column_for(inputs, region)
+    patch = laying.of_bed(bed, settings.target, inputs / "2_sph")
+    column = patch.column if patch else column_for(inputs, region)
     rules = surface.Rules(**{name: getattr(settings, name) for name in surface.Rules.model_fields})
     progress = Progress("handoff", 1.0)
-    choice, as_it_is = chosen_source(settings, rules, inputs / "2_sph", bed, region, column, progress)
-    source = turning.to_bed(as_it_is, region)
+    choice, as_it_is = chosen_source(settings, rules, inputs / "2_sph", bed, region, column, progress, patch)
+    source = laying.to_bed(as_it_is, region, patch)
     progress.update(0.6, "surface and transfer", force=True)
     handoff = transfer.hand_over(source, bed, rules, column, region, settings.until or math.inf)
     mapped = account.ledger_of(handoff, source, bed, column, settings.waive)
@@ -89,11 +98,13 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         whole_rows.enter(ledger, handoff, as_it_is, turning.to_run(handoff.start, region))
     ledger.complete()
     progress.update(0.85, "writing", force=True)
-    start.attributes |= _measuring(source, region)
+    start.attributes |= _measuring(source, region, patch, settings.impact)
     named = start.attributes.get("materials", [])
     start.attributes["reference_densities_kg_m3"] = surface.solid_densities(source, named)
     start.attributes |= away.leave(settings, handoff, as_it_is, inputs, out)
     snapshot.write(start, out / f"start{snapshot.SUFFIX}")
+    if patch is not None:
+        snapshot.write(source, out / laying.FILE)
     with archive.replacing(out / "surface.ply") as temporary:
         handoff.carving.solid.mesh.export(str(temporary), file_type="ply")
     ledger.write(out / "ledger.json")
@@ -140,6 +151,8 @@ def hand_over(
     be handed over.
     """
     rules, region = rules or surface.Rules(), domains.read(bed.attributes, target)
+    if PATCH in bed.attributes and source.attributes.get("frame") == "solid":
+        raise InputError("the bed is a patch of a body laid flat: lay the source flat before (handoff.laying)")
     column = column or column_of(source, region)
     as_it_is, source = source, turning.to_bed(source, region)
     handoff = transfer.hand_over(source, bed, rules, column, region, until)
@@ -165,10 +178,14 @@ def column_of(source: Particles, region: domains.Domain) -> hydrostatic.Column:
     return hydrostatic.Column(height, np.zeros(2), np.full(2, g), radius, g)
 
 
-def _measuring(source: Particles, region: domains.Domain) -> dict[str, Any]:
+def _measuring(
+    source: Particles, region: domains.Domain, patch: laying.Patch | None = None, impact: Impact | None = None
+) -> dict[str, Any]:
     """What a crater in the grains is measured against (``crater.choices``): as in the shock stage, over the bed's
     datum and against the settled bed."""
     carried = source.attributes.get("measuring")
+    if patch is not None and impact is not None:
+        carried = patch.measuring(impact.expected_transient_diameter)
     if not isinstance(carried, dict):
         return {}
     datum = carried["datum"]
@@ -205,6 +222,7 @@ def chosen_source(
     region: domains.Domain,
     column: hydrostatic.Column,
     progress: Progress | None = None,
+    patch: laying.Patch | None = None,
 ) -> tuple[handoff_time.Choice | None, Particles]:
     """The snapshot to hand over, by ``settings.time``, and how it was chosen (None when it was given)."""
     paths = handoff_time.files(folder)
@@ -222,7 +240,7 @@ def chosen_source(
         return None, snapshot.read(paths[nearest])
     series, earlier = [], None
     for number, (path, as_it_is) in enumerate(zip(paths, _read_ahead(paths))):
-        source = turning.to_bed(as_it_is, region)
+        source = laying.to_bed(as_it_is, region, patch)
         series.append(handoff_time.diagnose(source, earlier, path.name, region, column, rules))
         earlier = source
         if progress:

@@ -76,6 +76,8 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
         payload, moved = _payload(model, table, shared, document)
         if "densities" in model.model_fields:
             payload["densities"] = _own_densities(settings.get("sph"))
+        if stage == "dem" and (bed := settings.get("bed")) is not None and "target" in payload:
+            payload["target"] = _ground(bed, payload["target"])
         if "pinned" in model.model_fields:
             payload.setdefault("pinned", case.pinned)
         model_settings, wrong = _checked(model, payload, (stage,), moved)
@@ -125,6 +127,11 @@ def _payload(
         if isinstance(field_info.default, BaseModel) and isinstance(payload.get(name), dict):
             payload[name] = overlay.merged(plain(field_info.default), payload[name])
     return payload, moved
+
+
+def _ground(bed: Any, target: Any) -> Any:
+    """The ``target`` for the stages of grains: flat ground where their ``bed`` is a patch of a body's."""
+    return plain(stages.load("bed").ground(bed)) if getattr(bed, "on_patch", False) else target
 
 
 def _own_densities(sph: Any) -> dict[str, AtRest]:

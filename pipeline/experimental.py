@@ -45,6 +45,10 @@ def remark(path: tuple[str, ...]) -> str:
 
 def used(settings: Mapping[str, Model]) -> Iterator[str]:
     """One warning for each experimental choice that the ``settings`` of a case's stages take."""
+    bed = settings.get("bed")
+    if getattr(bed, "on_patch", False):
+        shape = _written(getattr(bed, "shape", ""))
+        yield f"[bed] shape = {shape} of an ellipsoid's or mesh's ground, laid flat, is experimental: tests hold it"
     for path, values in CHOICES.items():
         *names, key = path.split(".")
         for title, owner in _owners(names, settings):

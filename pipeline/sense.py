@@ -121,7 +121,8 @@ def _does_not_fit(settings: Mapping[str, Model], sph: Any, outside: Mapping[str,
     bed: Any = settings.get("bed")
     if bed is None or "bed" in outside or not hasattr(bed, "arc_radius"):
         return
-    if not target.solid and 0.5 * diameter > WIDEST * bed.arc_radius:  # an ellipsoid or mesh is filled as a whole
+    # an ellipsoid or mesh that is filled as a whole has no such edge
+    if (not target.solid or bed.on_patch) and 0.5 * diameter > WIDEST * bed.arc_radius:
         yield Complaint(
             ("bed", "arc_radius"),
             f"a crater of {readable.length(diameter)} fills more than {WIDEST:.0%} of a bed of "

@@ -26,6 +26,9 @@ from sph.materials import Materials
 from sph.target import Body, Zones, spacing_law
 
 SAMPLES = 200_000
+MOST_TRIALS = 2e9
+"""Particles of the finest spacing in the whole body, from which on points are drawn distance by distance from the
+site: so many would have to be tried over the body to find the fine ones among them."""
 NEAR = 0.3
 """Up to this share of the body's radius from the site it counts as a ball of its volume: too few samples lie there."""
 
@@ -64,7 +67,7 @@ def area(placed: Placed, distance: np.ndarray) -> np.ndarray:
 
 def spin(target: Target) -> np.ndarray:
     """Angular velocity (3,) [1/s]."""
-    return 2.0 * math.pi / target.spin_period * target.placed.spin_axis if target.spin_period else np.zeros(3)
+    return target.placed.spin(target.spin_period)
 
 
 def build(target: Target, materials: Materials, zones: Zones, seed: int) -> Body:
@@ -80,7 +83,9 @@ def build(target: Target, materials: Materials, zones: Zones, seed: int) -> Body
     else:
         spacing = spacing_law(target, zones)
         stream = np.random.default_rng(np.random.SeedSequence(seed).spawn(1)[0])
-        position, volume = packing.graded(spacing, inside, stream, finest=zones.contact)
+        many = solid.volume / zones.contact**3 > MOST_TRIALS
+        grown = (np.array(target.impact_point), zones.contact) if many else None
+        position, volume = packing.graded(spacing, inside, stream, finest=zones.contact, grown_from=grown)
         support = zones.support * spacing(position)
     if not len(position):
         raise InputError(f"layer {target.layers[0].name!r} holds no particle: the spacing is too coarse for the body")
@@ -103,9 +108,8 @@ def _companion(target: Target) -> dict[str, Any] | None:
     impact."""
     if (one := target.companion) is None:
         return None
-    turn = target.placed.turn
-    place = one.distance * turn @ np.array([math.cos(one.longitude), math.sin(one.longitude), 0.0])
-    return {"mass_kg": one.mass, "place_m": place.tolist(), "axis": turn[:, 2].tolist()}
+    place = target.placed.over_equator(one.longitude, one.distance)
+    return {"mass_kg": one.mass, "place_m": place.tolist(), "axis": target.placed.spin_axis.tolist()}
 
 
 def target_json(target: Target, density: float) -> dict[str, Any]:

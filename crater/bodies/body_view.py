@@ -18,8 +18,8 @@ from scipy.spatial import cKDTree
 from crater import turning_view
 from crater.bodies.findings import BodyStage
 from crater.bodies.height_map import HeightMap
-from crater.bodies.shape import Points
 from matter import drawing, readable
+from matter.solids.shape import Points
 
 MOST_POINTS = 10_000
 """More points of the surface than these are thinned out, so that a page stays below half a megabyte."""

@@ -14,13 +14,13 @@ from crater.bodies import exchange, height_map, look, measured
 from crater.bodies.classes import classed
 from crater.bodies.exchange import Orbit
 from crater.bodies.seen import Pair, Seen
-from crater.bodies.shape import Shape
-from crater.bodies.standing import Standing
 from crater.measure import Measures
 from crater.uncertainty import Quantity
 from matter import archive, snapshot
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.solids.shape import Shape
+from matter.solids.standing import Standing
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crater.bodies.shape import Points, Shape
 from crater.cloud import Cloud
 from matter.jit import kernel
+from matter.solids.shape import Points, Shape
 
 BELOW, ABOVE, STEPS = 6.0, 2.5, 4
 """A column is looked at from so many local spacings below its highest particle to so many above it, in steps of a

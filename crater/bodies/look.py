@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from crater import cloud as clouds
-from crater.bodies.shape import Shape
-from crater.bodies.standing import Pose, Standing, motion, of_body
 from crater.cloud import Cloud
 from matter import tree
 from matter.constants import G
 from matter.particles import Particles
+from matter.solids.shape import Shape
+from matter.solids.standing import Pose, Standing, motion, of_body
 
 THETA, OF_SPACING, OF_GRAINS = 0.3, 0.5, 0.01
 """Opening angle of the tree, and its softening as in the stages: half a spacing, and next to nothing of a grain."""

@@ -13,11 +13,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from crater.bodies import classes, exchange, standing
+from crater.bodies import classes, exchange
 from crater.bodies.seen import Pair, Seen
-from crater.bodies.shape import enclosed
 from crater.uncertainty import Quantity, quantity
 from matter.body_measures import BY_NAME, TABLE
+from matter.solids import standing
+from matter.solids.shape import enclosed
 
 
 def all_of(seen: Seen) -> dict[str, Quantity | Pair]:

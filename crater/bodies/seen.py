@@ -12,8 +12,8 @@ from crater.bodies import height_map, look
 from crater.bodies.exchange import Exchange, Orbit
 from crater.bodies.height_map import HeightMap
 from crater.bodies.look import Look, Rigid
-from crater.bodies.shape import Shape
 from crater.uncertainty import Quantity
+from matter.solids.shape import Shape
 
 NEAR = 1.2
 """Bound matter out to so many of the body's largest distances from its centre may be counted to it."""

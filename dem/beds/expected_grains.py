@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.bed_settings import Settings
-from dem.beds import flat_settling
+from dem.beds import flat_settling, patch
 from dem.beds.extent import depth
 from dem.beds.packing import FRACTION, HEXAGONAL
 from dem.beds.solid_packing import FRACTION as SOLID_FRACTION
@@ -29,9 +29,10 @@ class Expected(NamedTuple):
 
 def expected(settings: Settings) -> Expected:
     """What the bed's grains will be like, from the settings alone."""
-    if settings.target.solid:
+    target = patch.target_of(settings)
+    if target.solid:
         return _of_body(settings)
-    target, contact, diameter = settings.target, settings.contact, settings.impact.expected_transient_diameter
+    contact, diameter = settings.contact, settings.impact.expected_transient_diameter
     top, g = settings.headroom_fraction * diameter, at_rest.surface_gravity(target, settings.densities)
     name = target.layers[-1].material
     own = at_rest.of(name, settings.densities)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from dem.beds.flat_settling import FlatSettling
 from dem.beds.settling import finish
 from dem.columns import RADIUS
 from matter.errors import InputError
+from matter.solids.placed import PATCH
 
 OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
 BULK_MARGIN = 5.0
@@ -55,18 +56,25 @@ def container_of(settings: Settings, ground: FlatGround) -> Container:
     )
 
 
-def maker(settings: Settings, ground: FlatGround) -> Callable[[Path], None]:
-    """Check the settings against the ground; what is returned makes the bed in a folder."""
+def maker(settings: Settings, ground: FlatGround, patch: Mapping[str, Any] | None = None) -> Callable[[Path], None]:
+    """Check the settings against the ground; what is returned makes the bed in a folder. ``patch``: what the ground is
+    a patch of (``dem.beds.patch``), for report and grains to carry."""
     if not settings.contact.linear:
         raise InputError(
             f'[bed] flat ground is settled with springs of constant stiffness: normal = "{settings.contact.normal}" '
             f"is not for it"
         )
     container = container_of(settings, ground)
-    return lambda out: make(settings, ground, container, out)
+    return lambda out: make(settings, ground, container, out, patch)
 
 
-def make(settings: Settings, ground: FlatGround, container: Container, out: Path) -> None:
+def make(
+    settings: Settings,
+    ground: FlatGround,
+    container: Container,
+    out: Path,
+    patch: Mapping[str, Any] | None = None,
+) -> None:
     """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
     rest."""
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
@@ -85,6 +93,8 @@ def make(settings: Settings, ground: FlatGround, container: Container, out: Path
     rate = 4.5 * bed_files.wave_speed(bed) / width if width > 0.0 else 0.0
     container = replace(container, damped_width=width, damping_rate=rate)
     report = report_of(bed, ground, container, {**facts, "inflation_of_gravity": work.inflation})
+    of_body: dict[str, Any] = {} if patch is None else {PATCH: dict(patch)}
+    report |= of_body
     bed_files.leave(
         bed,
         settings,
@@ -95,6 +105,7 @@ def make(settings: Settings, ground: FlatGround, container: Container, out: Path
         materials=list(dict.fromkeys(ground.materials)),
         domain=container.as_attribute(),
         packing=settings.packing,
+        **of_body,
     )
 
 

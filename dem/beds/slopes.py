@@ -1,6 +1,6 @@
 """Slopes of a body's surface: the angle between what is up there and the normal of the surface.
 
-    cos(slope) = -n . a / |a|,   a = g - omega x (omega x x) + tide   in the turning frame
+    cos(slope) = -n . a / |a|,   a = g - omega x (omega x x) + tide   in the turning frame (``SolidBody.felt``)
 
 g is that of the body at uniform density, summed over an even lattice inside it. Where the slope is above the angle
 that slopes of its grains follow (``dem.friction_angle``) friction alone does not hold the surface: it slides, or
@@ -55,12 +55,7 @@ def of(body: SolidBody, radius: float) -> Slopes:
     """Slopes of the body's surface for grains of this mean ``radius`` [m]."""
     place = _spread(body, np.random.default_rng(0))
     inwards = body.distance.at(place + radius * (body.distance.at(place)[1]))[1]
-    a = _attraction(body, place) + np.linalg.norm(body.omega) ** 2 * place
-    a -= np.outer(place @ body.omega, body.omega)
-    if body.companion is not None:
-        mass, d, _ = body.companion
-        way = d - place
-        a += G * mass * (way / np.linalg.norm(way, axis=1)[:, None] ** 3 - d / np.linalg.norm(d) ** 3)
+    a = body.felt(place, _attraction(body, place))
     down = np.einsum("ij,ij->i", inwards, a) / np.maximum(np.linalg.norm(a, axis=1), 1e-300)
     return Slopes(place, np.degrees(np.arccos(np.clip(down, -1.0, 1.0))))
 

@@ -31,8 +31,8 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
     """Check the settings against the body; what is returned makes the bed in a folder."""
     if settings.shape not in ("auto", "whole"):
         raise InputError(
-            f'[bed] shape = "{settings.shape}" is for spheres and flat ground; an ellipsoid or mesh is filled as a '
-            f'"whole"'
+            f'[bed] shape = "{settings.shape}" is for spheres; of an ellipsoid or mesh the "whole" is filled, or a '
+            f"bowl, box or cylinder of its ground that is laid flat"
         )
     if settings.packing != "rcp" or settings.largest_speed is not None:
         raise InputError(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -18,7 +19,8 @@ import numpy as np
 from dem import tide
 from dem.gravity import Field
 from dem.tide import Tide
-from matter import archive
+from matter import archive, at_rest
+from matter.at_rest import AtRest
 from matter.body import Target
 from matter.constants import G
 from matter.errors import InputError
@@ -78,6 +80,16 @@ class SolidBody:
         omega = np.array(content["angular_velocity_1_s"], dtype=float)
         return SolidBody(placed, float(content["mass_kg"]), str(content["material"]), omega, companion or None)
 
+    @staticmethod
+    def expected(target: Target, densities: Mapping[str, AtRest]) -> SolidBody:
+        """The body of a ``target`` before there is a ``target.json``, as dense as its material is at rest."""
+        placed, one, name = target.placed, target.companion, target.layers[0].material
+        mass = at_rest.of(name, densities).bulk * placed.solid.volume
+        companion = None
+        if one is not None:
+            companion = one.mass, placed.over_equator(one.longitude, one.distance), placed.spin_axis
+        return SolidBody(placed, mass, name, placed.spin(target.spin_period), companion)
+
     @property
     def solid(self) -> Solid:
         """The surface."""
@@ -104,6 +116,20 @@ class SolidBody:
     def surface_gravity(self) -> float:
         """g [m/s^2] of the ball of the same mass and volume at its surface."""
         return G * self.mass / self.solid.radius**2
+
+    def felt(self, place: np.ndarray, attraction: np.ndarray) -> np.ndarray:
+        """Acceleration (n, 3) [m/s^2] of what rests on the turning body at ``place`` (n, 3) [m], under an
+        ``attraction`` (n, 3) of it: with the centrifugal part and the companion's tide,
+
+            a = g - omega x (omega x x) + G M ((d - x) / |d - x|^3 - d / |d|^3)
+        """
+        a = attraction + np.linalg.norm(self.omega) ** 2 * place
+        a -= np.outer(place @ self.omega, self.omega)
+        if self.companion is not None:
+            mass, d, _ = self.companion
+            way = d - place
+            a += G * mass * (way / np.linalg.norm(way, axis=1)[:, None] ** 3 - d / np.linalg.norm(d) ** 3)
+        return np.asarray(a)
 
     @property
     def central_pressure(self) -> float:

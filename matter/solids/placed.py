@@ -23,6 +23,10 @@ import numpy as np
 from matter.solids import solid
 from matter.solids.solid import Solid
 
+PATCH = "patch"
+"""Attribute of grains that lie in a patch of a body's ground round the site, laid flat: gravity, density and depth of
+it, and how far that goes (``dem.beds.patch``)."""
+
 
 class Placed(NamedTuple):
     """The body about its centre of mass in the frame of the run; ``height`` [m] of the site on +z, ``normal`` (3,) of
@@ -40,6 +44,14 @@ class Placed(NamedTuple):
         along /= np.linalg.norm(along)
         frame = np.stack([along, np.cross(self.normal, along), self.normal])
         return (position - [0.0, 0.0, self.height]) @ frame.T
+
+    def spin(self, period: float | None) -> np.ndarray:
+        """Angular velocity (3,) [1/s] of a rotation of this ``period`` [s] about the spin axis; none for None."""
+        return 2.0 * math.pi / period * self.spin_axis if period else np.zeros(3)
+
+    def over_equator(self, longitude: float, distance: float) -> np.ndarray:
+        """Place (3,) [m] at a ``distance`` [m] from the centre of mass over the equator, at a ``longitude`` [rad]."""
+        return distance * self.turn @ np.array([math.cos(longitude), math.sin(longitude), 0.0])
 
     def velocity(self, speed: float, angle: float) -> tuple[float, float, float]:
         """Velocity [m/s] of a projectile at ``angle`` [rad] from the vertical of the site."""

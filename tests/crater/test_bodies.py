@@ -15,9 +15,6 @@ from crater.bodies import exchange, findings, levels, measured, report
 from crater.bodies.exchange import Orbit
 from crater.bodies.findings import Body
 from crater.bodies.seen import Pair, Seen
-from crater.bodies.shape import Shape, enclosed
-from crater.bodies.standing import Standing
-from crater.bodies.unrolled import Unrolled
 from crater.choices import Choices
 from crater.settings import Settings
 from fixtures import grain_bodies as bodies
@@ -26,6 +23,9 @@ from matter import packing
 from matter.body_measures import PAIRS, SINGLES, TABLE
 from matter.constants import G
 from matter.particles import Particles
+from matter.solids.shape import Shape, enclosed
+from matter.solids.standing import Standing
+from matter.solids.unrolled import Unrolled
 
 AXES = (200.0, 150.0, 110.0)
 SPACING = 5.0

@@ -13,9 +13,6 @@ from crater.bodies import classes, findings, measured
 from crater.bodies.findings import Body
 from crater.bodies.height_map import HeightMap
 from crater.bodies.seen import Seen
-from crater.bodies.shape import Shape, spread
-from crater.bodies.standing import Standing
-from crater.bodies.unrolled import Unrolled
 from crater.choices import Choices
 from crater.measure import Measures
 from fixtures import grain_bodies as bodies
@@ -24,6 +21,9 @@ from fixtures import synthetic_craters as synthetic
 from matter import packing
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.solids.shape import Shape, spread
+from matter.solids.standing import Standing
+from matter.solids.unrolled import Unrolled
 
 AXES = (200.0, 150.0, 110.0)
 SPACING = 8.0

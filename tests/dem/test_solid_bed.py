@@ -354,7 +354,7 @@ def test_slopes_of_a_resting_ellipsoid_are_those_of_its_closed_form():
 @pytest.mark.parametrize(
     ("target", "bed", "words"),
     [
-        ({}, {"shape": "bowl"}, 'filled as a "whole"'),
+        ({}, {"shape": "cap"}, 'the "whole" is filled'),
         ({}, {"packing": "hcp"}, "are for flat ground"),
         ({}, {"contact": HERTZ}, "springs of constant stiffness"),
         ({"spin_period": 6000.0}, {}, "loose grains leave it"),

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from crater.bodies import halved_sides
-from crater.bodies.shape import Shape, enclosed
 from fixtures import grain_bodies as bodies
+from matter.solids import halved_sides
+from matter.solids.shape import Shape, enclosed
 
 AXES = (200.0, 150.0, 110.0)
 

@@ -17,16 +17,14 @@ made anew, and the map (``height_map``) shows it.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
-from crater.bodies.shape import Shape
-from crater.bodies.standing import Standing
-from crater.measure import Measures
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.solids.shape import Shape
+from matter.solids.standing import Standing
 
 REACH = 1.3
 """Farthest chord from the site, in radii of the ball of the body's volume: some 80 deg on a ball."""
@@ -105,26 +103,7 @@ class Unrolled:
             seen["initial_position"] = self.shape.placed.from_site(seen.initial_position)
         return seen
 
-    def on_body(self, measures: Measures) -> Measures:
-        """The measures of a crater in flat ground with the volume that it has on the body: what lies at the height h
-        over its foot is (1 + h k)^2 of it, so that a column holds h (1 + h k + (h k)^2 / 3)."""
-        volume, size = measures["volume_m3"], measures["diameter_apparent_m"].value
-        if volume.value is None or volume.sigma is None or size is None:
-            return measures
-        columns, h = measures.ground.columns, measures.ground.rays
-        ring = columns.ring
-        area = (np.diff(columns.edges)[ring] * columns.distance[ring]) / columns.count[ring]
-        below = np.isfinite(h) & (h < 0.0) & (columns.distance[ring] < 0.5 * size)
-        h, area = h[below], area[below]
-        if not len(h):
-            return measures
-        bent = h * self._curvature(0.5 * size)
-        share = float((area @ (h * (1.0 + bent + bent**2 / 3.0))) / (area @ h))
-        parts = {name: share * part for name, part in volume.parts.items()}
-        told = replace(volume, value=share * volume.value, sigma=share * volume.sigma, parts=parts)
-        return replace(measures, quantities={**measures.quantities, "volume_m3": told})
-
-    def _curvature(self, within: float) -> float:
+    def curvature(self, within: float) -> float:
         """Mean curvature [1/m] of the surface within a chord of the site [m]."""
         points = self.shape.points(lambda place: np.full(len(place), 0.1 * within))
         near = np.linalg.norm(points.place - self.site, axis=1) < within

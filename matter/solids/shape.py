@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crater.bodies import halved_sides
+from matter.solids import halved_sides
 from matter.solids.datum import Datum
 from matter.solids.placed import Placed
 
