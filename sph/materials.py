@@ -56,6 +56,7 @@ class Rows(NamedTuple):
     tension: np.ndarray  # the tension that the intact material bears [Pa], >= 0
     # specific energy at which that tension is gone [J/kg], that of the strength; infinite where nothing says it
     melt: np.ndarray
+    boils: np.ndarray  # specific energy [J/kg] from which on it bears neither shear nor tension; infinite: none
     young: np.ndarray  # Young's modulus [Pa]
     crack_speed: np.ndarray  # [m/s]
     growth: np.ndarray  # number of the law in sph.damage.growth, 0 where nothing breaks
@@ -200,6 +201,7 @@ def _fill_bulk(rows: Rows, i: int, name: str, choice: Kept, kind: int, values: A
     rows.young[i] = 9.0 * bulk * shear / (3.0 * bulk + shear)
     rows.crack_speed[i] = grady_kipp.CRACK_SPEED * math.sqrt((bulk + 4.0 / 3.0 * shear) / values.rho0)
     rows.tension[i] = parameters(Tension, name, "tension", choice).cut if has_section(name, "tension", choice) else 0.0
+    rows.boils[i] = getattr(values, "Eiv", math.inf)
 
 
 def _fill_strength(rows: Rows, i: int, name: str, choice: Kept) -> None:
@@ -224,7 +226,7 @@ def _fill_heat(rows: Rows, i: int, name: str, choice: Kept) -> None:
         _refuse(name, "thermal", "heat_capacity is missing" if lacking else temperature.fault(values))
         rows.thermal[i] = temperature.row(values, kind, rows.eos_row[i], rows.rho0[i], rows.tension[i])
         if rows.thermal[i, temperature.SPAN] > 0.0:
-            rows.melt[i] = 1.0
+            rows.melt[i], rows.boils[i] = 1.0, math.inf
             if (law := int(rows.strength[i])) > 0:
                 values = _values(name, strength.FAMILY, law, choice)._replace(melt_energy=1.0)
                 _put(rows.strength_row[i], strength.FAMILY.row(law, values))

@@ -9,8 +9,10 @@ Collins mix it into the yield stress, and broken material keeps its friction.
 
 S is that of the matrix, and so are the pressure and the strains that yield and flaws see (sigma_s = alpha sigma). The
 tension cut is the material's, or where the cone of Drucker and Prager ends, whichever is less; heat softens both as it
-does the yield stress, and in porous material they are divided by alpha like every stress. Cracks run at 0.4 of the
-longitudinal speed, in pores as much slower as sound.
+does the yield stress, and in porous material they are divided by alpha like every stress. From Tillotson's energy of
+incipient vaporisation on matter bears neither shear nor tension, though its melt energy may not be known: a ball of
+aluminium of 7 MJ/kg that holds together flies off as a clump. Cracks run at 0.4 of the longitudinal speed, in pores as
+much slower as sound.
 
 A particle that has lost its neighbours expands freely: its pressure and stress fade with the number of neighbours
 left, consistently in force and energy, so that nothing is created; its remaining internal energy is booked in the
@@ -148,7 +150,9 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
         heat = u[i]
         if rows.thermal[m, temperature.SPAN] > 0.0:
             heat = temperature.melting(rows.eos[m], rows.eos_row[m], rows.thermal[m], a * rho[i], u[i])
-        P = max(P, -rows.tension[m] * thermal_softening.softening(heat, rows.melt[m]) * thin)
+        boiling = heat >= rows.boils[m]  # what boils is no solid, whether its material says when it melts or not
+        cut = 0.0 if boiling else rows.tension[m] * thermal_softening.softening(heat, rows.melt[m])
+        P = max(P, -cut * thin)
         keep = holding(count[i])
         sxx, sxy, sxz, syy, syz = stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4]
         D, s, carrying = 0.0, keep * thin, rho[i]
@@ -165,6 +169,8 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             limit = strengths.yield_stress(law, rows.strength_row[m], a * P, heat, D)
             if plastic is not None:
                 limit *= strengths.hardening(law, rows.strength_row[m], plastic[i])
+            if boiling:
+                limit = 0.0
             if limit <= 0.0:
                 carrying = max(carrying, rows.rho0[m] * thin)
             f = von_mises.return_factor(J2, limit)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from matter import material
 from matter.errors import InputError
 from sph import state
 from sph.cloud import Cloud
@@ -160,6 +161,24 @@ def test_tension_softens_with_heat_as_strength_does(choice):
     out = state.Evaluated(4)
     state.evaluate(body, materials.rows, True, True, out)
     assert out.pressure == pytest.approx([-130e6, -65e6, 0.0, 0.0], abs=1.0)
+
+
+@pytest.mark.parametrize("name", ["aluminum", "copper", "granite", "regolith"])
+def test_what_begins_to_boil_is_no_solid_though_no_melt_energy_is_given(name):
+    """All of the tension below Tillotson's Eiv, neither pulled nor sheared from there on."""
+    materials = collect((name,), {name: Choice(tillotson={"a": "1e-6", "b": "1e-6"})})  # cold matter that is warm
+    boils = float(material.section(name, "tillotson")["Eiv"])
+    heat = boils * np.array([0.0, 0.99, 1.0, 2.0])
+    body = cloud(4, density=[0.8 * materials.rows.rho0[0]] * 4, specific_energy=heat, stress=np.full((4, 5), 5e9))
+    out = state.Evaluated(4)
+    state.evaluate(body, materials.rows, True, False, out)
+    cut = float(materials.rows.tension[0])
+    assert out.pressure == pytest.approx([-cut, -cut, 0.0, 0.0], abs=1.0)
+    assert np.all(body.stress[2:] == 0.0)
+    assert np.all(body.stress[:2] > 0.0) or name == "granite"  # pulled apart it holds none when cold either
+    squeezed = cloud(4, density=[1.1 * materials.rows.rho0[0]] * 4, specific_energy=heat, stress=np.full((4, 5), 5e9))
+    state.evaluate(squeezed, materials.rows, True, False, out)
+    assert np.all(squeezed.stress[:2] > 0.0) and np.all(squeezed.stress[2:] == 0.0)
 
 
 def test_a_cones_tip_softens_with_heat():
