@@ -12,7 +12,8 @@ from sph.eos import dispatch, murnaghan
 from sph.material_settings import law_of, parameters
 from sph.materials import collect
 
-NAMES = material.names()
+# tables are held in test_table.py and test_shipped_tables.py: one pressure may belong to a range of densities there
+NAMES = [name for name in material.names() if law_of(name, "eos", "tillotson") != "table"]
 ROWS = collect(tuple(NAMES)).rows
 TILLOTSON = dispatch.FAMILY.kind("tillotson")
 GAS = (dispatch.FAMILY.kind("ideal_gas"), np.array([1.2, 1.4]))
