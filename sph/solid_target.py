@@ -34,9 +34,9 @@ NEAR = 0.3
 
 
 @lru_cache(maxsize=2)
-def _distance(solid: Solid) -> Distance:
+def _distance(solid: Solid, height: float) -> Distance:
     try:
-        return measured(solid)
+        return measured(solid, site=np.array([0.0, 0.0, height]))
     except InputError as reason:
         raise InputError(f"[target] file: {reason}") from None
 
@@ -44,7 +44,7 @@ def _distance(solid: Solid) -> Distance:
 @lru_cache(maxsize=2)
 def _samples(solid: Solid, height: float) -> np.ndarray:
     """Distances [m] of points spread evenly in the body from the site, sorted."""
-    points = Interior(solid, _distance(solid)).draw(np.random.default_rng(0), SAMPLES)
+    points = Interior(solid, _distance(solid, height)).draw(np.random.default_rng(0), SAMPLES)
     return np.sort(np.linalg.norm(points - [0.0, 0.0, height], axis=1))
 
 
@@ -74,7 +74,7 @@ def build(target: Target, materials: Materials, zones: Zones, seed: int) -> Body
     """The target's particles: a graded glass whose layers follow the surface, or (one spacing everywhere) a uniform
     hexagonal lattice; the mass is that of the body. Raises ``InputError`` where no particle fits in."""
     solid = target.placed.solid
-    inside = Interior(solid, _distance(solid))
+    inside = Interior(solid, _distance(solid, target.placed.height))
     if zones.uniform:
         lattice = packing.hexagonal(zones.contact, solid.extent)
         position = lattice[inside.inside(lattice)]

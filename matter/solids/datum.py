@@ -54,7 +54,7 @@ class Datum:
     @cached_property
     def depths(self) -> Distance:
         """Depths on a grid."""
-        return measured(self.solid)
+        return measured(self.solid, site=self.site)
 
     @cached_property
     def deepest(self) -> float:
@@ -64,14 +64,14 @@ class Datum:
     @cached_property
     def _points(self) -> cKDTree:
         """Points of the surface: the feet of the grid's points within a cell of it."""
-        low, cell, depth = self.depths
+        low, cell, depth = self.depths[:3]
         near = low + cell * np.argwhere(np.abs(depth) < cell)
         found, inwards = self.depths.at(near)
         return cKDTree(np.concatenate([near - found[:, None] * inwards, self.solid.vertices]))
 
     def _beyond(self, position: np.ndarray) -> np.ndarray:
         """(n,) whether points lie beyond the grid."""
-        low, cell, depth = self.depths
+        low, cell, depth = self.depths[:3]
         high = low + cell * (np.array(depth.shape) - 1)
         return np.asarray(((position < low) | (position > high)).any(axis=1))
 

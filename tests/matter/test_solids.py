@@ -97,6 +97,36 @@ def _nearest(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
     return np.flatnonzero(low - size <= (low + size).min())
 
 
+def test_beside_a_site_depths_are_exact_between_the_points_of_the_grid_too():
+    """On a corner of a box, where the grid has eight cells for four metres; in a ball, where the grid is off by two
+    thousandths of its radius."""
+    box = made(solids.box((1.0, 2.0, 4.0)))
+    corner = np.array([0.5, 1.0, 2.0])
+    near = distance.measured(box, 8, site=corner)
+    points = corner + np.random.default_rng(1).uniform(-0.28, 0.28, (2000, 3))
+    over = points - corner
+    outside = np.linalg.norm(np.maximum(over, 0.0), axis=1)
+    wanted = np.where((over < 0.0).all(axis=1), -over.max(axis=1), -outside)
+    depth, inwards = near.at(points)
+    assert depth == pytest.approx(wanted, abs=1e-12)
+    assert np.linalg.norm(inwards, axis=1) == pytest.approx(np.ones(len(points)), abs=1e-9)
+    foot = points - depth[:, None] * inwards
+    assert np.abs(np.abs(foot) - corner).min(axis=1) == pytest.approx(np.zeros(len(points)), abs=1e-9)
+
+    ball = solid.ellipsoid((1000.0, 1000.0, 1000.0))
+    site = ball.site(np.array([0.0, 0.0, 1.0]))[0]
+    near = distance.measured(ball, site=site)
+    points = site + np.random.default_rng(2).uniform(-0.5, 0.5, (500, 3)) * near.cell
+    corners = ball.vertices[ball.triangles]
+    depth = near.at(points)[0]
+    for point, found in zip(points[:60], depth[:60]):
+        least = min(distance.squared_distance(*point, *triangle) for triangle in corners[_nearest(corners, point)])
+        assert abs(found) == pytest.approx(math.sqrt(least), rel=1e-9, abs=1e-9)
+    truly = 500.0 - np.linalg.norm(points, axis=1)
+    assert np.abs(depth - truly).max() < 0.02  # the triangles' own: some 8 m across
+    assert near.at(site[None])[0][0] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_inside_is_inside():
     box = made(solids.box((1.0, 2.0, 4.0)))
     inside = region.Interior(box, distance.measured(box))
