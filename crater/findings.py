@@ -85,8 +85,8 @@ class ShockFindings:
     """The shock stage in time: every snapshot measured, the ``transient`` crater by the maximum at which it is taken,
     those that are still ``growing`` at the end, the ``last`` snapshot (of ``end_time`` [s]; None where it could not be
     measured), ejecta, what the measuring stands on, ``reasons`` for what is missing, what is ``molten``
-    (``crater.shock_phases``), the ``decay`` of the shock (``crater.shock_decay``), and what melts and boils by the
-    ``heat`` that it left (``crater.release``)."""
+    (``crater.shock_phases``), the ``decay`` of the shock (``crater.shock_decay``), what melts and boils by the
+    ``heat`` that it left (``crater.release``), and the ``melt`` of published laws (``crater.melt_scaling``)."""
 
     moments: tuple[series.Moment, ...]
     transient: Mapping[str, series.Moment]
@@ -100,6 +100,7 @@ class ShockFindings:
     molten: Mapping[str, Any] = field(default_factory=dict)
     decay: Mapping[str, Any] = field(default_factory=dict)
     heat: Sequence[Mapping[str, Any]] = ()
+    melt: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from crater import flown, release, settled_matter, shock_phases
+from crater import flown, melt_scaling, release, settled_matter, shock_phases
 from crater.findings import Findings
 from matter import page, readable
 
@@ -20,6 +20,7 @@ def all_parts(findings: Findings, out: Path) -> list[str]:
     return [
         molten(findings.shock.molten),
         heated(findings.shock.heat),
+        published(findings.shock.melt),
         decay(findings.shock.decay, findings.soundness.get("planar_limit_Pa")),
         excavated(ejected.excavation, projectile, out),
         fates(ejected.fates),
@@ -78,6 +79,23 @@ def heated(facts: Sequence[Mapping[str, Any]]) -> str:
         "pressures of the same table. A shock smeared over the length in which it weakens loses peak pressure and "
         "gains heat: where they differ, the first is too much and the second too little. Errors are those of counting "
         "particles. " + " ".join(page.escape(note) for note in dict.fromkeys(notes)) + "</p>"
+    )
+
+
+def published(facts: Mapping[str, Any]) -> str:
+    """What published laws say that the impact melts; empty where no energy of the target's material is known."""
+    if not facts:
+        return ""
+    rows = [
+        (melt_scaling.WORDS[key], readable.number(value, 3)) for key, value in facts["over_projectile_mass"].items()
+    ]
+    energy = readable.amount(facts["energy_J_kg"] * 1e-6, "MJ/kg", 3)
+    return (
+        "<h2>Melt by published laws</h2>"
+        + page.table(["in masses of the projectile", "molten"], [[page.escape(cell) for cell in row] for row in rows])
+        + f"<p class=note>Of dense, cold {page.escape(facts['material'])}, molten behind a shock of {energy} "
+        f"({page.escape(facts['source'])}); in rock from some 12 km/s on, within a factor of two. What this run "
+        "melted stands above, where its material knows it.</p>"
     )
 
 

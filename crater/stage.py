@@ -21,6 +21,7 @@ from crater import (
     ejecta,
     flight,
     launch,
+    melt_scaling,
     on_bodies,
     plot,
     release,
@@ -250,8 +251,9 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
     except InputError as reason:
         reasons["shock_decay"] = str(reason)
     heat = release.masses(particles, setting.event.mass)
+    melt = melt_scaling.facts(setting.event, setting.settings.target.layers[-1].material)
     return ShockFindings(
-        tuple(moments), transient, growing, time, path, last, ejected, chosen, reasons, molten, decay, heat
+        tuple(moments), transient, growing, time, path, last, ejected, chosen, reasons, molten, decay, heat, melt
     )
 
 

@@ -60,6 +60,8 @@ def measures_json(findings: Findings) -> dict[str, Any]:
         content["shock_phases"] = findings.shock.molten
     if findings.shock is not None and findings.shock.heat:
         content["release"] = list(findings.shock.heat)
+    if findings.shock is not None and findings.shock.melt:
+        content["melt_scaling"] = findings.shock.melt
     if findings.shock is not None and findings.shock.decay:
         content["shock_decay"] = findings.shock.decay
     ejected = findings.ejected

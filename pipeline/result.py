@@ -34,7 +34,8 @@ def table(run: Path) -> str:
     lines += [_published(entry) for entry in measures.get("reference", [])]
     lines += _of_body(measures.get("body", {}))
     lines += _molten(measures.get("shock_phases", {})) + _excavated(measures.get("excavation", {}))
-    lines += _heated(measures.get("release", [])) + _settled(measures.get("settled_matter", {}))
+    lines += _heated(measures.get("release", [])) + _melted(measures.get("melt_scaling", {}))
+    lines += _settled(measures.get("settled_matter", {}))
     return "\n".join(line for line in [*lines, *_soundness(measures.get("soundness", {}))] if line)
 
 
@@ -93,6 +94,12 @@ def _heated(facts: list[Mapping[str, Any]]) -> list[str]:
     from crater import release
 
     return release.lines(facts)
+
+
+def _melted(facts: Mapping[str, Any]) -> list[str]:
+    from crater import melt_scaling
+
+    return melt_scaling.lines(facts)
 
 
 def _settled(facts: Mapping[str, Any]) -> list[str]:

@@ -4,12 +4,8 @@
 
 Runs ``cases/pierazzo_1997``; what is done is not made again. In masses of the ball, of target and ball together; both
 ways use the pressure or entropy at which matter is as hot as its melting point at 1 bar (``crater.release``). The
-published scaling, of volumes over that of the ball, straight down and from some 12 km/s on:
-
-    V / V_ball = 0.25 v^2 / E_m,   E_m = 9.0 MJ/kg
-
-(Collins, Melosh & Marcus 2005, after Pierazzo, Vickery & Melosh 1997; E_m of dunite as public implementations list it:
-the papers were not at hand.) Extrapolated to no spacing by m = m_0 + a h^p of the last three sizes.
+published laws are those of the run's own page (``crater.melt_scaling``). Extrapolated to no spacing by m = m_0 + a h^p
+of the last three sizes.
 """
 
 from __future__ import annotations
@@ -24,11 +20,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from crater import melt_scaling
 from studies import case_runs
 
 ROOT = Path(__file__).resolve().parents[1]
 CASE = ROOT / "cases" / "pierazzo_1997"
-RADIUS, SPEED, MELTING = 1000.0, 25e3, 9.0e6
+RADIUS = 1000.0
 SIZES = (10, 14)
 WAYS = {
     "melting_begins": "as hot as its melting point, by entropy",
@@ -38,16 +35,15 @@ WAYS = {
 }
 
 
-def published() -> float:
-    """Volume that melts over that of the ball, by the scaling above."""
-    return 0.25 * SPEED**2 / MELTING
-
-
 def measured(run: Path) -> dict[str, Any]:
     """Masses over that of the ball, of target and ball together, and those of the ball alone, by way, with errors."""
-    parts = json.loads((run / "6_crater" / "measures.json").read_text())["release"]
+    measures = json.loads((run / "6_crater" / "measures.json").read_text())
+    parts = measures["release"]
     critical = parts[0]["critical"]
-    found: dict[str, Any] = {"pressure": critical["shock_melting_begins_Pa"]}
+    found: dict[str, Any] = {
+        "pressure": critical["shock_melting_begins_Pa"],
+        "published": measures["melt_scaling"]["over_projectile_mass"],
+    }
     for way in WAYS:
         each = {part["body"]: part["over_projectile_mass"].get(way, 0.0) for part in parts}
         error = np.hypot(*(part["counting_error"].get(way, 0.0) for part in parts))
@@ -83,7 +79,9 @@ def table(found: dict[int, dict[str, Any]]) -> str:
         ends = (extrapolated(spacing, np.array([run[way]["sum"] for run in found.values()])) for way in WAYS)
         cells = ("not even" if end is None else f"{end[0]:.2f} (order {end[1]:.1f})" for end in ends)
         lines.append("| no spacing | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + f"\n\nPublished scaling: {published():.1f}\n"
+    laws = next(iter(found.values()))["published"]
+    said = ", ".join(f"{melt_scaling.WORDS[key]}: {value:.2f}" for key, value in laws.items())
+    return "\n".join(lines) + f"\n\nPublished: {said}\n"
 
 
 def picture(found: dict[int, dict[str, Any]], path: Path) -> None:
@@ -100,7 +98,8 @@ def picture(found: dict[int, dict[str, Any]], path: Path) -> None:
         ax.errorbar(
             spacing, sums, [run[way]["error"] for run in found.values()], color=color, marker="o", ms=4, label=words
         )
-    ax.axhline(published(), color="k", lw=0.8, ls=":", label="scaling of Pierazzo et al. 1997")
+    for style, (key, value) in zip((":", "--"), next(iter(found.values()))["published"].items()):
+        ax.axhline(value, color="k", lw=0.8, ls=style, label=melt_scaling.WORDS[key])
     ax.set(xlim=(0.0, None), ylim=(0.0, None), xlabel="spacing over the ball's radius", ylabel="mass over the ball's")
     ax.legend(fontsize=7)
     figure.savefig(path, dpi=90)
