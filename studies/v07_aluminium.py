@@ -34,7 +34,7 @@ TOLERANCE = 0.15
 PLATES = {"1100-O": (23.0, "", "coarse"), "6061-T6": (95.0, "hard", "hard_coarse")}
 """Brinell hardness, and the presets of the fine and the coarse size."""
 SIZES = ("10 to the ball's radius", "7 to the ball's radius")
-VARIANTS = {"7, of that spacing down to 12 mm": ("sph.fine_radius=12 mm",)}
+VARIANTS = {"7, ground of that spacing to 6 mm only": ("sph.fine_radius=6 mm",)}
 """What each changes of the coarse run into the soft plate."""
 WHY = {
     "1100-O": "not converged: the floor rests on particles of 1 to 2 mm; fine ground makes the coarse run deeper",
