@@ -8,8 +8,10 @@ import pytest
 
 from crater import melt_scaling, report_matter
 from crater.scaling import ImpactEvent
-from matter import material
+from matter import material, shock_phases
 from pipeline import result
+from sph.eos import hugoniot
+from sph.materials import collect
 
 
 def event(**changed):
@@ -43,6 +45,14 @@ def test_the_energy_is_that_of_a_strong_shock(name):
     """E_m is the energy of motion behind the shock twice over at most: some 3 km/s in rock and metal, 1 in ice."""
     speed = math.sqrt(2.0 * material.section(name, "melt_scaling")["energy"])
     assert 2.5e3 < speed < 4.5e3 or (name == "ice" and 0.8e3 < speed < 1.5e3)
+
+
+@pytest.mark.parametrize("name", ["granite", "aluminum", "aluminum_1100", "aluminum_6061", "dunite"])
+def test_the_critical_pressure_is_where_the_hugoniot_has_that_energy(name):
+    """u = up^2 / 2 behind a strong shock into matter at rest."""
+    speed = math.sqrt(2.0 * material.section(name, "melt_scaling")["energy"])
+    state = hugoniot.behind(*hugoniot.solid(collect((name,)).rows, 0), speed)
+    assert shock_phases.pressures(name) == {"molten": pytest.approx(state.P, rel=0.01)}
 
 
 def test_nothing_is_said_of_slow_impacts_and_of_what_is_not_known():

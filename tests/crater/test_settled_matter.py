@@ -132,7 +132,7 @@ def test_nothing_is_said_where_nothing_is_known(tmp_path):
     bare = Particles({name: grains[name] for name in ("position", "mass", "radius", "state")})
     assert settled_matter.facts(bare, FINAL, TRANSIENT, MASS) == {}
     assert settled_matter.facts(grains, crater(float("nan"), 0.0), TRANSIENT, MASS) == {}
-    grains.attributes["materials"] = ["granite"]
+    grains.attributes["materials"] = ["basalt"]
     assert "over_projectile_mass" not in settled_matter.facts(grains, FINAL, TRANSIENT, MASS)
     assert "breccia lens" not in settled_matter.facts(grains, FINAL, None, MASS)["zones"]
     assert report_matter.settled({}, tmp_path) == "" and result._settled({}) == []
