@@ -61,7 +61,7 @@ def test_the_crater_page_leaves_a_place_for_it(monkeypatch):
 
     for fates, count in (({"some": 1}, 1), ({}, 0)):
         ejected = SimpleNamespace(excavation={}, fates=fates)
-        shock = SimpleNamespace(molten={}, heat=(), decay={})
+        shock = SimpleNamespace(molten={}, heat=(), decay={}, melt={})
         event = SimpleNamespace(event=SimpleNamespace(mass=1.0))
         monkeypatch.setattr(report_matter, "fates", lambda facts: "FATES" if facts else "")
         parts = report_matter.all_parts(
