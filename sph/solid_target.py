@@ -26,9 +26,9 @@ from sph.materials import Materials
 from sph.target import Body, Zones, spacing_law
 
 SAMPLES = 200_000
-MOST_TRIALS = 2e9
+MOST_TRIALS = 1e7
 """Particles of the finest spacing in the whole body, from which on points are drawn distance by distance from the
-site: so many would have to be tried over the body to find the fine ones among them."""
+site: so many would have to be tried over the body to find the fine ones among them, at a microsecond each."""
 NEAR = 0.3
 """Up to this share of the body's radius from the site it counts as a ball of its volume: too few samples lie there."""
 
