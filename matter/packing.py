@@ -20,6 +20,9 @@ from matter.solids.region import Interior
 FOUND = 0.8
 """Largest density among even samples, over the true one, from which on they are drawn by: points there would be too
 few by 1 / (1.05 FOUND)."""
+RARE = 1e-3
+"""Share of even samples that would be kept, below which points are not drawn by them: a million would be tried for a
+thousand points."""
 PROBES = 20_000
 """Samples of a shell about a point that the spacing grows from."""
 WIDER = 1.5
@@ -116,8 +119,8 @@ def graded(
     Points drawn at random with the density 1/s^3 repel each other and their mirror images behind the walls, until they
     are spread evenly; the walls are met by smooth layers of points. ``finest`` : the smallest spacing, where it holds
     in too small a part of the region for samples to find it. ``grown_from`` : the point from which the spacing grows,
-    and its least in the region; where samples miss that part altogether, as about an impact of a metre on a body of
-    hundreds, points are drawn distance by distance from there (``_by_distance``).
+    and its least in the region; where samples miss that part, or hardly find it, as about an impact of a metre on a
+    body of hundreds, points are drawn distance by distance from there (``_by_distance``).
 
     Returns
     -------
@@ -127,7 +130,9 @@ def graded(
     probe = region.draw(rng, 200_000)
     density = spacing(probe) ** -3.0
     most = float(density.max()) if finest is None else max(finest**-3.0, float(density.max()))
-    if grown_from is not None and float(density.max()) < FOUND * grown_from[1] ** -3.0:
+    if grown_from is not None and (
+        float(density.max()) < FOUND * grown_from[1] ** -3.0 or float(density.mean()) < RARE * most
+    ):
         reach = 1.05 * float(np.linalg.norm(probe - grown_from[0], axis=1).max())
         points = _by_distance(spacing, region, rng, grown_from[0], reach)
     else:

@@ -26,9 +26,6 @@ from sph.materials import Materials
 from sph.target import Body, Zones, spacing_law
 
 SAMPLES = 200_000
-MOST_TRIALS = 1e7
-"""Particles of the finest spacing in the whole body, from which on points are drawn distance by distance from the
-site: so many would have to be tried over the body to find the fine ones among them, at a microsecond each."""
 NEAR = 0.3
 """Up to this share of the body's radius from the site it counts as a ball of its volume: too few samples lie there."""
 
@@ -83,8 +80,7 @@ def build(target: Target, materials: Materials, zones: Zones, seed: int) -> Body
     else:
         spacing = spacing_law(target, zones)
         stream = np.random.default_rng(np.random.SeedSequence(seed).spawn(1)[0])
-        many = solid.volume / zones.contact**3 > MOST_TRIALS
-        grown = (np.array(target.impact_point), zones.contact) if many else None
+        grown = (np.array(target.impact_point), zones.contact)
         position, volume = packing.graded(spacing, inside, stream, finest=zones.contact, grown_from=grown)
         support = zones.support * spacing(position)
     if not len(position):

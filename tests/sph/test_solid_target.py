@@ -169,11 +169,19 @@ def test_two_layers_a_thickness_and_a_latitude_beyond_the_pole_are_refused(folde
     assert "latitude" in complaint(folder, text.replace('"20 deg"', '"120 deg"'))
 
 
-def test_a_large_body_is_full_where_a_small_ball_hits_it(monkeypatch):
-    """A kilometre with half a metre at the site: places are not tried all over the body. (Where they were, the first
-    try after the samples that find the volume would end the test.)"""
+@pytest.mark.parametrize(
+    ("axes", "zones", "fewest"),
+    [
+        ([1004.0, 1004.0, 876.0], Zones(0.5, 1.0, 0.5, 1.0, 100.0, 0.3), (20, 200, 300, 300)),
+        ([177.0, 174.0, 116.0], Zones(0.25, 1.0, 0.75, 5.0, 20.0, 0.3), (200, 500, 200, 30)),
+    ],
+    ids=["kilometre", "dimorphos"],
+)
+def test_a_large_body_is_full_where_a_small_ball_hits_it(monkeypatch, axes, zones, fewest):
+    """Half a metre at the site of a kilometre, a quarter on Dimorphos: places are not tried all over the body. (Where
+    they were, the first try after the samples that find the volume would end the test.)"""
     body = Target.model_validate(
-        {"shape": "ellipsoid", "axes": [1004.0, 1004.0, 876.0], "layers": [{"name": "soil", "material": "basalt"}]}
+        {"shape": "ellipsoid", "axes": axes, "layers": [{"name": "soil", "material": "basalt"}]}
     )
     draws = []
     drawn = region.Interior.draw
@@ -184,13 +192,12 @@ def test_a_large_body_is_full_where_a_small_ball_hits_it(monkeypatch):
         return drawn(self, rng, count)
 
     monkeypatch.setattr(region.Interior, "draw", counted)
-    zones = Zones(0.5, 1.0, 0.5, 1.0, 100.0, 0.3)
     built = solid_target.build(body, collect(("basalt",)), zones, 1)
     away = np.linalg.norm(built.position - np.array(body.impact_point), axis=1)
     size = np.cbrt(built.mass / built.density)
-    for inner, outer, fewest in ((0.0, 1.5, 20), (1.5, 10.0, 200), (10.0, 100.0, 300), (100.0, 1000.0, 300)):
+    for inner, outer, least in zip((0.0, 1.5, 10.0, 100.0), (1.5, 10.0, 100.0, 1000.0), fewest, strict=True):
         here = (away >= inner) & (away < outer)
-        assert here.sum() > fewest
+        assert here.sum() > least
         assert size[here].mean() == pytest.approx(zones.spacing(away[here]).mean(), rel=0.08)
     assert built.mass.sum() == pytest.approx(body.placed.solid.volume * built.density[0], rel=1e-9)
 
