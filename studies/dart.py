@@ -27,7 +27,7 @@ COARSE = sets("sph.spacing_at_impact=1 m", "sph.spacing_far=9 m", "sph.growth=0.
 """14,000 particles; the projectile is one of them, the shock in it is not resolved."""
 ENDS = sets("sph.end_time=5 s", "handoff.time=5 s", "sph.snapshot_interval=0.5 s")
 ONE_SPEED = sets("sph.late.slower=[]")
-"""What the case was when the table of the coarse size was made: one late sound speed. It makes 0.2 % of the momentum."""
+"""What the case was when the coarse table was made: one late sound speed. It makes 0.2 % of the momentum."""
 FRICTION = "sph.materials.basalt.drucker_prager.friction_angle={} deg"
 COHESION = "sph.materials.basalt.drucker_prager.cohesion={} Pa"
 WHOLE = sets("sph.materials.basalt.predamaged=false", "sph.damage=false")
