@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from matter import quantity, readable
+from matter import at_rest, quantity, readable
 from matter.body import Model
+from matter.constants import G
 from matter.errors import InputError
 from pipeline import experimental
 from pipeline.complaints import Complaint
@@ -30,6 +31,8 @@ WIDEST = 0.8
 """Radius of the expected crater over that of the bed: wider ones meet the damped layer."""
 SINKING = 0.01
 """Depth, over the crater's diameter, by which ground may sink in a quiet layer unsaid."""
+DISRUPTS = 0.1
+"""Share of the energy that breaks a body in two, from which on its fragments are what a run is about."""
 NEAR = 1.3
 """Least distance of the quiet layer over the expected crater's radius."""
 
@@ -42,7 +45,12 @@ def judged(
     sph: Any = settings.get("sph") if "sph" not in outside else None
     if sph is None or not hasattr(sph, "zones"):
         return [], list(experimental.used(settings))
-    errors = [*_impossible(sph), *_out_of_order(settings, sph), *_does_not_fit(settings, sph, outside)]
+    errors = [
+        *_impossible(sph),
+        *_out_of_order(settings, sph),
+        *_does_not_fit(settings, sph, outside),
+        *_mirrored(sph),
+    ]
     return errors, [
         *_unlikely(sph),
         *_broken(sph),
@@ -133,6 +141,26 @@ def _does_not_fit(settings: Mapping[str, Model], sph: Any, outside: Mapping[str,
         _fill_bed(bed, sph)
     except InputError as reason:
         yield Complaint(("bed",), str(reason).removeprefix("[bed] "))
+
+
+def _mirrored(sph: Any) -> Iterator[Complaint]:
+    """Fragments of a body that breaks are no mirror images of each other."""
+    from sph import disruption
+
+    target, impact = sph.target, sph.impact
+    if sph.symmetry == "none" or target.flat or not sph.strength:
+        return
+    materials = sph.chosen_materials()
+    whole = at_rest.surface_gravity(target, materials.at_rest) * target.radius**2 / G
+    ball = float(materials.bulk_density[materials.index(impact.projectile.material)]) * impact.projectile.volume
+    kind = "ice" if target.layers[-1].material.startswith("ice") else "rock"
+    share = disruption.share(ball, impact.speed, whole, target.radius, kind)
+    if share > DISRUPTS:
+        yield Complaint(
+            ("sph", "symmetry"),
+            f"the impact has {share:.2g} of the energy that breaks the body in two (at most {DISRUPTS:g}): its "
+            'fragments are no mirror images of each other, take "none"',
+        )
 
 
 def _fill_bed(bed: Any, sph: Any) -> None:

@@ -128,7 +128,7 @@ class Settings(_Keys):
     """``[sph.late]``: a softened late stage for long times at small scale (``sph.late``); none by default."""
     symmetry: symmetries.Symmetry = "none"
     """``half``: only y > 0 is computed, beside a mirror; ``quarter``: x > 0 and y > 0, of an impact straight down.
-    What is left is the whole. Not where fragments or the pattern of cracks are the result: they are mirrored too."""
+    What is left is the whole. Refused where the impact breaks the body: fragments and cracks would be mirrored too."""
     control: bool = False
     """A control run without projectile."""
     seed: Annotated[int, Field(ge=0)] = 1
