@@ -89,7 +89,7 @@ def columns(typingctx, rows, index, first, k, scratch):
 
 @intrinsic
 def narrow_columns(typingctx, rows, index, first, k, scratch):
-    """``columns`` of rows (n, 8)."""
+    """``columns`` of the first eight values of rows, into ``scratch`` (8, columns)."""
     return types.none(rows, index, types.intp, types.intp, scratch), _columns(8)
 
 

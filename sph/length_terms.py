@@ -24,11 +24,11 @@ import math
 
 import numpy as np
 
-from matter.gather import LANES, columns
+from matter.gather import LANES, narrow_columns
 from matter.jit import parallel_kernel, prange
 from sph.kernels import dispatch as kernels
 from sph.lattice_gradients import hexagonal_distances
-from sph.row import RHO_INVERSE, SUPPORT, VOLUME, WIDTH, XX, YY, ZZ, X, Y, Z
+from sph.row import NARROW, RHO_INVERSE, SUPPORT, VOLUME, XX, YY, ZZ, X, Y, Z
 from sph.scheme import Pairs, Rows, Scheme
 
 SOURCES = ("SpringelHernquist2002", "Monaghan2002")
@@ -50,11 +50,11 @@ def _loop(scheme: Scheme):
             wide = 0
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 wide = max(wide, pairs.number[i])
-            s = np.empty((WIDTH, wide + 2 * LANES))
+            s = np.empty((NARROW, wide + 2 * LANES))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 padded = (pairs.number[i] + LANES - 1) // LANES * LANES
                 for k in range(0, padded, LANES):
-                    columns(row, pairs.partner, pairs.first[i], k, s)
+                    narrow_columns(row, pairs.partner, pairs.first[i], k, s)
                 x, y, z, h = row[i, X], row[i, Y], row[i, Z], row[i, SUPPORT]
                 total = 0.0
                 for k in range(padded):

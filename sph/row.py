@@ -4,9 +4,11 @@
 tensor) holds what some schemes add to it.
 """
 
-X, Y, Z, VX, VY, VZ = range(6)
-VOLUME, RHO_INVERSE, SUPPORT, SOUND = range(6, 10)
-"""m / rho [m^3], 1 / rho [m^3/kg], support radius h [m], sound speed [m/s]."""
+X, Y, Z, SUPPORT, VOLUME = range(5)
+"""Place [m], support radius h [m], m / rho [m^3]: what sums of the kernel alone read lies in the first cache line."""
+VX, VY, VZ = range(5, 8)
+RHO_INVERSE, SOUND = 8, 9
+"""1 / rho [m^3/kg], sound speed [m/s]."""
 XX, XY, XZ, YY, YZ, ZZ = range(10, 16)
 """Effective total stress sigma [Pa]."""
 WIDTH = 16
@@ -22,4 +24,4 @@ ENERGY = 7
 TENSOR = 7
 """Second row: first of the nine columns of sigma B [Pa], by rows (``sph.gradients``)."""
 NARROW = 8
-"""Width of second rows without that tensor."""
+"""Width of second rows without that tensor, and of a row's first cache line."""

@@ -20,7 +20,7 @@ import numpy as np
 from matter import checkpoint, neighbours
 from matter.gather import LANES
 from matter.jit import kernel, parallel_kernel, prange
-from sph.row import ENERGY, SHARE, SLOPE, SOUND, TENSOR, VOLUME, VX, XX, XY, XZ, YY, YZ, ZZ, X
+from sph.row import ENERGY, RHO_INVERSE, SHARE, SLOPE, SOUND, SUPPORT, TENSOR, VOLUME, VX, XX, XY, XZ, YY, YZ, ZZ, X
 
 
 class Plane(Protocol):
@@ -51,7 +51,7 @@ class Plane(Protocol):
 def _fill(row, count, owner, sign, shift, drift):
     for g in prange(len(owner)):
         source, image = row[owner[g]], row[count + g]
-        for k in range(VOLUME, SOUND + 1):
+        for k in (SUPPORT, VOLUME, RHO_INVERSE, SOUND):
             image[k] = source[k]
         for a in range(3):
             image[X + a] = sign[g, a] * source[X + a] + shift[g, a]

@@ -5,6 +5,7 @@ import pytest
 
 from matter import neighbours
 from sph import rates, scheme, start_volumes, state
+from sph import row as columns
 from sph.cloud import Cloud
 from sph.kernels import cubic_spline
 from sph.kernels.dispatch import FAMILY as KERNELS
@@ -36,16 +37,13 @@ class _Cloud:
 
     def rows(self, stressed=True):
         s, P = self.stress * stressed, self.pressure
-        return np.concatenate(
-            [
-                self.position, self.velocity, (self.mass / self.density)[:, None], 1 / self.density[:, None],
-                self.support_radius[:, None],
-                np.full((len(P), 1), 3200.0), (s[:, 0] - P)[:, None], s[:, 1:2], s[:, 2:3], (s[:, 3] - P)[:, None],
-                s[:, 4:5],
-                (-s[:, 0] - s[:, 3] - P)[:, None],
-            ],
-            axis=1,
-        )  # fmt: skip
+        made = np.zeros((len(P), columns.WIDTH))
+        made[:, :3], made[:, columns.VX : columns.VZ + 1] = self.position, self.velocity
+        made[:, columns.SUPPORT], made[:, columns.VOLUME] = self.support_radius, self.mass / self.density
+        made[:, columns.RHO_INVERSE], made[:, columns.SOUND] = 1 / self.density, 3200.0
+        made[:, columns.XX], made[:, columns.XY], made[:, columns.XZ] = s[:, 0] - P, s[:, 1], s[:, 2]
+        made[:, columns.YY], made[:, columns.YZ], made[:, columns.ZZ] = s[:, 3] - P, s[:, 4], -s[:, 0] - s[:, 3] - P
+        return made
 
     def evaluate(self, alpha=1.0, beta=2.0, stiffness=None, first=False, kernel="cubic_spline", artificial_stress=0.0):
         out, row = rates.Rates(len(self.mass)), self.rows()
