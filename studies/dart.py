@@ -52,6 +52,11 @@ RUNS = {
     for name, ground in GROUNDS.items()
     for size, shape in (("quick", ()), ("coarse", ONE_SPEED + COARSE))
 }
+AS_QUICK = sets(
+    "sph.spacing_at_impact=75 cm", "sph.spacing_far=7 m", "sph.growth=0.09", "sph.contact_refinement=3",
+    "sph.fine_radius=10 m",
+)  # fmt: skip
+RUNS["no cohesion, body and panels, quick"] = ("--preset", "parts", "--until", "sph", *ENDS, *AS_QUICK)
 
 
 def measured(folder: Path) -> list[str]:
