@@ -127,6 +127,21 @@ def test_beside_a_site_depths_are_exact_between_the_points_of_the_grid_too():
     assert near.at(site[None])[0][0] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_depths_of_one_body_are_made_once_for_all_stages(monkeypatch):
+    """Each stage builds its own copy of the body; another body, and another grid, have depths of their own."""
+    calls = []
+    passed_on = distance._passed_on
+    monkeypatch.setattr(distance, "_passed_on", lambda *a: calls.append(1) or passed_on(*a))
+    distance._grid.cache_clear()
+    first = distance.measured(solid.ellipsoid((3.0, 2.0, 1.0)), 20)
+    again = distance.measured(solid.ellipsoid((3.0, 2.0, 1.0)), 20, site=np.array([0.0, 0.0, 0.5]))
+    assert len(calls) == 1 and again.depth is first.depth and len(again.corners) > len(first.corners)
+    other = distance.measured(solid.ellipsoid((3.0, 2.0, 1.1)), 20)
+    finer = distance.measured(solid.ellipsoid((3.0, 2.0, 1.0)), 24)
+    assert len(calls) == 3
+    assert other.depth.max() > first.depth.max() and finer.depth.size > first.depth.size
+
+
 def test_inside_is_inside():
     box = made(solids.box((1.0, 2.0, 4.0)))
     inside = region.Interior(box, distance.measured(box))
