@@ -10,6 +10,14 @@
     error         of a step with control of its error (``sph.runge_kutta``)
 
 c_l is the longitudinal speed where there is shear strength. Particles that have lost their neighbours have no say.
+
+Where all neighbours of a particle approach it, viscosity slows it down at the rate
+
+    (4 pi / 3) alpha c h int W dr = (7/3) alpha c / (h/2)            Wendland's kernel: int W dr = 7 / (2 pi h^2)
+
+and explicit steps are stable below two over that: C < (6/7) (1 + 0.6 alpha) / alpha, 0.80 for alpha = 3. Measured in
+columns of 60 layers (ice 0.5 and 10, basalt 2, aluminium 5 km/s): C = 0.6 leaves P, rho, u and the shock's speed as
+C = 0.3 does within 0.2 %, at 0.7 weakly shocked ice is 1 % too hot, at 0.9 energies are up to 8 % too large.
 """
 
 from __future__ import annotations
