@@ -42,6 +42,7 @@ def facts(run: Path) -> dict[str, Any]:
         "planar_limit_Pa": reached.get("planar_limit_Pa"),
         "planar_speed_m_s": reached.get("planar_speed_m_s"),
         "removed_angular_momentum_over_projectile": reports["sph"].get("removed_angular_momentum_over_projectile"),
+        "removed_angular_momentum_over_all": reports["sph"].get("removed_angular_momentum_over_all"),
         "overlap_max_radii": reports["dem"].get("overlap_max"),
     }
     known = {name: value for name, value in known.items() if value is not None}
@@ -74,8 +75,9 @@ def _of_shock(known: Mapping[str, Any]) -> list[str]:
             else "the spacing smears the first shock out"
         )
         said.append(f"{peak}: {why}")
-    removed = known.get("removed_angular_momentum_over_projectile")
-    if removed is not None and removed > REMOVED:
+    # of a body that turns, the projectile's share is nothing to what is there
+    removed, of_all = (known.get(f"removed_angular_momentum_over_{of}") for of in ("projectile", "all"))
+    if removed is not None and removed > REMOVED and (of_all is None or of_all > REMOVED):
         said.append(
             f"correcting the tree's forces removed {removed:.1%} of the projectile's angular momentum; the drift of "
             f"angular momentum does not show it"

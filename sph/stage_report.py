@@ -33,6 +33,7 @@ def of(run: Simulation) -> dict[str, Any]:
         "gravity_correction_max_rel": i.gravity_correction,
         "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque_removed))
         / scale["angular_momentum_kg_m2_s"],
+        "removed_angular_momentum_over_all": float(np.linalg.norm(i.torque_removed)) / max(_turning(run), 1e-300),
         "projectile": {
             "mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"],
             **_resolution(run),
@@ -59,6 +60,12 @@ def of(run: Simulation) -> dict[str, Any]:
         "peak_pressure_Pa": float(i.cloud.peak_pressure.max()),
         "mean_neighbours": float(i.cloud.neighbours[i.cloud.layer >= 0].mean()),
     }  # fmt: skip
+
+
+def _turning(job: Simulation) -> float:
+    """Angular momentum of body and projectile at the first row of the history [kg m^2/s]."""
+    first = job.history.rows[0]
+    return float(np.linalg.norm([float(first[f"angular_momentum_{axis}"]) for axis in "xyz"]))
 
 
 def _resolution(job: Simulation) -> dict[str, Any]:

@@ -53,6 +53,13 @@ def test_too_few_particles_and_too_much_pressure_are_cautions(tmp_path):
     assert "10.4% of the projectile's angular momentum" in removed
 
 
+@pytest.mark.parametrize(("of_all", "said"), [(0.0981, True), (2e-6, False)])
+def test_what_was_removed_is_held_against_a_bodys_own_rotation_too(tmp_path, of_all, said):
+    shock = {**SHOCK, "removed_angular_momentum_over_projectile": 269.0, "removed_angular_momentum_over_all": of_all}
+    cautions = soundness.facts(run_with(tmp_path, shock))["cautions"]
+    assert any("angular momentum" in words for words in cautions) == said
+
+
 @pytest.mark.parametrize(
     ("ratio", "said"),
     [(0.5, "smears the first shock out"), (0.79, "smears"), (0.81, ""), (1.19, ""), (1.21, "more than any shock")],
