@@ -34,6 +34,18 @@ def test_what_is_faster_than_escape_leaves():
     assert found["beta"] == pytest.approx(1.0 + 10.0 * (30.0 + 1.03 * ESCAPE) / 500.0)
 
 
+def test_what_has_parted_is_said_by_itself():
+    """Of two stones that leave one is still dense ground; a parted one that falls back counts nowhere."""
+    set_up = ball([0.5 * ESCAPE, 1.2 * ESCAPE, 30.0])
+    parted = np.zeros(len(set_up[2]), dtype=bool)
+    parted[[-3, -1]] = True
+    shot = np.array([0.0, 0.0, -500.0]), np.array([0.0, 0.0, 1.0])
+    found = escaping.leaving(*set_up, *shot, parted)
+    assert found["parted"]["mass_kg"] == pytest.approx(10.0) and found["mass_kg"] == pytest.approx(20.0)
+    assert found["parted"]["beta"] == pytest.approx(1.0 + 10.0 * 30.0 / 500.0)
+    assert "parted" not in escaping.leaving(*set_up, *shot)
+
+
 def test_what_comes_in_does_not_leave():
     found = escaping.leaving(*ball([30.0], up=-1.0), np.array([0.0, 0.0, -500.0]), np.array([0.0, 0.0, 1.0]))
     assert found["mass_kg"] == 0.0 and found["beta"] == 1.0
