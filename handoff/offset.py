@@ -15,7 +15,10 @@ spacings. Inside the solid d_i is the disorder of the particles; it sums to zero
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
+from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
@@ -86,8 +89,8 @@ def place_by_place(
     place, width = shape.points[edge], _WIDTH * spacing[edge]
     tree, reach = cKDTree(place), _CUT * float(width.max())
     near = np.flatnonzero(np.isfinite(tree.query(position, distance_upper_bound=reach)[0]))
-    towards = _weights(tree, cKDTree(position[near]), width, reach)
-    among = _weights(tree, tree, width, reach)
+    towards = _weights(place, cKDTree(position[near]), width)
+    among = _weights(place, tree, width)
     inside = shape.contains(points)
     for _ in range(_ROUNDS):
         held = inside.copy()
@@ -101,12 +104,17 @@ def place_by_place(
     return solid
 
 
-def _weights(to: cKDTree, of: cKDTree, width: np.ndarray, reach: float):
-    """Gaussian weights (points of ``to``, points of ``of``) of the standard deviations ``width``, as a sparse
-    matrix."""
-    pairs = to.sparse_distance_matrix(of, reach, output_type="coo_matrix")
-    pairs.data = np.exp(-0.5 * (pairs.data / width[pairs.row]) ** 2)
-    return pairs.tocsr()
+def _weights(place: np.ndarray, of: cKDTree, width: np.ndarray) -> csr_matrix:
+    """Gaussian weights (points at ``place``, points of ``of``) of the standard deviations ``width`` of the former, as
+    a sparse matrix. Each row ends at its own cut: with that of the widest, the ten thousands of fine points about a
+    small impact would all be neighbours of each other (10 GB)."""
+    found = of.query_ball_point(place, _CUT * width, return_sorted=True)
+    count = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
+    column = np.fromiter(itertools.chain.from_iterable(found), dtype=np.int64, count=int(count.sum()))
+    row = np.repeat(np.arange(len(place)), count)
+    away = np.linalg.norm(place[row] - of.data[column], axis=1)
+    weight = np.exp(-0.5 * (away / width[row]) ** 2)
+    return csr_matrix((weight, column, np.concatenate([[0], np.cumsum(count)])), shape=(len(place), of.n))
 
 
 def _area(solid: OffsetShape, count: int) -> np.ndarray:
