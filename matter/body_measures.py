@@ -39,6 +39,7 @@ TABLE = (
     BodyMeasure("height_change_rms_m", "m", "change of height along the normal, RMS over the surface", terminal=True),
     BodyMeasure("height_change_lowest_m", "m", "deepest change of height"),
     BodyMeasure("height_change_highest_m", "m", "highest change of height"),
+    BodyMeasure("hollow_across_m", "m", "width of the hollow, of the circle of its area", terminal=True),
     BodyMeasure("changed_share", "1", "share of the surface whose height changed by more than three errors"),
     BodyMeasure("change_spread", "1", "share of the surface that this change would take were it even", terminal=True),
     BodyMeasure("resurfaced_share", "1", "share of the surface that moved, was removed or buried", terminal=True),

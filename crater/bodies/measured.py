@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from crater.bodies import classes, exchange
+from crater.bodies import classes, exchange, hollow
 from crater.bodies.seen import Pair, Seen
 from crater.uncertainty import Quantity, quantity
 from matter.body_measures import BY_NAME, TABLE
@@ -190,6 +190,11 @@ def height_change_lowest_m(seen: Seen) -> Quantity:
 def height_change_highest_m(seen: Seen) -> Quantity:
     """The highest one."""
     return _extreme(seen, int(np.argmax(seen.chart.change)))
+
+
+def hollow_across_m(seen: Seen) -> Quantity:
+    """Of the hollow that holds the deepest change."""
+    return hollow.across(seen.chart)
 
 
 def _counted(seen: Seen, share: float) -> Quantity:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from crater import datum, locate
-from crater.bodies import classes, findings, measured
+from crater.bodies import classes, findings, hollow, measured
 from crater.bodies.findings import Body
 from crater.bodies.height_map import HeightMap
 from crater.bodies.seen import Seen
@@ -163,3 +163,23 @@ def test_the_share_of_a_hollow_is_that_of_a_cap():
     assert share == pytest.approx(0.5 * (1.0 - math.cos(angle)), rel=2e-3)
     assert share == pytest.approx(classes.LOCAL, rel=2e-3)
     assert classes.half_angle(0.5 * (1.0 - math.cos(angle))) == pytest.approx(45.0)
+
+
+@pytest.mark.parametrize("angle", [20.0, 45.0, 80.0, 130.0])
+def test_a_hollow_is_as_wide_as_its_area_however_far_it_reaches(angle):
+    """A paraboloid round the site, a deep hole on the other side that does not hang together with it, and noise."""
+    edge = math.cos(math.radians(angle))
+    noise = np.random.default_rng(1)
+
+    def change(cos):
+        bowl = -0.3 * np.maximum(1.0 - (1.0 - cos) / (1.0 - edge), 0.0)
+        return bowl + np.where(cos < -0.95, -0.2, 0.0) + noise.normal(0.0, 0.003, len(cos))
+
+    found = hollow.across(on_a_ball(change))
+    wide = 2.0 * math.sqrt(2.0 * (1.0 - edge))
+    assert found.value == pytest.approx(wide, rel=0.02) and abs(found.value - wide) < found.sigma < 0.2 * wide
+
+
+def test_a_change_below_two_spacings_is_no_hollow():
+    found = hollow.across(on_a_ball(lambda cos: np.where(cos > 0.9, -0.09, 0.0)))
+    assert found.value is None and "two spacings" in found.reason
