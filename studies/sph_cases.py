@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 from studies.case_runs import ROOT, run, sets
 
@@ -66,6 +67,9 @@ ROWS: dict[str, tuple[str, ...]] = {
 """Claim of ../docs/validation.md and size -> case and arguments of ``run_case``."""
 
 
+SHOWN = ("diameter_apparent_m", "depth_m")
+
+
 def read(folder: Path) -> str:
     """One line of what a finished run says."""
     report = json.loads((folder / "2_sph" / "stage_report.json").read_text())
@@ -75,8 +79,8 @@ def read(folder: Path) -> str:
     measures = folder / "6_crater" / "measures.json"
     if measures.is_file():
         for kind, found in json.loads(measures.read_text()).items():
-            if isinstance(found, dict) and isinstance(found.get("apparent_diameter_m"), dict):
-                sizes = (found[name] for name in ("apparent_diameter_m", "depth_m"))
+            sizes: list[Any] = [found.get(name) for name in SHOWN] if isinstance(found, dict) else [None]
+            if all(isinstance(size, dict) and size["value"] is not None for size in sizes):
                 words.append(
                     f"{kind}: D, depth " + ", ".join(f"{s['value']:.4g} +- {s['sigma']:.2g} m" for s in sizes)
                 )
