@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +100,8 @@ class Collapse:
             raise InputError("the start and target.json do not share a frame: flat ground, a sphere or another solid")
         self.domain: Domain | Container | WholeBody = DOMAINS[frame].of_attribute(start.attributes["domain"])
         self.standing = Standing(start) if frame == "solid" else None
+        if isinstance(self.domain, WholeBody) and isinstance(body, SolidBody):
+            self.domain = replace(self.domain, hill_radius=body.hill_radius)
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
         self.springs = stiffening.springs_for(
@@ -131,7 +133,7 @@ class Collapse:
         self.due = Due(*3 * (self.bed.start_time,))
         self.balance = Balance.begin(self.bed, body.surface_gravity, handed)
         self.worst_overlap = 0.0
-        self.begun = whole_collapse.leaving_of(self.bed, self.standing, self.carried.get("shot"))
+        self.begun = whole_collapse.leaving_of(self.bed, self.domain, self.carried.get("shot"))
 
     # -- time
 
@@ -305,7 +307,7 @@ class Collapse:
             },
             "stiffness_excess": bed.stiffness_excess / max(self.balance.handed, 1e-300),
             **worst,
-            **whole_collapse.report(bed, self.standing, self.carried.get("shot"), self.begun),
+            **whole_collapse.report(bed, self.domain, self.standing, self.carried.get("shot"), self.begun),
             "ballistic_at_end": int((bed.state == BALLISTIC).sum()),
             "left": int((bed.state == LEFT).sum()),
             "booked": {reason: _book(row) for reason, row in zip(REASONS, bed.booked)},

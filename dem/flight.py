@@ -61,7 +61,9 @@ def _due(bed: Assembly, domain: Domain | Container | WholeBody) -> np.ndarray:
     outside = domain.outside(bed.X[:, :3])
     speed2 = np.einsum("ij,ij->i", bed.W[:, :3], bed.W[:, :3])
     if isinstance(domain, WholeBody):
-        stays, far = bound(bed, distance), BODY_RADII
+        # beyond its Hill sphere nothing is the body's
+        stays = bound(bed, distance) & (distance < domain.hill_radius)
+        far = min(BODY_RADII, domain.hill_radius / domain.datum_radius)
     else:
         stays, far = 0.5 * speed2 + bed.gravity.potential(bed.X[:, :3]) < 0.0, ESCAPE_RADII
     active, flying = bed.state == ACTIVE, bed.state == BALLISTIC

@@ -2,8 +2,9 @@
 
     a_i = g_i - <g>,   g_i = G M (d - x_i) / |d - x_i|^3,   <g> = sum m g / sum m,   d(t) = R(n t) d_0
 
-The frame is that of the run, which does not turn and falls with the body's centre of mass, so that a tide has no net
-force. It has a net torque, which is booked as an outer angular impulse, and a companion that moves does work,
+The frame is that of the run, which does not turn and falls as the tide lets the body fall: <g> goes over the grains of
+the contact search, so that the tide does not push the body, and what flies off does not push it by way of the frame.
+The net force on what flies and the net torque are booked as outer impulses. A companion that moves does work,
 
     dE/dt = n . T - <g> . p,   T = sum m x x g,
 
@@ -32,9 +33,10 @@ SOURCES = ("MurrayDermott1999",)
 
 
 @kernel
-def _pull(X, V, place, strength, mean, torque, pull):
-    """Add the pull of a point at ``place`` (3,) with G M = ``strength`` to ``pull`` (n, 3); its mean over the mass is
-    taken out, and left with its torque about the origin in ``mean`` and ``torque`` (3,)."""
+def _pull(X, V, body, place, strength, mean, torque, pull):
+    """Add the pull of a point at ``place`` (3,) with G M = ``strength`` to ``pull`` (n, 3); its mean over the mass of
+    the first ``body`` grains is taken out, and left with the torque on all about the origin in ``mean`` and ``torque``
+    (3,)."""
     total = 0.0
     for k in range(3):
         mean[k], torque[k] = 0.0, 0.0
@@ -45,10 +47,11 @@ def _pull(X, V, place, strength, mean, torque, pull):
             q = strength / (r2 * math.sqrt(r2))
             if turn == 0:
                 m = V[i, MASS]
-                total += m
-                mean[0] += m * q * x
-                mean[1] += m * q * y
-                mean[2] += m * q * z
+                if i < body:
+                    total += m
+                    mean[0] += m * q * x
+                    mean[1] += m * q * y
+                    mean[2] += m * q * z
                 torque[0] += m * q * (X[i, 1] * z - X[i, 2] * y)
                 torque[1] += m * q * (X[i, 2] * x - X[i, 0] * z)
                 torque[2] += m * q * (X[i, 0] * y - X[i, 1] * x)
@@ -73,7 +76,7 @@ class Tide:
     def add(self, bed: GrainList, pull: np.ndarray) -> None:
         """Add the tide to ``pull`` (moving grains, 3), and the companion's work over a step to the state."""
         mean, torque = np.empty(3), np.empty(3)
-        _pull(bed.X, bed.V, self._now(bed), G * self.mass, mean, torque, pull)
+        _pull(bed.X, bed.V, bed.active or bed.moving, self._now(bed), G * self.mass, mean, torque, pull)
         moment = bed.momentum()
         bed.pull_state[WORK] += bed.dt * float(self.rate @ torque - mean @ moment)
 

@@ -13,7 +13,7 @@ from dem import held_pull, leaving
 from dem.assembly import Assembly
 from dem.beds.solid_bed import axes_of_inertia
 from dem.beds.solid_body import SolidBody
-from dem.beds.whole_body import Standing
+from dem.beds.whole_body import Standing, WholeBody
 from dem.held_pull import Outer
 from dem.self_gravity import SelfGravity
 from dem.settings import Settings
@@ -42,19 +42,19 @@ def forces(body: object, settings: Settings) -> tuple[SelfGravity | None, tuple[
     return SelfGravity(interval=settings.pull_interval), () if tide is None else (tide,)
 
 
-def leaving_of(bed: Assembly, standing: Standing | None, shot: Mapping[str, Any] | None) -> dict[str, Any]:
+def leaving_of(bed: Assembly, domain: object, shot: Mapping[str, Any] | None) -> dict[str, Any]:
     """What leaves a whole body, as it stands (``dem.leaving``); nothing of other ground."""
-    return {} if standing is None else leaving.report(bed, shot)
+    return leaving.report(bed, domain.hill_radius, shot) if isinstance(domain, WholeBody) else {}
 
 
 def report(
-    bed: Assembly, standing: Standing | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
+    bed: Assembly, domain: object, standing: Standing | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
 ) -> dict[str, Any]:
     """What stands in the report of a whole body: its rotation, its axes, what was taken out of the pull, and what
     leaves it; ``shot`` as the start has it, ``begun`` what left it then (``dem.leaving``)."""
     if standing is None:
         return {}
-    k, escaping = slice(0, bed.active), leaving_of(bed, standing, shot)
+    k, escaping = slice(0, bed.active), leaving_of(bed, domain, shot)
     if bed.active < 4:  # it has come apart
         return {
             "pull_removed_over_weight": float(bed.pull_state[held_pull.WORST]),

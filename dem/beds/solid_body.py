@@ -150,6 +150,15 @@ class SolidBody:
         n = tide.rate(mass, self.mass, float(np.linalg.norm(place)))
         return Tide(mass, place, np.zeros(3) if turning else n * axis)
 
+    @property
+    def hill_radius(self) -> float:
+        """d (m / 3 M)^(1/3) [m]: what flies beyond it follows the companion rather than the body; inf without one.
+
+        Source: Murray & Dermott 1999, Solar System Dynamics, eq. 3.75."""
+        if self.companion is None:
+            return math.inf
+        return float(np.linalg.norm(self.companion[1])) * math.cbrt(self.mass / (3.0 * self.companion[0]))
+
     def latitude_longitude(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Planetocentric latitude and longitude [deg] of places (n, 3), in the body's own frame."""
         own = position @ self.placed.turn

@@ -22,13 +22,15 @@ from matter.particles import Particles
 
 @dataclass(frozen=True)
 class WholeBody:
-    """``datum_radius`` [m]: that of the ball of the body's volume; ``omega`` (3,) [1/s] its rotation at the start."""
+    """``datum_radius`` [m]: that of the ball of the body's volume; ``omega`` (3,) [1/s] its rotation at the start;
+    ``hill_radius`` [m] that of its Hill sphere, where it has a companion."""
 
     datum_radius: float
     omega: tuple[float, float, float]
     core_radius: float = 0.0
     top_radius: float = 0.0
     half_angle: float = np.pi
+    hill_radius: float = np.inf
 
     def walls(self) -> tuple[Wall, ...]:
         """None."""
@@ -52,7 +54,8 @@ class WholeBody:
 
     def as_attribute(self) -> dict[str, Any]:
         """Plain values for a snapshot's attribute ``domain`` (with the snapshot's ``frame`` = ``solid``)."""
-        return {"shape": "whole", "radius_m": self.datum_radius, "angular_velocity_1_s": list(self.omega)}
+        found = {"shape": "whole", "radius_m": self.datum_radius, "angular_velocity_1_s": list(self.omega)}
+        return found if np.isinf(self.hill_radius) else found | {"hill_radius_m": self.hill_radius}
 
     @staticmethod
     def of_attribute(values: dict[str, Any]) -> WholeBody:
@@ -60,7 +63,7 @@ class WholeBody:
         if missing := [key for key in ("radius_m", "angular_velocity_1_s") if key not in values]:
             raise InputError(f"the snapshot's attribute 'domain' lacks {', '.join(missing)}")
         x, y, z = (float(value) for value in values["angular_velocity_1_s"])
-        return WholeBody(float(values["radius_m"]), (x, y, z))
+        return WholeBody(float(values["radius_m"]), (x, y, z), hill_radius=float(values.get("hill_radius_m", np.inf)))
 
 
 class Standing:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from dem import held_pull, tide, turning_frame
-from dem.assembly import Assembly, Extras
+from dem.assembly import BALLISTIC, Assembly, Extras
+from dem.columns import IMPULSE
 from dem.contact_settings import Contact, GrainLaw
 from dem.self_gravity import SHARE, SelfGravity, orbit_time
 from dem.tide import Tide
@@ -170,6 +171,25 @@ def test_a_companion_raises_its_tide():
     # next comes the octupole, smaller by 3/2 r / d; the mean of all is taken out
     assert np.abs(pulled.pull_of_all - exact).max() < 2.0 * 100.0 / far * np.abs(exact).max()
     assert np.abs(pulled.mass @ pulled.pull_of_all).max() < 1e-12 * pulled.mass.sum() * np.abs(exact).max()
+
+
+def test_what_flies_off_does_not_push_the_body_by_way_of_the_frame():
+    scene = ball(300)
+    scene["state"] = np.zeros(len(scene), dtype=np.int8)
+    scene["state"][-1], scene.position[-1] = BALLISTIC, [0.0, 3000.0, 0.0]
+    place = np.array([0.0, 5000.0, 0.0])
+    bed = Assembly(scene, LAW, extras=Extras(outer=(Tide(1e12, place, np.array([0.0, 0.0, 1e-4])),)))
+    body, flies = slice(0, bed.active), bed.active
+    assert bed.active == len(scene) - 1
+    near = G * 1e12 / 2000.0**2 - G * 1e12 / 5000.0**2
+    assert bed.pull_of_all[flies] == pytest.approx([0.0, near, 0.0], abs=1e-3 * near)
+    assert np.abs(bed.mass[body] @ bed.pull_of_all[body]).max() < 1e-12 * bed.mass.sum() * near
+    before = bed.momentum()
+    for _ in range(20):
+        bed.step()
+    gained = bed.momentum() - before
+    assert gained[1] == pytest.approx(bed.mass[flies] * near * bed.time, rel=1e-3)
+    assert gained == pytest.approx(bed.report[IMPULSE], abs=1e-10 * gained[1])
 
 
 def test_a_companion_that_goes_round_does_the_work_that_is_booked():
