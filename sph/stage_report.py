@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sph import escaping, flow_reynolds, symmetry, timestep
+from sph import energy_check, escaping, flow_reynolds, symmetry, timestep
 from sph.boundary import dispatch as boundaries
 from sph.boundary import sides_and_floor
 from sph.eos import impedance
@@ -23,7 +23,10 @@ def of(run: Simulation) -> dict[str, Any]:
         "momentum_kg_m_s": mass * ball.speed,
         "angular_momentum_kg_m2_s": mass * ball.speed * run.radius * max(np.sin(ball.angle_from_vertical), 0.1),
     }
-    drift = run.history.drift()
+    drift, checked = run.history.drift(), energy_check.of(run)
+    by_rows = drift["energy_J"]
+    if checked is not None:
+        drift["energy_J"] = checked["largest_J"]
     return {
         "particles": len(i.cloud),
         "steps": i.steps,
@@ -53,6 +56,8 @@ def of(run: Simulation) -> dict[str, Any]:
         },
         "warnings": flow_reynolds.warnings(run.flow),
         "drift": drift,
+        "energy_check": checked,
+        "energy_by_rows_over_projectile": by_rows / scale["energy_J"],
         "drift_over_projectile": {name: drift[name] / scale[name] for name in drift},
         "edges": _edges(run),
         "escaping": escaping.of(run),

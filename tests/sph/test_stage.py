@@ -1,5 +1,6 @@
 """The stage as a whole, at a size of seconds: conservation, resume to the last bit, bad input."""
 
+import csv
 import json
 import math
 
@@ -9,7 +10,7 @@ import pytest
 from matter import checkpoint, snapshot
 from matter.body import Impact, Layer, Projectile, Target
 from matter.errors import InputError, UnphysicalState
-from sph import stage, watch
+from sph import history, stage, watch
 from tests.sph.stops import stopped
 
 TARGET = Target(
@@ -138,3 +139,28 @@ def test_a_run_that_goes_wrong_is_stopped_on_its_way(tmp_path, monkeypatch, limi
     with pytest.raises(UnphysicalState, match=r"unstable: at 10 s|the step has fallen to"):
         stage.run(settings(relaxation_time=20.0), tmp_path, tmp_path)
     assert (tmp_path / "snap_0000.vtkhdf").is_file() and not (tmp_path / "last.vtkhdf").exists()
+
+
+def test_the_energy_of_many_particles_is_checked_over_all_pairs(finished, tmp_path, monkeypatch):
+    """The rows of a run that takes them from a tree are off; the report goes by what all pairs say."""
+    exact = rows_of(finished)
+    monkeypatch.setattr(history, "DIRECT", 100)
+    out = tmp_path / "2_sph"
+    out.mkdir()
+    stage.run(settings(), tmp_path, out)
+    report, rows = json.loads((out / "stage_report.json").read_text()), rows_of(out)
+    assert json.loads((finished / "stage_report.json").read_text())["energy_check"] is None
+    checked = report["energy_check"]
+    assert checked["times_s"][0] == 0.0 and checked["times_s"][-1] == 60.0 and len(checked["times_s"]) >= 2
+    known = [float(exact[time]["total_J"]) - float(exact[0.0]["total_J"]) for time in checked["times_s"]]
+    size = abs(float(exact[0.0]["gravitational_J"]))
+    assert checked["change_J"] == pytest.approx(known, abs=1e-12 * size)
+    by_rows = max(abs(float(row["total_J"]) - float(rows[0.0]["total_J"])) for row in rows.values())
+    assert abs(by_rows - checked["largest_J"]) > 1e-8 * size
+    assert report["drift"]["energy_J"] == checked["largest_J"]
+
+
+def rows_of(out):
+    """Rows of the history by their time."""
+    with open(out / "history.csv", newline="") as file:
+        return {float(row["time_s"]): row for row in csv.DictReader(file)}
