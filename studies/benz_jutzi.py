@@ -5,7 +5,8 @@
 RUNS is a folder below which run folders of ``cases/deep_impact`` and ``cases/momentum_transfer`` lie, at any depth;
 what a run is (porosity, crush curve, spacing) is read from its ``case.used.toml``. Each is measured once:
 ``measures.json`` in ``--out`` keeps what was measured, and is filled up by the next call. ``reasons.json`` there,
-written by hand, holds what is known of why a claim is not met, by its id.
+written by hand, holds what is known of why a claim is not met, by its id; ``former.json`` verdicts of runs with the
+former numerics, which are not kept.
 
 Ejected, as in the source, is what rises faster than v_esc (v_z > v_esc), in the air or still in the ground. Left out
 are particles that began within 5.4 m (Deep Impact) or 8.4 m of the half-sphere's rim, where the quiet layer and its
@@ -299,6 +300,7 @@ def main() -> int:
     for row in rows:
         if row["verdict"] == "not met" and row["id"] in reasons:
             row["why"] = "; ".join(text for text in (reasons[row["id"]], row.get("why", "")) if text)
+    rows += json.loads(path.read_text()) if (path := given.out / "former.json").exists() else []
     archive.write_text(given.out / "verdicts.json", json.dumps({"resolution": "", "verdicts": rows}, indent=1) + "\n")
     if not given.no_pictures:
         benz_jutzi_pictures.pictures(runs, given.out)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from matter import snapshot
-from studies.benz_jutzi_runs import ESCAPE, VISCOSITY, Runs, label, transferred, viscosity
+from studies.benz_jutzi_runs import DEFAULT_SET, ESCAPE, Runs, label, transferred
 
 
 def pictures(runs: Runs, out: Path) -> None:
@@ -38,8 +38,8 @@ def pictures(runs: Runs, out: Path) -> None:
             if (
                 row["curve"].split(" ")[0] in ("soft", "hard", "weak")
                 or row["intact"]
-                or row["following"]
-                or viscosity(row) != VISCOSITY
+                or row["set"] != DEFAULT_SET
+                or row["odd"]
             ):
                 # a band of thin lines under one name: which is which stands in tables.md
                 pen |= {"lw": 0.6, "alpha": 0.55, "ls": "-"}

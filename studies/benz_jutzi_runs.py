@@ -14,6 +14,7 @@ import numpy as np
 
 from matter import material, quantity, snapshot
 from matter.particles import Particles
+from sph.numerics import SETS
 
 RIM = {22.0: 5.4, 40.0: 8.4}
 """Particles that began within this distance [m] of the rim are left out; by the half-sphere's radius."""
@@ -30,8 +31,7 @@ ring."""
 
 
 LONELY = 4
-VISCOSITY = [2.0, 10.0]
-"""Of the cases."""
+DEFAULT_SET = "reconstructed"
 CURVES = {
     "nominal": ("deep_impact", 1e6, 200e6),
     "soft": ("deep_impact", 0.1e6, 10e6),
@@ -165,8 +165,10 @@ def measure(run: Path) -> dict[str, Any]:
         "run": run.name, "case": kind, "alpha0": choice["p_alpha"]["alpha0"] if porous else 1.0,
         "density_kg_m3": float(np.median(snapshot.read(files[0]).density[counts])),
         "light": "rho0" in str(choice.get("tillotson", {})),
-        "viscosity": [used["sph"]["alpha"], used["sph"]["beta"]],
-        "intact": choice.get("strength") == "von_mises", "following": used["sph"].get("smoothing") == "density",
+        "set": used["sph"]["numerics"], "part": used["sph"].get("symmetry", "none"),
+        "odd": [f"{key} = {used['sph'][key]}" for key, usual in SETS[used["sph"]["numerics"]].items()
+                if used["sph"].get(key, usual) != usual],
+        "intact": choice.get("strength") == "von_mises",
         "cut_off": cut_off(snapshot.read(files[min(1, len(files) - 1)])),
         "curve": next((name for name, ends in CURVES.items() if ends == (kind, pascals(curve["Pe"]),
         pascals(curve["Ps"]))), "other") if curve else "",
@@ -213,11 +215,6 @@ def found(folder: Path, kept: dict[str, Any]) -> dict[str, Any]:
     return kept
 
 
-def viscosity(row: dict[str, Any]) -> list[float]:
-    """alpha and beta of a run; of the cases where it was measured before they were kept."""
-    return row.get("viscosity", VISCOSITY)
-
-
 class Runs:
     """Measured runs by what they are."""
 
@@ -233,13 +230,13 @@ class Runs:
     def get(
         self, case: str, alpha0: float, spacing: float, curve: str = "nominal", light: bool = False
     ) -> dict[str, Any] | None:
-        """One run with the case's own strength, supports and viscosity, if it is there."""
-        wanted = (case, alpha0, spacing, curve if alpha0 > 1.0 else "", light, False, False)
+        """One run with the case's own strength and the default numerics, if it is there."""
+        wanted = (case, alpha0, spacing, curve if alpha0 > 1.0 else "", light, False, DEFAULT_SET)
         for row in self.rows:
-            if viscosity(row) == VISCOSITY and wanted == (
+            if not row["odd"] and wanted == (
                 *(row[key] for key in ("case", "alpha0", "spacing_m")),
                 row["curve"].split(" ")[0],
-                *(row[key] for key in ("light", "intact", "following")),
+                *(row[key] for key in ("light", "intact", "set")),
             ):
                 return row
         return None
@@ -285,8 +282,8 @@ def label(row: dict[str, Any]) -> str:
         f"alpha0 {row['alpha0']:g}"
         + (", density of 1.5" if row["light"] else "")
         + (", intact" if row["intact"] else "")
-        + (", following supports" if row["following"] else "")
-        + (", viscosity ({:g}, {:g})".format(*viscosity(row)) if viscosity(row) != VISCOSITY else "")
+        + (f", {row['set']}" if row["set"] != DEFAULT_SET else "")
+        + "".join(f", {words}" for words in row["odd"])
     )
     return name + (
         f", {row['curve'].split(' ')[0]}" if row["curve"] and not row["curve"].startswith("nominal") else ""
@@ -294,8 +291,9 @@ def label(row: dict[str, Any]) -> str:
 
 
 def size(row: dict[str, Any]) -> str:
-    """Its resolution."""
-    return f"{row['particles']:,} particles, {100 * row['spacing_m'] * 2 ** (1 / 6):.0f} cm"
+    """Its resolution, and what of the body was computed."""
+    part = f", a {row['part']} of them" if row["part"] != "none" else ""
+    return f"{row['particles']:,} particles{part}, {100 * row['spacing_m'] * 2 ** (1 / 6):.0f} cm"
 
 
 def lonely(row: dict[str, Any]) -> str:

@@ -4,8 +4,8 @@
 
 RUNS is a folder below which run folders of ``cases/nakamura_fujiwara`` lie, at any depth. The largest fragment is that
 of ``sph.fragments``. Speeds are medians over the outermost two millimetres of the sphere by where matter began: within
-30 deg of the impact point (spall) and of its antipode. Verdicts use the default law of damage growth, with the stage's
-viscosity and with the case's; other laws and numerics stand beside it.
+30 deg of the impact point (spall) and of its antipode. Verdicts use the default law of damage growth, with the default
+numerics and the former ones; other laws and other choices stand beside it.
 """
 
 from __future__ import annotations
@@ -23,30 +23,23 @@ from matter import archive, material, quantity, snapshot
 from matter.errors import InputError
 from matter.fragments import BROKEN
 from sph import fragments
+from sph.numerics import SETS
 
 ROOT = Path(__file__).resolve().parents[1]
 CASE = "nakamura_fujiwara"
 DEFAULT = "cube_root"
-CASE_VISCOSITY = [2.0, 10.0]
+DEFAULT_SET = "reconstructed"
 SKIN = 2e-3
 NEAR = 30.0
 
 
-NUMERICS = {
-    "viscosity": "monaghan",
-    "smoothing": "fixed",
-    "volumes": "present",
-    "gradients": "plain",
-    "viscosity_switch": "none",
-}
-"""What the verdicts' runs took; a run that differs says so."""
 WORDS = {
     "smoothing": "following supports",
     "volumes": "volumes of the start",
     "gradients": "other gradients",
-    "viscosity": "reconstructed viscosity",
     "viscosity_switch": "Morris & Monaghan's switch",
 }
+"""What a run is said to do otherwise than its set of numerics, by the key of ``[sph]``."""
 
 
 def measure(run: Path) -> dict[str, Any]:
@@ -74,8 +67,8 @@ def measure(run: Path) -> dict[str, Any]:
     return {
         "run": run.name, "law": law, "seed": used["sph"]["seed"],
         "flaws": ", ".join(str(value) for value in choice.get("weibull", {}).values()),
-        "viscosity": [used["sph"]["alpha"], used["sph"]["beta"]],
-        "numerics": [WORDS[key] for key, usual in NUMERICS.items() if used["sph"].get(key, usual) != usual],
+        "set": used["sph"]["numerics"], "viscosity": [used["sph"]["alpha"], used["sph"]["beta"]],
+        "numerics": odd(used["sph"]),
         "spacing_m": spacing, "particles": int(target.sum()), "steps": report["steps"],
         "times_s": times, "largest": shares, "broken": broken,
         "second": pieces[1].mass / float(particles.mass[target].sum()) if len(pieces) > 1 else 0.0,
@@ -86,6 +79,12 @@ def measure(run: Path) -> dict[str, Any]:
         "peak_Pa": float(particles.peak_pressure[target].max()),
         "energy_drift": report["drift_over_projectile"]["energy_J"],
     }  # fmt: skip
+
+
+def odd(sph: dict[str, Any]) -> list[str]:
+    """What a run's numerics have otherwise than their set, but for the viscosity."""
+    usual = {"viscosity_switch": "none"} | SETS[sph["numerics"]]
+    return [words for key, words in WORDS.items() if sph.get(key, usual[key]) != usual[key]]
 
 
 def found(folder: Path, kept: dict[str, Any]) -> dict[str, Any]:
@@ -100,15 +99,17 @@ def found(folder: Path, kept: dict[str, Any]) -> dict[str, Any]:
 
 
 def nominal(row: dict[str, Any]) -> bool:
-    """Whether a run is one that verdicts use: all but the viscosity as the case has it."""
-    return row["law"] == DEFAULT and not row["flaws"] and row["seed"] == 1 and not row["numerics"]
+    """Whether a run is one that verdicts use: all but numerics and viscosity as the case has it, and with the default
+    numerics any draw of the flaws."""
+    drawn = row["seed"] == 1 or row["set"] == DEFAULT_SET
+    return row["law"] == DEFAULT and not row["flaws"] and drawn and not row["numerics"]
 
 
 CRACKS = (
     "A crack has crossed a particle after R_s / c_g: R_s is the radius of the sphere of its volume, 0.62 spacings, in "
     "`cube_root`, `single` and `fraction`, "
-    "and the support h (here 2 spacings) in `linear` and `weibull`, after the codes that have them. Codes that take h "
-    "in the other laws too break more slowly, "
+    "and the support h (2 or 2.6 spacings) in `linear` and `weibull`, after the codes that have them. Codes that take "
+    "h in the other laws too break more slowly, "
     "by a factor of 3.2."
 )
 """Stands where fragments are compared: beside flaws and law they hang on it."""
@@ -117,13 +118,13 @@ CRACKS = (
 def name(row: dict[str, Any]) -> str:
     """A run's law, and its flaws (k, m), seed and numerics where they are not the case's."""
     seed = [f"seed {row['seed']}"] if row["seed"] != 1 else []
-    odd = ([f"flaws {row['flaws']}"] if row["flaws"] else []) + seed + row["numerics"]
-    return row["law"] + (f" ({'; '.join(odd)})" if odd else "")
+    other = ([f"flaws {row['flaws']}"] if row["flaws"] else []) + seed + row["numerics"]
+    return row["law"] + (f" ({'; '.join(other)})" if other else "")
 
 
 def viscosity(row: dict[str, Any]) -> str:
-    """alpha and beta as text."""
-    return "({:g}, {:g})".format(*row["viscosity"])
+    """Numerics, and alpha and beta, as text."""
+    return "{} ({:g}, {:g})".format(row["set"], *row["viscosity"])
 
 
 def verdicts(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
@@ -133,7 +134,7 @@ def verdicts(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
         others = ", ".join(
             f"{name(other)} {other['largest'][-1]:.3f}"
             for other in rows
-            if other["spacing_m"] == row["spacing_m"] and other["viscosity"] == row["viscosity"] and other is not row
+            if other["spacing_m"] == row["spacing_m"] and viscosity(other) == viscosity(row) and other is not row
         )
         spall, antipode = row["spall_m_s"], row["antipode_m_s"]
         ours = (
@@ -142,11 +143,10 @@ def verdicts(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
         )
         ours += f"spall {spall[1]:.0f} m/s ({spall[0]:.0f} to {spall[2]:.0f}); peak {1e-9 * row['peak_Pa']:.1f} GPa"
         met = 0.2 <= row["largest"][-1] <= 0.4
-        tried = (
-            ""
-            if row["viscosity"] == CASE_VISCOSITY
-            else "not the case's viscosity, tried after the first comparison; "
-        )
+        usual = [SETS[row["set"]][key] for key in ("alpha", "beta")]
+        tried = "" if row["viscosity"] == usual else "viscosity tried after the first comparison; "
+        if row["set"] != DEFAULT_SET:
+            tried = "the former numerics; " + tried
         why = f"{tried}second fragment {row['second']:.4f}; " + (
             f"at this size: {others}" if others else "other laws not run at this size"
         )
@@ -164,14 +164,14 @@ def verdicts(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
 
 def resolution(row: dict[str, Any]) -> str:
     """Words for a run's size and viscosity."""
-    return f"{row['particles']:,} particles, {1e3 * row['spacing_m']:.2f} mm, viscosity {viscosity(row)}"
+    return f"{row['particles']:,} particles, {1e3 * row['spacing_m']:.2f} mm, {viscosity(row)}"
 
 
 def table(rows: list[dict[str, Any]]) -> str:
     """Every run in one table."""
     text = [
-        "| law | resolution, viscosity | largest fragment | second | broken | antipode, 10 / 50 / 90 % [m/s] | spall "
-        "| peak [GPa] | energy |",
+        "| law | resolution, numerics (alpha, beta) | largest fragment | second | broken "
+        "| antipode, 10 / 50 / 90 % [m/s] | spall | peak [GPa] | energy |",
         "|---" * 9 + "|",
     ]
     for row in rows:
@@ -191,8 +191,9 @@ def picture(folder: Path, rows: list[dict[str, Any]], out: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    shown = [row for row in rows if nominal(row)]
-    cuts = [row for row in shown if row["spacing_m"] == min(other["spacing_m"] for other in shown)]
+    shown = [row for row in rows if nominal(row) and row["seed"] == 1]
+    places = {path.parents[1].name: path.parent for path in folder.rglob("2_sph/done.json")}
+    cuts = [row for row in shown if row["set"] == DEFAULT_SET and row["run"] in places]
     figure, axes = plt.subplots(
         1, 1 + len(cuts), figsize=(5.0 * (1 + len(cuts)), 4.5), squeeze=False, layout="constrained"
     )
@@ -205,10 +206,9 @@ def picture(folder: Path, rows: list[dict[str, Any]], out: Path) -> None:
         )
     axes[0, 0].axhspan(0.2, 0.4, color="0.9")
     axes[0, 0].set(xlabel="t [us]", ylabel="largest fragment over the target", ylim=(0, 1))
-    axes[0, 0].legend(fontsize=7, title="viscosity, particles")
+    axes[0, 0].legend(fontsize=7, title="numerics (alpha, beta), particles")
     for panel, row in zip(axes[0, 1:], cuts):
-        run = next(path for path in folder.rglob(row["run"]) if (path / "2_sph").is_dir())
-        particles = snapshot.read(run / "2_sph" / "last.vtkhdf")
+        particles = snapshot.read(places[row["run"]] / "last.vtkhdf")
         cut = (np.abs(particles.position[:, 1]) < 0.5 * row["spacing_m"]) & (particles.layer >= 0)
         x = 100 * particles.position[cut]
         dots = panel.scatter(
@@ -250,7 +250,7 @@ def main() -> int:
         return reason.exit_code
     given.out.mkdir(parents=True, exist_ok=True)
     archive.write_text(path, json.dumps(kept, separators=(",", ":")))
-    rows = sorted(kept.values(), key=lambda row: (row["spacing_m"], row["viscosity"], not nominal(row), name(row)))
+    rows = sorted(kept.values(), key=lambda row: (row["spacing_m"], viscosity(row), not nominal(row), name(row)))
     archive.write_text(given.out / "table.md", table(rows))
     archive.write_text(
         given.out / "verdicts.json", json.dumps({"resolution": "", "verdicts": verdicts(rows)}, indent=1) + "\n"
