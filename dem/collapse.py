@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -100,8 +100,7 @@ class Collapse:
             raise InputError("the start and target.json do not share a frame: flat ground, a sphere or another solid")
         self.domain: Domain | Container | WholeBody = DOMAINS[frame].of_attribute(start.attributes["domain"])
         self.standing = Standing(start) if frame == "solid" else None
-        if isinstance(self.domain, WholeBody) and isinstance(body, SolidBody):
-            self.domain = replace(self.domain, hill_radius=body.hill_radius)
+        self.domain = whole_collapse.with_hill_sphere(self.domain, body)
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
         self.springs = stiffening.springs_for(

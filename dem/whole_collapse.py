@@ -7,7 +7,8 @@ at where the body rests (``dem.beds.whole_body.Standing``).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import replace
+from typing import Any, TypeVar
 
 from dem import held_pull, leaving
 from dem.assembly import Assembly
@@ -18,6 +19,8 @@ from dem.held_pull import Outer
 from dem.self_gravity import SelfGravity
 from dem.settings import Settings
 from matter.errors import InputError
+
+Region = TypeVar("Region")
 
 
 def check(settings: Settings) -> None:
@@ -40,6 +43,13 @@ def forces(body: object, settings: Settings) -> tuple[SelfGravity | None, tuple[
     check(settings)
     tide = body.tide(turning=False)
     return SelfGravity(interval=settings.pull_interval), () if tide is None else (tide,)
+
+
+def with_hill_sphere(domain: Region, body: object) -> Region:
+    """The ``domain`` of a whole body, given the Hill radius of the ``body``; any other as it is."""
+    if isinstance(domain, WholeBody) and isinstance(body, SolidBody):
+        return replace(domain, hill_radius=body.hill_radius)
+    return domain
 
 
 def leaving_of(bed: Assembly, domain: object, shot: Mapping[str, Any] | None) -> dict[str, Any]:
