@@ -1,4 +1,4 @@
-"""The shipped cases whose kept results are of the former numerics, with the default set: one command a row.
+"""The shipped cases whose results were first kept with the former numerics, with the default set: one command a row.
 
     python studies/sph_cases.py                                # the rows and their commands
     python studies/sph_cases.py --out runs/cases --only V10    # makes them, resumed where they were stopped
