@@ -206,7 +206,7 @@ def picture(folder: Path, rows: list[dict[str, Any]], out: Path) -> None:
         )
     axes[0, 0].axhspan(0.2, 0.4, color="0.9")
     axes[0, 0].set(xlabel="t [us]", ylabel="largest fragment over the target", ylim=(0, 1))
-    axes[0, 0].legend(fontsize=7, title="numerics (alpha, beta), particles")
+    axes[0, 0].legend(fontsize=5, ncols=2, loc="lower left", title="numerics (alpha, beta), particles")
     for panel, row in zip(axes[0, 1:], cuts):
         particles = snapshot.read(places[row["run"]] / "last.vtkhdf")
         cut = (np.abs(particles.position[:, 1]) < 0.5 * row["spacing_m"]) & (particles.layer >= 0)
@@ -250,7 +250,10 @@ def main() -> int:
         return reason.exit_code
     given.out.mkdir(parents=True, exist_ok=True)
     archive.write_text(path, json.dumps(kept, separators=(",", ":")))
-    rows = sorted(kept.values(), key=lambda row: (row["spacing_m"], viscosity(row), not nominal(row), name(row)))
+    rows = sorted(
+        kept.values(),
+        key=lambda row: (row["set"] != DEFAULT_SET, row["spacing_m"], viscosity(row), not nominal(row), name(row)),
+    )
     archive.write_text(given.out / "table.md", table(rows))
     archive.write_text(
         given.out / "verdicts.json", json.dumps({"resolution": "", "verdicts": verdicts(rows)}, indent=1) + "\n"
