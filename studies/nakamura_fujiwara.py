@@ -250,10 +250,8 @@ def main() -> int:
         return reason.exit_code
     given.out.mkdir(parents=True, exist_ok=True)
     archive.write_text(path, json.dumps(kept, separators=(",", ":")))
-    rows = sorted(
-        kept.values(),
-        key=lambda row: (row["set"] != DEFAULT_SET, row["spacing_m"], viscosity(row), not nominal(row), name(row)),
-    )
+    order = lambda row: (row["set"] != DEFAULT_SET, row["spacing_m"], viscosity(row), not nominal(row), name(row))  # noqa: E731
+    rows = sorted(kept.values(), key=order)
     archive.write_text(given.out / "table.md", table(rows))
     archive.write_text(
         given.out / "verdicts.json", json.dumps({"resolution": "", "verdicts": verdicts(rows)}, indent=1) + "\n"

@@ -31,7 +31,7 @@ from sph.porosity import compaction_wave
 
 SHELLS = [(5_000, sums, switch) for switch in (None, "balsara", "morris_monaghan") for sums in ("plain", "corrected")]
 SHELLS += [
-    (10_000, "plain", None),
+    *((n, "plain", None) for n in (10_000, 20_000)),
     (10_000, "plain", "morris_monaghan"),
     *((n, "corrected", "morris_monaghan") for n in (10_000, 20_000, 60_000)),
 ]
