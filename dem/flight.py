@@ -15,7 +15,7 @@ EVERY = 10
 ESCAPE_RADII = 1.5
 """A grain faster than escape is booked beyond this many radii of the body; slower ones may come back."""
 BODY_RADII = 10.0
-"""The same of a whole body, whose grains attract each other: what is booked pulls no longer."""
+"""The same of a whole body, whose grains attract each other, or its Hill radius: what is booked pulls no longer."""
 CHANGES = (
     (LEFT, "through_the_side"), (BALLISTIC, ""), (LEFT, "escaped"), (LEFT, "landed_outside"), (ACTIVE, "")
 )  # fmt: skip
@@ -61,9 +61,7 @@ def _due(bed: Assembly, domain: Domain | Container | WholeBody) -> np.ndarray:
     outside = domain.outside(bed.X[:, :3])
     speed2 = np.einsum("ij,ij->i", bed.W[:, :3], bed.W[:, :3])
     if isinstance(domain, WholeBody):
-        # beyond its Hill sphere nothing is the body's
-        stays = bound(bed, distance) & (distance < domain.hill_radius)
-        far = min(BODY_RADII, domain.hill_radius / domain.datum_radius)
+        stays, far = bound(bed, distance), min(BODY_RADII, domain.hill_radius / domain.datum_radius)
     else:
         stays, far = 0.5 * speed2 + bed.gravity.potential(bed.X[:, :3]) < 0.0, ESCAPE_RADII
     active, flying = bed.state == ACTIVE, bed.state == BALLISTIC

@@ -2,14 +2,14 @@
 the shock stage (``sph.escaping``).
 
     a grain leaves:  v^2 / 2 > -phi(x)  and  v . x > 0        about the centre of mass, in its motion
-    it has left:     |x| > d (m / 3 M)^(1/3)                 with a companion M at d: the body's Hill sphere
+    it has left:     it crossed |x| = d (m / 3 M)^(1/3) so     with a companion M at d: the body's Hill sphere
     dP = p - sum of m v over what leaves                     momentum that stays, p that of the projectile
     beta = dP . N / (p . N)                                  N normal of the surface at the site
 
 phi is that of all moving grains (by the tree); of a grain that has left the run, and of what the handoff has put into
-its list, that of the body as a point at the origin, at the place where it left. What crosses the Hill sphere leaves
-the run there (``dem.flight``) and counts with the velocity that it has then: beyond, its momentum is exchanged with
-the companion. The momentum that is found in the grains that stay is given beside it (``beta_of_the_body``): both agree
+its list, that of the body as a point at the origin, at the place where it left. What leaves takes no
+further part from the Hill sphere on (``dem.flight``) and counts with the velocity that it has there: beyond, its
+momentum is exchanged with the companion. The momentum that is found in the grains that stay is given beside it (``beta_of_the_body``): both agree
 as far as momentum was kept since the impact.
 
 Sources: Cheng et al. 2023, Nature 616, 457, eq. 1; Murray & Dermott 1999, Solar System Dynamics, eq. 3.75.

@@ -76,7 +76,7 @@ def at(particles: Particles, shape: Shape, standing: Standing, gravity: float, r
 def bound(particles: Particles) -> np.ndarray:
     """(n,) whether a particle is bound: v^2 / 2 < -phi, or v . x < 0, about the centre of mass; without velocities all
     are. phi is that of all others; of those that were booked as gone that of the body as a point, at the place where
-    they left. What was booked beyond the body's Hill sphere is gone at any speed."""
+    they left. What was booked beyond the body's Hill sphere was faster than that there: it is gone."""
     n = len(particles)
     here = particles.state != 2 if "state" in particles else np.ones(n, dtype=bool)
     if "velocity" not in particles:

@@ -152,7 +152,7 @@ class SolidBody:
 
     @property
     def hill_radius(self) -> float:
-        """d (m / 3 M)^(1/3) [m]: what flies beyond it follows the companion rather than the body; inf without one.
+        """d (m / 3 M)^(1/3) [m]: beyond it the companion pulls more than the body holds; inf without one.
 
         Source: Murray & Dermott 1999, Solar System Dynamics, eq. 3.75."""
         if self.companion is None:
