@@ -132,7 +132,7 @@ class Collapse:
         self.due = Due(*3 * (self.bed.start_time,))
         self.balance = Balance.begin(self.bed, body.surface_gravity, handed)
         self.worst_overlap = 0.0
-        self.begun = whole_collapse.leaving_of(self.bed, self.domain, self.carried.get("shot"))
+        self.begun = whole_collapse.leaving_of(self.bed, self.standing, self.carried.get("shot"))
 
     # -- time
 
@@ -306,7 +306,7 @@ class Collapse:
             },
             "stiffness_excess": bed.stiffness_excess / max(self.balance.handed, 1e-300),
             **worst,
-            **whole_collapse.report(bed, self.domain, self.standing, self.carried.get("shot"), self.begun),
+            **whole_collapse.report(bed, self.standing, self.carried.get("shot"), self.begun),
             "ballistic_at_end": int((bed.state == BALLISTIC).sum()),
             "left": int((bed.state == LEFT).sum()),
             "booked": {reason: _book(row) for reason, row in zip(REASONS, bed.booked)},

@@ -2,17 +2,16 @@
 the shock stage (``sph.escaping``).
 
     a grain leaves:  v^2 / 2 > -phi(x)  and  v . x > 0        about the centre of mass, in its motion
-    it has left:     it crossed |x| = d (m / 3 M)^(1/3) so     with a companion M at d: the body's Hill sphere
     dP = p - sum of m v over what leaves                     momentum that stays, p that of the projectile
     beta = dP . N / (p . N)                                  N normal of the surface at the site
 
 phi is that of all moving grains (by the tree); of a grain that has left the run, and of what the handoff has put into
-its list, that of the body as a point at the origin, at the place where it left. What leaves takes no
-further part from the Hill sphere on (``dem.flight``) and counts with the velocity that it has there: beyond, its
-momentum is exchanged with the companion. The momentum that is found in the grains that stay is given beside it (``beta_of_the_body``): both agree
-as far as momentum was kept since the impact.
+its list, that of the body as a point at the origin, at the place where it left. Where the body has a companion, what
+leaves is out of the run from the Hill sphere on (``dem.flight``) and counts with the velocity that it has there:
+beyond, its momentum is exchanged with the companion. The momentum that is found in the
+grains that stay is given beside it (``beta_of_the_body``): both agree as far as momentum was kept since the impact.
 
-Sources: Cheng et al. 2023, Nature 616, 457, eq. 1; Murray & Dermott 1999, Solar System Dynamics, eq. 3.75.
+Source: Cheng et al. 2023, Nature 616, 457, eq. 1.
 """
 
 from __future__ import annotations
@@ -24,20 +23,16 @@ import numpy as np
 
 from dem.assembly import Assembly
 from dem.columns import RADIUS
-from dem.grain_list import LEFT
 from dem.self_gravity import SOFTENING
 from matter import tree
 from matter.constants import G
 
-SOURCES = ("Cheng2023", "MurrayDermott1999")
+SOURCES = ("Cheng2023",)
 THETA = 0.3
-BEYOND = 0.9
-"""Of the Hill radius: what has left was booked about the body's centre of then."""
 
 
-def gone(bed: Assembly, hill_radius: float) -> np.ndarray:
-    """(n,) whether each grain leaves the body, or has left it, for good; ``hill_radius`` [m] is inf without a
-    companion."""
+def gone(bed: Assembly) -> np.ndarray:
+    """(n,) whether each grain leaves the body, or has left it, for good."""
     k = np.arange(len(bed.X)) < bed.moving
     m, x, v = bed.mass, bed.X[:, :3], bed.W[:, :3]
     drift = m @ v / m.sum()
@@ -51,14 +46,13 @@ def gone(bed: Assembly, hill_radius: float) -> np.ndarray:
         )
     speed = v - drift
     fast = 0.5 * np.einsum("ij,ij->i", speed, speed) > well
-    left = (bed.state == LEFT) & (np.linalg.norm(place, axis=1) > BEYOND * hill_radius)
-    return np.asarray(left | (fast & (np.einsum("ij,ij->i", speed, place) > 0.0)))
+    return np.asarray(fast & (np.einsum("ij,ij->i", speed, place) > 0.0))
 
 
-def report(bed: Assembly, hill_radius: float, shot: Mapping[str, Any] | None) -> dict[str, Any]:
+def report(bed: Assembly, shot: Mapping[str, Any] | None) -> dict[str, Any]:
     """What stands in the report: mass [kg] and momentum [kg m/s] of what leaves and of what stays; beta where the
     start says what the projectile brought (``shot``: its momentum and the normal of the site)."""
-    away = gone(bed, hill_radius)
+    away = gone(bed)
     lost = bed.mass[away] @ bed.W[away, :3]
     body = bed.mass[~away] @ bed.W[~away, :3]
     found: dict[str, Any] = {

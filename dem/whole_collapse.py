@@ -52,19 +52,19 @@ def with_hill_sphere(domain: Region, body: object) -> Region:
     return domain
 
 
-def leaving_of(bed: Assembly, domain: object, shot: Mapping[str, Any] | None) -> dict[str, Any]:
+def leaving_of(bed: Assembly, standing: Standing | None, shot: Mapping[str, Any] | None) -> dict[str, Any]:
     """What leaves a whole body, as it stands (``dem.leaving``); nothing of other ground."""
-    return leaving.report(bed, domain.hill_radius, shot) if isinstance(domain, WholeBody) else {}
+    return {} if standing is None else leaving.report(bed, shot)
 
 
 def report(
-    bed: Assembly, domain: object, standing: Standing | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
+    bed: Assembly, standing: Standing | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
 ) -> dict[str, Any]:
     """What stands in the report of a whole body: its rotation, its axes, what was taken out of the pull, and what
     leaves it; ``shot`` as the start has it, ``begun`` what left it then (``dem.leaving``)."""
     if standing is None:
         return {}
-    k, escaping = slice(0, bed.active), leaving_of(bed, domain, shot)
+    k, escaping = slice(0, bed.active), leaving_of(bed, standing, shot)
     if bed.active < 4:  # it has come apart
         return {
             "pull_removed_over_weight": float(bed.pull_state[held_pull.WORST]),

@@ -19,8 +19,6 @@ from matter.particles import Particles
 from matter.solids.shape import Shape
 from matter.solids.standing import Pose, Standing, motion, of_body
 
-BEYOND = 0.9
-"""Of the Hill radius: what has left was booked about the body's centre of then."""
 THETA, OF_SPACING, OF_GRAINS = 0.3, 0.5, 0.01
 """Opening angle of the tree, and its softening as in the stages: half a spacing, and next to nothing of a grain."""
 
@@ -76,7 +74,7 @@ def at(particles: Particles, shape: Shape, standing: Standing, gravity: float, r
 def bound(particles: Particles) -> np.ndarray:
     """(n,) whether a particle is bound: v^2 / 2 < -phi, or v . x < 0, about the centre of mass; without velocities all
     are. phi is that of all others; of those that were booked as gone that of the body as a point, at the place where
-    they left. What was booked beyond the body's Hill sphere was faster than that there: it is gone."""
+    they left."""
     n = len(particles)
     here = particles.state != 2 if "state" in particles else np.ones(n, dtype=bool)
     if "velocity" not in particles:
@@ -88,9 +86,7 @@ def bound(particles: Particles) -> np.ndarray:
     well = G * m[here].sum() / np.maximum(np.linalg.norm(place, axis=1), 1e-300)
     well[here] = tree.wells(x[here], m[here], soft[here], THETA)
     fast = 0.5 * np.einsum("ij,ij->i", speed, speed) > well
-    hill = float(particles.attributes.get("domain", {}).get("hill_radius_m", np.inf))
-    left = ~here & (np.linalg.norm(place, axis=1) > BEYOND * hill)
-    return np.asarray(~(left | (fast & (np.einsum("ij,ij->i", speed, place) > 0.0))))
+    return np.asarray(~(fast & (np.einsum("ij,ij->i", speed, place) > 0.0)))
 
 
 def _spacing(particles: Particles) -> np.ndarray:

@@ -54,8 +54,7 @@ class WholeBody:
 
     def as_attribute(self) -> dict[str, Any]:
         """Plain values for a snapshot's attribute ``domain`` (with the snapshot's ``frame`` = ``solid``)."""
-        found = {"shape": "whole", "radius_m": self.datum_radius, "angular_velocity_1_s": list(self.omega)}
-        return found if np.isinf(self.hill_radius) else found | {"hill_radius_m": self.hill_radius}
+        return {"shape": "whole", "radius_m": self.datum_radius, "angular_velocity_1_s": list(self.omega)}
 
     @staticmethod
     def of_attribute(values: dict[str, Any]) -> WholeBody:
@@ -63,7 +62,7 @@ class WholeBody:
         if missing := [key for key in ("radius_m", "angular_velocity_1_s") if key not in values]:
             raise InputError(f"the snapshot's attribute 'domain' lacks {', '.join(missing)}")
         x, y, z = (float(value) for value in values["angular_velocity_1_s"])
-        return WholeBody(float(values["radius_m"]), (x, y, z), hill_radius=float(values.get("hill_radius_m", np.inf)))
+        return WholeBody(float(values["radius_m"]), (x, y, z))
 
 
 class Standing:
