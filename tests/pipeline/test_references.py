@@ -114,8 +114,9 @@ def test_laws_that_a_run_does_not_take_are_not_cited(tmp_path):
 
 
 def test_numerics_that_a_run_does_not_take_are_not_cited(tmp_path):
-    changed = ('sph.volumes="start"', 'sph.late={"at" = "10 min", "sound_speed" = "500 m/s"}')
-    plain, late = (cited(tmp_path, "valhalla_980km", sets=chosen, only=("sph",)) for chosen in ((), changed))
+    former = ('sph.numerics="monaghan"',)
+    changed = (*former, 'sph.volumes="start"', 'sph.late={"at" = "10 min", "sound_speed" = "500 m/s"}')
+    plain, late = (cited(tmp_path, "valhalla_980km", sets=chosen, only=("sph",)) for chosen in (former, changed))
     assert late - plain == {
         "RaducanJutzi2022",
         "OttSchnetter2003",
