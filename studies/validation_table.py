@@ -8,8 +8,7 @@ folders of ``docs/results``,
 * ``verdicts.json``: ``{"resolution": "...", "verdicts": [{"id", "ours", "verdict", "resolution", "why", "claim",
   "published", "tolerance"}]}``, all but the first three optional; the resolution at the top holds for rows without
   their own, and for the folder's other kinds of file;
-* ``claims.json`` of ``python studies/encounter_claims.py`` and ``studies/valhalla_claims.py``, and
-  ``claims_former.json`` of the latter with the former numerics;
+* ``claims.json`` of ``python studies/encounter_claims.py`` and ``studies/valhalla_claims.py``;
 * ``ledger_*.json`` of the handoff, whose rows are named like the criteria;
 * ``shocks.json`` of ``studies/sph_verification.py``;
 
@@ -75,9 +74,6 @@ def of_verdicts(path: Path, known: dict[str, Claim]) -> Iterator[Row]:
         if odd := sorted(set(row) - set(Row._fields)):
             raise InputError(f"{path}: unknown {', '.join(odd)} in {row['id']}")
         yield Row(**{"folder": path.parent.name, "resolution": content.get("resolution", ""), **row})
-
-
-CLAIMS = {"claims.json": "", "claims_former.json": ", former numerics (monaghan)"}
 
 
 def of_claims(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[Row]:
@@ -174,9 +170,8 @@ def rows(results: Path, known: dict[str, Claim]) -> list[Row]:
         if (path := folder / "verdicts.json").exists():
             resolution = json.loads(path.read_text()).get("resolution", "")
             found += of_verdicts(path, known)
-        for name, set_of_numerics in CLAIMS.items():
-            if (path := folder / name).exists():
-                found += of_claims(path, known, resolution + set_of_numerics)
+        if (path := folder / "claims.json").exists():
+            found += of_claims(path, known, resolution)
         for path in sorted(folder.glob("ledger_*.json")):
             found += of_ledger(path, known, resolution)
         if (path := folder / "shocks.json").exists():
