@@ -24,17 +24,33 @@ COLUMNS = (
 
 # particles up to which the potential energy is summed over all pairs; opening angle of the tree beyond
 DIRECT, FINE = (40_000, 0.3)
+# a body whose own energy is less than this share of the projectile's, and the opening angle that is enough for it
+WEAK, WIDE = (0.1, 0.7)
 
 
-def row(integrator: Integrator, symmetry: str = "none") -> dict[str, float | str]:
+def weak(own_J: float, impact_J: float) -> bool:
+    """Whether a body's own energy counts so little beside the projectile's, ``impact_J``, that what a wide tree gets
+    wrong (2e-4 of it) is below 2e-5 of the latter."""
+    return abs(own_J) < WEAK * impact_J
+
+
+def gravitational_energy(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, impact_J: float) -> float:
+    """The energy [J] of a body's own gravity, as well as it counts beside ``impact_J``."""
+    own = tree.potential_energy(position, mass, softening, WIDE)
+    if weak(own, impact_J):
+        return own
+    return tree.potential_energy(position, mass, softening, 0.0 if len(mass) <= DIRECT else FINE)
+
+
+def row(integrator: Integrator, symmetry: str = "none", impact_J: float = 0.0) -> dict[str, float | str]:
     """One line of ``history.csv`` (SI), names in ``COLUMNS``.
 
-    The gravitational energy is the direct sum over all pairs (a finer tree's above ``DIRECT`` particles), so that
-    ``total_J`` shows what the tree, frozen gravity, the steps and every clipping (tension cut, pressure of lost
-    particles) get wrong; nothing is taken out of it. In uniform gravity it is m g z. Ejected: unbound (v^2/2 > G M /
-    r); without self-gravity what is beyond the surface of the target by more than its h and moves on outwards. Lost:
-    particles whose neighbours have gone, with the internal energy that they keep. With a ``symmetry`` all sums are
-    those of the whole.
+    The gravitational energy is the direct sum over all pairs (a finer tree's above ``DIRECT`` particles, a wide tree's
+    where it is ``weak`` beside ``impact_J`` [J] of the projectile), so that ``total_J`` shows what the tree, frozen
+    gravity, the steps and every clipping (tension cut, pressure of lost particles) get wrong; nothing is taken out of
+    it. In uniform gravity it is m g z. Ejected: unbound (v^2/2 > G M / r); without self-gravity what is beyond the
+    surface of the target by more than its h and moves on outwards. Lost: particles whose neighbours have gone, with
+    the internal energy that they keep. With a ``symmetry`` all sums are those of the whole.
     """
     cloud = integrator.cloud
     m, v, x = cloud.mass, cloud.velocity, cloud.position
@@ -47,7 +63,7 @@ def row(integrator: Integrator, symmetry: str = "none") -> dict[str, float | str
     if integrator.around.self_gravity:
         place, parts = symmetries.unfolded(x, symmetry), symmetries.copies(symmetry)
         weight, softening = np.tile(cloud.mass, parts), np.tile(integrator.softening, parts)
-        gravitational += tree.potential_energy(place, weight, softening, 0.0 if len(weight) <= DIRECT else FINE)
+        gravitational += gravitational_energy(place, weight, softening, impact_J)
         r = np.linalg.norm(x, axis=1)
         unbound = 0.5 * v2 > tree.G * m.sum() / r
     else:
@@ -69,6 +85,7 @@ class History:
 
     def __init__(self, path: Path, symmetry: str = "none"):
         self.path, self.symmetry = path, symmetry
+        self.impact_J = 0.0
         self.rows: list[dict[str, float | str]] = []
 
     def restore(self, steps: int) -> None:
@@ -83,7 +100,7 @@ class History:
     def add(self, integrator: Integrator) -> None:
         """Append the state as it stands, unless the last row is of the same step."""
         if not self.rows or self.rows[-1]["steps"] != integrator.steps:
-            self.rows.append(row(integrator, self.symmetry))
+            self.rows.append(row(integrator, self.symmetry, self.impact_J))
 
     def write(self) -> None:
         """Write the file, whole or not at all; numbers to the last bit."""

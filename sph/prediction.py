@@ -18,14 +18,15 @@ import numba
 import numpy as np
 
 from matter import readable
-from sph import ground_strength, projectile, resolution, symmetry
+from matter.constants import G
+from sph import durations, ground_strength, history, projectile, resolution, symmetry
 from sph.damage import grady_kipp, seeding
-from sph.history import DIRECT
 from sph.settings import Settings
 
 # of one thread, warm: seconds per particle and step, per particle of one gravity evaluation, per pair of the direct
-# sum, per particle written
+# sum, per particle written, per particle of a fine and a wide tree's energy
 _PER_STEP, _PER_GRAVITY, _PER_PAIR, _PER_OUTPUT = 8.0e-7, 1.8e-6, 7.0e-10, 8.0e-6
+_PER_FINE, _PER_WIDE = 1e-5, 6e-6
 _RECONSTRUCTED = 1.6
 _MORE_STEPS = 1.18
 _COUNTED = 1e6
@@ -151,7 +152,7 @@ def predict(settings: Settings) -> dict[str, float]:
     attracts = float(settings.target.attracts and not settings.target.flat)
     evaluations = (number + relax) * (1.0 if settings.gravity_shift == 0 else 0.15) * attracts
     rows = settings.end_time / settings.history_interval
-    energies = (_PER_PAIR * n**2 if n <= DIRECT else 1e-5 * n) * attracts
+    energies = _per_row(settings, n) * attracts
     snapshots = settings.end_time / settings.snapshot_interval + 2.0
     work = n * (per_step(settings) * (number + relax) + _PER_GRAVITY * evaluations) + rows * energies
     wall = work / numba.get_num_threads() ** _EFFICIENCY + _PER_OUTPUT * n * snapshots + 3.0
@@ -164,6 +165,16 @@ def predict(settings: Settings) -> dict[str, float]:
         "particles": whole,
         "snapshots": snapshots,
     }
+
+
+def _per_row(settings: Settings, n: float) -> float:
+    """Seconds of one thread that a row of the history takes: the energy of the body's own gravity, 0.6 G M^2 / R."""
+    materials, ball, R = settings.chosen_materials(), settings.impact.projectile, settings.target.radius
+    own = 0.6 * durations.surface_gravity(settings.target, materials) ** 2 * R**3 / G
+    mass = float(materials.bulk_density[materials.index(ball.material)]) * ball.volume
+    if history.weak(own, 0.0 if settings.control else 0.5 * mass * settings.impact.speed**2):
+        return _PER_WIDE * n
+    return _PER_PAIR * n**2 if n <= history.DIRECT else _PER_FINE * n
 
 
 def expected_flaws(settings: Settings) -> float:

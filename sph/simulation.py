@@ -225,7 +225,8 @@ class Simulation:
         i, s = self.integrator, self.settings
         ball = self.impact.projectile
         mass = 0.0 if s.control else self.materials.bulk_density[self.materials.index(ball.material)] * ball.volume
-        self.watch = watch.Watch(0.5 * mass * self.impact.speed**2, pushed=self.edge is not None)
+        self.history.impact_J = 0.5 * mass * self.impact.speed**2
+        self.watch = watch.Watch(self.history.impact_J, pushed=self.edge is not None)
         if i.steps == 0:
             self._output()
         while i.time < s.end_time:

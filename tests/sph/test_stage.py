@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from matter import checkpoint, snapshot
+from matter import checkpoint, snapshot, tree
 from matter.body import Impact, Layer, Projectile, Target
 from matter.errors import InputError, UnphysicalState
 from sph import history, stage, watch
@@ -158,6 +158,20 @@ def test_the_energy_of_many_particles_is_checked_over_all_pairs(finished, tmp_pa
     by_rows = max(abs(float(row["total_J"]) - float(rows[0.0]["total_J"])) for row in rows.values())
     assert abs(by_rows - checked["largest_J"]) > 1e-8 * size
     assert report["drift"]["energy_J"] == checked["largest_J"]
+
+
+def test_a_wide_tree_is_taken_where_the_bodys_own_energy_counts_little(monkeypatch):
+    """The sum over all pairs is what a body takes whose own energy is a tenth of the projectile's, and no less."""
+    place = np.random.default_rng(5).normal(size=(300, 3))
+    mass, softening = np.full(300, 1e9), np.full(300, 0.1)
+    exact = tree.potential_energy(place, mass, softening)
+    beside = -exact / history.WEAK
+    assert history.gravitational_energy(place, mass, softening, 0.9 * beside) == exact
+    near = history.gravitational_energy(place, mass, softening, 1.1 * beside)
+    assert near != exact and abs(near - exact) < 2e-5 * 1.1 * beside
+    monkeypatch.setattr(history, "DIRECT", 200)
+    fine = history.gravitational_energy(place, mass, softening, 0.9 * beside)
+    assert fine not in (exact, near) and fine == pytest.approx(exact, rel=1e-5)
 
 
 def rows_of(out):
