@@ -107,7 +107,7 @@ class Integrator:
         )
         numbers = {name: getattr(self, name) for name in _NUMBERS} | {
             "torque_removed": self.torque_removed,
-            "builds": self.neighbourhood.builds,
+            "builds": self.neighbourhood.builds, "list_age": self.neighbourhood.age,
         }
         return arrays, numbers | (self.images.state() if self.images is not None else {})
 
@@ -118,7 +118,7 @@ class Integrator:
         if self.images is not None:
             self.images.restore(numbers)
         self.neighbourhood.restore(arrays)
-        self.neighbourhood.builds = int(numbers["builds"])
+        self.neighbourhood.builds, self.neighbourhood.age = int(numbers["builds"]), int(numbers["list_age"])
         self.rates.restore(checkpoint.Part(arrays, "rates"))
         self.evaluated.restore(checkpoint.Part(arrays, "evaluated"))
         self.limits[:], self.torque_removed[:] = arrays["limits"], numbers["torque_removed"]
