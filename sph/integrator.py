@@ -107,7 +107,8 @@ class Integrator:
         )
         numbers = {name: getattr(self, name) for name in _NUMBERS} | {
             "torque_removed": self.torque_removed,
-            "builds": self.neighbourhood.builds, "list_age": self.neighbourhood.age,
+            "builds": self.neighbourhood.builds,
+            "list_age": self.neighbourhood.age,
         }
         return arrays, numbers | (self.images.state() if self.images is not None else {})
 
