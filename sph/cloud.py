@@ -180,18 +180,18 @@ class Neighbourhood:
     a pair is listed within h_ij plus both skins, so that no pair closer than h_ij is missed while nobody has moved by
     more than its skin. Fast particles thus do not make the whole list anew at every step.
 
-    A lone particle, one without any neighbour, waits for the list to be ``AHEAD`` steps old. That is what its skin is
-    for, unless it flies further than ``SKIN_MOST`` of its h in that time: debris of an impact among matter in a late
-    stage, where a step of the slow flow takes it past several of its h. Steps do not resolve what such a particle
-    flies through, with or without a list of its own. Other results do not depend on the skins beyond the order of
-    sums.
+    A lone particle, one without any neighbour, waits for the time that skins reckon with to be over: ``AHEAD`` steps
+    of the length that they had when the list was made. Flying on freely it stays within its skin until then, unless
+    that is cut at ``SKIN_MOST`` of its h: debris of an impact in a late stage, where a step of the slow flow takes it
+    past several of its h. Steps do not resolve what such a particle flies through, with or without a list of its own.
+    Other results do not depend on the skins beyond the order of sums.
     """
 
     SKIN, SKIN_MOST, AHEAD = 0.02, 2.0, 12
 
     def __init__(self, cloud: Cloud, half_width: float, images: Images | None = None):
         self.half_width, self.builds, self.images = half_width, 0, images
-        self.age = 0
+        self.age, self.good_for = 0.0, 0.0
         self._parts = np.zeros(PARTS, dtype=np.bool_)
         self.pairs: neighbours.Neighbours | None = None
         self.rebuild(cloud, 0.0)
@@ -217,7 +217,8 @@ class Neighbourhood:
         del order
         self._list(cloud.position, reach, grid)
         self.builds += 1
-        self.age = 0
+        # [s]; less by rounding: as many steps of this length as skins reckon with, not one more
+        self.age, self.good_for = 0.0, (1.0 - 1e-9) * self.AHEAD * dt
 
     def state(self) -> dict[str, np.ndarray]:
         """Where the particles were when the list was built (n, 3) [m], and with which reach (n,) [m]."""
@@ -238,12 +239,12 @@ class Neighbourhood:
 
     def update(self, cloud: Cloud, dt: float, time: float = 0.0) -> bool:
         """Rebuild if needed; True when the cloud was sorted anew."""
-        self.age += 1
+        self.age += dt
         room = 0.5 * (self.reach - cloud.support_radius)
         if room.min() < 0.0:  # a support has grown beyond its listing
             self.rebuild(cloud, dt, time)
             return True
-        least = 1 if self.age < self.AHEAD else 0
+        least = 1 if self.age < self.good_for else 0
         moved_further(cloud.position, self.places, room, cloud.neighbours, least, self._parts)
         if not self._parts.any() and (self.images is None or not self.images.stale(time)):
             return False

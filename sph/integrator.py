@@ -109,6 +109,7 @@ class Integrator:
             "torque_removed": self.torque_removed,
             "builds": self.neighbourhood.builds,
             "list_age": self.neighbourhood.age,
+            "list_good_for": self.neighbourhood.good_for,
         }
         return arrays, numbers | (self.images.state() if self.images is not None else {})
 
@@ -119,7 +120,9 @@ class Integrator:
         if self.images is not None:
             self.images.restore(numbers)
         self.neighbourhood.restore(arrays)
-        self.neighbourhood.builds, self.neighbourhood.age = int(numbers["builds"]), int(numbers["list_age"])
+        around = self.neighbourhood
+        around.builds, around.age = int(numbers["builds"]), float(numbers["list_age"])
+        around.good_for = float(numbers["list_good_for"])
         self.rates.restore(checkpoint.Part(arrays, "rates"))
         self.evaluated.restore(checkpoint.Part(arrays, "evaluated"))
         self.limits[:], self.torque_removed[:] = arrays["limits"], numbers["torque_removed"]

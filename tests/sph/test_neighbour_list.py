@@ -5,7 +5,7 @@ import numpy as np
 from sph.cloud import Cloud, Neighbourhood
 from sph.target import Body
 
-SPACING, DT = 1.0, 1.0
+DT = 1.0
 
 
 def cloud_with(lone: float, of_block: float) -> tuple[Cloud, Neighbourhood]:
@@ -23,13 +23,13 @@ def cloud_with(lone: float, of_block: float) -> tuple[Cloud, Neighbourhood]:
     return cloud, around
 
 
-def builds_of(lone: float, of_block: float, steps: int) -> int:
+def builds_of(lone: float, of_block: float, steps: int, dt: float = DT) -> int:
     """How often the list is made anew while particles fly straight on."""
     cloud, around = cloud_with(lone, of_block)
     before = around.builds
     for _ in range(steps):
-        cloud.position += DT * cloud.velocity
-        around.update(cloud, DT)
+        cloud.position += dt * cloud.velocity
+        around.update(cloud, dt)
     return around.builds - before
 
 
@@ -39,6 +39,12 @@ def test_lone_debris_waits_for_the_list_to_be_as_old_as_skins_look_ahead():
     assert builds_of(260.0, 0.0, 3 * ahead) == 3
     assert builds_of(0.0, 0.0, 3 * ahead) == 0
     assert builds_of(0.0, 260.0, 5) == 5
+
+
+def test_a_lone_particle_is_looked_for_sooner_when_steps_get_longer():
+    """As where the late stage lowers the sound speed: skins reckon with the steps before it."""
+    assert builds_of(0.2, 0.0, 1, dt=11.0) == 0
+    assert builds_of(0.2, 0.0, 1, dt=13.0) == 1
 
 
 def test_a_pair_that_comes_into_reach_is_listed_before_a_lone_particle_of_usual_speed_touches():
