@@ -4,6 +4,8 @@ kept."""
 from __future__ import annotations
 
 from collections import namedtuple
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -220,12 +222,16 @@ class Neighbourhood:
         # [s]; less by rounding: as many steps of this length as skins reckon with, not one more
         self.age, self.good_for = 0.0, (1.0 - 1e-9) * self.AHEAD * dt
 
-    def state(self) -> dict[str, np.ndarray]:
-        """Where the particles were when the list was built (n, 3) [m], and with which reach (n,) [m]."""
-        return {"places": self.places, "reach": self.reach}
+    def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Where the particles were when the list was built (n, 3) [m], and with which reach (n,) [m]; how many lists
+        there were, how old this one is and for how long lone particles wait [s]."""
+        numbers = {"builds": self.builds, "list_age": self.age, "list_good_for": self.good_for}
+        return {"places": self.places, "reach": self.reach}, numbers
 
-    def restore(self, saved: checkpoint.State) -> None:
+    def restore(self, saved: checkpoint.State, numbers: Mapping[str, Any]) -> None:
         """Build the list of a ``state`` again; the cloud is in its order already."""
+        self.builds, self.age = int(numbers["builds"]), float(numbers["list_age"])
+        self.good_for = float(numbers["list_good_for"])
         places, reach = saved["places"], saved["reach"]
         self._list(places, reach.copy(), neighbours.sort(places, reach, self.half_width)[1])
 

@@ -100,17 +100,9 @@ class Integrator:
         """Arrays and numbers that a resumed run needs to go on to the last bit, with those of cloud, rates, list and
         images."""
         arrays = checkpoint.under("cloud", self.cloud.state()) | checkpoint.under("rates", self.rates.state())
-        arrays |= (
-            checkpoint.under("evaluated", self.evaluated.state())
-            | self.neighbourhood.state()
-            | {"limits": self.limits}
-        )
-        numbers = {name: getattr(self, name) for name in _NUMBERS} | {
-            "torque_removed": self.torque_removed,
-            "builds": self.neighbourhood.builds,
-            "list_age": self.neighbourhood.age,
-            "list_good_for": self.neighbourhood.good_for,
-        }
+        listed, numbers = self.neighbourhood.state()
+        arrays |= checkpoint.under("evaluated", self.evaluated.state()) | listed | {"limits": self.limits}
+        numbers |= {name: getattr(self, name) for name in _NUMBERS} | {"torque_removed": self.torque_removed}
         return arrays, numbers | (self.images.state() if self.images is not None else {})
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
@@ -119,10 +111,7 @@ class Integrator:
         self.cloud.restore(checkpoint.Part(arrays, "cloud"))
         if self.images is not None:
             self.images.restore(numbers)
-        self.neighbourhood.restore(arrays)
-        around = self.neighbourhood
-        around.builds, around.age = int(numbers["builds"]), float(numbers["list_age"])
-        around.good_for = float(numbers["list_good_for"])
+        self.neighbourhood.restore(arrays, numbers)
         self.rates.restore(checkpoint.Part(arrays, "rates"))
         self.evaluated.restore(checkpoint.Part(arrays, "evaluated"))
         self.limits[:], self.torque_removed[:] = arrays["limits"], numbers["torque_removed"]
