@@ -16,8 +16,8 @@ Each gives two angles:
 Both use the contact laws of the stage with k_n = ``CELL_STIFFNESS`` P d. An angle is kept under a hash of everything
 that it depends on, in ``friction_angle/`` beside the compiled kernels.
 
-Command: ``python -m dem.friction_angle [--case CASE] [--friction MU] [--shape BETA] [--method shear|tilt] [--find "30
-deg"]``.
+Command: ``python -m dem.friction_angle [--case CASE] [--friction MU] [--shape BETA] [--method shear|tilt] [--inertial
+I] [--find "30 deg"]``.
 
 Sources: Davis 1968, in Soil Mechanics: Selected Topics, ch. 6; GDR MiDi 2004, Eur. Phys. J. E 14, 341 (both flows, I);
 Peyneau & Roux 2008, Phys. Rev. E 78, 011307 (frictionless spheres: 5.76 deg).
@@ -141,6 +141,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--friction", type=float, help="mu_s instead of the case's")
     parser.add_argument("--shape", type=float, help="beta instead of the case's")
     parser.add_argument("--method", choices=("shear", "tilt"), default="shear")
+    parser.add_argument("--inertial", type=float, metavar="I", help="inertial number of the shear; default: slow")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--find", metavar="ANGLE", help='the friction that gives this angle, "30 deg" for example')
     options = parser.parse_args(arguments)
@@ -152,7 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 f"friction = {friction:.4g}  gives {angle:.2f} +- {error:.2f} deg with shape {contact.shell.shape:g}"
             )
             return 0
-        result = measure(contact, options.method, seed=options.seed)
+        result = measure(contact, options.method, seed=options.seed, **_rate_of(options))
     except (InputError, Unsound) as reason:
         print(f"{parser.prog}: {reason}", file=sys.stderr)
         return reason.exit_code
@@ -163,6 +164,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     print("\n".join(f"{name:18s}{value:10.4g}" for name, value in result.items()))
     return 0
+
+
+def _rate_of(options: argparse.Namespace) -> dict[str, float]:
+    if options.inertial is None:
+        return {}
+    if options.method != "shear" or not 1e-4 <= options.inertial <= 10.0:
+        raise InputError(f"--inertial {options.inertial:g}: 0.0001 to 10, with --method shear")
+    return {"inertial": options.inertial}
 
 
 def _degrees(text: str) -> float:

@@ -34,11 +34,20 @@ def weak(own_J: float, impact_J: float) -> bool:
     return abs(own_J) < WEAK * impact_J
 
 
+def _at_least(position: np.ndarray, mass: np.ndarray) -> float:
+    """The energy [J] of a uniform sphere of the same mass and moment of inertia, than which no spread of mass has
+    less: of all potentials that of even density alone grows with r^2, as the variation of both asks."""
+    place = position - mass @ position / mass.sum()
+    spread = float(mass @ np.einsum("ij,ij->i", place, place) / mass.sum())
+    return 0.6 * tree.G * float(mass.sum()) ** 2 / float(np.sqrt(5.0 / 3.0 * spread))
+
+
 def gravitational_energy(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, impact_J: float) -> float:
     """The energy [J] of a body's own gravity, as well as it counts beside ``impact_J``."""
-    own = tree.potential_energy(position, mass, softening, WIDE)
-    if weak(own, impact_J):
-        return own
+    if weak(_at_least(position, mass), impact_J):
+        own = tree.potential_energy(position, mass, softening, WIDE)
+        if weak(own, impact_J):
+            return own
     return tree.potential_energy(position, mass, softening, 0.0 if len(mass) <= DIRECT else FINE)
 
 

@@ -86,6 +86,8 @@ class Integrator:
         self._second = np.zeros((0, self.scheme.second_width))
         if self.scheme.reconstructed and len(cloud.strain_rate) == 0:
             cloud.strain_rate = np.zeros((len(cloud), 6))
+        if materials.inertial and not self.scheme.reconstructed:
+            raise InputError('inertial_friction needs viscosity = "reconstructed", which keeps the rates of strain')
         if materials.harden:
             if numerics.integrator != "leapfrog":
                 raise InputError(

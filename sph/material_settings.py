@@ -41,6 +41,9 @@ class Kept(Model):
     """Shear and bulk modulus."""
     tension: Values | None = None
     """The largest tension that the intact material bears: ``cut``."""
+    inertial_friction: Values | None = None
+    """Grains whose friction grows with the rate of strain: ``grain_diameter``, ``I0``, ``ratio``
+    (``sph.strength.inertial_friction``)."""
     thermal: Values | None = None
     """Heat capacity, temperature at rest, melting temperature (``sph.temperature``)."""
     weibull: Values | None = None

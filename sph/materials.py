@@ -25,7 +25,7 @@ from sph.porosity import crush, p_alpha
 from sph.porosity import dispatch as porosity
 from sph.porosity.matrix import Matrix
 from sph.strength import dispatch as strength
-from sph.strength import von_mises
+from sph.strength import inertial_friction, von_mises
 
 
 class Elastic(NamedTuple):
@@ -52,6 +52,7 @@ class Rows(NamedTuple):
     bulk: np.ndarray  # bulk modulus [Pa]
     strength: np.ndarray  # number of the law in sph.strength.dispatch
     strength_row: np.ndarray  # (m, width)
+    inertial: np.ndarray  # (m, 3), sph.strength.inertial_friction; diameter 0 where friction does not go by the rate
     mixes_damage: np.ndarray  # 1 where damage stands in the yield stress, 0 where it takes the shear stress as a whole
     tension: np.ndarray  # the tension that the intact material bears [Pa], >= 0
     # specific energy at which that tension is gone [J/kg], that of the strength; infinite where nothing says it
@@ -105,6 +106,11 @@ class Materials:
         """Whether the yield law of any material goes by plastic strain."""
         return any(strength.FAMILY.having("HARDENS")[kind] for kind in self.rows.strength)
 
+    @property
+    def inertial(self) -> bool:
+        """Whether the friction of any material goes by the rate of strain."""
+        return bool((self.rows.inertial[:, inertial_friction.DIAMETER] > 0.0).any())
+
     def index(self, name: str) -> int:
         """The number of a material in the tables."""
         return self.names.index(name)
@@ -149,13 +155,17 @@ def collect(names: tuple[str, ...], choices: Mapping[str, Kept] | None = None) -
         )
     )
     bulk = [_bulk(name, choices.get(name, AS_PUBLISHED)) for name in names]
-    rows = rows._replace(thermal=np.zeros((count, temperature.WIDTH if warm else temperature.HEAD)))
+    rows = rows._replace(
+        thermal=np.zeros((count, temperature.WIDTH if warm else temperature.HEAD)),
+        inertial=np.zeros((count, inertial_friction.WIDTH)),
+    )
     if (widest := max(len(numbers) for _, _, numbers in bulk)) > eos.FAMILY.width:
         rows = rows._replace(eos_row=np.zeros((count, widest)))
     for i, name in enumerate(names):
         choice = choices.get(name, AS_PUBLISHED)
         _fill_bulk(rows, i, name, choice, *bulk[i])
         _fill_strength(rows, i, name, choice)
+        _fill_friction(rows, i, name, choice)
         _fill_heat(rows, i, name, choice)
         _fill_damage(rows, i, name, choice)
         _fill_pores(rows, i, name, choice)
@@ -215,6 +225,14 @@ def _fill_strength(rows: Rows, i: int, name: str, choice: Kept) -> None:
         rows.melt[i] = values.melt_energy
     elif has_section(name, "von_mises", choice):  # a fluid that is called so melts no later than the solid
         rows.melt[i] = parameters(von_mises.Parameters, name, "von_mises", choice).melt_energy
+
+
+def _fill_friction(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    if not has_section(name, "inertial_friction", choice):
+        return
+    law, rubs = strength.FAMILY.names[rows.strength[i]], strength.FAMILY.having("RUBS")[rows.strength[i]]
+    _refuse(name, "inertial_friction", "" if rubs else f"strength = {law!r} has no friction")
+    _put(rows.inertial[i], parameters(inertial_friction.Parameters, name, "inertial_friction", choice))
 
 
 def _fill_heat(rows: Rows, i: int, name: str, choice: Kept) -> None:

@@ -43,7 +43,8 @@ from sph.porosity import compaction_damage
 from sph.porosity import dispatch as porosity
 from sph.row import RHO_INVERSE, SOUND, SUPPORT, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 from sph.strength import dispatch as strengths
-from sph.strength import thermal_softening, von_mises
+from sph.strength import inertial_friction, thermal_softening, von_mises
+from sph.strength.inertial_friction import DIAMETER, I0, RATIO
 
 FREE, BOUND = 4, 10  # a particle with at most FREE neighbours feels no pressure, from BOUND on all of it
 
@@ -96,7 +97,7 @@ _BLOCK = 256  # particles that a thread takes at a time
 
 
 @kernel
-def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physics, out, pores, late, plastic):
+def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate):
     """One evaluation of the particles ``first_particle`` to ``end_particle`` - 1; arguments as ``_evaluate``."""
     position, velocity, mass, rho, u = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy
     h = cloud.support_radius
@@ -166,7 +167,22 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             P = max(P, -strengths.apex(law, rows.strength_row[m], heat, D) * thin)
             szz = -sxx - syy
             J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
-            limit = strengths.yield_stress(law, rows.strength_row[m], a * P, heat, D)
+            bearing = a * P
+            if rate is not None:
+                if rows.inertial[m, DIAMETER] > 0.0 and P > 0.0:
+                    number = inertial_friction.inertial_number(
+                        rate[i, 0],
+                        rate[i, 1],
+                        rate[i, 2],
+                        rate[i, 3],
+                        rate[i, 4],
+                        rate[i, 5],
+                        rows.inertial[m, DIAMETER],
+                        rows.rho0[m],
+                        P,
+                    )
+                    bearing *= inertial_friction.factor(number, rows.inertial[m, I0], rows.inertial[m, RATIO])
+            limit = strengths.yield_stress(law, rows.strength_row[m], bearing, heat, D)
             if plastic is not None:
                 limit *= strengths.hardening(law, rows.strength_row[m], plastic[i])
             if boiling:
@@ -217,18 +233,30 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
 
 
 @parallel_kernel
-def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic):
-    """One evaluation of every particle; compiled without pores, late stage or plastic strain where these are None.
+def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate):
+    """One evaluation of every particle; compiled without pores, late stage, plastic strain or rate of strain where
+    these are None.
 
-    In: ``sph.cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``. Out:
-    ``Response`` and ``Pores``, and in place the cloud's stress (yielded), distention (compacted) and plastic strain.
+    In: ``sph.cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``, the rates of
+    strain (n, 6) where friction goes by them. Out: ``Response`` and ``Pores``, and in place the cloud's stress
+    (yielded), distention (compacted) and plastic strain.
     """
     n = len(cloud.mass)
     for block in prange(
         (n + _BLOCK - 1) // _BLOCK
     ):  # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
         _evaluate_some(
-            block * _BLOCK, min(n, (block + 1) * _BLOCK), cloud, flaw_strain, rows, physics, out, pores, late, plastic
+            block * _BLOCK,
+            min(n, (block + 1) * _BLOCK),
+            cloud,
+            flaw_strain,
+            rows,
+            physics,
+            out,
+            pores,
+            late,
+            plastic,
+            rate,
         )
 
 
@@ -288,7 +316,8 @@ def evaluate(
     late = None if late_c2 is None else Late(cloud.late_density, late_c2)
     plastic = cloud.plastic_strain if len(cloud.plastic_strain) else None
     physics = Physics(strength, damage, crushing)
-    _evaluate(cloud.fields, cloud.flaw_strain, rows, physics, out.response, pores, late, plastic)
+    rate = cloud.strain_rate if (rows.inertial[:, DIAMETER] > 0.0).any() else None
+    _evaluate(cloud.fields, cloud.flaw_strain, rows, physics, out.response, pores, late, plastic, rate)
 
 
 def damage_of(cloud, rows: Rows) -> np.ndarray:

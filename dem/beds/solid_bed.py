@@ -23,9 +23,6 @@ from dem.columns import RADIUS
 from dem.contact_settings import SPECIES
 from matter.errors import InputError
 
-BULK_DEPTH = 3.0
-"""Mean radii below the surface at which the bulk begins."""
-
 
 def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
     """Check the settings against the body; what is returned makes the bed in a folder."""
@@ -34,7 +31,7 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
             f'[bed] shape = "{settings.shape}" is for spheres; of an ellipsoid or mesh the "whole" is filled, or a '
             f"bowl, box or cylinder of its ground that is laid flat"
         )
-    if settings.packing != "rcp" or settings.largest_speed is not None:
+    if settings.packing not in ("rcp", "loose") or settings.largest_speed is not None:
         raise InputError(
             f'[bed] packing = "{settings.packing}" and largest_speed are for flat ground (bowl, box, cylinder)'
         )
@@ -57,6 +54,8 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
 def _make(settings: Settings, body: SolidBody, out: Path) -> None:
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
     radius = solid_packing.radii(settings.count, settings.radius_spread, body.solid, seeds[0])
+    if settings.packing == "loose":
+        radius *= solid_packing.looseness(friction_angle.measure(settings.contact)["fraction"])
     points = solid_packing.points(radius, body.solid, body.distance, seeds[1])
     work = SolidSettling(points, radius, body, settings.contact, settings.residual_speed, settings.pull_interval)
     bed, facts = finish(work, out)
@@ -115,8 +114,6 @@ def report_of(bed: Assembly, work: SolidSettling, settings: Settings, surface: s
     body = work.ground
     angle = friction_angle.measure(settings.contact)["angle_deg"]
     slope = surface.against(angle, body)
-    depth = body.distance.at(bed.X[:, :3])[0]
-    inner = depth > BULK_DEPTH * bed.mean_radius
     z, rattlers = bed_measures.coordination(bed, np.ones(len(bed.X), dtype=bool))
     axes, wanted = axes_of_inertia(bed.mass, bed.X[:, :3]), _axes_of(body)
     moved = work.moved(bed) / bed.mean_radius
@@ -127,7 +124,7 @@ def report_of(bed: Assembly, work: SolidSettling, settings: Settings, surface: s
     return {
         "grains": len(bed.X),
         "mean_radius_m": bed.mean_radius,
-        "packing_fraction": bed_measures.bulk_fraction_where(bed.X[:, :3], bed.X[:, RADIUS], inner),
+        "packing_fraction": solid_packing.bulk_fraction(bed.X[:, :3], bed.X[:, RADIUS], body.distance),
         "grain_volume_over_body": float(np.sum(4.0 / 3.0 * np.pi * bed.X[:, RADIUS] ** 3) / body.solid.volume),
         "coordination_number": z,
         "rattler_share": rattlers,

@@ -19,12 +19,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dem.beds import bed_measures
 from dem.columns import MASS, RADIUS, STIFFNESS
 from dem.grain_list import GrainList
 from matter.solids.distance import Distance
 from matter.solids.solid import Solid
 
 PROUD = 0.3
+BULK_DEPTH = 3.0
+"""Mean radii below the surface at which the bulk begins."""
 FRACTION, AT_SURFACE = 0.66, 0.05
 """Grain volume over the body's, slightly above random close packing, and what its surface takes of it."""
 
@@ -43,6 +46,11 @@ def radii(count: int, spread: float, solid: Solid, seed: np.random.SeedSequence)
     return np.asarray(scale * shape)
 
 
+def looseness(fraction: float) -> float:
+    """Factor of the radii with which they fill this ``fraction`` of the bulk, no longer jammed."""
+    return (fraction / (FRACTION - 0.01)) ** (1.0 / 3.0)
+
+
 def points(radius: np.ndarray, solid: Solid, distance: Distance, seed: np.random.SeedSequence) -> np.ndarray:
     """Centres (n, 3) uniform over the part of the body that each grain can reach; those that find none lie anywhere
     inside."""
@@ -57,6 +65,13 @@ def points(radius: np.ndarray, solid: Solid, distance: Distance, seed: np.random
         least = radius[todo] - stand if trial < 900 else 0.0
         todo = todo[distance.at(place[todo])[0] < least]
     return place
+
+
+def bulk_fraction(position: np.ndarray, radius: np.ndarray, distance: Distance) -> float:
+    """Share of space that the grains fill from ``BULK_DEPTH`` mean radii below the surface on; nan where none lies
+    so deep."""
+    inner = distance.at(position)[0] > BULK_DEPTH * float(radius.mean())
+    return bed_measures.bulk_fraction_where(position, radius, inner)
 
 
 @dataclass(frozen=True)

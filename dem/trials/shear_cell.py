@@ -6,9 +6,12 @@ stress,
 
     d(ln L_z)/dt = RESPONSE (sigma_zz - P) / P      [in units of 1 / (d sqrt(rho / P))]
 
-so that the whole cell shears evenly, without a wall. Tilted, z is bounded below by grains that are held (a rough base)
-and open above, and gravity turns from -z towards +x. Contacts are ``dem.contact``, the laws of the stage with Hooke's
-springs and without cohesion; time steps are those of ``dem.integrator``.
+so that the whole cell shears evenly, without a wall. Its stress is that of the contacts and of the momentum that
+grains carry in their motion about the flow, m v_a v_b / V, which counts in fast shear.
+
+Tilted, z is bounded below by grains that are held (a rough base) and open above, and gravity turns from -z towards +x.
+Contacts are ``dem.contact``, the laws of the stage with Hooke's springs and without cohesion; time steps are those of
+``dem.integrator``.
 
 Units inside: mean diameter d = 1, density of a grain rho = 1, and P = 1 (sheared) or g = 1 (tilted). Forces and
 the stress of the contacts: ``dem.trials.cell_forces``.
@@ -39,6 +42,9 @@ from dem.trials.cell_forces import (
     HEIGHT,
     STEPS,
     SUMS,
+    XX,
+    XZ,
+    YY,
     ZZ,
     Drive,
     Frame,
@@ -92,6 +98,7 @@ def _advance(steps, sample, touching, frame, drive, sums):
         worst = max(worst, overlap)
         volume = period[0] * period[1] * min(period[2], slab[1] - slab[0])
         kinetic, flow, mass = 0.0, 0.0, 0.0
+        mxx, myy, mzz, mxz, px, pz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(n):
             if held[i]:
                 continue
@@ -104,9 +111,23 @@ def _advance(steps, sample, touching, frame, drive, sums):
                 W[i, c] += 0.5 * dt * A[i, c]
             wx = W[i, 0] - rate * X[i, 2]
             kinetic += 0.5 * m * (wx * wx + W[i, 1] * W[i, 1] + W[i, 2] * W[i, 2])
+            mxx += m * wx * wx
+            myy += m * W[i, 1] * W[i, 1]
+            mzz += m * W[i, 2] * W[i, 2]
+            mxz += m * wx * W[i, 2]
+            px += m * wx
+            pz += m * W[i, 2]
             flow += m * W[i, 0]
             mass += m
         if pressure > 0.0:
+            # about their mean: the momentum of all grains is kept, the flow at their mean height is not at rest
+            kinetic -= 0.5 * px * px / mass
+            mxx -= px * px / mass
+            mxz -= px * pz / mass
+            stress[XX] += mxx
+            stress[YY] += myy
+            stress[ZZ] += mzz
+            stress[XZ] += mxz
             q = min(max(RESPONSE * (stress[ZZ] / volume / pressure - 1.0), -0.05), 0.05) * dt
             for i in range(n):
                 X[i, 2] += q * X[i, 2]

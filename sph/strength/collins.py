@@ -21,6 +21,8 @@ from matter.quantity import PositivePressure, Pressure, SpecificEnergy
 from sph.strength import thermal_softening
 
 SOURCES = ("Collins2004", "Lundborg1968")
+RUBS = True
+"""Friction stands in Y: pressure raises it."""
 MIXES_DAMAGE = True
 """Y goes from intact to broken rock with damage."""
 SQRT3 = 1.7320508075688772

@@ -2,7 +2,7 @@
 
 A law file defines ``yield_stress``, the flag ``MIXES_DAMAGE`` (whether damage stands in it; else damage takes the
 shear stress as a whole), where its surface ends in tension ``apex``, and where plastic strain hardens it (``HARDENS``)
-``hardening``.
+``hardening``. ``RUBS`` says that pressure raises it, so that ``inertial_friction`` can.
 """
 
 from matter.law_family import Family

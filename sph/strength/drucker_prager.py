@@ -21,6 +21,8 @@ from matter.quantity import Angle, Pressure, SpecificEnergy
 from sph.strength import thermal_softening
 
 SOURCES = ("DruckerPrager1952",)
+RUBS = True
+"""Friction stands in Y: pressure raises it."""
 MIXES_DAMAGE = True
 """Damage stands in the cohesion."""
 SQRT3 = 1.7320508075688772

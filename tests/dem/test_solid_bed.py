@@ -55,7 +55,7 @@ def written(run, target: Target) -> None:
 def _known_angle():
     """The friction angle of the default law, as ``dem.friction_angle`` measures it in a minute."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(friction_angle, "measure", lambda contact: {"angle_deg": 27.4})
+        patch.setattr(friction_angle, "measure", lambda contact: {"angle_deg": 27.4, "fraction": 0.58})
         yield
 
 
@@ -92,6 +92,19 @@ def test_it_rests_as_the_body_that_was_asked_for(made, report, body):
     assert 0.0 < report["pull_removed_over_weight"] < 1e-4
     assert report["slopes"]["share_above_friction_angle"] == 0.0
     assert "No slope of the body is steeper" in report["slopes_in_words"]
+
+
+def test_a_loose_packing_is_as_loose_as_steady_shear_and_rests(tmp_path, made, report, body):
+    """It settles by a fraction of a grain, onto contacts that friction holds: fewer than in the close one."""
+    settings = settings_of(DIMORPHOS, packing="loose")
+    written(tmp_path, settings.target)
+    bed_stage.run(settings, tmp_path, tmp_path / "3_bed")
+    loose = json.loads((tmp_path / "3_bed" / "bed_report.json").read_text())
+    assert loose["packing_fraction"] == pytest.approx(0.58, abs=0.012)
+    assert loose["packing_fraction"] < report["packing_fraction"] - 0.02
+    assert loose["coordination_number"] < report["coordination_number"]
+    assert loose["free_run_speed_over_sqrt_g_r"] < 1e-3 and abs(loose["mass_error"]) < 1e-12
+    assert loose["axes_error_max"] < 0.03 and loose["moved_most"]["rms_radii"] < 1.0
 
 
 def test_its_grains_move_with_the_rotation(made, body):
@@ -394,6 +407,11 @@ def test_what_cannot_be_is_refused(tmp_path, target, bed, words):
     written(tmp_path, settings.target)
     with pytest.raises(InputError, match=words):
         bed_stage.run(settings, tmp_path, tmp_path / "3_bed")
+
+
+def test_only_whole_bodies_are_packed_loosely():
+    with pytest.raises(ValueError, match="for the whole of an ellipsoid or mesh"):
+        settings_of(DIMORPHOS, packing="loose", shape="bowl")
 
 
 def test_two_bodies_and_a_companion_inside_are_refused(tmp_path):

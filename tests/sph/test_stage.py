@@ -174,6 +174,33 @@ def test_a_wide_tree_is_taken_where_the_bodys_own_energy_counts_little(monkeypat
     assert fine not in (exact, near) and fine == pytest.approx(exact, rel=1e-5)
 
 
+@pytest.mark.parametrize("shape", ["ball", "shell", "rod", "two", "debris"])
+def test_no_body_has_less_gravity_than_an_even_ball_of_its_moment(monkeypatch, shape):
+    """So that a heavy body's own energy is summed once, finely, and not by a wide tree before."""
+    rng = np.random.default_rng(3)
+    place = rng.normal(size=(4000, 3))
+    place *= (rng.uniform(size=4000) ** (1 / 3) / np.linalg.norm(place, axis=1))[:, None]
+    if shape == "shell":
+        place /= np.linalg.norm(place, axis=1)[:, None]
+    elif shape == "rod":
+        place *= (0.1, 0.1, 1.0)
+    elif shape == "two":
+        place[:2000] += (6.0, 0.0, 0.0)
+    elif shape == "debris":
+        place[:20] *= 300.0
+    mass, softening = np.full(4000, 1e9), np.full(4000, 1e-6)
+    own = abs(tree.potential_energy(place, mass, softening, 0.0))
+    least = history._at_least(place, mass)
+    assert least < 1.01 * own and (shape != "ball" or least > 0.98 * own)
+    made = []
+    sums = tree.potential_energy
+    monkeypatch.setattr(tree, "potential_energy", lambda *a: made.append(a[3]) or sums(*a))
+    history.gravitational_energy(place, mass, softening, 0.9 * least / history.WEAK)
+    assert made == [0.0]
+    history.gravitational_energy(place, mass, softening, 1.1 * own / history.WEAK)
+    assert made == [0.0, history.WIDE]
+
+
 def rows_of(out):
     """Rows of the history by their time."""
     with open(out / "history.csv", newline="") as file:
