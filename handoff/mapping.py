@@ -119,12 +119,13 @@ def locally_closed(mass: np.ndarray, tree: cKDTree, wanted: np.ndarray, overlap:
 
     A cloud of particles fills space with mass / density of each only roughly (a few per cent, at interfaces and after
     much flow), so that the particles' own densities do not sum to their mass. The factor that closes it is smooth over
-    about 24 particles.
+    about 24 particles. A grain too small to hold a point of the overlap keeps its ``mass``.
     """
     points = (mass / np.where(overlap.per_grain > 0.0, overlap.per_grain, 1.0))[overlap.grain] * overlap.weight
     sums = np.bincount(overlap.particle, weights=points, minlength=len(wanted))
     factor = np.clip(interpolation.matching_factor(tree, wanted, sums, passes=4), *_DENSITY_FACTOR)
-    return np.bincount(overlap.grain, weights=points * factor[overlap.particle], minlength=len(mass))
+    closed = np.bincount(overlap.grain, weights=points * factor[overlap.particle], minlength=len(mass))
+    return np.where(overlap.per_grain > 0.0, closed, mass)
 
 
 def energy_share(mass: np.ndarray, velocity: np.ndarray, step: np.ndarray, room: float) -> float:

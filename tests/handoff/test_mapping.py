@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from handoff import carve, compare, correction, interpolation
-from handoff.mapping import Overlap, energy_share, neighbours_used
+from handoff.mapping import Overlap, energy_share, locally_closed, neighbours_used
 
 
 def cloud(count=3000, seed=1):
@@ -76,6 +76,21 @@ def test_the_remap_keeps_momentum_and_linear_fields():
     centre = overlap._mean(overlap.particle, place, overlap.per_particle)
     field = (centre @ gradient)[overlap.particle] + overlap.arm @ gradient
     np.testing.assert_allclose(overlap.mean(overlap.per_particle, field), overlap.grains @ gradient, atol=1e-12)
+
+
+def test_a_grain_without_a_point_of_its_own_keeps_its_mass():
+    """One grain so far from every sample that it owns none (it once had no mass at all, and the collapse refused it);
+    the others' masses are not changed by it."""
+    particles, grains, place = cloud(400), cloud(700, 2), cloud(60_000, 4)
+    grains[5] = (9.0, 9.0, 9.0)
+    owners = cKDTree(particles).query(place)[1], cKDTree(grains).query(place)[1]
+    samples = carve.Samples(place, 1.0, np.ones(len(place), dtype=bool), *owners, np.ones(len(place)))
+    overlap = Overlap(samples, samples.grain, particles, grains, np.arange(700))
+    assert overlap.per_grain[5] == 0.0
+    mass, wanted = np.random.default_rng(2).uniform(1.0, 2.0, 700), np.full(400, 2.6)
+    closed = locally_closed(mass, cKDTree(particles), wanted, overlap)
+    assert closed[5] == mass[5] and np.all(closed > 0.0)
+    assert closed.sum() - closed[5] == pytest.approx(wanted.sum(), rel=0.02)
 
 
 @settings(max_examples=25, deadline=None)
