@@ -54,10 +54,14 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
 def _make(settings: Settings, body: SolidBody, out: Path) -> None:
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
     radius = solid_packing.radii(settings.count, settings.radius_spread, body.solid, seeds[0])
+    sinks = 0.0
     if settings.packing == "loose":
-        radius *= solid_packing.looseness(friction_angle.measure(settings.contact)["fraction"])
+        fraction = friction_angle.measure(settings.contact)["fraction"]
+        radius, sinks = solid_packing.loosely(radius, body.solid, fraction)
     points = solid_packing.points(radius, body.solid, body.distance, seeds[1])
-    work = SolidSettling(points, radius, body, settings.contact, settings.residual_speed, settings.pull_interval)
+    work = SolidSettling(
+        points, radius, body, settings.contact, settings.residual_speed, settings.pull_interval, sinks
+    )
     bed, facts = finish(work, out)
     slope = slopes.of(body, bed.mean_radius)
     report = report_of(bed, work, settings, slope) | facts

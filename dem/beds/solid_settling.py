@@ -61,7 +61,8 @@ def stiffness(radius: np.ndarray, mass: np.ndarray, body: SolidBody, contact: Co
 
 
 class SolidSettling(Settling):
-    """The settling of a whole body; ``interval`` [s] between two evaluations of its own pull, or None."""
+    """The settling of a whole body; ``interval`` [s] between two evaluations of its own pull, or None;
+    the body stands out of its surface by what it ``sinks`` [m] by later."""
 
     plan = PHASES
     rest_limit = 40
@@ -69,10 +70,10 @@ class SolidSettling(Settling):
 
     def __init__(
         self, points: np.ndarray, radius: np.ndarray, body: SolidBody, contact: Contact, limit: float,
-        interval: float | None = None,
+        interval: float | None = None, sinks: float = 0.0,
     ):  # fmt: skip
         self.ground, self.interval = body, interval
-        self.stand = solid_packing.PROUD * float(radius.mean())
+        self.stand = solid_packing.PROUD * float(radius.mean()) + sinks
         self.most_removed, self.correction = 0.0, 0.0
         self.contact, self.limit = contact, limit
         smooth = OCEAN.model_copy(update={"restitution": 0.5})
