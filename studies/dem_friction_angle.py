@@ -1,8 +1,8 @@
 """The friction angle of grains over friction mu and shape beta: a map, the friction for 30 deg, a second seed, and the
 tilted bed.
 
-    python studies/dem_friction_angle.py [--out docs/results/dem_friction_angle] [--part map|find|tilt|all] [--shape
-    0.4]
+    python studies/dem_friction_angle.py [--out docs/results/dem_friction_angle] [--part map|find|tilt|rate|all]
+        [--shape 0.4]
 
 Every measurement is kept where ``dem.friction_angle`` keeps them, so the script goes on where it was stopped. One
 measurement takes one to two minutes of one core, a tilt three; the whole script some 50 minutes.
@@ -15,12 +15,17 @@ import json
 import time
 from pathlib import Path
 
+import numpy as np
+
 from dem import friction_angle
 from dem.contact_settings import Contact, GrainLaw
 
 FRICTIONS = (0.0, 0.15, 0.3, 0.5, 0.8)
 SHAPES = (0.0, 0.2, 0.4, 0.8)
 WANTED = 30.0
+DIMORPHOS = 0.302
+"""mu_s of ``cases/dart_dimorphos``."""
+INERTIAL = (None, 0.03, 0.1, 0.3, 0.6, 1.0, 3.0)
 
 
 def law(friction: float, shape: float) -> Contact:
@@ -85,11 +90,46 @@ def tilt(out: Path) -> None:
     (out / "find.json").write_text(json.dumps(found, indent=1))
 
 
+def draw_rate(out: Path) -> None:
+    """Steady shear from slow to fast: ``rate.json`` and ``rate.png``, with the law that fits
+    (``sph.strength.inertial_friction``)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from scipy.optimize import curve_fit
+
+    rows = []
+    for number in INERTIAL:
+        options = {} if number is None else {"inertial": number}
+        rows.append(friction_angle.measure(law(DIMORPHOS, 0.4), "shear", seed=1, **options))
+        print({name: round(value, 4) for name, value in rows[-1].items()}, flush=True)
+        (out / "rate.json").write_text(json.dumps(rows, indent=1))
+    number, angle, error, fraction = (
+        np.array([row[name] for row in rows]) for name in ("inertial", "angle_deg", "error_deg", "fraction")
+    )
+    mu = np.tan(np.radians(angle))
+    (I0, ratio), _ = curve_fit(
+        lambda I, half, most: 1.0 + (most - 1.0) * I / (I + half), number, mu / mu[0], (0.3, 1.7),
+        sigma=np.maximum(np.radians(error), 0.003),
+    )  # fmt: skip
+    print(f"mu(I) / mu_s = 1 + {ratio - 1.0:.3f} / (1 + {I0:.3f} / I), largest departure "
+          f"{np.abs(mu / mu[0] - 1.0 - (ratio - 1.0) * number / (number + I0)).max():.3f}")  # fmt: skip
+    figure = Figure(figsize=(6, 4), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.errorbar(number, mu, np.radians(error) * (1.0 + mu**2), fmt="o", capsize=3, label="shear stress over normal")
+    line = np.logspace(-3, 1, 200)
+    axes.plot(line, mu[0] * (1.0 + (ratio - 1.0) * line / (line + I0)), lw=1, label=f"mu(I), I0 = {I0:.2f}")
+    axes.plot(number, fraction, "s-", ms=4, lw=0.8, color="0.4", label="share of space filled")
+    axes.set(xscale="log", xlabel="inertial number I", ylim=(0.2, 0.95), title=f"friction {DIMORPHOS}, shape 0.4")
+    axes.legend(frameon=False)
+    figure.savefig(out / "rate.png", dpi=90)
+
+
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("docs/results/dem_friction_angle"))
-    parser.add_argument("--part", choices=("map", "find", "tilt", "all"), default="all")
+    parser.add_argument("--part", choices=("map", "find", "tilt", "rate", "all"), default="all")
     parser.add_argument("--shape", type=float, default=0.4)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
@@ -99,6 +139,8 @@ def main() -> None:
         tilt(options.out)
     if options.part in ("map", "all"):
         draw_map(options.out)
+    if options.part in ("rate", "all"):
+        draw_rate(options.out)
 
 
 if __name__ == "__main__":

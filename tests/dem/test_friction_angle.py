@@ -70,6 +70,28 @@ def test_friction_makes_the_shear_stress_larger():
     assert 6.0 < angles[0] < 13.0 and 17.0 < angles[1] < 25.0 and angles[2] > angles[1] + 3.0
 
 
+def test_fast_shear_resists_more_and_lies_looser(monkeypatch):
+    """At I = 0.6 some 5 deg more than in slow shear (26 deg, 0.58 of space filled), as mu(I) of glass beads rises
+    (Jop et al. 2006: 29 for 21 deg); the grains' own motion bears a few per cent of the pressure."""
+    monkeypatch.setattr(steady_shear, "LEAST", 0.5)
+    monkeypatch.setattr(steady_shear, "MOST", 0.5)
+    found = steady_shear.shear(law(0.3, 0.4), count=343, inertial=0.6)
+    assert found["inertial"] == 0.6 and found["strain"] == pytest.approx(15.0)
+    assert 29.0 < found["angle_deg"] < 35.0 and 0.47 < found["fraction"] < 0.54
+    assert 0.01 < found["kinetic_pressure"] < 0.1
+
+
+def test_the_normal_stress_of_fast_shear_counts_what_grains_carry():
+    """At I = 1 a twentieth of it is momentum on its way: the cell holds P with both, and no mean motion counts."""
+    cell = loose(law(0.3, 0.4), count=216)
+    cell.pressure, cell.rate = 1.0, 1.0
+    cell.W[:, 0] += 5.0  # a drift of all of them bears nothing
+    cell.run(int(60.0 / cell.dt))
+    mean = cell.run(int(40.0 / cell.dt))
+    kinetic = 2.0 / 3.0 * mean["fluctuation"] * 216 / (cell.period[0] * cell.period[1] * mean["height"])
+    assert mean["zz"] == pytest.approx(1.0, abs=0.05) and 0.03 < kinetic < 0.2
+
+
 def test_a_tilted_bed_flows_and_its_base_slows_it_down(monkeypatch):
     """A small bed, turned quickly: it rests below the friction at its base (20.3 deg in slow shear), which is not that
     of smooth grains."""
@@ -126,6 +148,10 @@ def test_an_angle_is_kept_and_a_friction_found(tmp_path, monkeypatch):
 
 
 def test_bad_arguments(capsys, tmp_path):
+    assert friction_angle.main(["--inertial", "20"]) == 2
+    assert "0.0001 to 10" in capsys.readouterr().err
+    assert friction_angle.main(["--inertial", "0.1", "--method", "tilt"]) == 2
+    capsys.readouterr()
     assert friction_angle.main(["--friction", "-1"]) == 2
     assert "friction" in capsys.readouterr().err
     assert friction_angle.main(["--case", str(tmp_path)]) == 2
