@@ -12,7 +12,7 @@ from sph.damage import grady_kipp, growth
 from sph.eos import hugoniot, ideal_gas, impedance, murnaghan, tillotson
 from sph.materials import collect
 from sph.strength import dispatch as strength
-from sph.strength import thermal_softening, von_mises
+from sph.strength import inertial_friction, thermal_softening, von_mises
 
 GREY = "0.7"
 
@@ -151,6 +151,27 @@ def yield_law(law: ModuleType, axes: Any) -> str:
     )
 
 
+def inertial(law: ModuleType, axes: Any) -> str:
+    """The factor of the friction against the inertial number, and that number against the rate."""
+    p = inertial_friction.Parameters(1.0)
+    I = np.logspace(-3, 1.5, 200)
+    for name, half, ratio in (("glass beads", p.I0, p.ratio), ("grains of friction 0.302", 1.65, 2.13)):
+        axes[0].semilogx(I, [inertial_friction.factor(v, half, ratio) for v in I], label=name)
+    axes[0].set(xlabel="inertial number I", ylabel=r"$\mu(I)\,/\,\mu_s$")
+    axes[0].legend()
+    rates = np.logspace(-4, 0, 100)
+    for P in (1.0, 100.0, 1e4):
+        shear = (0.0, 0.0, 0.5, 0.0, 0.0, 0.0)
+        numbers = [inertial_friction.inertial_number(*(v * e for e in shear), 1.0, 3000.0, P) for v in rates]
+        axes[1].loglog(rates, numbers, label=f"{P:g} Pa")
+    axes[1].set(xlabel="rate of shear [1/s]", ylabel="I of grains of 1 m, 3,000 kg/m$^3$")
+    axes[1].legend(title="pressure")
+    return (
+        "Left: friction over that of slow flow, for glass beads (the default) and for the grains of the late stage, "
+        "measured. Right: what makes I large: fast shear, large grains, little pressure."
+    )
+
+
 def softening(law: ModuleType, axes: Any) -> str:
     """The factor, and what it makes of a yield stress."""
     x = np.linspace(-0.2, 1.5, 100)
@@ -226,6 +247,7 @@ DRAWN = {
     "sph/eos/impedance": plates,
     "sph/strength/": yield_law,
     "sph/strength/thermal_softening": softening,
+    "sph/strength/inertial_friction": inertial,
     "sph/damage/grady_kipp": flaws,
     "sph/damage/growth_": damage_growth,
 }
