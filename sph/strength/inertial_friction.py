@@ -1,5 +1,5 @@
 """Friction of ground made of grains that has to flow faster than its weight rearranges them: the mu(I) law (GDR MiDi
-2004, Eur. Phys. J. E 14, 341; Jop, Forterre & Pouliquen 2006, Nature 441, 727, eqs. 1 and 3).
+2004, Eur. Phys. J. E 14, 341; Jop, Forterre & Pouliquen 2006, Nature 441, 727; as public accounts of them have it).
 
     mu(I) / mu_s = 1 + (mu_2 / mu_s - 1) / (1 + I_0 / I),    I = g d sqrt(rho_s / P),    g = sqrt(2 E':E')
 
