@@ -19,6 +19,8 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
+from matter.jit import law
+
 LANES = 8
 LINE = 8
 
@@ -75,6 +77,13 @@ def _columns(wide: int):
         return context.get_dummy_value()
 
     return codegen
+
+
+@law
+def scratch_width(most):
+    """Columns of a ``scratch`` for rows of at most ``most`` entries: a multiple of ``LANES``, so that no vector of a
+    column lies in two cache lines."""
+    return (most + LANES - 1) // LANES * LANES
 
 
 @intrinsic

@@ -22,7 +22,7 @@ import math
 
 import numpy as np
 
-from matter.gather import LANES, columns
+from matter.gather import LANES, columns, scratch_width
 from matter.jit import parallel_kernel, prange
 from sph.kernels import dispatch as kernels
 from sph.row import RHO_INVERSE, SUPPORT, TENSOR, VOLUME, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
@@ -46,7 +46,7 @@ def _loop(scheme: Scheme):
             most = 0
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 most = max(most, pairs.number[i])
-            s = np.empty((WIDTH, most + 2 * LANES))
+            s = np.empty((WIDTH, scratch_width(most)))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 # filled up with the particle itself, which adds exact zeros
                 padded = (pairs.number[i] + LANES - 1) // LANES * LANES

@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 
-from matter.gather import LANES, narrow_columns
+from matter.gather import LANES, narrow_columns, scratch_width
 from matter.jit import parallel_kernel, prange
 from sph.kernels import dispatch as kernels
 from sph.lattice_gradients import hexagonal_distances
@@ -50,7 +50,7 @@ def _loop(scheme: Scheme):
             wide = 0
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 wide = max(wide, pairs.number[i])
-            s = np.empty((NARROW, wide + 2 * LANES))
+            s = np.empty((NARROW, scratch_width(wide)))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 padded = (pairs.number[i] + LANES - 1) // LANES * LANES
                 for k in range(0, padded, LANES):

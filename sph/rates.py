@@ -30,7 +30,7 @@ import math
 
 import numpy as np
 
-from matter.gather import LANES, columns, narrow_columns
+from matter.gather import LANES, columns, narrow_columns, scratch_width
 from matter.jit import fast_min, parallel_kernel, prange
 from sph import artificial_stress, conductivity, viscosity, viscosity_reconstructed
 from sph.kernels import dispatch as kernels
@@ -86,9 +86,9 @@ def pair_loop(scheme: Scheme):
             most = 0
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 most = max(most, pairs.number[i])
-            s = np.empty((WIDTH, most + 2 * LANES))
+            s = np.empty((WIDTH, scratch_width(most)))
             if second_rows:
-                t = np.empty((second_width, most + 2 * LANES))
+                t = np.empty((second_width, scratch_width(most)))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 many = pairs.number[i]
                 # rows of the list are filled up with the particle itself, which adds exact zeros
