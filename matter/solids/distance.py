@@ -34,20 +34,26 @@ _OFF = (0.3819660112, 0.2360679775)
 
 class Distance(NamedTuple):
     """Depths ``depth`` (nx, ny, nz) [m], positive inside, at ``low`` + index * ``cell``; the ``corners`` (m, 3, 3) of
-    the triangles about a ``site`` (3,) [m], none where none was named."""
+    the triangles about a ``site`` (3,) [m], none where none was named; the ``rotation`` (3, 3) from the frame of the
+    grid, None where that is the body's."""
 
     low: np.ndarray
     cell: float
     depth: np.ndarray
     site: np.ndarray
     corners: np.ndarray
+    rotation: np.ndarray | None = None
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Depth (n,) [m] of points (n, 3), and its gradient (n, 3), of length one: it points away from the surface
         inside."""
         found, slope = np.empty(len(points)), np.empty((len(points), 3))
         points = np.ascontiguousarray(points)
-        _between(points, self.low, self.cell, self.depth, found, slope)
+        if self.rotation is None:
+            _between(points, self.low, self.cell, self.depth, found, slope)
+        else:
+            _between(points @ self.rotation, self.low, self.cell, self.depth, found, slope)
+            slope = slope @ self.rotation.T
         if len(self.corners):
             _beside_the_site(points, self.site, self.cell, self.corners, found, slope)
         return found, slope / np.maximum(np.linalg.norm(slope, axis=1), 1e-300)[:, None]
@@ -67,9 +73,10 @@ class _Content:
         return isinstance(other, _Content) and self.key == other.key
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def _grid(content: _Content, cells: int) -> tuple[np.ndarray, float, np.ndarray]:
-    """``low``, ``cell`` and ``depth`` of a ``Distance``: seconds, which all stages of a run need."""
+    """``low``, ``cell`` and ``depth`` of a ``Distance``: seconds, which all stages of a run need, wherever it is hit:
+    the grid is that of the body before it was turned."""
     solid = content.solid
     least, most = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
     cell = float((most - least).max()) / cells
@@ -97,13 +104,13 @@ def _grid(content: _Content, cells: int) -> tuple[np.ndarray, float, np.ndarray]
 def measured(solid: Solid, cells: int = CELLS, site: np.ndarray | None = None) -> Distance:
     """The distances from the surface of ``solid``, exact within a cell of a ``site`` (3,) [m] on it. Raises
     ``InputError`` where lines through it meet an odd number of surfaces: it cuts itself."""
-    low, cell, depth = _grid(_Content(solid), cells)
+    low, cell, depth = _grid(_Content(solid.unturned or solid), cells)
     if site is None:
-        return Distance(low, cell, depth, np.zeros(3), np.empty((0, 3, 3)))
+        return Distance(low, cell, depth, np.zeros(3), np.empty((0, 3, 3)), solid.rotation)
     # the foot of a point within a cell of the site is within two of it
     corners = solid.vertices[solid.triangles]
-    away = [squared_distance(*site, *corner) for corner in corners]
-    return Distance(low, cell, depth, site, corners[np.array(away) <= (2.0 * cell) ** 2])
+    near = _squared_distances(site, corners) <= (2.0 * cell) ** 2
+    return Distance(low, cell, depth, site, corners[near], solid.rotation)
 
 
 @law
@@ -150,6 +157,14 @@ def from_foot(px, py, pz, a, b, c):
 
 
 @kernel
+def _squared_distances(point, corners):
+    away = np.empty(corners.shape[0])
+    for t in range(corners.shape[0]):
+        away[t] = squared_distance(point[0], point[1], point[2], corners[t, 0], corners[t, 1], corners[t, 2])
+    return away
+
+
+@kernel
 def _beside(corners, low, cell, squared, nearest):
     nx, ny, nz = squared.shape
     for t in range(corners.shape[0]):
@@ -172,6 +187,7 @@ def _beside(corners, low, cell, squared, nearest):
 @kernel
 def _passed_on(corners, low, cell, squared, nearest):
     nx, ny, nz = squared.shape
+    changed = np.full(squared.shape, -1, np.int8)  # in which sweep last
     for sweep in range(8):
         di, dj, dk = 1 - 2 * (sweep & 1), 1 - (sweep & 2), 1 - ((sweep & 4) >> 1)
         for ii in range(1, nx):
@@ -180,19 +196,27 @@ def _passed_on(corners, low, cell, squared, nearest):
                 j = jj if dj > 0 else ny - 1 - jj
                 for kk in range(1, nz):
                     k = kk if dk > 0 else nz - 1 - kk
+                    in_all = 0 < i < nx - 1 and 0 < j < ny - 1 and 0 < k < nz - 1  # sweeps leave out their first face
                     for back in range(1, 8):
                         bi, bj, bk = (
                             i - di * (back & 1), j - dj * ((back & 2) >> 1), k - dk * ((back & 4) >> 2),
                         )  # fmt: skip
                         t = nearest[bi, bj, bk]
-                        if t >= 0 and t != nearest[i, j, k]:
-                            d = squared_distance(
-                                low[0] + i * cell, low[1] + j * cell, low[2] + k * cell,
-                                corners[t, 0], corners[t, 1], corners[t, 2],
-                            )  # fmt: skip
-                            if d < squared[i, j, k]:
-                                squared[i, j, k] = d
-                                nearest[i, j, k] = t
+                        if t < 0 or t == nearest[i, j, k]:
+                            continue
+                        tried = sweep - 1  # the sweep in which this neighbour was asked before, if any
+                        while tried >= 0 and (tried ^ sweep) & back:
+                            tried -= 1
+                        if in_all and tried >= 0 and changed[bi, bj, bk] <= tried:
+                            continue
+                        d = squared_distance(
+                            low[0] + i * cell, low[1] + j * cell, low[2] + k * cell,
+                            corners[t, 0], corners[t, 1], corners[t, 2],
+                        )  # fmt: skip
+                        if d < squared[i, j, k]:
+                            squared[i, j, k] = d
+                            nearest[i, j, k] = t
+                            changed[i, j, k] = sweep
 
 
 @kernel

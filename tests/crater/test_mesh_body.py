@@ -72,6 +72,7 @@ def both(tmp_path_factory):
     }
 
 
+@pytest.mark.validation
 def test_a_mesh_has_the_measures_of_the_ellipsoid(both):
     """To a tenth of a spacing in lengths, some 0.5 % of the volume, and in the errors that both state."""
     one, two = (both[name][1]["body"]["dem"] for name in ("ellipsoid", "mesh"))

@@ -145,6 +145,7 @@ def apparent_diameter(profile, radius):
     return 4.0 * radius * (k + 0.5 - profile[k] / (profile[k + 1] - profile[k]))
 
 
+@pytest.mark.validation
 def test_softening_and_sleep_end_in_the_same_crater(tmp_path, carved):
     """Both shortcuts against neither: D within 2 %, profile within half a radius, ejected mass within 5 %."""
     ends = []

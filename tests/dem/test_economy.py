@@ -230,7 +230,7 @@ def test_a_bed_at_rest_falls_asleep_and_keeps_its_books(settled):
     assert abs(bed.contacts - made(settled).contacts) <= 2
 
 
-@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("threads", [1, pytest.param(3, marks=pytest.mark.validation)])
 def test_an_impact_wakes_what_it_moves(settled, threads):
     scene = drop_on(settled, 0.3)
     sleepy, awake = made(scene, Extras(sleep=True), threads=threads), made(scene)

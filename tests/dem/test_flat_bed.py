@@ -112,6 +112,7 @@ def test_the_bed_stays_as_it_is_without_its_headroom(random_bed):
     assert np.linalg.norm(run.particles({}).position - before, axis=1).max() < 0.02 * bed.radius.mean()
 
 
+@pytest.mark.validation
 def test_a_hexagonal_bed_in_a_box(tmp_path):
     bed, report = settled(tmp_path, shape="box", packing="hcp", arc_radius=8.0, radius_spread=0.0)
     check_at_rest(report)
@@ -119,6 +120,7 @@ def test_a_hexagonal_bed_in_a_box(tmp_path):
     assert np.ptp(bed.radius) == 0.0
 
 
+@pytest.mark.validation
 def test_a_tilted_lattice_has_no_level_layers(tmp_path):
     """As dense as the level one, at rest; heights of its deep grains are spread where those of the level one stand in
     layers."""
@@ -136,6 +138,7 @@ def test_a_tilted_lattice_has_no_level_layers(tmp_path):
     assert report["packing_fraction"] > 0.68
 
 
+@pytest.mark.validation
 def test_a_bowl_of_mixed_grains_under_weak_gravity_with_stiff_springs(tmp_path):
     """Springs for contacts faster than those at rest: the bed is settled under inflated gravity, and ends at rest
     under its own."""

@@ -356,6 +356,7 @@ def figure(axes, spin_rate: float) -> SolidBody:
     return SolidBody(target.placed, facts["mass_kg"], "basalt", omega, None)
 
 
+@pytest.mark.validation
 def test_a_maclaurin_spheroid_is_level():
     e = 0.6
     rate = math.sqrt(

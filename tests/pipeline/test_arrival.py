@@ -34,7 +34,7 @@ def settings(folder: Path, site: str, *sets: str):
 
 
 @pytest.mark.parametrize("site", ["", 'latitude = "-8.84 deg"\nlongitude = "264.3 deg"'], ids=["centre", "site"])
-@pytest.mark.parametrize("flight", [(0.2, 0.9, 0.2), (0.5, 3.0, -1.0)])
+@pytest.mark.parametrize("flight", [(0.5, 3.0, -1.0)])
 def test_the_projectile_flies_where_the_arrival_says(tmp_path, site, flight):
     found = settings(tmp_path, f"arrival = {list(flight)}\n{site}")
     body, velocity = found.target.placed, np.array(found.target.aim(found.impact))

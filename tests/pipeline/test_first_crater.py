@@ -53,6 +53,7 @@ def test_it_goes_through_the_whole_chain(done):
     assert 8.0 < final["depth_m"]["value"] < 22.0
 
 
+@pytest.mark.validation
 def test_the_coarsest_crater_with_the_former_numerics_is_that_of_sand(tmp_path):
     """The scaling law says 84 m."""
     run, _ = made(tmp_path / "runs", "--set", "sph.numerics=monaghan", "--set", "sph.late.alpha=0.03")

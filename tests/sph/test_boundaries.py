@@ -167,7 +167,10 @@ def test_a_piston_and_a_wind_on_a_wall_are_the_same_shock():
     assert np.abs(P - Q).max() < 1e-6 * P.max()
 
 
-@pytest.mark.parametrize("name,pistons", [("basalt", (500.0, 5000.0)), ("water_thesis", (2000.0,))])
+@pytest.mark.parametrize(
+    "name,pistons",
+    [pytest.param("basalt", (500.0, 5000.0), marks=pytest.mark.validation), ("water_thesis", (2000.0,))],
+)
 def test_piston_reaches_the_hugoniot(name, pistons):
     """Small columns, to the accuracy of their length; the tables at full length are in ``test_shocks.py``."""
     from sph.eos import hugoniot
@@ -184,7 +187,7 @@ def test_piston_reaches_the_hugoniot(name, pistons):
         assert got.speed == pytest.approx(wanted.shock_speed, rel=0.02)
 
 
-@pytest.mark.parametrize("sigma", [4.0, 8.0])
+@pytest.mark.parametrize("sigma", [4.0, pytest.param(8.0, marks=pytest.mark.validation)])
 def test_quiet_end_returns_less_than_five_percent_of_a_wave(sigma):
     assert abs(returned("quiet", sigma)) < 0.05
 

@@ -87,6 +87,7 @@ def first_layer(k):
     return u[0] / float(row["E_J_kg"]) - 1.0, P.max() / float(row["P_Pa"]) - 1.0
 
 
+@pytest.mark.validation
 def test_a_piston_leaves_less_heat_and_pressure_in_its_first_layer():
     """1.8 times the energy too much without, and a third of the pressure over it on the way."""
     (heat, pressure), (before, over) = first_layer(8.0), first_layer(0.0)

@@ -42,6 +42,7 @@ def test_compaction_front(name, alpha0, curve, speed):
     assert got.distention == pytest.approx(wanted.distention, abs=1e-3 if wanted.distention == 1.0 else 0.02)
 
 
+@pytest.mark.validation
 def test_porosity_is_not_just_density():
     """Basalt of alpha0 = 1.5 at 500 m/s: 1.33 GPa, where the same density without pores gives 4.15 GPa (short
     columns)."""

@@ -172,7 +172,12 @@ def test_two_layers_a_thickness_and_a_latitude_beyond_the_pole_are_refused(folde
 @pytest.mark.parametrize(
     ("axes", "zones", "fewest"),
     [
-        ([1004.0, 1004.0, 876.0], Zones(0.5, 1.0, 0.5, 1.0, 100.0, 0.3), (20, 200, 300, 300)),
+        pytest.param(
+            [1004.0, 1004.0, 876.0],
+            Zones(0.5, 1.0, 0.5, 1.0, 100.0, 0.3),
+            (20, 200, 300, 300),
+            marks=pytest.mark.validation,
+        ),
         ([177.0, 174.0, 116.0], Zones(0.25, 1.0, 0.75, 5.0, 20.0, 0.3), (200, 500, 200, 30)),
     ],
     ids=["kilometre", "dimorphos"],

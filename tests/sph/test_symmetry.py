@@ -109,13 +109,17 @@ def whole_of(half: Settings, folder, monkeypatch) -> tuple[simulation.Simulation
     return part, whole, source
 
 
+def slow(*values):
+    return pytest.param(*values, marks=pytest.mark.validation)
+
+
 @pytest.mark.parametrize(
     "of,angle,more",
     [
-        ("half", 40.0, {}),
+        slow("half", 40.0, {}),
         ("quarter", 0.0, {}),
-        ("half", 40.0, {"numerics": "reconstructed"}),
-        ("half", 40.0, {"sides": "free", "floor": "wall"}),
+        slow("half", 40.0, {"numerics": "reconstructed"}),
+        slow("half", 40.0, {"sides": "free", "floor": "wall"}),
         ("half", 40.0, BODY),
         ("quarter", 0.0, BODY),
     ],

@@ -133,6 +133,7 @@ def test_density_and_energy_invert_the_pressure(solid):
     assert dispatch.energy(KIND, solid, solid[0], -1e9) == -1.0
 
 
+@pytest.mark.validation
 def test_sods_tube_with_a_table_of_the_gas(tmp_path, monkeypatch):
     """The table of an ideal gas runs Sod's tube as the formula does: error of the density and speed of the shock
     differ by less than 1 % (of what the formula misses the exact solution by)."""

@@ -41,7 +41,13 @@ def test_slopes_take_a_linear_flow_off_except_near_by_and_near_the_speed_of_soun
     )
 
 
-@pytest.mark.parametrize("taken", [{}, {"kernel": 1, "start_volumes": True}, {"switched": True}])
+@pytest.mark.parametrize(
+    "taken",
+    [
+        {"kernel": 1, "start_volumes": True},
+        *(pytest.param(x, marks=pytest.mark.validation) for x in ({}, {"switched": True})),
+    ],
+)
 def test_pairs_keep_momentum_and_total_energy_and_only_heat(taken):
     c, rng = _Cloud(1000), np.random.default_rng(5)
     c.pressure[:], c.stress[:] = 0.0, 0.0
@@ -90,6 +96,7 @@ def test_smooth_flow_hardly_feels_it(jitter):
 NAMED = {"viscosity": "reconstructed", "alpha": 3.0, "length_terms": True}
 
 
+@pytest.mark.validation
 def test_a_piston_keeps_its_plateau_in_a_narrower_front():
     """Aluminium at 2 km/s: pressure and density of the exact state, some 3 spacings wide where Monaghan's (2, 10) has
     5."""

@@ -30,6 +30,7 @@ def test_without_friction_it_is_maclaurins_spheroid():
     assert spin_limit.limit(35.0, (200.0, 200.0, 160.0)) > spin_limit.limit(0.0, (200.0, 200.0, 160.0)) + 0.3
 
 
+@pytest.mark.validation
 def test_plates_press_evenly_and_then_along_one_axis():
     smooth, rough = (spin_limit.compressed(250, 1, law(friction), most=0.012) for friction in (0.05, 0.6))
     for rows in (smooth, rough):
