@@ -34,26 +34,20 @@ _OFF = (0.3819660112, 0.2360679775)
 
 class Distance(NamedTuple):
     """Depths ``depth`` (nx, ny, nz) [m], positive inside, at ``low`` + index * ``cell``; the ``corners`` (m, 3, 3) of
-    the triangles about a ``site`` (3,) [m], none where none was named; the ``rotation`` (3, 3) from the frame of the
-    grid, None where that is the body's."""
+    the triangles about a ``site`` (3,) [m], none where none was named."""
 
     low: np.ndarray
     cell: float
     depth: np.ndarray
     site: np.ndarray
     corners: np.ndarray
-    rotation: np.ndarray | None = None
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Depth (n,) [m] of points (n, 3), and its gradient (n, 3), of length one: it points away from the surface
         inside."""
         found, slope = np.empty(len(points)), np.empty((len(points), 3))
         points = np.ascontiguousarray(points)
-        if self.rotation is None:
-            _between(points, self.low, self.cell, self.depth, found, slope)
-        else:
-            _between(points @ self.rotation, self.low, self.cell, self.depth, found, slope)
-            slope = slope @ self.rotation.T
+        _between(points, self.low, self.cell, self.depth, found, slope)
         if len(self.corners):
             _beside_the_site(points, self.site, self.cell, self.corners, found, slope)
         return found, slope / np.maximum(np.linalg.norm(slope, axis=1), 1e-300)[:, None]
@@ -75,8 +69,7 @@ class _Content:
 
 @lru_cache(maxsize=4)
 def _grid(content: _Content, cells: int) -> tuple[np.ndarray, float, np.ndarray]:
-    """``low``, ``cell`` and ``depth`` of a ``Distance``: seconds, which all stages of a run need, wherever it is hit:
-    the grid is that of the body before it was turned."""
+    """``low``, ``cell`` and ``depth`` of a ``Distance``: seconds, which all stages of a run need."""
     solid = content.solid
     least, most = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
     cell = float((most - least).max()) / cells
@@ -104,13 +97,13 @@ def _grid(content: _Content, cells: int) -> tuple[np.ndarray, float, np.ndarray]
 def measured(solid: Solid, cells: int = CELLS, site: np.ndarray | None = None) -> Distance:
     """The distances from the surface of ``solid``, exact within a cell of a ``site`` (3,) [m] on it. Raises
     ``InputError`` where lines through it meet an odd number of surfaces: it cuts itself."""
-    low, cell, depth = _grid(_Content(solid.unturned or solid), cells)
+    low, cell, depth = _grid(_Content(solid), cells)
     if site is None:
-        return Distance(low, cell, depth, np.zeros(3), np.empty((0, 3, 3)), solid.rotation)
+        return Distance(low, cell, depth, np.zeros(3), np.empty((0, 3, 3)))
     # the foot of a point within a cell of the site is within two of it
     corners = solid.vertices[solid.triangles]
     near = _squared_distances(site, corners) <= (2.0 * cell) ** 2
-    return Distance(low, cell, depth, site, corners[near], solid.rotation)
+    return Distance(low, cell, depth, site, corners[near])
 
 
 @law

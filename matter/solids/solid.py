@@ -26,13 +26,10 @@ LARGEST_FILE = 500_000_000
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """Vertices (n, 3) [m] about the centre of mass and triangles (m, 3) int64, their normals outwards; of a body that
-    was ``turned``, the one that it was made of and the ``rotation`` (3, 3) from it."""
+    """Vertices (n, 3) [m] about the centre of mass and triangles (m, 3) int64, their normals outwards."""
 
     vertices: np.ndarray
     triangles: np.ndarray
-    unturned: Solid | None = None
-    rotation: np.ndarray | None = None
 
     @cached_property
     def volume(self) -> float:
@@ -60,8 +57,7 @@ class Solid:
 
     def turned(self, rotation: np.ndarray) -> Solid:
         """The body turned by a rotation (3, 3)."""
-        whole = rotation if self.rotation is None else rotation @ self.rotation
-        return Solid(self.vertices @ rotation.T, self.triangles, self.unturned or self, whole)
+        return Solid(self.vertices @ rotation.T, self.triangles)
 
     def site(self, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where a ray from the centre of mass along ``direction`` leaves the body for good: place (3,) [m] and the

@@ -5,7 +5,6 @@ import time
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from fixtures import solids
 from matter import packing, tree
@@ -141,20 +140,6 @@ def test_depths_of_one_body_are_made_once_for_all_stages(monkeypatch):
     finer = distance.measured(solid.ellipsoid((3.0, 2.0, 1.0)), 24)
     assert len(calls) == 3
     assert other.depth.max() > first.depth.max() and finer.depth.size > first.depth.size
-
-
-def test_a_turned_body_is_measured_by_the_grid_of_before():
-    """Depths and gradients turn with it, once and twice; the grid, seconds of work, is made once."""
-    body, turn = solid.ellipsoid((3.0, 2.0, 1.0)), Rotation.from_euler("xyz", [0.3, -0.8, 2.0]).as_matrix()
-    points = np.random.default_rng(3).normal(size=(200, 3))
-    first = distance.measured(body, 20)
-    depth, slope = first.at(points)
-    for rotation, turned in ((turn, body.turned(turn)), (turn @ turn, body.turned(turn).turned(turn))):
-        again = distance.measured(turned, 20)
-        assert again.depth is first.depth
-        found, along = again.at(points @ rotation.T)
-        np.testing.assert_allclose(found, depth, atol=1e-12)
-        np.testing.assert_allclose(along, slope @ rotation.T, atol=1e-9)
 
 
 def test_inside_is_inside():
