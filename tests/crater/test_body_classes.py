@@ -101,6 +101,7 @@ def test_a_bowl_as_wide_as_the_body_is_another_shape(body, radius, depth):
     assert kind == "reshaped" and "the widest crater takes 15%" in reason, (kind, reason)
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("site", [(30.0, 50.0), (90.0, 0.0)], ids=["between", "pole"])
 def test_other_axes_are_another_shape_wherever_the_site_is(site):
     """At the pole the ground sinks by a tenth of the radius: no hollow of a crater."""

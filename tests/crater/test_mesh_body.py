@@ -92,6 +92,7 @@ def test_a_mesh_has_the_measures_of_the_ellipsoid(both):
     assert one["measures"]["body_volume_m3"]["before"]["value"] == pytest.approx(math.pi / 6.0 * math.prod(AXES), 1e-3)
 
 
+@pytest.mark.validation
 def test_a_mesh_has_the_crater_of_the_ellipsoid(both):
     one, two = (both[name][1]["final"] for name in ("ellipsoid", "mesh"))
     for name in ("diameter_apparent_m", "depth_m", "volume_m3"):

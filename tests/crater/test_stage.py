@@ -203,6 +203,7 @@ def test_the_page_says_stage_time_and_place(both):
     assert at == ["first maximum of volume, 6.0 min, SPH"] * 2
 
 
+@pytest.mark.validation
 def test_a_run_that_ends_while_its_crater_grows_has_no_final_crater(tmp_path):
     write_sph(tmp_path / "2_sph")
     for number in (4, 5):
@@ -225,6 +226,7 @@ def test_a_run_that_ends_while_its_crater_grows_has_no_final_crater(tmp_path):
     assert measures["reference"][0]["at"].startswith("last snapshot, volume still growing")
 
 
+@pytest.mark.validation
 def test_only_the_shock_stage(tmp_path):
     write_sph(tmp_path / "2_sph")
     out = tmp_path / "6_crater"

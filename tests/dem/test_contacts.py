@@ -142,6 +142,7 @@ def test_a_small_grain_deep_in_a_large_one_rolls_at_a_bounded_rate():
         assert meeting.ry == pytest.approx(0.5 - lean * slip, rel=1e-12)
 
 
+@pytest.mark.validation
 def test_energy_is_accounted_for_where_a_small_grain_goes_through_a_large_one():
     """An ejected grain that is taken back into the search inside another, with an overlap that counts for none: its
     centre is driven through the plane of contact."""

@@ -166,6 +166,7 @@ def test_ground_that_was_not_brought_into_balance_has_a_weight_all_the_same(tmp_
     assert literal.pressure(depths) == pytest.approx([30e3, 18e3, 3e3, 0.0, 0.0])
 
 
+@pytest.mark.validation
 def test_a_bed_stopped_while_gravity_is_let_down_resumes_bit_for_bit(tmp_path, monkeypatch):
     """Stops at three places of the phase ``ease``, the last two between two looks at it."""
     begins = []

@@ -63,6 +63,7 @@ def test_at_the_equator_of_a_turning_ball_it_is_less_by_the_centrifugal_part(tmp
     assert at_the_pole.gravity == pytest.approx(still.gravity, rel=1e-3)
 
 
+@pytest.mark.validation
 def test_at_the_pole_of_a_spheroid_it_is_its_closed_form(tmp_path):
     found = read(tmp_path, settings(OBLATE, (90.0, 0.0)))
     e = math.sqrt(1.0 - (876.0 / 1004.0) ** 2)
@@ -72,6 +73,7 @@ def test_at_the_pole_of_a_spheroid_it_is_its_closed_form(tmp_path):
     assert abs(found.gravity / ball - 1.0) > 0.01  # told apart from the ball of its volume
 
 
+@pytest.mark.validation
 def test_a_companion_over_the_site_lifts_by_its_tide(tmp_path):
     moon = {"companion": {"mass": "1e12 kg", "distance": "1500 m"}}
     alone, lifted = read(tmp_path, settings()), read(tmp_path, settings(body=moon))

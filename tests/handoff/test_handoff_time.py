@@ -106,6 +106,7 @@ def test_a_crater_must_be_as_deep_as_the_transfer_asks_for(monkeypatch):
     assert ledger.LIMITS["cavity_radius_over_r_DEM_min"].limit == cavity.RESOLVED_RADIUS
 
 
+@pytest.mark.validation
 def test_what_is_too_shallow_for_the_choice_is_none_to_the_transfer():
     """A bowl 2.6 grain radii deep is handed over, one of 1.6 is refused."""
     bed = clouds.flat_bed(1.0, 21.0, 10.0, 3.0)

@@ -52,6 +52,7 @@ def near(particles: Particles) -> Particles:
     return particles.select(particles.mass < 1e3)
 
 
+@pytest.mark.validation
 def test_ground_of_a_large_ball_keeps_its_place_but_for_what_its_curvature_makes(patch):
     """Heights rise by the fall of the ground below its tangent plane, s^2 / 2 R, and what lies |h| deep is wider apart
     by |h| / R."""

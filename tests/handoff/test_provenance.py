@@ -78,6 +78,7 @@ def test_ejecta_are_their_particles(handed):
     np.testing.assert_allclose(tail.first_depth[~foreign], -own.initial_position[~foreign, 2], rtol=1e-6)
 
 
+@pytest.mark.validation
 def test_the_assignment_is_the_one_that_momentum_takes(flat_bed, ground):
     """Told through the cells, a linear mark comes out as the velocity of the same linear field does."""
     source = marked()

@@ -103,6 +103,7 @@ def test_same_inputs_give_the_same_bits(finished, again):
     assert (again / "ledger.json").read_bytes() == (folder / "4_handoff" / "ledger.json").read_bytes()
 
 
+@pytest.mark.validation
 def test_the_time_can_be_given(finished, tmp_path):
     folder, _ = finished
     run(folder, tmp_path, time=130.0, pictures=False)

@@ -217,6 +217,7 @@ def test_the_hollow_is_carved_where_it_is(handed, grains):
     assert ledger["cavity_off_axis"]["value"] < GRAIN
 
 
+@pytest.mark.validation
 def test_a_body_that_nothing_hit_goes_on_turning(grains):
     cloud = source(dug=False, moving=False)
     start, ledger = stage.hand_over(cloud, grains, surface.Rules(crater="any"), column(), target=BODY)
@@ -300,6 +301,7 @@ def test_fates_are_those_of_orbits_followed_in_time():
     assert np.isfinite(back[found == two_body.RETURNS]).sum() > 5
 
 
+@pytest.mark.validation
 def test_a_round_solid_has_the_frame_of_a_sphere():
     datum, ball = Datum(solids.ellipsoid((100.0, 100.0, 100.0))), Sphere(50.0)
     rng = np.random.default_rng(2)

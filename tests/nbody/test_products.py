@@ -63,6 +63,7 @@ def test_isotropic_arrivals_have_the_analytic_speed_and_asymmetry(isotropic, moo
     assert side.value == pytest.approx(ratio, abs=4.0 * side.standard_error) and side.standard_error < 0.15 * ratio
 
 
+@pytest.mark.validation
 def test_tube_and_fast_give_the_same_number_of_entries():
     """Same particles, two estimators: entries per particle at Callisto agree within the counting error."""
     jovian, population = census.jovian("callisto"), conditions.population("isotropic")

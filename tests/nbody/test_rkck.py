@@ -27,6 +27,7 @@ def entries(table):
     return {int(table["particle"][row]): row for row in rows[first]}
 
 
+@pytest.mark.validation
 def test_same_particles_enter_at_the_same_time_speed_and_elevation(both):
     quick, literal = both[0].table, both[1].table
     one, two = entries(quick), entries(literal)

@@ -260,6 +260,7 @@ def test_the_spread_of_an_ensemble_becomes_the_error_of_the_first(whole):
     assert checked > 0 and (run_folder / "6_crater" / "measures.json").read_text() == before
 
 
+@pytest.mark.validation
 def test_a_stretch_of_it_computed_again_has_the_same_bits(whole, tmp_path):
     """``--verify``, the stages up to the bed: what the machine computes today, and then one number of one grain that a
     checkpoint holds otherwise than the run had it."""

@@ -42,6 +42,7 @@ def test_it_waives_nothing_and_resolves_its_crater():
     assert settings["sph"].impact.projectile.radius / settings["sph"].zones.contact > 5.0
 
 
+@pytest.mark.validation
 def test_it_goes_through_the_whole_chain(done):
     run, text = done
     assert (run / "6_crater" / "report.html").is_file() and (run / "6_crater" / "cross_section.png").is_file()
@@ -62,6 +63,7 @@ def test_the_coarsest_crater_with_the_former_numerics_is_that_of_sand(tmp_path):
     assert 8.0 < final["depth_m"]["value"] < 22.0
 
 
+@pytest.mark.validation
 def test_weight_and_friction_end_the_growth_in_the_grains(done):
     """The cavity that is handed over is half as wide as the crater that is left: the grains go on with its flow."""
     run, _ = done

@@ -67,6 +67,7 @@ def test_times_of_the_collapse_and_what_comes_back_go_by_them():
     assert type(settings["dem"])(**shared).end_time == float(f"{5.0 * T:.2g}")
 
 
+@pytest.mark.validation
 def test_the_step_that_a_bed_is_expected_to_have_goes_by_them():
     """k goes as the pressure, rho g, and m as rho: the step as 1 / sqrt(g)."""
     steps = []

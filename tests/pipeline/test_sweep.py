@@ -264,6 +264,7 @@ def sweep_file(case_folder, tmp_path, sweep):
     return file
 
 
+@pytest.mark.validation
 def test_a_file_with_a_sweep_alone_sweeps_other_cases(sweep_file, tmp_path):
     """Members of two cases in one table: what a member does not set stands there as its case has it."""
     read = cases.read(sweep_file)
@@ -327,6 +328,7 @@ def test_the_sweep_of_the_thesis_is_the_matrix_of_its_claims(tmp_path):
         assert ours == theirs, name
 
 
+@pytest.mark.validation
 def test_the_sweep_of_late_stages_shares_one_shock_stage(tmp_path):
     read = cases.read(VALHALLA / "late_stages.toml", "quick")
     rows = sweep_cost.rows_of(of(read, read_table(read.sweep, []), tmp_path))
@@ -443,6 +445,7 @@ def ways_of(tmp_path: Path, frictions: str, sleep_s: float) -> list[str]:
     return ["--out", str(tmp_path / "ways"), "--sweep", str(file), "--preset", ""]
 
 
+@pytest.mark.validation
 def test_members_by_themselves_and_the_sweep_are_one_table(sweep, case_folder, tmp_path, capfd):
     """``studies/sweep_ways.py``, two of its ways. A changed cell is told."""
     from studies import sweep_ways

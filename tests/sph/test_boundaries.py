@@ -192,6 +192,7 @@ def test_quiet_end_returns_less_than_five_percent_of_a_wave(sigma):
     assert abs(returned("quiet", sigma)) < 0.05
 
 
+@pytest.mark.validation
 def test_a_wall_returns_it_all():
     assert returned("wall", 4.0) > 0.9
 
@@ -212,6 +213,7 @@ def sheared(rim, kernel="wendland"):
     return float(i.rates.acceleration[near, 0].mean()) * column.rho0 / 1e6, i
 
 
+@pytest.mark.validation
 def test_a_stressed_rim_passes_on_the_shear_of_what_lies_on_it():
     """In even shear nothing above it is pushed; a rim with a stress of its own gives half of it away in one
     support."""

@@ -55,7 +55,14 @@ def evaluate(c, alpha=0.0, beta=0.0, first=False, kernel="cubic_spline"):
     return out, rows.inverse
 
 
-@pytest.mark.parametrize("options", [{}, {"first": True}, {"first": True, "kernel": "wendland"}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param({}, marks=pytest.mark.validation),
+        pytest.param({"first": True}, marks=pytest.mark.validation),
+        {"first": True, "kernel": "wendland"},
+    ],
+)
 def test_momenta_and_total_energy_are_kept(options):
     """The angular momentum too, for any stress: its torque is the heat of a rigid rotation."""
     c = ball(**options)
@@ -133,6 +140,7 @@ def test_images_carry_the_corrected_stress(walled):
     assert np.abs(found[1][0]).max() > 1e3
 
 
+@pytest.mark.validation
 def test_a_spinning_ball_keeps_its_stress():
     """Four spacings of radius, one turn: invariants to 1 % (plain gradients: -3 %), and no torque to be taken out
     (plain: 1.4 % of L)."""

@@ -129,6 +129,7 @@ def test_total_energy_is_kept_after_the_switch():
     assert abs(energy(i) - begun) < 2e-3 * kinetic
 
 
+@pytest.mark.validation
 def test_pores_stay_as_they_are():
     """A porous ball that is squeezed: frozen pores, one sound speed."""
     i = ball(porosity="p_alpha", p_alpha={"alpha0": 1.5}, crush_quadratic={"Pe": "0.1 MPa", "Ps": "10 MPa"})

@@ -93,6 +93,7 @@ def test_an_ellipsoid_is_hit_where_and_as_the_case_says(folder, monkeypatch):
     assert np.linalg.norm(last.velocity[last.layer >= 0], axis=1).max() > 10.0  # and something happened
 
 
+@pytest.mark.validation
 def test_a_mesh_is_filled_in_the_unit_that_is_named(folder, monkeypatch):
     short = CASE.replace('end_time = "4 ms"', 'end_time = "0.1 ms"')  # looked at is what it starts with
     (folder / "case.toml").write_text(short.format(target=MESH))

@@ -76,7 +76,8 @@ def test_a_piston_still_drives_the_right_shock(law):
     assert got.rho == pytest.approx(float(row["rho_kg_m3"]), rel=0.01)
 
 
-@pytest.mark.parametrize("law", ["morris_monaghan", pytest.param("balsara", marks=pytest.mark.validation)])
+@pytest.mark.validation
+@pytest.mark.parametrize("law", list(viscosity_switch.LAWS))
 def test_a_stage_with_switch_and_corrected_gradients_resumes_to_the_last_bit(law, tmp_path, monkeypatch):
     whole, parts = stopped_and_whole(tmp_path, monkeypatch, viscosity_switch=law, gradients="corrected")
     for name in whole:
