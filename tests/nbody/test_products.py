@@ -53,7 +53,7 @@ def isotropic():
     return jovian, encounters.join(made)
 
 
-@pytest.mark.parametrize("moon", ["ganymede", "callisto"])
+@pytest.mark.parametrize("moon", [pytest.param("ganymede", marks=pytest.mark.validation), "callisto"])
 def test_isotropic_arrivals_have_the_analytic_speed_and_asymmetry(isotropic, moon):
     jovian, table = isotropic
     mean, ratio = analytic.isotropic_encounters(system.load(moon), conditions.ISOTROPIC_SPEED)

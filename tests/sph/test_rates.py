@@ -71,7 +71,12 @@ class _Cloud:
 
 @pytest.mark.parametrize(
     "options",
-    [{}, {"first": True}, {"kernel": "wendland", "artificial_stress": 0.3}, {"first": True, "artificial_stress": 0.3}],
+    [
+        {},
+        pytest.param({"first": True}, marks=pytest.mark.validation),
+        {"kernel": "wendland", "artificial_stress": 0.3},
+        {"first": True, "artificial_stress": 0.3},
+    ],
 )
 def test_pairs_keep_momentum_and_total_energy(options):
     c = _Cloud(1000)
