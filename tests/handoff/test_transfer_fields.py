@@ -137,6 +137,7 @@ def ways(request, flat_bed, made_of):
     return request.param, made | {"linear": made_of(request.param)}
 
 
+@pytest.mark.validation
 def test_the_regional_correction_closes_locally_and_all_close_globally(ways):
     _, made = ways
     local = {}

@@ -97,6 +97,7 @@ def _nearest(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
     return np.flatnonzero(low - size <= (low + size).min())
 
 
+@pytest.mark.validation
 def test_beside_a_site_depths_are_exact_between_the_points_of_the_grid_too():
     """On a corner of a box, where the grid has eight cells for four metres; in a ball, where the grid is off by two
     thousandths of its radius."""
@@ -176,6 +177,7 @@ def check_field(count: int, limit: float) -> None:
     assert math.sqrt(off) < limit
 
 
+@pytest.mark.validation
 def test_the_field_of_the_particles_is_that_of_the_polyhedron():
     check_field(6_000, 0.03)
 

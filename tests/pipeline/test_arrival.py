@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from matter.errors import InputError
+from matter.solids.distance import measured
 from pipeline import case
 from pipeline.compose import compose
+from sph import solid_target
 
 CASE = """
 [case]
@@ -26,6 +28,12 @@ expected_transient_diameter = "20 m"
 material = "aluminum"
 radius = "1 m"
 """
+
+
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch):
+    """Depths of the body on a coarse grid: only the number of particles goes by them."""
+    monkeypatch.setattr(solid_target, "_distance", lambda solid, height: measured(solid, 16))
 
 
 def settings(folder: Path, site: str, *sets: str):

@@ -161,6 +161,7 @@ def test_the_impact_of_the_encounters_sizes_the_crater_anew(tmp_path):
     assert after / before == pytest.approx((30.0 / 15.0) ** 0.44, rel=0.05)
 
 
+@pytest.mark.validation
 def test_ten_lines_run_from_an_empty_folder_to_the_report(tmp_path):
     """The 50 km sphere: with fewer particles and grains than any ``--size`` has, all five stages run and the page of
     the crater is written."""

@@ -151,6 +151,7 @@ def test_a_box_narrower_than_a_support_is_refused():
         disordered((Periodic(0, 0.0, 1.5),))
 
 
+@pytest.mark.validation
 def test_a_piston_and_a_wind_on_a_wall_are_the_same_shock():
     """Galilei: a piston into matter at rest, and matter that runs into a wall, give the same states to rounding
     growth."""

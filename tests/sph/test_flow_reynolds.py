@@ -79,10 +79,8 @@ def test_warnings():
     assert "at the end: 2.5" in flow_reynolds.warnings([row(0.01, 0.003), row(2.0, 2.5)])[1]
 
 
-@pytest.mark.parametrize(
-    "numerics,first,low",
-    [pytest.param("monaghan", 2.0, 0.2, marks=pytest.mark.validation), ("reconstructed", 0.3, 0.02)],
-)
+@pytest.mark.validation
+@pytest.mark.parametrize("numerics,first,low", [("monaghan", 2.0, 0.2), ("reconstructed", 0.3, 0.02)])
 def test_viscosity_of_the_late_stage_begins_on_time_and_is_reported(tmp_path, numerics, first, low):
     """The low viscosity from 0.5 ms on, the low sound speed from 1 ms on, in steps, report and snapshots; smooth flow
     feels a tenth of a reconstructed one."""

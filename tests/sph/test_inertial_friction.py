@@ -62,6 +62,7 @@ def yielded(materials, rate, pressure=1e6):
     return abs(c.stress[0, 2]) / out.pressure[0], out.pressure[0]
 
 
+@pytest.mark.validation
 def test_a_particle_yields_at_the_cone_times_the_factor():
     """B P without a rate or without the section, B P mu(I) / mu_s with both."""
     B = math.tan(slopes.angle_of_slope(math.radians(30.0)))

@@ -67,6 +67,7 @@ def run(folder, monkeypatch):
     return next((folder / "runs").glob("*-*")) / "2_sph"
 
 
+@pytest.mark.validation
 def test_an_ellipsoid_is_hit_where_and_as_the_case_says(folder, monkeypatch):
     out = run(folder, monkeypatch)
     facts = json.loads((out / "target.json").read_text())
