@@ -1,5 +1,6 @@
 """Solid bodies: what a surface encloses, how far from it a point lies, how particles fill it, what is no surface."""
 
+import itertools
 import math
 import time
 
@@ -141,6 +142,35 @@ def test_depths_of_one_body_are_made_once_for_all_stages(monkeypatch):
     finer = distance.measured(solid.ellipsoid((3.0, 2.0, 1.0)), 24)
     assert len(calls) == 3
     assert other.depth.max() > first.depth.max() and finer.depth.size > first.depth.size
+
+
+def test_sweeps_find_what_they_find_when_every_neighbour_is_asked_every_time(monkeypatch):
+    """Those that have not changed since they were asked are left out: the same triangles, to the last bit."""
+    body, made_by = solids.dumbbell(0.8, 1.2, 0.5, rings=12, around=10), {}
+
+    def plain(corners, low, cell, squared, nearest):
+        made_by["beside"] = squared.copy(), nearest.copy()
+        asked, triangles = made_by["beside"]
+        for sweep in range(8):
+            sides = [1 - 2 * (sweep >> axis & 1) for axis in range(3)]
+            ways = [range(1, n) if side > 0 else range(n - 2, -1, -1) for n, side in zip(asked.shape, sides)]
+            for index in itertools.product(*ways):
+                for back in range(1, 8):
+                    t = triangles[tuple(index[axis] - sides[axis] * (back >> axis & 1) for axis in range(3))]
+                    if t >= 0 and t != triangles[index]:
+                        d = distance.squared_distance(*(low + np.array(index) * cell), *corners[t])
+                        if d < asked[index]:
+                            asked[index], triangles[index] = d, t
+        passed_on(corners, low, cell, squared, nearest)
+        made_by["swept"] = squared.copy(), nearest.copy()
+
+    passed_on = distance._passed_on
+    monkeypatch.setattr(distance, "_passed_on", plain)
+    distance._grid.cache_clear()
+    distance.measured(made(body), 8)
+    distance._grid.cache_clear()
+    for plainly, swept in zip(made_by["beside"], made_by["swept"], strict=True):
+        np.testing.assert_array_equal(swept, plainly)
 
 
 def test_inside_is_inside():
