@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import get_num_threads
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -133,7 +134,7 @@ def _neighbours(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
     its spacing, both (n, ``CORE_NEIGHBOURS``); infinite, and its own place, where there are fewer within two
     spacings."""
     tree, d = cKDTree(cloud.position), cloud.spacing
-    distance, neighbour = tree.query(cloud.position, k=CORE_NEIGHBOURS + 1, workers=1)
+    distance, neighbour = tree.query(cloud.position, k=CORE_NEIGHBOURS + 1, workers=get_num_threads())
     distance, neighbour = distance[:, 1:], neighbour[:, 1:]
     for i in np.flatnonzero((d[neighbour] < FINE * d[:, None]).any(axis=1)):
         around = np.array(tree.query_ball_point(cloud.position[i], 2.0 * d[i]))

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
+from matter import neighbours
 from matter.particles import Particles
 
 LINK = 0.75
@@ -28,9 +28,13 @@ def groups(particles: Particles, among: np.ndarray) -> np.ndarray:
     if not whole.any():
         return number
     x, h = particles.position[whole], particles.support_radius[whole]
-    pairs = cKDTree(x).query_pairs(LINK * float(h.max()), output_type="ndarray")
-    apart = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
-    pairs = pairs[apart < 0.5 * LINK * (h[pairs[:, 0]] + h[pairs[:, 1]])]
-    links = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(x), len(x)))
+    # by levels of the support: one particle of debris whose support has grown must not widen the search of all others
+    order, grid = neighbours.sort(x, h)
+    near = neighbours.build(x[order], h[order], grid, LINK)
+    place = np.arange(near.count.sum()) + np.repeat(near.entry - np.cumsum(near.count) + near.count, near.count)
+    links = coo_matrix(
+        (np.ones(len(place), dtype=np.int8), (np.repeat(order, near.count), order[near.index[place]])),
+        shape=(len(x), len(x)),
+    )
     number[whole] = connected_components(links, directed=False)[1]
     return number

@@ -135,7 +135,7 @@ def _elastic_pairs():
             yield pytest.param(cohesion, normal, marks=() if first else pytest.mark.validation)
 
 
-@pytest.mark.parametrize("cohesion,normal", _elastic_pairs())
+@pytest.mark.parametrize("cohesion,normal", list(_elastic_pairs()))
 def test_an_elastic_pair_keeps_its_energy(cohesion, normal):
     contact = contact_of(normal, cohesion, steps_per_contact=200, expected_speed=3.0)
     scene = grains(

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.sparse.csgraph import connected_components
 
 from matter import packing, snapshot
+from matter.fragments import LINK, NONE, groups
 from matter.particles import Particles
 from sph import fragments
 
@@ -46,3 +48,21 @@ def test_the_command(tmp_path, capsys):
     assert fragments.main([str(tmp_path / "last.vtkhdf")]) == 0
     assert "3 fragments" in capsys.readouterr().out
     assert fragments.main([str(tmp_path / "none.vtkhdf")]) == 2
+
+
+def test_supports_that_differ_link_what_half_their_sum_reaches():
+    # fine and coarse matter and debris whose support has grown tenfold: the same groups as from all pairs
+    random = np.random.default_rng(4)
+    x = random.uniform(-1.0, 1.0, (400, 3)) * [3.0, 1.0, 1.0]
+    support = np.where(x[:, 0] < 0.0, 0.12, 0.3)
+    support[:4] = 1.5
+    damage = (random.uniform(size=400) < 0.3).astype(float)
+    cloud = Particles({"position": x, "damage": damage, "support_radius": support}, {})
+    among = np.arange(400) != 7
+    number = groups(cloud, among)
+    whole = np.flatnonzero(among & (damage < 0.5))
+    assert (np.delete(number, whole) == NONE).all()
+    apart = np.linalg.norm(x[whole, None] - x[whole], axis=2)
+    linked = apart < 0.5 * LINK * (support[whole, None] + support[whole])
+    count, expected = connected_components(linked)
+    assert 20 < count < 250 and (number[whole] == expected).all()
