@@ -209,6 +209,20 @@ def _series(axis, findings: Findings, name: str, minute: float, scale: float) ->
             axis.errorbar(t, y, yerr=e, fmt="o-", label=word, **style)
 
 
+UNSURE = 0.25
+"""Error over value from which a measure does not stretch the axis: a ringing body's far field may cross the datum
+anywhere."""
+
+
+def _top(axis, findings: Findings, name: str, scale: float) -> float:
+    """Where the axis of a measure ends: above all that is known to better than ``UNSURE``, and above the bands."""
+    sure = [m for m in findings.moments if m.sigma(name) <= UNSURE * abs(m.value(name))]
+    tops = [(m.value(name) + m.sigma(name)) * scale for m in sure] + [
+        float(patch.get_extents().transformed(axis.transData.inverted()).y1) for patch in axis.patches
+    ]
+    return 1.08 * max(tops, default=0.0)
+
+
 def draw_series(findings: Findings, path: Path) -> None:
     """D(t), depth(t) and V(t) with errors; the published transient values as bands, the scaling laws as a bracket."""
     fig = figure(9.0, 8.0)
@@ -249,10 +263,10 @@ def draw_series(findings: Findings, path: Path) -> None:
                     linestyle="--",
                     label=f"first maximum of {key}",
                 )
-    for axis in axes:
+    for axis, (moment, _, scale) in zip(axes, rows):
         axis.relim()
         axis.autoscale_view()
-        axis.set_ylim(bottom=0.0)
+        axis.set_ylim(0.0, _top(axis, findings, MAXIMA[moment], scale) or None)
     handles, labels = axes[0].get_legend_handles_labels()
     fig.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False, fontsize=8)
     axes[-1].set_xlabel(f"time after contact [{clock}]")
