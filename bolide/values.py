@@ -51,7 +51,7 @@ def of_column(name: str) -> str:
     """
     if "angular_momentum" in name:
         return "kg m^2/s"
-    if name.startswith("momentum_"):
+    if name.removeprefix("outside_").startswith("momentum_"):
         return "kg m/s"
     for ending, unit in (("_m3", "m^3"), ("_kg", "kg"), ("_Pa", "Pa"), ("_J", "J"), ("_m", "m"), ("_s", "s")):
         if name.removesuffix("_sigma").endswith(ending):

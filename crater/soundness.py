@@ -172,6 +172,12 @@ def _vector(columns: Mapping[str, list[str]], name: str, row: int) -> np.ndarray
     )
 
 
+def _given(columns: Mapping[str, list[str]], name: str) -> np.ndarray | None:
+    """What weight and edges have given by each row; None where a run did not book it."""
+    given = np.array([float(value) for value in columns.get(f"outside_{name}", ["nan"])])
+    return given if np.isfinite(given).all() else None
+
+
 def conservation_rows(run: Path, projectile_momentum: float, lever: tuple[float, str]) -> list[tuple[str, str]]:
     """Energy, mass, momentum and angular momentum of the shock stage against stated scales, never against an initial
     value that may be zero.
@@ -182,7 +188,8 @@ def conservation_rows(run: Path, projectile_momentum: float, lever: tuple[float,
     if not columns:
         return []
     kinetic = float(columns["kinetic_J"][0])
-    total = np.array([float(value) for value in columns["total_J"]])
+    given = _given(columns, "energy_J")
+    total = np.array([float(value) for value in columns["total_J"]]) - (0.0 if given is None else given)
     drift = (total - total[0]) / kinetic
     mass = [float(columns["mass_kg"][row]) for row in (0, -1)]
     rows = [
@@ -198,6 +205,17 @@ def conservation_rows(run: Path, projectile_momentum: float, lever: tuple[float,
     scale = f"over the projectile's momentum times {name} ({readable.length(size)})"
     edges = _edges(run)
     if edges:
+        if given is not None:
+            rows.append(
+                (f"energy that the edges took ({edges}), the same way", f"{(given[0] - given[-1]) / kinetic:.3%}")
+            )
+            off = np.array(
+                [_vector(columns, "momentum", k) - _vector(columns, "outside_momentum", k) for k in (0, -1)]
+            )
+            left = float(np.linalg.norm(off[1] - off[0])) / projectile_momentum
+            rows.append(
+                ("linear momentum, change beyond what edges and weight gave, over the projectile's", _share(left))
+            )
         rows.append(
             (
                 f"linear momentum that the edges took ({edges}), net of the weight that they carry, over the "
@@ -205,6 +223,12 @@ def conservation_rows(run: Path, projectile_momentum: float, lever: tuple[float,
                 _share(moved),
             )
         )
+        if given is not None:
+            turned = float(
+                np.linalg.norm(
+                    _vector(columns, "outside_angular_momentum", -1) - _vector(columns, "outside_angular_momentum", 0)
+                )
+            )
         rows.append((f"angular momentum that the edges took, {scale}", _share(turned / (projectile_momentum * size))))
     else:
         rows.append(("linear momentum, change over the projectile's", _share(moved)))

@@ -11,6 +11,7 @@ import numpy as np
 from matter import archive, tree
 from sph import state
 from sph import symmetry as symmetries
+from sph.boundary import outside
 from sph.integrator import Integrator
 
 COLUMNS = (
@@ -20,7 +21,7 @@ COLUMNS = (
     "max_pressure_Pa "
     "steps list_builds gravity_evaluations gravity_correction removed_angular_momentum_x removed_angular_momentum_y "
     "removed_angular_momentum_z"
-).split()
+).split() + outside.COLUMNS
 
 # particles up to which the potential energy is summed over all pairs; opening angle of the tree beyond
 DIRECT, FINE = (40_000, 0.3)
@@ -59,13 +60,16 @@ def row(integrator: Integrator, symmetry: str = "none", impact_J: float = 0.0) -
     gravity, the steps and every clipping (tension cut, pressure of lost particles) get wrong; nothing is taken out of
     it. In uniform gravity it is m g z. Ejected: unbound (v^2/2 > G M / r); without self-gravity what is beyond the
     surface of the target by more than its h and moves on outwards. Lost: particles whose neighbours have gone, with
-    the internal energy that they keep. With a ``symmetry`` all sums are those of the whole.
+    the internal energy that they keep. Outside: what weight and edges have given (``sph.boundary.outside``). With a
+    ``symmetry`` all sums are those of the whole.
     """
     cloud = integrator.cloud
     m, v, x = cloud.mass, cloud.velocity, cloud.position
     v2 = np.einsum("ij,ij->i", v, v)
     momentum = symmetries.summed(m @ v, symmetry)
     spin = symmetries.summed(m @ np.cross(x, v), symmetry, axial=True)
+    given = integrator.outside.given
+    pushed, turned = symmetries.summed(given[:3], symmetry), symmetries.summed(given[3:6], symmetry, axial=True)
     m = symmetries.copies(symmetry) * m
     kinetic, internal = 0.5 * float(m @ v2), float(m @ cloud.specific_energy)
     gravitational = integrator.around.down * float(m @ x[:, 2])
@@ -84,7 +88,7 @@ def row(integrator: Integrator, symmetry: str = "none", impact_J: float = 0.0) -
         m[lost].sum(),
         float(m[lost] @ cloud.specific_energy[lost]), integrator.evaluated.pressure.max(), integrator.steps,
         integrator.neighbourhood.builds, integrator.gravity_evaluations, integrator.gravity_correction,
-        *integrator.torque_removed,
+        *integrator.torque_removed, *pushed, *turned, symmetries.copies(symmetry) * given[6],
     )  # fmt: skip
     return dict(zip(COLUMNS, (value if isinstance(value, str) else float(value) for value in values)))
 
@@ -103,6 +107,8 @@ class History:
             with open(self.path, newline="") as file:
                 for line in csv.DictReader(file):
                     entry = {name: value if name == "dt_limit" else float(value) for name, value in line.items()}
+                    for name in outside.COLUMNS:  # of a run begun before they were booked
+                        entry.setdefault(name, float("nan"))
                     if float(entry["steps"]) <= steps:
                         self.rows.append(entry)
 
@@ -123,15 +129,18 @@ class History:
         archive.write_text(self.path, text.getvalue())
 
     def drift(self) -> dict[str, float]:
-        """Largest departures from the first row: energy [J], linear [kg m/s] and angular momentum [kg m^2/s]."""
-        first = self.rows[0]
+        """Largest departures from the first row that nothing outside gave: energy [J], linear [kg m/s] and angular
+        momentum [kg m^2/s]."""
 
-        def largest(names: list[str]) -> float:
-            values = np.array([[float(entry[name]) - float(first[name]) for name in names] for entry in self.rows])
-            return float(np.sqrt((values**2).sum(axis=1)).max())
+        def largest(names: list[str], given: list[str]) -> float:
+            own, outer = (np.array([[float(row[name]) for name in n] for row in self.rows]) for n in (names, given))
+            off = own - own[0] - np.nan_to_num(outer - outer[0])
+            return float(np.sqrt((off**2).sum(axis=1)).max())
 
         return {
-            "energy_J": largest(["total_J"]),
-            "momentum_kg_m_s": largest([f"momentum_{a}" for a in "xyz"]),
-            "angular_momentum_kg_m2_s": largest([f"angular_momentum_{a}" for a in "xyz"]),
+            "energy_J": largest(["total_J"], ["outside_energy_J"]),
+            "momentum_kg_m_s": largest(*([f"{kind}momentum_{a}" for a in "xyz"] for kind in ("", "outside_"))),
+            "angular_momentum_kg_m2_s": largest(
+                *([f"{kind}angular_momentum_{a}" for a in "xyz"] for kind in ("", "outside_"))
+            ),
         }

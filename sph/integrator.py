@@ -28,6 +28,7 @@ from sph import (
 from sph import rates as pair_rates
 from sph import viscosity_switch as switches
 from sph.boundary import stressed_rim as rims
+from sph.boundary.outside import Outside
 from sph.cloud import PARTS, Cloud, Neighbourhood, moved_further
 from sph.materials import Materials
 from sph.numerics import Numerics
@@ -62,7 +63,7 @@ class Integrator:
     def __init__(self, cloud: Cloud, materials: Materials, radius: float, numerics: Numerics, around: Surroundings):
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
         self.numerics, self.scheme, self.around = numerics, numerics.scheme, around
-        self.images, self.edge = around.images, around.edge
+        self.images, self.edge, self.outside = around.images, around.edge, Outside(around)
         self.damping = pair_rates.Damping(
             numerics.alpha, numerics.beta, numerics.artificial_stress, 1.0 / numerics.support, numerics.conductivity
         )
@@ -105,6 +106,7 @@ class Integrator:
         listed, numbers = self.neighbourhood.state()
         arrays |= checkpoint.under("evaluated", self.evaluated.state()) | listed | {"limits": self.limits}
         numbers |= {name: getattr(self, name) for name in _NUMBERS} | {"torque_removed": self.torque_removed}
+        numbers |= self.outside.state()
         return arrays, numbers | (self.images.state() if self.images is not None else {})
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
@@ -114,6 +116,7 @@ class Integrator:
         if self.images is not None:
             self.images.restore(numbers)
         self.neighbourhood.restore(arrays, numbers)
+        self.outside.restore(numbers)
         self.rates.restore(checkpoint.Part(arrays, "rates"))
         self.evaluated.restore(checkpoint.Part(arrays, "evaluated"))
         self.limits[:], self.torque_removed[:] = arrays["limits"], numbers["torque_removed"]
@@ -232,6 +235,7 @@ class Integrator:
         cloud.neighbours[:] = self.rates.count
         if self.scheme.reconstructed:
             cloud.strain_rate[:] = self.rates.strain_rate
+        self.outside.weigh(cloud, self.rates, self.edge)
         if self.edge is not None:
             self.edge.hold(cloud, self.rates)
         if self.around.turns_freely:
@@ -328,6 +332,7 @@ class Integrator:
     def step(self, dt: float, keep: float = 1.0) -> None:
         """One step; ``keep`` < 1 damps velocities (relaxation)."""
         cloud, r, e = self.cloud, self.rates, self.evaluated
+        self.outside.kick(0.5 * dt)
         leapfrog.open_step(dt, cloud.fields, r.sums, e.response, self.hold)
         self.time += dt
         self._follow_length()
@@ -336,8 +341,9 @@ class Integrator:
             self._gravity()
         self._evaluate()
         leapfrog.close_step(dt, cloud.fields, r.sums, e.response, self.floor, self.hold, keep)
+        self.outside.kick(0.5 * dt)
         if self.edge is not None:
-            self.edge.fade(cloud, e.wave, dt)
+            self.outside.fade(cloud, self.edge, e.wave, dt)
         self._follow_switch(dt)
         self.torque_removed += dt * self._torque
         self.steps += 1

@@ -80,14 +80,17 @@ class RungeKutta(Integrator):
         """One step of at most ``dt``, shortened until its error is small enough; ``keep`` < 1 damps velocities
         (relaxation)."""
         cloud, begun, turned = self.cloud, self.time, self._torque.copy()
+        pushed = self.outside.rate.copy()
         start, first = {name: getattr(cloud, name).copy() for name in _STATE}, self._slopes()
         while True:
             self._set(start, dt, [(0.5, first)])
             self._evaluate_at(begun + 0.5 * dt, dt, [start, first])
             middle, torque = self._slopes(), turned + 4.0 * self._torque
+            push = pushed + 4.0 * self.outside.rate
             self._set(start, dt, [(-1.0, first), (2.0, middle)])
             self._evaluate_at(begun + dt, dt, [start, first, middle])
             last, torque = self._slopes(), torque + self._torque
+            push += self.outside.rate
             self._set(start, dt, [(1.0 / 6.0, first), (4.0 / 6.0, middle), (1.0 / 6.0, last)])
             error = self._error(start, dt, middle)
             self.allowed = dt * min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.1), 5.0)
@@ -100,8 +103,9 @@ class RungeKutta(Integrator):
             self._gravity()
         if not self.hold:
             np.maximum(cloud.peak_pressure, self.evaluated.pressure, out=cloud.peak_pressure)
+        self.outside.given += dt / 6.0 * push
         if self.edge is not None:
-            self.edge.fade(cloud, self.evaluated.wave, dt)
+            self.outside.fade(cloud, self.edge, self.evaluated.wave, dt)
         self._follow_switch(dt)
         self.torque_removed += dt / 6.0 * torque
         self.steps += 1

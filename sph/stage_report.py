@@ -9,6 +9,7 @@ import numpy as np
 from sph import energy_check, escaping, flow_reynolds, symmetry, timestep
 from sph.boundary import dispatch as boundaries
 from sph.boundary import sides_and_floor
+from sph.boundary.outside import COLUMNS
 from sph.eos import impedance
 from sph.simulation import Simulation
 
@@ -85,24 +86,29 @@ def _resolution(job: Simulation) -> dict[str, Any]:
 
 
 def _edges(job: Simulation) -> dict[str, Any] | None:
-    """What ends flat ground, and the momentum that it took [kg m/s], net of the weight that it carries; None where
-    nothing does.
+    """What ends flat ground, and what it took: momentum [kg m/s], net of the weight that it carries, and energy [J].
+    None where nothing does.
 
-    ``passing`` names what ends the ground but takes no momentum. By difference, p(0) - p(end): pairs of particles
-    conserve momentum to rounding, so what is missing went into the edges.
+    ``passing`` names what ends the ground but takes no momentum. Taken is what was booked (``sph.boundary.outside``);
+    how well p(0) - p(end) agrees with it is the drift of momentum.
     """
     s = job.settings
     side, floor = sides_and_floor.chosen(s.target, s.sides, s.floor)
     chosen, taking = {"sides": side, "floor": floor}, boundaries.having("TAKES_MOMENTUM")
     if not set(chosen.values()) & set(taking):
         return None
-    first, last = (
-        np.array([float(row[f"momentum_{axis}"]) for axis in "xyz"])
-        for row in (job.history.rows[0], job.history.rows[-1])
-    )
     passing = [place for place, name in chosen.items() if name not in ("free", *taking)]
     more = {"passing": passing} if passing else {}
-    return {**chosen, **more, "momentum_taken_kg_m_s": (first - last).tolist()}
+    first, last = (
+        np.array([float(row[name]) for name in COLUMNS]) for row in (job.history.rows[0], job.history.rows[-1])
+    )
+    took = dict(zip(COLUMNS, first - last))
+    return {
+        **chosen,
+        **more,
+        "momentum_taken_kg_m_s": [took[f"outside_momentum_{axis}"] for axis in "xyz"],
+        "energy_taken_J": took["outside_energy_J"],
+    }
 
 
 def _pressures(job: Simulation) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import json
 import pytest
 
 from crater import soundness
+from sph.boundary import outside
 
 SHOCK = {
     "projectile": {"particles": 37, "particles_per_radius": 2.07, "momentum_kg_m_s": 1e6},
@@ -29,13 +30,13 @@ COLLAPSE = {
 AXES = "xyz"
 
 
-def run_with(path, shock=None, collapse=None, rows=()):
+def run_with(path, shock=None, collapse=None, rows=(), more=()):
     for folder, report in (("2_sph", shock), ("5_dem", collapse)):
         (path / folder).mkdir(parents=True, exist_ok=True)
         if report is not None:
             (path / folder / "stage_report.json").write_text(json.dumps(report))
     if rows:
-        names = ["kinetic_J", "total_J", "mass_kg"]
+        names = ["kinetic_J", "total_J", "mass_kg", *more]
         names += [
             f"{kind}_{axis}" for kind in ("momentum", "angular_momentum", "removed_angular_momentum") for axis in AXES
         ]
@@ -110,6 +111,20 @@ def test_a_vertical_impact_on_flat_ground_divides_by_no_zero(tmp_path):
     assert "that the edges took (sides quiet, floor fixed), net of the weight" in edge and rows[edge] == "42.000%"
     assert "the transient crater's apparent radius (600 m)" in spin and rows[spin] == "0.009%"
     assert rows["total energy, at the end, over the initial kinetic energy"] == "-1.000%"
+
+
+def test_what_weight_and_edges_gave_is_taken_out(tmp_path):
+    first = FIRST | {name: 0.0 for name in outside.COLUMNS}
+    last = first | {"total_J": 0.99e10, "momentum_z": -0.58e6}
+    last |= {"outside_energy_J": -0.98e8, "outside_momentum_z": 0.42e6 - 3e-9, "outside_angular_momentum_y": 6e5}
+    edges = {"edges": {"sides": "quiet", "floor": "quiet"}}
+    run = run_with(tmp_path, {**SHOCK, **edges}, rows=[first, last], more=tuple(outside.COLUMNS))
+    rows = dict(soundness.conservation_rows(run, 1e6, (600.0, "the radius")))
+    assert rows["total energy, at the end, over the initial kinetic energy"] == "-0.020%"
+    assert rows["energy that the edges took (sides quiet, floor quiet), the same way"] == "0.980%"
+    left = rows["linear momentum, change beyond what edges and weight gave, over the projectile's"]
+    assert left == "3 × 10⁻¹⁵"
+    assert next(value for name, value in rows.items() if name.startswith("angular")) == "0.100%"
 
 
 def test_on_a_body_momentum_is_conserved_and_what_was_removed_has_its_row(tmp_path):
