@@ -254,7 +254,7 @@ def test_a_fixed_rim_carries_weight_and_stays():
     assert np.abs(c.velocity).max() < 0.01
 
 
-MACHINERY = {"dispatch", "edge", "images", "stressed_rim", "sides_and_floor"}
+MACHINERY = {"dispatch", "edge", "images", "outside", "stressed_rim", "sides_and_floor"}
 """Files of the folder that are no boundary."""
 
 
