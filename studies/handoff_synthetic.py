@@ -133,8 +133,10 @@ def orders(rows: list[dict]) -> list[dict]:
 def main() -> None:
     """Run what was asked for and print tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    for part in ("flows", "shapes", "sphere", "json"):
-        parser.add_argument(f"--{part}", action="store_true")
+    parser.add_argument("--flows", action="store_true")
+    parser.add_argument("--shapes", action="store_true")
+    parser.add_argument("--sphere", action="store_true")
+    parser.add_argument("--json", action="store_true")
     parser.add_argument("--at", type=lambda text: tuple(float(part) for part in text.split(",")), default=None)
     parser.add_argument("--draws", type=int, default=3, help="clouds and beds per shape and resolution")
     parser.add_argument("--out", type=Path, default=None)

@@ -13,6 +13,7 @@ import argparse
 import json
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -68,13 +69,14 @@ def measured(spacings: float, **changes) -> dict[str, float]:
     return {"particles": len(ball), **peaks, "wall_s": time.perf_counter() - begun}
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--size", type=float, default=6.0)
     parser.add_argument("--threads", type=int, default=None)
-    options = parser.parse_args()
+    parser.add_argument("--only", default="", help="rows whose name holds this text")
+    options = parser.parse_args(arguments)
     jit.set_threads(options.threads)
     limit = hugoniot.behind(*hugoniot.solid(collect(("ice",)).rows, 0), 0.5 * SPEED).P
     result: dict[str, object] = {"spacings": options.size, "planar_Pa": limit}
