@@ -220,7 +220,7 @@ def _top(axis, findings: Findings, name: str, scale: float) -> float:
     tops = [(m.value(name) + m.sigma(name)) * scale for m in sure] + [
         float(patch.get_extents().transformed(axis.transData.inverted()).y1) for patch in axis.patches
     ]
-    return 1.08 * max(tops, default=0.0)
+    return 1.08 * max([0.0, *tops])
 
 
 def draw_series(findings: Findings, path: Path) -> None:

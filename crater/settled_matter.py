@@ -45,7 +45,8 @@ def facts(grains: Particles, final: Measures, transient: Measures | None, projec
     radius, datum = 0.5 * diameter, final.datum
     away, azimuth, height = datum.polar(grains.position)
     state = grains.state if "state" in grains else np.zeros(len(grains), dtype=int)
-    rests, margin = state == RESTING, float(grains.radius.mean()) if "radius" in grains else 0.0
+    rests = state == RESTING
+    margin = float(grains.radius[rests].mean()) if "radius" in grains and rests.any() else 0.0
     at_rim = rests & (away > radius) & (away < layer_order.RIM * radius) & (height > 0.0)
     zones = {
         RIM: at_rim,

@@ -87,7 +87,7 @@ def _resolution(job: Simulation) -> dict[str, Any]:
 
 def _edges(job: Simulation) -> dict[str, Any] | None:
     """What ends flat ground, and what it took: momentum [kg m/s], net of the weight that it carries, and energy [J].
-    None where nothing does.
+    None where nothing does, or, of either, where a run was begun before it was booked.
 
     ``passing`` names what ends the ground but takes no momentum. Taken is what was booked (``sph.boundary.outside``);
     how well p(0) - p(end) agrees with it is the drift of momentum.
@@ -102,12 +102,13 @@ def _edges(job: Simulation) -> dict[str, Any] | None:
     first, last = (
         np.array([float(row[name]) for name in COLUMNS]) for row in (job.history.rows[0], job.history.rows[-1])
     )
-    took = dict(zip(COLUMNS, first - last))
+    took = dict(zip(COLUMNS, (first - last).tolist()))
+    known = np.isfinite(first - last).all()
     return {
         **chosen,
         **more,
-        "momentum_taken_kg_m_s": [took[f"outside_momentum_{axis}"] for axis in "xyz"],
-        "energy_taken_J": took["outside_energy_J"],
+        "momentum_taken_kg_m_s": [took[f"outside_momentum_{axis}"] for axis in "xyz"] if known else None,
+        "energy_taken_J": took["outside_energy_J"] if known else None,
     }
 
 

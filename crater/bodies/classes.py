@@ -85,10 +85,11 @@ def half_angle(share: float) -> float:
 
 
 def grain_radius(seen: Seen, crater: Measures, diameter: float) -> float:
-    """Mean radius of the grains [m]; of a shock stage half the spacing at the rim."""
+    """Mean radius of the body's grains [m], without what flies: ejecta are as fine as the particles that they were. Of
+    a shock stage half the spacing at the rim."""
     p = seen.after.particles
     if "radius" in p:
-        return float(p.radius.mean())
+        return float(p.radius[seen.after.body].mean())
     columns = crater.ground.columns
     return 0.5 * float(np.interp(0.5 * diameter, columns.distance, columns.spacing))
 

@@ -4,6 +4,7 @@ axes that were changed, grains that shake in their places."""
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -184,3 +185,10 @@ def test_a_hollow_is_as_wide_as_its_area_however_far_it_reaches(angle):
 def test_a_change_below_two_spacings_is_no_hollow():
     found = hollow.across(on_a_ball(lambda cos: np.where(cos > 0.9, -0.09, 0.0)))
     assert found.value is None and "two spacings" in found.reason
+
+
+def test_ejecta_are_no_measure_of_the_grains():
+    # 200 grains of 2 m and ten times as many fine ejecta in flight
+    radius = np.concatenate([np.full(200, 2.0), np.full(2000, 0.1)])
+    look = SimpleNamespace(particles=Particles({"radius": radius}, {}), body=np.arange(2200) < 200)
+    assert classes.grain_radius(SimpleNamespace(after=look), None, 40.0) == pytest.approx(2.0)

@@ -6,7 +6,8 @@ import json
 import numpy as np
 import pytest
 
-from sph import stage
+from sph import history, stage
+from sph.boundary import outside
 from tests.sph.test_ground import IMPACT, flat, settings
 
 OBLIQUE = {"impact": IMPACT.model_copy(update={"angle_from_vertical": 0.7}), "numerics": "reconstructed"}
@@ -43,6 +44,25 @@ def test_what_weight_and_edges_gave_closes_the_ledger(changes, energy, tmp_path)
     if changes.get("end_time", 0.0) >= 3.0:
         assert first["total_J"] - last["total_J"] > 5.0 * energy * scale["kinetic_energy_J"]
         assert report["edges"]["energy_taken_J"] > 5.0 * energy * scale["kinetic_energy_J"]
+
+
+def test_rows_of_a_run_begun_before_it_was_booked_are_taken_up(tmp_path):
+    path = tmp_path / "history.csv"
+    old = [name for name in history.COLUMNS if name not in outside.COLUMNS]
+    rows = [{name: "sound" if name == "dt_limit" else float(k) for name in old} for k in range(2)]
+    with open(path, "w", newline="") as file:
+        writer = csv.DictWriter(file, old)
+        writer.writeheader()
+        writer.writerows(rows)
+    taken = history.History(path)
+    taken.restore(10)
+    assert len(taken.rows) == 2 and all(np.isnan(taken.rows[0][name]) for name in outside.COLUMNS)
+    taken.write()
+    assert taken.drift() == {
+        "energy_J": 1.0,
+        "momentum_kg_m_s": pytest.approx(3**0.5),
+        "angular_momentum_kg_m2_s": pytest.approx(3**0.5),
+    }
 
 
 def test_a_body_gets_nothing_from_outside(tmp_path):
