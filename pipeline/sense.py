@@ -19,14 +19,12 @@ from matter import at_rest, quantity, readable
 from matter.body import Model
 from matter.constants import G
 from matter.errors import InputError
-from pipeline import experimental
+from pipeline import as_half_space, experimental
 from pipeline.complaints import Complaint
 
 LOST = 0.05
 """Projectile radius over the finest spacing below which the projectile is nothing among its neighbours."""
 PASSES, GRAZES = math.radians(88.0), math.radians(75.0)
-AS_HALF_SPACE = 1000.0
-"""Radius of a body over that of the projectile from which on its curvature is nothing to the crater."""
 WIDEST = 0.8
 """Radius of the expected crater over that of the bed: wider ones meet the damped layer."""
 SINKING = 0.01
@@ -76,11 +74,11 @@ def _impossible(sph: Any) -> Iterator[Complaint]:
             f"the projectile ({readable.length(radius)}) is larger than the ground, {readable.length(target.radius)} "
             f"deep",
         )
-    elif radius < LOST * finest and target.radius > AS_HALF_SPACE * radius and not target.flat:
+    elif radius < LOST * finest and (advice := as_half_space.advice(sph)):
         yield Complaint(
             place,
             f"the projectile ({readable.length(radius)}) is lost among particles {readable.length(finest)} apart: "
-            f"{_flat_advice(sph)}",
+            f"{advice}",
         )
     elif radius < LOST * finest and not sph.control:
         yield Complaint(
@@ -189,8 +187,8 @@ def _unlikely(sph: Any) -> Iterator[str]:
                 f"only what was thrown from it, "
                 "or circles it, is that slow"
             )
-        if target.radius > AS_HALF_SPACE * impact.projectile.radius:
-            yield _flat_advice(sph)
+        if advice := as_half_space.advice(sph):
+            yield advice
         low = target.radius * (1.0 - math.sin(impact.angle_from_vertical))
         if low < impact.projectile.radius:
             yield (
@@ -202,20 +200,6 @@ def _unlikely(sph: Any) -> Iterator[str]:
             f"{math.degrees(impact.angle_from_vertical):.3g} deg from the vertical is grazing: scaling laws, and what "
             f"is sized by them, do not hold"
         )
-
-
-def _flat_advice(sph: Any) -> str:
-    from sph import durations
-
-    times, gravity = (
-        sph.target.radius / sph.impact.projectile.radius,
-        durations.surface_gravity(sph.target, sph.chosen_materials()),
-    )
-    return (
-        f"the target is {times:,.0f} times as large as the projectile, and its curvature is nothing to this crater: "
-        f"take it as a half space, "
-        f'[target] shape = "half_space", gravity = "{gravity:.3g} m/s^2", with its uppermost layer'
-    )
 
 
 def _broken(sph: Any) -> Iterator[str]:

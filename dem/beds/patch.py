@@ -36,6 +36,7 @@ from dem.beds import extent
 from dem.beds.flat_ground import FlatGround
 from dem.beds.solid_body import SolidBody
 from matter import readable
+from matter.at_rest import AtRest
 from matter.body import Target
 from matter.errors import InputError
 from matter.solids import attraction
@@ -78,6 +79,12 @@ def felt_at_site(body: SolidBody, normal: np.ndarray) -> tuple[float, float]:
     a = body.felt(site, body.density * _pull(body.solid, body.placed.height)[None])[0]
     down = -float(a @ normal)
     return down, math.degrees(math.atan2(float(np.linalg.norm(a + down * normal)), down))
+
+
+def expected_gravity(target: Target, densities: Mapping[str, AtRest]) -> float:
+    """Gravity [m/s^2] at the site of an ellipsoid or mesh along the normal there, positive downwards, with spin and
+    tide, before there is a ``target.json``."""
+    return felt_at_site(SolidBody.expected(target, densities), target.placed.normal)[0]
 
 
 class Lie(NamedTuple):

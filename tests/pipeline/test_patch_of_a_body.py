@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import sys
 from pathlib import Path
 
@@ -14,8 +15,8 @@ import pytest
 from matter import snapshot
 from matter.constants import G
 from matter.solids.placed import PATCH
+from pipeline import as_half_space, cli, compose, experimental, sense
 from pipeline import case as cases
-from pipeline import cli, compose, experimental, sense
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "sci_ryugu" / "on_an_ellipsoid.toml"
 TINY = (
@@ -47,6 +48,14 @@ def test_the_collapse_is_set_for_flat_ground_and_the_other_stages_for_the_body()
     assert ground.gravity == pytest.approx(KNOWN, rel=1e-3)
     words = list(experimental.used(settings))
     assert any("laid flat, is experimental" in line for line in words)
+
+
+def test_flat_ground_is_advised_under_the_gravity_at_the_site_and_not_where_nothing_weighs():
+    said = as_half_space.advice(compose.compose(cases.read(CASE))["sph"])
+    found = re.search(r'shape = "half_space", gravity = "(\S+) m/s\^2"', said)
+    assert found and float(found[1]) == pytest.approx(KNOWN, rel=5e-3)  # three digits
+    fast = compose.compose(cases.read(CASE, None, ('target.spin_period="2 h"',)))["sph"]
+    assert as_half_space.advice(fast) == ""
 
 
 def test_a_whole_body_keeps_its_target_in_all_stages():
