@@ -80,6 +80,8 @@ def from_source(
     mass = source.mass[ejecta]
     least = 1.0 if rules.loosened == "shrunk" else SPARSEST
     density = np.maximum(source.density[ejecta], least * reference_density(source)[ejecta])
+    if "widening" in source:  # what flies is as large as on the body
+        density /= source.widening[ejecta]
     radius = np.cbrt(3.0 * packing * mass / (4.0 * np.pi * density))
     frame = domain.frame
     up = frame.up(position)

@@ -167,12 +167,15 @@ def solid_densities(source: Particles, names: Sequence[str]) -> list[float]:
 
 
 def reference_density(source: Particles) -> np.ndarray:
-    """Reference density of each particle's material with the pores it has [kg/m^3]; zero where the material is not
-    known here."""
+    """Reference density of each particle's material with the pores it has [kg/m^3], as its volume is counted: of
+    ground that was laid flat in the flat frame, so that the widths of a curved body are no loosening; zero where the
+    material is not known here."""
     names = source.attributes.get("materials", [])
     table = np.array(solid_densities(source, names) or [0.0])
     solid = np.where(source.material < len(table), table[np.clip(source.material, 0, len(table) - 1)], 0.0)
-    return solid / source.distention if "distention" in source else solid
+    if "distention" in source:
+        solid = solid / source.distention
+    return solid * source.widening if "widening" in source else solid
 
 
 def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -> Split:

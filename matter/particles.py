@@ -35,6 +35,7 @@ FIELDS: dict[str, Field] = {
     "pressure": Field((), "float64", "Pa", "pressure, positive in compression, after damage"),
     "deviatoric_stress": Field((6,), "float64", "Pa", "trace-free stress xx xy xz yy yz zz, after yield and damage"),
     "damage": Field((), "float64", "1", "0 intact, 1 broken"),
+    "widening": Field((), "float64", "1", "of ground laid flat: volume on the body over that in the flat frame"),
     "distention": Field((), "float64", "1", "alpha = solid density / bulk density"),
     "sound_speed": Field((), "float64", "m/s", "bulk sound speed"),
     "peak_pressure": Field((), "float64", "Pa", "largest pressure so far"),

@@ -77,7 +77,8 @@ class Unrolled:
 
     def of(self, particles: Particles) -> Particles:
         """The ground of a snapshot laid flat: places, velocities against the body, and volumes (by ``radius`` or
-        ``density``); what is far from the site or deep below it is left out.
+        ``density``); what is far from the site or deep below it is left out. ``widening`` is added, by which volumes
+        were divided: ``density / widening`` is that of the matter.
 
         ``initial_position`` becomes that from the site, z along its normal. Raises ``InputError`` where nothing is
         left.
@@ -99,6 +100,7 @@ class Unrolled:
             seen["radius"] = seen.radius / np.cbrt(widening)
         elif "density" in seen:
             seen["density"] = seen.density * widening
+        seen["widening"] = widening
         if "initial_position" in seen:
             seen["initial_position"] = self.shape.placed.from_site(seen.initial_position)
         return seen

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fixtures import grain_bodies
-from handoff import laying
+from handoff import domain, ejecta, laying, loosened, surface
 from handoff import stage as handing
 from matter import packing
 from matter.errors import InputError
@@ -18,6 +18,7 @@ from matter.solids.placed import PATCH
 
 RADIUS = 448.0
 OMEGA = 2.0 * math.pi / 3600.0
+BOWL = {"shape": "bowl", "radius_m": 15.0, "floor_m": -15.0, "datum_m": 0.0, "top_m": 2.0}
 FACTS = {"gravity_m_s2": 1.5e-4, "density_kg_m3": 1200.0, "depth_m": 15.0}
 BALL = grain_bodies.target((2.0 * RADIUS,) * 3, 20.0, 130.0)
 CELL = 2.0 * RADIUS / 112.0
@@ -102,12 +103,41 @@ def test_it_is_flat_ground_from_there_on(patch):
     assert deep.density == pytest.approx(1200.0 * (1.0 + deep.position[:, 2] / RADIUS) ** 2, rel=0.01)
 
 
+def test_ground_at_rest_is_not_loosened_by_the_curvature_of_its_body(patch):
+    """10 m deep a volume is 4 % smaller on the body than below flat ground."""
+    known = {"materials": ["rubble"], "reference_densities_kg_m3": [1200.0]}
+    still = cloud()
+    still["material"] = np.zeros(len(still), dtype=np.int32)
+    still.attributes = {**still.attributes, **known}
+    laid = near(patch.laid(still))
+    share = laid.density / surface.reference_density(laid)
+    assert share == pytest.approx(1.0, abs=1e-12) and (loosened.radius_factor(share) == 1.0).all()
+    assert laid.density.min() < 0.97 * 1200.0  # as its volume is counted
+
+
+def test_what_flies_high_above_a_body_is_as_large_as_it_is(patch):
+    """200 m above the site the flat frame counts its volume as no more than two thirds of what it is."""
+    high, n = cloud(), 50
+    high["material"] = np.zeros(len(high), dtype=np.int32)
+    high.attributes = {**high.attributes, "materials": ["rubble"], "reference_densities_kg_m3": [1200.0]}
+    fine = np.flatnonzero(high.mass < 1e3)[:n]
+    high["position"][fine] *= ((RADIUS + 200.0) / np.linalg.norm(high.position[fine], axis=1))[:, None]
+    laid = near(patch.laid(high))
+    up = np.flatnonzero(laid.position[:, 2] > 100.0)
+    assert len(up) == n and laid.density[up].min() > 1.4 * 1200.0
+    region = domain.read({"domain": BOWL, "frame": "plane"})
+    bed = Particles({"position": np.array([[0.0, 0.0, -5.0]]), "mass": np.ones(1), "radius": np.ones(1)}, {})
+    flying = ejecta.from_source(laid, up, bed, 0.6, region, patch.column)
+    known = np.cbrt(3.0 * 0.6 * 500.0 / (4.0 * np.pi * 1200.0))
+    assert flying.density == pytest.approx(np.full(n, 1200.0)) and np.median(flying.radius) == pytest.approx(known)
+
+
 def test_a_bed_that_is_a_patch_needs_its_body_and_ground_laid_flat():
     bed = Particles({"position": np.zeros((1, 3))}, {PATCH: FACTS, "frame": "plane"})
     with pytest.raises(InputError, match="must say which"):
         laying.of_bed(bed, None, None)
     with pytest.raises(InputError, match="lacks 'depth_m'"):
         laying.Patch(BALL, cloud(), {"gravity_m_s2": 1.5e-4, "density_kg_m3": 1200.0})
-    bed.attributes["domain"] = {"shape": "bowl", "radius_m": 15.0, "floor_m": -15.0, "datum_m": 0.0, "top_m": 2.0}
+    bed.attributes["domain"] = BOWL
     with pytest.raises(InputError, match="lay the source flat"):
         handing.hand_over(cloud(), bed)

@@ -116,6 +116,13 @@ def test_the_start_is_flat_ground_and_holds_the_momentum_of_the_matter(run):
     assert {name for name, row in rows.items() if row["verdict"] == "fail"} <= COARSE
     assert abs(rows["mass_total_rel"]["value"]) < 1e-10
     assert abs(rows["momentum_linear_rel_after"]["value"]) < 1e-9
+    # what lies deep beside the crater is as packed as it was: the curvature of the body is no loosening
+    bed = snapshot.read(run / "3_bed" / "bed.vtkhdf")
+    settled = dict(zip(bed.identity.tolist(), bed.radius.tolist()))
+    aside = np.flatnonzero((start.position[:, 2] < -5.0) & (start.identity <= bed.identity.max()))
+    assert len(aside) > 100
+    kept = np.array([settled[one] for one in start.identity[aside].tolist()]) == start.radius[aside]
+    assert kept.mean() > 0.99
     # matter round the site rests against the turning ground, which moves at 0.11 m/s
     ring = np.hypot(laid.position[:, 0], laid.position[:, 1])
     calm = (ring > 8.0) & (ring < 12.0) & (laid.position[:, 2] > -6.0)
