@@ -71,7 +71,8 @@ class Target(Model):
     layers: Annotated[tuple[Layer, ...], Field(min_length=1)]
     """Layers from the centre outwards, in flat ground from the bottom up: the last is always the one that is hit."""
     start: Literal["relaxed", "literal"] = "relaxed"
-    """``relaxed``: hydrostatic, each layer keeps its mass; ``literal``: uniform layers, as published."""
+    """``relaxed``: hydrostatic, each layer keeps its mass; an ellipsoid or mesh bears the weight of what lies above,
+    so that its ground does not fall. ``literal``: uniform layers without pressure, as published."""
     shape: Literal["sphere", "ellipsoid", "mesh", "half_space", "half_sphere", "block"] = "sphere"
     """``sphere`` about the origin, hit at its pole; a body of one material that is an ``ellipsoid`` or has the surface
     of a file (``mesh``); or a piece of flat ground below z = 0, hit at the origin: ``half_space`` (upright cylinder),

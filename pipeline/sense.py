@@ -74,7 +74,7 @@ def _impossible(sph: Any) -> Iterator[Complaint]:
             f"the projectile ({readable.length(radius)}) is larger than the ground, {readable.length(target.radius)} "
             f"deep",
         )
-    elif radius < LOST * finest and (advice := as_half_space.advice(sph)):
+    elif radius < LOST * finest and not sph.control and (advice := as_half_space.advice(sph)):
         yield Complaint(
             place,
             f"the projectile ({readable.length(radius)}) is lost among particles {readable.length(finest)} apart: "

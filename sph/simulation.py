@@ -305,6 +305,8 @@ class Simulation:
         i, position = self.integrator, self.integrator.cloud.position
         if isinstance(self.column, grounds.Ground):
             weight = np.interp(-position[:, 2], self.column.middle, self.column.pressure, left=0.0)
+        elif self.settings.target.solid:
+            weight = solid_target.carried(self.settings.target, self.materials, i.cloud)
         else:
             weight = np.interp(np.linalg.norm(position, axis=1), self.column.middle, self.column.pressure, right=0.0)
         self.history.add(i)

@@ -1,7 +1,8 @@
-"""An ellipsoid, or a body with the surface of a file, as particles: uniform, at rest in its own turning frame.
+"""An ellipsoid, or a body with the surface of a file, as particles: at rest in its own turning frame.
 
-No hydrostatic balance is asked of it: below some kilometres strength or friction holds the shape, and its own weight
-(2/3 pi G rho^2 R^2: 5 Pa in Dimorphos) comes on as it would on a body set down gently. It turns as a whole,
+No hydrostatic balance is asked of its shape: below some kilometres strength or friction holds it. Relaxed, it bears
+the weight of what lies above (``sph.solid_weight``); with ``start = "literal"`` it is uniform, and its weight comes on
+as on a body set down gently. It turns as a whole,
 
     v = omega x r,   omega = 2 pi / period along the spin axis
 """
@@ -22,8 +23,10 @@ from matter.solids.distance import Distance, measured
 from matter.solids.placed import Placed
 from matter.solids.region import Interior
 from matter.solids.solid import Solid
+from sph import solid_weight
+from sph.cloud import Cloud
 from sph.materials import Materials
-from sph.target import Body, Zones, spacing_law
+from sph.target import Body, Zones, loaded, spacing_law
 
 SAMPLES = 200_000
 NEAR = 0.3
@@ -88,15 +91,31 @@ def build(target: Target, materials: Materials, zones: Zones, seed: int) -> Body
     index = materials.index(target.layers[0].material)
     density = float(materials.bulk_density[index])
     n = len(position)
-    return Body(
-        position,
-        density * volume * (solid.volume / volume.sum()),
-        np.full(n, density),
-        support,
-        np.zeros(n, dtype=np.int32),
-        np.full(n, index, dtype=np.int32),
-        np.full(n, float(materials.rows.alpha0[index])),
-    )
+    mass, material = density * volume * (solid.volume / volume.sum()), np.full(n, index, dtype=np.int32)
+    rho, distention = np.full(n, density), np.full(n, float(materials.rows.alpha0[index]))
+    if target.start == "relaxed" and target.attracts:
+        loaded(weight(target, materials, position, mass), material, materials.rows, rho, distention)
+        if not (rho > 0.0).all():
+            raise InputError("no density of its material bears the weight of this body")
+    return Body(position, mass, rho, support, np.zeros(n, dtype=np.int32), material, distention)
+
+
+def weight(target: Target, materials: Materials, position: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """The pressure (n,) [Pa] with which particles of a ``mass`` (n,) [kg] begin, at ``position`` (n, 3) [m]; 0 with
+    ``start = "literal"``."""
+    if target.start != "relaxed" or not target.attracts:
+        return np.zeros(len(position))
+    density = float(materials.bulk_density[materials.index(target.layers[0].material)])
+    depths = _distance(target.placed.solid, target.placed.height)
+    return solid_weight.pressure(target, depths, position, mass, density)
+
+
+def carried(target: Target, materials: Materials, cloud: Cloud) -> np.ndarray:
+    """The part (n,) [Pa] of the pressures of a ``cloud`` that carries weight: what its particles of the body began
+    with."""
+    found, mine = np.zeros(len(cloud)), cloud.layer >= 0
+    found[mine] = weight(target, materials, cloud.initial_position[mine], cloud.mass[mine])
+    return found
 
 
 def _companion(target: Target) -> dict[str, Any] | None:
