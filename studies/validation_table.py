@@ -89,19 +89,19 @@ def of_claims(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[
 
 
 def of_ledger(path: Path, known: dict[str, Claim], resolution: str) -> Iterator[Row]:
-    """Rows of a handoff's ledger; one that does not apply says nothing."""
+    """Rows of a handoff's ledger; one that does not apply says nothing. They are judged by the limit that the table
+    prints, also where the ledger goes by a wider one of its own (of weight alone, of coarse grains)."""
     size = path.stem.removeprefix("ledger_")
     for row in json.loads(path.read_text()):
         if row["name"] in known and row["verdict"] in OF_LEDGER:
             ours = "-" if row["value"] is None else f"{row['value']:.3g}"
+            verdict, note = OF_LEDGER[row["verdict"]], readable_note(row["note"])
+            printed = re.fullmatch(r"<= ([\d.e+-]+)", known[row["name"]].tolerance)
+            if verdict == "met" and printed and row["value"] > float(printed[1]):
+                verdict, note = "not met", f"within the ledger's own limit, {row['limit']:.3g}: {note}"
             yield Row(
-                row["name"],
-                path.parent.name,
-                ours,
-                OF_LEDGER[row["verdict"]],
-                f"{size}; {resolution}".removesuffix("; "),
-                readable_note(row["note"]),
-            )
+                row["name"], path.parent.name, ours, verdict, f"{size}; {resolution}".removesuffix("; "), note
+            )  # fmt: skip
 
 
 def readable_note(note: str) -> str:

@@ -57,6 +57,18 @@ def test_every_kind_of_source_reaches_the_page(tmp_path):
     assert text.index("| sph |") < by_cause < text.index("| V01 | a shock | 1 GPa | 0.8") < every
 
 
+def test_a_ledgers_own_wider_limit_meets_no_published_one(tmp_path):
+    (tmp_path / "shocks").mkdir()
+    rows = [
+        {"name": "V01", "value": value, "limit": 2.9, "verdict": "pass", "unit": "1", "note": "weight alone"}
+        for value in (0.2, 0.009)
+    ]
+    (tmp_path / "shocks" / "ledger_quick.json").write_text(json.dumps(rows))
+    found = table.rows(tmp_path, {"V01": KNOWN["V01"]._replace(tolerance="<= 0.01")})
+    assert [row.verdict for row in found] == ["not met", "met"]
+    assert found[0].why == "within the ledger's own limit, 2.9: weight alone"
+
+
 def test_a_claim_nobody_looked_at_is_not_run():
     text = validation_page.page(KNOWN, [], ROOMS, [])
     assert "| V02 | another | 2 GPa | - | 1 % | not run |" in text
