@@ -48,8 +48,9 @@ class Settings(Model):
     shape: Literal["auto", "cap", "bowl", "box", "cylinder", "whole"] = "auto"
     """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or
     ``cylinder`` of flat ground, whose radius or half width is ``arc_radius``; the ``whole`` of an ellipsoid or mesh,
-    or a bowl, box or cylinder of its ground round the site laid flat (``dem.beds.patch``; experimental). ``auto``: as
-    the target is (half_sphere: bowl, half_space: cylinder, block: box; ellipsoid, mesh: whole)."""
+    or a bowl, box or cylinder of its ground round the site laid flat (``dem.beds.patch``; box and cylinder:
+    experimental). ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box; ellipsoid, mesh:
+    whole)."""
     packing: Literal["rcp", "loose", "hcp", "hcp_tilted"] = "rcp"
     """Random close packing, which has to dilate before it flows; ``loose`` (whole bodies only), random packing as
     loose as steady shear of the same grains makes it (``dem.friction_angle``), so that it flows at once with the

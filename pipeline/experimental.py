@@ -46,9 +46,9 @@ def remark(path: tuple[str, ...]) -> str:
 def used(settings: Mapping[str, Model]) -> Iterator[str]:
     """One warning for each experimental choice that the ``settings`` of a case's stages take."""
     bed = settings.get("bed")
-    if getattr(bed, "on_patch", False):
-        shape = _written(getattr(bed, "shape", ""))
-        yield f"[bed] shape = {shape} of an ellipsoid's or mesh's ground, laid flat, is experimental: tests hold it"
+    if getattr(bed, "on_patch", False) and (shape := getattr(bed, "shape", "")) != "bowl":
+        flat = "of an ellipsoid's or mesh's ground, laid flat,"
+        yield f"[bed] shape = {_written(shape)} {flat} is experimental: tests hold it"
     for path, values in CHOICES.items():
         *names, key = path.split(".")
         for title, owner in _owners(names, settings):
