@@ -59,6 +59,16 @@ def test_flat_ground_is_advised_under_the_gravity_at_the_site_and_not_where_noth
     assert as_half_space.advice(fast) == ""
 
 
+def test_a_control_run_is_not_refused_for_the_projectile_that_it_has_not():
+    coarse = ('sph.spacing_at_impact="1 m"',)
+    judged = [
+        sense.judged(settings, {}, tuple(settings))[0]
+        for control in ("false", "true")
+        if (settings := compose.compose(cases.read(CASE, None, (*coarse, f"sph.control={control}"))))
+    ]
+    assert "is lost among particles" in str(judged[0][0]) and judged[1] == []
+
+
 def test_a_whole_body_keeps_its_target_in_all_stages():
     settings = compose.compose(cases.read(CASE, None, ('bed.shape="whole"',)))
     assert {settings[stage].target for stage in ("bed", "dem")} == {settings["sph"].target}
