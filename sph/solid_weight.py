@@ -9,8 +9,8 @@ Table 2.1). The pressure is then 0 on the surface and rises below it as the weig
 more slowly or faster than a fluid of its density would is not in balance by that: what is left acts along the ground,
 is the slope of it times the weight, and friction or cohesion takes it as the stress comes on.
 
-Without it (``start = "literal"``) all ground falls at once, by g t until the pressure has run through the body: 0.07 s
-in Dimorphos, but half a minute in the low sound speeds of the late stage of Ryugu.
+Without it (``start = "literal"``) all ground falls at once, by g t until the pressure has run through the body, R / c:
+half a minute in the low sound speeds of the late stage of Ryugu.
 """
 
 from __future__ import annotations
