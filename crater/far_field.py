@@ -1,19 +1,20 @@
-"""Where the ground far from a crater stands: the datum fitted to it together with the blanket that lies on it.
+"""Where the ground far from a crater stands: the datum fitted to it together with the blanket that covers it.
 
-Outside the crater h(s, a) = e(s, a) + b f(s / s0): e is what the datum is off (a level and a tilt; on a sphere also
-what a lower centre and a smaller radius make of its curvature), b the height of the blanket at s0, the inner edge of
-the fit. All are linear but f, which no crater tells beforehand (ejecta fall as s^-3, McGetchin et al. 1973; a slumped
-rim ends far more steeply): each f of a list is fitted and counts by how well it fits, so that what is not known of it
-is in the error of the datum. A blanket taken out with a fixed power and only where it is positive pulls a fitted
-sphere down: what is left of it looks like curvature and grows from turn to turn.
+Outside the crater h(s, a) = e(s, a) + b f(s / s0) + u g(s / s0), b >= 0, u >= 0: e is what the datum is off (a level
+and a tilt; on a sphere also what a lower centre and a smaller radius make of its curvature), b the ejecta blanket at
+s0, the inner edge of the fit, which falls as a power near s^-3 (McGetchin et al. 1973), u the uplifted and slumped
+rim, which ends far more steeply. All are linear but f and g, which no crater tells beforehand: each pair of a list is
+fitted and counts by how well it fits, so that what the fit cannot tell apart is in the error of the datum. A blanket
+taken out with a fixed power and only where it is positive pulls a fitted sphere down: what is left of it looks like
+curvature and grows from turn to turn.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from crater.datum import Datum, plane, sphere
 from crater.radial_profile import RINGS_SHARE, Relief, ring_mean
@@ -21,36 +22,67 @@ from matter.errors import InputError
 
 FAR = 3.0
 """Ground that carries next to no blanket begins at three crater radii."""
-INNER, BEYOND_CREST = 1.8, 1.5
-"""The fit begins at 1.8 apparent radii, and at 1.5 times the distance of the crest: a crest stays where it is when the
-datum is moved."""
-FALLS = {
-    "power": (2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 11.0),
-    "exponential": (3.0, 5.0, 8.0, 12.0),
-    "gaussian": (4.0, 8.0, 14.0),
-}
-"""How a blanket may fall from s0 outwards: steepness q = -d ln f / d ln s there of u^-q, exp(-q (u - 1)), exp(-q (u^2
-- 1) / 2) with u = s / s0."""
-SLOW, SHARE_OF_SLOW = 3.5, 0.5
-"""Ejecta blankets fall as a power up to ``SLOW``: that has half of the weight before the ground has been looked at,
-everything steeper the other half."""
-FEWEST_RINGS = 12
-"""Fewer rings (two to a spacing) outside of ``INNER`` radii than this do not tell a blanket from the datum."""
+FEWEST_FAR = 4
+"""Fewer rings (two to a spacing) than this beyond ``FAR`` radii are no far field."""
+NARROWEST = 2.0
+"""Ground that ends at fewer crater radii does not tell its blanket from its datum."""
+INNER = 1.25
+"""The fit begins at this many times the distance of the crest: a crest stays where it is when the datum is moved."""
+BLANKETS = (2.5, 3.0, 3.5)
+"""Exponents q with which ejecta blankets fall, as u^-q of u = s / s0."""
+RIMS = {"power": (5.0, 8.0, 12.0), "exponential": (5.0, 10.0), "gaussian": (3.0, 6.0, 12.0)}
+"""How an uplifted rim may end: steepness q = -d ln g / d ln s at s0 of u^-q, exp(-q (u - 1)), exp(-q (u^2 - 1) /
+2)."""
+REARRANGED = 0.05
+"""Spacings by which a level of the colour field may differ between ground as it was and ground that was stirred."""
+FEWEST_RINGS = 8
+"""Fewer rings (two to a spacing) outside of the crest than this do not tell a blanket from the datum."""
 
 
-def far_field(ground: Relief, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Mask of the rings beyond three crater ``radius`` (or the outermost quarter where the cloud ends before), and
-    whether it is far."""
-    s = ground.columns.distance
+def _edge(ground: Relief) -> float:
+    """Distance of the outermost ring that has ground [m]."""
     known = np.isfinite(ring_mean(ground.cell))
-    far = known & (s > FAR * radius)
-    enough = far.sum() >= 4
-    if not enough:
-        outer = np.flatnonzero(known)
-        far = np.zeros(len(s), dtype=bool)
-        far[outer[-max(4, len(outer) // 4) :]] = True
-        far &= s > 1.3 * radius
-    return far, np.array(enough)
+    return float(ground.columns.edges[1:][known][-1]) if known.any() else 0.0
+
+
+def radii(ground: Relief, radius: float) -> float:
+    """How many crater radii the ground reaches."""
+    return _edge(ground) / max(radius, 1e-300)
+
+
+def _beyond(ground: Relief, radius: float) -> np.ndarray:
+    """Mask of the rings beyond ``FAR`` crater radii that have ground."""
+    return np.isfinite(ring_mean(ground.cell)) & (ground.columns.distance > FAR * radius)
+
+
+def outermost(ground: Relief, radius: float) -> np.ndarray:
+    """Mask of the rings beyond ``FAR`` crater radii; where the ground ends before, of those in its outermost quarter
+    outside the rim."""
+    far = _beyond(ground, radius)
+    if far.sum() >= FEWEST_FAR:
+        return far
+    s = ground.columns.distance
+    return np.isfinite(ring_mean(ground.cell)) & (s > max(0.75 * _edge(ground), 1.3 * radius))
+
+
+def outermost_height(ground: Relief, radius: float) -> float:
+    """Mean height of the ``outermost`` rings [m], blanket and all; 0 where there are none."""
+    rings = outermost(ground, radius)
+    if not rings.any():
+        return 0.0
+    area = ground.datum.area_between(ground.columns.edges[:-1], ground.columns.edges[1:])[rings]
+    return float(np.average(ring_mean(ground.cell)[rings], weights=area))
+
+
+def level(ground: Relief, radius: float) -> tuple[float, float]:
+    """How far the ground rose or fell as a whole, and the standard error [m]: the level of the ground outside the
+    crater, its blanket fitted with it. NaN where fewer than ``FEWEST_FAR`` rings lie beyond ``FAR`` radii."""
+    if _beyond(ground, radius).sum() < FEWEST_FAR:
+        return float("nan"), float("nan")
+    rings, inner = _outside(ground, radius, rough=False)
+    cells = _cells(ground, rings)
+    value, covariance = _joint(np.ones((len(cells.s), 1)), cells, inner)
+    return float(value[0]), float(np.sqrt(covariance[0, 0]))
 
 
 @dataclass(frozen=True)
@@ -83,28 +115,40 @@ def _cells(ground: Relief, rings: np.ndarray) -> _Ground:
     return _Ground(s[good], a[good], cells[good], w[good], group[good], scale)
 
 
-def _robust(basis: np.ndarray, cells: _Ground, turns: int = 12) -> tuple[np.ndarray, np.ndarray, float, float]:
-    """Least squares with soft_l1 loss beyond ``scale`` by reweighting: parameters, their covariance (the sandwich over
-    groups), the weighted sum of squares over its mean (the cells that count), and how much the grouping widens the
-    first parameter's variance."""
-    k = cells.w**2
+class _Fit(NamedTuple):
+    """Parameters of the datum, their ``covariance`` (the sandwich over groups), the weighted sum of ``squares``, and
+    how much the grouping ``widens`` the first parameter's variance."""
+
+    datum: np.ndarray
+    covariance: np.ndarray
+    squares: float
+    widens: float
+
+
+def _robust(datum: np.ndarray, falls: np.ndarray, cells: _Ground, turns: int = 12) -> _Fit:
+    """Least squares of the columns of ``datum`` and, with coefficients that are not negative, of ``falls``; soft_l1
+    loss beyond ``scale`` by reweighting."""
+    n, basis, k = datum.shape[1], np.column_stack([datum, falls]), cells.w**2
     for _ in range(turns):
-        normal = (basis * k[:, None]).T @ basis
-        coefficients = np.linalg.lstsq(normal, basis.T @ (k * cells.h), rcond=1e-13)[0]
-        left = cells.h - basis @ coefficients
+        weighted = basis * k[:, None]
+        normal, right = weighted.T @ basis, weighted.T @ cells.h
+        keep = np.arange(basis.shape[1])
+        while True:
+            coefficients = np.linalg.lstsq(normal[np.ix_(keep, keep)], right[keep], rcond=1e-13)[0]
+            negative = np.where(keep >= n, coefficients * np.sqrt(np.diag(normal)[keep]), 0.0)
+            if negative.min() >= 0.0:
+                break
+            keep = np.delete(keep, int(np.argmin(negative)))
+        left = cells.h - basis[:, keep] @ coefficients
         k = cells.w**2 / np.sqrt(1.0 + (cells.w * left / cells.scale) ** 2)
-    inverse = np.linalg.pinv(normal, rcond=1e-13, hermitian=True)
-    scores = basis * (k * left)[:, None]
+    inverse = np.linalg.pinv(normal[np.ix_(keep, keep)], rcond=1e-13, hermitian=True)
+    scores = basis[:, keep] * (k * left)[:, None]
     grouped = np.stack([scores[cells.group == g].sum(axis=0) for g in np.unique(cells.group)])
     many = len(grouped) / max(len(grouped) - 1, 1)
     covariance = many * inverse @ (grouped.T @ grouped) @ inverse
     alone = inverse @ (scores.T @ scores) @ inverse
-    return (
-        coefficients,
-        covariance,
-        float(np.sum(k * left**2)),
-        float(max(1.0, covariance[0, 0] / max(alone[0, 0], 1e-300))),
-    )
+    widens = float(max(1.0, covariance[0, 0] / max(alone[0, 0], 1e-300)))
+    return _Fit(coefficients[:n], covariance[:n, :n], float(np.sum(k * left**2)), widens)
 
 
 def _datum_basis(datum: Datum, cells: _Ground, centre_free: bool, radius_free: bool) -> np.ndarray:
@@ -121,40 +165,32 @@ def _datum_basis(datum: Datum, cells: _Ground, centre_free: bool, radius_free: b
 
 
 def _falls(u: np.ndarray) -> list[np.ndarray]:
-    """Every way in which a blanket may fall, at distances ``u`` in units of the inner edge."""
-    power = [u**-q for q in FALLS["power"]]
-    return (
-        power
-        + [np.exp(-q * (u - 1.0)) for q in FALLS["exponential"]]
-        + [np.exp(-0.5 * q * (u**2 - 1.0)) for q in FALLS["gaussian"]]
+    """Every pair (cells, 2) of a blanket and a rim, at distances ``u`` in units of the inner edge."""
+    rims = (
+        [u**-q for q in RIMS["power"]]
+        + [np.exp(-q * (u - 1.0)) for q in RIMS["exponential"]]
+        + [np.exp(-0.5 * q * (u**2 - 1.0)) for q in RIMS["gaussian"]]
     )
-
-
-def _prior() -> np.ndarray:
-    """Weight of every way to fall before the ground has been looked at, in the order of ``_falls``."""
-    slow = np.array([kind == "power" and q <= SLOW for kind, steepness in FALLS.items() for q in steepness])
-    return np.where(slow, SHARE_OF_SLOW / slow.sum(), (1.0 - SHARE_OF_SLOW) / (~slow).sum())
+    return [np.column_stack([u**-q, rim]) for q in BLANKETS for rim in rims]
 
 
 def _joint(basis: np.ndarray, cells: _Ground, inner: float | None) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters of the datum and their covariance, with the blanket beyond ``inner`` [m] averaged over (None: no
-    blanket)."""
+    """Parameters of the datum and their covariance, with blanket and rim beyond ``inner`` [m] averaged over (None:
+    bare ground)."""
     if inner is None:
-        coefficients, covariance, _, _ = _robust(basis, cells)
-        return coefficients, covariance
-    n = basis.shape[1]
-    fits = [_robust(np.column_stack([basis, f]), cells) for f in _falls(cells.s / inner)]
-    squares = np.array([fit[2] for fit in fits])
+        bare = _robust(basis, np.empty((len(basis), 0)), cells)
+        return bare.datum, bare.covariance
+    fits = [_robust(basis, falls, cells) for falls in _falls(cells.s / inner)]
+    squares = np.array([fit.squares for fit in fits])
     best = fits[int(np.argmin(squares))]
-    variance = best[2] / np.sum(cells.w > 0.0)
-    weight = _prior() * np.exp(-0.5 * (squares - squares.min()) / (variance * max(best[3], RINGS_SHARE)))
+    variance = best.squares / len(cells.h)
+    weight = np.exp(-0.5 * (squares - squares.min()) / (variance * max(best.widens, RINGS_SHARE)))
     weight /= weight.sum()
-    points = np.array([fit[0][:n] for fit in fits])
+    points = np.array([fit.datum for fit in fits])
     mean = weight @ points
     apart = points - mean
-    return mean, np.einsum("p,pij->ij", weight, np.array([fit[1][:n, :n] for fit in fits])) + (
-        apart * weight[:, None]
-    ).T @ apart
+    within = np.einsum("p,pij->ij", weight, np.array([fit.covariance for fit in fits]))
+    return mean, within + (apart * weight[:, None]).T @ apart
 
 
 def _outside(ground: Relief, radius: float, rough: bool) -> tuple[np.ndarray, float | None]:
@@ -163,11 +199,10 @@ def _outside(ground: Relief, radius: float, rough: bool) -> tuple[np.ndarray, fl
     s, mean = ground.columns.distance, ring_mean(ground.cell)
     near = (s > 0.8 * radius) & (s < 2.0 * radius)
     crest = float(s[near][np.argmax(np.where(np.isfinite(mean[near]), mean[near], -np.inf))]) if near.any() else radius
-    inner = max(INNER * radius, BEYOND_CREST * crest)
-    outside = np.isfinite(mean) & (s > inner)
+    outside = np.isfinite(mean) & (s > INNER * crest)
     if rough or outside.sum() < FEWEST_RINGS:
-        return far_field(ground, radius)[0], None
-    return outside, inner
+        return outermost(ground, radius), None
+    return outside, INNER * crest
 
 
 def refit(
@@ -224,35 +259,25 @@ def _error_shapes(covariance: np.ndarray, centre_free: bool, radius_free: bool) 
     return tuple((float(c), float(k)) for c, k in rows)
 
 
-def level_of_far_field(ground: Relief, radius: float) -> tuple[float, float]:
-    """Mean height of the far field over the datum and its standard error [m], robust (soft_l1)."""
-    far, _ = far_field(ground, radius)
-    cells = ground.cell[far]
-    if cells.size == 0 or not np.isfinite(cells).any():
-        return 0.0, 0.0
-    area = ground.datum.area_between(ground.columns.edges[:-1], ground.columns.edges[1:])[far]
-    w = np.sqrt(np.broadcast_to(area[:, None], cells.shape)[np.isfinite(cells)] / area.mean())
-    h = cells[np.isfinite(cells)]
-    scale = max(1.4826 * float(np.median(np.abs(h - np.median(h)))), 1e-3 * float(ground.columns.spacing.min()))
-    fit = least_squares(lambda p: w * (h - p[0]) / scale, [np.median(h)], loss="soft_l1", x_scale=scale)
-    return float(fit.x[0]), scale * float(np.sqrt(RINGS_SHARE / len(h)))
-
-
 def level_of_method(ground: Relief, radius: float) -> tuple[float, float]:
-    """How far the colour field stands above the column method outside the crater [m], and half of it as an error.
+    """How far the colour field stands above the column method outside the crater, and the error of a level [m]: half
+    of that, and ``REARRANGED`` spacings. (Offset 0 where the column method was not used.)
 
     The column method counts volume and is right on average; the colour field stands low on very irregular clouds (by
     0.03 spacings for a shaken lattice, 0.2 for independent random points). Which shows only when the datum is given
     and not fitted by the same method.
     """
     columns = ground.columns
+    rearranged = REARRANGED * float(np.interp(radius, columns.distance, columns.spacing))
+    if "column" not in ground.methods:
+        return 0.0, rearranged
     ring = columns.distance > 1.3 * radius
     difference = (ground.methods["colour"] - ground.methods["column"])[ring]
-    if not np.isfinite(difference).any():
-        return 0.0, 0.1 * float(columns.spacing.min())
+    good = np.isfinite(difference) & (np.abs(difference) < 2.0 * columns.spacing[ring][:, None])
+    if not good.any():
+        return 0.0, 2.0 * rearranged
     area = np.broadcast_to(
         ground.datum.area_between(columns.edges[:-1], columns.edges[1:])[ring][:, None], difference.shape
     )
-    good = np.isfinite(difference) & (np.abs(difference) < 2.0 * columns.spacing[ring][:, None])
-    level = float(np.average(difference[good], weights=area[good])) if good.any() else 0.0
-    return level, 0.5 * abs(level)
+    offset = float(np.average(difference[good], weights=area[good]))
+    return offset, float(np.hypot(0.5 * offset, rearranged))

@@ -21,7 +21,7 @@ from crater.datum import Datum, of_frame
 from crater.quantities import Hollow
 from crater.radial_profile import Profile, Relief, closed, profile_of, ring_mean
 from crater.shape import Ruler, harmonics, make_crest_finder, make_ruler, sector_radii, shape_of
-from crater.uncertainty import Quantity
+from crater.uncertainty import Quantity, quantity
 from matter import frame, readable
 from matter.crater_measures import TABLE, UNITS
 from matter.particles import Particles
@@ -31,6 +31,8 @@ SOURCES = ("Melosh1989", "Turtle2005", "Robbins2018")
 BOOTSTRAPS = 200
 CLOSED_RIM = 0.75
 """Share of sectors that must stand above the datum outside the crater for a rim to be called closed."""
+NO_LEVEL = 0.2
+"""Where there is no hollow, the ground outside this fraction of the reach is its far field."""
 NO_HOLLOW = 0.05
 """Where no hollow was found yet, the datum is fitted to the ground as if one of this share of the reach were there."""
 SHALLOWEST = 0.5
@@ -73,8 +75,9 @@ def measure(
 
     ``datum`` is a ``matter.frame.Sphere`` or ``Plane``, a ``crater.datum.Datum``, or ``"sphere"`` / ``"plane"`` to be
     fitted to the far field (``centre`` and ``datum_radius`` [m] are kept where given). ``before`` is the same target
-    before the impact: heights are then taken relative to it, place by place, and relative to the far field now (a
-    ringing body moves as a whole). The centre is found, not assumed; how far and where is the ``search``.
+    before the impact: heights are then taken relative to it, place by place; on a sphere, which rings as a whole,
+    also relative to the ground beyond three radii. Where it is not known and the datum is fitted, ground that ends
+    inside the blanket has no measures. The centre is found, not assumed; how far and where is the ``search``.
 
     Raises ``InputError`` for clouds that cannot be measured (fewer than 100 particles, not finite, all ejecta).
     """
@@ -116,21 +119,52 @@ def measure_scene(
     ``methods`` of the last look as in ``surface.measure_heights``.
     """
     ground, radius = _settle(scene, refit, sectors, turns, methods)
-    notes: dict[str, Any] = {}
-    errors = ground.datum.errors
-    if refit is None:
-        # the datum is not this method's own far field: take out how the colour field stands to the volume, and how the
-        # whole body moved
-        size = radius or 0.2 * scene.reach
-        level, sigma = (
-            far_field.level_of_far_field(ground, size)
-            if scene.before is not None
-            else far_field.level_of_method(ground, size)
-        )
-        errors = ((sigma, 0.0),)
-        ground = replace(ground, methods={k: v - level for k, v in ground.methods.items()}, rays=ground.rays - level)
-        notes["far_field_level_m" if scene.before is not None else "method_level_m"] = level
-    return read_off(ground, radius, errors, seed, notes)
+    if refit is not None:
+        if radius > 0.0 and far_field.radii(ground, radius) < far_field.NARROWEST:
+            return _none(ground, profile_of(ground), {}, _narrow(ground, radius))
+        level = Quantity(None, None, "m", "the datum is fitted to the ground around the crater")
+        return read_off(ground, radius, ground.datum.errors, level, seed, {})
+    if scene.before is not None:
+        ground, errors, level = _over_ground_before(ground, radius or NO_LEVEL * scene.reach)
+        return read_off(ground, radius, errors, level, seed, {})
+    # the datum is not this method's own far field: take out how the colour field stands to the volume
+    offset, sigma = far_field.level_of_method(ground, radius or NO_LEVEL * scene.reach)
+    level = Quantity(None, None, "m", "the ground before the impact is not known")
+    return read_off(_raised(ground, -offset), radius, ((sigma, 0.0),), level, seed, {"method_level_m": offset})
+
+
+def _over_ground_before(ground: Relief, radius: float) -> tuple[Relief, tuple[tuple[float, float], ...], Quantity]:
+    """Heights over the ground before the impact, the ways in which they may be off (``Datum.errors``), and how the
+    ground beyond the blanket rose or fell.
+
+    Flat ground does not move as a whole: nothing is taken off. A body rings: its far field's level is taken off where
+    that is known, and otherwise what the outermost ground stands at, blanket and all, is in the error (uniform between
+    zero and that).
+    """
+    _, method = far_field.level_of_method(ground, radius)
+    value, sigma = far_field.level(ground, radius)
+    reason = f"the ground ends at {far_field.radii(ground, radius):.1f} crater radii, under the blanket"
+    level = quantity(value, {"datum": sigma}, "m", reason)
+    if not ground.datum.is_sphere:
+        return ground, ((method, 0.0),), level
+    if level.value is None or level.sigma is None:
+        return ground, ((method, 0.0), (abs(far_field.outermost_height(ground, radius)) / np.sqrt(3.0), 0.0)), level
+    return _raised(ground, -level.value), ((method, 0.0), (level.sigma, 0.0)), level
+
+
+def _narrow(ground: Relief, radius: float) -> str:
+    """Why ground that ends close to a hollow of this ``radius`` [m] has no measures."""
+    return (
+        f"the ground ends at {far_field.radii(ground, radius):.1f} radii of the hollow, inside its blanket: below "
+        f"{far_field.NARROWEST:g} its datum is told by the ground before the impact only, or given by hand"
+    )
+
+
+def _raised(ground: Relief, by: float) -> Relief:
+    """All heights raised by ``by`` [m]."""
+    return replace(
+        ground, methods={name: heights + by for name, heights in ground.methods.items()}, rays=ground.rays + by
+    )
 
 
 def _settle(scene: locate.Scene, refit: Refit | None, sectors: int, turns: int, methods: str) -> tuple[Relief, float]:
@@ -182,10 +216,15 @@ def _recentre(ground: Relief, radius: float) -> tuple[float, float, float]:
 
 
 def read_off(
-    ground: Relief, radius: float, errors: tuple[tuple[float, float], ...], seed: int, notes: dict[str, object]
+    ground: Relief,
+    radius: float,
+    errors: tuple[tuple[float, float], ...],
+    level: Quantity,
+    seed: int,
+    notes: dict[str, object],
 ) -> Measures:
     """All measures of a settled relief with their errors; ``errors`` are the ways in which the datum may be off
-    (``Datum.errors``)."""
+    (``Datum.errors``), ``level`` how the ground beyond the blanket stands to that before the impact."""
     profile = profile_of(ground)
     if radius <= 0.0:
         return _none(
@@ -203,7 +242,7 @@ def read_off(
     base = shape_of(mean, ruler, ground.datum, finder, outermost)
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     draws = rng.integers(0, cells.shape[1], size=(BOOTSTRAPS, cells.shape[1]))
-    hollow = Hollow(ground, radius, cells, ruler, finder, base, outermost, draws, errors, ellipticity)
+    hollow = Hollow(ground, radius, cells, ruler, finder, base, outermost, draws, errors, ellipticity, level)
     notes = {**notes, "by_method": hollow.by_method, **_relief_facts(ground, ruler, mean, base.apparent)}
     notes["by_azimuth"] = forms.by_azimuth(cells, ruler, outermost, base.rim)
     shallow = _shallow_reason(quantities.depth_m(hollow), hollow)

@@ -38,7 +38,8 @@ class Hollow:
     floor inside ``outermost`` [m].
 
     ``draws`` (trials, sectors): the bootstrap; ``datum_errors``: the ways in which the datum may be off
-    (``Datum.errors``); ``flattening``: of the ellipse that was made round.
+    (``Datum.errors``); ``flattening``: of the ellipse that was made round; ``level``: of the ground beyond the blanket
+    over that before the impact.
     """
 
     ground: Relief
@@ -51,6 +52,7 @@ class Hollow:
     draws: np.ndarray
     datum_errors: tuple[tuple[float, float], ...]
     flattening: Quantity
+    level: Quantity
 
     @cached_property
     def mean(self) -> np.ndarray:
@@ -234,6 +236,11 @@ def terraces(hollow: Hollow) -> Quantity:
     heights = ruler.fine @ ruler.sharpened(hollow.mean)
     steps = forms.terraces(ruler.s, heights, ruler.d, base.floor_radius, edge) if np.isfinite(base.floor_radius) else 0
     return Quantity(float(steps), None, "1")
+
+
+def far_field_level_m(hollow: Hollow) -> Quantity:
+    """How the ground beyond the blanket rose or fell."""
+    return hollow.level
 
 
 def ellipticity(hollow: Hollow) -> Quantity:

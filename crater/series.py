@@ -67,18 +67,13 @@ def follow(
 
 def write_csv(moments: Sequence[Moment], path: Path) -> None:
     """One row per snapshot: stage, time and every measure with its sigma."""
-    head = (
-        ["stage", "time_s"]
-        + [column for name in COLUMNS for column in (name, f"{name}_sigma")]
-        + ["far_field_level_m", "note"]
-    )
+    head = ["stage", "time_s"] + [column for name in COLUMNS for column in (name, f"{name}_sigma")] + ["note"]
     lines = [",".join(head)]
     for moment in moments:
         row = [moment.stage, f"{moment.time:.9g}"]
         for name in COLUMNS:
             row += [f"{x:.6g}" if np.isfinite(x) else "" for x in (moment.value(name), moment.sigma(name))]
-        level = moment.measures.notes.get("far_field_level_m", "") if moment.measures else ""
-        row += [f"{level:.6g}" if level != "" else "", moment.reason.replace(",", ";").replace("\n", " ")]
+        row += [moment.reason.replace(",", ";").replace("\n", " ")]
         lines.append(",".join(row))
     archive.write_text(path, "\n".join(lines) + "\n")
 

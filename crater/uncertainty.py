@@ -71,7 +71,7 @@ def by_every_method(
 ) -> dict[str, dict[str, float]]:
     """Depth, diameters, rim height and volume by every method that was used, each over its own far field, in m and
     m^3."""
-    far, _ = far_field.far_field(ground, radius)
+    far = far_field.outermost(ground, radius)
     table: dict[str, dict[str, float]] = {}
     for name, cells in ground.methods.items():
         filled = closed(cells)

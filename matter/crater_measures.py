@@ -72,6 +72,7 @@ TABLE = (
                                      "law", "exponent of the ejecta blanket", needs="rim"),
     Measure("blanket_height_at_rim_m", "m", "ejecta blanket and uplift: height at the "
                                             "rim", "height of the ejecta blanket at the rim", needs="rim"),
+    Measure("far_field_level_m", "m", "rise of the ground beyond 3 radii", "rise of the far field", column=6),
 )  # fmt: skip
 
 BY_NAME = {measure.name: measure for measure in TABLE}
