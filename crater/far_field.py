@@ -24,15 +24,19 @@ FAR = 3.0
 """Ground that carries next to no blanket begins at three crater radii."""
 FEWEST_FAR = 4
 """Fewer rings (two to a spacing) than this beyond ``FAR`` radii are no far field."""
-NARROWEST = 2.0
-"""Ground that ends at fewer crater radii does not tell its blanket from its datum."""
+NARROWEST = 1.9
+"""Ground that ends at fewer times the distance of the crest does not tell its blanket from its datum."""
 INNER = 1.25
 """The fit begins at this many times the distance of the crest: a crest stays where it is when the datum is moved."""
 BLANKETS = (2.5, 3.0, 3.5)
 """Exponents q with which ejecta blankets fall, as u^-q of u = s / s0."""
-RIMS = {"power": (5.0, 8.0, 12.0), "exponential": (5.0, 10.0), "gaussian": (3.0, 6.0, 12.0)}
-"""How an uplifted rim may end: steepness q = -d ln g / d ln s at s0 of u^-q, exp(-q (u - 1)), exp(-q (u^2 - 1) /
-2)."""
+RIMS = {
+    "power": (5.0, 8.0, 12.0),
+    "exponential": (5.0, 10.0),
+    "gaussian": (3.0, 6.0, 12.0),
+    "rounded": (4.0, 7.0, 11.0),
+}
+"""How an uplifted rim may end: u^-q, exp(-q (u - 1)), exp(-q (u^2 - 1) / 2), u^2 exp(-q (u^2 - 1) / 2)."""
 REARRANGED = 0.05
 """Spacings by which a level of the colour field may differ between ground as it was and ground that was stirred."""
 FEWEST_RINGS = 8
@@ -79,7 +83,7 @@ def level(ground: Relief, radius: float) -> tuple[float, float]:
     crater, its blanket fitted with it. NaN where fewer than ``FEWEST_FAR`` rings lie beyond ``FAR`` radii."""
     if _beyond(ground, radius).sum() < FEWEST_FAR:
         return float("nan"), float("nan")
-    rings, inner = _outside(ground, radius, rough=False)
+    rings, inner = _outside(ground, radius)
     cells = _cells(ground, rings)
     value, covariance = _joint(np.ones((len(cells.s), 1)), cells, inner)
     return float(value[0]), float(np.sqrt(covariance[0, 0]))
@@ -164,14 +168,22 @@ def _datum_basis(datum: Datum, cells: _Ground, centre_free: bool, radius_free: b
     )
 
 
-def _falls(u: np.ndarray) -> list[np.ndarray]:
-    """Every pair (cells, 2) of a blanket and a rim, at distances ``u`` in units of the inner edge."""
-    rims = (
-        [u**-q for q in RIMS["power"]]
-        + [np.exp(-q * (u - 1.0)) for q in RIMS["exponential"]]
-        + [np.exp(-0.5 * q * (u**2 - 1.0)) for q in RIMS["gaussian"]]
-    )
-    return [np.column_stack([u**-q, rim]) for q in BLANKETS for rim in rims]
+def _falls(u: np.ndarray) -> list[tuple[float, np.ndarray]]:
+    """What may cover the ground at distances ``u`` in units of the inner edge: the weight before the ground has been
+    looked at, and the columns of a rim alone (half of the weight), of a blanket, or of both (a quarter each)."""
+    blankets = [u**-q for q in BLANKETS]
+    rims = [
+        *(u**-q for q in RIMS["power"]),
+        *(np.exp(-q * (u - 1.0)) for q in RIMS["exponential"]),
+        *(np.exp(-0.5 * q * (u**2 - 1.0)) for q in RIMS["gaussian"]),
+        *(u**2 * np.exp(-0.5 * q * (u**2 - 1.0)) for q in RIMS["rounded"]),
+    ]
+    kinds: list[tuple[float, list[tuple[np.ndarray, ...]]]] = [
+        (0.5, [(g,) for g in rims]),
+        (0.25, [(f,) for f in blankets]),
+        (0.25, [(f, g) for f in blankets for g in rims]),
+    ]
+    return [(weight / len(kind), np.column_stack(columns)) for weight, kind in kinds for columns in kind]
 
 
 def _joint(basis: np.ndarray, cells: _Ground, inner: float | None) -> tuple[np.ndarray, np.ndarray]:
@@ -180,11 +192,12 @@ def _joint(basis: np.ndarray, cells: _Ground, inner: float | None) -> tuple[np.n
     if inner is None:
         bare = _robust(basis, np.empty((len(basis), 0)), cells)
         return bare.datum, bare.covariance
-    fits = [_robust(basis, falls, cells) for falls in _falls(cells.s / inner)]
+    prior, covers = zip(*_falls(cells.s / inner))
+    fits = [_robust(basis, cover, cells) for cover in covers]
     squares = np.array([fit.squares for fit in fits])
     best = fits[int(np.argmin(squares))]
     variance = best.squares / len(cells.h)
-    weight = np.exp(-0.5 * (squares - squares.min()) / (variance * max(best.widens, RINGS_SHARE)))
+    weight = np.array(prior) * np.exp(-0.5 * (squares - squares.min()) / (variance * max(best.widens, RINGS_SHARE)))
     weight /= weight.sum()
     points = np.array([fit.datum for fit in fits])
     mean = weight @ points
@@ -193,16 +206,24 @@ def _joint(basis: np.ndarray, cells: _Ground, inner: float | None) -> tuple[np.n
     return mean, within + (apart * weight[:, None]).T @ apart
 
 
-def _outside(ground: Relief, radius: float, rough: bool) -> tuple[np.ndarray, float | None]:
-    """Mask of the rings that the datum is fitted to, and the inner edge of the blanket on them [m]; None where they
-    tell no blanket."""
+def _crest(ground: Relief, radius: float) -> float:
+    """Distance of the highest ring about a hollow of apparent ``radius`` [m]; the radius where there is none."""
     s, mean = ground.columns.distance, ring_mean(ground.cell)
-    near = (s > 0.8 * radius) & (s < 2.0 * radius)
-    crest = float(s[near][np.argmax(np.where(np.isfinite(mean[near]), mean[near], -np.inf))]) if near.any() else radius
-    outside = np.isfinite(mean) & (s > INNER * crest)
-    if rough or outside.sum() < FEWEST_RINGS:
-        return outermost(ground, radius), None
-    return outside, INNER * crest
+    near = (s > 0.8 * radius) & (s < 2.0 * radius) & np.isfinite(mean)
+    return float(s[near][np.argmax(mean[near])]) if near.any() else radius
+
+
+def _outside(ground: Relief, radius: float) -> tuple[np.ndarray, float]:
+    """Mask of the rings outside of the crest that have ground, and the inner edge of what is fitted there [m]."""
+    inner = INNER * _crest(ground, radius)
+    return np.isfinite(ring_mean(ground.cell)) & (ground.columns.distance > inner), inner
+
+
+def tells_datum(ground: Relief, radius: float) -> bool:
+    """Whether the ground outside a hollow of this ``radius`` [m] reaches far enough to tell its blanket from its
+    datum."""
+    wide = _edge(ground) >= NARROWEST * _crest(ground, radius)
+    return wide and int(_outside(ground, radius)[0].sum()) >= FEWEST_RINGS
 
 
 def refit(
@@ -212,19 +233,22 @@ def refit(
     passing through the crater.
 
     A sphere's ``centre`` and radius are kept where given. A ``rough`` fit, for a datum that is still far off, takes
-    the far ground as bare. ``errors`` of the result are the ways in which it may be off.
+    the far ground as bare; so does one of ground that ends too close to the crater (``tells_datum``), and where there
+    is none outside the rim the datum stays. ``errors`` of the result are the ways in which it may be off.
     """
-    outside, inner = _outside(ground, radius, rough)
+    outside, inner = _outside(ground, radius)
+    bare = rough or not tells_datum(ground, radius)
+    if bare:
+        outside = outermost(ground, radius)
     if outside.sum() < 2:
-        raise InputError(
-            f"the cloud ends at {ground.columns.edges[-1] / max(radius, 1e-300):.1f} crater radii: "
-            "no far field to fit a datum to; give its radius (--datum-radius)"
-        )
+        return datum
     cells = _cells(ground, outside)
     centre_free, radius_free = centre is None, fixed_radius is None
     if datum.is_sphere and not (centre_free or radius_free):
         return datum
-    coefficients, covariance = _joint(_datum_basis(datum, cells, centre_free, radius_free), cells, inner)
+    coefficients, covariance = _joint(
+        _datum_basis(datum, cells, centre_free, radius_free), cells, None if bare else inner
+    )
     if not datum.is_sphere:
         slope = coefficients[1:] / cells.s.max()
         point = datum.outside(np.array([[0.0, 0.0, coefficients[0]]]))[0]
@@ -261,23 +285,24 @@ def _error_shapes(covariance: np.ndarray, centre_free: bool, radius_free: bool) 
 
 def level_of_method(ground: Relief, radius: float) -> tuple[float, float]:
     """How far the colour field stands above the column method outside the crater, and the error of a level [m]: half
-    of that, and ``REARRANGED`` spacings. (Offset 0 where the column method was not used.)
+    of that, and ``REARRANGED`` spacings. Both go as the spacing: they are those of the spacing at the crater's edge.
+    (Offset 0 where the column method was not used.)
 
     The column method counts volume and is right on average; the colour field stands low on very irregular clouds (by
     0.03 spacings for a shaken lattice, 0.2 for independent random points). Which shows only when the datum is given
     and not fitted by the same method.
     """
     columns = ground.columns
-    rearranged = REARRANGED * float(np.interp(radius, columns.distance, columns.spacing))
+    spacing = float(np.interp(radius, columns.distance, columns.spacing))
     if "column" not in ground.methods:
-        return 0.0, rearranged
+        return 0.0, REARRANGED * spacing
     ring = columns.distance > 1.3 * radius
-    difference = (ground.methods["colour"] - ground.methods["column"])[ring]
-    good = np.isfinite(difference) & (np.abs(difference) < 2.0 * columns.spacing[ring][:, None])
+    difference = ((ground.methods["colour"] - ground.methods["column"]) / columns.spacing[:, None])[ring]
+    good = np.isfinite(difference) & (np.abs(difference) < 2.0)
     if not good.any():
-        return 0.0, 2.0 * rearranged
+        return 0.0, 2.0 * REARRANGED * spacing
     area = np.broadcast_to(
         ground.datum.area_between(columns.edges[:-1], columns.edges[1:])[ring][:, None], difference.shape
     )
-    offset = float(np.average(difference[good], weights=area[good]))
-    return offset, float(np.hypot(0.5 * offset, rearranged))
+    offset = float(np.average(difference[good], weights=area[good])) * spacing
+    return offset, float(np.hypot(0.5 * offset, REARRANGED * spacing))

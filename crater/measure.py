@@ -120,7 +120,7 @@ def measure_scene(
     """
     ground, radius = _settle(scene, refit, sectors, turns, methods)
     if refit is not None:
-        if radius > 0.0 and far_field.radii(ground, radius) < far_field.NARROWEST:
+        if radius > 0.0 and not far_field.tells_datum(ground, radius):
             return _none(ground, profile_of(ground), {}, _narrow(ground, radius))
         level = Quantity(None, None, "m", "the datum is fitted to the ground around the crater")
         return read_off(ground, radius, ground.datum.errors, level, seed, {})
@@ -143,7 +143,10 @@ def _over_ground_before(ground: Relief, radius: float) -> tuple[Relief, tuple[tu
     """
     _, method = far_field.level_of_method(ground, radius)
     value, sigma = far_field.level(ground, radius)
-    reason = f"the ground ends at {far_field.radii(ground, radius):.1f} crater radii, under the blanket"
+    reason = (
+        f"fewer than {far_field.FEWEST_FAR} rings of ground lie beyond {far_field.FAR:g} crater radii: it ends at "
+        f"{far_field.radii(ground, radius):.1f}"
+    )
     level = quantity(value, {"datum": sigma}, "m", reason)
     if not ground.datum.is_sphere:
         return ground, ((method, 0.0),), level
@@ -155,8 +158,9 @@ def _over_ground_before(ground: Relief, radius: float) -> tuple[Relief, tuple[tu
 def _narrow(ground: Relief, radius: float) -> str:
     """Why ground that ends close to a hollow of this ``radius`` [m] has no measures."""
     return (
-        f"the ground ends at {far_field.radii(ground, radius):.1f} radii of the hollow, inside its blanket: below "
-        f"{far_field.NARROWEST:g} its datum is told by the ground before the impact only, or given by hand"
+        f"the ground ends at {far_field.radii(ground, radius):.1f} radii of the hollow, inside its blanket: within "
+        f"some {far_field.NARROWEST:.0f} radii of the rim only the ground before the impact, or a given datum, says "
+        f"what depth and diameter are"
     )
 
 
