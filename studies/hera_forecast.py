@@ -40,7 +40,6 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from crater.bodies.classes import LOCAL
 from matter.constants import G
 
 FOLDER = Path(__file__).resolve().parents[1] / "forecasts"
@@ -194,7 +193,7 @@ def classed(wide: np.ndarray, volume: np.ndarray, f: Samples, body: Mapping[str,
     area = 4.0 * math.pi * (((a * b) ** k + (a * c) ** k + (b * c) ** k) / 3.0) ** (1.0 / k)
     area = area * (volume / (4.0 / 3.0 * math.pi * a * b * c)) ** (2.0 / 3.0)
     chance = 1.0 - (1.0 - EDGE_AT_WIDE) * (wide - CERTAIN) / (WIDE - CERTAIN)
-    crater = (0.25 * math.pi * wide**2 / area < LOCAL) & (f["edge"] < chance)
+    crater = (0.25 * math.pi * wide**2 / area < body["widest_crater"]) & (f["edge"] < chance)
     return np.where(f["neither"] > 0.5, 2.0, np.where(crater, 0.0, 1.0))
 
 
