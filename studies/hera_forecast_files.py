@@ -21,8 +21,15 @@ from studies import hera_forecast_picture
 LEVELS = (0.025, 0.16, 0.5, 0.84, 0.975)
 
 
-UNITS = {"mass": ("1e9 kg", 1e-9, 2), "mass_left": ("1e7 kg", 1e-7, 1), "volume": ("1e6 m3", 1e-6, 2)}
-"""Of the page: unit, factor, digits."""
+SHOWN = {
+    "mass": ("mass, 1e9 kg", 1e-9, 2), "density": ("bulk density, kg/m3", 0.1, 0),
+    "volume": ("volume, 1e6 m3", 1e-6, 2), "beta_normal": ("beta along the normal", 1.0, 2),
+    "beta_track": ("beta along the track", 1.0, 2), "beta_ejecta": ("beta of Cheng et al.", 1.0, 2),
+    "mass_left": ("mass that left, 1e7 kg", 1e-7, 1), "a_over_b": ("a/b", 1.0, 2), "a_over_c": ("a/c", 1.0, 2),
+    "hollow": ("width of the hollow, m", 1.0, 0), "deepest": ("deepest change, m", 1.0, 0),
+    "resurfaced": ("resurfaced fraction", 1.0, 2), "plane_turned": ("orbit's plane turned, deg", 1.0, 1),
+}  # fmt: skip
+"""Of the page: words, factor, digits (of the density the last is left out)."""
 
 
 class Row(NamedTuple):
@@ -249,32 +256,29 @@ def write(given: Mapping[str, Any], out: Path) -> None:
     hera_forecast_picture.picture(made, out / f"{name}.png")
 
 
-def shown(row: Row, value: float) -> str:
-    """A value as the page shows it, in ``UNITS``."""
-    if row.name == "density":
-        return f"{round(value, -1):,.0f}"
-    factor, digits = UNITS.get(row.name, ("", 1.0, 0 if row.unit == "m" else 2))[1:]
-    return f"{value * factor:.{digits}f}"
+def shown(name: str, value: float) -> str:
+    """A value as the page shows it."""
+    _, factor, digits = SHOWN[name]
+    return f"{10 * round(value * factor):,d}" if name == "density" else f"{value * factor:.{digits}f}"
 
 
 def table(content: Mapping[str, Any]) -> str:
     """The table of the page, from the frozen file: median (68 %; 95 %)."""
-    rows = ["| | **headline** | our beta alone (flat) | all that is known | basis |", "|---|---|---|---|---|"]
-    for row, found in zip(ROWS, content["quantity"]):
-        if row.basis == "condition":
+    rows = ["| | **headline** | our beta alone (flat) | all that is known | |", "|---|---|---|---|---|"]
+    for found in content["quantity"]:
+        if found["basis"] == "condition":
             continue
         cells = []
         for column in forecast.COLUMNS:
-            low, less, middle, more, high = (shown(row, value) for value in found[column])
+            low, less, middle, more, high = (shown(found["name"], value) for value in found[column])
             strong = "**" if column == "makadia" else ""
             cell = f"{strong}{middle}{strong} ({less} to {more}; {low} to {high})"
             cells.append("a condition" if column in found["condition_in"] else cell)
-        unit = UNITS.get(row.name, (row.unit,))[0].replace("^3", "3")
-        name = row.name.replace("_", " ") + ("" if unit == "1" else f", {unit}")
-        rows.append(f"| {name} | {' | '.join(cells)} | {row.basis} |")
+        basis = found["basis"].removeprefix("scaled from ")
+        rows.append(f"| {SHOWN[found['name']][0]} | {' | '.join(cells)} | {basis} |")
     for kind in forecast.CLASSES:
         odds = [f"{content['class'][f'p_{column}'][kind]:.2f}" for column in forecast.COLUMNS]
-        rows.append(f"| P({kind}) | **{odds[0]}** | {odds[1]} | {odds[2]} | scaled from runs, estimate |")
+        rows.append(f"| P({kind}) | **{odds[0]}** | {odds[1]} | {odds[2]} | runs, estimate |")
     odds = [f"{content['rotation'][f'p_{column}']:.2f}" for column in forecast.COLUMNS]
     rows.append(f"| P(tumbling, or libration above 10 deg) | **{odds[0]}** | {odds[1]} | {odds[2]} | estimate |")
     return "\n".join(rows)
