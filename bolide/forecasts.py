@@ -16,7 +16,8 @@ def score(forecast: str | Path, observed: Mapping[str, Any], column: str = "") -
 
     Columns: fair CRPS and score of the 95 % interval in the quantity's unit, PIT; of classes Brier and log score.
     Less is better but for the PIT, which is even over 0 to 1 where a forecast is honest. ``column``: the headline
-    where left out. Raises ``InputError`` for a file that is not as it was frozen, and for what was a condition and no forecast.
+    where left out. Raises ``InputError`` for a file that is not as it was frozen, and for what was a condition and no
+    forecast.
     """
     import pandas
 
