@@ -14,6 +14,7 @@ this one alone. Importing it is quick: what computes or draws is imported when i
 """
 
 from bolide.files import import_snapshot
+from bolide.forecasts import score
 from bolide.runs import Run, open, run
 from bolide.sweeps import sweep
 from bolide.tables import materials, scaling
@@ -32,5 +33,6 @@ __all__ = [
     "open",
     "run",
     "scaling",
+    "score",
     "sweep",
 ]

@@ -22,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = {
     "docs/validation.md": "validation",
     "docs/results/README.md": "results/index",
+    "forecasts/README.md": "forecast",
     "CONTRIBUTING.md": "contribute",
     "ARCHITECTURE.md": "architecture",
     "CHANGELOG.md": "changelog",
