@@ -26,7 +26,7 @@ FEWEST_FAR = 4
 """Fewer rings (two to a spacing) than this beyond ``FAR`` radii are no far field."""
 NARROWEST = 1.9
 """Ground that ends at fewer times the distance of the crest does not tell its blanket from its datum."""
-INNER = 1.25
+INNER = 1.15
 """The fit begins at this many times the distance of the crest: a crest stays where it is when the datum is moved."""
 BLANKETS = (2.5, 3.0, 3.5)
 """Exponents q with which ejecta blankets fall, as u^-q of u = s / s0."""
