@@ -63,7 +63,8 @@ def contained(
     """Centres (n, 3) [m] and radii (n,) [m] of random grains in a container of flat ground: each radius uniform within
     +-``spread`` about the mean of its place, the same volume of grains everywhere, up to ``FRACTION`` in all.
 
-    Centres are as dense as 1 / r^3 over the part that each grain can reach.
+    Centres are as dense as 1 / r^3 over the whole container, since coarse grains kept away from the walls would leave
+    more room there than fine ones; walls push out what reaches into them, as grains do each other.
     """
     rng = np.random.default_rng(seed)
     shape, radius = rng.uniform(1.0 - spread, 1.0 + spread, count), np.empty(count)
@@ -77,7 +78,7 @@ def contained(
         mean = grading.local(points[todo])
         radius[todo] = shape[todo] * mean
         wanted = rng.random(len(todo)) < (grading.radius / mean) ** 3
-        todo = todo[~wanted | (container.depth_inside(points[todo]) < radius[todo])]
+        todo = todo[~wanted | (container.depth_inside(points[todo]) < 0.0)]
     volume = container.volume(container.floor, container.top)
     return points, radius * (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(radius**3))) ** (1.0 / 3.0)
 
