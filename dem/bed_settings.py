@@ -31,7 +31,7 @@ class Settings(Model):
     """Grains in the bed and its headroom together."""
     arc_radius: PositiveLength = Field(default_factory=lambda given: extent.radius(given["target"], given["impact"]))
     """Radius of the bed along the datum (of a cone: half its angle times the body's radius); by default 1.65 expected
-    transient diameters in flat ground, 3 radii of the settled crater, and 1.5 on a body (``dem.beds.extent``)."""
+    transient diameters, which is 3 radii of the settled crater (``dem.beds.extent``)."""
     depth: PositiveLength | None = None
     """Depth of the bed below the datum; None: 0.75 expected transient diameters, and no deeper than flat ground or the
     innermost layer's surface (the core) goes (``dem.beds.extent``)."""

@@ -21,8 +21,8 @@ from matter.body import Target
 
 
 class Expected(NamedTuple):
-    """Mean grain ``radius`` [m] (of flat ground at the impact), number of grains ``below`` the datum, time ``step`` [s], ``height`` of bed and
-    headroom over the radius."""
+    """Mean grain ``radius`` [m] (of flat ground at the impact), number of grains ``below`` the datum, time ``step``
+    [s], ``height`` of bed and headroom over the radius."""
 
     radius: float
     below: float

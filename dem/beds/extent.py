@@ -2,8 +2,8 @@
 
 radius    3 radii of the settled crater, so that ground without blanket lies round it. A settled crater comes out 0.6
           to 1.1 D wide (apparent diameter: Valhalla 616/980 km, sci_ryugu 13/14.5 m, first_crater 91/84 m): with 1.1
-          that is 1.65 D in flat ground, where grains grow outwards (``dem.beds.grading``). On a body 1.5 D along the
-          arc, which is 3 radii of a crater of 1.0 D. Never beyond the ground that there is.
+          that is 1.65 D, on a body along the arc. Never beyond the ground that there is. In flat ground grains grow
+          outwards (``dem.beds.grading``), so that the width costs little.
 depth     0.75 D: twice the depth of the transient crater; in a body no deeper than the innermost layer's surface, in
           flat ground than its bottom. A bowl is as deep as it is wide.
 """
@@ -18,7 +18,7 @@ SETTLED = 1.1
 """Apparent diameter of a settled crater over the expected transient one: the widest measured."""
 RADII = 3.0
 """Radius of the bed in radii of the settled crater."""
-ARC_RADIUS, DEPTH = 1.5, 0.75
+DEPTH = 0.75
 _QUARTER = 0.9
 """Most of a quarter of a body's circumference."""
 
@@ -31,9 +31,10 @@ def settled_radius(impact: Impact) -> float:
 def radius(target: Target, impact: Impact) -> float:
     """Radius of the bed along the datum [m]."""
     if target.flat:
-        wide = RADII * settled_radius(impact)
-        return min(wide, target.radius if target.shape == "half_sphere" else target.half_width)
-    return min(ARC_RADIUS * impact.expected_transient_diameter, _QUARTER * 0.5 * math.pi * target.radius)
+        room = target.radius if target.shape == "half_sphere" else target.half_width
+    else:
+        room = _QUARTER * 0.5 * math.pi * target.radius
+    return min(RADII * settled_radius(impact), room)
 
 
 def depth(diameter: float, available: float) -> float:

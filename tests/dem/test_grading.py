@@ -6,7 +6,6 @@ import pytest
 from dem import bed_stage
 from dem.beds import expected_grains, extent, grading, packing
 from dem.beds.container import Container
-from dem.gravity import Field
 from matter import cadence
 from tests.dem.stops import interrupted, same_grains
 from tests.dem.test_flat_bed import IMPACT, TARGET, check_at_rest, settled
