@@ -19,6 +19,8 @@ with 7 of them a sphere of aluminium at 5 km/s reached 27 of 59.9 GPa, with 20 o
 (docs/results/sph_benchmarks)."""
 ABOVE, BELOW = 1.2, 0.8
 """Largest pressure over the planar limit: more is no shock, less is one that the spacing smears out."""
+BED_RADII = 3.0
+"""Radii of the settled crater that the bed of grains should reach: within some three there is blanket everywhere."""
 REMOVED = 0.01
 """Share of the projectile's angular momentum whose removal is worth a caution."""
 
@@ -29,10 +31,20 @@ def read(run: Path) -> dict[str, dict[str, Any]]:
     return {stage: archive.read_json(file) if file.is_file() else {} for stage, file in files.items()}
 
 
-def facts(run: Path) -> dict[str, Any]:
+def bed_radii(grains: Mapping[str, Any], diameter: float) -> float | None:
+    """Radius of a bed over that of a crater of this apparent ``diameter`` [m] in it, along the datum; ``grains``: the
+    attributes of their snapshot. None of a whole body, or where there is no crater."""
+    domain = grains.get("domain") or {}
+    wide = domain.get("radius_m", domain.get("datum_radius_m", 0.0) * domain.get("cone_half_angle_rad", 0.0))
+    flat_or_cap = grains.get("frame") in ("plane", "sphere")
+    return 2.0 * float(wide) / diameter if flat_or_cap and wide > 0.0 and diameter > 0.0 else None
+
+
+def facts(run: Path, radii: float | None = None) -> dict[str, Any]:
     """What ``measures.json`` says of it: ``projectile_particles``, ``particles_per_radius``, ``peak_pressure_Pa``,
-    ``planar_limit_Pa`` and their ratio, the share of angular momentum removed, the largest overlap; and ``cautions``,
-    sentences. Keys of what is not known are left out."""
+    ``planar_limit_Pa`` and their ratio, the share of angular momentum removed, the largest overlap, the ``radii`` of
+    the settled crater that the bed reaches (``bed_radii``); and ``cautions``, sentences. Keys of what is not known are
+    left out."""
     reports = read(run)
     ball, reached = reports["sph"].get("projectile", {}), reports["sph"].get("peak_pressure", {})
     known: dict[str, Any] = {
@@ -44,12 +56,13 @@ def facts(run: Path) -> dict[str, Any]:
         "removed_angular_momentum_over_projectile": reports["sph"].get("removed_angular_momentum_over_projectile"),
         "removed_angular_momentum_over_all": reports["sph"].get("removed_angular_momentum_over_all"),
         "overlap_max_radii": reports["dem"].get("overlap_max"),
+        "bed_radii": radii,
     }
     known = {name: value for name, value in known.items() if value is not None}
     if "peak_pressure_Pa" in known and known.get("planar_limit_Pa"):
         known["peak_over_planar_limit"] = known["peak_pressure_Pa"] / known["planar_limit_Pa"]
     warnings = [str(words).rstrip(".") for words in reports["sph"].get("warnings", [])]
-    cautions = [*_of_shock(known), *warnings, *_of_collapse(reports["dem"])]
+    cautions = [*_of_shock(known), *warnings, *_of_collapse(reports["dem"]), *_of_bed(radii)]
     return {**known, "cautions": cautions} if known or cautions else {}
 
 
@@ -112,6 +125,15 @@ def _of_collapse(report: Mapping[str, Any]) -> list[str]:
             if note.startswith(("Overlaps reached", "Returning ejecta"))
         ]
     return said
+
+
+def _of_bed(radii: float | None) -> list[str]:
+    if radii is None or radii >= BED_RADII:
+        return []
+    return [
+        f"the bed of grains ends at {radii:.3g} radii of the settled crater: below {BED_RADII:g} it ends within the "
+        f"blanket of what was thrown out, and no ground without blanket lies round the crater"
+    ]
 
 
 def resolution_rows(run: Path) -> list[tuple[str, str]]:

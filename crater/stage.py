@@ -112,7 +112,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     shock = _follow_shock(setting, shots, heard) if shots else None
     findings = Findings(setting, shock, _measure_grains(setting, settled, grains, heard) if grains.is_file() else None)
     findings = on_bodies.with_body(with_chain_errors(_flown(_with_origins(findings)), settings.chain))
-    findings = replace(findings, soundness=soundness.facts(inputs))
+    findings = replace(findings, soundness=soundness.facts(inputs, _bed_radii(findings)))
     findings = replace(findings, compared=against_published.compared(findings))
     tables.write_tables(findings, out)
     progress.update(progress.total - 2, "pictures", force=True)
@@ -120,6 +120,13 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         plot.draw_all(findings, out)
     report.write(findings, out)
     progress.update(progress.total, "done", force=True)
+
+
+def _bed_radii(findings: Findings) -> float | None:
+    """How many radii of the crater in the last grains their bed reaches; None where there is none to say."""
+    last = findings.settled_grains
+    wide = None if last is None else last.measures["diameter_apparent_m"].value
+    return None if last is None or wide is None else soundness.bed_radii(snapshot.attributes(last.path), wide)
 
 
 def _with_origins(findings: Findings) -> Findings:

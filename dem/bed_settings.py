@@ -30,8 +30,8 @@ class Settings(Model):
     count: Annotated[int, Field(ge=200, le=20_000_000)] = 20_000
     """Grains in the bed and its headroom together."""
     arc_radius: PositiveLength = Field(default_factory=lambda given: extent.radius(given["target"], given["impact"]))
-    """Radius of the bed along the datum (of a cone: half its angle times the body's radius); by default 1.25 expected
-    transient diameters in flat ground, 1.5 on a body."""
+    """Radius of the bed along the datum (of a cone: half its angle times the body's radius); by default 1.65 expected
+    transient diameters, which is 3 radii of the settled crater (``dem.beds.extent``)."""
     depth: PositiveLength | None = None
     """Depth of the bed below the datum; None: 0.75 expected transient diameters, and no deeper than flat ground or the
     innermost layer's surface (the core) goes (``dem.beds.extent``)."""
@@ -39,8 +39,11 @@ class Settings(Model):
     """Height of the headroom above the datum, over ``impact.expected_transient_diameter``."""
     radius_spread: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.15
     """Grain radii are uniform within +- this fraction of their mean."""
+    growth: Annotated[float, Field(ge=0.0, le=0.1)] = 0.04
+    """Growth of the mean grain radius per distance from the impact, in random packings of flat ground: it begins at
+    1.3 expected radii of the settled crater and ends at twice the radius (``dem.beds.grading``). 0: grains alike."""
     damped_layers: Annotated[float, Field(ge=0.0, le=50.0)] = 3.0
-    """Width of the damped layer along the cone, in mean grain diameters."""
+    """Width of the damped layer along the cone, in mean grain diameters (of flat ground those at the edge)."""
     residual_speed: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-3
     """Largest rms speed of the settled bed over sqrt(g r)."""
     seed: int = 1

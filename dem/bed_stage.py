@@ -129,10 +129,16 @@ def explain(settings: Settings) -> list[str]:
             f"{steps(settings):,.0f} steps to rest; a contact law's first bed also measures its friction angle "
             f"(a minute or two, kept)",
         ]
+    wide, target = settings.arc_radius, patch.target_of(settings)
+    size = readable.length(grains.radius)
+    if target.flat:
+        edge = float(expected_grains.of_flat(settings, target)[1].at(np.array([wide]))[0])
+        size += f", growing to {readable.length(edge)} at the edge," if edge > grains.radius else ""
     return [
-        f"{settings.count:,} grains (count) of {readable.length(grains.radius)} in a bed of "
-        f"{readable.length(settings.arc_radius)} radius: "
+        f"{settings.count:,} grains (count) of {size} in a bed of {readable.length(wide)} radius: "
         f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
+        f"the bed reaches {wide / extent.settled_radius(settings.impact):.2g} radii of the widest settled crater that "
+        f"is expected ({readable.length(extent.settled_radius(settings.impact))})",
         f"{steps(settings):,.0f} steps to rest",
     ]
 

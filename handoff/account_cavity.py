@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from handoff import carve, compare, domain
+from handoff import carve, compare, domain, grain_size
 from handoff.handed import Handoff
 from handoff.ledger import Ledger, volume_limit, volume_scatter
 from handoff.offset import by_one_factor
@@ -35,7 +35,7 @@ def grain_surface(handoff: Handoff, bed: Particles, chosen: Callable[[np.ndarray
 
 def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domain) -> None:
     """The rows on the cavity: grains per radius, distance of the two surfaces, volume below the datum."""
-    radius = float(bed.radius.mean())
+    radius = grain_size.at_impact(bed)
     size = handoff.carving.size
     if size.radius == 0.0:
         for name in ("cavity_radius_over_r_DEM_min", "cavity_hausdorff_over_r", "cavity_volume_rel"):
@@ -48,6 +48,8 @@ def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domai
         f"radius {readable.length(size.radius)}, depth {readable.length(size.depth)}, grains "
         f"{readable.length(radius)}",
     )
+    if not isinstance(region, WholeBody):
+        ledger.state("bed_radii", region.arc / size.radius, "1", "radius of the bed over that of the cavity")
     margin = 3.0 * radius
 
     def chosen(points: np.ndarray) -> np.ndarray:
@@ -75,7 +77,8 @@ def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domai
     empty = float((sign * samples.weight[here]) @ (samples.inside[here] == (sign < 0.0))) * samples.volume
     held = carve.filled(handoff.carving.stays, samples.grain[here], samples.position[here], region)
     carved = float((sign * samples.weight[here]) @ (held == (sign < 0.0))) * samples.volume
-    cut = (float(np.cbrt(handoff.carving.volume[handoff.carving.stays].mean())), size.radius, size.depth, size.volume)
+    spacing = float(np.cbrt(handoff.carving.volume[handoff.carving.stays & wider].mean()))
+    cut = (spacing, size.radius, size.depth, size.volume)
     scatter = volume_scatter(*cut)
     ledger.measure(
         "cavity_volume_rel",

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from handoff import compare, domain, free_flight
+from handoff import compare, domain, free_flight, grain_size
 from handoff.handed import Handoff
 from handoff.hydrostatic import Column
 from handoff.ledger import Ledger
@@ -50,7 +50,7 @@ def enter(
     ledger: Ledger, handoff: Handoff, source: Particles, bed: Particles, region: domain.Domain, column: Column
 ) -> None:
     """The rows on velocity field, local momentum and bulk density, over cells that hold many grains."""
-    radius = float(bed.radius.mean())
+    radius = grain_size.at_impact(bed)
     number, size = comparison_cells(handoff, source, radius)
     fields = corrected_fields(handoff, source, bed)
     difference = compare.field_difference(fields, number, size)

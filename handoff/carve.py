@@ -69,9 +69,12 @@ def check(bed: Particles, domain: Domain) -> None:
         )
 
 
-def points(domain: Domain, compact: cKDTree, grains: cKDTree) -> Samples:
-    """Even points of the domain, at least eight per grain and half a million, none of them ``inside`` yet."""
-    power = max(_LEAST_POWER, int(np.ceil(np.log2(_POINTS_PER_GRAIN * grains.n))))
+def points(domain: Domain, compact: cKDTree, grains: cKDTree, number: float) -> Samples:
+    """Even points of the domain, at least eight per grain and half a million, none of them ``inside`` yet.
+
+    ``number``: how many grains the domain would hold if all were as small as those at the impact.
+    """
+    power = max(_LEAST_POWER, int(np.ceil(np.log2(_POINTS_PER_GRAIN * max(number, grains.n)))))
     position = domain.points(qmc.Sobol(3, scramble=True, rng=3).random_base2(power))
     nobody = np.zeros(len(position), dtype=bool)
     owner, grain = compact.query(position, workers=-1)[1], grains.query(position, workers=-1)[1]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from handoff import domain as domains
+from handoff import grain_size
 from handoff.whole_body import WholeBody
 from matter import readable
 from matter.solids import solid as solids
@@ -253,7 +254,7 @@ def _residuals(data):
         panel.legend()
     distance, unit = residuals["columns/distance"], 1e3 if residuals["columns/distance"].max() > 2e3 else 1.0
     difference = residuals["columns/height_bed"] - residuals["columns/height_source"]
-    radius = float(data["bed"].radius.mean())
+    radius = grain_size.at_impact(data["bed"])
     axes[1, 1].plot(distance / unit, difference / radius, ".", ms=2)
     axes[1, 1].set(
         xlabel=f"distance from the axis [{'km' if unit > 1 else 'm'}]",

@@ -22,6 +22,7 @@ from handoff import (
     away,
     compare,
     direct,
+    grain_size,
     handoff_time,
     hydrostatic,
     laying,
@@ -252,7 +253,7 @@ def chosen_source(
             progress.update(0.6 * (number + 1) / len(paths), f"looking at {path.name}")
         if handoff_time.decided(series):
             break
-    choice = handoff_time.choose(series, float(bed.radius.mean()), column.surface_gravity)
+    choice = handoff_time.choose(series, grain_size.at_impact(bed), column.surface_gravity)
     return choice, snapshot.read(paths[choice.index])
 
 
@@ -304,7 +305,7 @@ def _record(
 
 def _write_residuals(handoff: Handoff, source: Particles, bed: Particles, path: Path) -> None:
     """What the report draws: the split, surface heights of both clouds, and the fields cell by cell."""
-    number, size = account_fields.comparison_cells(handoff, source, float(bed.radius.mean()))
+    number, size = account_fields.comparison_cells(handoff, source, grain_size.at_impact(bed))
     cells = compare.field_difference(account_fields.corrected_fields(handoff, source, bed), number, size)
     foot, distance, height, carved = handoff.carving.columns
     archive.write(

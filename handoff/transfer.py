@@ -24,6 +24,7 @@ from handoff import (
     cavity,
     compare,
     domain,
+    grain_size,
     heights,
     hydrostatic,
     interpolation,
@@ -110,7 +111,7 @@ def hand_over(
     mass *= (before.mass - airborne.mass) / mass.sum()
     moved, regional = velocity.copy(), np.zeros_like(velocity)
     if rules.correction == "regional":
-        regional = _regional(fields, scale, grid.grains, rules.region * float(bed.radius.mean()))
+        regional = _regional(fields, scale, grid.grains, rules.region * grain_size.at_impact(bed))
         moved += regional
     for _ in range(2):  # the second pass takes away the rounding of the first
         now = _of(region, mass, place, moved, radius, spin) + airborne
@@ -154,11 +155,12 @@ def _carving(
     split, shape, corners = classified
     volume_of = source.mass[inner.places] / source.density[inner.places]
     part = float(np.sum(inner.share * volume_of)) / region.volume
-    coarse, grains = 2.0 * float(bed.radius.mean()), cKDTree(bed.position)
+    coarse, grains = 2.0 * grain_size.at_impact(bed), cKDTree(bed.position)
     solid, factor = offset.by_one_factor(
         shape, split.spacing[corners], offset.even_points(region), part, rules, coarse
     )
-    points = carve.points(region, tree, grains)
+    alike = float(np.sum((bed.radius / grain_size.at_impact(bed)) ** 3))
+    points = carve.points(region, tree, grains, alike)
     if rules.offset == "auto":
         solid = offset.place_by_place(
             solid, split.spacing[corners], tree.data, inner.share * volume_of, points.position, points.particle, region
@@ -205,7 +207,7 @@ def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: doma
     def heights_in(part: domain.Domain) -> tuple[np.ndarray, np.ndarray]:
         return (foot, height) if part is region else heights.surface_heights(solid.contains, part, _COLUMNS)[::2]
 
-    size = cavity.seek(heights_in, region, noise=cavity.RESOLVED_DEPTH * float(bed.radius.mean()))
+    size = cavity.seek(heights_in, region, noise=cavity.RESOLVED_DEPTH * grain_size.at_impact(bed))
     return size, (foot, distance, height, carved)
 
 
@@ -217,7 +219,7 @@ def _refuse_misfit(
     rules: surface.Rules,
     bed: Particles,
 ) -> None:
-    radius = float(bed.radius.mean())
+    radius = grain_size.at_impact(bed)
     if size.radius == 0.0 and rules.crater == "required":
         raise InputError(
             f"no crater: the compact surface lies nowhere deeper than two grain radii "

@@ -9,17 +9,20 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.bed_settings import Settings
-from dem.beds import flat_settling, patch
+from dem.beds import flat_bed, flat_settling, grading, patch
+from dem.beds.container import Container
 from dem.beds.extent import depth
+from dem.beds.grading import Grading
 from dem.beds.packing import FRACTION, HEXAGONAL
 from dem.beds.solid_packing import FRACTION as SOLID_FRACTION
 from dem.contact_settings import shortest_contact_time
 from matter import at_rest
+from matter.body import Target
 
 
 class Expected(NamedTuple):
-    """Mean grain ``radius`` [m], number of grains ``below`` the datum, time ``step`` [s], ``height`` of bed and
-    headroom over the radius."""
+    """Mean grain ``radius`` [m] (of flat ground at the impact), number of grains ``below`` the datum, time ``step``
+    [s], ``height`` of bed and headroom over the radius."""
 
     radius: float
     below: float
@@ -36,23 +39,18 @@ def expected(settings: Settings) -> Expected:
     top, g = settings.headroom_fraction * diameter, at_rest.surface_gravity(target, settings.densities)
     name = target.layers[-1].material
     own = at_rest.of(name, settings.densities)
-    rho, extent = own.bulk, settings.arc_radius
-    bowl = target.flat and (settings.shape == "bowl" or (settings.shape == "auto" and target.shape == "half_sphere"))
+    rho = own.bulk
+    filled = HEXAGONAL if settings.packing.startswith("hcp") else FRACTION
     if target.flat:
-        deep = extent if bowl else settings.depth or depth(diameter, target.radius)
-        area = (
-            4.0 * extent**2
-            if settings.shape == "box" or (settings.shape == "auto" and target.shape == "block")
-            else math.pi * extent**2
-        )
-        below, above = area * deep * (2.0 / 3.0 if bowl else 1.0), area * top
+        container, sizes, below = of_flat(settings, target)
+        grain, deep = sizes.radius, -container.floor
     else:
         deep = _depth(settings)
-        angle = 2.0 * math.pi / 3.0 * (1.0 - math.cos(min(extent / target.radius, 0.5 * math.pi)))
-        below = angle * (target.radius**3 - (target.radius - deep) ** 3)
+        angle = 2.0 * math.pi / 3.0 * (1.0 - math.cos(min(settings.arc_radius / target.radius, 0.5 * math.pi)))
+        inside = angle * (target.radius**3 - (target.radius - deep) ** 3)
         above = angle * ((target.radius + top) ** 3 - target.radius**3)
-    filled = HEXAGONAL if settings.packing != "rcp" else FRACTION
-    grain = (filled * (below + above) / settings.count * 0.75 / math.pi) ** (1.0 / 3.0)
+        grain = (filled * (inside + above) / settings.count * 0.75 / math.pi) ** (1.0 / 3.0)
+        below = settings.count * inside / (inside + above)
     r, mass = np.array([grain]), np.array([rho * 4.0 / 3.0 * math.pi * grain**3 / filled])
     pressure = rho * g * deep
     k = (
@@ -62,7 +60,18 @@ def expected(settings: Settings) -> Expected:
     )
     least = 1.0 - settings.radius_spread  # m / k goes as r^2 where k goes as r
     step = least * shortest_contact_time(mass, k) / contact.steps_per_contact
-    return Expected(grain, settings.count * below / (below + above), step, (deep + top) / grain)
+    return Expected(grain, below, step, (deep + top) / grain)
+
+
+def of_flat(settings: Settings, target: Target) -> tuple[Container, Grading, float]:
+    """Container and sizes of a bed of flat ground, and how many of its grains lie below the datum."""
+    shape = flat_bed.OF_TARGET[target.shape] if settings.shape in ("auto", "cap") else settings.shape
+    diameter, wide = settings.impact.expected_transient_diameter, settings.arc_radius
+    deep = wide if shape == "bowl" else settings.depth or depth(diameter, target.radius)
+    container = Container(shape, wide, -deep, settings.headroom_fraction * diameter)
+    alike = settings.packing.startswith("hcp")
+    spread, filled, growth = (0.0, HEXAGONAL, 0.0) if alike else (settings.radius_spread, FRACTION, settings.growth)
+    return container, *grading.solved(settings.count, spread, filled, container, settings.impact, growth)
 
 
 def hard(settings: Settings) -> bool:

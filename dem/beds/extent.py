@@ -1,8 +1,9 @@
 """How wide and deep a bed is when a case does not say it, from the expected transient diameter D.
 
-radius    1.25 D in flat ground, 1.5 D along the arc of a body: 2.5 and 3 crater radii. The collapsed crater with its
-          rim reaches some 1.4 crater radii, the sides' damped layer begins beyond two. (A crater wider than 0.8 of its
-          bed cannot be handed over.) Never beyond the ground that there is.
+radius    3 radii of the settled crater, so that ground without blanket lies round it. A settled crater comes out 0.6
+          to 1.1 D wide (apparent diameter: Valhalla 616/980 km, sci_ryugu 13/14.5 m, first_crater 91/84 m): with 1.1
+          that is 1.65 D, on a body along the arc. Never beyond the ground that there is. In flat ground grains grow
+          outwards (``dem.beds.grading``), so that the width costs little.
 depth     0.75 D: twice the depth of the transient crater; in a body no deeper than the innermost layer's surface, in
           flat ground than its bottom. A bowl is as deep as it is wide.
 """
@@ -13,17 +14,27 @@ import math
 
 from matter.body import Impact, Target
 
-FLAT_RADIUS, ARC_RADIUS, DEPTH = 1.25, 1.5, 0.75
+SETTLED = 1.1
+"""Apparent diameter of a settled crater over the expected transient one: the widest measured."""
+RADII = 3.0
+"""Radius of the bed in radii of the settled crater."""
+DEPTH = 0.75
 _QUARTER = 0.9
 """Most of a quarter of a body's circumference."""
 
 
+def settled_radius(impact: Impact) -> float:
+    """Expected apparent radius [m] of the settled crater."""
+    return 0.5 * SETTLED * impact.expected_transient_diameter
+
+
 def radius(target: Target, impact: Impact) -> float:
     """Radius of the bed along the datum [m]."""
-    diameter = impact.expected_transient_diameter
     if target.flat:
-        return min(FLAT_RADIUS * diameter, target.radius if target.shape == "half_sphere" else target.half_width)
-    return min(ARC_RADIUS * diameter, _QUARTER * 0.5 * math.pi * target.radius)
+        room = target.radius if target.shape == "half_sphere" else target.half_width
+    else:
+        room = _QUARTER * 0.5 * math.pi * target.radius
+    return min(RADII * settled_radius(impact), room)
 
 
 def depth(diameter: float, available: float) -> float:

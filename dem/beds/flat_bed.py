@@ -11,7 +11,7 @@ import numpy as np
 
 from dem.assembly import Assembly
 from dem.bed_settings import Settings
-from dem.beds import bed_files, bed_measures, extent, packing
+from dem.beds import bed_files, bed_measures, extent, grading, packing
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.flat_settling import FlatSettling
@@ -23,6 +23,8 @@ from matter.solids.placed import PATCH
 OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
 BULK_MARGIN = 5.0
 """Mean radii from the walls and the datum at which the bulk begins."""
+MARGIN, COARSE = 3.0, 1.5
+"""The same in mean radii of the place, and mean radius over that at the impact from which on grains are coarse."""
 
 
 def container_of(settings: Settings, ground: FlatGround) -> Container:
@@ -77,22 +79,26 @@ def make(
 ) -> None:
     """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
     rest."""
-    seeds = np.random.SeedSequence(settings.seed).spawn(2)
+    seeds = np.random.SeedSequence(settings.seed).spawn(1)
     hexagonal = settings.packing != "rcp"
     if hexagonal:
         points, equal = packing.hexagonal_in(settings.count, container, tilted=settings.packing == "hcp_tilted")
-        radius = np.full(len(points), equal)
+        radius, sizes = np.full(len(points), equal), grading.Grading(equal, container.radius, 0.0)
     else:
-        radius = packing.contained_radii(settings.count, settings.radius_spread, container, seeds[0])
-        points = packing.contained_points(radius, container, seeds[1])
+        sizes = grading.solved(
+            settings.count, settings.radius_spread, packing.FRACTION, container, settings.impact, settings.growth
+        )[0]
+        points, radius = packing.contained(settings.count, settings.radius_spread, container, sizes, seeds[0])
     work = FlatSettling(
         points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal, settings.largest_speed
     )
     bed, facts = finish(work, out)
-    width = settings.damped_layers * 2.0 * bed.mean_radius
+    edge = float(sizes.at(np.array([container.radius]))[0])
+    width = settings.damped_layers * 2.0 * edge
     rate = 4.5 * bed_files.wave_speed(bed) / width if width > 0.0 else 0.0
     container = replace(container, damped_width=width, damping_rate=rate)
     report = report_of(bed, ground, container, {**facts, "inflation_of_gravity": work.inflation})
+    report |= across_sizes(bed, container, sizes)
     of_body: dict[str, Any] = {} if patch is None else {PATCH: dict(patch)}
     report |= of_body
     bed_files.leave(
@@ -105,6 +111,7 @@ def make(
         materials=list(dict.fromkeys(ground.materials)),
         domain=container.as_attribute(),
         packing=settings.packing,
+        grading=sizes.as_attribute(),
         **of_body,
     )
 
@@ -144,6 +151,21 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
         "time_step_s": bed.dt,
         **facts,
         "domain": container.as_attribute(),
+    }
+
+
+def across_sizes(bed: Assembly, container: Container, sizes: grading.Grading) -> dict[str, Any]:
+    """How grains grow, and whether coarse ones pack as fine ones do: the ``packing_fraction_fine`` within the fine
+    radius and ``packing_fraction_coarse`` where grains are half as large again and more, in the bulk (``MARGIN`` of
+    their own radii from walls and datum); nan where a zone has no bulk."""
+    x, mean = bed.X[:, :3], sizes.local(bed.X[:, :3])
+    bulk = np.minimum(container.depth_inside(x), -x[:, 2]) > MARGIN * mean
+    fine, coarse = bulk & (mean == sizes.radius), bulk & (mean > COARSE * sizes.radius)
+    return {
+        "grading": sizes.as_attribute(),
+        "radius_at_edge_m": float(sizes.at(np.array([container.radius]))[0]),
+        "packing_fraction_fine": bed_measures.bulk_fraction_where(x, bed.X[:, RADIUS], fine),
+        "packing_fraction_coarse": bed_measures.bulk_fraction_where(x, bed.X[:, RADIUS], coarse),
     }
 
 

@@ -21,6 +21,7 @@ from dem import walls
 from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
+from dem.beds.grading import Grading
 from dem.columns import RADIUS
 from matter.errors import InputError
 from matter.jit import kernel
@@ -56,26 +57,30 @@ def random_points(radius: np.ndarray, domain: Domain, seed: np.random.SeedSequen
     return r[:, None] * np.column_stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine])
 
 
-def contained_radii(count: int, spread: float, container: Container, seed: np.random.SeedSequence) -> np.ndarray:
-    """``radii`` of a container of flat ground."""
-    shape = np.random.default_rng(seed).uniform(1.0 - spread, 1.0 + spread, count)
-    volume = container.volume(container.floor, container.top)
-    return shape * (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(shape**3))) ** (1.0 / 3.0)
+def contained(
+    count: int, spread: float, container: Container, grading: Grading, seed: np.random.SeedSequence
+) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (n, 3) [m] and radii (n,) [m] of random grains in a container of flat ground: each radius uniform within
+    +-``spread`` about the mean of its place, the same volume of grains everywhere, up to ``FRACTION`` in all.
 
-
-def contained_points(radius: np.ndarray, container: Container, seed: np.random.SeedSequence) -> np.ndarray:
-    """Centres uniform over the part of the container that each grain can reach, shape (n, 3)."""
+    Centres are as dense as 1 / r^3 over the whole container, since coarse grains kept away from the walls would leave
+    more room there than fine ones; walls push out what reaches into them, as grains do each other.
+    """
     rng = np.random.default_rng(seed)
-    points = np.empty((len(radius), 3))
-    todo = np.arange(len(radius))
+    shape, radius = rng.uniform(1.0 - spread, 1.0 + spread, count), np.empty(count)
+    points, todo = np.empty((count, 3)), np.arange(count)
     low, high = (
         np.array([-container.radius, -container.radius, container.floor]),
         np.array([container.radius, container.radius, container.top]),
     )
     while len(todo):
         points[todo] = rng.uniform(low, high, (len(todo), 3))
-        todo = todo[container.depth_inside(points[todo]) < radius[todo]]
-    return points
+        mean = grading.local(points[todo])
+        radius[todo] = shape[todo] * mean
+        wanted = rng.random(len(todo)) < (grading.radius / mean) ** 3
+        todo = todo[~wanted | (container.depth_inside(points[todo]) < 0.0)]
+    volume = container.volume(container.floor, container.top)
+    return points, radius * (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(radius**3))) ** (1.0 / 3.0)
 
 
 def hexagonal_in(count: int, container: Container, tilted: bool = False) -> tuple[np.ndarray, float]:

@@ -82,6 +82,21 @@ def test_warnings_of_the_shock_stage_are_cautions(tmp_path):
     ]
 
 
+@pytest.mark.parametrize(("wide", "said"), [(84.0, "ends at 1.87 radii of the settled crater"), (135.1, "")])
+def test_a_bed_that_ends_within_the_blanket_is_a_caution(tmp_path, wide, said):
+    radii = soundness.bed_radii({"frame": "plane", "domain": {"radius_m": wide}}, 90.0)
+    found = soundness.facts(tmp_path, radii)
+    assert found["bed_radii"] == pytest.approx(wide / 45.0)
+    assert len(found["cautions"]) == bool(said) and all(said in words for words in found["cautions"])
+
+
+def test_radii_of_a_cap_and_of_a_whole_body():
+    cap = {"frame": "sphere", "domain": {"datum_radius_m": 2e6, "cone_half_angle_rad": 0.75}}
+    assert soundness.bed_radii(cap, 600e3) == pytest.approx(5.0)
+    assert soundness.bed_radii({"frame": "solid", "domain": {"radius_m": 80.0}}, 40.0) is None
+    assert soundness.bed_radii({"frame": "plane"}, 40.0) is None
+
+
 def test_overlaps_and_returning_ejecta_are_cautions_by_number_or_by_note(tmp_path):
     overlap, lost = soundness.facts(run_with(tmp_path / "a", collapse=COLLAPSE))["cautions"]
     assert "0.235 radii, more than the 0.15" in overlap and "1.77 × 10²³ J" in lost

@@ -78,7 +78,7 @@ def test_a_lattice_bed_recovers_its_cells():
         0.52,
     )
     solid = alpha_shape(points, 1.0, 1.2).offset(0.5)
-    samples = carve.points(region, cKDTree(points), cKDTree(points)).within(solid)
+    samples = carve.points(region, cKDTree(points), cKDTree(points), len(points)).within(solid)
     assert samples.inside.all()
     stays = np.ones(len(bed), dtype=bool)
     volume = carve.grain_volumes(bed, stays, carve.receivers(bed, stays, samples), samples)
@@ -150,7 +150,7 @@ def test_points_are_split_until_every_particle_owns_some():
     particles = np.r_[coarse, small]
     volume = np.r_[np.full(len(coarse), 729.0 / 4000.0), np.full(len(small), 2.0 / 3.0 * np.pi * 0.8**3 / len(small))]
     tree = cKDTree(particles)
-    before = carve.points(region, tree, tree)
+    before = carve.points(region, tree, tree, tree.n)
     after = carve.finer(before, region, tree, tree, volume)
     fine = np.arange(len(coarse), len(particles))
     unowned = [np.isin(fine, samples.particle, invert=True).mean() for samples in (before, after)]
