@@ -168,9 +168,9 @@ def _datum_basis(datum: Datum, cells: _Ground, centre_free: bool, radius_free: b
     )
 
 
-def _falls(u: np.ndarray) -> list[tuple[float, np.ndarray]]:
-    """What may cover the ground at distances ``u`` in units of the inner edge: the weight before the ground has been
-    looked at, and the columns of a rim alone (half of the weight), of a blanket, or of both (a quarter each)."""
+def _covers(u: np.ndarray) -> list[list[np.ndarray]]:
+    """What may cover the ground at distances ``u`` in units of the inner edge: the columns of a rim alone, of a
+    blanket alone, or of both."""
     blankets = [u**-q for q in BLANKETS]
     rims = [
         *(u**-q for q in RIMS["power"]),
@@ -178,32 +178,47 @@ def _falls(u: np.ndarray) -> list[tuple[float, np.ndarray]]:
         *(np.exp(-0.5 * q * (u**2 - 1.0)) for q in RIMS["gaussian"]),
         *(u**2 * np.exp(-0.5 * q * (u**2 - 1.0)) for q in RIMS["rounded"]),
     ]
-    kinds: list[tuple[float, list[tuple[np.ndarray, ...]]]] = [
-        (0.5, [(g,) for g in rims]),
-        (0.25, [(f,) for f in blankets]),
-        (0.25, [(f, g) for f in blankets for g in rims]),
+    return [
+        [rim[:, None] for rim in rims],
+        [blanket[:, None] for blanket in blankets],
+        [np.column_stack([blanket, rim]) for blanket in blankets for rim in rims],
     ]
-    return [(weight / len(kind), np.column_stack(columns)) for weight, kind in kinds for columns in kind]
+
+
+PRIOR = (0.5, 0.25, 0.25)
+"""Weight of a rim, a blanket, and both, before the ground has been looked at."""
 
 
 def _joint(basis: np.ndarray, cells: _Ground, inner: float | None) -> tuple[np.ndarray, np.ndarray]:
     """Parameters of the datum and their covariance, with blanket and rim beyond ``inner`` [m] averaged over (None:
-    bare ground)."""
+    bare ground).
+
+    No list of covers is complete: half of what a rim alone and a blanket alone would make of the datum is part of the
+    covariance, however well either fits.
+    """
     if inner is None:
         bare = _robust(basis, np.empty((len(basis), 0)), cells)
         return bare.datum, bare.covariance
-    prior, covers = zip(*_falls(cells.s / inner))
-    fits = [_robust(basis, cover, cells) for cover in covers]
+    kinds = [[_robust(basis, cover, cells) for cover in kind] for kind in _covers(cells.s / inner)]
+    fits = [fit for kind in kinds for fit in kind]
     squares = np.array([fit.squares for fit in fits])
     best = fits[int(np.argmin(squares))]
-    variance = best.squares / len(cells.h)
-    weight = np.array(prior) * np.exp(-0.5 * (squares - squares.min()) / (variance * max(best.widens, RINGS_SHARE)))
+    variance = best.squares / len(cells.h) * max(best.widens, RINGS_SHARE)
+    prior = np.concatenate([np.full(len(kind), part / len(kind)) for part, kind in zip(PRIOR, kinds)])
+    weight = prior * np.exp(-0.5 * (squares - squares.min()) / variance)
     weight /= weight.sum()
     points = np.array([fit.datum for fit in fits])
     mean = weight @ points
     apart = points - mean
     within = np.einsum("p,pij->ij", weight, np.array([fit.covariance for fit in fits]))
-    return mean, within + (apart * weight[:, None]).T @ apart
+    rim, blanket = slice(0, len(kinds[0])), slice(len(kinds[0]), len(kinds[0]) + len(kinds[1]))
+    half = 0.5 * (_mean(points[rim], squares[rim], variance) - _mean(points[blanket], squares[blanket], variance))
+    return mean, within + (apart * weight[:, None]).T @ apart + np.outer(half, half)
+
+
+def _mean(points: np.ndarray, squares: np.ndarray, variance: float) -> np.ndarray:
+    """Mean of the fits of one kind, each by how well it fits."""
+    return np.asarray(np.average(points, axis=0, weights=np.exp(-0.5 * (squares - squares.min()) / variance)))
 
 
 def _crest(ground: Relief, radius: float) -> float:
