@@ -16,6 +16,9 @@ from dem.beds.solid_packing import FRACTION as SOLID_FRACTION
 from dem.contact_settings import shortest_contact_time
 from matter import at_rest
 
+LOOSE = 0.57
+"""Solid fraction of a loose bed for predictions: that of the friction of 30 degrees."""
+
 
 class Expected(NamedTuple):
     """Mean grain ``radius`` [m], number of grains ``below`` the datum, time ``step`` [s], ``height`` of bed and
@@ -51,7 +54,7 @@ def expected(settings: Settings) -> Expected:
         angle = 2.0 * math.pi / 3.0 * (1.0 - math.cos(min(extent / target.radius, 0.5 * math.pi)))
         below = angle * (target.radius**3 - (target.radius - deep) ** 3)
         above = angle * ((target.radius + top) ** 3 - target.radius**3)
-    filled = HEXAGONAL if settings.packing != "rcp" else FRACTION
+    filled = {"rcp": FRACTION, "loose": LOOSE}.get(settings.packing, HEXAGONAL)
     grain = (filled * (below + above) / settings.count * 0.75 / math.pi) ** (1.0 / 3.0)
     r, mass = np.array([grain]), np.array([rho * 4.0 / 3.0 * math.pi * grain**3 / filled])
     pressure = rho * g * deep

@@ -13,16 +13,15 @@ from dem.assembly import Assembly
 from dem.bed_settings import Settings
 from dem.beds import bed_files, bed_measures, extent, packing
 from dem.beds.container import Container
+from dem.beds.finishing import finish
 from dem.beds.flat_ground import FlatGround
 from dem.beds.flat_settling import FlatSettling
-from dem.beds.settling import finish
+from dem.beds.loose_packing import Loose
 from dem.columns import RADIUS
 from matter.errors import InputError
 from matter.solids.placed import PATCH
 
 OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
-BULK_MARGIN = 5.0
-"""Mean radii from the walls and the datum at which the bulk begins."""
 
 
 def container_of(settings: Settings, ground: FlatGround) -> Container:
@@ -78,16 +77,22 @@ def make(
     """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
     rest."""
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
-    hexagonal = settings.packing != "rcp"
+    hexagonal, loose = settings.packing.startswith("hcp"), None
     if hexagonal:
         points, equal = packing.hexagonal_in(settings.count, container, tilted=settings.packing == "hcp_tilted")
         radius = np.full(len(points), equal)
     else:
         radius = packing.contained_radii(settings.count, settings.radius_spread, container, seeds[0])
-        points = packing.contained_points(radius, container, seeds[1])
+        if settings.packing == "loose":
+            loose = Loose.of_law(ground, container, settings.contact)
+            radius = loose.radii(radius)
+            points = loose.points(radius, loose.raised(radius), packing.contained_points, seeds[1])
+        else:
+            points = packing.contained_points(radius, container, seeds[1])
     work = FlatSettling(
-        points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal, settings.largest_speed
-    )
+        points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal,
+        settings.largest_speed, loose,
+    )  # fmt: skip
     bed, facts = finish(work, out)
     width = settings.damped_layers * 2.0 * bed.mean_radius
     rate = 4.5 * bed_files.wave_speed(bed) / width if width > 0.0 else 0.0
@@ -113,9 +118,9 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
     """Everything that says how good the bed is."""
     below = bed.headroom == 0
     z, rattlers = bed_measures.coordination(bed, below)
-    inner = below & (container.side_depth(bed.X[:, :3]) > BULK_MARGIN * bed.mean_radius)
-    inner &= (bed.X[:, 2] < -BULK_MARGIN * bed.mean_radius) & (
-        bed.X[:, 2] > container.floor + BULK_MARGIN * bed.mean_radius
+    inner = below & (container.side_depth(bed.X[:, :3]) > bed_measures.BULK_MARGIN * bed.mean_radius)
+    inner &= (bed.X[:, 2] < -bed_measures.BULK_MARGIN * bed.mean_radius) & (
+        bed.X[:, 2] > container.floor + bed_measures.BULK_MARGIN * bed.mean_radius
     )
     weight = float(bed.mass[below].sum() * ground.g)
     forces = bed_measures.wall_forces(bed)
@@ -126,7 +131,7 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
         "grains_headroom": int((~below).sum()),
         "mean_radius_m": bed.mean_radius,
         "packing_fraction": bed_measures.bulk_fraction(
-            bed.X[:, :3], bed.X[:, RADIUS], container, BULK_MARGIN * bed.mean_radius
+            bed.X[:, :3], bed.X[:, RADIUS], container, bed_measures.BULK_MARGIN * bed.mean_radius
         ),
         "packing_fraction_with_walls": grains / container.volume(container.floor, 0.0),
         "coordination_number": z,
