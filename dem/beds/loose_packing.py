@@ -134,7 +134,12 @@ class Loose:
         ``AFTER`` more."""
         closes = self.mean(self.fraction) / self.mean(begins(self.fraction)) - 1.0
         falls = closes * (self.domain.top - self.domain.floor) / mean_radius
-        return tuple(p._replace(length=AFTER + 2.0 * falls) if p.name == "sink" else p for p in LOOSE_PHASES)
+        liquid = (self.fraction == CLOSE).any()
+        return tuple(
+            p._replace(length=AFTER + 2.0 * falls) if p.name == "sink" else p
+            for p in LOOSE_PHASES
+            if liquid or p.name != "trim"
+        )
 
 
 def _volume(radius: np.ndarray) -> float:

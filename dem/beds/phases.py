@@ -25,6 +25,8 @@ pack    off      FIRE       (no gravity, a lid)     random points, somewhat too 
 grow    off      FIRE       (no gravity, a lid)     (twice) radii grow until the bulk is filled as it is to begin:
                                                     grains touch, none presses
 sink    on       drag       1                       grains come down onto each other, friction holds them
+trim    on       FIRE       0.001                   (twice, with liquid layers only) these come to equilibrium with the
+                                                    masses that the measured packing fraction asks for
 ======= ======== ========== ======================= ===================================================================
 """
 
@@ -46,11 +48,12 @@ class Phase(NamedTuple):
     light: tuple[float, float]
     masses: bool = False
     exchange: bool = False
+    held: bool = False
 
     @property
     def friction(self) -> bool:
-        """FIRE phases have none."""
-        return not self.fire
+        """FIRE phases have none, but where friction has ``held`` the grains before."""
+        return not self.fire or self.held
 
 
 _FROM_GRIP = (
@@ -71,5 +74,7 @@ LOOSE_PHASES = (
     Phase("grow", 2.0, True, (0.0, 0.0)),
     Phase("grow", 2.0, True, (0.0, 0.0)),
     Phase("sink", 4.0, False, (1.0, 1.0), masses=True, exchange=True),
+    Phase("trim", 4.0, True, (LIGHT, LIGHT), masses=True, exchange=True, held=True),
+    Phase("trim", 4.0, True, (LIGHT, LIGHT), held=True),
     *_FROM_GRIP,
 )

@@ -70,7 +70,8 @@ class Settling:
         self.smooth_contact = contact.model_copy(update={"shell": smooth, "ocean": smooth})
         self.gravity = body.gravity()
         self.hard = self.springs_of_weight()
-        if self.hard:
+        self.falls = self.hard or loose is not None
+        if self.falls:
             self.rest_limit = 4 * REST_LIMIT  # ``rest`` is short against their falls
         self.phase, self.done, self.repeats, self.total = 0, 0, 0, 0
         self.aside: Particles | None = None
@@ -95,8 +96,8 @@ class Settling:
         return self.domain.top_radius - self.domain.core_radius
 
     def span(self) -> float:
-        """Height of bed and headroom, or, of hard grains, the way of a wave in sqrt(r/g) when that is longer [m]."""
-        if not self.hard:
+        """Height of bed and headroom, or, of falling grains, the way of a wave in sqrt(r/g) if that is longer [m]."""
+        if not self.falls:
             return self.height()
         fall = math.sqrt(self.bed.mean_radius / self.surface_gravity())
         return max(self.height(), float(np.median(self.waves())) * fall)
@@ -145,7 +146,7 @@ class Settling:
         travel = self.span() / float(np.median(self.waves()))
         self.steps = max(20, int(now.length * travel / self.bed.dt))
         # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
-        damped = 1.0 if self.hard else 4.0
+        damped = 1.0 if self.falls else 4.0
         self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else damped / travel
         if now.name == "sink":
             fall = math.sqrt(self.bed.mean_radius / self.surface_gravity())
