@@ -305,6 +305,13 @@ def collapse_rows(run: Path) -> list[tuple[str, str]]:
                 readable.number(report["overlap_max"], 3),
             )
         )
+    if swelling := report.get("ground_fraction"):
+        rows.append(
+            (
+                "solid fraction of the ground round the cavity at the handover, at its least and at the end",
+                ", ".join(f"{swelling[key]:.3f}" for key in ("before", "least", "at_rest")),
+            )
+        )
     columns = _columns(run / "5_dem" / "history.csv")
     if "dissipated_returning_J" in columns and float(columns.get("kinetic_J", ["0"])[0]) > 0.0:
         lost, first = float(columns["dissipated_returning_J"][-1]), float(columns["kinetic_J"][0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dem.beds import extent
 from dem.beds.container import SHAPES
@@ -54,24 +54,18 @@ class Settings(Model):
     or a bowl, box or cylinder of its ground round the site laid flat (``dem.beds.patch``; box and cylinder:
     experimental). ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box; ellipsoid, mesh:
     whole)."""
-    packing: Literal["rcp", "loose", "hcp", "hcp_tilted"] = "rcp"
-    """Random close packing, which has to dilate before it flows; ``loose`` (whole bodies only), random packing as
-    loose as steady shear of the same grains makes it (``dem.friction_angle``), so that it flows at once with the
-    friction of steady shear, as ground of the shock stage does; or (flat ground only, equal grains) hexagonal close
-    packing: its layers parallel to the ground, or ``hcp_tilted``, turned so that none is (whole layers that lift are
-    an accident of their direction)."""
+    packing: Literal["loose", "rcp", "hcp", "hcp_tilted"] = "loose"
+    """How densely grains are packed. ``loose``: at random, as loosely as steady shear of the same grains leaves them
+    (``dem.friction_angle``), so that the bed flows without having to swell first. Denser, and swelling before it
+    flows: ``rcp``, random close packing; or (flat ground only, equal grains) hexagonal close packing, ``hcp`` with its
+    layers parallel to the ground, ``hcp_tilted`` turned so that none is (whole layers that lift are an accident of
+    their direction)."""
     largest_speed: PositiveSpeed | None = None
     """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only
     (``dem.beds.flat_settling.stiffness``)."""
     pull_interval: PositiveTime | None = None
     """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; between them it turns with
     the body. None: a 500th of the time of an orbit about a body as dense as its grains (``dem.self_gravity``)."""
-
-    @model_validator(mode="after")
-    def _loose_bodies(self) -> Settings:
-        if self.packing == "loose" and (not self.target.solid or self.on_patch):
-            raise ValueError('packing = "loose" is for the whole of an ellipsoid or mesh')
-        return self
 
     @property
     def on_patch(self) -> bool:

@@ -33,7 +33,9 @@ from dem.beds import (
     solid_bed,
 )
 from dem.beds.domain import Domain
+from dem.beds.finishing import finish
 from dem.beds.layered_body import LayeredBody
+from dem.beds.loose_packing import Loose
 from dem.beds.solid_body import is_solid
 from dem.columns import RADIUS
 from matter import readable
@@ -97,7 +99,7 @@ def steps(settings: Settings) -> float:
         return BODY_STEPS * (n / 20_000) ** BODY_GROWTH
     if not target.flat and not expected_grains.hard(settings):
         return STEPS * math.sqrt(n / 20_000)
-    kind = FLAT_STEPS * (HEXAGONAL_SHARE if settings.packing != "rcp" else 1.0)
+    kind = FLAT_STEPS * (HEXAGONAL_SHARE if settings.packing.startswith("hcp") else 1.0)
     return kind * (n / 20_000) ** FLAT_GROWTH
 
 
@@ -177,7 +179,7 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
         raise InputError(
             f'[bed] shape = "{settings.shape}" is for flat ground; a spherical target is filled as a "cap"'
         )
-    if settings.packing != "rcp" or settings.largest_speed is not None:
+    if settings.packing not in ("rcp", "loose") or settings.largest_speed is not None:
         raise InputError(
             f'[bed] packing = "{settings.packing}" and largest_speed are for flat ground (bowl, box, cylinder)'
         )
@@ -187,10 +189,15 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
 
 def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> None:
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
-    radius = packing.radii(settings.count, settings.radius_spread, domain, seeds[0])
-    points = packing.random_points(radius, domain, seeds[1])
-    work = settling.Settling(points, radius, body, domain, settings.contact, settings.residual_speed)
-    bed, facts = settling.finish(work, out)
+    radius, loose = packing.radii(settings.count, settings.radius_spread, domain, seeds[0]), None
+    if settings.packing == "loose":
+        loose = Loose.of_law(body, domain, settings.contact)
+        radius = loose.radii(radius)
+        points = loose.points(radius, loose.raised(radius), packing.random_points, seeds[1])
+    else:
+        points = packing.random_points(radius, domain, seeds[1])
+    work = settling.Settling(points, radius, body, domain, settings.contact, settings.residual_speed, loose)
+    bed, facts = finish(work, out)
     domain = _damped(domain, settings, bed.mean_radius, bed_files.wave_speed(bed))
     report = _report(bed, body, domain, facts)
     bed_files.leave(

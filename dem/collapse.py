@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dem import flight, flight_collisions, sleeping, stiffening, whole_collapse
+from dem import flight, flight_collisions, ground_fraction, sleeping, stiffening, whole_collapse
 from dem.assembly import BALLISTIC, LEFT, REASONS, Assembly, Extras
 from dem.balance import Balance, handed_energy
 from dem.beds import settling
@@ -248,7 +248,7 @@ class Collapse:
         self._snapshot("last", tables=True)
         times = {path.name: float(snapshot.read(path).attributes["time"]) for path in snapshot.series(self.out)}
         snapshot.write_series(self.out, times, "snap")
-        report = self._report()
+        report = self._report() | ground_fraction.report(self.out, self.domain, self.carried)
         archive.write_text(self.out / "stage_report.json", json.dumps(report, indent=1))
         # what another program has computed is not computed again from here
         (checkpoint.keep_last if self.settings.engine == "native" else checkpoint.clear)(self.out)

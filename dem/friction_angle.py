@@ -38,6 +38,8 @@ from typing import Any, Literal
 import numpy as np
 
 from dem.contact_settings import Contact
+from dem.rest_springs import REST_SHARE
+from dem.trials.shear_cell import CELL_STIFFNESS
 from dem.trials.steady_shear import shear
 from dem.trials.tilted_bed import tilt
 from matter import archive, jit
@@ -73,6 +75,20 @@ def measure(contact: Contact, method: Method = "shear", **options: Any) -> dict[
     place.parent.mkdir(parents=True, exist_ok=True)
     archive.write_text(place, json.dumps(result, indent=1))
     return result
+
+
+FLOWING = 0.02
+"""Inertial number of ``loose_fraction``: ten times as fast as for an angle, and as loose within 0.002."""
+
+
+def loose_fraction(contact: Contact) -> float:
+    """Solid fraction that steady shear of the solid grains settles at, the critical state of soil mechanics, in
+    springs as stiff as those of a bed halfway down (``dem.rest_springs``).
+
+    With ``CELL_STIFFNESS`` grains overlap by 0.7 % of a diameter, which makes the cell denser by 0.015 to 0.02.
+    """
+    stiff = contact.stiffness_factor / (REST_SHARE * contact.static_overlap)
+    return measure(contact, "shear", inertial=FLOWING, stiffness=max(CELL_STIFFNESS, stiff))["fraction"]
 
 
 def with_friction(contact: Contact, friction: float) -> Contact:

@@ -13,7 +13,7 @@ ATTRACTION = ROOM.parent / "matter" / "solids" / "attraction.py"
 OF_BODIES = {ROOM.parent / "matter" / "tree.py", ROOM / "tide.py", ROOM / "beds" / "slopes.py", ATTRACTION}
 """What only a whole body takes, or a patch of one: gravity between grains (``dem.self_gravity``), tide, slopes; the
 attraction at a site."""
-PACKING = ("beds/packing.py", "beds/relaxation.py")
+PACKING = ("beds/packing.py", "beds/loose_packing.py", "beds/relaxation.py")
 """What only the making of a bed takes."""
 
 
@@ -32,10 +32,13 @@ def of_bed(settings: Any) -> set[Path]:
     if settings.target.solid and not settings.on_patch:
         # slopes of the whole are held against the friction angle, which is measured
         idle -= set((ROOM / "trials").glob("*.py"))
-        idle |= {ROOM / "beds" / "packing.py", ATTRACTION}
+        idle |= {ROOM / "beds" / "packing.py", ROOM / "beds" / "loose_packing.py", ATTRACTION}
         return idle | (set() if settings.target.companion else {ROOM / "tide.py"})
-    of_bodies = OF_BODIES - {ATTRACTION} if settings.on_patch else OF_BODIES
-    return idle | of_bodies | ({ROOM / "beds" / "packing.py"} if settings.packing != "rcp" else set())
+    idle |= OF_BODIES - {ATTRACTION} if settings.on_patch else OF_BODIES
+    if settings.packing == "loose":
+        return idle - set((ROOM / "trials").glob("*.py"))  # its solid fraction is measured
+    idle.add(ROOM / "beds" / "loose_packing.py")
+    return idle | ({ROOM / "beds" / "packing.py"} if settings.packing.startswith("hcp") else set())
 
 
 def of_collapse(settings: Any) -> set[Path]:

@@ -19,6 +19,9 @@ from matter.jit import kernel
 
 SOURCES = ("Christoffersen1981",)
 
+BULK_MARGIN = 5.0
+"""Mean radii from the walls and the datum at which the bulk of flat ground begins."""
+
 
 class Shells:
     """Equidistant concentric shells, fine against the grains, and the volume of every grain that falls into each.

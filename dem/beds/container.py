@@ -9,7 +9,7 @@ grains).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -67,6 +67,27 @@ class Container:
             return math.pi * self.radius**2 * (top - bottom)
         low, high, above = min(bottom, 0.0), min(top, 0.0), max(top, 0.0) - max(bottom, 0.0)
         return math.pi * (self.radius**2 * (high - low) - (high**3 - low**3) / 3.0) + math.pi * self.radius**2 * above
+
+    @property
+    def datum(self) -> float:
+        """Height of the undisturbed surface [m]."""
+        return 0.0
+
+    def height(self, position: np.ndarray) -> np.ndarray:
+        """Height above the datum [m]."""
+        return np.asarray(position[:, 2])
+
+    def along(self, position: np.ndarray) -> np.ndarray:
+        """Distance from the axis, along the datum [m]."""
+        return np.hypot(position[:, 0], position[:, 1])
+
+    def raised(self, by: float) -> Container:
+        """The same with its top higher [m]."""
+        return replace(self, top=self.top + by)
+
+    def inset(self, by: float) -> Container:
+        """The same shape without a layer of this width [m] along floor, sides and top."""
+        return replace(self, radius=self.radius - by, floor=self.floor + by, top=max(self.top - by, 0.0))
 
     def area(self, height: np.ndarray) -> np.ndarray:
         """Cross-section at a height [m^2]."""

@@ -9,7 +9,7 @@ do not come back from the cone.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,6 +44,43 @@ class Domain:
     def solid_angle(self) -> float:
         """Solid angle of the cone [sr]."""
         return 2.0 * math.pi * (1.0 - math.cos(self.half_angle))
+
+    @property
+    def floor(self) -> float:
+        """``core_radius``: heights in a body are distances from its centre."""
+        return self.core_radius
+
+    @property
+    def datum(self) -> float:
+        """``datum_radius``."""
+        return self.datum_radius
+
+    @property
+    def top(self) -> float:
+        """``top_radius``."""
+        return self.top_radius
+
+    def height(self, position: np.ndarray) -> np.ndarray:
+        """Distance from the centre [m]."""
+        return np.linalg.norm(position, axis=1)
+
+    def along(self, position: np.ndarray) -> np.ndarray:
+        """Distance from the axis, along the datum [m]."""
+        return self.datum_radius * self.polar_angle(position)
+
+    def raised(self, by: float) -> Domain:
+        """The same with its top farther out [m]."""
+        return replace(self, top_radius=self.top_radius + by)
+
+    def inset(self, by: float) -> Domain:
+        """The same without a layer of this width [m] along core, cone and top; the cone is narrower by the same angle
+        all along."""
+        return replace(
+            self,
+            core_radius=self.core_radius + by,
+            top_radius=self.top_radius - by,
+            half_angle=self.half_angle - by / self.datum_radius,
+        )
 
     def volume(self, inner: float, outer: float) -> float:
         """Volume of the domain between two radii [m^3]."""

@@ -19,6 +19,10 @@ from dem.contact_settings import shortest_contact_time
 from matter import at_rest
 from matter.body import Target
 
+LOOSE = 0.57
+"""Solid fraction of a loose bed for predictions: that of the friction of 30 degrees."""
+FILLED = {"loose": LOOSE, "rcp": FRACTION, "hcp": HEXAGONAL, "hcp_tilted": HEXAGONAL}
+
 
 class Expected(NamedTuple):
     """Mean grain ``radius`` [m] (of flat ground at the impact), number of grains ``below`` the datum, time ``step``
@@ -40,7 +44,7 @@ def expected(settings: Settings) -> Expected:
     name = target.layers[-1].material
     own = at_rest.of(name, settings.densities)
     rho = own.bulk
-    filled = HEXAGONAL if settings.packing.startswith("hcp") else FRACTION
+    filled = FILLED[settings.packing]
     if target.flat:
         container, sizes, below = of_flat(settings, target)
         grain, deep = sizes.radius, -container.floor
@@ -70,7 +74,8 @@ def of_flat(settings: Settings, target: Target) -> tuple[Container, Grading, flo
     deep = wide if shape == "bowl" else settings.depth or depth(diameter, target.radius)
     container = Container(shape, wide, -deep, settings.headroom_fraction * diameter)
     alike = settings.packing.startswith("hcp")
-    spread, filled, growth = (0.0, HEXAGONAL, 0.0) if alike else (settings.radius_spread, FRACTION, settings.growth)
+    spread, growth = (0.0, 0.0) if alike else (settings.radius_spread, settings.growth)
+    filled = FILLED[settings.packing]
     return container, *grading.solved(settings.count, spread, filled, container, settings.impact, growth)
 
 

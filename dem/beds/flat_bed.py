@@ -13,18 +13,18 @@ from dem.assembly import Assembly
 from dem.bed_settings import Settings
 from dem.beds import bed_files, bed_measures, extent, grading, packing
 from dem.beds.container import Container
+from dem.beds.finishing import finish
 from dem.beds.flat_ground import FlatGround
 from dem.beds.flat_settling import FlatSettling
-from dem.beds.settling import finish
+from dem.beds.loose_packing import Loose
 from dem.columns import RADIUS
 from matter.errors import InputError
 from matter.solids.placed import PATCH
 
 OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
-BULK_MARGIN = 5.0
-"""Mean radii from the walls and the datum at which the bulk begins."""
 MARGIN, COARSE = 3.0, 1.5
-"""The same in mean radii of the place, and mean radius over that at the impact from which on grains are coarse."""
+"""Local mean radii from the walls and the datum at which the bulk of graded grains begins, and the mean radius over
+that at the impact from which on grains are coarse."""
 
 
 def container_of(settings: Settings, ground: FlatGround) -> Container:
@@ -79,19 +79,28 @@ def make(
 ) -> None:
     """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
     rest."""
-    seeds = np.random.SeedSequence(settings.seed).spawn(1)
-    hexagonal = settings.packing != "rcp"
+    seeds = np.random.SeedSequence(settings.seed).spawn(2)
+    hexagonal, loose = settings.packing.startswith("hcp"), None
     if hexagonal:
         points, equal = packing.hexagonal_in(settings.count, container, tilted=settings.packing == "hcp_tilted")
         radius, sizes = np.full(len(points), equal), grading.Grading(equal, container.radius, 0.0)
     else:
-        sizes = grading.solved(
-            settings.count, settings.radius_spread, packing.FRACTION, container, settings.impact, settings.growth
-        )[0]
+        loose = Loose.of_law(ground, container, settings.contact) if settings.packing == "loose" else None
+        filled = packing.FRACTION if loose is None else loose.mean(loose.fraction)
+        sizes, _ = grading.solved(
+            settings.count, settings.radius_spread, filled, container, settings.impact, settings.growth
+        )
         points, radius = packing.contained(settings.count, settings.radius_spread, container, sizes, seeds[0])
+        if loose is not None:
+            raised = loose.raised(loose.radii(radius))
+            points, radius = packing.contained(
+                settings.count, settings.radius_spread, raised, sizes, seeds[1], loose.begins_at
+            )
+            radius = loose.radii(radius)
     work = FlatSettling(
-        points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal, settings.largest_speed
-    )
+        points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal,
+        settings.largest_speed, loose,
+    )  # fmt: skip
     bed, facts = finish(work, out)
     edge = float(sizes.at(np.array([container.radius]))[0])
     width = settings.damped_layers * 2.0 * edge
@@ -120,9 +129,9 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
     """Everything that says how good the bed is."""
     below = bed.headroom == 0
     z, rattlers = bed_measures.coordination(bed, below)
-    inner = below & (container.side_depth(bed.X[:, :3]) > BULK_MARGIN * bed.mean_radius)
-    inner &= (bed.X[:, 2] < -BULK_MARGIN * bed.mean_radius) & (
-        bed.X[:, 2] > container.floor + BULK_MARGIN * bed.mean_radius
+    inner = below & (container.side_depth(bed.X[:, :3]) > bed_measures.BULK_MARGIN * bed.mean_radius)
+    inner &= (bed.X[:, 2] < -bed_measures.BULK_MARGIN * bed.mean_radius) & (
+        bed.X[:, 2] > container.floor + bed_measures.BULK_MARGIN * bed.mean_radius
     )
     weight = float(bed.mass[below].sum() * ground.g)
     forces = bed_measures.wall_forces(bed)
@@ -133,7 +142,7 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
         "grains_headroom": int((~below).sum()),
         "mean_radius_m": bed.mean_radius,
         "packing_fraction": bed_measures.bulk_fraction(
-            bed.X[:, :3], bed.X[:, RADIUS], container, BULK_MARGIN * bed.mean_radius
+            bed.X[:, :3], bed.X[:, RADIUS], container, bed_measures.BULK_MARGIN * bed.mean_radius
         ),
         "packing_fraction_with_walls": grains / container.volume(container.floor, 0.0),
         "coordination_number": z,

@@ -23,6 +23,7 @@ from dem.assembly import Assembly
 from dem.beds import bed_measures
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
+from dem.beds.loose_packing import Loose
 from dem.beds.packing import FRACTION, HEXAGONAL
 from dem.beds.phases import PHASES, Phase
 from dem.beds.settling import Settling
@@ -60,10 +61,10 @@ class FlatSettling(Settling):
     def __init__(
         self, points: np.ndarray, radius: np.ndarray, ground: FlatGround, container: Container, contact: Contact,
         limit: float,
-        hexagonal: bool = False, speed: float | None = None,
+        hexagonal: bool = False, speed: float | None = None, loose: Loose | None = None,
     ):  # fmt: skip
         self.ground, self.container, self.speed = ground, container, speed
-        self.nominal = HEXAGONAL if hexagonal else FRACTION
+        self.nominal = loose.mean(loose.fraction) if loose else HEXAGONAL if hexagonal else FRACTION
         floor = float(ground.pressure(np.array(container.floor)))
         mean = np.array([float(radius.mean())])
         volume = 4.0 / 3.0 * math.pi * mean**3
@@ -72,7 +73,8 @@ class FlatSettling(Settling):
         stiff = float(stiffness(mean, mass, contact, floor, speed)[0])
         self.inflation = stiff / float(stiffness(mean, mass, contact, floor, None)[0])
         wave = 2.0 * float(mean[0]) * math.sqrt(stiff / float(mass[0]))
-        plan = [phase for phase in PHASES if not (hexagonal and phase.fire and phase.name != "lay")]
+        phases = loose.phases(float(mean[0])) if loose else PHASES
+        plan = [phase for phase in phases if not (hexagonal and phase.fire and phase.name != "lay")]
         if hexagonal:  # what the container's sides leave unsupported has to fall first
             plan[0] = plan[0]._replace(length=LOOSE * plan[0].length)
         if self.inflation > 1.0:
@@ -81,7 +83,7 @@ class FlatSettling(Settling):
             unit = max((container.top - container.floor) / wave, time / math.sqrt(self.inflation))
             plan.insert(grip + 1, Phase("ease", EASE * time / unit, False, (0.0, 0.0)))
         self.plan = tuple(plan)
-        super().__init__(points, radius, ground, container, contact, limit)  # type: ignore[arg-type]
+        super().__init__(points, radius, ground, container, contact, limit, loose)  # type: ignore[arg-type]
 
     # -- gravity
 

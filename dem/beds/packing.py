@@ -14,6 +14,7 @@ Protocol of relaxation: O'Hern, Silbert, Liu & Nagel 2003, Phys. Rev. E 68, 0113
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -58,13 +59,19 @@ def random_points(radius: np.ndarray, domain: Domain, seed: np.random.SeedSequen
 
 
 def contained(
-    count: int, spread: float, container: Container, grading: Grading, seed: np.random.SeedSequence
+    count: int,
+    spread: float,
+    container: Container,
+    grading: Grading,
+    seed: np.random.SeedSequence,
+    filling: Callable[[np.ndarray], np.ndarray] = lambda points: np.ones(len(points)),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n, 3) [m] and radii (n,) [m] of random grains in a container of flat ground: each radius uniform within
     +-``spread`` about the mean of its place, the same volume of grains everywhere, up to ``FRACTION`` in all.
 
-    Centres are as dense as 1 / r^3 over the whole container, since coarse grains kept away from the walls would leave
-    more room there than fine ones; walls push out what reaches into them, as grains do each other.
+    Centres are as dense as ``filling`` (n,), at most 1, over r^3 in the whole container, since coarse grains kept away
+    from the walls would leave more room there than fine ones; walls push out what reaches into them, as grains do each
+    other.
     """
     rng = np.random.default_rng(seed)
     shape, radius = rng.uniform(1.0 - spread, 1.0 + spread, count), np.empty(count)
@@ -77,7 +84,7 @@ def contained(
         points[todo] = rng.uniform(low, high, (len(todo), 3))
         mean = grading.local(points[todo])
         radius[todo] = shape[todo] * mean
-        wanted = rng.random(len(todo)) < (grading.radius / mean) ** 3
+        wanted = rng.random(len(todo)) < filling(points[todo]) * (grading.radius / mean) ** 3
         todo = todo[~wanted | (container.depth_inside(points[todo]) < 0.0)]
     volume = container.volume(container.floor, container.top)
     return points, radius * (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(radius**3))) ** (1.0 / 3.0)

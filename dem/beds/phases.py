@@ -16,6 +16,18 @@ free    on       none       (headroom taken away)   proof: by itself the bed sta
 lay     off      FIRE       0                       the headroom is laid back onto the bed, which is held still:
                                                     touching, no load
 ======= ======== ========== ======================= ===================================================================
+
+A bed as loose as steady shear leaves its grains (``dem.beds.loose_packing``) begins otherwise, and goes on from
+``grip``:
+
+======= ======== ========== ======================= ===================================================================
+pack    off      FIRE       (no gravity, a lid)     random points, somewhat too loose, come apart
+grow    off      FIRE       (no gravity, a lid)     (twice) radii grow until the bulk is filled as it is to begin:
+                                                    grains touch, none presses
+sink    on       drag       1                       grains come down onto each other, friction holds them
+trim    on       FIRE       0.001                   (twice, with liquid layers only) these come to equilibrium with the
+                                                    masses that the measured packing fraction asks for
+======= ======== ========== ======================= ===================================================================
 """
 
 from __future__ import annotations
@@ -27,8 +39,8 @@ LIGHT = 1e-3
 
 
 class Phase(NamedTuple):
-    """``length`` in travel times of a wave through the bed at the collision step; ``light`` weight above the datum at
-    start and end."""
+    """``length`` in travel times of a wave through the bed at the collision step (of ``sink`` in sqrt(r/g)); ``light``
+    weight above the datum at start and end."""
 
     name: str
     length: float
@@ -36,20 +48,33 @@ class Phase(NamedTuple):
     light: tuple[float, float]
     masses: bool = False
     exchange: bool = False
+    held: bool = False
 
     @property
     def friction(self) -> bool:
-        """FIRE phases have none."""
-        return not self.fire
+        """FIRE phases have none, but where friction has ``held`` the grains before."""
+        return not self.fire or self.held
 
 
+_FROM_GRIP = (
+    Phase("grip", 1.5, False, (0.0, 0.0)),
+    Phase("rest", 1.5, False, (0.0, 0.0)),
+    Phase("free", 1.0, False, (0.0, 0.0)),
+    Phase("lay", 1.0, True, (0.0, 0.0)),
+)
 PHASES = (
     Phase("pack", 3.0, True, (0.0, 0.0), exchange=True),
     Phase("load", 3.0, True, (0.5, LIGHT), masses=True, exchange=True),
     Phase("trim", 2.0, True, (LIGHT, LIGHT), masses=True),
     Phase("trim", 3.0, True, (LIGHT, LIGHT)),
-    Phase("grip", 1.5, False, (0.0, 0.0)),
-    Phase("rest", 1.5, False, (0.0, 0.0)),
-    Phase("free", 1.0, False, (0.0, 0.0)),
-    Phase("lay", 1.0, True, (0.0, 0.0)),
+    *_FROM_GRIP,
+)
+LOOSE_PHASES = (
+    Phase("pack", 2.0, True, (0.0, 0.0)),
+    Phase("grow", 2.0, True, (0.0, 0.0)),
+    Phase("grow", 2.0, True, (0.0, 0.0)),
+    Phase("sink", 4.0, False, (1.0, 1.0), masses=True, exchange=True),
+    Phase("trim", 4.0, True, (LIGHT, LIGHT), masses=True, exchange=True, held=True),
+    Phase("trim", 4.0, True, (LIGHT, LIGHT), held=True),
+    *_FROM_GRIP,
 )

@@ -19,21 +19,22 @@ from dem.assembly import Assembly
 from dem.beds import bed_measures, grain_masses, packing
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
+from dem.beds.loose_packing import Loose
 from dem.beds.phases import PHASES, Phase
 from dem.beds.relaxation import Fire
 from dem.columns import MASS, RADIUS, STIFFNESS, WX
-from dem.contact_settings import OCEAN, Contact
+from dem.contact_settings import OCEAN, SPECIES, Contact
 from dem.walls import Wall
 from matter import checkpoint
-from matter.cadence import Cadence
 from matter.particles import Particles
-from matter.progress import Progress, stop_here
 
 LOOK_EVERY = 10
 """Steps between two looks at which grains are above the datum."""
 EXCHANGE_EVERY = 3
 REST_LIMIT = 15
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
+SINK_DRAG = 2.0
+"""Rate of the drag while loose grains come down, times sqrt(r/g): none falls faster than half of sqrt(g r)."""
 LOOSE = 4.0
 """Largest speed of any one grain after ``free``, over the limit on the rms speed."""
 QUIET = 0.1
@@ -56,14 +57,21 @@ class Settling:
     """Numbers of the settling that a checkpoint holds besides the assembly."""
 
     def __init__(
-        self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact, limit: float
-    ):
-        self.body, self.domain, self.contact, self.limit = body, domain, contact, limit
+        self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact,
+        limit: float, loose: Loose | None = None,
+    ):  # fmt: skip
+        self.body, self.domain, self.contact, self.limit, self.loose = body, domain, contact, limit, loose
+        self.settled_in = domain
+        if loose:
+            self.raised = loose.raised(radius)
+            if self.plan is PHASES:
+                self.plan = loose.phases(float(radius.mean()))
         smooth = OCEAN.model_copy(update={"restitution": 0.5})
         self.smooth_contact = contact.model_copy(update={"shell": smooth, "ocean": smooth})
         self.gravity = body.gravity()
         self.hard = self.springs_of_weight()
-        if self.hard:
+        self.falls = self.hard or loose is not None
+        if self.falls:
             self.rest_limit = 4 * REST_LIMIT  # ``rest`` is short against their falls
         self.phase, self.done, self.repeats, self.total = 0, 0, 0, 0
         self.aside: Particles | None = None
@@ -88,8 +96,8 @@ class Settling:
         return self.domain.top_radius - self.domain.core_radius
 
     def span(self) -> float:
-        """Height of bed and headroom, or, of hard grains, the way of a wave in sqrt(r/g) when that is longer [m]."""
-        if not self.hard:
+        """Height of bed and headroom, or, of falling grains, the way of a wave in sqrt(r/g) if that is longer [m]."""
+        if not self.falls:
             return self.height()
         fall = math.sqrt(self.bed.mean_radius / self.surface_gravity())
         return max(self.height(), float(np.median(self.waves())) * fall)
@@ -125,8 +133,10 @@ class Settling:
     def _begin(self, grains: Particles) -> None:
         """Grains in the walls and with the laws of the present phase."""
         now = self.plan[self.phase]
+        if self.loose:
+            self.domain = self.raised if self.phase < self.place("grip") else self.settled_in  # type: ignore[assignment]
         walls: tuple[Wall, ...] = self.domain.walls()
-        if now.name == "pack":
+        if now.name in ("pack", "grow"):
             walls = (*walls, self.domain.lid())
         contact = self.contact if now.friction else self.smooth_contact
         limit = np.inf if now.fire else contact.overlap_stop
@@ -136,8 +146,12 @@ class Settling:
         travel = self.span() / float(np.median(self.waves()))
         self.steps = max(20, int(now.length * travel / self.bed.dt))
         # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
-        damped = 1.0 if self.hard else 4.0
+        damped = 1.0 if self.falls else 4.0
         self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else damped / travel
+        if now.name == "sink":
+            fall = math.sqrt(self.bed.mean_radius / self.surface_gravity())
+            self.steps = int(now.length * fall / self.bed.dt)
+            self.bed.drag[:] = SINK_DRAG / fall
         self.fire = Fire(self.bed)
         self.done = 0
 
@@ -159,6 +173,8 @@ class Settling:
         # hard grains come to rest without that, and exchanged radii pack tighter (0.67) than random ones
         if now.exchange and not self.hard and self.done % EXCHANGE_EVERY == 0 and 20 < self.done < 0.9 * self.steps:
             which = np.ones(len(self.bed.X), dtype=bool) if now.name == "pack" else self.deep()
+            if self.loose:  # grains with friction hold without it
+                which &= self.bed.kind == SPECIES.index("ocean")
             packing.exchange_radii(self.bed, self.domain, now.name == "pack", which)
 
     def _squared_distance(self) -> np.ndarray:
@@ -167,7 +183,7 @@ class Settling:
     def _weigh(self, part: float) -> None:
         """Set the weights for the present place of the grains."""
         now, bed = self.plan[self.phase], self.bed
-        if now.name == "pack":
+        if now.name in ("pack", "grow"):
             bed.weight[:] = 0.0
             return
         start, end = now.light
@@ -208,6 +224,8 @@ class Settling:
                 grains.tables[name] = np.zeros_like(grains.tables[name])
         if now.masses:
             grains = self.matched(grains, bed)
+        if self.plan[self.phase].name == "grow":
+            grains = self._grown(grains)
         if self.phase == self.place("grip"):
             grains = self._take_headroom(grains)
         if self.phase == lay:
@@ -219,6 +237,12 @@ class Settling:
     def _level(self, grains: Particles, bed: Assembly, g: float) -> Particles:
         """The grains with their weight levelled (``dem.beds.grain_masses``)."""
         return grain_masses.levelled(grains, bed, self.domain, g)
+
+    def _grown(self, grains: Particles) -> Particles:
+        """The grains with the radii at which they fill each layer's bulk as a loose bed begins."""
+        assert self.loose is not None
+        grains["radius"] = self.loose.growth(grains, self.raised) * grains.radius
+        return self.matched(grains, None)
 
     def _take_headroom(self, grains: Particles) -> Particles:
         """The grains below the datum; the others wait aside."""
@@ -317,28 +341,3 @@ class Settling:
     def matched(self, grains: Particles, bed: Any) -> Particles:
         """The grains with material, species, mass and stiffness for where they are (``dem.beds.grain_masses``)."""
         return grain_masses.matched(grains, bed, self.body, self.domain, self.contact)
-
-
-def finish(work: Settling, out: Path) -> tuple[Assembly, dict[str, float]]:
-    """Run a settling until the bed's rms speed over sqrt(g r) stays below its limit, from a checkpoint in ``out``
-    if there is one.
-
-    Returns the bed and facts on how it got there: ``steps``, and ``free_run_speed``, the rms speed over sqrt(g r)
-    after a travel time without any damping.
-    """
-    saved = checkpoint.newest(out)
-    if saved is not None:
-        work.restore(*saved)
-    progress = Progress("bed", sum(p.length for p in work.plan), start=work.progress)
-    cadence = Cadence()
-    while True:
-        while work.done < work.steps:
-            work.step()
-            progress.update(work.progress, f"{work.plan[work.phase].name}: {work.bed.speed:.3g} m/s")
-            if cadence.due():
-                with cadence.writing():
-                    work.save(out)
-                stop_here("bed")
-        if not work.next():
-            break
-    return work.result(), {"steps": float(work.total), "free_run_speed_over_sqrt_g_r": work.free_speed}

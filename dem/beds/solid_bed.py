@@ -16,7 +16,7 @@ from dem import friction_angle
 from dem.assembly import Assembly
 from dem.bed_settings import Settings
 from dem.beds import bed_files, bed_measures, slopes, solid_packing
-from dem.beds.settling import finish
+from dem.beds.finishing import finish
 from dem.beds.solid_body import SolidBody
 from dem.beds.solid_settling import SolidSettling
 from dem.columns import RADIUS

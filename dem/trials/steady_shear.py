@@ -44,16 +44,20 @@ def sample(count: int, seed: int, spread: float) -> tuple[np.ndarray, np.ndarray
 
 
 def shear(
-    contact: Contact, seed: int = 1, count: int = 1000, spread: float = 0.15, inertial: float | None = None
+    contact: Contact,
+    seed: int = 1,
+    count: int = 1000,
+    spread: float = 0.15,
+    inertial: float | None = None,
+    stiffness: float = CELL_STIFFNESS,
 ) -> dict[str, float]:
     """Steady simple shear: both angles and their errors (``error_deg``, ``mohr_coulomb_error_deg``), ``fraction``,
     ``coordination``, ``strain``, ``inertial``, by default that of the slow state, and ``kinetic_pressure``,
-    the share of P that the grains' own motion bears."""
+    the share of P that the grains' own motion bears. ``stiffness``: k_n of a grain of mean size over P d."""
     x, radius, side = sample(count, seed, spread)
     length = (2.0 * radius.max() + 0.02) * side
     slow = inertial or (SLOW_SMOOTH if contact.shell.friction == 0.0 else SLOW)
-    stiffness = max(CELL_STIFFNESS, FAST * slow * slow)
-    cell = Cell(x, radius, np.array([length, length, 1.2 * length]), contact, stiffness)
+    cell = Cell(x, radius, np.array([length, length, 1.2 * length]), contact, max(stiffness, FAST * slow * slow))
     cell.pressure = 1.0
     # the loose lattice is pressed together while it is sheared quickly, then brought to the wanted state
     block = max(BLOCK, LEAST_TIME * slow)
