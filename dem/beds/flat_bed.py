@@ -108,6 +108,8 @@ def make(
     container = replace(container, damped_width=width, damping_rate=rate)
     report = report_of(bed, ground, container, {**facts, "inflation_of_gravity": work.inflation})
     report |= across_sizes(bed, container, sizes)
+    if loose is not None:
+        report["critical_fraction"] = filled
     of_body: dict[str, Any] = {} if patch is None else {PATCH: dict(patch)}
     report |= of_body
     bed_files.leave(
