@@ -40,8 +40,8 @@ from matter.quantity import PositiveSpeed
 REASONS = ("compact", "sparse", "expanded", "fast", "high", "detached")
 COMPACT, SPARSE, EXPANDED, FAST, HIGH, DETACHED = range(6)
 SPARSEST = 0.5
-"""Fraction of its packed density at which matter still counts as compact; what is sparser and yet compact is counted as
-if it had this much."""
+"""Fraction of its packed density at which matter still counts as compact; what is sparser and yet compact is counted
+as if it had this much."""
 # m, kg, kg/m^3 against cm, km, g or g/cm^3 is a factor of 1000 at least; a body with a crater lies within 5 of 1
 _UNITS = 50.0
 # in spacings above the datum: what is higher has left the ground
@@ -143,8 +143,8 @@ def _check_units(source: Particles) -> None:
 
 
 def spacing_of(source: Particles) -> np.ndarray:
-    """Local particle spacing (mass / ``counted_density``)^(1/3) [m]; never above three quarters of the kernel's support
-    where that is known."""
+    """Local particle spacing (mass / ``counted_density``)^(1/3) [m]; never above three quarters of the kernel's
+    support where that is known."""
     spacing = np.cbrt(source.mass / counted_density(source))
     return np.minimum(spacing, 0.75 * source.support_radius) if "support_radius" in source else spacing
 

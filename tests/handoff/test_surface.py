@@ -197,8 +197,8 @@ EXPANDED = 0.3
 
 
 def lined_bowl(upward: float, height: float = 0.0) -> tuple[Particles, np.ndarray]:
-    """A bowl in ice at rest, and which of its particles line its floor: at ``EXPANDED`` of the density of ice, raised by
-    ``height`` [m], moving up at ``upward`` [m/s]."""
+    """A bowl in ice at rest, and which of its particles line its floor: at ``EXPANDED`` of the density of ice, raised
+    by ``height`` [m], moving up at ``upward`` [m/s]."""
     source = clouds.flat_source(1.7, clouds.ARC_FLAT, clouds.DEPTH, flows.hemisphere, np.zeros_like, density=917.0)
     x, y, z = source.position.T
     lining = (np.hypot(x, y) < 5.0) & (np.linalg.norm(source.position, axis=1) < clouds.CAVITY + 1.7) & (z < 0.0)
@@ -231,7 +231,7 @@ def test_expanded_matter_is_ejecta_where_it_leaves_the_ground(upward, height, ne
 
 
 def test_expanded_matter_of_the_floor_is_counted_at_half_its_density(flat_bed, ground):
-    """It fills no more room than that, no grain is made smaller than for it, and mass and momentum are the source's."""
+    """It fills no more room than that, no grain is made smaller than for it, mass and momentum are the source's."""
     source, lining = lined_bowl(-11.0)
     deep = np.linalg.norm(source.position, axis=1) - clouds.CAVITY
     source["velocity"][~lining, 2] = -8.0 * np.exp(-deep[~lining] / 6.0)
