@@ -118,6 +118,8 @@ def of_stage(body: Body, stage: str, before: Path, after: Path, crater: Measures
 def seen_of(body: Body, first: Particles, last: Particles, before: str = "before", after: str = "after") -> Seen:
     """A body in the snapshots ``first`` and ``last``."""
     standing = Standing(first)
+    if "layer" in first:  # before the impact the projectile is no part of the body
+        first = first.select(first.layer >= 0)
     one, two = (
         look.at(particles, body.shape, standing, body.gravity, body.rise, name)
         for particles, name in ((first, before), (last, after))
