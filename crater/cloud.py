@@ -27,7 +27,8 @@ from matter.errors import InputError
 from matter.particles import Particles
 
 FIELDS = (
-    "position", "velocity", "mass", "density", "distention", "radius", "smoothing_length", "layer", "state", "material",
+    "position", "velocity", "mass", "density", "distention", "radius", "smoothing_length", "layer", "state",
+    "material",
 )  # fmt: skip
 """All that a cloud takes from a snapshot."""
 GROUND = (
