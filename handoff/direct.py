@@ -170,7 +170,8 @@ def enter(ledger: Ledger, direct: Direct, handoff: Handoff) -> None:
     )
     for name in ("correction_max_dv_over_rms_v", "momentum_local_rel", "velocity_field_L2",
     "velocity_direction_deg_mean", "bulk_density_rel",
-                 "cavity_hausdorff_over_r", "cavity_volume_rel", "ejecta_mass_curve_rel",
+                 "cavity_hausdorff_over_r", "cavity_volume_rel", "cavity_depth_rel", "cavity_rim_over_r",
+                 "ejecta_mass_curve_rel",
                  "kinetic_energy_compact_change"):  # fmt: skip
         ledger.skip(name, "not_applicable", _SAME)
 
