@@ -1,8 +1,16 @@
 """The cloud under the ruler: local spacing of every particle, and which particles carry a surface.
 
-A particle supports the surface when it is compact and belongs to the body: it is no projectile, has enough neighbours
-for its own spacing, hangs together with the largest group of such particles, and is not on a ballistic flight above
-the datum. Everything else is ejecta or debris and takes no part in heights.
+One definition of ground holds in every stage (``GROUND``). A particle supports the surface when it is compact and
+attached, whatever it is made of: it has enough neighbours for its own spacing, hangs together with the largest group
+of such particles, and does not fly. It flies where
+
+* it is above the datum and would rise beyond a limit;
+* it is expanded, to a density below half of that at rest, and rises or is above the datum: expanded matter that sinks
+  below the datum goes with the floor, as in the handoff;
+* it is of the projectile, above the datum, and comes down from beyond that limit: it has not hit yet.
+
+Before the impact nothing of the projectile is ground (``locate.ground_before``); where heights or velocities are not
+known, neither the projectile nor expanded matter is. Everything else is ejecta or debris and takes no part in heights.
 """
 
 from __future__ import annotations
@@ -18,8 +26,16 @@ from scipy.spatial import cKDTree
 from matter.errors import InputError
 from matter.particles import Particles
 
-FIELDS = ("position", "velocity", "mass", "density", "radius", "smoothing_length", "layer", "state", "material")
+FIELDS = (
+    "position", "velocity", "mass", "density", "distention", "radius", "smoothing_length", "layer", "state",
+    "material",
+)  # fmt: skip
 """All that a cloud takes from a snapshot."""
+GROUND = (
+    "Ground is what is compact and attached, whatever it is made of, the projectile's matter too; what flies is not, "
+    "nor a projectile that has not hit yet."
+)
+"""The definition in words."""
 FEWEST = 100
 RANDOM_PACKING = 0.62
 """Solid fraction assumed for grains that state neither a bulk density nor a packing fraction."""
@@ -29,6 +45,9 @@ RANDOM_PACKING = 0.62
 CORE_NEIGHBOURS = 12
 BORDER_NEIGHBOURS = 6
 LINK = 1.5
+EXPANDED = 0.5
+"""Below this fraction of its density at rest matter of the shock stage is expanded; it is counted at that density:
+vapour must not paint a huge solid."""
 FINE = 0.5
 """What is smaller than this share of a particle's spacing counts for nothing among its neighbours: a dozen small
 grains that fell into the pores about a large one would else take the places of the large ones that hold it."""
@@ -37,13 +56,14 @@ grains that fell into the pores about a large one would else take the places of 
 @dataclass(frozen=True)
 class Cloud:
     """Positions (n, 3) [m], volume each particle stands for (n,) [m^3], local spacing = volume^(1/3) (n,) [m];
-    velocity or None."""
+    velocity or None; (n,) which particles are expanded (``low_density``), and which are of the ``projectile``."""
 
     position: np.ndarray
     volume: np.ndarray
     spacing: np.ndarray
     velocity: np.ndarray | None
     low_density: np.ndarray
+    projectile: np.ndarray
 
     def __len__(self) -> int:
         return len(self.position)
@@ -51,31 +71,27 @@ class Cloud:
     def select(self, which: np.ndarray) -> Cloud:
         """The particles chosen by a mask or by indices."""
         velocity = None if self.velocity is None else self.velocity[which]
-        return Cloud(self.position[which], self.volume[which], self.spacing[which], velocity, self.low_density[which])
+        marks = self.low_density[which], self.projectile[which]
+        return Cloud(self.position[which], self.volume[which], self.spacing[which], velocity, *marks)
 
 
 def of(particles: Particles, what: str = "the snapshot") -> Cloud:
-    """The cloud of a snapshot: projectile (layer -1) and booked particles (state other than 0) left out.
+    """The cloud of a snapshot: booked particles (state other than 0) left out.
 
     Spacing is that of a grain's radius and the packing fraction, else (mass / density)^(1/3), else half the kernel's
-    support, else from the distance to the twelfth neighbour. A density of shock-stage matter below half the median of
-    its material marks expanded matter.
+    support, else from the distance to the twelfth neighbour. A density of shock-stage matter below half of that at
+    rest, with the pores it has, marks expanded matter; where the snapshot does not say the density at rest, below half
+    the median of its material.
 
     Raises ``InputError`` for fewer than 100 particles or a position that is not finite.
     """
     particles.need("position")
     keep = np.ones(len(particles), dtype=bool)
-    if "layer" in particles:
-        keep &= particles.layer >= 0
     if "state" in particles:
         keep &= particles.state == 0
     chosen = particles if keep.all() else particles.select(keep)
     if len(chosen) < FEWEST:
-        left_out = (
-            f" ({len(particles) - len(chosen)} of projectile or in flight left out)"
-            if len(chosen) < len(particles)
-            else ""
-        )
+        left_out = f" ({len(particles) - len(chosen)} in flight left out)" if len(chosen) < len(particles) else ""
         raise InputError(
             f"{what} holds {len(chosen)} particles{left_out}: at least {FEWEST} are needed to measure a surface"
         )
@@ -89,7 +105,8 @@ def of(particles: Particles, what: str = "the snapshot") -> Cloud:
         )
     volume, low = _volumes(chosen, what)
     velocity = chosen.velocity if "velocity" in chosen else None
-    return Cloud(position, volume, np.cbrt(volume), velocity, low)
+    projectile = chosen.layer < 0 if "layer" in chosen else np.zeros(len(chosen), dtype=bool)
+    return Cloud(position, volume, np.cbrt(volume), velocity, low, projectile)
 
 
 def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
@@ -109,13 +126,9 @@ def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
                     f"{what}: the {name} of {len(bad)} particles is not a positive number, the first is particle "
                     f"{bad[0]}: {particles[name][bad[0]]}"
                 )
-        density = particles.density
-        group = particles.material if "material" in particles else np.zeros(len(particles), dtype=int)
-        usual = np.empty(len(particles))
-        for index in np.unique(group):
-            usual[group == index] = np.median(density[group == index])
-        low = density < 0.5 * usual
-        volume = particles.mass / np.maximum(density, 0.5 * usual)  # vapour must not paint a huge solid
+        least = EXPANDED * _at_rest(particles)
+        low = particles.density < least
+        volume = particles.mass / np.maximum(particles.density, least)
     elif "support_radius" in particles:
         volume = (0.5 * particles.support_radius) ** 3
     else:
@@ -127,6 +140,24 @@ def _volumes(particles: Particles, what: str) -> tuple[np.ndarray, np.ndarray]:
             f"{what}: radius or smoothing length of {int((~(volume > 0.0)).sum())} particles is not a positive number"
         )
     return volume, low
+
+
+def _at_rest(particles: Particles) -> np.ndarray:
+    """Density at rest (n,) [kg/m^3] of each particle's matter with the pores it has, as its volume is counted (on
+    ground that was laid flat in the flat frame); the median of its material where the snapshot does not say."""
+    group = particles.material if "material" in particles else np.zeros(len(particles), dtype=int)
+    solid = np.array(particles.attributes.get("reference_densities_kg_m3") or [])
+    usual = np.empty(len(particles))
+    for index in np.unique(group):
+        here = group == index
+        if index >= len(solid) or not solid[index] > 0.0:
+            usual[here] = np.median(particles.density[here])
+            continue
+        usual[here] = solid[index]
+        for name, power in (("distention", -1), ("widening", 1)):
+            if name in particles:
+                usual[here] *= particles[name][here].astype(float) ** power
+    return usual
 
 
 def _neighbours(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
@@ -156,19 +187,16 @@ def supported(
 ) -> np.ndarray:
     """Mask of the particles that carry the surface.
 
-    ``height`` above the datum [m], ``speed_up`` along the local vertical [m/s], ``gravity`` [m/s^2] and ``rise_limit``
-    [m] switch on the ballistic rule: above the datum, what would rise by more than ``rise_limit`` (v^2 / 2 g) flies.
+    ``height`` above the datum [m] and ``speed_up`` along the local vertical [m/s] tell what flies; above the datum,
+    what would rise above ``rise_limit`` [m] under ``gravity`` [m/s^2], h + v^2 / 2 g, where both are given.
 
     Raises ``InputError`` when nothing compact is left.
     """
     distance, neighbour = _neighbours(cloud)
     d = cloud.spacing
-    core = (distance[:, CORE_NEIGHBOURS - 1] <= 2.0 * d) & ~cloud.low_density
-    border = (distance[:, BORDER_NEIGHBOURS - 1] <= 2.0 * d) & ~cloud.low_density
-    if height is not None and speed_up is not None and gravity and rise_limit:
-        flying = (height > 0.5 * d) & (speed_up > 0.0) & (height + speed_up**2 / (2.0 * gravity) > rise_limit)
-        core &= ~flying
-        border &= ~flying
+    held = ~_flying(cloud, height, speed_up, gravity, rise_limit)
+    core = (distance[:, CORE_NEIGHBOURS - 1] <= 2.0 * d) & held
+    border = (distance[:, BORDER_NEIGHBOURS - 1] <= 2.0 * d) & held
     near = distance <= LINK * np.maximum(d[:, None], d[neighbour])
     if not core.any():
         raise InputError(
@@ -189,3 +217,23 @@ def supported(
             f"particles, the rest is ejecta"
         )
     return result
+
+
+def _flying(
+    cloud: Cloud,
+    height: np.ndarray | None,
+    speed_up: np.ndarray | None,
+    gravity: float | None,
+    rise_limit: float | None,
+) -> np.ndarray:
+    """Mask of the particles that fly; arguments as of ``supported``."""
+    if height is None or speed_up is None:
+        return cloud.low_density | cloud.projectile
+    above = height > 0.5 * cloud.spacing
+    far = np.ones(len(cloud), dtype=bool)
+    rises = np.zeros(len(cloud), dtype=bool)
+    if gravity and rise_limit:
+        far = height + speed_up**2 / (2.0 * gravity) > rise_limit
+        rises = above & (speed_up > 0.0) & far
+    comes = cloud.projectile & above & (speed_up < 0.0) & far
+    return rises | comes | (cloud.low_density & (above | (speed_up > 0.0)))

@@ -86,7 +86,8 @@ class ShockFindings:
     those that are still ``growing`` at the end, the ``last`` snapshot (of ``end_time`` [s]; None where it could not be
     measured), ejecta, what the measuring stands on, ``reasons`` for what is missing, what is ``molten``
     (``crater.shock_phases``), the ``decay`` of the shock (``crater.shock_decay``), what melts and boils by the
-    ``heat`` that it left (``crater.release``), and the ``melt`` of published laws (``crater.melt_scaling``)."""
+    ``heat`` that it left (``crater.release``), the ``melt`` of published laws (``crater.melt_scaling``), and the
+    snapshot that was ``handed`` over (None where there is none)."""
 
     moments: tuple[series.Moment, ...]
     transient: Mapping[str, series.Moment]
@@ -101,19 +102,21 @@ class ShockFindings:
     decay: Mapping[str, Any] = field(default_factory=dict)
     heat: Sequence[Mapping[str, Any]] = ()
     melt: Mapping[str, Any] = field(default_factory=dict)
+    handed: series.Moment | None = None
 
 
 @dataclass(frozen=True)
 class GrainFindings:
     """The settled grains: every snapshot measured, the ``last`` one (None where it could not be), the ``choices``
-    behind it, ``reasons`` for what is not, and where the ``matter`` of the last one came from
-    (``crater.settled_matter``)."""
+    behind it, ``reasons`` for what is not, where the ``matter`` of the last one came from
+    (``crater.settled_matter``), and the grains as they ``began``, right after the handover."""
 
     moments: tuple[series.Moment, ...]
     last: LastCrater | None
     choices: Choices
     reasons: Mapping[str, str]
     matter: Mapping[str, Any] = field(default_factory=dict)
+    began: series.Moment | None = None
 
 
 @dataclass(frozen=True)
@@ -189,6 +192,12 @@ class Findings:
     def settled_matter(self) -> Mapping[str, Any]:
         """Where the matter of the last grains came from; empty where they do not say."""
         return self.grains.matter if self.grains is not None else {}
+
+    @property
+    def handed_over(self) -> tuple[series.Moment | None, series.Moment | None]:
+        """The crater right before and right after the handover (``crater.handover``)."""
+        shock, grains = self.shock, self.grains
+        return None if shock is None else shock.handed, None if grains is None else grains.began
 
     @property
     def final(self) -> LastCrater | None:

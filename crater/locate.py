@@ -157,8 +157,10 @@ def _smooth(x: np.ndarray, y: np.ndarray, h: np.ndarray) -> np.ndarray:
 def ground_before(
     particles: Particles, datum: Datum, reach: float | None = None, sectors: int = 24
 ) -> surface.Undisturbed:
-    """The ground of the undisturbed target out to ``reach`` [m] (default: as far as the cloud covers every
-    azimuth)."""
+    """The ground of the undisturbed target, without the projectile, out to ``reach`` [m] (default: as far as the cloud
+    covers every azimuth)."""
+    if "layer" in particles:
+        particles = particles.select(particles.layer >= 0)
     body = supported_part(
         clouds.of(particles, "the snapshot before the impact"), datum, None, None, "the snapshot before the impact"
     )
@@ -183,7 +185,7 @@ def scene_of(body: Cloud, datum: Datum, before: surface.Undisturbed | None, sear
 def supported_part(cloud: Cloud, datum: Datum, gravity: float | None, rise_limit: float | None, what: str) -> Cloud:
     """The particles of ``cloud`` that carry a surface."""
     height = speed = None
-    if cloud.velocity is not None and gravity and rise_limit:
+    if cloud.velocity is not None:
         _, _, height = datum.polar(cloud.position)
         speed = datum.vertical(cloud.position, cloud.velocity)
     return cloud.select(clouds.supported(cloud, height, speed, gravity, rise_limit, what))

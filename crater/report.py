@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from crater import ballistic, block_view, chain, heads, report_evidence, report_matter, scaling
+from crater import ballistic, block_view, chain, cloud, handover, heads, report_evidence, report_matter, scaling
 from crater.bodies import report as of_body
 from crater.findings import Findings, columns, final_entry
 from crater.measure import Measures, Quantity
@@ -53,6 +53,7 @@ def write(findings: Findings, out: Path) -> None:
         ),
         "<h2>Measures</h2>",
         _measures_table(findings),
+        _handover_table(findings),
         of_body.section(findings.body, out),
         "<h2>Published numbers</h2>",
         _published_table(findings),
@@ -236,8 +237,21 @@ def _measures_table(findings: Findings) -> str:
     titles = [f"{page.escape(head.title)}<br>({page.escape(head.when)})" for head, _ in held]
     return (
         page.table(["", *titles], rows)
-        + f"<p class=note>Errors are one standard deviation; {_chain_words(findings)}.{notes}</p>"
+        + f"<p class=note>{cloud.GROUND} Errors are one standard deviation; {_chain_words(findings)}.{notes}</p>"
     )
+
+
+def _handover_table(findings: Findings) -> str:
+    """The crater right before and right after the handover; empty where it is not known."""
+    before, after = findings.handed_over
+    rows = [
+        [BY_NAME[name].words, *(page.escape(shown(entry)) for entry in row)]
+        for name, row in handover.changes(before, after).items()
+    ]
+    if not rows or after is None:
+        return ""
+    heads_of = ["", "before, SPH", "after, grains", "change"]
+    return f"<h3>The handover, {readable.clock(after.time)}</h3>" + page.table(heads_of, rows)
 
 
 def _chain_words(findings: Findings) -> str:

@@ -20,6 +20,7 @@ from crater import (
     choices,
     ejecta,
     flight,
+    handover,
     launch,
     melt_scaling,
     on_bodies,
@@ -259,9 +260,11 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
         reasons["shock_decay"] = str(reason)
     heat = release.masses(particles, setting.event.mass)
     melt = melt_scaling.facts(setting.event, setting.settings.target.layers[-1].material)
+    handed = handover.closely(handover.shock_snapshot(setting.inputs, shots[1:]), "sph", chosen, start)
     return ShockFindings(
-        tuple(moments), transient, growing, time, path, last, ejected, chosen, reasons, molten, decay, heat, melt
-    )
+        tuple(moments), transient, growing, time, path, last, ejected, chosen, reasons, molten, decay, heat, melt,
+        handed,
+    )  # fmt: skip
 
 
 def _leaving(setting: Setting, particles: Particles) -> dict[str, float]:
@@ -343,4 +346,5 @@ def _measure_grains(
         crater = LastCrater(measures, time, "settled grains" if state.settled else "grains", last, state)
     except InputError as reason:
         reasons["final"] = str(reason)
-    return GrainFindings(moments, crater, chosen, reasons)
+    began = handover.closely(setting.inputs / handover.START, "dem", chosen, start)
+    return GrainFindings(moments, crater, chosen, reasons, began=began)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from crater import catalogue, choices, radial_profile, series, size_classes
+from crater import catalogue, choices, handover, radial_profile, series, size_classes
 from crater.bodies import findings as bodies
 from crater.findings import LATE_SHOCK, Findings, final_entry, time_of
 from crater.measure import Measures, Quantity
@@ -77,6 +77,8 @@ def measures_json(findings: Findings) -> dict[str, Any]:
         )
         if part
     }
+    if handed := handover.facts(*findings.handed_over, findings.inputs):
+        content["handover"] = handed
     if findings.ballistic is not None:
         content["ballistic"] = findings.ballistic.as_dict()
     if findings.body:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import account_cavity, account_fields, force_network, provenance, shock_rows
+from handoff import account_cavity, account_fields, force_network, provenance, shock_rows, surface
 from handoff.direct import Direct, enter
 from handoff.handed import Handoff
 from handoff.hydrostatic import Column
@@ -200,7 +200,7 @@ def _shrunk(ledger: Ledger, handoff: Handoff, bed: Particles) -> None:
 def _layers(ledger: Ledger, handoff: Handoff, source: Particles) -> None:
     """Volume of each material inside the domain, before and after (material of a grain: the nearest compact
     particle's)."""
-    volume = source.mass[handoff.compact.places] / source.density[handoff.compact.places] * handoff.compact.share
+    volume = (source.mass / surface.counted_density(source))[handoff.compact.places] * handoff.compact.share
     named = source.attributes.get("materials", [])
     after = np.bincount(
         handoff.start.material[: int(handoff.carving.stays.sum())],

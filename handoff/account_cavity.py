@@ -1,14 +1,15 @@
-"""Rows of the ledger on the cavity: its size in grains, its surface and volume before and after."""
+"""Rows of the ledger on the cavity: its size in grains; its surface, volume, depth and rim before and after."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
 from handoff import carve, compare, domain, grain_size
 from handoff.handed import Handoff
-from handoff.ledger import Ledger, volume_limit, volume_scatter
+from handoff.ledger import LIMITS, SCATTER, Ledger, height_scatter, volume_limit, volume_scatter
 from handoff.offset import by_one_factor
 from handoff.surface import Rules
 from handoff.whole_body import WholeBody
@@ -17,6 +18,8 @@ from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
 from matter.particles import Particles
 
+FLOOR, RIM = 0.5, (1.0, 1.6)
+"""In cavity radii: how far the floor goes, and from where to where the rim."""
 _CALIBRATION = 60_000
 
 
@@ -38,7 +41,7 @@ def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domai
     radius = grain_size.at_impact(bed)
     size = handoff.carving.size
     if size.radius == 0.0:
-        for name in ("cavity_radius_over_r_DEM_min", "cavity_hausdorff_over_r", "cavity_volume_rel"):
+        for name in [name for name in LIMITS if name.startswith("cavity_")]:
             ledger.skip(name, "not_applicable", "there is no cavity")
         return
     ratio = size.radius / radius
@@ -70,15 +73,9 @@ def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domai
             both.max(),
             f"rms {np.sqrt(np.mean(both**2)):.3f}, 99 % below {np.percentile(both, 99):.3f}",
         )
-    samples = handoff.carving.samples
-    here = size.distance(samples.position, region) < size.radius
-    # net of what stands above the datum: a rough but level surface has no volume
-    sign = np.where(region.frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
-    empty = float((sign * samples.weight[here]) @ (samples.inside[here] == (sign < 0.0))) * samples.volume
-    held = carve.filled(handoff.carving.stays, samples.grain[here], samples.position[here], region)
-    carved = float((sign * samples.weight[here]) @ (held == (sign < 0.0))) * samples.volume
     spacing = float(np.cbrt(handoff.carving.volume[handoff.carving.stays & wider].mean()))
     cut = (spacing, size.radius, size.depth, size.volume)
+    empty, carved = _hollow(handoff, 0.0, 1.0)
     scatter = volume_scatter(*cut)
     ledger.measure(
         "cavity_volume_rel",
@@ -87,4 +84,49 @@ def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domai
         f"cavity radius another draw of the bed "
         f"moves it by {scatter:.1%}",
         bound=volume_limit(*cut),
+    )
+    _heights(ledger, handoff, cut[0], radius)
+
+
+def _hollow(handoff: Handoff, inner: float, outer: float) -> tuple[float, float]:
+    """Volume [m^3] between datum and surface in a ring, edges in cavity radii, of the source and of the carved bed;
+    net of what stands above the datum: a rough but level surface has no volume."""
+    size, region, samples = handoff.carving.size, handoff.region, handoff.carving.samples
+    away = size.distance(samples.position, region) / size.radius
+    here = (away >= inner) & (away < outer)
+    sign = np.where(region.frame.height(samples.position[here]) < 0.0, 1.0, -1.0)
+    held = carve.filled(handoff.carving.stays, samples.grain[here], samples.position[here], region)
+    empty, carved = (
+        float((sign * samples.weight[here]) @ (full == (sign < 0.0))) * samples.volume
+        for full in (samples.inside[here], held)
+    )
+    return empty, carved
+
+
+def _heights(ledger: Ledger, handoff: Handoff, spacing: float, radius: float) -> None:
+    """Depth of the floor and height of the rim right before and right after, as means over even points: grains as a
+    whole are too coarse for extremes."""
+    size = handoff.carving.size
+    floor = math.pi * (FLOOR * size.radius) ** 2
+    before, after = (volume / floor for volume in _hollow(handoff, 0.0, FLOOR))
+    scatter = height_scatter(spacing, floor)
+    ledger.measure(
+        "cavity_depth_rel",
+        abs(after / before - 1.0) if before > 0.0 else np.inf,
+        f"mean inside half the radius: source {readable.length(before)}, bed {readable.length(after)}; another draw "
+        f"of the bed moves it by {readable.length(scatter)}",
+        bound=max(LIMITS["cavity_depth_rel"].limit, SCATTER * scatter / max(before, 1e-300)),
+    )
+    if isinstance(handoff.region, WholeBody):
+        ledger.skip("cavity_rim_over_r", "not_applicable", "a whole body's bed has no grains above the datum")
+        return
+    ring = math.pi * (RIM[1] ** 2 - RIM[0] ** 2) * size.radius**2
+    before, after = (-volume / ring for volume in _hollow(handoff, *RIM))
+    scatter = height_scatter(spacing, ring)
+    ledger.measure(
+        "cavity_rim_over_r",
+        abs(after - before) / radius,
+        f"mean from {RIM[0]:g} to {RIM[1]:g} cavity radii: source {readable.length(before)}, bed "
+        f"{readable.length(after)}; another draw of the bed moves it by {readable.length(scatter)}",
+        bound=max(LIMITS["cavity_rim_over_r"].limit, SCATTER * scatter / radius),
     )

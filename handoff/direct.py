@@ -25,7 +25,7 @@ from handoff.handed import Handoff
 from handoff.hydrostatic import Column
 from handoff.ledger import Ledger
 from handoff.species import material_numbers, species_by_material
-from handoff.surface import reference_density
+from handoff.surface import counted_density
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -93,7 +93,7 @@ def _start(
     packing: float,
 ) -> Particles:
     position, velocity, mass = source.position[taken], source.velocity[taken], source.mass[taken]
-    density = np.maximum(source.density[taken], 0.5 * reference_density(source)[taken])
+    density = counted_density(source)[taken]
     radius = np.cbrt(3.0 * packing * mass / (4.0 * np.pi * density))
     escapes = free_flight.escapes(region, column, position, velocity)
     state = np.where(past_edge(position, region) | escapes, BOOKED, IN_CONTACT).astype(np.int8)
@@ -170,7 +170,8 @@ def enter(ledger: Ledger, direct: Direct, handoff: Handoff) -> None:
     )
     for name in ("correction_max_dv_over_rms_v", "momentum_local_rel", "velocity_field_L2",
     "velocity_direction_deg_mean", "bulk_density_rel",
-                 "cavity_hausdorff_over_r", "cavity_volume_rel", "ejecta_mass_curve_rel",
+                 "cavity_hausdorff_over_r", "cavity_volume_rel", "cavity_depth_rel", "cavity_rim_over_r",
+                 "ejecta_mass_curve_rel",
                  "kinetic_energy_compact_change"):  # fmt: skip
         ledger.skip(name, "not_applicable", _SAME)
 

@@ -66,6 +66,12 @@ LIMITS: dict[str, Limit] = {
     "cavity_volume_rel": Limit(
         0.02, meaning="or three standard errors of a cut through whole grains, where that is more"
     ),
+    "cavity_depth_rel": Limit(
+        0.02, meaning="mean depth inside half the radius; or as many standard errors of the same cut"
+    ),
+    "cavity_rim_over_r": Limit(
+        0.1, meaning="mean height from the cavity's edge to 1.6 radii; or as many standard errors of the same cut"
+    ),
     "cavity_radius_over_r_DEM_min": Limit(RESOLVED_RADIUS, least=True, meaning="the cavity must be resolved"),
     "ejecta_mass_curve_rel": Limit(0.02, meaning="largest difference of M(>v) above the speed limit"),
     "residual_pressure_over_bulk_modulus": Limit(
@@ -97,6 +103,12 @@ def volume_scatter(spacing: float, radius: float, depth: float, volume: float) -
     """
     area = math.pi * radius / (6.0 * depth**2) * ((radius**2 + 4.0 * depth**2) ** 1.5 - radius**3)
     return spacing**2 * math.sqrt(area / 12.0) / volume
+
+
+def height_scatter(spacing: float, area: float) -> float:
+    """Standard error [m] of the mean height of a surface of an ``area`` [m^2] cut through whole grains ``spacing`` [m]
+    apart: that of its volume, d^2 sqrt(A / 12), over the area."""
+    return spacing**2 / math.sqrt(12.0 * area)
 
 
 def volume_limit(spacing: float, radius: float, depth: float, volume: float) -> float:

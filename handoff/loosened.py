@@ -9,9 +9,11 @@ and would touch its neighbours where the flow still has room to converge. So wit
 
 r, r' : radius of the grain in the bed and at the start [m]; its place, mass, velocity and k_n stay
 V_p   : what the particle p has of the volume that the grain stands for [m^3]
-rho_p : density of the particle [kg/m^3]; rho_ref,p that of its material with the pores it has (``surface``): crushed
-        matter counts against what it was crushed to. Of a material not known here: of the grain's undisturbed layer
-s_min : ``surface.SPARSEST``: sparser matter is ejecta, so that no grain is made smaller than 0.79 of itself
+rho_p : density of the particle as its room is counted (``surface.counted_density``) [kg/m^3]; rho_ref,p that of its
+        material with the pores it has: crushed matter counts against what it was crushed to. Of a material not known
+        here: of the grain's undisturbed layer
+s_min : ``surface.SPARSEST``: sparser matter is ejecta, or counted at that, so that no grain is made smaller than 0.79
+        of itself
 
 The grain then holds m = s V rho_ref in the share s of its volume: its own density is that of a grain of unloosened
 matter, its moment of inertia 2 m r'^2 / 5. A grain never grows. Contacts that open are forgotten; in those that stay

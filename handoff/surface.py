@@ -2,8 +2,10 @@
 
 Ejecta, by the first rule that holds (``REASONS``):
 
-* ``sparse``: a particle that has lost its neighbours; ``expanded``: density below ``SPARSEST`` of its material's
-  reference density;
+* ``sparse``: a particle that has lost its neighbours;
+* ``expanded``: density below ``SPARSEST`` of its material's reference density, and it moves away from the ground along
+  the local vertical, or is above it already (by half a spacing). Expanded matter that sinks below the datum goes with
+  the floor: it is debris that settles there, and counts as compact at ``SPARSEST`` of its reference density;
 * ``fast``: faster than the speed limit, rising, and in free flight it would come above the datum. Material below the
   cavity that is driven down or sideways faster than the limit is confined by what lies around it and stays compact;
 * ``high``: above the ground already (by half a spacing), and in free flight it would rise beyond the bed's headroom.
@@ -38,7 +40,8 @@ from matter.quantity import PositiveSpeed
 REASONS = ("compact", "sparse", "expanded", "fast", "high", "detached")
 COMPACT, SPARSE, EXPANDED, FAST, HIGH, DETACHED = range(6)
 SPARSEST = 0.5
-"""Share of its packed density at which matter still counts as compact."""
+"""Fraction of its packed density at which matter still counts as compact; what is sparser and yet compact is counted
+as if it had this much."""
 # m, kg, kg/m^3 against cm, km, g or g/cm^3 is a factor of 1000 at least; a body with a crater lies within 5 of 1
 _UNITS = 50.0
 # in spacings above the datum: what is higher has left the ground
@@ -140,9 +143,9 @@ def _check_units(source: Particles) -> None:
 
 
 def spacing_of(source: Particles) -> np.ndarray:
-    """Local particle spacing (mass / density)^(1/3) [m]; never above half the kernel's support where that is known
-    (expanded particles)."""
-    spacing = np.cbrt(source.mass / source.density)
+    """Local particle spacing (mass / ``counted_density``)^(1/3) [m]; never above three quarters of the kernel's
+    support where that is known."""
+    spacing = np.cbrt(source.mass / counted_density(source))
     return np.minimum(spacing, 0.75 * source.support_radius) if "support_radius" in source else spacing
 
 
@@ -178,6 +181,12 @@ def reference_density(source: Particles) -> np.ndarray:
     return solid * source.widening if "widening" in source else solid
 
 
+def counted_density(source: Particles) -> np.ndarray:
+    """Density [kg/m^3] by which the room of a particle's matter is counted, mass over density: its own, and at least
+    ``SPARSEST`` of its reference. Room beyond that is void, which no grain fills."""
+    return np.maximum(source.density, SPARSEST * reference_density(source))
+
+
 def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -> Split:
     """Split the source by the rules that need no surface (all but ``detached``). Raises ``InputError`` for an unusable
     source."""
@@ -189,8 +198,10 @@ def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -
     apex = free_flight.apex(domain, column, source.position, source.velocity)
     spacing = spacing_of(source)
     reason = np.zeros(len(source), dtype=np.int8)
-    reason[(apex > headroom) & (height > _ABOVE * spacing)] = HIGH
-    loose = np.where(source.density < SPARSEST * reference_density(source), EXPANDED, COMPACT)
+    above = height > _ABOVE * spacing
+    reason[(apex > headroom) & above] = HIGH
+    sparser = source.density < SPARSEST * reference_density(source)
+    loose = np.where(sparser & ((upward > 0.0) | above), EXPANDED, COMPACT)
     loose[neighbour_count(source, spacing) < rules.neighbours] = SPARSE
     if rules.speed_limit == "auto":
         kept = (reason == COMPACT) & (loose == COMPACT)

@@ -71,17 +71,18 @@ def hand_over(
     inner, beyond, tree = _compact(source, split, region)
     carving = _carving(source, bed, region, rules, (split, shape, corners), inner, tree)
     compact, stays, volume = inner.places, carving.stays, carving.volume
-    held, volume_of = source.mass[compact] * inner.share, source.mass[compact] / source.density[compact]
+    density = surface.counted_density(source)
+    held, volume_of = source.mass[compact] * inner.share, source.mass[compact] / density[compact]
     motion = region.flow(source.position[compact], source.velocity[compact])
 
     kept = np.flatnonzero(stays)
     near = tree.query(bed.position[kept])[1]
     nearest = compact[near]
     grid = mapping.Overlap(carving.samples, carving.receiver, tree.data, bed.position, kept)
-    plain_mass = source.density[nearest] * volume[kept]
+    plain_mass = density[nearest] * volume[kept]
     raw_mass = mapping.locally_closed(plain_mass, tree, held, grid)
     packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())
-    carved = _carved(bed, stays, source, nearest)
+    carved = _carved(bed, stays, source, nearest, density[nearest])
     if rules.loosened == "shrunk":
         carved["radius"] = carved.radius * _shrink(source, compact, grid, near, bed, kept)
 
@@ -153,7 +154,7 @@ def _carving(
     """The solid below the surface and what it leaves of the bed; ``classified`` as from ``surface.classify``, ``tree``
     of the places ``inner``."""
     split, shape, corners = classified
-    volume_of = source.mass[inner.places] / source.density[inner.places]
+    volume_of = source.mass[inner.places] / surface.counted_density(source)[inner.places]
     part = float(np.sum(inner.share * volume_of)) / region.volume
     coarse, grains = 2.0 * grain_size.at_impact(bed), cKDTree(bed.position)
     solid, factor = offset.by_one_factor(
@@ -245,13 +246,13 @@ def _refuse_misfit(
         )
 
 
-def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.ndarray) -> Particles:
+def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.ndarray, density) -> Particles:
     carved = bed.select(stays)
     names, table = material_numbers(source, bed)
     carved["material"] = table[np.clip(source.material[nearest], 0, len(table) - 1)]
     if "species" in bed:
         carved["species"] = species_by_material(bed, names)[carved.material]
-    carved["density"] = source.density[nearest]
+    carved["density"] = density
     carved.attributes["materials"] = names
     return carved
 
@@ -260,7 +261,7 @@ def _shrink(source: Particles, compact: np.ndarray, grid: mapping.Overlap, near,
     """Radius over that in the bed (k,) of the ``kept`` grains, by how loose the matter is that each stands for."""
     undisturbed = bed.density[kept] if "density" in bed else None
     reference = surface.reference_density(source)[compact]
-    share = loosened.packed_share(source.density[compact], reference, grid, near, undisturbed)
+    share = loosened.packed_share(surface.counted_density(source)[compact], reference, grid, near, undisturbed)
     return loosened.radius_factor(share)
 
 

@@ -28,6 +28,8 @@ WORDS = {
     "overlap_release_speed_over_median_flow": "speed that overlaps would release / median flow speed",
     "cavity_hausdorff_over_r": "cavity: largest distance between the two surfaces / grain radius",
     "cavity_volume_rel": "cavity: volume, carved bed against source",
+    "cavity_depth_rel": "cavity: mean depth of the floor, carved bed against source",
+    "cavity_rim_over_r": "cavity: mean height of the rim, carved bed less source / grain radius",
     "cavity_radius_over_r_DEM_min": "cavity: grains per cavity radius",
     "cavity_radius": "cavity: radius",
     "cavity_depth": "cavity: depth",

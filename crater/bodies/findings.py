@@ -16,7 +16,7 @@ from crater.bodies.exchange import Orbit
 from crater.bodies.seen import Pair, Seen
 from crater.measure import Measures
 from crater.uncertainty import Quantity
-from matter import archive, snapshot
+from matter import snapshot
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.solids.shape import Shape
@@ -118,6 +118,8 @@ def of_stage(body: Body, stage: str, before: Path, after: Path, crater: Measures
 def seen_of(body: Body, first: Particles, last: Particles, before: str = "before", after: str = "after") -> Seen:
     """A body in the snapshots ``first`` and ``last``."""
     standing = Standing(first)
+    if "layer" in first:  # before the impact the projectile is no part of the body
+        first = first.select(first.layer >= 0)
     one, two = (
         look.at(particles, body.shape, standing, body.gravity, body.rise, name)
         for particles, name in ((first, before), (last, after))
@@ -153,12 +155,3 @@ def latitude_longitude(own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Planetocentric latitude and longitude [deg] of places (n, 3) in the body's own frame."""
     r = np.maximum(np.linalg.norm(own, axis=1), 1e-300)
     return np.degrees(np.arcsin(own[:, 2] / r)), np.degrees(np.arctan2(own[:, 1], own[:, 0]))
-
-
-def shock_before_handoff(inputs: Path, shots: list[Path]) -> Path:
-    """The snapshot of the shock stage that was handed over, else its last."""
-    record = inputs / "4_handoff" / "handoff.json"
-    if record.is_file() and (time := archive.read_json(record).get("time_s")) is not None:
-        times = [float(snapshot.attributes(shot).get("time", np.nan)) for shot in shots]
-        return shots[int(np.argmin(np.abs(np.array(times) - float(time))))]
-    return shots[-1]

@@ -7,6 +7,7 @@ even ellipsoid of its moments of inertia, its rotation that of its angular momen
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from matter import tree
 from matter.constants import G
 from matter.particles import Particles
 from matter.solids.shape import Shape
-from matter.solids.standing import Pose, Standing, motion, of_body
+from matter.solids.standing import Pose, Standing, motion
 
 THETA, OF_SPACING, OF_GRAINS = 0.3, 0.5, 0.01
 """Opening angle of the tree, and its softening as in the stages: half a spacing, and next to nothing of a grain."""
@@ -55,11 +56,9 @@ def at(particles: Particles, shape: Shape, standing: Standing, gravity: float, r
     ``InputError`` where no body is left."""
     pose = standing.of(particles)
     place = pose.back(particles.position)
-    solid = of_body(particles)
-    if "state" in particles:
-        solid &= particles.state == 0
+    solid = particles.state == 0 if "state" in particles else np.ones(len(particles), dtype=bool)
     cloud = clouds.of(particles, what)
-    about = Cloud(place[solid], cloud.volume, cloud.spacing, cloud.velocity, cloud.low_density)
+    about = replace(cloud, position=place[solid])
     foot = shape.under(about.position)
     speed = None
     if "velocity" in particles:

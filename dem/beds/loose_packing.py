@@ -22,6 +22,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -52,7 +53,8 @@ AFTER = 3.0
 FEWEST = 50
 """Grains of a layer that make a bulk whose fraction is worth measuring."""
 
-Draw = Callable[[np.ndarray, Container | Domain, np.random.SeedSequence], np.ndarray]
+D = TypeVar("D", Container, Domain)
+Draw = Callable[[np.ndarray, D, np.random.SeedSequence], np.ndarray]
 
 
 def begins(fraction: np.ndarray) -> np.ndarray:
@@ -61,15 +63,15 @@ def begins(fraction: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Loose:
+class Loose(Generic[D]):
     """How a loose bed of this ``ground`` begins in its ``domain``: solid ``fraction`` at rest (layers,)."""
 
     ground: FlatGround | LayeredBody
-    domain: Container | Domain
+    domain: D
     fraction: np.ndarray
 
     @staticmethod
-    def of_law(ground: FlatGround | LayeredBody, domain: Container | Domain, contact: Contact) -> Loose:
+    def of_law(ground: FlatGround | LayeredBody, domain: D, contact: Contact) -> Loose[D]:
         """With the critical state of the contact law; its first measurement takes some twenty seconds."""
         liquid = np.array([SPECIES[contact.species_of(name)] == "ocean" for name in ground.materials])
         solid = CLOSE if liquid.all() else min(CLOSE, friction_angle.loose_fraction(contact))
@@ -82,7 +84,7 @@ class Loose:
         layer = self.ground.layer_of(0.5 * (edges[1:] + edges[:-1]))
         return float(volume @ fraction[layer] / volume.sum())
 
-    def filled(self, domain: Container | Domain, mean_radius: float) -> float:
+    def filled(self, domain: D, mean_radius: float) -> float:
         """Volume [m^3] of a domain that a packing fills as it does its bulk: without a layer along walls and top."""
         inner = domain.inset(ALONG_WALLS * mean_radius)
         return inner.volume(inner.floor, inner.top)
@@ -92,7 +94,7 @@ class Loose:
         wanted = self.mean(self.fraction) * self.filled(self.domain, float(radius.mean()))
         return np.asarray(radius * (wanted / _volume(radius)) ** (1.0 / 3.0) / GROWN)
 
-    def raised(self, radius: np.ndarray) -> Container | Domain:
+    def raised(self, radius: np.ndarray) -> D:
         """The domain with its top where grains of ``radii``, grown by ``GROWN``, begin."""
         mean = float(radius.mean())
         missing = _volume(GROWN * radius) / self.mean(begins(self.fraction)) - self.filled(self.domain, mean)
@@ -104,9 +106,7 @@ class Loose:
         part = begins(self.fraction) / begins(self.fraction).max()
         return np.asarray(part[self.ground.layer_of(self.domain.height(position))])
 
-    def points(
-        self, radius: np.ndarray, raised: Container | Domain, draw: Draw, seed: np.random.SeedSequence
-    ) -> np.ndarray:
+    def points(self, radius: np.ndarray, raised: D, draw: Draw[D], seed: np.random.SeedSequence) -> np.ndarray:
         """Centres (n, 3) in the ``raised`` domain, in each layer as many as it begins with, by a law that draws them
         uniformly."""
         seeds = seed.spawn(2)
@@ -116,7 +116,7 @@ class Loose:
             todo = todo[rng.random(len(todo)) >= self.begins_at(found[todo])]
         return found
 
-    def growth(self, grains: Particles, raised: Container | Domain) -> np.ndarray:
+    def growth(self, grains: Particles, raised: D) -> np.ndarray:
         """Factors (n,) on the radii with which the bulk of each layer is filled as it begins; of a layer that has no
         bulk, that of the whole."""
         x, r = grains.position, grains.radius

@@ -25,7 +25,7 @@ def test_fewer_than_a_hundred_particles():
 
 def test_only_a_projectile():
     p = np.random.default_rng(1).uniform(-1, 1, (500, 3))
-    with pytest.raises(InputError, match="500 of projectile"):
+    with pytest.raises(InputError, match="no compact material: all 500"):
         measure(Particles({**synthetic.as_fields(p, 0.3), "layer": np.full(500, -1)}), "plane")
 
 

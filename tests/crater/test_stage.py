@@ -118,6 +118,8 @@ def both(tmp_path_factory):
         {"name": "mass_total_rel", "value": 1e-15, "limit": 1e-12, "verdict": "pass", "unit": "1", "note": "a < b & c"}
     ]
     (run / "4_handoff" / "ledger.json").write_text(json.dumps(rows))
+    (run / "4_handoff" / "handoff.json").write_text(json.dumps({"time_s": 360.0}))
+    shutil.copy(run / "5_dem" / "snap_0000.vtkhdf", run / "4_handoff" / "start.vtkhdf")
     out = run / "6_crater"
     out.mkdir()
     stage.run(settings(), run, out)
@@ -144,6 +146,17 @@ def test_transient_and_final_are_told_apart(both):
         for phase in ("transient", "final"):
             assert set(measures[phase][name]) >= {"value", "sigma", "unit"}
     assert set(measures["transient"]["by_method"]) == {"colour", "highest", "column", "alpha"}
+
+
+def test_the_crater_right_before_and_after_the_handover(both):
+    """Of the shock stage's snapshot at the handover's time, and of the grains as they took over."""
+    _, out, _ = both
+    measures = json.loads((out / "measures.json").read_text())
+    handed, page = measures["handover"], (out / "report.html").read_text()
+    assert handed["depth_m"]["before"]["value"] == measures["transient"]["depth_m"]["value"]
+    assert handed["depth_m"]["after"]["value"] == measures["final"]["depth_m"]["value"]
+    assert handed["snapshots"]["after"] == "4_handoff/start.vtkhdf"
+    assert "<h3>The handover, " in page and "Ground is what is compact and attached" in page
 
 
 def test_published_numbers_have_verdicts(both):

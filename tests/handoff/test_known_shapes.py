@@ -1,10 +1,14 @@
 """Bowls of known size in a half space and on a sphere, twenty grains per cavity radius."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fixtures import clouds
-from handoff import account, cavity, domain, heights, hydrostatic, surface, transfer
+from handoff import account, account_cavity, cavity, domain, heights, hydrostatic, surface, transfer
+from handoff import ledger as ledgers
+from handoff.ledger import Ledger
 
 RADIUS, BOWL, RIM = 20.0, 9.0, 3.0
 
@@ -31,11 +35,11 @@ def in_a_plane(request):
     source = clouds.flat_source(spacing, 29.0, 13.0, bowl_in_a_plane, lambda p: np.tile([0.0, 0.0, 1.0], (len(p), 1)))
     column = hydrostatic.uniform(1e3, 1000.0, 30.0)
     made = transfer.hand_over(source, bed, surface.Rules(), column)
-    return made, account.ledger_of(made, source, bed, column, {}), allowed
+    return made, account.ledger_of(made, source, bed, column, {}), allowed, bed
 
 
 def test_bowl_in_a_plane(in_a_plane):
-    made, ledger, allowed = in_a_plane
+    made, ledger, allowed, _ = in_a_plane
     rho0 = RADIUS * np.sqrt(BOWL / (BOWL + RIM))  # where the bowl crosses the datum
     truth = np.pi * BOWL * rho0**2 / 2.0
     assert made.carving.size.depth == pytest.approx(BOWL, rel=0.05)
@@ -52,6 +56,24 @@ def test_bowl_in_a_plane(in_a_plane):
     assert ledger["cavity_hausdorff_over_r"]["value"] < 1.5
     assert ledger["mass_raw_rel"]["value"] < 3e-3
     assert made.carving.solid.mesh.is_watertight
+
+
+def test_depth_and_rim_before_and_after(in_a_plane):
+    """The rows hold for the bed as it was carved, not with a layer more on the floor, nor without its rim."""
+    made, ledger, _, bed = in_a_plane
+    x, y, z = bed.position.T
+    away, above = np.hypot(x, y), z - bowl_in_a_plane(bed.position)
+    filled = made.carving.stays | ((away < 0.5 * RADIUS) & (above < 2.0))
+    flat = made.carving.stays & (z < 0.0)
+    books = {}
+    for name, stays in (("filled", filled), ("flat", flat)):
+        books[name] = Ledger()
+        account_cavity._heights(books[name], replace(made, carving=replace(made.carving, stays=stays)), 1.6, 1.0)
+    rows = ("cavity_depth_rel", "cavity_rim_over_r")
+    assert [ledger[name]["verdict"] for name in rows] == ["pass", "pass"]
+    assert [books["filled"][name]["verdict"] for name in rows] == ["fail", "pass"]
+    assert [books["flat"][name]["verdict"] for name in rows] == ["pass", "fail"]
+    assert ledgers.height_scatter(2.0, 3.0) == pytest.approx(4.0 / 6.0)
 
 
 def test_carved_bed_against_the_true_bowl(in_a_plane):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fixtures import clouds
-from handoff import domain, hydrostatic, surface, transfer
+from fixtures import clouds, flows
+from handoff import account, domain, hydrostatic, surface, transfer
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -61,6 +61,7 @@ def test_rules_of_ejecta(sphere_cloud, column):
     source.velocity[deep] = 1.2 * limit * up[deep]  # fast upwards, but 250 km deep: it would not come out
     source.neighbours[top[3]] = 3
     source.density[top[4]] = 400.0
+    source.velocity[top[4]] = 1.0 * up[top[4]]  # expanded, and leaves the ground
     split, shape, _ = surface.classify(source, region, column, surface.Rules())
     assert height[top[0]] > 0.1 * clouds.HEADROOM
     names = [surface.REASONS[code] for code in split.reason[np.r_[top, deep]]]
@@ -189,6 +190,63 @@ def test_solid_densities_are_of_the_source_where_it_knows_the_material():
         {"materials": ["basalt"], "reference_densities_kg_m3": [3500.0]},
     )
     assert surface.solid_densities(source, ["ice", "basalt", "unknown"]) == [917.0, 3500.0, 0.0]
+
+
+EXPANDED = 0.3
+"""Of its reference density."""
+
+
+def lined_bowl(upward: float, height: float = 0.0) -> tuple[Particles, np.ndarray]:
+    """A bowl in ice at rest, and which of its particles line its floor: at ``EXPANDED`` of the density of ice, raised
+    by ``height`` [m], moving up at ``upward`` [m/s]."""
+    source = clouds.flat_source(1.7, clouds.ARC_FLAT, clouds.DEPTH, flows.hemisphere, np.zeros_like, density=917.0)
+    x, y, z = source.position.T
+    lining = (np.hypot(x, y) < 5.0) & (np.linalg.norm(source.position, axis=1) < clouds.CAVITY + 1.7) & (z < 0.0)
+    share = np.where(lining, EXPANDED, 1.0)
+    source["density"], source["mass"] = source.density * share, source.mass * share
+    source["position"], source["velocity"] = source.position.copy(), source.velocity.copy()
+    source["position"][lining, 2] += height
+    source["velocity"][lining, 2] = upward
+    assert np.count_nonzero(lining) > 15
+    return source, lining
+
+
+@pytest.mark.parametrize(
+    ("upward", "height", "neighbours", "expected"),
+    [
+        (-11.0, 0.0, 33, surface.COMPACT),  # sinks with the floor
+        (2.0, 0.0, 33, surface.EXPANDED),  # rises: a plume
+        (-11.0, 20.0, 33, surface.EXPANDED),  # falls from above the ground: in flight
+        (-11.0, 0.0, 3, surface.SPARSE),
+        (2.0, 0.0, 3, surface.SPARSE),
+    ],
+)
+def test_expanded_matter_is_ejecta_where_it_leaves_the_ground(upward, height, neighbours, expected):
+    source, lining = lined_bowl(upward, height)
+    source["neighbours"] = np.where(lining, neighbours, 33)
+    region = domain.Cylinder(clouds.ARC_FLAT, -clouds.DEPTH, 0.0, 9.0)
+    split = surface.by_motion(source, region, hydrostatic.uniform(1.0, 917.0, 20.0), surface.Rules())
+    assert np.all(split.reason[lining] == expected)
+    assert np.all(split.reason[~lining] == surface.COMPACT)
+
+
+def test_expanded_matter_of_the_floor_is_counted_at_half_its_density(flat_bed, ground):
+    """It fills no more room than that, no grain is made smaller than for it, mass and momentum are the source's."""
+    source, lining = lined_bowl(-11.0)
+    deep = np.linalg.norm(source.position, axis=1) - clouds.CAVITY
+    source["velocity"][~lining, 2] = -8.0 * np.exp(-deep[~lining] / 6.0)
+    handed = transfer.hand_over(source, flat_bed, surface.Rules(), ground)
+    assert np.all(handed.split.compact[lining]) and len(handed.ejecta.mass) == 0
+    ratio = handed.start.radius / flat_bed.radius[handed.carving.stays]
+    assert ratio.min() == pytest.approx(surface.SPARSEST ** (1.0 / 3.0), rel=0.05)
+    assert np.all(ratio >= surface.SPARSEST ** (1.0 / 3.0) * (1.0 - 1e-12))
+    book = account.ledger_of(handed, source, flat_bed, ground, {})
+    assert not book.failures
+    inside = handed.compact.share * source.mass[handed.compact.places]
+    own = source.density[handed.compact.places]
+    counted, whole = (float(np.sum(inside / np.maximum(own, least * 917.0))) for least in (surface.SPARSEST, 0.0))
+    assert abs(handed.carving.volume.sum() - counted) < 0.3 * (whole - counted)
+    assert abs(book["layer_volume_rel_ice"]["value"]) < 0.01
 
 
 def test_mixed_units_are_told(bowl, bed):
