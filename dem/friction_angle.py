@@ -81,14 +81,16 @@ FLOWING = 0.02
 """Inertial number of ``loose_fraction``: ten times as fast as for an angle, and as loose within 0.002."""
 
 
-def loose_fraction(contact: Contact) -> float:
-    """Solid fraction that steady shear of the solid grains settles at, the critical state of soil mechanics, in
-    springs as stiff as those of a bed halfway down (``dem.rest_springs``).
+def loose(contact: Contact, seed: int = 1) -> dict[str, float]:
+    """Steady shear in springs as stiff as those of a bed halfway down (``dem.rest_springs``): with ``CELL_STIFFNESS``
+    grains overlap by 0.7 % of a diameter, which makes the cell denser by 0.015 to 0.02."""
+    stiff = max(CELL_STIFFNESS, contact.stiffness_factor / (REST_SHARE * contact.static_overlap))
+    return measure(contact, "shear", seed=seed, inertial=FLOWING, stiffness=stiff)
 
-    With ``CELL_STIFFNESS`` grains overlap by 0.7 % of a diameter, which makes the cell denser by 0.015 to 0.02.
-    """
-    stiff = contact.stiffness_factor / (REST_SHARE * contact.static_overlap)
-    return measure(contact, "shear", inertial=FLOWING, stiffness=max(CELL_STIFFNESS, stiff))["fraction"]
+
+def loose_fraction(contact: Contact) -> float:
+    """Solid fraction that steady shear of the solid grains settles at, the critical state of soil mechanics."""
+    return loose(contact)["fraction"]
 
 
 def with_friction(contact: Contact, friction: float) -> Contact:

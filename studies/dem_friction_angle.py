@@ -1,8 +1,8 @@
 """The friction angle of grains over friction mu and shape beta: a map, the friction for 30 deg, a second seed, and the
 tilted bed.
 
-    python studies/dem_friction_angle.py [--out docs/results/dem_friction_angle] [--part map|find|tilt|rate|all]
-        [--shape 0.4]
+    python studies/dem_friction_angle.py [--out docs/results/dem_friction_angle] [--shape 0.4]
+        [--part map|find|tilt|rate|fraction|all]
 
 Every measurement is kept where ``dem.friction_angle`` keeps them, so the script goes on where it was stopped. One
 measurement takes one to two minutes of one core, a tilt three; the whole script some 50 minutes.
@@ -25,6 +25,8 @@ SHAPES = (0.0, 0.2, 0.4, 0.8)
 WANTED = 30.0
 DIMORPHOS = 0.302
 """mu_s of ``cases/dart_dimorphos``."""
+LOOSE = (0.0, 0.1, 0.2, 0.269, 0.302, 0.4, 0.5, 0.55, 0.75)
+"""mu_s at which the solid fraction of loose beds is measured."""
 INERTIAL = (None, 0.03, 0.1, 0.3, 0.6, 1.0, 3.0)
 
 
@@ -125,11 +127,40 @@ def draw_rate(out: Path) -> None:
     figure.savefig(out / "rate.png", dpi=90)
 
 
+def draw_fraction(out: Path, shape: float) -> None:
+    """The solid fraction that loose beds take (``friction_angle.loose_fraction``) over friction, two seeds:
+    ``fraction.json`` and ``fraction.png``."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    rows = []
+    for friction in LOOSE:
+        for seed in (1, 2):
+            begin = time.process_time()
+            found = friction_angle.loose(law(friction, shape), seed)
+            rows.append({"friction": friction, "shape": shape, "seed": seed, **found})
+            print(
+                f"mu {friction:5.3f} seed {seed}: {found['fraction']:.4f}, {found['coordination']:.2f} contacts, "
+                f"{found['mohr_coulomb_deg']:.1f} deg ({time.process_time() - begin:.0f} s)",
+                flush=True,
+            )
+            (out / "fraction.json").write_text(json.dumps(rows, indent=1))
+    figure = Figure(figsize=(6, 4), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    for seed in (1, 2):
+        line = [row for row in rows if row["seed"] == seed]
+        axes.plot([r["friction"] for r in line], [r["fraction"] for r in line], "o-", ms=4, label=f"seed {seed}")
+    axes.set(xlabel="friction mu_s", ylabel="solid fraction in steady shear", title=f"shape {shape:g}")
+    axes.legend(frameon=False)
+    figure.savefig(out / "fraction.png", dpi=90)
+
+
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("docs/results/dem_friction_angle"))
-    parser.add_argument("--part", choices=("map", "find", "tilt", "rate", "all"), default="all")
+    parser.add_argument("--part", choices=("map", "find", "tilt", "rate", "fraction", "all"), default="all")
     parser.add_argument("--shape", type=float, default=0.4)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
@@ -141,6 +172,8 @@ def main() -> None:
         draw_map(options.out)
     if options.part in ("rate", "all"):
         draw_rate(options.out)
+    if options.part in ("fraction", "all"):
+        draw_fraction(options.out, options.shape)
 
 
 if __name__ == "__main__":

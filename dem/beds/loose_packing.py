@@ -91,15 +91,17 @@ class Loose(Generic[D]):
 
     def radii(self, radius: np.ndarray) -> np.ndarray:
         """These radii in proportion, before they grow, so that the grains at rest fill the domain."""
-        wanted = self.mean(self.fraction) * self.filled(self.domain, float(radius.mean()))
-        return np.asarray(radius * (wanted / _volume(radius)) ** (1.0 / 3.0) / GROWN)
+        for _ in range(4):  # the layer along the walls is as wide as they are large
+            wanted = self.mean(self.fraction) * self.filled(self.domain, float(radius.mean()))
+            radius = radius * (wanted / _volume(radius)) ** (1.0 / 3.0)
+        return radius / GROWN
 
     def raised(self, radius: np.ndarray) -> D:
         """The domain with its top where grains of ``radii``, grown by ``GROWN``, begin."""
         mean = float(radius.mean())
         missing = _volume(GROWN * radius) / self.mean(begins(self.fraction)) - self.filled(self.domain, mean)
-        area = self.domain.volume(self.domain.datum, self.domain.datum + mean) / mean
-        return self.domain.raised(missing / area)
+        inner = self.domain.inset(ALONG_WALLS * mean)
+        return self.domain.raised(missing * mean / inner.volume(inner.datum, inner.datum + mean))
 
     def begins_at(self, position: np.ndarray) -> np.ndarray:
         """How densely the layers of these places (n, 3) begin, over the densest."""

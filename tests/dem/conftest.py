@@ -25,6 +25,7 @@ def bed_settings() -> bed_stage.Settings:
         impact=Impact.model_validate(impact),
         count=3000,
         arc_radius=1.0e6,
+        packing="rcp",
     )
 
 

@@ -41,7 +41,9 @@ def frictional(tmp_path_factory):
     }  # fmt: skip
     target = bed_stage.Settings.model_fields["target"].annotation.model_validate({"layers": layers})
     made = bed_stage.Settings.model_fields["impact"].annotation.model_validate(impact)
-    bed_stage.run(bed_stage.Settings(target=target, impact=made, count=4000, arc_radius=0.9e6), run, run / "3_bed")
+    bed_stage.run(
+        bed_stage.Settings(target=target, impact=made, count=4000, arc_radius=0.9e6, packing="rcp"), run, run / "3_bed"
+    )
     return run, snapshot.read(run / "3_bed" / "bed.vtkhdf")
 
 

@@ -59,6 +59,7 @@ def settled(folder, **settings):
         depth=settings.get("arc_radius", 10.0),
         headroom_fraction=0.2,
         growth=0.0,
+        packing="rcp",
     )
     bed_stage.run(bed_stage.Settings(**{**usual, **settings}), folder, folder / "3_bed")
     return snapshot.read(folder / "3_bed" / "bed.vtkhdf"), json.loads(

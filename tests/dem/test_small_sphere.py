@@ -31,6 +31,7 @@ def settings():
         impact=Impact.model_validate(impact),
         contact=Contact(static_overlap=0.01),
         count=500,
+        packing="rcp",
         arc_radius=9.0,
         depth=7.0,
         densities={"basalt": {"bulk": DENSITY, "solid": 2700.0}},

@@ -41,7 +41,10 @@ def settings_of(target: dict, **changes) -> bed_stage.Settings:
         "expected_transient_diameter": 30.0,
     }  # fmt: skip
     return bed_stage.Settings(
-        target=Target.model_validate(target), impact=Impact.model_validate(impact), count=400, **changes
+        target=Target.model_validate(target),
+        impact=Impact.model_validate(impact),
+        count=400,
+        **{"packing": "rcp", **changes},
     )
 
 
@@ -408,11 +411,6 @@ def test_what_cannot_be_is_refused(tmp_path, target, bed, words):
     written(tmp_path, settings.target)
     with pytest.raises(InputError, match=words):
         bed_stage.run(settings, tmp_path, tmp_path / "3_bed")
-
-
-def test_only_whole_bodies_are_packed_loosely():
-    with pytest.raises(ValueError, match="for the whole of an ellipsoid or mesh"):
-        settings_of(DIMORPHOS, packing="loose", shape="bowl")
 
 
 def test_two_bodies_and_a_companion_inside_are_refused(tmp_path):
