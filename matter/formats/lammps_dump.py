@@ -74,10 +74,12 @@ def read(path: Path, columns: str | None = None) -> Reading:
         reading.at(float(word) * system.factor("s"), _TIME)
     if system is not SI:
         reading.remarks.append(f"its units are {system.name}, turned into SI")
+    if not rows:
+        raise InputError(f"{path}: its last step, {step}, holds no atoms")
     table = numbers.table(rows, path)
     names = columns.split(",") if columns else lines[head][len(_HEAD) :].split()
-    if len(rows) == 0 or table.values.shape[1] != len(names):
-        raise InputError(f"{path}: {len(names)} column names for {table.values.shape[1] if len(rows) else 0} columns")
+    if table.values.shape[1] != len(names):
+        raise InputError(f"{path}: {len(names)} column names for {table.values.shape[1]} columns")
     taken = _taken(reading, names)
     if "type" in taken:
         k = taken.index("type")

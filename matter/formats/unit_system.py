@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from matter.errors import InputError
+from matter.formats.words import short
 
 _DIMENSIONS = {
     "m": (1, 0, 0),
@@ -58,7 +59,7 @@ def style(name: str, where: str) -> UnitSystem:
     (``lj``, ``real``, ``metal``, ``electron``)."""
     if name not in _STYLES:
         raise InputError(
-            f"{where}: its units are those of the style {name!r}; read are {', '.join(_STYLES)}. Where its numbers "
-            f"are SI all the same, write 'si' there"
+            f"{where}: its units are those of the style {short(name)}; read are {', '.join(_STYLES)}. Where its "
+            f"numbers are SI all the same, write 'si' there"
         )
     return _STYLES[name]
