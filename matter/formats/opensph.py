@@ -105,7 +105,8 @@ def read(path: Path, support: float = _SUPPORT) -> Reading:
     table = file.integers(3 * quantities).reshape(quantities, 3)
     if np.any(table[:, 1] > 2) or np.any(table[:, 2] >= len(_WIDTH)) or np.any(table < 0):
         raise InputError(f"{path}: its table of quantities holds values that no version of OpenSPH writes")
-    names, blocks, sizes = [], [], []
+    names, blocks = [], []
+    sizes: list[int] = []
     for number in range(max(materials, 1)):
         names.append(_material(file, number, quantities) if materials else _no_material(file))
         first, end = (int(number) for number in file.integers(2))

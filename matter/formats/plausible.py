@@ -34,7 +34,7 @@ def check(particles: Particles) -> None:
         if wrong.any():
             raise InputError(
                 f"field {name!r} has {int(np.count_nonzero(wrong))} values that are not "
-                f"finite{_first(wrong.any(axis=1), values)}"
+                f"finite{_first(np.any(wrong, axis=1), values)}"
             )
         if name in _RANGES:
             least, itself, most = _RANGES[name]

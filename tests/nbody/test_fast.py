@@ -77,13 +77,13 @@ def test_jacobi_constant():
 
 
 def test_flights_that_dip_below_the_surface_between_two_steps_hit_the_planet(flights):
-    """Pericentres from 0.985 to 1.003 planet radii about the planet itself, which is 188 km from the barycentre; the
+    """Pericentres from 0.9985 to 1.0015 planet radii about the planet itself, which is 188 km from the barycentre; the
     least distance is found by an integrator of its own (DOP853 of scipy), to 1e-5 radii."""
     system, lot, result = flights
     home, orbits = lot.start, result.ephemeris.orbits
     mu, radius, rng = system.planet.gm, system.planet.radius, np.random.default_rng(7)
     rows = []
-    for part in np.linspace(0.985, 1.003, 19):
+    for part in np.linspace(0.9985, 1.0015, 25):
         r, fast_at_infinity = 3e9, 3000.0
         speed, least = (fast_at_infinity**2 + 2.0 * mu / r) ** 0.5, part * radius
         across = least * (fast_at_infinity**2 + 2.0 * mu / least) ** 0.5 / r
@@ -114,6 +114,6 @@ def test_flights_that_dip_below_the_surface_between_two_steps_hit_the_planet(fli
         found = minimize_scalar(distance, bounds=(coarse[max(k - 1, 0)], coarse[min(k + 1, 399)]), method="bounded")
         least.append(found.fun / radius)
     least = np.array(least)
-    assert np.count_nonzero(np.abs(least - 1.0) < 2e-3) >= 3  # some do graze
+    assert 8 < np.count_nonzero(least < 1.0) < 17
     np.testing.assert_array_equal(end == encounters.HIT_PLANET, least < 1.0)
     assert np.all(np.abs(least - 1.0) > 1e-5)  # none is undecided
