@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,21 +25,18 @@ def import_snapshot(
     ``columns`` names the columns of a text (``"x [km],y [km],z [km],vx,vy,vz,m,rho"``) or the datasets of an HDF5
     file, ``materials`` the names behind its material numbers (``"basalt,water,ice"``); ``time`` after the impact [s],
     or a text with unit; ``origin`` [m] and ``up`` turn its frame into this project's (``matter.formats.placing``).
-    Raises ``InputError`` for what cannot be read, for values that no particle can have, and for an ``out`` that does
-    not end in ``.vtkhdf``.
+    Warns of what was left out, and of fields that the stages will miss. Raises ``InputError`` for what cannot be read,
+    for values that no particle can have, and for an ``out`` that does not end in ``.vtkhdf``.
     """
     from matter import archive, formats, quantity
-    from matter.formats import placing
 
     place = Path(out)
     archive.check_file(place)
-    particles = formats.read(Path(file), form, columns=columns, materials=materials)
-    if origin is not None or up is not None:
-        particles = placing.placed(particles, origin or (0.0, 0.0, 0.0), up or (0.0, 0.0, 1.0))
-    if time is not None:
-        try:
-            particles.attributes["time"] = quantity.parse(time, "s") if isinstance(time, str) else float(time)
-        except ValueError as reason:
-            raise InputError(f"time: {reason}") from None
-    formats.save(particles, place)
+    try:
+        when = quantity.parse(time, "s") if isinstance(time, str) else None if time is None else float(time)
+    except ValueError as reason:
+        raise InputError(f"time: {reason}") from None
+    _, *others = formats.convert(Path(file), place, form, columns, materials, origin, up, when)
+    if others:
+        warnings.warn(f"{place}: {'; '.join(others)}", stacklevel=2)
     return place

@@ -1,5 +1,9 @@
 """HDF5 files that somebody else may have written or damaged: opened, and their arrays read, with one message whatever
-is wrong in them."""
+is wrong in them.
+
+What a file holds is in the file: one that takes values from elsewhere (external links, external storage, virtual
+datasets) could hand on any file of the reader's, and is refused when it is opened.
+"""
 
 from __future__ import annotations
 
@@ -37,8 +41,8 @@ _STUMBLES = (
 
 @contextmanager
 def opened(path: Path) -> Iterator[h5py.File]:
-    """The file for reading. Raises ``InputError`` when it is missing, is not HDF5, or when anything in it cannot be
-    read while it is open."""
+    """The file for reading. Raises ``InputError`` when it is missing, is not HDF5, refers to other files, or when
+    anything in it cannot be read while it is open."""
     import h5py
 
     path = Path(path)
@@ -46,6 +50,7 @@ def opened(path: Path) -> Iterator[h5py.File]:
         raise InputError(f"no file {path}")
     try:
         with h5py.File(path, "r") as file:
+            _refuse_other_files(file, path)
             yield file
     except InputError:
         raise
@@ -54,16 +59,68 @@ def opened(path: Path) -> Iterator[h5py.File]:
         raise InputError(f"{path} is not a readable HDF5 file ({said})") from None
 
 
+def _refuse_other_files(file: h5py.File, path: Path) -> None:
+    """Raise ``InputError`` for the first name in a file whose content stands in another one."""
+    import h5py
+
+    for name, item in _content(file):
+        if item is None:
+            fault = "is a link to another file"
+        elif isinstance(item, h5py.Dataset) and item.is_virtual:
+            fault = "is made of datasets of other files (virtual)"
+        elif isinstance(item, h5py.Dataset) and item.external:
+            fault = "has its values in another file (external storage)"
+        else:
+            continue
+        raise InputError(f"{path}: {name[:200]} {fault}, which is not followed: copy its values into this file")
+
+
+def _content(place: Any) -> Iterator[tuple[str, Any]]:
+    """Path and object of every group and dataset below a file or group, each once, in the order of the names; None
+    instead of the object for a link to another file. Links within the file are passed over, and so is what cannot be
+    opened."""
+    import h5py
+
+    seen, stack = {place.id}, [("", place, iter(sorted(place)))]
+    while stack:
+        above, group, names = stack[-1]
+        name = next(names, None)
+        if name is None:
+            stack.pop()
+            continue
+        kind = group.id.links.get_info(name.encode("utf-8", "surrogateescape")).type
+        if kind == h5py.h5l.TYPE_SOFT:
+            continue
+        if kind != h5py.h5l.TYPE_HARD:
+            yield above + name, None
+            continue
+        try:
+            item = group[name]
+            known = item.id in seen
+            seen.add(item.id)
+        except _STUMBLES:
+            continue
+        if not known:
+            yield above + name, item
+        if not known and isinstance(item, h5py.Group):
+            stack.append((f"{above}{name}/", item, iter(sorted(item))))
+
+
+def datasets(place: Any) -> dict[str, Any]:
+    """Every dataset of a file or group and of its groups, by its path."""
+    import h5py
+
+    return {name: item for name, item in _content(place) if isinstance(item, h5py.Dataset)}
+
+
 def array(place: Any, name: str, numbers: bool = True) -> np.ndarray:
     """The array ``name`` of a file or group, of ``numbers`` or of anything.
 
-    Raises ``InputError`` where it is a group, a link to another file, not of numbers, or larger than what is stored.
+    Raises ``InputError`` where it is a group, not of numbers, or larger than what is stored.
     """
     import h5py
 
     where = f"{place.file.filename}: {name}"
-    if isinstance(place.get(name, getlink=True), h5py.ExternalLink):
-        raise InputError(f"{where} is a link to another file, which is not followed")
     item = place[name]
     if not isinstance(item, h5py.Dataset):
         raise InputError(f"{where} is a group, and an array is needed")
@@ -77,11 +134,4 @@ def array(place: Any, name: str, numbers: bool = True) -> np.ndarray:
 
 def arrays(place: Any, deep: bool = False, numbers: bool = True) -> dict[str, np.ndarray]:
     """All arrays of a file or group by their names; ``deep``: those of its groups too, by their paths."""
-    import h5py
-
-    names: list[str] = []
-    if deep:
-        place.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
-    else:
-        names = list(place)
-    return {name: array(place, name, numbers) for name in names}
+    return {name: array(place, name, numbers) for name in (datasets(place) if deep else place)}

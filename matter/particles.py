@@ -91,6 +91,9 @@ ORIGINS = (
 )
 """Fields of grains that say what matter they stand for: given by the handoff, unchanged from then on."""
 
+UNDEFINED = ("first_depth", "first_distance")
+"""Fields that are NaN where there is nothing to say."""
+
 ALIASES = {"support_radius": "smoothing_length"}
 """Other name -> the field's in files. What files call the smoothing length is the radius of the kernel's support,
 twice what many codes call by that name."""
@@ -125,7 +128,7 @@ class Particles(Mapping[str, np.ndarray]):
         if name not in FIELDS:
             raise InputError(f"unknown particle field {name!r}; known: {', '.join(FIELDS)}")
         entry = FIELDS[name]
-        array = np.ascontiguousarray(values, dtype=entry.dtype)
+        array = np.ascontiguousarray(_exact(name, values, np.dtype(entry.dtype)), dtype=entry.dtype)
         if array.shape[1:] != entry.shape:
             raise InputError(f"field {name!r} needs shape (n, {', '.join(map(str, entry.shape))}), got {array.shape}")
         if self._fields and len(array) != len(self):
@@ -168,3 +171,28 @@ class Particles(Mapping[str, np.ndarray]):
         """The particles chosen by a mask or by indices, as copies, with the same attributes (tables are left
         behind)."""
         return Particles({name: array[which] for name, array in self._fields.items()}, self.attributes)
+
+
+def _exact(name: str, values: Any, dtype: np.dtype) -> Any:
+    """``values`` as they are. Raises ``InputError`` where ``dtype``, one of whole numbers, would change them:
+    fractions, NaN, numbers beyond its range, and floating-point numbers too large to be exact."""
+    array = np.asarray(values)
+    if dtype.kind != "i" or array.size == 0 or np.can_cast(array.dtype, dtype, "safe"):
+        return values
+    limits = np.iinfo(dtype)
+    if array.dtype.kind in "iu":
+        bad, why = (array < limits.min) | (array > limits.max), "beyond what is stored"
+    elif array.dtype.kind == "f":
+        exact = 2.0 ** (np.finfo(array.dtype).nmant + 1)
+        least, most = max(float(limits.min), -exact), min(float(limits.max), exact)
+        bad = ~((array >= least) & (array <= most) & (np.floor(array) == array))
+        why = "not whole, or not exact"
+    else:
+        raise InputError(f"field {name!r} holds whole numbers, and {array.dtype} was given")
+    if bad.any():
+        first = int(np.argmax(bad))
+        raise InputError(
+            f"field {name!r} holds whole numbers from {limits.min} to {limits.max}: {int(bad.sum())} of {array.size} "
+            f"are {why} (the first is particle {first + 1}: {array.ravel()[first]})"
+        )
+    return values

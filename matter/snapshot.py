@@ -114,6 +114,8 @@ def read(path: Path, only: Collection[str] | None = None) -> Particles:
             for name in file["particles"]
             if wanted is None or ALIASES.get(name, name) in wanted
         }
+        for name in fields:
+            _in_si(file["particles"][name], name, path)
         tables = hdf5_input.arrays(file["tables"], deep=True) if "tables" in file else {}
         attributes = {name: _restored(value) for name, value in file.attrs.items()}
     try:
@@ -143,6 +145,15 @@ def attributes(path: Path) -> dict[str, Any]:
 def _known(file: Any, path: Path) -> None:
     if "particles" not in file or not hasattr(file["particles"], "keys"):
         raise InputError(f"{path} holds no group '/particles': not a snapshot of this project (see import_snapshot)")
+
+
+def _in_si(dataset: Any, name: str, path: Path) -> None:
+    """Raise ``InputError`` where a field says that it is in another unit than that of ``FIELDS``."""
+    entry, unit = FIELDS.get(ALIASES.get(name, name)), archive.plain(dataset.attrs.get("unit", ""))
+    if entry is not None and isinstance(unit, str) and unit not in ("", entry.unit):
+        raise InputError(
+            f"{path}: field {name!r} says it is in {unit[:20]!r}; snapshots are in SI, {entry.unit!r} here"
+        )
 
 
 def _restored(value: Any) -> Any:

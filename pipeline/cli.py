@@ -190,20 +190,13 @@ def _import_snapshot(
 
     def action() -> int:
         from matter import archive, formats
-        from matter.formats import placing
 
         archive.check_file(out)
-        particles = formats.read(file, form, columns=columns, materials=materials)
-        if origin or up:
-            centre, axis = point(origin, "--origin") or (0.0, 0.0, 0.0), point(up, "--up") or (0.0, 0.0, 1.0)
-            particles = placing.placed(particles, centre, axis)
-        if time:
-            particles.attributes["time"] = quantity(time, "s", "--time")
-        formats.save(particles, out)
-        print(f"{out}: {len(particles)} particles, {', '.join(particles)}")
-        for stage, missing in formats.lacking(particles).items():
-            print(f"  cannot be used by {stage}: missing {', '.join(missing)}")
-        for sentence in formats.plausible.strangers(particles):
+        centre, axis = point(origin, "--origin") if origin else None, point(up, "--up") if up else None
+        when = quantity(time, "s", "--time") if time else None
+        first, *others = formats.convert(file, out, form, columns, materials, centre, axis, when)
+        print(f"{out}: {first}")
+        for sentence in others:
             print(f"  {sentence}")
         return 0
 
@@ -228,9 +221,11 @@ def _export_snapshot(
         from matter import archive, formats
 
         archive.check_file(out)
-        particles = formats.read(snapshot)
-        written = formats.export(particles, out, form)
-        print(f"{out}: {len(particles)} particles as {written}")
+        what = formats.found(snapshot)
+        written = formats.export(what.particles, out, form)
+        print(f"{out}: {len(what.particles)} particles as {written}")
+        for sentence in formats.beside(what):
+            print(f"  {sentence}")
         return 0
 
     guarded(action)

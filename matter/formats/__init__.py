@@ -1,5 +1,5 @@
-"""Other codes' files as particles and back: one module per format, with ``read(path, columns) -> Particles`` or
-``write(particles, path)``.
+"""Other codes' files as particles and back: one module per format, with ``read(path, columns) -> Reading`` or
+``write(particles, path)``. What is read is checked in one place (``reading``), whatever the format.
 
 Read: this project's own snapshots, delimited text (CSV, ASCII columns), HDF5 with named datasets, miluphcuda (HDF5 and
 text), OpenSPH state files (``.ssf``), LIGGGHTS and LAMMPS text dumps. Written: LIGGGHTS and LAMMPS data files, legacy
@@ -8,7 +8,9 @@ VTK, PLY, CSV.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,10 +23,13 @@ from matter.formats import (
     lammps_dump,
     miluphcuda,
     opensph,
+    placing,
     plausible,
     ply_points,
     vtk_legacy,
 )
+from matter.formats.reading import Reading, checked
+from matter.formats.words import listed, short
 from matter.particles import Particles
 
 NAMES = ("snapshot", "csv", "hdf5", "miluphcuda", "opensph", "lammps")
@@ -64,36 +69,96 @@ NEEDED = {
 }
 
 
+class Found(NamedTuple):
+    """Particles of a file, names of what it holds beside them, and what else is to be said (sentences)."""
+
+    particles: Particles
+    left_out: list[str]
+    remarks: list[str]
+
+
 def read(path: Path, form: str | None = None, columns: str | None = None, materials: str | None = None) -> Particles:
-    """Particles of a file in one of the formats of ``NAMES`` (by default: what its name, and for HDF5 its content,
-    says).
+    """The particles that ``found`` finds."""
+    return found(path, form, columns, materials).particles
+
+
+def found(path: Path, form: str | None = None, columns: str | None = None, materials: str | None = None) -> Found:
+    """What a file in one of the formats of ``NAMES`` holds (by default: the format that its name, and for HDF5 its
+    content, says).
 
     ``columns`` names the columns of a text file without a header (``delimited``), the datasets of an HDF5 file
     (``hdf5_columns``) or the switches that miluphcuda was compiled with (``miluphcuda``); ``materials`` lists the
     names behind the material numbers, ``"ice,water"``. Raises ``InputError`` with a way out when the file cannot be
-    read.
+    read, or is not what it says it is (``reading``).
     """
     path = Path(path)
     if not path.is_file():
         raise InputError(f"no file at {path}")
     form = form or _form_of(path, columns)
+    reading = Reading(path)
     if form == "snapshot":
-        particles = snapshot.read(path)
+        particles = checked(snapshot.read(path), str(path))
     elif form == "csv":
-        particles = delimited.read(path, columns)
+        reading = delimited.read(path, columns)
     elif form == "hdf5":
-        particles = hdf5_columns.read(_hdf5(path), columns)
+        reading = hdf5_columns.read(_hdf5(path), columns)
     elif form == "miluphcuda":
-        particles = miluphcuda.read(path, columns)
+        reading = miluphcuda.read(path, columns)
     elif form == "opensph":
-        particles = opensph.read(path)
+        reading = opensph.read(path)
     elif form == "lammps":
-        particles = lammps_dump.read(path, columns)
+        reading = lammps_dump.read(path, columns)
     else:
-        raise InputError(f"unknown format {form!r} (formats: {', '.join(NAMES)})")
+        raise InputError(f"unknown format {short(form)} (formats: {', '.join(NAMES)})")
+    if form != "snapshot":
+        particles = reading.particles()
     if materials is not None:
         plausible.named(particles, [name.strip() for name in materials.split(",")])
-    return particles
+    return Found(particles, reading.left_out, reading.remarks)
+
+
+def convert(
+    file: Path,
+    out: Path,
+    form: str | None = None,
+    columns: str | None = None,
+    materials: str | None = None,
+    origin: Sequence[float] | None = None,
+    up: Sequence[float] | None = None,
+    time: float | None = None,
+) -> list[str]:
+    """Write another code's file as a snapshot, its frame turned by ``origin`` [m] and ``up`` (``placing``), at
+    ``time`` [s] after the impact; sentences that say what was taken, what was left out and what no stage can use.
+
+    Raises ``InputError`` as ``found`` and ``save`` do.
+    """
+    what = found(Path(file), form, columns, materials)
+    particles = what.particles
+    sentences = _report(what, time)
+    if origin is not None or up is not None:
+        particles = placing.placed(particles, origin or (0.0, 0.0, 0.0), up or (0.0, 0.0, 1.0))
+    if time is not None:
+        particles.attributes["time"] = time
+    save(particles, Path(out))
+    sentences += [
+        f"cannot be used by {stage}: missing {', '.join(names)}" for stage, names in lacking(particles).items()
+    ]
+    return sentences + plausible.strangers(particles)
+
+
+def _report(what: Found, time: float | None) -> list[str]:
+    """What was taken, at which time, and what was left out; ``time`` [s] is what was given by hand for it."""
+    told = what.particles.attributes.get("time")
+    if time is None:
+        when = "no time was read, 0 s is taken (--time)" if told is None else f"time {told:g} s"
+    else:
+        when = f"time {time:g} s" + (f" in place of the file's {told:g} s" if told not in (None, time) else "")
+    return [f"{len(what.particles)} particles, {', '.join(what.particles)}; {when}", *beside(what)]
+
+
+def beside(what: Found) -> list[str]:
+    """Sentences on what a file holds beside its particles."""
+    return ([f"left out: {listed(what.left_out)}"] if what.left_out else []) + what.remarks
 
 
 def _form_of(path: Path, columns: str | None) -> str:
@@ -151,7 +216,7 @@ def export(particles: Particles, path: Path, form: str | None = None) -> str:
             f"--out {path}: name the format with --format (formats: {', '.join(WRITTEN)}; by the name's end: {ends})"
         )
     for name in particles:
-        bad = ~np.isfinite(particles[name])
+        bad = plausible.not_finite(name, particles[name])
         if bad.any():
             raise InputError(
                 f"field {name!r} has {int(np.count_nonzero(bad))} values that are not finite: no other program could "

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
 from matter import quantity
 from matter.errors import InputError
+from matter.formats.numbers import Table
+from matter.formats.reading import Reading
+from matter.formats.unit_system import SI, UnitSystem
+from matter.formats.words import short
 from matter.particles import FIELDS, Particles
 
 _VECTORS = {
@@ -26,11 +31,15 @@ _SCALARS = {
     "h": "smoothing_length",
     "p": "pressure",
     "r": "radius",
+    "diameter": "radius",
     "alpha": "distention",
     "type": "material",
     "mat": "material",
     "cs": "sound_speed",
 }
+_TIMES = {"diameter": 0.5}
+"""What a column is multiplied with to be its field."""
+_LONGEST_UNIT = 60
 _STRESS = ("sxx", "sxy", "sxz", "syy", "syz", "szz")
 
 
@@ -46,8 +55,8 @@ def slots() -> dict[str, tuple[str, int | None]]:
             names[f"{name}_{k}"] = (name, k)
             if entry.shape == (3,):
                 names[f"{name}_{'xyz'[k]}"] = (name, k)
-    for field, short in _VECTORS.items():
-        names |= {column: (field, k) for k, column in enumerate(short.split())}
+    for field, few in _VECTORS.items():
+        names |= {column: (field, k) for k, column in enumerate(few.split())}
     names |= {column: ("deviatoric_stress", k) for k, column in enumerate(_STRESS)}
     return names | {column: (field, None) for column, field in _SCALARS.items()}
 
@@ -71,49 +80,45 @@ def components(particles: Particles) -> list[tuple[str, str, np.ndarray]]:
     return columns
 
 
-def assemble(names: list[str], table: np.ndarray, source: str) -> Particles:
-    """Particles from a table with one column per name.
+def enter(
+    reading: Reading,
+    names: Sequence[str | None],
+    table: Table,
+    system: UnitSystem = SI,
+    own: Sequence[str] | None = None,
+) -> None:
+    """Enter the columns of a table, one name each, as fields; None is a column that was entered before.
 
-    A name may carry a unit, ``"x [km]"``; without one it is SI. Columns named ``-`` are left out, unknown ones are an
-    error, as are vectors with a component missing.
+    A name may carry a unit, ``"x [km]"``; without one it is in ``system``. Columns named ``-`` are left out, unknown
+    ones are an error. Whole numbers (identities, materials) are read digit by digit. ``own`` are the names that the
+    file itself has for its columns.
     """
-    known, parts = slots(), {}
+    known = slots()
     for k, text in enumerate(names):
-        name, unit = _split(text)
+        if text is None:
+            continue
+        name, unit = split(text)
+        where = f"{reading.source}: column {short(text)}"
         if name == "-":
+            reading.leave(own[k] if own and own[k].strip() != "-" else f"column {k + 1}")
             continue
         if name not in known:
             raise InputError(
-                f"{source}: unknown column {text!r}; name it '-' to leave it out (known: {', '.join(known)})"
+                f"{reading.source}: unknown column {short(text)}; name it '-' to leave it out (known: "
+                f"{', '.join(known)})"
             )
-        parts[known[name]] = table[:, k] * factor(unit, FIELDS[known[name][0]].unit, f"{source}: column {text!r}")
-    return joined(parts, source)
+        field, component = known[name]
+        entry = FIELDS[field]
+        times = factor(unit, entry.unit, where) if unit else system.factor(entry.unit)
+        if times == 1.0 and np.dtype(entry.dtype).kind == "i":
+            values = table.whole(k, where)
+        else:
+            values = table.values[:, k] * (times * _TIMES.get(name, 1.0))
+        reading.take(field, values, text, component)
 
 
-def joined(parts: dict[tuple[str, int | None], np.ndarray], source: str) -> Particles:
-    """Particles from columns (n,) by field and component (None for scalars), in SI; identities are counted where there
-    are none.
-
-    Raises ``InputError`` for a vector that lacks a component and for particles without a position.
-    """
-    fields = {}
-    for field in dict.fromkeys(field for field, _ in parts):
-        shape = FIELDS[field].shape
-        if not shape:
-            fields[field] = parts[field, None]
-            continue
-        missing = [k for k in range(shape[0]) if (field, k) not in parts]
-        if missing:
-            raise InputError(f"{source}: {field} lacks component {', '.join(map(str, missing))}")
-        fields[field] = np.column_stack([parts[field, k] for k in range(shape[0])])
-    particles = Particles(fields)
-    particles.need("position")
-    if "identity" not in particles:
-        particles["identity"] = np.arange(len(particles))
-    return particles
-
-
-def _split(text: str) -> tuple[str, str]:
+def split(text: str) -> tuple[str, str]:
+    """Name (lower case) and unit (empty without one) of a column."""
     match = re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[(.*)\])?\s*", text)
     return (match.group(1).lower(), match.group(2) or "") if match else (text, "")
 
@@ -123,6 +128,8 @@ def factor(unit: str, si: str, where: str) -> float:
     dimension."""
     if not unit:
         return 1.0
+    if len(unit) > _LONGEST_UNIT:
+        raise InputError(f"{where}: {short(unit)} is no unit")
     try:
         # "1e10 kg" is a unit too
         return quantity.parse(unit if unit[0].isdigit() else f"1 {unit}", "" if si == "1" else si)

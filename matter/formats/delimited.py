@@ -14,22 +14,24 @@ from matter import archive
 from matter.errors import InputError
 from matter.formats import columns as named
 from matter.formats import numbers
+from matter.formats.reading import Reading
+from matter.formats.words import listed
 from matter.particles import FIELDS, Particles
 
 _AT_ONCE = 50_000
 
 
-def read(path: Path, columns: str | None = None) -> Particles:
-    """Particles of a text file, one per line; lines that start with ``#`` are comments (the last one before the data
-    may be the header)."""
+def read(path: Path, columns: str | None = None) -> Reading:
+    """What a text file holds, one particle per line; lines that start with ``#`` are comments (the last one before
+    the data may be the header)."""
     lines = list(enumerate(numbers.text(path).splitlines(), 1))
     rows = [(number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if not rows:
         raise InputError(f"{path} holds no data")
-    header = columns
+    header, own = columns, None
     if not _numeric(rows[0][1]):  # a header line; --columns replaces it
-        first = rows.pop(0)[1]
-        header = first if header is None else header
+        own = rows.pop(0)[1]
+        header = own if header is None else header
     elif header is None:
         comments = [line.lstrip()[1:] for _, line in lines[: rows[0][0] - 1] if line.lstrip().startswith("#")]
         if not comments:
@@ -41,9 +43,11 @@ def read(path: Path, columns: str | None = None) -> Particles:
         raise InputError(f"{path} holds a header and no data")
     table = numbers.table([(number, _blanks(line)) for number, line in rows], path)
     names = _names(header)
-    if len(names) != table.shape[1]:
-        raise InputError(f"{path}: {len(names)} column names for {table.shape[1]} columns ({', '.join(names)})")
-    return named.assemble(names, table, str(path))
+    if len(names) != table.values.shape[1]:
+        raise InputError(f"{path}: {len(names)} column names for {table.values.shape[1]} columns ({listed(names)})")
+    reading, called = Reading(path), _names(own) if own is not None else []
+    named.enter(reading, names, table, own=called if len(called) == len(names) else None)
+    return reading
 
 
 def write(particles: Particles, path: Path) -> None:

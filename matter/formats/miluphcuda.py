@@ -17,6 +17,7 @@ COLLINS_PLASTICITY it is in the pressure).
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,8 @@ import numpy as np
 from matter import hdf5_input
 from matter.errors import InputError
 from matter.formats import numbers
-from matter.particles import Particles
+from matter.formats.reading import Reading
+from matter.formats.words import short
 
 SWITCHES = (
     "INTEGRATE_ENERGY",
@@ -55,6 +57,8 @@ _DATASETS = {
     "alpha_jutzi": "distention",
     "alpha_epspor": "distention",
 }
+_DAMAGE = {"damage_total_porjutzi": 1, "DIM_root_of_damage_tensile": _DIM}
+"""Datasets of damage, the first that is there is taken, and the power of each that is the damage."""
 _FIELD = {
     "m": "mass",
     "rho": "density",
@@ -63,6 +67,7 @@ _FIELD = {
     "noi": "neighbours",
     "material": "material",
     "p": "pressure",
+    "alpha": "distention",
 }
 
 
@@ -71,14 +76,14 @@ def is_one(names: set[str]) -> bool:
     return {"x", "v", "m", "rho", "material_type"} <= names
 
 
-def read(path: Path, columns: str | None = None) -> Particles:
-    """Particles of an output file, HDF5 or text (``columns``: see the module). Raises ``InputError``."""
+def read(path: Path, columns: str | None = None) -> Reading:
+    """What an output file holds, HDF5 or text (``columns``: see the module). Raises ``InputError``."""
     with open(path, "rb") as file:
         head = file.read(8)
     return _read_hdf5(Path(path)) if head == b"\x89HDF\r\n\x1a\n" else _read_text(Path(path), columns)
 
 
-def _read_hdf5(path: Path) -> Particles:
+def _read_hdf5(path: Path) -> Reading:
     with hdf5_input.opened(path) as file:
         missing = [name for name in ("x", "v", "m", "rho", "material_type") if name not in file]
         if missing:
@@ -90,18 +95,24 @@ def _read_hdf5(path: Path) -> Particles:
             raise InputError(
                 f"{path}: positions of shape {file['x'].shape}; only runs in three dimensions can be used"
             )
-        fields = {field: hdf5_input.array(file, name) for name, field in _DATASETS.items() if name in file}
+        taken = [(field, hdf5_input.array(file, name), name) for name, field in _DATASETS.items() if name in file]
+        others = [name for name in file if name not in (*_DATASETS, "time")]
         if "deviatoric_stress" in file:
-            fields["deviatoric_stress"] = hdf5_input.array(file, "deviatoric_stress").reshape(-1, 9)[:, _UPPER]
-        if "damage_total_porjutzi" in file:
-            fields["damage"] = np.minimum(hdf5_input.array(file, "damage_total_porjutzi"), 1.0)
-        elif "DIM_root_of_damage_tensile" in file:
-            fields["damage"] = np.minimum(hdf5_input.array(file, "DIM_root_of_damage_tensile") ** _DIM, 1.0)
-        time = float(np.ravel(hdf5_input.array(file, "time"))[0]) if "time" in file else _time_of(path.with_suffix(""))
-    return _active(fields, time)
+            stress = hdf5_input.array(file, "deviatoric_stress").reshape(-1, 9)[:, _UPPER]
+            taken.append(("deviatoric_stress", stress, "deviatoric_stress"))
+        damaged = next((name for name in _DAMAGE if name in file), None)
+        if damaged is not None:
+            taken.append(("damage", np.minimum(hdf5_input.array(file, damaged) ** _DAMAGE[damaged], 1.0), damaged))
+        if "time" in file:
+            time = [float(value) for value in np.ravel(hdf5_input.array(file, "time"))[:1]]
+        else:
+            time = _time_of(path.with_suffix(""))
+    reading = _active(path, taken, time)
+    reading.leave(*(name for name in others if name not in ("deviatoric_stress", damaged)))
+    return reading
 
 
-def _read_text(path: Path, columns: str | None) -> Particles:
+def _read_text(path: Path, columns: str | None) -> Reading:
     if columns is None:
         raise InputError(
             f"{path}: a text file of miluphcuda does not describe its columns; name the switches that were 1 in its "
@@ -127,23 +138,26 @@ def _read_text(path: Path, columns: str | None) -> Particles:
                 f"{path}, line {number}: {len(words)} numbers, {len(names) + flaws} expected with {columns}: were "
                 f"other switches on?"
             )
-        rows.append(words[: len(names)])
+        rows.append((number, " ".join(words[: len(names)])))
     if not rows:
         raise InputError(f"{path} holds no data")
-    try:
-        table = dict(zip(names, np.array(rows, dtype=float).T))
-    except ValueError as reason:
-        raise InputError(f"{path}: {reason}") from None
-    fields = {field: table[name] for name, field in _FIELD.items() if name in table}
-    fields["position"] = np.stack([table[name] for name in ("x", "y", "z")], axis=1)
-    fields["velocity"] = np.stack([table[name] for name in ("vx", "vy", "vz")], axis=1)
+    table = numbers.table(rows, path)
+    column = {name: table.values[:, k] for k, name in enumerate(names)}
+    taken = [
+        ("position", np.stack([column[name] for name in ("x", "y", "z")], axis=1), "x y z"),
+        ("velocity", np.stack([column[name] for name in ("vx", "vy", "vz")], axis=1), "vx vy vz"),
+        *((_FIELD[name], table.values[:, k], name) for k, name in enumerate(names) if name in _FIELD),
+    ]
     if "SOLID" in on:
-        fields["deviatoric_stress"] = np.stack([table[f"S{k}"] for k in _UPPER], axis=1)
+        taken.append(("deviatoric_stress", np.stack([column[f"S{k}"] for k in _UPPER], axis=1), "S"))
     if flawed:
-        fields["damage"] = np.minimum(table["d"] ** _DIM, 1.0)
-    if "alpha" in table:
-        fields["distention"] = table["alpha"]
-    return _active(fields, _time_of(path))
+        taken.append(("damage", np.minimum(column["d"] ** _DIM, 1.0), "d"))
+    reading = _active(path, taken, _time_of(path))
+    known = {*_FIELD, *"x y z vx vy vz d".split()}
+    reading.leave(*(name for name in names if name not in known and not re.fullmatch(r"S\d", name)))
+    if flawed:
+        reading.leave("activation thresholds")
+    return reading
 
 
 def column_names(on: set[str]) -> list[str]:
@@ -160,14 +174,32 @@ def column_names(on: set[str]) -> list[str]:
     return names + (["alpha", "epsilon_v"] if "EPSALPHA_POROSITY" in on else [])
 
 
-def _time_of(path: Path) -> float | None:
-    """Time [s] from the ``.info`` file that the program writes beside its output; None without one."""
+def _time_of(path: Path) -> list[float]:
+    """Time [s] from the ``.info`` file that the program writes beside its output; none without one.
+
+    Raises ``InputError`` where what stands there is no number.
+    """
     info = path.with_name(path.name + ".info")
-    match = re.search(r"^Time:\s*(\S+)", info.read_text(), re.MULTILINE) if info.is_file() else None
-    return float(match.group(1)) if match else None
+    match = re.search(r"^Time:\s*(\S+)", numbers.text(info), re.MULTILINE) if info.is_file() else None
+    if match is None:
+        return []
+    if not numbers.is_number(match.group(1)):
+        raise InputError(f"{info}: the time {short(match.group(1))} is not a number")
+    return [float(match.group(1))]
 
 
-def _active(fields: dict[str, Any], time: float | None) -> Particles:
-    alive = np.asarray(fields["material"]) >= 0
-    kept = {"identity": np.flatnonzero(alive)} | {name: np.asarray(values)[alive] for name, values in fields.items()}
-    return Particles(kept, {"stage": "sph"} | ({"time": time} if time is not None else {}))
+def _active(path: Path, taken: Sequence[tuple[str, Any, str]], time: list[float]) -> Reading:
+    """What the file holds of the particles that are not deactivated, in its order. Raises ``InputError``."""
+    material = np.ravel(next(values for field, values, _ in taken if field == "material"))
+    alive, reading = material >= 0, Reading(path)
+    reading.attributes["stage"] = "sph"
+    reading.take("identity", np.flatnonzero(alive), "order")
+    for field, values, name in taken:
+        if np.ndim(values) == 0 or len(values) != len(alive):
+            raise InputError(f"{path}: {name} has {np.size(values)} values for {len(alive)} particles")
+        reading.take(field, np.asarray(values)[alive], name)
+    if time:
+        reading.at(time[0], "time")
+    if gone := int(np.count_nonzero(~alive)):
+        reading.leave(f"{gone} deactivated particles")
+    return reading

@@ -19,12 +19,11 @@ yield, as here.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from matter.errors import InputError
-from matter.particles import Particles
+from matter.formats.reading import Reading
 
 _HEADER = 256
 _LATEST = 20210808
@@ -59,7 +58,7 @@ class _Bytes:
         self.path, self.data, self.at = path, path.read_bytes(), 0
 
     def take(self, size: int) -> bytes:
-        if self.at + size > len(self.data):
+        if size < 0 or self.at + size > len(self.data):
             raise InputError(
                 f"{self.path} ends after {len(self.data)} bytes, in the middle of a value: not a whole .ssf file"
             )
@@ -81,8 +80,8 @@ class _Bytes:
         return raw.decode("utf-8", "replace")
 
 
-def read(path: Path, support: float = _SUPPORT) -> Particles:
-    """Particles of a state file; ``support`` is the kernel's support in smoothing lengths (2 for OpenSPH's default,
+def read(path: Path, support: float = _SUPPORT) -> Reading:
+    """What a state file holds; ``support`` is the kernel's support in smoothing lengths (2 for OpenSPH's default,
     the cubic spline).
 
     Materials keep their names (``materials`` among the attributes) and particles their persistent index, where the
@@ -106,10 +105,13 @@ def read(path: Path, support: float = _SUPPORT) -> Particles:
     table = file.integers(3 * quantities).reshape(quantities, 3)
     if np.any(table[:, 1] > 2) or np.any(table[:, 2] >= len(_WIDTH)) or np.any(table < 0):
         raise InputError(f"{path}: its table of quantities holds values that no version of OpenSPH writes")
-    names, blocks, sizes = [], [], []
+    names, blocks = [], []
+    sizes: list[int] = []
     for number in range(max(materials, 1)):
         names.append(_material(file, number, quantities) if materials else _no_material(file))
         first, end = (int(number) for number in file.integers(2))
+        if first != sum(sizes) or end < first:
+            raise InputError(f"{path}: material {number} holds the particles {first} to {end}, out of order")
         sizes.append(end - first)
         blocks.append(_values(file, table, end - first))
     if sum(sizes) != particles:
@@ -123,19 +125,22 @@ def read(path: Path, support: float = _SUPPORT) -> Particles:
             f"{version}"
         )
     values = {key: np.concatenate([block[key] for block in blocks]) for key in blocks[0]}
-    fields = _fields(values, kind, support, particles)
-    fields["material"] = np.repeat(np.arange(len(sizes)), sizes)
-    facts: dict[str, Any] = {
-        "time": time,
+    reading = Reading(path)
+    _enter(reading, values, kind, support)
+    reading.take("material", np.repeat(np.arange(len(sizes)), sizes), "materials")
+    reading.holds(particles)
+    reading.at(time, "run time")
+    reading.attributes |= {
         "stage": "dem" if kind in _SPHERES else "sph",
         "step_s": step,
         "opensph_version": version,
     }
     if any(names):
-        facts["materials"] = [name or f"material_{number}" for number, name in enumerate(names)]
+        reading.attributes["materials"] = [name or f"material_{number}" for number, name in enumerate(names)]
     if attractors:
-        facts["attractors"] = attractors
-    return Particles(fields, facts)
+        reading.attributes["attractors"] = attractors
+        reading.leave(f"{attractors} attractors")
+    return reading
 
 
 def _material(file: _Bytes, number: int, quantities: int) -> str:
@@ -181,26 +186,24 @@ def _values(file: _Bytes, table: np.ndarray, count: int) -> dict[tuple[int, int,
     return values
 
 
-def _fields(
-    values: dict[tuple[int, int, int], np.ndarray], kind: str, support: float, count: int
-) -> dict[str, np.ndarray]:
-    fields: dict[str, np.ndarray] = {"identity": np.arange(count)}
+def _enter(reading: Reading, values: dict[tuple[int, int, int], np.ndarray], kind: str, support: float) -> None:
+    """Enter the quantities that have a field here, and name the others by their numbers (``QuantityId``)."""
     for (quantity, derivative, form), numbers in values.items():
+        name = f"quantity {quantity}"
         if quantity == _POSITION and form == _VECTOR and derivative < 2:
-            fields[("position", "velocity")[derivative]] = numbers[:, :3]
+            reading.take(("position", "velocity")[derivative], numbers[:, :3], name)
             if derivative == 0 and kind in _SPHERES:
-                fields["radius"] = numbers[:, 3]
+                reading.take("radius", numbers[:, 3], name)
             elif derivative == 0:
-                fields["smoothing_length"] = support * numbers[:, 3]
+                reading.take("smoothing_length", support * numbers[:, 3], name)
         elif derivative == 0 and quantity in _SCALARS and _WIDTH[form] == 1:
-            fields[_SCALARS[quantity]] = numbers[:, 0]
+            reading.take(_SCALARS[quantity], numbers[:, 0], name)
         elif derivative == 0 and quantity in _VECTORS and form == _VECTOR:
-            fields[_VECTORS[quantity]] = numbers[:, :3]
+            reading.take(_VECTORS[quantity], numbers[:, :3], name)
         elif derivative == 0 and quantity == _DAMAGE and _WIDTH[form] == 1:
-            fields["damage"] = numbers[:, 0] ** 3
+            reading.take("damage", numbers[:, 0] ** 3, name)
         elif derivative == 0 and quantity == _STRESS and form == _TRACELESS:
             xx, yy, xy, xz, yz = numbers.T
-            fields["deviatoric_stress"] = np.stack([xx, xy, xz, yy, yz, -xx - yy], axis=1)
-    if "position" not in fields:
-        raise InputError("the file holds no positions")
-    return fields
+            reading.take("deviatoric_stress", np.stack([xx, xy, xz, yy, yz, -xx - yy], axis=1), name)
+        elif derivative == 0:
+            reading.leave(name)

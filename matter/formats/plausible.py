@@ -9,7 +9,8 @@ import numpy as np
 
 from matter import material
 from matter.errors import InputError
-from matter.particles import FIELDS, Particles
+from matter.formats.words import listed, short
+from matter.particles import FIELDS, UNDEFINED, Particles
 
 _ROUNDING = 1e-6
 # field -> smallest value, whether that value itself is allowed, largest value
@@ -29,11 +30,11 @@ def check(particles: Particles) -> None:
     zero, damage outside 0 to 1, distention below 1, and material numbers without a name where there are names."""
     for name in particles:
         values = np.asarray(particles[name], dtype=float).reshape(len(particles), -1)
-        bad = ~np.isfinite(values).all(axis=1)
-        if bad.any():
+        wrong = not_finite(name, values)
+        if wrong.any():
             raise InputError(
-                f"field {name!r} has {int(np.count_nonzero(~np.isfinite(values)))} values that are not "
-                f"finite{_first(bad, values)}"
+                f"field {name!r} has {int(np.count_nonzero(wrong))} values that are not "
+                f"finite{_first(np.any(wrong, axis=1), values)}"
             )
         if name in _RANGES:
             least, itself, most = _RANGES[name]
@@ -53,8 +54,14 @@ def check(particles: Particles) -> None:
     names = particles.attributes.get("materials")
     if names and "material" in particles and (largest := int(np.max(particles["material"], initial=0))) >= len(names):
         raise InputError(
-            f"material number {largest} has no name: there are {len(names)} ({', '.join(names)}), counted from 0"
+            f"material number {largest} has no name: there are {len(names)} ({listed(names)}), counted from 0"
         )
+
+
+def not_finite(name: str, values: np.ndarray) -> np.ndarray:
+    """Which of a field's values are not finite and should be: NaN may stand where there is nothing to say
+    (``UNDEFINED``)."""
+    return np.isinf(values) if name in UNDEFINED else ~np.isfinite(values)
 
 
 def _first(bad: np.ndarray, values: np.ndarray) -> str:
@@ -68,7 +75,7 @@ def named(particles: Particles, names: list[str]) -> None:
     if "material" not in particles:
         if len(names) != 1:
             raise InputError(
-                f"--materials names {len(names)} materials ({', '.join(names)}), and the file has no column of "
+                f"--materials names {len(names)} materials ({listed(names)}), and the file has no column of "
                 f"material numbers: give one name for all"
             )
         particles["material"] = np.zeros(len(particles), dtype=np.int32)
@@ -82,6 +89,6 @@ def strangers(particles: Particles) -> list[str]:
         if name not in material.names():
             near = difflib.get_close_matches(name, material.names(), n=1)
             sentences.append(
-                f"material {name!r} is not one of this project's{f'; did you mean {near[0]!r}?' if near else ''}"
+                f"material {short(name)} is not one of this project's{f'; did you mean {near[0]!r}?' if near else ''}"
             )
     return sentences

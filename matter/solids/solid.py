@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from matter.errors import InputError
+from matter.solids import obj_file
 
 SUFFIXES = (".obj", ".ply", ".stl")
 """Files of surfaces that are read; their numbers have no unit."""
@@ -34,12 +35,12 @@ class Solid:
     @cached_property
     def volume(self) -> float:
         """Volume [m^3]."""
-        return float(self._properties["volume"])
+        return self._properties["volume"]
 
     @cached_property
     def inertia(self) -> np.ndarray:
         """Inertia (3, 3) about the centre of mass for unit density [m^5]."""
-        return np.asarray(self._properties["inertia"])
+        return self._properties["inertia"]
 
     @property
     def radius(self) -> float:
@@ -52,8 +53,8 @@ class Solid:
         return float(np.linalg.norm(self.vertices, axis=1).max())
 
     @cached_property
-    def _properties(self) -> Any:
-        return _surface(self.vertices, self.triangles).mass_properties
+    def _properties(self) -> dict[str, Any]:
+        return _mass_properties(self.vertices, self.triangles)
 
     def turned(self, rotation: np.ndarray) -> Solid:
         """The body turned by a rotation (3, 3)."""
@@ -95,9 +96,30 @@ def _surface(vertices: np.ndarray, triangles: np.ndarray) -> Any:
     return trimesh.Trimesh(vertices, triangles, process=False)
 
 
+def _mass_properties(vertices: np.ndarray, triangles: np.ndarray) -> dict[str, Any]:
+    """Volume [m^3], centre of mass [m] and inertia [m^5] for unit density.
+
+    They are taken of a body about 1 across: the library that integrates them has absolute tolerances. The factor is a
+    power of two, which changes no digit.
+    """
+    across = float(np.ptp(vertices, axis=0).max())
+    scale = 2.0 ** math.floor(math.log2(across)) if 0.0 < across < math.inf else 1.0
+    found = _surface(vertices / scale, triangles).mass_properties
+    return {
+        "volume": float(found["volume"]) * scale**3,
+        "centre": np.asarray(found["center_mass"]) * scale,
+        "inertia": np.asarray(found["inertia"]) * scale**5,
+    }
+
+
 def _centred(vertices: np.ndarray, triangles: np.ndarray) -> Solid:
-    centre = np.asarray(_surface(vertices, triangles).mass_properties["center_mass"])
-    return Solid(vertices - centre, triangles)
+    return Solid(vertices - _mass_properties(vertices, triangles)["centre"], triangles)
+
+
+def _named(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The vertices that triangles name, the triangles with their new numbers, and the old ones."""
+    used, index = np.unique(triangles, return_inverse=True)
+    return vertices[used], index.reshape(-1, 3).astype(np.int64), used
 
 
 @lru_cache(maxsize=4)
@@ -127,6 +149,8 @@ def read(path: Path, unit: float) -> Solid:
         raise InputError(f"{path}: no such file")
     if path.stat().st_size > LARGEST_FILE:
         raise InputError(f"{path}: {path.stat().st_size:,} bytes, more than the {LARGEST_FILE:,} that are read")
+    if path.suffix.lower() == ".obj":
+        return checked(*obj_file.read(path), unit, str(path))
     try:
         # materials and textures of a file are not looked at, and no other file is opened for them
         mesh: Any = trimesh.load(path, force="mesh", process=False, skip_materials=True, maintain_order=True)
@@ -140,11 +164,12 @@ def checked(vertices: np.ndarray, triangles: np.ndarray, unit: float, name: str)
     """A body of these triangles in ``unit`` [m]; raises ``InputError``, naming what keeps it from being one."""
     if vertices.ndim != 2 or len(vertices) < 4 or len(triangles) < 4:
         raise InputError(f"{name}: {len(triangles)} triangles enclose nothing; the least is 4")
-    if not np.isfinite(vertices).all():
-        bad = int(np.flatnonzero(~np.isfinite(vertices).all(axis=1))[0])
-        raise InputError(f"{name}: vertex {bad + 1} is not finite")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise InputError(f"{name}: a triangle names vertex {int(triangles.max()) + 1} of {len(vertices)}")
+    vertices, triangles, used = _named(vertices, triangles)
+    if not np.isfinite(vertices).all():
+        bad = int(used[~np.isfinite(vertices).all(axis=1)][0])
+        raise InputError(f"{name}: vertex {bad + 1} is not finite")
     # files of separate triangles (STL) name a corner once for each: equal corners are one
     merged, index = np.unique(vertices, axis=0, return_inverse=True)
     triangles = index.reshape(-1)[triangles]
@@ -153,7 +178,9 @@ def checked(vertices: np.ndarray, triangles: np.ndarray, unit: float, name: str)
         & (triangles[:, 1] != triangles[:, 2])
         & (triangles[:, 2] != triangles[:, 0])
     )
-    triangles = triangles[whole]
+    if np.count_nonzero(whole) < 4:
+        raise InputError(f"{name}: {np.count_nonzero(whole)} triangles with three corners enclose nothing")
+    merged, triangles, _ = _named(merged, triangles[whole])
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     key, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
     if (count != 2).any():
@@ -165,10 +192,10 @@ def checked(vertices: np.ndarray, triangles: np.ndarray, unit: float, name: str)
         )
     if len(np.unique(edges, axis=0)) != len(edges):
         raise InputError(f"{name}: neighbouring triangles turn different ways round (normals point in and out)")
-    surface = _surface(merged * unit, triangles)
-    if surface.volume < 0.0:
+    volume = _mass_properties(merged * unit, triangles)["volume"]
+    if volume < 0.0:
         triangles = triangles[:, ::-1].copy()
-    if not abs(surface.volume) > 1e-9 * float(np.prod(np.ptp(merged * unit, axis=0))):
+    if not abs(volume) > 1e-9 * float(np.prod(np.ptp(merged * unit, axis=0))):
         raise InputError(f"{name}: the surface encloses no volume")
     return _centred(merged * unit, triangles)
 

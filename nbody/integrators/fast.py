@@ -18,7 +18,9 @@ from nbody import encounters, ephemeris
 from nbody.conditions import Lot
 from nbody.encounters import ENTRY, FLYING, HIT_PLANET, LEFT, TIMED_OUT
 from nbody.flight import field, step, swing
+from nbody.integrators.arc import Arc, curve, struck
 from nbody.integrators.dop853 import STAGES
+from nbody.integrators.launched import about
 from nbody.integrators.moon_events import Moons, Step, Work, first_entry, locate, record, relative, within
 from nbody.system import System
 
@@ -63,8 +65,8 @@ def misses(t, y, duration, gm, widest):
 
 
 @law
-def fate(t, y, duration, inside, gm, planet_radius, outer, far):
-    """Whether a flight goes on: FLYING, TIMED_OUT, HIT_PLANET, or LEFT when it is beyond ``outer`` or cannot come back
+def fate(t, y, duration, inside, gm, outer, far):
+    """Whether a flight goes on: FLYING, TIMED_OUT, or LEFT when it is beyond ``outer`` or cannot come back
     in time.
 
     A bound orbit that goes out beyond ``far`` is taken to come back after four fifths of an osculating period: the
@@ -73,8 +75,6 @@ def fate(t, y, duration, inside, gm, planet_radius, outer, far):
     if t >= duration * (1.0 - 1e-14):
         return TIMED_OUT
     r = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
-    if r < planet_radius:
-        return HIT_PLANET
     if y[0] * y[3] + y[1] * y[4] + y[2] * y[5] <= 0.0:
         return FLYING
     if r > outer:
@@ -98,12 +98,14 @@ def fly(starts, first, limits, orbits, moons, events, ends, finals):
     """
     kx, kv = np.empty((STAGES, 3)), np.empty((STAGES, 3))
     y, new, last, out = np.empty(6), np.empty(6), np.empty(3), np.empty(6)
+    begin, finish = np.empty(6), np.empty(6)
     coefficient, work = np.empty((3, 6)), Work(kx, kv, new, out)
     duration, gm, hill, orbit = limits.duration, orbits.gm, moons.hill, moons.orbit
     # typed, not literal: numba compiles a called function anew for every literal that it is given
-    count, never = np.int64(0), duration < 0.0
-    widest, reach = 0.0, 0.0
+    count, never, planet = np.int64(0), duration < 0.0, np.int64(0)
+    widest, reach, surface = 0.0, 0.0, limits.planet_radius
     for m in range(orbit.shape[0]):
+        surface += 1.1 * gm[m + 2] / gm[1] * orbit[m]  # the planet is this far from the barycentre at most
         widest, reach = max(widest, orbit[m]), max(reach, orbit[m] + 2.0 * hill[m])
     switch = NEAR * widest
     for p in range(starts.shape[0]):
@@ -161,13 +163,25 @@ def fly(starts, first, limits, orbits, moons, events, ends, finals):
                 d, _ = relative(t + h, new, leaving, orbits, out)
                 if d > 1.1 * hill[leaving]:  # no second entry on the way out
                     leaving = np.int64(-1)
+            w = (new[3] * new[3] + new[4] * new[4] + new[5] * new[5]) ** 0.5
+            if near and inside < 0 and not fresh and r < surface + 1.5 * max(v, w) * h:
+                about(t, y, planet, orbits, begin)
+                about(t + h, new, planet, orbits, finish)
+                part = struck(limits.planet_radius, Arc(begin, finish, kv[0], last, h), out)
+                if part >= 0.0:
+                    end = HIT_PLANET
+                if 0.0 <= part < 1.0:
+                    curve(part, Arc(y, new, kv[0], last, h), out)
+                    h *= part
+                    for d in range(6):
+                        new[d] = out[d]
             t += h
             for d in range(6):
                 y[d] = new[d]
             kv[0, 0], kv[0, 1], kv[0, 2] = last[0], last[1], last[2]
             h *= growth
             if end == FLYING:
-                end = fate(t, y, duration, inside >= 0, gm, limits.planet_radius, limits.outer, 3.0 * widest)
+                end = fate(t, y, duration, inside >= 0, gm, limits.outer, 3.0 * widest)
             if end == FLYING and not screened and y[0] * y[0] + y[1] * y[1] + y[2] * y[2] < (SCREEN * widest) ** 2:
                 screened = True
                 if misses(t, y, duration, gm, reach):

@@ -27,25 +27,15 @@ from matter.errors import UnphysicalState
 from matter.jit import kernel, law
 from nbody import bplane, encounters, ephemeris
 from nbody.conditions import Lot
-from nbody.encounters import APPROACH, ENTRY, EXIT
+from nbody.encounters import APPROACH, ENTRY, EXIT, HIT_PLANET
 from nbody.flight import field, step
+from nbody.integrators.arc import Arc, curve, struck
 from nbody.integrators.dop853 import STAGES
 from nbody.integrators.fast import FLYING, LEFT, OUTER, SCREEN, TOLERANCE, Limits, fate, misses
 from nbody.system import Body, System, hill_radius
 
 SAMPLES = 96  # points along a passage
 STREAM = 4  # spawn key of this module's random numbers
-
-
-class Arc(NamedTuple):
-    """A step's path: states ``y``, ``new`` (6,) and accelerations ``a0``, ``a1`` (3,) at both ends, length ``h``
-    [s]."""
-
-    y: np.ndarray
-    new: np.ndarray
-    a0: np.ndarray
-    a1: np.ndarray
-    h: float
 
 
 class Rings(NamedTuple):
@@ -60,20 +50,6 @@ class Inside(NamedTuple):
 
     entered: np.ndarray
     begun: np.ndarray
-
-
-@law
-def curve(u, arc, out):
-    """Position and velocity at fraction ``u`` of a step: quintic Hermite through both ends, into ``out`` (6,)."""
-    y, new, a0, a1, h = arc.y, arc.new, arc.a0, arc.a1, arc.h
-    for d in range(3):
-        rise = new[d] - y[d]
-        v0, v1, b0, b1 = y[d + 3] * h, new[d + 3] * h, a0[d] * h * h, a1[d] * h * h
-        c3 = 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 1.5 * b0 + 0.5 * b1
-        c4 = -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 1.5 * b0 - b1
-        c5 = 6.0 * rise - 3.0 * (v0 + v1) - 0.5 * (b0 - b1)
-        out[d] = ((((c5 * u + c4) * u + c3) * u + 0.5 * b0) * u + v0) * u + y[d]
-        out[d + 3] = ((((5.0 * c5 * u + 4.0 * c4) * u + 3.0 * c3) * u + b0) * u + v0) / h
 
 
 @law
@@ -124,12 +100,15 @@ def thread(starts, first, limits, orbits, rings, rows, ends):
                 )
                 if count < 0:
                     return 1, 0, first + p
+            if struck(limits.planet_radius, Arc(y, new, kv[0], last, h), out) >= 0.0:
+                end = HIT_PLANET
+                break
             t += h
             h *= min(5.0, 0.9 * max(error, 1e-8) ** -0.125)
             for d in range(6):
                 y[d] = new[d]
             kv[0, 0], kv[0, 1], kv[0, 2] = last[0], last[1], last[2]
-            end = fate(t, y, duration, False, gm, limits.planet_radius, limits.outer, 3.0 * widest)
+            end = fate(t, y, duration, False, gm, limits.outer, 3.0 * widest)
             if end == FLYING and not screened and r < SCREEN * widest:
                 screened = True
                 if misses(t, y, duration, gm, widest):

@@ -137,3 +137,35 @@ def test_graded_cloud_needs_a_graded_alpha():
 def test_degenerate_clouds_end_in_a_message(points, word):
     with pytest.raises(InputError, match=word):
         alpha_shape(points, 1.0, 1.5)
+
+
+CUBE = np.stack(np.meshgrid(*[np.arange(6.0)] * 3), -1).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("far", [1e3, 1e5, 1e7, 1e9, 1e15])
+def test_a_particle_far_away_is_outside_and_changes_nothing(far):
+    """A triangulation in doubles resolves some 1e6 spacings: further out the far one may not be in it."""
+    away = np.array([[far, 0.0, 0.0], [0.0, 2.0 * far, far]])
+    shape = alpha_shape(np.vstack([CUBE, away]), 1.0)
+    assert shape.volume == pytest.approx(125.0, abs=1e-3)
+    assert np.flatnonzero(shape.members < 0).tolist() == [216, 217]
+    inside = shape.contains(np.array([[2.5, 2.6, 2.7], [-0.1, 2.0, 2.0], [far, 0.0, 0.0], [0.5 * far, 0.0, 0.0]]))
+    assert inside.tolist() == [True, False, False, False]
+    assert shape.offset(0.5).mesh.is_watertight and shape.offset(0.5).volume > 200.0
+
+
+def test_a_clump_too_far_away_is_named():
+    clump = np.stack(np.meshgrid(*[np.arange(2.0)] * 3), -1).reshape(-1, 3)
+    assert alpha_shape(np.vstack([CUBE, clump + 5e5]), 1.0).component_volume == pytest.approx([125.0, 1.0], abs=1e-3)
+    with pytest.raises(InputError, match=r"particle 223 lies 1\.73e\+07 m from the middle of the others"):
+        alpha_shape(np.vstack([CUBE, clump + 1e7]), 1.0)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+def test_a_surface_is_the_same_at_any_size(size):
+    """The library of surfaces takes triangles below some 1e-14 m^2 for flat, and leaves their normals out."""
+    shape = alpha_shape(CUBE * size, size)
+    grown = shape.offset(0.5 * size, smoothing=2)
+    reference = alpha_shape(CUBE, 1.0).offset(0.5, smoothing=2)
+    assert shape.volume / size**3 == pytest.approx(125.0, rel=1e-5)
+    assert grown.volume / size**3 == pytest.approx(reference.volume, rel=1e-4)

@@ -56,7 +56,7 @@ def test_opensph_spheres_and_attractors(tmp_path):
     assert "smoothing_length" not in found
     assert found.attributes["stage"] == "dem" and found.attributes["attractors"] == 2
     foreign.ssf(tmp_path / "b.ssf", [body], version=20181024)
-    assert len(opensph.read(tmp_path / "b.ssf", support=3.0)) == 5
+    assert len(opensph.read(tmp_path / "b.ssf", support=3.0).particles()) == 5
 
 
 def test_broken_opensph_files_are_told(two_bodies, tmp_path):

@@ -27,10 +27,6 @@ def spoil(path, name, make):
     ("make", "words"),
     [
         (lambda group: group.create_group("mass"), "mass is a group, and an array is needed"),
-        (
-            lambda group: group.__setitem__("mass", h5py.ExternalLink("/etc/passwd", "/x")),
-            "mass is a link to another file",
-        ),
         (lambda group: group.create_dataset("mass", data=[b"abc"] * 200), "mass holds no numbers"),
         (
             lambda group: group.create_dataset("mass", shape=(10**11,), dtype="f8", chunks=(1024,)),
@@ -43,6 +39,63 @@ def test_what_is_no_array_of_this_file_is_refused(cloud, make, words):
     with pytest.raises(InputError, match=words):
         snapshot.read(cloud)
     assert "position" in snapshot.read(cloud, only=("position",))  # what is sound can still be read
+
+
+def outward(path, elsewhere):
+    """Ways in which a file can take ``mass`` from another one."""
+    layout = h5py.VirtualLayout(shape=(200,), dtype="f8")
+    layout[:] = h5py.VirtualSource(elsewhere, "mass", shape=(200,))
+    return {
+        "is a link to another file": lambda group: group.__setitem__("mass", h5py.ExternalLink(elsewhere, "mass")),
+        "is made of datasets of other files": lambda group: group.create_virtual_dataset("mass", layout),
+        "has its values in another file": lambda group: group.create_dataset(
+            "mass", shape=(200,), dtype="f8", external=[(elsewhere, 0, 1600)]
+        ),
+    }
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["is a link to another file", "is made of datasets of other files", "has its values in another file"],
+)
+@pytest.mark.parametrize(
+    "call",
+    [
+        snapshot.read,
+        snapshot.names,
+        snapshot.attributes,
+        archive.read,
+        formats.read,
+        lambda path: formats.read(path, "hdf5"),
+        lambda path: formats.read(path, "miluphcuda"),
+    ],
+)
+def test_a_file_that_takes_values_from_another_one_is_refused(cloud, tmp_path, words, call):
+    """By every reader, wherever in the file it does, and whether or not that is read."""
+    with h5py.File(tmp_path / "elsewhere.h5", "w") as file:
+        file["mass"] = np.ones(200)
+    make = outward(cloud, str(tmp_path / "elsewhere.h5"))[words]
+    spoil(cloud, "mass", make)
+    with pytest.raises(InputError, match=f"particles/mass {words}"):
+        call(cloud)
+    with h5py.File(cloud, "r+") as file:  # deep below a group that nobody asks for
+        del file["particles/mass"]
+        make(file.create_group("a/" + "b/" * 1500 + "c"))
+    with pytest.raises(InputError, match=words) as caught:
+        call(cloud)
+    assert len(str(caught.value)) < 1000
+
+
+def test_a_link_within_the_file_is_followed(cloud):
+    """And one that leads back to a group above ends."""
+    with h5py.File(cloud, "r+") as file:
+        file["particles/mass"].file.move("particles/mass", "elsewhere")
+        file["particles/mass"] = h5py.SoftLink("/elsewhere")
+        file["particles/up"] = h5py.SoftLink("/")
+        file["round"] = file["/"]
+    with pytest.raises(InputError, match="up is a group"):
+        snapshot.read(cloud)
+    assert len(snapshot.read(cloud, only=("mass",)).mass) == 200
 
 
 def test_what_was_squeezed_well_is_read(tmp_path):

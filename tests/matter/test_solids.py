@@ -277,6 +277,93 @@ def test_what_is_no_surface_is_one_clear_line(tmp_path, name, content, said):
     assert "\n" not in str(told.value)
 
 
+CORNERS = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
+FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+
+
+def obj(path, number, blocks=2):
+    """Tetrahedra of 1/6, each written with its faces behind it; ``number(block, corner)`` is what a face says."""
+    text = ""
+    for block in range(blocks):
+        text += "".join("v {} {} {}\n".format(*(x + 10 * block for x in corner)) for corner in CORNERS)
+        text += "".join("f " + " ".join(str(number(block, k)) for k in face) + "\n" for face in FACES)
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    "number",
+    [
+        lambda block, k: 4 * block + k + 1,
+        lambda block, k: k - 4,
+        lambda block, k: f"{k - 4}/-1/1",
+        lambda block, k: f"{4 * block + k + 1}//2",
+    ],
+)
+def test_faces_are_counted_from_the_front_or_from_where_they_stand(tmp_path, number):
+    body = solid.read(obj(tmp_path / "a.obj", number), 2.0)
+    assert body.volume == pytest.approx(8.0 / 3.0, rel=1e-12) and len(body.triangles) == 8
+
+
+def test_an_obj_may_hold_more_than_triangles(tmp_path):
+    """Quads, a line that goes on, comments, normals and groups: the cube of 1 m."""
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    quads = [(1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4)]
+    text = "# cube\no one\nvn 0 0 1\n" + "".join("v {} {} {} 0.5 0.5 0.5\n".format(*corner) for corner in corners)
+    text += "g sides\n" + "".join("f {} {} \\\n  {} {}\n".format(*quad) for quad in quads)
+    (tmp_path / "a.obj").write_text(text)
+    body = solid.read(tmp_path / "a.obj", 1.0)
+    assert body.volume == pytest.approx(1.0, rel=1e-12) and len(body.triangles) == 12
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("f 0 3 2", "line 5: 'f 0 3 2' is no face"),
+        ("f -5 3 2", "line 5: 'f -5 3 2' is no face"),
+        ("f 1 2", "line 5: 'f 1 2' is no face"),
+        ("f 1 2 x", "line 5: 'f 1 2 x' is no face"),
+        ("v 1 2", "line 5: 'v 1 2' is no vertex"),
+        ("f 9 2 1", "a triangle names vertex 9 of 4"),
+        ("v nan 0 0\nf 5 2 1", "vertex 5 is not finite"),
+    ],
+)
+def test_a_line_that_is_no_vertex_or_face_is_named(tmp_path, line, said):
+    text = obj(tmp_path / "a.obj", lambda block, k: k + 1, 1).read_text()
+    (tmp_path / "a.obj").write_text(text.replace("f 1 3 2", line))
+    with pytest.raises(InputError, match=said):
+        solid.read(tmp_path / "a.obj", 1.0)
+
+
+def test_triangles_without_an_extent_enclose_nothing(tmp_path):
+    obj(tmp_path / "a.obj", lambda block, k: 1, 1)
+    with pytest.raises(InputError, match="0 triangles with three corners enclose nothing"):
+        solid.read(tmp_path / "a.obj", 1.0)
+
+
+@pytest.mark.parametrize("far", [1.5, 50.0, 1e6, np.nan])
+def test_a_vertex_that_no_triangle_names_is_none_of_the_body(far):
+    ball = solids.ball(1.0)
+    body = made(ball)
+    more = solid.checked(np.vstack([[[far, 0.0, 0.0]], ball.vertices]), ball.triangles + 1, 1.0, "a body")
+    assert (more.extent, more.volume) == (body.extent, body.volume)
+    assert len(more.vertices) == len(body.vertices)
+    # named by a triangle without an extent only
+    flat = np.vstack([ball.triangles, [[len(ball.vertices)] * 3]])
+    also = solid.checked(np.vstack([ball.vertices, [[50.0, 0.0, 0.0]]]), flat, 1.0, "a body")
+    assert (also.extent, len(also.vertices)) == (body.extent, len(body.vertices))
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-5, 1e9])
+def test_a_body_is_the_same_at_any_size(size):
+    """The library that integrates it takes volumes below 2e-14 m^3 for none."""
+    box = solids.box((1.0, 2.0, 4.0))
+    body = solid.checked(box.vertices + [1.0, 0.0, 0.0], box.triangles, size, "a body")
+    assert body.volume / size**3 == pytest.approx(8.0, rel=1e-12)
+    assert body.extent / size == pytest.approx(0.5 * math.sqrt(21.0), rel=1e-12)
+    np.testing.assert_allclose(body.inertia / size**5, made(box).inertia, rtol=1e-9, atol=1e-12)
+
+
 def test_two_hundred_thousand_facets_in_less_than_a_minute():
     known = solids.ball(1.0, 4)
     distance.measured(made(known), 16)  # compiled

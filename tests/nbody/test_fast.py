@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
 
 from nbody import census, conditions, encounters, soundness
-from nbody.integrators import fast
+from nbody.flight import field
+from nbody.integrators import fast, launched
 
 POPULATION = conditions.population("literal")
 
@@ -71,3 +74,46 @@ def test_jacobi_constant():
     assert drift["maximum"] < 1e-7
     loose = soundness.jacobi_drift(census.jovian("callisto"), POPULATION, 2, count=64, tolerance=1e-5)
     assert loose["maximum"] > 10.0 * drift["maximum"]
+
+
+def test_flights_that_dip_below_the_surface_between_two_steps_hit_the_planet(flights):
+    """Pericentres from 0.9985 to 1.0015 planet radii about the planet itself, which is 188 km from the barycentre; the
+    least distance is found by an integrator of its own (DOP853 of scipy), to 1e-5 radii."""
+    system, lot, result = flights
+    home, orbits = lot.start, result.ephemeris.orbits
+    mu, radius, rng = system.planet.gm, system.planet.radius, np.random.default_rng(7)
+    rows = []
+    for part in np.linspace(0.9985, 1.0015, 25):
+        r, fast_at_infinity = 3e9, 3000.0
+        speed, least = (fast_at_infinity**2 + 2.0 * mu / r) ** 0.5, part * radius
+        across = least * (fast_at_infinity**2 + 2.0 * mu / least) ** 0.5 / r
+        out, side = rng.normal(size=(2, 3))
+        out /= np.linalg.norm(out)
+        side = np.cross(out, side) / np.linalg.norm(np.cross(out, side))
+        motion = across * side - (speed**2 - across**2) ** 0.5 * out
+        rows.append(np.r_[r * out + home.position[1], motion + home.velocity[1]])
+    state, seen = np.array(rows), np.empty(6)
+    end = fast.run(system, conditions.Lot(0, home, state, np.ones(len(state))), 3e5).ends[:, 0]
+    least = []
+    for y in state:
+        path = solve_ivp(
+            lambda t, y: np.r_[y[3:], field(t, y[0], y[1], y[2], True, orbits)],
+            (0.0, 3e5),
+            y,
+            method="DOP853",
+            rtol=1e-10,
+            atol=1e-3,
+            dense_output=True,
+        ).sol
+
+        def distance(t, path=path):
+            return launched.about(t, np.ascontiguousarray(path(t)), 0, orbits, seen)[0]
+
+        coarse = np.linspace(1e5, 3e5, 400)
+        k = int(np.argmin([distance(t) for t in coarse]))
+        found = minimize_scalar(distance, bounds=(coarse[max(k - 1, 0)], coarse[min(k + 1, 399)]), method="bounded")
+        least.append(found.fun / radius)
+    least = np.array(least)
+    assert 8 < np.count_nonzero(least < 1.0) < 17
+    np.testing.assert_array_equal(end == encounters.HIT_PLANET, least < 1.0)
+    assert np.all(np.abs(least - 1.0) > 1e-5)  # none is undecided
