@@ -55,11 +55,12 @@ class Settings(Model):
     experimental). ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box; ellipsoid, mesh:
     whole)."""
     packing: Literal["loose", "rcp", "hcp", "hcp_tilted"] = "loose"
-    """How densely grains are packed. ``loose``: at random, as loosely as steady shear of the same grains leaves them
-    (``dem.friction_angle``), so that the bed flows without having to swell first. Denser, and swelling before it
-    flows: ``rcp``, random close packing; or (flat ground only, equal grains) hexagonal close packing, ``hcp`` with its
-    layers parallel to the ground, ``hcp_tilted`` turned so that none is (whole layers that lift are an accident of
-    their direction)."""
+    """How densely grains are packed. ``loose``: at random, so that the ground keeps its volume while it flows and comes
+    to rest, a third of the way from the solid fraction that steady shear of the same grains settles at to random close
+    packing (``dem.beds.loose_packing``; the whole of an ellipsoid or mesh: at that of steady shear). Denser, and
+    swelling before it flows: ``rcp``, random close packing; or (flat ground only, equal grains) hexagonal close
+    packing, ``hcp`` with its layers parallel to the ground, ``hcp_tilted`` turned so that none is (whole layers that
+    lift are an accident of their direction)."""
     largest_speed: PositiveSpeed | None = None
     """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only
     (``dem.beds.flat_settling.stiffness``)."""

@@ -19,7 +19,7 @@ from dem.contact_settings import shortest_contact_time
 from matter import at_rest
 from matter.body import Target
 
-LOOSE = 0.57
+LOOSE = 0.596
 """Solid fraction of a loose bed for predictions: that of the friction of 30 degrees."""
 FILLED = {"loose": LOOSE, "rcp": FRACTION, "hcp": HEXAGONAL, "hcp_tilted": HEXAGONAL}
 

@@ -109,7 +109,7 @@ def make(
     report = report_of(bed, ground, container, {**facts, "inflation_of_gravity": work.inflation})
     report |= across_sizes(bed, container, sizes)
     if loose is not None:
-        report["critical_fraction"] = filled
+        report["packing_fraction_meant"] = filled
     of_body: dict[str, Any] = {} if patch is None else {PATCH: dict(patch)}
     report |= of_body
     bed_files.leave(

@@ -1,17 +1,20 @@
-"""A packing as loose as steady shear of the same grains leaves it: ground that flows without having to swell first.
+"""A packing that keeps its volume when the ground flows and comes to rest: looser than random close packing, which
+swells.
 
 Sheared for long, dense grains dilate and loose ones close up until the solid fraction is that of the critical state,
-phi_c, which follows from the contact law alone (Schofield & Wroth 1968). ``dem.trials.steady_shear`` measures it. A
-liquid has no friction: its grains rest at random close packing, and so they begin.
+phi_c, which follows from the contact law alone (Schofield & Wroth 1968). ``dem.trials.steady_shear`` measures it. Under
+a crater ground is shaken as well, and what is shaken closes up. Beds therefore rest at
 
-Grains that come down onto each other stay as loose as friction holds them, the random loose packing of their law, and
-that is where shear leaves them too, within 0.005. So they begin without weight, touching, none pressed, at
+    phi = phi_c + SHAKEN (phi_rcp - phi_c).
 
-    phi_0 = phi_c - SINKS (phi_rcp - phi_c),
+Round the cavity of ``cases/first_crater`` (phi_c = 0.572) a bed at 0.569 closed up to 0.586 while the crater formed, a
+close one swelled from 0.649 to 0.616: by the line through both, a bed a third of the way keeps its volume. A liquid
+has no friction: its grains rest at random close packing, and so they begin.
 
-from where they close up by themselves: begun at 0.531, 0.554, 0.575 or 0.583, grains of phi_c = 0.571 came to rest at
-0.576, 0.577, 0.588 and 0.592, whatever the drag and the friction while they came down. Radii grow into phi_0 from
-below: grains that were shrunk into it have gaps all round and fall on.
+Grains that come down onto each other close up by themselves until friction holds them. So they begin without weight,
+touching, none pressed, at phi - SINKS (phi_rcp - phi): begun at 0.554, 0.575 or 0.583, grains of phi_c = 0.571 came to
+rest at 0.577, 0.588 and 0.592, whatever the drag and the friction while they came down. Radii grow into that fraction
+from below: grains that were shrunk into it have gaps all round and fall on.
 
 Source: Schofield & Wroth 1968, Critical State Soil Mechanics, ch. 5.
 """
@@ -41,8 +44,10 @@ SOURCES = ("SchofieldWroth1968",)
 
 CLOSE = 0.645
 """Solid fraction of the bulk at which grains without friction rest."""
-SINKS = 0.25
-"""By how much the solid fraction is to grow while grains come down, over what ``phi_c`` lacks to a close packing."""
+SHAKEN = 0.33
+"""Of what the critical state lacks to a close packing: where the ground round a crater keeps its volume."""
+SINKS = 0.12
+"""By how much the solid fraction grows while grains come down, over what it lacks to a close packing at rest."""
 GROWN = 1.013
 """Radii over those at which the grains are first brought apart."""
 ALONG_WALLS = 0.27
@@ -55,6 +60,11 @@ FEWEST = 50
 
 D = TypeVar("D", Container, Domain)
 Draw = Callable[[np.ndarray, D, np.random.SeedSequence], np.ndarray]
+
+
+def at_rest(critical: float) -> float:
+    """Solid fraction of a bed that keeps its volume, of grains with this ``critical`` one."""
+    return critical + SHAKEN * max(0.0, CLOSE - critical)
 
 
 def begins(fraction: np.ndarray) -> np.ndarray:
@@ -72,9 +82,9 @@ class Loose(Generic[D]):
 
     @staticmethod
     def of_law(ground: FlatGround | LayeredBody, domain: D, contact: Contact) -> Loose[D]:
-        """With the critical state of the contact law; its first measurement takes some twenty seconds."""
+        """With the critical state of the contact law, whose first measurement takes some twenty seconds."""
         liquid = np.array([SPECIES[contact.species_of(name)] == "ocean" for name in ground.materials])
-        solid = CLOSE if liquid.all() else min(CLOSE, friction_angle.loose_fraction(contact))
+        solid = CLOSE if liquid.all() else at_rest(friction_angle.loose_fraction(contact))
         return Loose(ground, domain, np.where(liquid, CLOSE, solid))
 
     def mean(self, fraction: np.ndarray) -> float:

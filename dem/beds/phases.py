@@ -17,8 +17,7 @@ lay     off      FIRE       0                       the headroom is laid back on
                                                     touching, no load
 ======= ======== ========== ======================= ===================================================================
 
-A bed as loose as steady shear leaves its grains (``dem.beds.loose_packing``) begins otherwise, and goes on from
-``grip``:
+A loose bed (``dem.beds.loose_packing``) begins otherwise, and goes on from ``grip``:
 
 ======= ======== ========== ======================= ===================================================================
 pack    off      FIRE       (no gravity, a lid)     random points, somewhat too loose, come apart
