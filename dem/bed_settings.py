@@ -55,9 +55,9 @@ class Settings(Model):
     experimental). ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box; ellipsoid, mesh:
     whole)."""
     packing: Literal["loose", "rcp", "hcp", "hcp_tilted"] = "loose"
-    """How densely grains are packed. ``loose``: at random, so that the ground keeps its volume while it flows and comes
-    to rest, a third of the way from the solid fraction that steady shear of the same grains settles at to random close
-    packing (``dem.beds.loose_packing``; the whole of an ellipsoid or mesh: at that of steady shear). Denser, and
+    """How densely grains are packed. ``loose``: at random, so that the ground keeps its volume while it flows and
+    comes to rest: a third of the way from the solid fraction that steady shear of the same grains settles at to random
+    close packing (``dem.beds.loose_packing``; the whole of an ellipsoid or mesh: at that of steady shear). Denser, and
     swelling before it flows: ``rcp``, random close packing; or (flat ground only, equal grains) hexagonal close
     packing, ``hcp`` with its layers parallel to the ground, ``hcp_tilted`` turned so that none is (whole layers that
     lift are an accident of their direction)."""
