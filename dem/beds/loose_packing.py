@@ -22,6 +22,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,7 @@ AFTER = 2.0
 FEWEST = 50
 """Grains of a layer that make a bulk whose fraction is worth measuring."""
 
-Draw = Callable[[np.ndarray, Container | Domain, np.random.SeedSequence], np.ndarray]
+Draw = Callable[[np.ndarray, Any, np.random.SeedSequence], np.ndarray]
 
 
 def begins(fraction: np.ndarray) -> np.ndarray:
