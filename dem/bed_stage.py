@@ -1,10 +1,11 @@
 """Stage 3, the bed: a settled random packing of grains that stands for the outer layers of the body without
 projectile.
 
-Random points in the domain are relaxed to a close packing (frictionless, no gravity), loaded with the body's own
-gravity, and the grains above the datum (the *headroom*, from which a crater's rim can later be carved) are made
-weightless again, so that taking them away leaves the stress of the bed as it is. Then friction is switched on, masses
-are set from the measured packing fraction so that the bulk density is that of the body, and the bed comes to rest.
+Random points in the domain are brought apart and come down onto each other with friction, as loose as steady shear
+leaves them (``dem.beds.loose_packing``); or, packed closely, they are relaxed without friction or gravity and loaded
+with the body's own gravity. The grains above the datum (the *headroom*, from which a crater's rim can later be carved)
+are away while the bed comes to rest, so that carving them leaves its stress as it is. Masses are set from the
+measured packing fraction so that the bulk density is that of the body.
 """
 
 from __future__ import annotations

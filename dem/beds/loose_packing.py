@@ -2,8 +2,8 @@
 swells.
 
 Sheared for long, dense grains dilate and loose ones close up until the solid fraction is that of the critical state,
-phi_c, which follows from the contact law alone (Schofield & Wroth 1968). ``dem.trials.steady_shear`` measures it. Under
-a crater ground is shaken as well, and what is shaken closes up. Beds therefore rest at
+phi_c, which follows from the contact law alone (Schofield & Wroth 1968). ``dem.trials.steady_shear`` measures it.
+Under a crater ground is shaken as well, and what is shaken closes up. Beds therefore rest at
 
     phi = phi_c + SHAKEN (phi_rcp - phi_c).
 
@@ -50,9 +50,9 @@ SINKS = 0.12
 """By how much the solid fraction grows while grains come down, over what it lacks to a close packing at rest."""
 GROWN = 1.013
 """Radii over those at which the grains are first brought apart."""
-ALONG_WALLS = 0.27
+ALONG_WALLS = 0.6
 """Width of the layer along walls that stays empty, in mean radii."""
-AFTER = 3.0
+AFTER = 2.0
 """Length of the phase ``sink`` beyond the fall of the uppermost grains, in sqrt(r/g)."""
 
 FEWEST = 50
@@ -94,15 +94,15 @@ class Loose(Generic[D]):
         layer = self.ground.layer_of(0.5 * (edges[1:] + edges[:-1]))
         return float(volume @ fraction[layer] / volume.sum())
 
-    def filled(self, domain: D, mean_radius: float) -> float:
-        """Volume [m^3] of a domain that a packing fills as it does its bulk: without a layer along walls and top."""
+    def filled(self, domain: D, mean_radius: float, lid: bool = True) -> float:
+        """Volume [m^3] of a domain that a packing fills as it does its bulk: without a layer along walls and lid."""
         inner = domain.inset(ALONG_WALLS * mean_radius)
-        return inner.volume(inner.floor, inner.top)
+        return inner.volume(inner.floor, inner.top if lid else domain.top)
 
     def radii(self, radius: np.ndarray) -> np.ndarray:
         """These radii in proportion, before they grow, so that the grains at rest fill the domain."""
         for _ in range(4):  # the layer along the walls is as wide as they are large
-            wanted = self.mean(self.fraction) * self.filled(self.domain, float(radius.mean()))
+            wanted = self.mean(self.fraction) * self.filled(self.domain, float(radius.mean()), lid=False)
             radius = radius * (wanted / _volume(radius)) ** (1.0 / 3.0)
         return radius / GROWN
 

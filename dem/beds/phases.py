@@ -69,11 +69,12 @@ PHASES = (
     *_FROM_GRIP,
 )
 LOOSE_PHASES = (
-    Phase("pack", 2.0, True, (0.0, 0.0)),
-    Phase("grow", 2.0, True, (0.0, 0.0)),
-    Phase("grow", 2.0, True, (0.0, 0.0)),
+    Phase("pack", 1.0, True, (0.0, 0.0)),
+    Phase("grow", 0.7, True, (0.0, 0.0)),
+    Phase("grow", 0.7, True, (0.0, 0.0)),
     Phase("sink", 4.0, False, (1.0, 1.0), masses=True, exchange=True),
     Phase("trim", 4.0, True, (LIGHT, LIGHT), masses=True, exchange=True, held=True),
     Phase("trim", 4.0, True, (LIGHT, LIGHT), held=True),
-    *_FROM_GRIP,
+    _FROM_GRIP[0]._replace(length=8.0),
+    *_FROM_GRIP[1:],
 )

@@ -35,6 +35,8 @@ REST_LIMIT = 15
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
 SINK_DRAG = 2.0
 """Rate of the drag while loose grains come down, times sqrt(r/g): none falls faster than half of sqrt(g r)."""
+TOPPLE_DRAG = 0.3
+"""Over that of ``rest``, in ``grip`` of a loose bed, in which grains topple that leaned on the headroom."""
 LOOSE = 4.0
 """Largest speed of any one grain after ``free``, over the limit on the rms speed."""
 QUIET = 0.1
@@ -146,7 +148,7 @@ class Settling:
         travel = self.span() / float(np.median(self.waves()))
         self.steps = max(20, int(now.length * travel / self.bed.dt))
         # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
-        damped = 1.0 if self.falls else 4.0
+        damped = TOPPLE_DRAG if self.loose and now.name == "grip" else 1.0 if self.falls else 4.0
         self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else damped / travel
         if now.name == "sink":
             fall = math.sqrt(self.bed.mean_radius / self.surface_gravity())
