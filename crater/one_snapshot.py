@@ -65,11 +65,12 @@ def _measured(
 
 
 def _results_folder(path: Path) -> Path:
-    """Where the results of a snapshot go: beside it, and where it lies in a finished stage, in which nothing is
-    written, beside that stage."""
+    """Where the results of a snapshot go: beside it, and where it lies in a stage, in which nobody else writes, beside
+    that stage."""
     name = f"{path.stem}_crater"
     stage = path.parent
-    return stage.parent / f"{stage.name}_{name}" if (stage / "done.json").is_file() else stage / name
+    made = any((stage / mark).is_file() for mark in archive.STAGE_MARKS)
+    return stage.parent / f"{stage.name}_{name}" if made else stage / name
 
 
 def _content(measures: Measures, path: Path, time: Any, said: list[str]) -> dict[str, Any]:

@@ -21,6 +21,8 @@ from matter import hdf5_input
 from matter.errors import InputError, Stopped
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
+STAGE_MARKS = ("done.json", "begun.json")
+"""Files that say that a folder is a stage of a run."""
 _SPARE = 1 << 18  # bytes beside the arrays
 
 
@@ -160,8 +162,11 @@ def read_json(path: Path, kind: type = dict) -> Any:
 
 def check_folder(path: Path, option: str = "--out") -> Path:
     """``path``, a folder that may still have to be made. Raises ``InputError`` when it cannot be one, so that nobody
-    learns it after the work."""
+    learns it after the work, and where it lies in a stage of a run: what is there counts as the stage's result."""
     path = Path(path)
+    for place in (path.absolute(), *path.absolute().parents):
+        if any((place / mark).is_file() for mark in STAGE_MARKS):
+            raise InputError(f"{option} {path}: {place} is a stage of a run, in which nothing else is written")
     for place in (path, *path.absolute().parents):
         if place.exists():
             if not place.is_dir():

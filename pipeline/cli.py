@@ -39,6 +39,7 @@ def _inspect_handoff(
 
     def action() -> int:
         from handoff import report
+        from matter import lock
         from matter.errors import InputError
         from pipeline import intact, view
 
@@ -51,8 +52,14 @@ def _inspect_handoff(
 
             runs.run(place, only, threads, draws or runs.DRAWS)
         intact.check_shown(place, "handoff")
-        view.own(place, "handoff")
-        return report.print_ledger(place, pictures)
+        code = report.print_ledger(place)
+        if lock.taken(busy := place / "run.lock"):
+            print(f"\nthe page stays as it is: {place} is in use by {lock.holder(busy)}")
+        else:
+            with view.owned(place, "handoff") as out:
+                report.write(place, out, pictures)
+            print(f"\nreport: {out / 'report.html'}")
+        return code
 
     guarded(action)
 

@@ -139,8 +139,7 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
             _there(request, stage, done, f"taken from the store, {entry.name}", journal, outcome)
             return
         for earlier in dict.fromkeys(file.partition("/")[0] for file in stages.READS[stage] if source is None):
-            there = stages.folder(run_folder, earlier)
-            intact.check(there, earlier, folder.record(there / folder.DONE).get("files", {}), content=True)
+            intact.check_shown(run_folder, earlier)
         place = entry.anew if done else entry.place
         if stage in anew and not anew[stage]:
             folder.remove(place)
@@ -213,7 +212,7 @@ def _make(
     run_folder, source = request.run_folder, request.case.outside.get(stage)
     label, made_by = stages.folder(run_folder, stage).name, who.as_record()
     spent, continued = folder.begin(place, who.inputs, made_by)
-    out = view.show(run_folder, stage, place)
+    view.show(run_folder, stage, place)
     journal.opens(stage)
     journal.screen.begins(stage, f"{label}: {'continued' if continued else 'begins'}")
     journal.log(f"{label} {'continued' if continued else 'begins'}, {place.name}")
@@ -222,14 +221,14 @@ def _make(
     more: dict[str, Any] = dict(made_by)
     try:
         if source is not None:
-            outside.install(stage, source, out, settings)
+            outside.install(stage, source, place, settings)
             more["from"] = str(source.resolve())
         else:
             with compiling.told(lambda words: journal.screen.say(f"  {stage}  {words}")):
-                stages.make(stage, settings, run_folder, out)
+                stages.make(stage, settings, run_folder, place)
     except Unsound as reason:
-        outcome.unsound[stage] = str(reason)
-        more["unsound"] = str(reason).replace(str(run_folder), _RUN)
+        outcome.unsound[stage] = str(reason).replace(str(place), str(stages.folder(run_folder, stage)))
+        more["unsound"] = outcome.unsound[stage].replace(str(run_folder), _RUN)
     except BaseException:
         folder.note_spent(place, who.inputs, spent + time.monotonic() - began, made_by)
         raise
@@ -241,6 +240,11 @@ def _make(
         "files": intact.files_of(place),
         **cadence.taken(),
     }
+    if missing := folder.lacking({"stage": stage, **sizes}):
+        raise InputError(
+            f"{label} ended without {', '.join(missing)} in {place}: something took the folder's files away while the "
+            f"stage was made; the same command makes it again"
+        )
     folder.finish(place, stage, who.inputs, wall_s, **more, **sizes)
     note = f"; UNSOUND: {outcome.unsound[stage]}" if "unsound" in more else "; taken from a file" if source else ""
     journal.screen.ends(stage, f"{label}: done in {wall_s:.1f} s{note}")
