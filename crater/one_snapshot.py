@@ -53,7 +53,7 @@ def _measured(
         said = _overridden(known, given)
     folder.mkdir(parents=True, exist_ok=True)
     time = particles.attributes.get("time")
-    tables.write_json(folder / "measures.json", _content(measures, path, time, said))
+    archive.write_json(folder / "measures.json", _content(measures, path, time, said))
     radial_profile.write_csv(tables.headed(measures, float(time or 0.0), path.name), folder / "profile.csv")
     tables.write_heightmap(measures, folder / "heightmap.h5")
     if drawing.possible("the crater", print):

@@ -146,6 +146,26 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text)
 
 
+def write_json(path: Path, content: Any) -> None:
+    """Write a JSON file of plain numbers, whole or absent; what is not finite, which JSON does not know, becomes
+    null."""
+    write_text(path, json.dumps(_plain(content), indent=1, allow_nan=False))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    return value
+
+
 def read_json(path: Path, kind: type = dict) -> Any:
     """The content of a JSON file that a run left; ``kind`` is what it has to be, a table (``dict``) or a ``list``.
 

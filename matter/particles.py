@@ -91,6 +91,9 @@ ORIGINS = (
 )
 """Fields of grains that say what matter they stand for: given by the handoff, unchanged from then on."""
 
+MAY_BE_UNKNOWN = ("first_depth", "first_distance")
+"""Fields in which NaN means that the value is not known."""
+
 ALIASES = {"support_radius": "smoothing_length"}
 """Other name -> the field's in files. What files call the smoothing length is the radius of the kernel's support,
 twice what many codes call by that name."""

@@ -104,7 +104,9 @@ def _measure_crater(
 
     def action() -> int:
         from crater import stage
+        from pipeline import intact
 
+        intact.check_file(snapshot)
         return stage.measure_snapshot(
             snapshot,
             datum=datum,
@@ -233,8 +235,10 @@ def _export_snapshot(
 
     def action() -> int:
         from matter import archive, formats
+        from pipeline import intact
 
         archive.check_file(out)
+        intact.check_file(snapshot)
         particles = formats.read(snapshot)
         written = formats.export(particles, out, form)
         print(f"{out}: {len(particles)} particles as {written}")

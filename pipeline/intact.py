@@ -71,6 +71,18 @@ def check_shown(run: Path, stage: str) -> None:
         _refuse_unfinished(run, place)
 
 
+def check_file(path: Path) -> None:
+    """Hold one file of a finished stage against its record, content too; a file that no stage recorded passes. Raises
+    as ``check``."""
+    path = path.absolute()
+    place = next((above for above in path.parents[:3] if (above / folder.DONE).is_file()), None)
+    if place is None:
+        return
+    done, name = folder.mark(place / folder.DONE), str(path.relative_to(place))
+    if entry := done.get("files", {}).get(name):
+        check(place, str(done.get("stage")), {name: entry}, content=True)
+
+
 def require_done(run: Path, stage: str) -> None:
     """Raise ``InputError`` where a run has not finished a stage; it names who makes it, or how it is finished."""
     place = stages.folder(run, stage)

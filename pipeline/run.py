@@ -50,8 +50,9 @@ def run(request: Request, screen: Screen) -> Outcome:
         _clear_the_way(request, journal.interrupted)
         describe(run_folder, request.case, request.wanted, settings, threads)
         progress.listen(journal.hear)
+        progress.listen(_stop_between)
         progress.hear(journal.tell)
-        outcome = Outcome(run_folder)
+        outcome = Outcome(run_folder, _unsound_before(request))
         try:
             for stage in _to_do(request):
                 if progress.stop_requested():
@@ -77,6 +78,25 @@ def _to_do(request: Request) -> list[str]:
     """The wanted stages, after those before them whose result the case takes from elsewhere."""
     before = stages.ORDER[: stages.ORDER.index(request.wanted[0])]
     return [stage for stage in before if stage in request.case.outside] + list(request.wanted)
+
+
+def _unsound_before(request: Request) -> dict[str, str]:
+    """What stages said that ended unsound and are not asked for anew: the results after them rest on theirs."""
+    run_folder, said = request.run_folder, dict[str, str]()
+    for stage in stages.ORDER[: stages.ORDER.index(request.wanted[0])]:
+        if stage in request.case.stages and (words := folder.done(stages.folder(run_folder, stage)).get("unsound")):
+            said[stage] = str(words).replace(_RUN, str(run_folder))
+    return said
+
+
+_WITHOUT_CHECKPOINTS = ("handoff", "crater")
+
+
+def _stop_between(state: progress.Progress) -> None:
+    """Stages of a minute keep no checkpoints: asked to stop, they end at what they report next, and are made again.
+    Raises ``Stopped``."""
+    if state.stage in _WITHOUT_CHECKPOINTS and state.fraction < 1.0:
+        progress.stop_here(state.stage)
 
 
 def _of_old_layout(request: Request, old: list[str], screen: Screen) -> Outcome:

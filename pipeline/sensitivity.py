@@ -15,7 +15,6 @@ bed. Controls: the carved bed without motion, the bed carved at the datum (``han
 from __future__ import annotations
 
 import csv
-import json
 import math
 import statistics
 from collections.abc import Iterable
@@ -273,7 +272,7 @@ def run(
     make(folder_of_run, only, threads, say=lambda words: print(words, flush=True), draws=draws)
     comparison = compare(folder_of_run, draws)
     with view.owned(Path(folder_of_run), "handoff") as out:
-        archive.write_text(out / FILE, json.dumps(comparison, indent=1))
+        archive.write_json(out / FILE, comparison)
         book = ledgers.read(out / "ledger.json")
         sensitivity_table.enter(comparison, book)
         book.write(out / "ledger.json")

@@ -25,7 +25,7 @@ from matter.formats import (
     ply_points,
     vtk_legacy,
 )
-from matter.particles import Particles
+from matter.particles import MAY_BE_UNKNOWN, Particles
 
 NAMES = ("snapshot", "csv", "hdf5", "miluphcuda", "opensph", "lammps")
 WRITTEN = {
@@ -151,7 +151,8 @@ def export(particles: Particles, path: Path, form: str | None = None) -> str:
             f"--out {path}: name the format with --format (formats: {', '.join(WRITTEN)}; by the name's end: {ends})"
         )
     for name in particles:
-        bad = ~np.isfinite(particles[name])
+        # what may be unknown is NaN there: programs read that, and LAMMPS is not given it
+        bad = np.isinf(particles[name]) if name in MAY_BE_UNKNOWN else ~np.isfinite(particles[name])
         if bad.any():
             raise InputError(
                 f"field {name!r} has {int(np.count_nonzero(bad))} values that are not finite: no other program could "
