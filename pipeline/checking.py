@@ -16,11 +16,12 @@ from matter.quantity import REQUIRED
 from pipeline import outside, overlay, stages
 from pipeline.case import Case, read
 from pipeline.case_table import CaseTable
-from pipeline.complaints import Complaint, complaints, dotted, names_at, unknown
+from pipeline.complaints import Complaint, complaints, dotted, names_at, short, unknown
 from pipeline.left_open import FROM_ENCOUNTERS
 from pipeline.plain import plain
 from pipeline.toml_lines import KeyPath
 
+_MOST_ROWS, _LONGEST_ROW = 30, 1000
 # filled in where the rest is in order (``pipeline.left_open``), and what stands in for it where it is not
 FOLLOWS: dict[KeyPath, str] = {
     ("impact", "expected_transient_diameter"): "1 m",
@@ -207,9 +208,10 @@ def listed(case: Case, faults: list[Complaint], wanted: tuple[str, ...]) -> str:
             )
         )
     rows.sort(key=lambda row: row[0])
-    return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(
-        text for _, text in rows
-    )
+    texts = [short(text, _LONGEST_ROW) for _, text in rows[:_MOST_ROWS]]
+    if len(rows) > _MOST_ROWS:
+        texts.append(f"  and {len(rows) - _MOST_ROWS} more")
+    return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(texts)
 
 
 def _blamed(case: Case, faults: list[Complaint], wanted: tuple[str, ...]) -> dict[Complaint, str]:
