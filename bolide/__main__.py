@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import sys
 
-from pipeline import cli
+from pipeline import cli, command
 
 COMMANDS = (
     "run_case",
@@ -22,6 +22,8 @@ COMMANDS = (
 def main() -> None:
     """Run the command that is named first."""
     name = sys.argv[1] if len(sys.argv) > 1 else ""
+    if name == "--version":
+        command.show_version(True)
     if name not in COMMANDS:
         print(f"python -m bolide COMMAND ..., with a COMMAND of {', '.join(COMMANDS)}", file=sys.stderr)
         raise SystemExit(0 if name in ("-h", "--help") else 2)

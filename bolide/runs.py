@@ -99,6 +99,7 @@ class Run:
         if not there:
             raise InputError(f"{self.folder} holds no snapshots{f' of {stage}' if stage else ''}")
         path = min(there, key=lambda one: abs(one[1] - moment))[2]
+        self._whole(path)
         if form == "arrays":
             return snapshot.read(path)
         from matter import drawing
@@ -178,10 +179,18 @@ class Run:
         path = self.folder / name
         if not path.is_file():
             raise InputError(f"{self.folder}: {else_words} (no {name})")
+        self._whole(path)
         try:
             return json.loads(path.read_text())
         except ValueError as reason:
             raise InputError(f"{path} is damaged, it is not valid JSON: {reason}") from None
+
+    @staticmethod
+    def _whole(path: Path) -> None:
+        """Raise ``InputError`` where a file is not as its stage left it."""
+        from pipeline import intact
+
+        intact.check_file(path)
 
     def _table(self, name: str) -> pandas.DataFrame:
         import pandas
@@ -189,8 +198,13 @@ class Run:
         path = self.folder / name
         if not path.is_file():
             raise InputError(f"{self.folder} holds no {name}")
-        table = pandas.read_csv(path, comment="#")
-        lines = [line for line in path.read_text().splitlines() if line.startswith("#") and "=" in line]
+        self._whole(path)
+        try:
+            table = pandas.read_csv(path, comment="#")
+            text = path.read_text()
+        except ValueError as reason:  # not a table, or not even text
+            raise InputError(f"{path} is damaged, it is not a table: {reason}") from None
+        lines = [line for line in text.splitlines() if line.startswith("#") and "=" in line]
         facts = [
             (key.strip(), value.strip()) for key, _, value in (line.lstrip("# ").partition("=") for line in lines)
         ]

@@ -46,6 +46,11 @@ class Setting:
     """What its bed says of itself, where that is a patch of its ground laid flat; such grains are flat ground."""
 
     @property
+    def escape_known(self) -> bool:
+        """Whether it is known how fast matter has to be to leave: of flat ground the case has to say it."""
+        return self.datum.kind != "plane" or self.settings.escape_speed > 0.0
+
+    @property
     def event(self) -> scaling.ImpactEvent:
         """The impact as the scaling laws take it."""
         impact = self.settings.impact

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 
 from crater import radial_profile
 from crater.radial_profile import Profile
-from matter import quantity
+from matter import quantity, toml_input
 from matter.crater_measures import COMPARED, MOMENTS, UNITS
 from matter.errors import InputError
 
@@ -79,7 +78,7 @@ def read(path: Path) -> Observation:
     """
     path = Path(path)
     try:
-        content = tomllib.loads(path.read_text())
+        content = toml_input.loads(path.read_text())
     except (OSError, ValueError) as reason:
         raise InputError(f"{path.name}: {reason}") from None
     for key in ("title", "source"):

@@ -53,7 +53,7 @@ def _measured(
         said = _overridden(known, given)
     folder.mkdir(parents=True, exist_ok=True)
     time = particles.attributes.get("time")
-    tables.write_json(folder / "measures.json", _content(measures, path, time, said))
+    archive.write_json(folder / "measures.json", _content(measures, path, time, said))
     radial_profile.write_csv(tables.headed(measures, float(time or 0.0), path.name), folder / "profile.csv")
     tables.write_heightmap(measures, folder / "heightmap.h5")
     if drawing.possible("the crater", print):
@@ -65,11 +65,12 @@ def _measured(
 
 
 def _results_folder(path: Path) -> Path:
-    """Where the results of a snapshot go: beside it, and where it lies in a finished stage, in which nothing is
-    written, beside that stage."""
+    """Where the results of a snapshot go: beside it, and where it lies in a stage, in which nobody else writes, beside
+    that stage."""
     name = f"{path.stem}_crater"
     stage = path.parent
-    return stage.parent / f"{stage.name}_{name}" if (stage / "done.json").is_file() else stage / name
+    made = any((stage / mark).is_file() for mark in archive.STAGE_MARKS)
+    return stage.parent / f"{stage.name}_{name}" if made else stage / name
 
 
 def _content(measures: Measures, path: Path, time: Any, said: list[str]) -> dict[str, Any]:

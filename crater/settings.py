@@ -94,7 +94,8 @@ class Settings(Model):
     every: Annotated[int, Field(ge=1)] = 1
     """Measure every n-th snapshot of the shock stage."""
     escape_speed: Annotated[Speed, Field(ge=0)] = 0.0
-    """Flat ground: what rises faster than this leaves the body that the ground stands for."""
+    """Flat ground: what rises faster than this leaves the body that the ground stands for; 0 (not known): nothing is
+    said of escape, nor of beta."""
     ground: Literal["fluid", "rock", "sand"] = "fluid"
     """Kind of ground whose scaling laws the crater is compared with; ``fluid`` for weak ground without friction."""
     simple_to_complex: PositiveLength = 2500.0

@@ -119,6 +119,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     progress.update(progress.total - 2, "pictures", force=True)
     if drawing.possible("the crater"):
         plot.draw_all(findings, out)
+    progress.update(progress.total - 1, "page", force=True)
     report.write(findings, out)
     progress.update(progress.total, "done", force=True)
 
@@ -268,8 +269,9 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
 
 
 def _leaving(setting: Setting, particles: Particles) -> dict[str, float]:
-    """Mass and momentum that leave at the end of the shock stage; empty where the snapshot does not say."""
-    if "velocity" not in particles or "mass" not in particles:
+    """Mass and momentum that leave at the end of the shock stage; empty where the snapshot does not say, or nobody
+    knows the escape speed."""
+    if "velocity" not in particles or "mass" not in particles or not setting.escape_known:
         return {}
     if setting.shape is not None:  # crater.bodies.exchange
         return {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -102,8 +101,8 @@ def _engine_of(report: Path) -> dict[str, Any]:
 
 def write_tables(findings: Findings, out: Path) -> None:
     """Every file but the pictures and the page."""
-    write_json(out / "measures.json", measures_json(findings))
-    write_json(
+    archive.write_json(out / "measures.json", measures_json(findings))
+    archive.write_json(
         out / "compare.json",
         {
             "scaling": findings.compared.scaling,
@@ -165,22 +164,3 @@ def write_heightmap(measures: Measures, path: Path) -> None:
         "datum_centre_m": np.asarray(ground.datum.centre),
     }
     archive.write(path, arrays, {**attributes, "axes": np.asarray(ground.datum.axes)})
-
-
-def write_json(path: Path, content: Any) -> None:
-    """Write JSON with plain numbers; what is not finite becomes null."""
-    archive.write_text(path, json.dumps(_plain(content), indent=1))
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, (bool, np.bool_)):
-        return bool(value)
-    if isinstance(value, np.integer):
-        return int(value)
-    if isinstance(value, (float, np.floating)):
-        return float(value) if np.isfinite(value) else None
-    return value

@@ -32,8 +32,13 @@ def of_run(
         fates, sizes = catalogues.masses(found, crater, radius, last), size_classes.of(found, last)
         if sizes is not None:
             fates["size_classes_kg"] = size_classes.masses(found, sizes, crater, radius)
+        if not setting.escape_known:  # "escapes 0 kg" would be a number that nobody knows
+            for part in (fates["target_kg"], fates["projectile_kg"], *fates.get("size_classes_kg", {}).values()):
+                del part[catalogues.ESCAPES]
         ejected = replace(ejected, catalogue=found, fates=fates, sizes=sizes)
         origin = excavation.facts(found, last, setting.datum, crater, radius, transient.time)
+        if not setting.escape_known:
+            origin["blanket"] = [part for part in origin["blanket"] if not part["escapes"]]
         return replace(ejected, excavation={**origin, "growing": growing}), {}
     except InputError as reason:
         return ejected, {"excavation": str(reason)}

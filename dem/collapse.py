@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -139,7 +139,7 @@ class Collapse:
     def advance(self) -> None:
         """Step until the profile is still (not before ``end_time``) or ``latest_time`` is reached."""
         bed, settings = self.bed, self.settings
-        progress = Progress("dem", settings.end_time, start=bed.time)
+        progress = Progress("dem", settings.latest_time, start=bed.time, soonest=settings.end_time)
         cadence = Cadence()
         while True:
             self._due()
@@ -156,8 +156,6 @@ class Collapse:
             if self.following:
                 self.following.see()
             self.worst_overlap = max(self.worst_overlap, bed.worst)
-            if now > settings.end_time:
-                progress.total = settings.latest_time
             progress.update(
                 bed.time, f"t = {readable.clock(bed.time)}, {bed.speed:.3g} m/s, {bed.moving - bed.active} in flight"
             )
@@ -216,7 +214,8 @@ class Collapse:
         snapshot.write(self._particles(tables), self.out / f"{name}{snapshot.SUFFIX}")
 
     def _write_history(self) -> None:
-        lines = [",".join(COLUMNS), *(",".join(f"{value:.10g}" for value in row) for row in self.rows)]
+        rows = ([f"{value:.10g}" if math.isfinite(value) else "" for value in row] for row in self.rows)
+        lines = [",".join(COLUMNS), *map(",".join, rows)]  # what is not known yet is an empty cell
         archive.write_text(self.out / "history.csv", "\n".join(lines) + "\n")
 
     def save(self) -> None:
@@ -249,7 +248,7 @@ class Collapse:
         times = {path.name: float(snapshot.read(path).attributes["time"]) for path in snapshot.series(self.out)}
         snapshot.write_series(self.out, times, "snap")
         report = self._report() | ground_fraction.report(self.out, self.domain, self.carried)
-        archive.write_text(self.out / "stage_report.json", json.dumps(report, indent=1))
+        archive.write_json(self.out / "stage_report.json", report)
         # what another program has computed is not computed again from here
         (checkpoint.keep_last if self.settings.engine == "native" else checkpoint.clear)(self.out)
         broken = [

@@ -42,7 +42,7 @@ from dem.rest_springs import REST_SHARE
 from dem.trials.shear_cell import CELL_STIFFNESS
 from dem.trials.steady_shear import shear
 from dem.trials.tilted_bed import tilt
-from matter import archive, jit
+from matter import archive, jit, toml_input
 from matter.errors import InputError, Unsound
 
 Method = Literal["shear", "tilt"]
@@ -204,13 +204,11 @@ def _degrees(text: str) -> float:
 def _contact_of(options: argparse.Namespace) -> Contact:
     contact = Contact()
     if options.case:
-        import tomllib
-
         path = options.case / "case.toml" if options.case.is_dir() else options.case
         try:
-            table = tomllib.loads(path.read_text())
+            table = toml_input.loads(path.read_text())
             contact = Contact.model_validate(table.get("dem", {}).get("contact", {}))
-        except (OSError, ValueError) as reason:  # pydantic and tomllib raise ValueErrors
+        except (OSError, ValueError) as reason:  # pydantic and the reader of TOML raise ValueErrors
             raise InputError(f"{path}: {reason}") from None
     changes = {
         name: value for name, value in (("friction", options.friction), ("shape", options.shape)) if value is not None

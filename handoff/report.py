@@ -28,9 +28,8 @@ _PICTURES = (
 )
 
 
-def print_ledger(run: Path, pictures: bool = True) -> int:
-    """Print the ledger of a run folder and write its report; returns the exit code: 1 when an unwaived limit fails,
-    else 0.
+def print_ledger(run: Path) -> int:
+    """Print the ledger of a run folder; returns the exit code: 1 when an unwaived limit fails, else 0.
 
     Raises ``InputError`` when the run has no handoff.
     """
@@ -43,8 +42,6 @@ def print_ledger(run: Path, pictures: bool = True) -> int:
     print(text(book).replace("inspect_handoff RUN", f"inspect_handoff {run}"))
     if (record := archive.read_json(out / "handoff.json")).get("methods"):
         print("\n" + direct.as_text(record["methods"]))
-    write(Path(run), out, pictures)
-    print(f"\nreport: {out / 'report.html'}")
     if book.failures:
         print(f"beyond the limit: {', '.join(book.failures)}")
     return 1 if book.failures else 0

@@ -7,7 +7,6 @@ Reads ``2_sph/snap_*.vtkhdf``, ``2_sph/target.json`` and ``3_bed/bed.vtkhdf``; w
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -122,7 +121,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     if settings.method == "direct":
         count = _needed(straight).compact
         record["grains"] = {"bed": len(bed), "kept": count, "ejecta": len(start) - count}
-    archive.write_text(out / "handoff.json", json.dumps(record, indent=1))
+    archive.write_json(out / "handoff.json", record)
     _write_residuals(handoff, source, bed, out / "residuals.h5")
     report.write(inputs, out, settings.pictures)
     progress.update(1.0, "done", force=True)

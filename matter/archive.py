@@ -21,6 +21,8 @@ from matter import hdf5_input
 from matter.errors import InputError, Stopped
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
+STAGE_MARKS = ("done.json", "begun.json")
+"""Files that say that a folder is a stage of a run."""
 _SPARE = 1 << 18  # bytes beside the arrays
 
 
@@ -144,6 +146,26 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text)
 
 
+def write_json(path: Path, content: Any) -> None:
+    """Write a JSON file of plain numbers, whole or absent; what is not finite, which JSON does not know, becomes
+    null."""
+    write_text(path, json.dumps(_plain(content), indent=1, allow_nan=False))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    return value
+
+
 def read_json(path: Path, kind: type = dict) -> Any:
     """The content of a JSON file that a run left; ``kind`` is what it has to be, a table (``dict``) or a ``list``.
 
@@ -160,8 +182,11 @@ def read_json(path: Path, kind: type = dict) -> Any:
 
 def check_folder(path: Path, option: str = "--out") -> Path:
     """``path``, a folder that may still have to be made. Raises ``InputError`` when it cannot be one, so that nobody
-    learns it after the work."""
+    learns it after the work, and where it lies in a stage of a run: what is there counts as the stage's result."""
     path = Path(path)
+    for place in (path.absolute(), *path.absolute().parents):
+        if any((place / mark).is_file() for mark in STAGE_MARKS):
+            raise InputError(f"{option} {path}: {place} is a stage of a run, in which nothing else is written")
     for place in (path, *path.absolute().parents):
         if place.exists():
             if not place.is_dir():

@@ -19,6 +19,8 @@ from matter.solids.placed import Placed, of_axes, of_file
 
 SOLIDS = ("ellipsoid", "mesh")
 """Shapes of a target that are neither a sphere nor flat ground."""
+FLAT = ("half_space", "half_sphere", "block")
+"""Shapes of flat ground."""
 SITE = ("latitude", "longitude", "azimuth", "arrival", "spin_period", "companion")
 LIGHT = 299_792_458.0
 """Speed of light [m/s]."""
@@ -319,13 +321,14 @@ class Impact(Model):
             raise ValueError(f"{speed:.4g} m/s is faster than light")
         return speed
 
-    @model_validator(mode="after")
-    def _angle(self) -> Impact:
-        if not 0.0 <= self.angle_from_vertical < math.radians(90.0):
+    @field_validator("angle_from_vertical")
+    @classmethod
+    def _downwards(cls, angle: float) -> float:
+        if not 0.0 <= angle < math.radians(90.0):
             raise ValueError(
-                f"angle_from_vertical must lie in [0, 90) deg, got {math.degrees(self.angle_from_vertical):.4g} deg"
+                f"must be at least 0 and less than 90 deg (given: {math.degrees(angle):.4g} deg; 0 is straight down)"
             )
-        return self
+        return angle
 
     @property
     def velocity(self) -> tuple[float, float, float]:

@@ -113,9 +113,10 @@ def cache_root() -> Path:
     What lies in it is executed: it is made for its owner alone. Raises ``PermissionError`` where it belongs to
     somebody else or others may write to it.
     """
-    base = os.environ.get("BOLIDE_CACHE") or os.path.join(
-        os.environ.get("XDG_CACHE_HOME", os.path.join(os.path.expanduser("~"), ".cache")), "bolide", "kernels"
-    )
+    caches = os.environ.get("XDG_CACHE_HOME", "")
+    if not os.path.isabs(caches):  # empty or relative: as if not set (XDG Base Directory Specification)
+        caches = os.path.join(os.path.expanduser("~"), ".cache")
+    base = os.environ.get("BOLIDE_CACHE") or os.path.join(caches, "bolide", "kernels")
     for root in (Path(base), Path(tempfile.gettempdir()) / f"bolide-kernels-{os.getuid()}"):
         try:
             root.parent.mkdir(parents=True, exist_ok=True)

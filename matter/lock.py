@@ -60,8 +60,8 @@ def _flocked(file: TextIO) -> bool | None:
     return True
 
 
-def _refuse_or_wait(path: Path, holder: Path, what: str, wait: Callable[[str], None] | None) -> None:
-    message = f"{what} is in use by {_holder(holder)}"
+def _refuse_or_wait(path: Path, owner: Path, what: str, wait: Callable[[str], None] | None) -> None:
+    message = f"{what} is in use by {holder(owner)}"
     if wait is None:
         raise InputError(f"{message}; wait for it, stop it, or choose another --out") from None
     wait(message)
@@ -110,7 +110,7 @@ def _take_over(path: Path, owner: Path, what: str) -> None:
         os.replace(owner, aside)
         if _silence(path, aside) > SILENT_S:
             progress.tell(
-                f"{what}: {_holder(aside)} has been silent for more than {SILENT_S / 60.0:.0f} minutes and is taken "
+                f"{what}: {holder(aside)} has been silent for more than {SILENT_S / 60.0:.0f} minutes and is taken "
                 f"to be gone"
             )
             aside.unlink()
@@ -141,9 +141,10 @@ def taken(path: Path) -> bool:
     return False
 
 
-def _holder(path: Path) -> str:
+def holder(path: Path) -> str:
+    """Who holds the lock at ``path``, in words."""
     try:
-        holder = json.loads(path.read_text())
-        return f"process {holder['pid']} on {holder['host']} since {holder['since']}"
+        who = json.loads(path.read_text())
+        return f"process {who['pid']} on {who['host']} since {who['since']}"
     except (OSError, ValueError, KeyError):
         return "another process"

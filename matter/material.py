@@ -71,6 +71,7 @@ def reference_density(name: str) -> float:
     return section(name, choices(name).get("eos", "tillotson"))["rho0"]
 
 
+@functools.cache
 def _content(name: str) -> dict[str, Any]:
     if name not in names():  # not by looking for the file: a name is no path
         near = difflib.get_close_matches(name, names(), n=1)

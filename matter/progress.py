@@ -25,7 +25,7 @@ class Progress:
     """Progress of one stage towards ``total`` (simulated seconds, counts, ...).
 
     ``note`` is a short text beside the bar, ``fraction`` runs from 0 to 1, ``eta_s`` is the estimated wall time left
-    [s].
+    [s]; of work that may end earlier than at its total, from ``soonest`` on, ``soonest_eta_s`` until then.
     """
 
     stage: str
@@ -33,6 +33,7 @@ class Progress:
     start: float = 0.0
     done: float = 0.0
     note: str = ""
+    soonest: float = 0.0
     interval_s: float = 0.5
     _started: float = field(default_factory=time.monotonic)
     _last: float = -1e9
@@ -47,10 +48,17 @@ class Progress:
 
     @property
     def eta_s(self) -> float:
+        return self._until(self.total)
+
+    @property
+    def soonest_eta_s(self) -> float:
+        return self._until(self.soonest)
+
+    def _until(self, end: float) -> float:
         advanced = self.done - self.start
         if advanced <= 0 or (advanced < _TELLING * self.total and self.elapsed_s < 60.0):
             return float("nan")  # too early to tell: kernels may still have been compiling
-        return max(0.0, self.elapsed_s * (self.total - self.done) / advanced)
+        return max(0.0, self.elapsed_s * (end - self.done) / advanced)
 
     def update(self, done: float, note: str = "", force: bool = False) -> None:
         """Report the position; listeners hear of it at most every ``interval_s`` seconds unless ``force``."""
@@ -102,6 +110,7 @@ def stop_requested() -> bool:
 
 
 def stop_here(stage: str) -> None:
-    """Raise ``Stopped`` if a stop was asked for; call it right after the checkpoint is written."""
+    """Raise ``Stopped`` if a stop was asked for; call it right after the checkpoint is written, or where none is
+    kept."""
     if _stop:
         raise Stopped(f"{stage}: stopped on request; the same command resumes")

@@ -84,10 +84,15 @@ def parse(text: str, unit: str = "") -> float:
     match = _NUMBER.match(text)
     if match is None or "," in text:
         raise ValueError(
-            f"cannot read {text!r} as a quantity: write a number and a unit, '1.5 {_WRITTEN.get(unit, unit) or 'km'}' "
-            f"for example"
+            f"cannot read {_cut(text)!r} as a quantity: write a number and a unit, "
+            f"'1.5 {_WRITTEN.get(unit, unit) or 'km'}' for example"
         )
     number, symbol = float(match.group(1)), match.group(2).strip()
+    if len(symbol) > _LONGEST or not _powers_are_small(symbol):
+        raise ValueError(
+            f"cannot read {_cut(text)!r} as a quantity: a unit is short, its powers are numbers below 100 and stand "
+            f"alone, 'kg/m^3' for example"
+        )
     if not symbol and unit:
         raise ValueError(f"{text!r} has no unit: write it like '{match.group(1)} {_WRITTEN.get(unit, unit)}'")
     try:
@@ -98,6 +103,28 @@ def parse(text: str, unit: str = "") -> float:
         return float((quantity.to(unit) if unit else quantity.to_base_units()).magnitude)
     except pint.DimensionalityError:
         raise ValueError(f"{text!r} is not a quantity in {unit}") from None
+    except (ArithmeticError, pint.errors.PintError) as reason:
+        raise ValueError(f"cannot read {text!r} as a quantity ({reason})") from None
+
+
+_LONGEST = 80
+_EXPONENT = re.compile(r"\s*[-+]?\d{1,2}(?:\.\d{1,3})?(?![\w.])")
+_RAISED = re.compile("[\u2070\u00b9\u00b2\u00b3\u2074-\u2079]+")
+
+
+def _powers_are_small(symbol: str) -> bool:
+    """Whether every power of a unit is a number below 100, and none is the power of a power: the unit library would
+    work out 9**9**9 to its last digit."""
+    plain = _RAISED.sub(lambda found: f"**{'9' * len(found.group())} ", symbol)
+    parts = re.split(r"\*\*|\^", plain)
+    exponents = [_EXPONENT.match(part) for part in parts[1:]]
+    towers = any(found and not part[found.end() :].strip() for found, part in zip(exponents[:-1], parts[1:-1]))
+    bracketed = len(exponents) > 1 and any(part.rstrip().endswith(")") for part in parts[:-1])
+    return all(exponents) and not towers and not bracketed
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def _reader(kind: str):

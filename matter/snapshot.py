@@ -171,12 +171,19 @@ def write_series(folder: Path, times: dict[str, float], name: str) -> None:
 
     ``times`` maps the file name of a snapshot to its time [s].
     """
-    files = [{"name": file, "time": time} for file, time in sorted(times.items(), key=lambda item: item[1])]
+    ordered = sorted(times.items(), key=lambda item: (item[1], _number(item[0])))
+    files = [{"name": file, "time": time} for file, time in ordered]
     archive.write_text(
         folder / f"{name}{SUFFIX}.series", json.dumps({"file-series-version": "1.0", "files": files}, indent=1)
     )
 
 
 def series(folder: Path) -> list[Path]:
-    """The numbered snapshots of a stage folder in order of time (``snap_0000.vtkhdf`` ...)."""
-    return sorted(Path(folder).glob(f"snap_*{SUFFIX}"))
+    """The numbered snapshots of a stage folder in order of time (``snap_0000.vtkhdf`` ...), by their numbers: after
+    9999 these have five digits."""
+    return sorted(Path(folder).glob(f"snap_*{SUFFIX}"), key=lambda path: (_number(path.name), path.name))
+
+
+def _number(name: str) -> int:
+    digits = name.partition("_")[2].partition(".")[0]
+    return int(digits) if digits.isdecimal() else -1

@@ -13,7 +13,6 @@ about the body's centre. No air, no collisions among the ejecta, no attraction b
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -263,9 +262,7 @@ def write(launches: Launches, fates: Fates, folder: Path, how: Mapping[str, Any]
         "speed": (fates.speed, "m/s", "speed relative to the body that it hit; NaN where it hit none"),
     }
     archive.write(folder / "ejecta_fates.h5", arrays, {"fates": list(fates.names), **how})
-    archive.write_text(
-        folder / "ejecta_fates.json", json.dumps({**masses(launches, fates), "flown": dict(how)}, indent=1)
-    )
+    archive.write_json(folder / "ejecta_fates.json", {**masses(launches, fates), "flown": dict(how)})
 
 
 def command(path: Path, name: str | None, site: Site, duration: float, seed: int, out: Path) -> int:

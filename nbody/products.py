@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +38,7 @@ def write(table: dict[str, np.ndarray], attributes: dict, out: Path) -> str:
         figures.basin_angles(table, moons, target, out)
         figures.latitude_dependence(table, moons, target, out)
     summary = summarise(table, attributes)
-    archive.write_text(out / "summary.json", json.dumps(summary, indent=1))
+    archive.write_json(out / "summary.json", summary)
     return as_text(summary)
 
 

@@ -69,7 +69,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     choice = rules.apply(settings.rule, tally.table, system.moon(settings.body), window, settings.seed)
     archive.write_text(out / "impact.toml", impact_toml(settings, choice))
     report = _report(settings, tally, drift, choice)
-    archive.write_text(out / "nbody_report.json", json.dumps(report, indent=1))
+    archive.write_json(out / "nbody_report.json", report)
     checkpoint.keep_last(out)
     if not drift["maximum"] < JACOBI_LIMIT:
         raise Unsound(f"nbody: the Jacobi constant changes by {drift['maximum']:.2g} of GM/a (limit {JACOBI_LIMIT:g})")

@@ -10,12 +10,12 @@ of that name, the shared ``target``, ``impact`` and ``contact`` (``[dem.contact]
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from matter import toml_input
 from matter.errors import InputError
 from pipeline import overlay, shipped, sizes, stages, toml_lines
 from pipeline.complaints import Complaint, dotted
@@ -111,8 +111,8 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         raise InputError(f"no case at {where}: give a folder that holds case.toml, or the file itself")
     try:
         text = file.read_text()
-        content = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
+        content = toml_input.loads(text)
+    except ValueError as reason:  # no TOML, or not even text
         raise InputError(f"{file} is not valid TOML: {reason}") from None
     if set(content) == {"sweep"} and isinstance(content["sweep"], dict):
         name = file.resolve().parent.name if file.name == "case.toml" else file.stem
@@ -241,8 +241,8 @@ def with_impact(case: Case, file: Path) -> Case:
     The encounters' stage has written the values there that ``[impact]`` pins; a file from elsewhere replaces them.
     """
     try:
-        content = tomllib.loads(file.read_text())
-    except tomllib.TOMLDecodeError as reason:
+        content = toml_input.loads(file.read_text())
+    except ValueError as reason:
         raise InputError(f"{file} is not valid TOML: {reason}") from None
     given = {key: content[key] for key in (*FROM_ENCOUNTERS, "projectile") if key in content}
     document = _opened(case.document, case.filled) if case.filled else case.document

@@ -26,7 +26,6 @@ spacing, not an extrapolation to zero spacing.
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Sequence
@@ -304,4 +303,4 @@ def _entry(row: Row) -> dict[str, str]:
 def keep(rows: list[Row], failed: list[str], out: Path) -> None:
     """Every value behind the table, as ``chain_error.json`` in the folder of the runs."""
     content = [{**{name: getattr(row, name) for name in Row.__dataclass_fields__}, "chain": row.chain} for row in rows]
-    archive.write_text(out / "chain_error.json", json.dumps({"rows": content, "could_not_be_made": failed}, indent=1))
+    archive.write_json(out / "chain_error.json", {"rows": content, "could_not_be_made": failed})

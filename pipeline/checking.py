@@ -3,29 +3,31 @@ once."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from matter import at_rest
 from matter.at_rest import AtRest
-from matter.body import Impact, Model, Target
+from matter.body import FLAT, Impact, Model, Target
 from matter.errors import InputError
 from matter.quantity import REQUIRED
 from pipeline import outside, overlay, stages
 from pipeline.case import Case, read
 from pipeline.case_table import CaseTable
-from pipeline.complaints import Complaint, complaints, dotted, names_at, unknown
+from pipeline.complaints import Complaint, complaints, dotted, names_at, short, unknown
 from pipeline.left_open import FROM_ENCOUNTERS
 from pipeline.plain import plain
 from pipeline.toml_lines import KeyPath
 
-# filled in where the rest is in order (``pipeline.left_open``)
-FOLLOWS = (
-    ("impact", "expected_transient_diameter"),
-    ("target", "layers", 0, "thickness"),
-    ("target", "layers", 0, "name"),
-)
+_MOST_ROWS, _LONGEST_ROW = 30, 1000
+# filled in where the rest is in order (``pipeline.left_open``), and what stands in for it where it is not
+FOLLOWS: dict[KeyPath, str] = {
+    ("impact", "expected_transient_diameter"): "1 m",
+    ("target", "layers", 0, "thickness"): "1 km",
+    ("target", "layers", 0, "name"): "ground",
+}
 
 
 def settings_of(case: Case, wanted: tuple[str, ...] = stages.ORDER) -> dict[str, Model]:
@@ -47,9 +49,9 @@ def settings_of(case: Case, wanted: tuple[str, ...] = stages.ORDER) -> dict[str,
 def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], list[Complaint]]:
     """The settings that are right, and every complaint."""
     settings: dict[str, Model] = {}
-    faults = list(case.complaints)
+    faults = [*case.complaints, *_forgotten(case)]
     document = case.document
-    if not case.pinned:
+    if not case.pinned:  # what is forgotten is said once, and not again by every stage
         document = {**document, "impact": {**FROM_ENCOUNTERS, **document["impact"]}}
     faults += _tables(document)
     faults += _checked(CaseTable, document.get("case", {}), ("case",))[1]
@@ -89,15 +91,42 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
             settings[stage] = model_settings
     if not faults:
         faults += outside.no_ground(case.outside, settings)
-    return settings, _causes(faults)
+    first = [fault for fault in faults if not (fault.message == "is missing" and fault.path in FOLLOWS)]
+    if not first and faults and (stood_in := _stood_in(case)) is not None:
+        first = _composed(stood_in, wanted)[1]
+    return settings, first or faults
 
 
-def _causes(faults: list[Complaint]) -> list[Complaint]:
-    """The complaints without those that follow from others: what could not be filled in is no second mistake."""
-    first = [
-        complaint for complaint in faults if not (complaint.message == "is missing" and complaint.path in FOLLOWS)
-    ]
-    return first or faults
+def _stood_in(case: Case) -> Case | None:
+    """The case with something in place of all that could not be filled in, which is no mistake of its own: then its
+    cause is told. None where nothing is left open."""
+    document = case.document
+    for path, value in FOLLOWS.items():
+        if overlay.at(document, ".".join(map(str, path))) is None:
+            document = overlay.assigned(document, path, value)
+    return None if document == case.document else replace(case, document=document)
+
+
+def _forgotten(case: Case) -> list[Complaint]:
+    """What a case has to say itself, for nothing else would be right: how the projectile hits, unless encounters find
+    it; and how heavy flat ground is."""
+    target, impact = (case.document.get(name) for name in stages.SHARED_TABLES)
+    faults = []
+    missing = [key for key in FROM_ENCOUNTERS if isinstance(impact, dict) and key not in impact]
+    if "nbody" not in case.stages:
+        faults = [
+            Complaint(("impact", key), f'is missing, "{example}" for example (or let encounters find it: [nbody])')
+            for key, example in FROM_ENCOUNTERS.items()
+            if key in missing
+        ]
+    elif len(missing) == 1 and "nbody" not in case.outside:
+        [given] = (key for key in FROM_ENCOUNTERS if key not in missing)
+        words = f"the encounters of [nbody] find it together with {missing[0]}: give both, or leave both out"
+        faults = [Complaint(("impact", given), words)]
+    if isinstance(target, dict) and target.get("shape") in FLAT and "gravity" not in target:
+        words = 'is missing: flat ground needs it, "9.81 m/s^2" for example ("0 m/s^2" where none acts)'
+        faults.append(Complaint(("target", "gravity"), words))
+    return faults
 
 
 def _tables(document: dict[str, Any]) -> list[Complaint]:
@@ -179,9 +208,10 @@ def listed(case: Case, faults: list[Complaint], wanted: tuple[str, ...]) -> str:
             )
         )
     rows.sort(key=lambda row: row[0])
-    return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(
-        text for _, text in rows
-    )
+    texts = [short(text, _LONGEST_ROW) for _, text in rows[:_MOST_ROWS]]
+    if len(rows) > _MOST_ROWS:
+        texts.append(f"  and {len(rows) - _MOST_ROWS} more")
+    return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(texts)
 
 
 def _blamed(case: Case, faults: list[Complaint], wanted: tuple[str, ...]) -> dict[Complaint, str]:

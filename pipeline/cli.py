@@ -39,6 +39,7 @@ def _inspect_handoff(
 
     def action() -> int:
         from handoff import report
+        from matter import lock
         from matter.errors import InputError
         from pipeline import intact, view
 
@@ -51,8 +52,14 @@ def _inspect_handoff(
 
             runs.run(place, only, threads, draws or runs.DRAWS)
         intact.check_shown(place, "handoff")
-        view.own(place, "handoff")
-        return report.print_ledger(place, pictures)
+        code = report.print_ledger(place)
+        if lock.taken(busy := place / "run.lock"):
+            print(f"\nthe page stays as it is: {place} is in use by {lock.holder(busy)}")
+        else:
+            with view.owned(place, "handoff") as out:
+                report.write(place, out, pictures)
+            print(f"\nreport: {out / 'report.html'}")
+        return code
 
     guarded(action)
 
@@ -97,7 +104,9 @@ def _measure_crater(
 
     def action() -> int:
         from crater import stage
+        from pipeline import intact
 
+        intact.check_file(snapshot)
         return stage.measure_snapshot(
             snapshot,
             datum=datum,
@@ -219,8 +228,10 @@ def _export_snapshot(
 
     def action() -> int:
         from matter import archive, formats
+        from pipeline import intact
 
         archive.check_file(out)
+        intact.check_file(snapshot)
         what = formats.found(snapshot)
         written = formats.export(what.particles, out, form)
         print(f"{out}: {len(what.particles)} particles as {written}")

@@ -22,6 +22,8 @@ import typer
 ROOMS = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline")
 HOUSE = Path(__file__).resolve().parent.parent
 INTERRUPTED = 75
+LONGEST = 4000
+"""Characters of a message on standard error."""
 
 
 def foreign_rooms() -> list[str]:
@@ -60,7 +62,7 @@ def _with_version(function: Callable[..., Any]) -> Callable[..., Any]:
         return function(*given, **options)
 
     option = Annotated[
-        bool, typer.Option("--version", is_eager=True, callback=_version, help="Print the version and exit.")
+        bool, typer.Option("--version", is_eager=True, callback=show_version, help="Print the version and exit.")
     ]
     parameters = list(inspect.signature(function, eval_str=True).parameters.values())
     parameters.append(inspect.Parameter("version", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=option))
@@ -69,7 +71,8 @@ def _with_version(function: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def _version(wanted: bool) -> None:
+def show_version(wanted: bool) -> None:
+    """Print version and commit and end, where that is ``wanted``."""
     if wanted:
         from pipeline import provenance
 
@@ -79,7 +82,9 @@ def _version(wanted: bool) -> None:
 
 
 def fail(message: str, code: int) -> NoReturn:
-    """End the process with a message on standard error."""
+    """End the process with a message on standard error; one that nobody could read is cut."""
+    if len(message) > LONGEST:
+        message = f"{message[: LONGEST - 200]}\n ... ({len(message)} characters in all)"
     print(message, file=sys.stderr, flush=True)
     raise SystemExit(code)
 

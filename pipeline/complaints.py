@@ -25,8 +25,8 @@ def dotted(path: KeyPath) -> str:
     """``("target", "layers", 2, "material")`` as ``target.layers[2].material``."""
     text = ""
     for part in path:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
-    return text
+        text += f"[{part}]" if isinstance(part, int) else f".{short(part)}" if text else short(str(part))
+    return short(text, 300)
 
 
 def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint]:
@@ -154,7 +154,14 @@ def unknown(word: str, names: list[str], what: str = "key") -> str:
 
 
 def _shown(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value)
+    if isinstance(value, str):
+        return f'"{short(value)}"'
+    return str(value).lower() if isinstance(value, bool) else short(str(value))
+
+
+def short(text: str, most: int = 80) -> str:
+    """A text with its middle left out where it is long."""
+    return text if len(text) <= most else f"{text[: most - 20]} ... {text[-10:]} ({len(text)} characters)"
 
 
 def names_at(model: type[BaseModel], path: KeyPath) -> list[str]:

@@ -24,7 +24,6 @@ from __future__ import annotations
 
 import json
 import math
-import tomllib
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Generic, TypeVar
@@ -32,6 +31,7 @@ from typing import Annotated, Any, Generic, TypeVar
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from crater.settings import of_each_measure
+from matter import toml_input
 from matter.body import Model
 from matter.crater_measures import BY_NAME, COMPARED, UNITS
 from matter.deciding import deciding
@@ -116,8 +116,8 @@ CRATERS = ("transient", "transient_at_maximum_depth", "final")
 def _read(file: Path, stamp: int) -> dict[str, Preset]:
     try:
         text = file.read_text()
-        content = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
+        content = toml_input.loads(text)
+    except ValueError as reason:  # no TOML, or not even text
         raise InputError(f"{file} is not valid TOML: {reason}") from None
     lines, faults, presets = toml_lines.key_lines(text), [], {}
     for name, table in content.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 from crater import flown
@@ -15,9 +16,8 @@ def show(run: Path, out: Path) -> int:
     told, and nothing else is lost. Returns the exit code."""
     report = run / "6_crater" / "report.html"
     try:
-        if report.is_file():
-            view.own(run, "crater")
-        flown.show(report, archive.read_json(out / "ejecta_fates.json"))
+        with view.owned(run, "crater") if report.is_file() else nullcontext():
+            flown.show(report, archive.read_json(out / "ejecta_fates.json"))
     except InputError as reason:
         print(reason)
     else:

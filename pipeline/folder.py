@@ -17,7 +17,7 @@ from matter import archive
 from matter.body import Model
 from matter.deciding import deciding
 from matter.errors import InputError
-from pipeline import provenance
+from pipeline import provenance, stages
 
 DONE, BEGUN = "done.json", "begun.json"
 
@@ -54,9 +54,24 @@ def settings_text(settings: Model) -> str:
     return json.dumps(deciding(settings), sort_keys=True)
 
 
+def lacking(done: Mapping[str, Any]) -> list[str]:
+    """Files without which a stage is not done and which its ``done.json`` does not list: the folder was taken away
+    while the stage was made. A record without any list (made by an older version) passes."""
+    if "files" not in done:
+        return []
+    return [name for name in stages.LEAVES.get(str(done.get("stage")), ()) if name not in done["files"]]
+
+
+def done(place: Path) -> dict[str, Any]:
+    """What ``done.json`` says of a finished stage; empty where the stage is not finished, or lacks its files. Raises
+    ``InputError`` when the file is damaged."""
+    said = mark(place / DONE)
+    return {} if lacking(said) else said
+
+
 def is_done(place: Path, inputs: str) -> bool:
     """Whether a stage's folder holds its result with these inputs."""
-    return mark(place / DONE).get("inputs_sha256") == inputs
+    return done(place).get("inputs_sha256") == inputs
 
 
 def begin(place: Path, inputs: str, made_by: Mapping[str, Any]) -> tuple[float, bool]:

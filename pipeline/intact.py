@@ -15,7 +15,7 @@ from typing import Any
 
 from matter import archive
 from matter.errors import InputError
-from pipeline import folder, provenance, stages
+from pipeline import folder, provenance, stages, store
 
 _SUFFIXES = (".vtkhdf", ".h5", ".csv", ".json", ".toml", ".ply")
 _LATER = ("sensitivity.json", "done.json", "begun.json", "status.json")
@@ -61,10 +61,48 @@ def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -
 
 
 def check_shown(run: Path, stage: str) -> None:
-    """Hold what a run shows of a finished stage against its record, contents too; raises as ``check``."""
+    """Hold what a run shows of a finished stage against its record, contents too; raises as ``check``, and where the
+    stage was begun and is not finished."""
     place = stages.folder(run, stage)
     if done := folder.mark(place / folder.DONE):
+        _refuse_empty(run, place, done)
         check(place, stage, done.get("files", {}), content=True)
+    elif (place / folder.BEGUN).is_file():
+        _refuse_unfinished(run, place)
+
+
+def check_file(path: Path) -> None:
+    """Hold one file of a finished stage against its record, content too; a file that no stage recorded passes. Raises
+    as ``check``."""
+    path = path.absolute()
+    place = next((above for above in path.parents[:3] if (above / folder.DONE).is_file()), None)
+    if place is None:
+        return
+    done, name = folder.mark(place / folder.DONE), str(path.relative_to(place))
+    if entry := done.get("files", {}).get(name):
+        check(place, str(done.get("stage")), {name: entry}, content=True)
+
+
+def require_done(run: Path, stage: str) -> None:
+    """Raise ``InputError`` where a run has not finished a stage; it names who makes it, or how it is finished."""
+    place = stages.folder(run, stage)
+    if done := folder.mark(place / folder.DONE):
+        _refuse_empty(run, place, done)
+    elif (place / folder.BEGUN).is_file():
+        _refuse_unfinished(run, place)
+    elif place.is_symlink() or not place.is_dir():  # a folder without marks was filled by hand
+        raise InputError(f"{run} has no finished {place.name} yet: run_case {run} makes it")
+
+
+def _refuse_empty(run: Path, place: Path, done: Mapping[str, Any]) -> None:
+    if missing := folder.lacking(done):
+        raise InputError(f"{place} is called done and lacks {', '.join(missing)}: run_case {run} makes it again")
+
+
+def _refuse_unfinished(run: Path, place: Path) -> None:
+    if maker := store.maker(place):
+        raise InputError(f"{place} is being made by {maker}: wait until it is done")
+    raise InputError(f"{place} was begun and is not finished: run_case {run} goes on with it")
 
 
 def _is_entry(entry: Any) -> bool:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import math
 import typing
@@ -275,11 +276,15 @@ _SIZES = {
 
 def places(word: str) -> list[str]:
     """Full names of the keys and tables that are called ``word``, ``["impact.speed"]`` for "speed"."""
-    names = []
+    return _by_last_word().get(word, [])
+
+
+@functools.cache
+def _by_last_word() -> dict[str, list[str]]:
+    names: dict[str, list[str]] = {}
     for table in tables():
-        if table.path[-1] == word:
-            names.append(table.name)
-        names += [key.name for key in keys(table) if key.path[-1] == word]
+        for path in (table.path, *(key.path for key in keys(table))):
+            names.setdefault(path[-1], []).append(".".join(path))
     return names
 
 

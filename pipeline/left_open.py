@@ -2,7 +2,7 @@
 expected crater, kind of ground.
 
     [case] title      the case's name
-    [case] stages     nbody where the case has its table or leaves speed or angle to it; sph; bed, handoff, dem where
+    [case] stages     nbody where the case has its table; sph; bed, handoff, dem where
                       the case has one of their tables, or where there is weight and strength does not hold the crater
                       (loose grains would let it slump); crater. On an ellipsoid or mesh: sph, crater, and of the
                       others those whose table the case has
@@ -34,7 +34,7 @@ from pipeline.toml_lines import KeyPath
 EXTENT = 2.2
 """Depth and half width of flat ground over the expected diameter."""
 FROM_ENCOUNTERS = {"speed": "15 km/s", "angle_from_vertical": "45 deg"}
-"""[impact] may leave these to the encounter statistics; until those exist, checks and predictions use the
+"""A case with the stage nbody may leave these of [impact] to it; until that is done, checks and predictions use the
 placeholders."""
 DIAMETER = ("impact", "expected_transient_diameter")
 _GRAINS = ("bed", "handoff", "dem")
@@ -177,10 +177,9 @@ def _fill(document: dict[str, Any], crater: Any) -> list[KeyPath]:
 
 
 def _chain(document: dict[str, Any], crater: Any) -> tuple[str, ...]:
-    impact = document["impact"]
     solid = document["target"].get("shape") in SOLIDS
     wanted = {"sph", "crater"}
-    if "nbody" in document or any(key not in impact for key in FROM_ENCOUNTERS):
+    if "nbody" in document:
         wanted.add("nbody")
     if solid:
         wanted.update(stage for stage in _GRAINS if stage in document)

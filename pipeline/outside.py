@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import shutil
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
-from matter import archive, formats, snapshot
+from matter import archive, formats, snapshot, toml_input
 from matter.body import Model
 from matter.errors import InputError
 from matter.particles import FIELDS
@@ -100,8 +99,8 @@ def no_ground(files: Mapping[str, Path], settings: Mapping[str, Model]) -> list[
 
 def _check_impact(path: Path) -> None:
     try:
-        content = tomllib.loads(path.read_text())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
+        content = toml_input.loads(path.read_text())
+    except ValueError as reason:
         raise InputError(f"{path} is not valid TOML: {reason}") from None
     missing = [key for key in ("speed", "angle_from_vertical") if key not in content]
     if missing:

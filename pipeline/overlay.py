@@ -4,9 +4,9 @@ tables."""
 from __future__ import annotations
 
 import copy
-import tomllib
 from typing import Any
 
+from matter import toml_input
 from matter.errors import InputError
 from pipeline.toml_lines import KeyPath
 
@@ -31,15 +31,23 @@ def parsed(assignment: str) -> tuple[KeyPath, Any]:
     """
     key, equals, text = assignment.partition("=")
     parts = [part.strip() for part in key.split(".")]
-    if not equals or not all(parts):
-        raise InputError(f"--set {assignment!r}: write it as key.path=value, --set 'sph.end_time=30 min' for example")
+    if not equals or not all(parts) or len(parts) > toml_input.DEEPEST:
+        raise InputError(
+            f"--set {assignment[:80]!r}: write it as key.path=value, --set 'sph.end_time=30 min' for example"
+        )
     text = text.strip()
     try:
-        table = tomllib.loads(f"value = {text}")
+        table = toml_input.loads(f"value = {text}")
         value = table["value"] if set(table) == {"value"} else text
-    except tomllib.TOMLDecodeError:
+    except toml_input.BeyondLimits as reason:
+        raise InputError(f"--set {key}: {reason}") from None
+    except ValueError:
         value = text
-    return tuple(int(part) if part.isdigit() else part for part in parts), value
+    return tuple(int(part) if _is_index(part) else part for part in parts), value
+
+
+def _is_index(part: str) -> bool:
+    return part.isascii() and part.isdecimal() and len(part) < 10
 
 
 def assigned(document: dict[str, Any], path: KeyPath, value: Any) -> dict[str, Any]:

@@ -98,13 +98,16 @@ def chosen(entries: Iterable[Held], names: Iterable[str] = (), budget: float | N
 
 
 def remove(out: Path, going: Iterable[Held]) -> list[str]:
-    """Remove folders of the store; names of those that are being made and stay. What a kill leaves half removed goes
-    the next time."""
+    """Remove folders of the store; names of those that are being made, or that a run at work shows, and stay. What a
+    kill leaves half removed goes the next time."""
     place, busy = Path(out) / store.STORE, []
     for left in place.glob(f"{_TRASH}-*"):
         shutil.rmtree(left, ignore_errors=True)
     for one in going:
         entry = one.name.removesuffix(".anew").removesuffix(".old")
+        if any(lock.taken(place_of / "run.lock") for run in one.runs for place_of in (run, run.parent)):
+            busy.append(one.name)
+            continue
         try:
             with lock.held(place / store.LOCKS / entry, entry):
                 trash = place / f"{_TRASH}-{one.name}"

@@ -50,8 +50,9 @@ def run(request: Request, screen: Screen) -> Outcome:
         _clear_the_way(request, journal.interrupted)
         describe(run_folder, request.case, request.wanted, settings, threads)
         progress.listen(journal.hear)
+        progress.listen(_stop_between)
         progress.hear(journal.tell)
-        outcome = Outcome(run_folder)
+        outcome = Outcome(run_folder, _unsound_before(request))
         try:
             for stage in _to_do(request):
                 if progress.stop_requested():
@@ -77,6 +78,25 @@ def _to_do(request: Request) -> list[str]:
     """The wanted stages, after those before them whose result the case takes from elsewhere."""
     before = stages.ORDER[: stages.ORDER.index(request.wanted[0])]
     return [stage for stage in before if stage in request.case.outside] + list(request.wanted)
+
+
+def _unsound_before(request: Request) -> dict[str, str]:
+    """What stages said that ended unsound and are not asked for anew: the results after them rest on theirs."""
+    run_folder, said = request.run_folder, dict[str, str]()
+    for stage in stages.ORDER[: stages.ORDER.index(request.wanted[0])]:
+        if stage in request.case.stages and (words := folder.done(stages.folder(run_folder, stage)).get("unsound")):
+            said[stage] = str(words).replace(_RUN, str(run_folder))
+    return said
+
+
+_WITHOUT_CHECKPOINTS = ("handoff", "crater")
+
+
+def _stop_between(state: progress.Progress) -> None:
+    """Stages of a minute keep no checkpoints: asked to stop, they end at what they report next, and are made again.
+    Raises ``Stopped``."""
+    if state.stage in _WITHOUT_CHECKPOINTS and state.fraction < 1.0:
+        progress.stop_here(state.stage)
 
 
 def _of_old_layout(request: Request, old: list[str], screen: Screen) -> Outcome:
@@ -139,8 +159,7 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
             _there(request, stage, done, f"taken from the store, {entry.name}", journal, outcome)
             return
         for earlier in dict.fromkeys(file.partition("/")[0] for file in stages.READS[stage] if source is None):
-            there = stages.folder(run_folder, earlier)
-            intact.check(there, earlier, folder.record(there / folder.DONE).get("files", {}), content=True)
+            intact.check_shown(run_folder, earlier)
         place = entry.anew if done else entry.place
         if stage in anew and not anew[stage]:
             folder.remove(place)
@@ -213,7 +232,7 @@ def _make(
     run_folder, source = request.run_folder, request.case.outside.get(stage)
     label, made_by = stages.folder(run_folder, stage).name, who.as_record()
     spent, continued = folder.begin(place, who.inputs, made_by)
-    out = view.show(run_folder, stage, place)
+    view.show(run_folder, stage, place)
     journal.opens(stage)
     journal.screen.begins(stage, f"{label}: {'continued' if continued else 'begins'}")
     journal.log(f"{label} {'continued' if continued else 'begins'}, {place.name}")
@@ -222,14 +241,14 @@ def _make(
     more: dict[str, Any] = dict(made_by)
     try:
         if source is not None:
-            outside.install(stage, source, out, settings)
+            outside.install(stage, source, place, settings)
             more["from"] = str(source.resolve())
         else:
             with compiling.told(lambda words: journal.screen.say(f"  {stage}  {words}")):
-                stages.make(stage, settings, run_folder, out)
+                stages.make(stage, settings, run_folder, place)
     except Unsound as reason:
-        outcome.unsound[stage] = str(reason)
-        more["unsound"] = str(reason).replace(str(run_folder), _RUN)
+        outcome.unsound[stage] = str(reason).replace(str(place), str(stages.folder(run_folder, stage)))
+        more["unsound"] = outcome.unsound[stage].replace(str(run_folder), _RUN)
     except BaseException:
         folder.note_spent(place, who.inputs, spent + time.monotonic() - began, made_by)
         raise
@@ -241,6 +260,11 @@ def _make(
         "files": intact.files_of(place),
         **cadence.taken(),
     }
+    if missing := folder.lacking({"stage": stage, **sizes}):
+        raise InputError(
+            f"{label} ended without {', '.join(missing)} in {place}: something took the folder's files away while the "
+            f"stage was made; the same command makes it again"
+        )
     folder.finish(place, stage, who.inputs, wall_s, **more, **sizes)
     note = f"; UNSOUND: {outcome.unsound[stage]}" if "unsound" in more else "; taken from a file" if source else ""
     journal.screen.ends(stage, f"{label}: done in {wall_s:.1f} s{note}")

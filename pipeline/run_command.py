@@ -295,7 +295,7 @@ def _pruned(name: str | None, out: Path, budget: str | None, only_say: bool) -> 
     print(pruning.table(entries, going), flush=True)
     if not only_say:
         for one in pruning.remove(out, going):
-            print(f"{one} is being made: it stays")
+            print(f"{one} is in use by a run: it stays")
     return 0
 
 
@@ -306,9 +306,9 @@ def _draw_movie(run: Path, field: str) -> None:
 
     name = "movie" if field == "material" else f"movie_{field}"
     paths = [run / "6_crater" / f"{name}{ending}" for ending in movie.endings()]
-    view.own(run, "crater").mkdir(exist_ok=True)
     note = "" if len(paths) > 1 else f" (for an .mp4: {drawing.INSTALL})"
-    print(f"{movie.write(run, paths, colour=field)} frames: {', '.join(map(str, paths))}{note}")
+    with view.owned(run, "crater"):
+        print(f"{movie.write(run, paths, colour=field)} frames: {', '.join(map(str, paths))}{note}")
 
 
 def _checked(request: Any, settings: Any) -> int:

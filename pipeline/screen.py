@@ -23,6 +23,14 @@ def duration(seconds: float | None) -> str:
     return f"{int(seconds) // 3600} h {int(seconds) % 3600 // 60:02d} min"
 
 
+def left(state: Progress) -> str:
+    """The wall time left; of work that may end earlier, the least and the most."""
+    most = f"{duration(state.eta_s)} left"
+    if state.soonest <= 0.0 or not math.isfinite(state.eta_s):
+        return most
+    return f"{duration(state.soonest_eta_s)} to {most}" if state.done < state.soonest else f"at most {most}"
+
+
 def screen() -> PlainScreen | BarScreen:
     """The screen that fits standard output."""
     return BarScreen() if sys.stdout.isatty() else PlainScreen()
@@ -47,7 +55,7 @@ class PlainScreen:
         """A stage reports where it is."""
         if time.monotonic() - self._printed >= LINE_EVERY_S:
             self._printed = time.monotonic()
-            self.say(f"  {stage}  {100 * state.fraction:5.1f} %  {duration(state.eta_s)} left  {state.note}".rstrip())
+            self.say(f"  {stage}  {100 * state.fraction:5.1f} %  {left(state)}  {state.note}".rstrip())
 
     def ends(self, stage: str, text: str) -> None:
         """A stage is done."""
@@ -83,7 +91,7 @@ class BarScreen:
         from rich.progress import BarColumn, TextColumn
         from rich.progress import Progress as Bar
 
-        words = [TextColumn("{task.fields[left]} left"), TextColumn("{task.fields[note]}")]
+        words = [TextColumn("{task.fields[left]}"), TextColumn("{task.fields[note]}")]
         columns = (TextColumn("{task.description}"), BarColumn(24), TextColumn("{task.percentage:5.1f} %"), *words)
         self._bar = Bar(*columns, transient=True, auto_refresh=False)
         self._task: Any = None
@@ -102,9 +110,7 @@ class BarScreen:
         """A stage reports where it is."""
         if self._task is None:
             self._open(stage)
-        self._bar.update(
-            self._task, completed=state.fraction, left=duration(state.eta_s), note=state.note, refresh=True
-        )
+        self._bar.update(self._task, completed=state.fraction, left=left(state), note=state.note, refresh=True)
 
     def ends(self, stage: str, text: str) -> None:
         """A stage is done: its bar goes."""
@@ -116,7 +122,7 @@ class BarScreen:
         self._clear()
 
     def _open(self, stage: str) -> None:
-        self._task = self._bar.add_task(stage, total=1.0, left="--", note="")
+        self._task = self._bar.add_task(stage, total=1.0, left="-- left", note="")
         self._bar.start()
 
     def _clear(self) -> None:

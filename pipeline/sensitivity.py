@@ -15,7 +15,6 @@ bed. Controls: the carved bed without motion, the bed carved at the datum (``han
 from __future__ import annotations
 
 import csv
-import json
 import math
 import statistics
 from collections.abc import Iterable
@@ -272,10 +271,10 @@ def run(
 
     make(folder_of_run, only, threads, say=lambda words: print(words, flush=True), draws=draws)
     comparison = compare(folder_of_run, draws)
-    out = view.own(Path(folder_of_run), "handoff")
-    archive.write_text(out / FILE, json.dumps(comparison, indent=1))
-    book = ledgers.read(out / "ledger.json")
-    sensitivity_table.enter(comparison, book)
-    book.write(out / "ledger.json")
-    intact.renew(out, "ledger.json")
+    with view.owned(Path(folder_of_run), "handoff") as out:
+        archive.write_json(out / FILE, comparison)
+        book = ledgers.read(out / "ledger.json")
+        sensitivity_table.enter(comparison, book)
+        book.write(out / "ledger.json")
+        intact.renew(out, "ledger.json")
     print("\n" + sensitivity_table.text(comparison) + "\n")

@@ -38,6 +38,16 @@ READS = {
     "crater": ("sph", "handoff", "dem"),
 }
 
+# Without these files a stage is not done, whatever its ``done.json`` says.
+LEAVES = {
+    "nbody": ("impact.toml",),
+    "sph": ("target.json", "last.vtkhdf"),
+    "bed": ("bed.vtkhdf",),
+    "handoff": ("start.vtkhdf", "ledger.json"),
+    "dem": ("last.vtkhdf",),
+    "crater": ("measures.json",),
+}
+
 SHARED_TABLES = ("target", "impact")
 # fields of a stage's settings that no case says, and none of its files shows: they follow from another table
 FOLLOWING = ("densities",)

@@ -59,9 +59,9 @@ class Entry:
 
     @property
     def done(self) -> dict[str, Any]:
-        """What ``done.json`` says; empty where the stage is not finished. Raises ``InputError`` when the file is
-        damaged."""
-        return folder.mark(self.place / folder.DONE)
+        """What ``done.json`` says; empty where the stage is not finished or lacks its files. Raises ``InputError``
+        when the file is damaged."""
+        return folder.done(self.place)
 
     @contextmanager
     def held(self, wait: Callable[[str], None] | None = None) -> Iterator[None]:
@@ -88,3 +88,10 @@ class Entry:
             os.replace(made_in, self.place)
             shutil.rmtree(old, ignore_errors=True)
         return self.place
+
+
+def maker(place: Path) -> str:
+    """The process that makes the stage in a folder of the store, in words; empty where none does."""
+    place = place.resolve()
+    path = place.parent / LOCKS / place.name.removesuffix(_ANEW)
+    return lock.holder(path) if lock.taken(path) else ""

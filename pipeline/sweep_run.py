@@ -42,7 +42,7 @@ def state_of(sweep: Sweep, member: Member) -> State:
     """What a member's run folder says."""
     request = sweep.requests[member.name]
     last = request.wanted[-1]
-    if folder.record(stages.folder(request.run_folder, last) / folder.DONE):
+    if (done := folder.record(stages.folder(request.run_folder, last) / folder.DONE)) and not folder.lacking(done):
         return State("done", last, 1.0)
     told = folder.record(request.run_folder / "status.json")
     word = str(told.get("state", "to do"))

@@ -13,13 +13,14 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from matter import archive, checkpoint
+from matter import archive, checkpoint, lock
 from matter.errors import InputError, Unsound
 from pipeline import folder, identity, intact, stages
 from pipeline.run import Request, settings_of
@@ -42,13 +43,16 @@ class Verdict(NamedTuple):
 def verify(request: Request, say: Callable[[str], None]) -> list[Verdict]:
     """Compute a stretch of every wanted stage of a finished run again; ``say`` is told of each.
 
-    Raises ``InputError`` where a stage is not done, is damaged, or was made by another version of the code.
+    Raises ``InputError`` where a stage is not done, is damaged, or was made by another version of the code, and where
+    a run works in the folder.
     """
-    verdicts, settings = [], settings_of(request)
-    for stage in request.wanted:
-        verdict = _one(request, stage, settings)
-        verdicts.append(verdict)
-        say(words(verdict))
+    verdicts, settings = list[Verdict](), settings_of(request)
+    run = request.run_folder
+    with lock.held(run / "run.lock", str(run)) if run.is_dir() else nullcontext():
+        for stage in request.wanted:
+            verdict = _one(request, stage, settings)
+            verdicts.append(verdict)
+            say(words(verdict))
     return verdicts
 
 

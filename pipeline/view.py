@@ -5,7 +5,7 @@ alone.
         relative, so that a folder of runs may be moved; copies where a file system has no links
 
 What is written after a stage is done (rows of the ledger that a sensitivity fills, pages, movies) belongs to the run:
-``own`` turns the link into a folder of the run, with links to the large files and copies of the others.
+``owned`` turns the link into a folder of the run, with links to the large files and copies of the others.
 """
 
 from __future__ import annotations
@@ -13,12 +13,13 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
-from matter import archive
+from matter import archive, lock
 from matter.errors import InputError
-from pipeline import folder, stages
+from pipeline import folder, intact, stages
 
 ANEW = "anew.json"
 _LINKED = (".vtkhdf", ".h5", ".ply", ".bin")
@@ -46,8 +47,20 @@ def show(run: Path, stage: str, target: Path) -> Path:
     return link
 
 
+@contextmanager
+def owned(run: Path, stage: str) -> Iterator[Path]:
+    """The folder of a finished stage as one that belongs to the run and may be written to, while no run works in the
+    run folder. Raises ``InputError`` where the stage is not finished, or a run is at work."""
+    intact.require_done(run, stage)
+    with lock.held(run / "run.lock", str(run)):
+        intact.require_done(run, stage)
+        yield own(run, stage)
+
+
 def own(run: Path, stage: str) -> Path:
-    """The stage's folder as one that belongs to the run and may be written to."""
+    """The stage's folder as one that belongs to the run; the caller holds the lock of the run. Raises ``InputError``
+    where the stage is not finished: whoever makes it would lose it."""
+    intact.require_done(run, stage)
     link = stages.folder(run, stage)
     if not link.is_symlink() or not link.is_dir():
         for path in link.glob("*"):  # a copy of a run: files of the store are read-only

@@ -29,8 +29,6 @@ _PER_STEP, _PER_GRAVITY, _PER_PAIR, _PER_OUTPUT = 8.0e-7, 1.8e-6, 7.0e-10, 8.0e-
 _PER_FINE, _PER_WIDE = 1e-5, 6e-6
 _RECONSTRUCTED = 1.6
 _MORE_STEPS = 1.18
-_COUNTED = 1e6
-"""Up to so many particles of a projectile are counted, more are reckoned by their volume."""
 _EFFICIENCY = 0.85
 """Threads count as their number to this power."""
 
@@ -77,8 +75,8 @@ def _finest(settings: Settings) -> float:
     if not settings.impact.projectile.parts:
         count = max(projectile_particles(settings), 1.0)
         return min(settings.projectile_spacing, float((settings.impact.projectile.volume / count) ** (1.0 / 3.0)))
-    found = projectile.pellets(settings.impact.projectile, settings.projectile_spacing, settings.chosen_materials())
-    return float(found.width.min())
+    found = projectile.sizes(settings.impact.projectile, settings.projectile_spacing, settings.chosen_materials())
+    return min(width for _, width in found)
 
 
 def _courant(settings: Settings, spacing: float, material: str, late: float | None) -> float:
@@ -131,9 +129,6 @@ def projectile_particles(settings: Settings) -> float:
     if settings.control:
         return 0.0
     ball, spacing = settings.impact.projectile, settings.projectile_spacing
-    wanted = ball.volume / spacing**3
-    if wanted > _COUNTED:
-        return wanted
     return float(projectile.count(ball, spacing, settings.chosen_materials(), settings.symmetry))
 
 

@@ -22,6 +22,8 @@ from sph import symmetry as symmetries
 from sph.materials import Materials
 from sph.target import Body
 
+MANY = 1e6
+"""Particles of a ball beyond which a prediction goes by its volume."""
 MOST_IN_ONE = 3.5
 """Volume of a ball, in cubes of a spacing, up to which it is one particle."""
 
@@ -80,20 +82,44 @@ def pellets(ball: Projectile, spacing: float, materials: Materials) -> Pellets:
 
 def _places(part: Part, number: int, volume: float, spacing: float) -> np.ndarray:
     """Places (n, 3) [m] of one part's particles about its centre."""
+    _fits(part, number, volume)
     if part.size is None:
         return in_ball((3.0 * volume / (4.0 * math.pi)) ** (1.0 / 3.0), spacing)
-    if volume > math.prod(part.size):
+    return in_box(part.size, spacing)
+
+
+def sizes(ball: Projectile, spacing: float, materials: Materials) -> list[tuple[float, float]]:
+    """Number of particles of each part, and the width [m] that their support goes by, without a place of any: a box
+    of many cells costs no more than one of few. Of a ball of more than a million the number is that of its volume.
+    Raises as ``pellets``."""
+    mass, found = float(materials.bulk_density[materials.index(ball.material)]) * ball.volume, []
+    for number, part in enumerate(ball.parts, 1):
+        volume = part.share * mass / float(materials.bulk_density[materials.index(ball.material_of(part))])
+        _fits(part, number, volume)
+        if part.size is not None:
+            found.append((math.prod(float(max(1, round(length / spacing))) for length in part.size), spacing))
+            continue
+        wanted = volume / spacing**3
+        n = wanted if wanted > MANY else float(len(_places(part, number, volume, spacing)))
+        found.append((n, (volume / n) ** (1.0 / 3.0)))
+    return found
+
+
+def _fits(part: Part, number: int, volume: float) -> None:
+    if part.size is not None and volume > math.prod(part.size):
         raise InputError(
             f"[impact.projectile] parts, number {number}: {volume:.3g} m^3 of solid matter do not fit into a box of "
             f"{math.prod(part.size):.3g} m^3; enlarge its size or lower its share"
         )
-    return in_box(part.size, spacing)
 
 
-def count(ball: Projectile, spacing: float, materials: Materials, symmetry: str = "none") -> int:
-    """Number of particles, all images of a ``symmetry`` counted."""
+def count(ball: Projectile, spacing: float, materials: Materials, symmetry: str = "none") -> float:
+    """Number of particles, all images of a ``symmetry`` counted; of a ball of more than a million that of its
+    volume."""
     if ball.parts:
-        return len(pellets(ball, spacing, materials).share)
+        return sum(n for n, _ in sizes(ball, spacing, materials))
+    if (wanted := ball.volume / spacing**3) > MANY:
+        return wanted
     return symmetries.copies(symmetry) * len(in_ball(ball.radius, spacing, symmetry))
 
 

@@ -165,7 +165,7 @@ class Settings(_Keys):
                 "contact; leave it out"
             )
         if ball.parts:
-            projectile.pellets(ball, self.projectile_spacing, materials)
+            projectile.sizes(ball, self.projectile_spacing, materials)
         return self
 
     def chosen_materials(self) -> material_rows.Materials:

@@ -110,5 +110,5 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         job.relax(report)
     job.follow_impact(report, relaxation)
     job.finish()
-    archive.write_text(job.out / "stage_report.json", json.dumps(stage_report.of(job), indent=1))
+    archive.write_json(job.out / "stage_report.json", stage_report.of(job))
     checkpoint.keep_last(job.out)

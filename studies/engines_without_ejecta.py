@@ -74,7 +74,7 @@ def books(folder: Path, seconds: float) -> dict[str, float]:
     """Momentum and kinetic energy (with the spins') at the start and ``seconds`` on, from the history, linear between
     its rows."""
     with (folder / "history.csv").open() as lines:
-        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
+        rows = [{key: float(value or "nan") for key, value in row.items()} for row in csv.DictReader(lines)]
     time = np.array([row["time_s"] for row in rows])
     energy = np.array([row["kinetic_J"] + row["rotational_J"] for row in rows])
     momentum = np.array([row["momentum_z"] for row in rows])

@@ -121,7 +121,7 @@ def books(folder: Path, after: float) -> list[str]:
     """Vertical momentum and energies of all grains at the start of the collapse and ``after`` [s], from its history
     (the row nearest to it), and the kinetic energy of bed and ejecta in the first snapshots."""
     with (folder / "5_dem" / "history.csv").open() as lines:
-        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
+        rows = [{key: float(value or "nan") for key, value in row.items()} for row in csv.DictReader(lines)]
     begin = rows[0]
     then = min(rows, key=lambda row: abs(row["time_s"] - begin["time_s"] - after))
     parts = []

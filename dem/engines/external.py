@@ -137,13 +137,11 @@ class ExternalCollapse(Collapse):
         self.engine.write(self.scene, plan, self.folder, DECK)
         if resume is None:
             self._due()
-        progress = Progress("dem", settings.end_time, start=bed.time)
+        progress = Progress("dem", settings.latest_time, start=bed.time, soonest=settings.end_time)
         running = program.start(settings.engine, DECK, settings.ranks, self.folder, LOG)
         try:
             for step in self._finished_steps(running, bed.steps, total):
                 self._take(step)
-                if bed.time > settings.end_time:
-                    progress.total = settings.latest_time
                 progress.update(bed.time, f"{settings.engine}: {bed.speed:.3g} m/s", force=True)
                 if bed.time >= settings.end_time and self.still.change < settings.still_change:
                     break

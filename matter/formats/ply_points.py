@@ -16,7 +16,13 @@ from matter.formats.columns import components
 from matter.particles import Particles
 
 # PLY 1.0 knows no integers of 64 bits: identities go as doubles, exact up to 2^53
-_KIND = {"f8": ("<f8", "double"), "i8": ("<f8", "double"), "i4": ("<i4", "int"), "i1": ("<i1", "char")}
+_KIND = {
+    "f8": ("<f8", "double"),
+    "f4": ("<f4", "float"),
+    "i8": ("<f8", "double"),
+    "i4": ("<i4", "int"),
+    "i1": ("<i1", "char"),
+}
 
 
 def write(particles: Particles, path: Path) -> None:

@@ -16,7 +16,7 @@ from matter import archive
 from matter.errors import InputError
 from matter.particles import FIELDS, Particles
 
-_NAMES = {"f8": "double", "i8": "vtktypeint64", "i4": "int", "i1": "char"}
+_NAMES = {"f8": "double", "f4": "float", "i8": "vtktypeint64", "i4": "int", "i1": "char"}
 
 
 def write(particles: Particles, path: Path) -> None:

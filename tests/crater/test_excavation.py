@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from crater import catalogue as catalogues
 from crater import datum as datums
-from crater import excavation, flight, report_matter
+from crater import excavation, flight, report_matter, size_classes, thrown_out
+from crater.findings import Ejected, Setting
 from matter import archive
 from matter.errors import InputError
 from matter.particles import Particles
@@ -159,6 +163,28 @@ def test_the_blanket_says_which_depth_lies_where():
     escaped = (rows.fate == flight.ESCAPES) & (rows.time <= 10.0) & (np.arange(len(rows.mass)) % 10 != 0)
     assert mass[-1].sum() == pytest.approx(rows.mass[escaped].sum())
     assert facts["blanket"][0]["peak_pressure_half_Pa"] > facts["blanket"][3]["peak_pressure_half_Pa"]
+
+
+@pytest.mark.parametrize(
+    ("ground", "speed", "known"), [("plane", 0.0, False), ("plane", 250.0, True), ("sphere", 0.0, True)]
+)
+def test_who_knows_no_escape_speed_has_no_row_for_what_escapes(monkeypatch, ground, speed, known):
+    """Flat ground does not say of which body it is; of a body the speed follows."""
+    rows, last = thrown()
+    if not known:
+        rows = rows._replace(fate=np.zeros_like(rows.fate))
+    datum = GROUND if ground == "plane" else datums.sphere(1e4)
+    setting = Setting(SimpleNamespace(escape_speed=speed), Path(), datum, G, (1.0, 1.0))
+    moment = SimpleNamespace(value=lambda name: 2.0 * CRATER, measures=SimpleNamespace(datum=GROUND), time=10.0)
+    monkeypatch.setattr(catalogues, "of", lambda *_: rows)
+    monkeypatch.setattr(size_classes, "of", lambda *_: np.zeros(len(rows.mass)))
+    monkeypatch.setattr(size_classes, "masses", lambda *_: {"dust": dict.fromkeys(("lands beyond", "escapes"), 1.0)})
+    found, reasons = thrown_out.of_run(setting, Ejected(), moment, False, [], last)
+    assert setting.escape_known == known and not reasons
+    tables = [found.fates["target_kg"], found.fates["projectile_kg"], found.fates["size_classes_kg"]["dust"]]
+    assert [("escapes" in table) for table in tables] == [known] * 3
+    assert [part["escapes"] for part in found.excavation["blanket"]].count(True) == known
+    assert ("<td>escapes" in report_matter.fates(found.fates)) == known
 
 
 def rim(turned):

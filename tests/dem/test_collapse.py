@@ -70,7 +70,7 @@ def result(carved):
 def history(out):
     with open(out / "history.csv") as file:
         rows = list(csv.DictReader(file))
-    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    return {name: np.array([float(row[name] or "nan") for row in rows]) for name in rows[0]}
 
 
 def test_balances_hold(result):
@@ -78,6 +78,14 @@ def test_balances_hold(result):
     assert found["momentum_error"].max() < 1e-11 and found["angular_momentum_error"].max() < 1e-11
     assert np.abs(found["energy_error"]).max() < 0.01
     assert np.all(np.diff(found["dissipated_contacts_J"]) >= 0.0)
+
+
+def test_what_is_not_known_yet_is_an_empty_cell_and_null(result):
+    """Neither JSON nor a spreadsheet knows NaN and infinity."""
+    text = (result / "history.csv").read_text()
+    assert "inf" not in text and "nan" not in text and np.isnan(history(result)["profile_change"][0])
+    report = (result / "stage_report.json").read_text()
+    assert "NaN" not in report and "Infinity" not in report
 
 
 def test_it_ends_between_its_two_times_and_leaves_its_files(result):

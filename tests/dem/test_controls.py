@@ -57,7 +57,7 @@ def collapsed(run, start, folder) -> tuple[Particles, dict[str, np.ndarray]]:
     with open(folder / "5_dem" / "history.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     return snapshot.read(folder / "5_dem" / "last.vtkhdf"), {
-        name: np.array([float(row[name]) for row in rows]) for name in rows[0]
+        name: np.array([float(row[name] or "nan") for row in rows]) for name in rows[0]
     }
 
 

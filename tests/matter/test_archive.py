@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import subprocess
 import sys
@@ -70,3 +71,21 @@ print(list(archive.read(path)[0]))
     assert (said.returncode, said.stderr) == (0, "")
     assert said.stdout.split("\n") == ["File too large", "['x']", ""]
     assert [path.name for path in tmp_path.iterdir()] == ["a.h5"]
+
+
+def test_json_holds_plain_numbers_and_null_for_what_is_not_finite(tmp_path):
+    content = {
+        "a": float("nan"),
+        "b": [np.float32("inf"), -np.inf, 1.5],
+        "c": np.arange(2),
+        "d": np.bool_(True),
+        5: "x",
+    }
+    archive.write_json(tmp_path / "a.json", content)
+
+    def refused(name):
+        raise ValueError(name)
+
+    read = json.loads((tmp_path / "a.json").read_text(), parse_constant=refused)
+    assert read == {"a": None, "b": [None, None, 1.5], "c": [0, 1], "d": True, "5": "x"}
+    assert type(read["c"][0]) is int and read["d"] is True

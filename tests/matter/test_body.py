@@ -39,8 +39,8 @@ def test_the_published_energy():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"angle_from_vertical": math.radians(90)}, "must lie in"),
-        ({"angle_from_vertical": -0.1}, "must lie in"),
+        ({"angle_from_vertical": math.radians(90)}, "must be at least 0 and less than 90 deg"),
+        ({"angle_from_vertical": -0.1}, "must be at least 0 and less than 90 deg"),
         ({"speed": 0.0}, "greater than 0"),
         ({"projectile": {"material": "icee", "radius": 1.0}}, "did you mean 'ice'"),
         ({"colour": "white"}, "Extra inputs"),

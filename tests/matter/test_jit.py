@@ -144,6 +144,17 @@ def test_the_folder_of_kernels_is_made_for_its_owner_alone(cache):
     assert jit.cache_root() == cache and cache.stat().st_mode & 0o777 == 0o700
 
 
+@pytest.mark.parametrize("given", ["", "relative/caches"])
+def test_a_cache_folder_that_is_no_place_counts_as_not_given(cache, tmp_path, monkeypatch, given):
+    """XDG Base Directory Specification: empty is as if not set, a relative path is to be ignored."""
+    monkeypatch.delenv("BOLIDE_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", given)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.chdir(tmp_path)
+    assert jit.cache_root() == tmp_path / "home" / ".cache" / "bolide" / "kernels"
+    assert [path.name for path in tmp_path.iterdir()] == ["home"]
+
+
 @pytest.mark.parametrize("mode", [0o770, 0o707, 0o777])
 def test_a_folder_of_kernels_that_others_may_write_to_is_refused(cache, mode):
     cache.mkdir()

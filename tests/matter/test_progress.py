@@ -9,6 +9,7 @@ import pytest
 from matter import progress
 from matter.errors import Stopped
 from matter.progress import Progress
+from pipeline import screen
 
 
 @pytest.fixture(autouse=True)
@@ -46,6 +47,24 @@ def test_the_time_left_counts_from_where_this_session_began(monkeypatch):
     state.update(60.0)
     assert state.eta_s == pytest.approx(40.0)
     assert Progress("x", 0.0).fraction == 0.0
+
+
+def test_the_time_left_of_work_that_may_end_earlier_never_goes_up(monkeypatch):
+    """A collapse of 100 s, or up to 300 s where the ground has not come to rest, at an even pace."""
+    now, said = [0.0], []
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    state = Progress("dem", 300.0, soonest=100.0, _started=0.0)
+    for second in (0.0, 50.0, 99.0, 101.0, 150.0, 299.0):
+        now[0] = second
+        state.update(second)
+        said.append((state.fraction, state.eta_s, screen.left(state)))
+    assert [words for _, _, words in said] == [
+        "-- left", "50.0 s to 4 min 10 s left", "1.0 s to 3 min 21 s left", "at most 3 min 19 s left",
+        "at most 2 min 30 s left", "at most 1.0 s left",
+    ]  # fmt: skip
+    shares, left = ([row[k] for row in said[1:]] for k in (0, 1))
+    assert shares == sorted(shares) and left == sorted(left, reverse=True)
+    assert screen.left(Progress("sph", 600.0, _started=0.0, done=299.0)) == "5 min 01 s left"
 
 
 def test_a_request_to_stop_is_raised_at_the_next_safe_place():

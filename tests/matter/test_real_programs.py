@@ -186,6 +186,22 @@ def test_our_ply_is_what_others_read(tmp_path):
     np.testing.assert_array_equal(raw["identity"], ours.identity)
 
 
+@pytest.mark.parametrize("name", ["grains.data", "grains.liggghts", "grains.vtk", "grains.ply", "grains.csv"])
+def test_grains_whose_origin_is_not_known_are_exported(tmp_path, name):
+    """After the handoff NaN in ``first_depth`` says that a grain holds no matter of the target."""
+    ours = grains(20)
+    ours["first_depth"] = np.where(np.arange(20) == 3, np.nan, 7.0)
+    formats.export(ours, tmp_path / name)
+    text = (tmp_path / name).read_bytes()
+    if name.endswith((".data", ".liggghts")):
+        assert b"nan" not in text and len(text.splitlines()) > 40
+    if name.endswith(".csv"):
+        np.testing.assert_array_equal(formats.read(tmp_path / name).first_depth, ours.first_depth)
+    ours["first_depth"] = np.full(20, np.inf)
+    with pytest.raises(InputError, match="'first_depth' has 20 values that are not finite"):
+        formats.export(ours, tmp_path / name)
+
+
 def test_what_cannot_be_exported_is_a_message(tmp_path):
     points = Particles({"position": np.eye(3), "mass": np.ones(3)})
     with pytest.raises(InputError, match="lacks radius"):

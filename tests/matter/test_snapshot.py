@@ -224,3 +224,13 @@ def test_the_series_index_lists_snapshots_in_order_of_time(tmp_path, full):
     index = json.loads((tmp_path / "snap.vtkhdf.series").read_text())
     assert [entry["name"] for entry in index["files"]] == ["snap_0000.vtkhdf", "snap_0001.vtkhdf"]
     assert [path.name for path in snapshot.series(tmp_path)] == ["snap_0000.vtkhdf", "snap_0001.vtkhdf"]
+
+
+def test_snapshots_beyond_the_9999th_stay_in_order(tmp_path):
+    names = [f"snap_{number:04d}.vtkhdf" for number in (9998, 9999, 10000, 10001)]
+    for name in reversed(names):
+        (tmp_path / name).touch()
+    assert [path.name for path in snapshot.series(tmp_path)] == names
+    snapshot.write_series(tmp_path, dict.fromkeys(reversed(names), 5.0), "snap")  # one moment: by their numbers
+    index = json.loads((tmp_path / "snap.vtkhdf.series").read_text())
+    assert [entry["name"] for entry in index["files"]] == names

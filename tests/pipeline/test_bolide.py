@@ -15,6 +15,7 @@ from bolide import values
 from crater.radial_profile import Profile, write_csv
 from matter import snapshot
 from matter.particles import Particles
+from pipeline import intact
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -186,6 +187,41 @@ def test_another_code_s_text_becomes_a_snapshot(tmp_path):
         bolide.import_snapshot(text, tmp_path / "b.h5", materials="ice,water")
 
 
+def flipped(path: Path, byte: int, bit: int) -> None:
+    content = bytearray(path.read_bytes())
+    content[byte] ^= bit
+    path.write_bytes(bytes(content))
+
+
+def test_a_result_that_was_altered_is_refused_and_never_read_as_good(run):
+    """Of a stage with its record: a digit that became another, whatever is read."""
+    for stage, name in (("sph", "2_sph"), ("dem", "5_dem"), ("handoff", "4_handoff"), ("crater", "6_crater")):
+        content = {"stage": stage, "files": intact.files_of(run.folder / name)}
+        (run.folder / name / "done.json").write_text(json.dumps(content))
+    assert run.history("sph")["momentum_x"][0] == 2.0 and len(run.profile()) == 50
+    altered = {
+        "2_sph/history.csv": lambda: run.history("sph"),
+        "2_sph/snap_0000.vtkhdf": lambda: run.snapshot(0.0),
+        "4_handoff/ledger.json": lambda: run.ledger,
+        "6_crater/measures.json": lambda: run.measures,
+        "6_crater/profile.csv": lambda: run.profile(),
+    }
+    for name, read in altered.items():
+        read()
+        run.__dict__.pop("measures", None)
+        flipped(run.folder / name, -20, 1)
+        with pytest.raises(bolide.InputError, match=rf"is not as the stage left it: {Path(name).name} has other"):
+            read()
+
+
+@pytest.mark.parametrize("content", [b"a,b\n1,2\n1,2,3\n", b"a,b\n1,\xff\n", b"", b'a,"b\n1,2\n'])
+def test_a_table_that_is_none_is_a_message(run, content):
+    """Of a run without records, such as one that an older version made."""
+    (run.folder / "2_sph" / "history.csv").write_bytes(content)
+    with pytest.raises(bolide.InputError, match=r"history\.csv is damaged, it is not a table"):
+        run.history("sph")
+
+
 def test_commands_by_the_module():
     def start(*arguments: str) -> subprocess.CompletedProcess:
         return subprocess.run(
@@ -194,3 +230,5 @@ def test_commands_by_the_module():
 
     assert start().returncode == 2 and "run_case" in start("--help").stderr
     assert start("run_case", "--version").stdout.startswith("bolide ")
+    shown = start("--version")
+    assert shown.returncode == 0 and shown.stdout == start("run_case", "--version").stdout

@@ -37,6 +37,7 @@ def test_the_page_of_the_run_shows_the_fates_and_that_of_the_store_does_not(tmp_
     stored, run, out = tmp_path / ".store" / "crater-1", tmp_path / "run", tmp_path / "out"
     stored.mkdir(parents=True), run.mkdir()
     catalogue(stored / "ejecta.h5")
+    (stored / "done.json").write_text('{"stage": "crater"}')
     (stored / "report.html").write_text(page.document("A", ["before", flown.PLACE, "behind"]))
     (run / "6_crater").symlink_to("../.store/crater-1")
     assert fly(monkeypatch, run, "--out", out, "--duration", "50 day") == 0

@@ -4,6 +4,7 @@ from an empty folder to the report."""
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import time
@@ -151,7 +152,8 @@ def test_what_follows_from_a_mistake_is_no_second_one(tmp_path):
 
 def test_the_impact_of_the_encounters_sizes_the_crater_anew(tmp_path):
     file = tmp_path / "mine.toml"
-    file.write_text(OWN.read_text().replace('speed = "12 km/s"\n', ""))
+    left = [line for line in OWN.read_text().splitlines() if not line.startswith(("speed", "angle"))]
+    file.write_text("\n".join([*left, "[nbody]"]))
     case = cases.read(file)
     assert case.stages[0] == "nbody"
     found = tmp_path / "impact.toml"
@@ -190,3 +192,49 @@ def test_ten_lines_run_from_an_empty_folder_to_the_report(tmp_path):
     transient = measures["transient"]["diameter_apparent_m"]["value"]
     # scaling laws of rock give 150 km; two particles per crater radius find it within a third
     assert 100e3 < transient < 200e3
+
+
+MISTAKES = {
+    "speed": ("speed", None, r"\n.*own\.toml:\d+  impact\.speed: is missing, \"15 km/s\" for example .*\[nbody\]\)$"),
+    "angle": ("angle", None, r"\n.* impact\.angle_from_vertical: is missing, \"45 deg\" for example"),
+    "gravity": (
+        "gravity",
+        None,
+        r"\n.* target\.gravity: is missing: flat ground needs it, .*\"0 m/s\^2\" where none acts",
+    ),
+    "95 deg": (
+        "angle",
+        'angle_from_vertical = "95 deg"',
+        r"\n.*impact\.angle_from_vertical: .*90 deg \(given: 95 deg; 0",
+    ),
+    "axes": ("gravity", 'gravity = "1 m/s^2"\naxes = ["1 m", "1 m", "1 m"]', r"\n.* target: axes: needed by shape"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_the_mistakes_of_the_first_day_are_each_told_as_what_they_are(tmp_path, call, name):
+    """One line for one mistake: what follows from it is not told, and nothing is taken in its place."""
+    key, instead, words = MISTAKES[name]
+    text = OWN.read_text().splitlines()
+    assert sum(line.startswith(key) for line in text) == 1
+    changed = [(instead or "") if line.startswith(key) else line for line in text]
+    (tmp_path / "own.toml").write_text("\n".join(changed))
+    done = call("run_case", tmp_path / "own.toml", "--check", cwd=tmp_path)
+    assert done.returncode == 2 and ", 1 error:" in done.stderr, done.stdout + done.stderr
+    assert re.search(words, done.stderr.strip(), re.DOTALL), done.stderr
+
+
+def test_encounters_find_speed_and_angle_together(tmp_path):
+    text = OWN.read_text()
+    for gone, left in (("speed", "angle_from_vertical"), ("angle", "speed")):
+        own = "\n".join(line for line in text.splitlines() if not line.startswith(gone))
+        (tmp_path / "own.toml").write_text(own + "\n[nbody]\n")
+        with pytest.raises(InputError, match=rf"1 error:\n.*impact\.{left}: .*give both, or leave both out"):
+            compose(cases.read(tmp_path / "own.toml"))
+    (tmp_path / "own.toml").write_text(
+        "\n".join(x for x in text.splitlines() if x[:5] not in ("speed", "angle")) + "\n[nbody]"
+    )
+    assert (
+        cases.read(tmp_path / "own.toml").stages[0] == "nbody"
+        and not compose(cases.read(tmp_path / "own.toml"))["nbody"].pinned
+    )

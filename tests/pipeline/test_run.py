@@ -237,6 +237,49 @@ def test_an_unsound_stage_is_kept_reported_and_reported_again(go):
     assert screen.worked() == [] and "handoff" in outcome.unsound
 
 
+@pytest.mark.parametrize("start", ["dem", "crater"])
+def test_what_rests_on_an_unsound_stage_says_so_too(go, drive, case_folder, tmp_path, start):
+    go("handoff.broken=true")
+    outcome, screen = go("handoff.broken=true", start=start)
+    assert screen.worked()[0] == start and list(outcome.unsound) == ["handoff"]
+    again = (case_folder, "--out", tmp_path / "runs", "--set", "handoff.broken=true", "--from", start)
+    code, out, _ = drive(*again)
+    assert code == 1 and "UNSOUND handoff: mass_total_rel" in out
+    assert go("handoff.broken=true", start="handoff")[0].unsound == outcome.unsound
+    go()
+    assert not go(start=start)[0].unsound  # another run, whose handoff is sound
+
+
+@pytest.mark.parametrize("stage", ["handoff", "crater"])
+def test_a_stage_without_checkpoints_stops_at_what_it_reports_next(go, monkeypatch, stage):
+    """Unless it is done: then its result counts, and the run stops before the next stage."""
+    reported, make = [], stages.load(stage).run
+
+    def slow(settings, inputs, out):
+        state = progress.Progress(stage, 3.0, interval_s=0.0)
+        for step in range(3):
+            reported.append(step)
+            if asked[0] == step:
+                progress.request_stop()
+            state.update(step + 1)
+        make(settings, inputs, out)
+
+    monkeypatch.setattr(stages.load(stage), "run", slow)
+    asked = [1]
+    with pytest.raises(Stopped, match=f"{stage}: stopped on request; the same command resumes"):
+        go()
+    assert reported == [0, 1]
+    asked[0] = 2  # its last report
+    if stage == "handoff":
+        with pytest.raises(Stopped, match="stopped before dem"):
+            go()
+    else:
+        go()
+    asked[0] = None
+    _, screen = go()
+    assert reported == [0, 1, 0, 1, 2] and stage not in screen.worked()
+
+
 def test_a_failed_stage_is_not_done_and_the_log_has_the_reason(go, tmp_path):
     with pytest.raises(ZeroDivisionError):
         go("dem.failure=bug")

@@ -64,6 +64,30 @@ def test_an_interrupted_run_ends_bitwise_equal(drive, case_folder, tmp_path, exp
     assert json.loads((run_folder / "6_crater" / "done.json").read_text())["stage"] == "crater"
 
 
+def test_a_stage_that_is_made_again_and_killed_ends_in_the_same_bits(drive, case_folder, tmp_path, expected):
+    """``--from`` makes it beside the one that is there; the same command goes on with that."""
+    run = (case_folder, "--out", tmp_path / "runs", *STEPS, "--set", "sph.sleep_s=0.05")
+    code, _, err = drive(*run)
+    assert code == 0, err
+    before = {path.name: json.loads((path / "done.json").read_text()) for path in stored(tmp_path / "runs")}
+    process = drive(*run, "--from", "sph", wait=False)
+    wait_for(lambda: list((tmp_path / "runs" / ".store").glob("sph-*.anew/checkpoint_*.h5")), process)
+    process.send_signal(signal.SIGKILL)
+    process.communicate(timeout=60)
+    code, out, err = drive(*run, "--from", "sph")
+    assert code == 0 and "2_sph: continued" in out, err
+    after = {path.name: json.loads((path / "done.json").read_text()) for path in stored(tmp_path / "runs")}
+    assert list(after) == list(before)  # nothing is left beside them
+    for name, done in after.items():
+        assert done["files"] == before[name]["files"], name
+        assert (done["finished_at"] != before[name]["finished_at"]) == (not name.startswith("nbody"))
+    assert next((tmp_path / "runs").glob("small-*/2_sph/x.txt")).read_text() == expected
+
+
+def stored(runs: Path) -> list[Path]:
+    return sorted(path for path in (runs / ".store").iterdir() if path.name != ".locks")
+
+
 def test_a_second_signal_stops_at_once_and_a_second_run_waits_outside(drive, case_folder, tmp_path):
     long = (case_folder, "--out", tmp_path / "runs", "--set", "sph.steps=1004", "--set", "sph.sleep_s=3")
     process = drive(*long, wait=False)

@@ -223,11 +223,11 @@ def test_what_is_written_later_belongs_to_the_run(go):
     assert screen.made() == ["crater"]
     place = view.own(first, "handoff")
     assert place == first / "4_handoff" and not place.is_symlink() and view.own(first, "handoff") == place
-    (place / "ledger.json").write_text("[]")
+    (place / "report.html").write_text("page")
     assert (place / "handoff.json").read_bytes() == (second / "4_handoff" / "handoff.json").read_bytes()
-    assert not (second / "4_handoff" / "ledger.json").exists()
+    assert not (second / "4_handoff" / "report.html").exists()
     _, screen = go()
-    assert screen.made() == [] and (place / "ledger.json").read_text() == "[]"
+    assert screen.made() == [] and (place / "report.html").read_text() == "page"
 
 
 def test_a_run_inside_a_run_or_behind_a_link_has_the_store_of_the_run(go, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import csv
 import json
 import os
@@ -12,6 +13,7 @@ import subprocess
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -127,13 +129,13 @@ def sweep(case_folder, tmp_path, fake_stages, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), str(FAKES)]))
     monkeypatch.setattr(sweep_run, "EVERY_S", 0.05)
 
-    def make(*options, overrides=(), kind="grid"):
+    def make(*options, overrides=(), kind="grid", out="runs"):
         return Sweep(
             case_folder,
             None,
             None,
             tuple(overrides),
-            tmp_path / "runs",
+            tmp_path / out,
             tuple(members(read_table({"kind": kind}, options))),
         )
 
@@ -432,6 +434,47 @@ def test_job_files_hold_a_command_for_each_member(sweep, kind, file, words):
     )
     with pytest.raises(InputError, match="did you mean 'slurm-array'"):
         sweep_jobs.write(one, "slurm", 1)
+
+
+@pytest.mark.parametrize("name", ["a b", "c'd", 'e"+f()+"', "{g}", "$(touch PWNED)", "`touch PWNED`", "%h #", "-n"])
+def test_names_in_job_files_are_names_and_never_commands(sweep, tmp_path, name):
+    """What ``bash`` and Snakemake make of them is the path, to the last character."""
+    one = sweep("impact.speed=10,20 km/s", out=name)
+    for kind in sweep_jobs.KINDS:
+        sweep_jobs.write(one, kind, 1)
+    words = shlex.split((one.folder / "commands.txt").read_text().splitlines()[0])
+    assert words[words.index("--out") + 1] == str(tmp_path / name)
+    (one.folder / "commands.txt").write_text("exec echo one\nexec echo two\n")
+    task = {**os.environ, "SLURM_ARRAY_TASK_ID": "2"}
+    assert subprocess.run(["bash", one.folder / "slurm.sh"], env=task, cwd=tmp_path, timeout=60).returncode == 0
+    assert (one.folder / "logs" / "2.log").read_text() == "two\n"
+    done, made, command = snakemake_texts(one.folder / "Snakefile")
+    for pattern in (done, made):
+        assert pattern.format(member=1) == str(one.folder.resolve() / "done" / "1")
+    words = command.format(wildcards=SimpleNamespace(member=2))
+    assert subprocess.run(["bash", "-c", words], capture_output=True, text=True, timeout=60).stdout == "two\n"
+    assert not list(tmp_path.rglob("PWNED")) and not Path("PWNED").exists()
+
+
+def snakemake_texts(file: Path) -> list[str]:
+    """The texts of a Snakefile, as Python reads them: what is expanded, what is touched, the command."""
+    lines = [line.strip() for line in file.read_text().splitlines()]
+    tree = [
+        ast.parse(next(line for line in lines if line.startswith(f"{name}(")).rstrip(","))
+        for name in ("expand", "touch")
+    ]
+    tree.append(ast.parse(lines[lines.index("shell:") + 1]))
+    found = [[node.value for node in ast.walk(one) if isinstance(node, ast.Constant)] for one in tree]
+    assert all(len(texts) == 1 for texts in found)
+    return [texts[0] for texts in found]
+
+
+@pytest.mark.parametrize("kind", sweep_jobs.KINDS)
+def test_a_name_of_two_lines_is_refused_in_job_files(sweep, tmp_path, kind):
+    for out, more in (("a\ntouch PWNED #", ()), ("a", ("case.title=b\ntouch PWNED",))):
+        with pytest.raises(InputError, match="holds a control character"):
+            sweep_jobs.write(sweep("impact.speed=10,20 km/s", overrides=more, out=out), kind, 1)
+    assert not list(tmp_path.rglob("*.sh")) and not list(tmp_path.rglob("Snakefile"))
 
 
 def ways_of(tmp_path: Path, frictions: str, sleep_s: float) -> list[str]:

@@ -155,8 +155,21 @@ def test_the_crater_stage_measures_a_flat_run(finished):
     measures = json.loads((out / "measures.json").read_text())
     late = measures["late_sph"] if "late_sph" in measures else measures["final"]
     assert late["depth_m"]["value"] is not None and 300.0 < late["depth_m"]["value"] < 8e3
-    assert measures["leaving"]["target_mass_kg"] >= 0.0
+    assert measures["leaving"]["target_mass_kg"] >= 0.0 and "escapes" in measures["fates"]["target_kg"]
+    assert "Momentum enhancement" in (out / "report.html").read_text()
     assert "# datum = plane" in (out / "profile.csv").read_text()
+
+
+def test_nothing_is_said_of_escape_where_the_escape_speed_is_not_known(finished, tmp_path, capsys):
+    """Flat ground does not say of which body it is: all that rises would escape."""
+    crater_stage.run(crater_stage.Settings(target=settings().target, impact=IMPACT), finished, tmp_path)
+    measures = json.loads((tmp_path / "measures.json").read_text())
+    assert "leaving" not in measures and "beta" not in json.dumps(measures)
+    assert "lands beyond" in measures["fates"]["target_kg"]
+    assert "escapes" not in measures["fates"]["target_kg"] and "escapes" not in measures["fates"]["projectile_kg"]
+    page = (tmp_path / "report.html").read_text()
+    assert "Momentum enhancement" not in page and "Mass that escapes" not in page and "<td>escapes" not in page
+    assert "escape" not in capsys.readouterr().out
 
 
 def test_stopped_and_resumed_ground_is_the_same_to_the_last_bit(finished, tmp_path, monkeypatch):

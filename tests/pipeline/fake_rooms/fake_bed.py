@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from pydantic import Field
 
+from matter import snapshot
 from matter.body import Model
+from matter.particles import Particles
 from matter.quantity import PositiveLength
 
 
@@ -25,9 +28,16 @@ class Settings(Model):
     radius: PositiveLength = 1000.0
 
 
+def write_grains(path: Path) -> None:
+    """Three grains as a snapshot."""
+    fields = {"position": np.eye(3), "velocity": np.zeros((3, 3)), "mass": np.ones(3), "radius": np.ones(3)}
+    snapshot.write(Particles(fields, {"time": 1.0, "frame": "sphere"}), path)
+
+
 def predict(settings: Settings) -> dict:
     return {"wall_s": 1.0, "memory_bytes": 1e6, "disk_bytes": 1e3}
 
 
 def run(settings: Settings, inputs: Path, out: Path) -> None:
+    write_grains(out / "bed.vtkhdf")
     (out / "bed.txt").write_text(f"{(inputs / '2_sph' / 'target.json').read_text()} {settings.contact.friction}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from fake_bed import Contact
+from fake_bed import Contact, write_grains
 
 from matter.body import Model
 from matter.deciding import View
@@ -27,4 +27,5 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         raise UnphysicalState("grain 7 at (0, 0, 1) m overlaps by 0.9 r at t = 3 s")
     if settings.failure == "bug":
         raise ZeroDivisionError("a bug")
+    write_grains(out / "last.vtkhdf")
     (out / "last.txt").write_text((inputs / "4_handoff" / "start.txt").read_text())

@@ -6,8 +6,10 @@ import json
 from pathlib import Path
 from typing import Annotated
 
+from fake_bed import write_grains
 from pydantic import Field
 
+from handoff.ledger import Ledger
 from matter.body import Model
 from matter.deciding import View
 from matter.errors import InputError, Unsound
@@ -32,6 +34,10 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     if settings.time > 100.0:
         raise InputError("no snapshot near that time")
     (out / "start.txt").write_text((inputs / "3_bed" / "bed.txt").read_text())
+    write_grains(out / "start.vtkhdf")
+    book = Ledger()
+    book.measure("mass_total_rel", 0.1 if settings.broken else 0.0)
+    book.write(out / "ledger.json")
     record = {"time_s": settings.time, "speed_limit_m_s": settings.speed_limit, "alpha_spacings": settings.alpha}
     (out / "handoff.json").write_text(json.dumps(record))
     if settings.broken:
