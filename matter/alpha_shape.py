@@ -21,6 +21,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
+from matter import far_particles
 from matter.errors import InputError
 from matter.jit import one_blas_thread
 from matter.tetrahedra import circumradius, components, fill_voids, in_prisms, tetrahedron_volume
@@ -28,7 +29,6 @@ from matter.tetrahedra import circumradius, components, fill_voids, in_prisms, t
 SOURCES = ("EdelsbrunnerMucke1994",)
 
 JOGGLE = 1e-6
-_NEAR, _FAR = 1e5, 1e6  # spacings from end to end: below the one nothing is drawn in, above the other is refused
 _FLAT = 1e-3  # of a spacing: rms distance of the points from their best plane
 _SEED = 7919
 # faces of a tetrahedron: row k is opposite vertex k
@@ -307,8 +307,8 @@ def alpha_shape(
         its corners. A perfect lattice needs 0.87 (cubic) or 0.80 (close-packed), a disordered one about 1.2.
     fill_below : enclosed voids smaller than this volume [m^3] are filled.
 
-    Raises ``InputError`` for fewer than four points, points in one plane, values that are not finite, or an empty
-    shape.
+    Raises ``InputError`` for fewer than four points, points in one plane, values that are not finite, a cloud too wide
+    to be triangulated (``far_particles``), or an empty shape.
     """
     points = np.ascontiguousarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 4:
@@ -318,7 +318,7 @@ def alpha_shape(
         raise InputError("an alpha-shape needs finite positions and positive spacings")
     if not factor > 0.0:
         raise InputError(f"alpha must be a positive multiple of the spacing, got {factor}")
-    near = _drawn_near(points, spacing, factor)
+    near = far_particles.drawn_near(points, spacing, factor)
     shift, scale = near.mean(axis=0), float(np.ptp(near, axis=0).max())
     spread = np.sqrt(max(float(np.linalg.eigvalsh(np.cov((near - shift).T))[0]), 0.0))
     if spread < _FLAT * float(np.median(spacing)):
@@ -340,36 +340,3 @@ def alpha_shape(
     filled = fill_voids(triangulation.neighbors, kept, volume, fill_below) if fill_below > 0.0 else 0
     component, component_volume = components(triangulation.neighbors, kept, volume)
     return AlphaShape(points, spacing, triangulation, kept, component, component_volume, factor, filled, shift, scale)
-
-
-def _drawn_near(points: np.ndarray, spacing: np.ndarray, factor: float) -> np.ndarray:
-    """The points as they are triangulated: those that lie far out and belong to no kept tetrahedron are drawn in, to
-    where they still belong to none.
-
-    A triangulation in double precision resolves some 1e6 spacings from end to end. The corners of a kept tetrahedron
-    lie within d = 2 ``factor`` max(spacing) of each other, so a point with fewer than three others within d is no
-    corner of one, nor inside the sphere through one; neither is a point further than d from all that have three.
-
-    Raises ``InputError``, naming the outermost point, where the others still lie too far apart.
-    """
-    if np.ptp(points, axis=0).max() <= _NEAR * spacing.min():
-        return points
-    reach = 2.0 * factor * float(spacing.max())
-    alone = cKDTree(points).query(points, k=4)[0][:, 3] > reach
-    if alone.all():
-        return points
-    middle = np.median(points[~alone], axis=0)
-    way = points - middle
-    distance = np.linalg.norm(way, axis=1)
-    rim = float(distance[~alone].max()) + reach
-    drawn = alone & (distance > rim)
-    near = np.where(drawn[:, None], middle + way * (rim / np.maximum(distance, rim))[:, None], points)
-    size = float(np.median(spacing))
-    if (span := float(np.ptp(near, axis=0).max())) > _FAR * size:
-        last = int(np.argmax(np.where(alone, 0.0, distance)))
-        raise InputError(
-            f"particle {last} lies {distance[last]:.3g} m from the middle of the others, {distance[last] / size:.3g} "
-            f"spacings: a cloud of {span / size:.3g} spacings from end to end cannot be triangulated (the most is "
-            f"{_FAR:g}); leave out what is far away"
-        )
-    return near

@@ -35,12 +35,12 @@ class Solid:
     @cached_property
     def volume(self) -> float:
         """Volume [m^3]."""
-        return self._properties["volume"]
+        return float(self._properties["volume"])
 
     @cached_property
     def inertia(self) -> np.ndarray:
         """Inertia (3, 3) about the centre of mass for unit density [m^5]."""
-        return self._properties["inertia"]
+        return np.asarray(self._properties["inertia"])
 
     @property
     def radius(self) -> float:
@@ -53,8 +53,8 @@ class Solid:
         return float(np.linalg.norm(self.vertices, axis=1).max())
 
     @cached_property
-    def _properties(self) -> dict[str, Any]:
-        return _mass_properties(self.vertices, self.triangles)
+    def _properties(self) -> Any:
+        return _surface(self.vertices, self.triangles).mass_properties
 
     def turned(self, rotation: np.ndarray) -> Solid:
         """The body turned by a rotation (3, 3)."""
@@ -96,24 +96,9 @@ def _surface(vertices: np.ndarray, triangles: np.ndarray) -> Any:
     return trimesh.Trimesh(vertices, triangles, process=False)
 
 
-def _mass_properties(vertices: np.ndarray, triangles: np.ndarray) -> dict[str, Any]:
-    """Volume [m^3], centre of mass [m] and inertia [m^5] for unit density.
-
-    They are taken of a body about 1 across: the library that integrates them has absolute tolerances. The factor is a
-    power of two, which changes no digit.
-    """
-    across = float(np.ptp(vertices, axis=0).max())
-    scale = 2.0 ** math.floor(math.log2(across)) if 0.0 < across < math.inf else 1.0
-    found = _surface(vertices / scale, triangles).mass_properties
-    return {
-        "volume": float(found["volume"]) * scale**3,
-        "centre": np.asarray(found["center_mass"]) * scale,
-        "inertia": np.asarray(found["inertia"]) * scale**5,
-    }
-
-
 def _centred(vertices: np.ndarray, triangles: np.ndarray) -> Solid:
-    return Solid(vertices - _mass_properties(vertices, triangles)["centre"], triangles)
+    centre = np.asarray(_surface(vertices, triangles).mass_properties["center_mass"])
+    return Solid(vertices - centre, triangles)
 
 
 def _named(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -192,10 +177,10 @@ def checked(vertices: np.ndarray, triangles: np.ndarray, unit: float, name: str)
         )
     if len(np.unique(edges, axis=0)) != len(edges):
         raise InputError(f"{name}: neighbouring triangles turn different ways round (normals point in and out)")
-    volume = _mass_properties(merged * unit, triangles)["volume"]
-    if volume < 0.0:
+    surface = _surface(merged * unit, triangles)
+    if surface.volume < 0.0:
         triangles = triangles[:, ::-1].copy()
-    if not abs(volume) > 1e-9 * float(np.prod(np.ptp(merged * unit, axis=0))):
+    if not abs(surface.volume) > 1e-9 * float(np.prod(np.ptp(merged * unit, axis=0))):
         raise InputError(f"{name}: the surface encloses no volume")
     return _centred(merged * unit, triangles)
 
