@@ -128,7 +128,11 @@ def _summed(grains: Particles, field: str, rows: np.ndarray, unit: float) -> dic
 def lines(found: Mapping[str, Any]) -> list[str]:
     """The same in two lines; none where nothing is known."""
     said = []
-    if zones := found.get("zones"):
+    # in a file what is not known is null
+    depths = {name: zone["first_depth_m"]["half"] for name, zone in found.get("zones", {}).items()}
+    if zones := {
+        name: found["zones"][name] for name, half in depths.items() if half is not None and np.isfinite(half)
+    }:
         said.append(
             "first depth of settled matter (half of its mass, nine tenths from above): "
             + ", ".join(

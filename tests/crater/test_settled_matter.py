@@ -145,3 +145,13 @@ def test_page_and_terminal_say_it(tmp_path):
     assert "breccia lens" in said and "turned over" in said and "in flight" in said
     lines = result._settled(facts)
     assert len(lines) == 2 and "breccia lens" in lines[0] and "inside" in lines[1]
+
+
+def test_a_zone_of_unknown_depth_is_left_out():
+    """One grain of projectile alone fills a zone; a file holds null where memory holds NaN."""
+    grains, _, _ = drawn()
+    facts = settled_matter.facts(grains, FINAL, TRANSIENT, MASS)
+    for unknown in (None, float("nan")):
+        facts["zones"]["breccia lens"]["first_depth_m"] = dict.fromkeys(("low", "half", "high"), unknown)
+        lines = result._settled(facts)
+        assert "breccia lens" not in lines[0] and "rim" in lines[0]
