@@ -45,7 +45,7 @@ ODD = st.one_of(
     st.integers().map(str),
     st.sampled_from(["[" * 900, "ab" * 2500]),
 )
-few = settings(max_examples=60, deadline=None, derandomize=True)
+few = settings(max_examples=30, deadline=None, derandomize=True)
 
 DUMP = "ITEM: UNITS\ncgs\n" + "".join(
     f"ITEM: TIME\n{step}.5\nITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n3\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n"
