@@ -66,8 +66,7 @@ from matter.solids.unrolled import Unrolled
 __all__ = ["Published", "Settings", "grain_datum", "measure_snapshot", "predict", "run"]
 
 SECONDS_PER_SNAPSHOT = 0.42
-"""Wall time per snapshot of 15,000 particles on one of 2 cores of a 2.1 GHz server; 2.4 s at 300,000 (168 s for 70
-snapshots, pictures included)."""
+"""Wall time per snapshot of 15,000 particles on one of 2 cores of a 2.1 GHz server; 2.4 s at 300,000."""
 
 
 def idle_sources(settings: Settings) -> set[Path]:
@@ -94,10 +93,8 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     shots = snapshot.series(inputs / "2_sph")[:: settings.every]
     grains = inputs / "5_dem" / f"last{snapshot.SUFFIX}"
     if not shots and not grains.is_file():
-        raise InputError(
-            f"nothing to measure: {inputs} holds neither 2_sph/snap_0000{snapshot.SUFFIX} nor "
-            f"5_dem/last{snapshot.SUFFIX}"
-        )
+        file = snapshot.SUFFIX
+        raise InputError(f"nothing to measure: {inputs} holds neither 2_sph/snap_0000{file} nor 5_dem/last{file}")
     settled = snapshot.series(inputs / "5_dem")
     progress = Progress("crater", total=float(len(shots) + len(settled) + 4))
     count = iter(range(1, len(shots) + len(settled) + 2))
@@ -127,8 +124,8 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
 def _bed_radii(findings: Findings) -> float | None:
     """How many radii of the crater in the last grains their bed reaches; None where there is none to say."""
     last = findings.settled_grains
-    wide = None if last is None else last.measures["diameter_apparent_m"].value
-    return None if last is None or wide is None else soundness.bed_radii(snapshot.attributes(last.path), wide)
+    wide = last.measures["diameter_apparent_m"].value if last else None
+    return soundness.bed_radii(snapshot.attributes(last.path), wide) if last and wide else None
 
 
 def _with_origins(findings: Findings) -> Findings:
@@ -308,13 +305,13 @@ def _launches(setting: Setting, moment: series.Moment | None, shots: Sequence[Pa
     launched = launch.launched((snapshot.read(path) for path in shots[1:]), setting.gravity, launch.ABOVE * spacing)
     fit = launch.fit(launched, event, radius)
     place, speed, angle, number = fit.table.T
+    sand = scaling.launch_speed(event, place * event.radius, radius)
     return {
         "mu": {"value": fit.mu, "sigma": fit.mu_sigma}, "C1": {"value": fit.c1, "sigma": fit.c1_sigma},
         "apparent_radius_m": radius,
         "x_over_a": place.tolist(), "v_over_U": speed.tolist(), "angle_deg": np.degrees(angle).tolist(),
         "particles": number.astype(int).tolist(),
-        "sand_v_over_U": (scaling.launch_speed(event, place * event.radius,
-        radius) / (event.speed * np.cos(event.angle))).tolist(),
+        "sand_v_over_U": (sand / (event.speed * np.cos(event.angle))).tolist(),
     }  # fmt: skip
 
 
