@@ -24,9 +24,9 @@ from crater.measure import Quantity
 from crater.series import Moment
 from crater.surface import Undisturbed
 from matter import archive, snapshot
-from matter.crater_measures import UNITS
+from matter.crater_measures import BY_NAME, COLUMNS, UNITS
 
-NAMES = ("depth_m", "diameter_apparent_m", "rim_height_m", "volume_m3")
+NAMES = tuple(name for name in COLUMNS if BY_NAME[name].compared)
 """Measures whose change is stated."""
 START = f"4_handoff/start{snapshot.SUFFIX}"
 """The grains as they took over, in a run's folder."""

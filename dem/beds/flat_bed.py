@@ -79,7 +79,7 @@ def make(
 ) -> None:
     """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
     rest."""
-    seeds = np.random.SeedSequence(settings.seed).spawn(2)
+    seed = np.random.SeedSequence(settings.seed)
     hexagonal, loose = settings.packing.startswith("hcp"), None
     if hexagonal:
         points, equal = packing.hexagonal_in(settings.count, container, tilted=settings.packing == "hcp_tilted")
@@ -90,11 +90,11 @@ def make(
         sizes, _ = grading.solved(
             settings.count, settings.radius_spread, filled, container, settings.impact, settings.growth
         )
-        points, radius = packing.contained(settings.count, settings.radius_spread, container, sizes, seeds[0])
+        points, radius = packing.contained(settings.count, settings.radius_spread, container, sizes, seed)
         if loose is not None:
             raised = loose.raised(loose.radii(radius))
             points, radius = packing.contained(
-                settings.count, settings.radius_spread, raised, sizes, seeds[1], loose.begins_at
+                settings.count, settings.radius_spread, raised, sizes, seed, loose.begins_at
             )
             radius = loose.radii(radius)
     work = FlatSettling(

@@ -69,13 +69,14 @@ def contained(
     """Centres (n, 3) [m] and radii (n,) [m] of random grains in a container of flat ground: each radius uniform within
     +-``spread`` about the mean of its place, the same volume of grains everywhere, up to ``FRACTION`` in all.
 
-    Centres are as dense as ``filling`` (n,), at most 1, over r^3 in the whole container, since coarse grains kept away
-    from the walls would leave more room there than fine ones; walls push out what reaches into them, as grains do each
-    other.
+    Centres are as dense as ``filling`` (n,), at most 1, over r^3: of grains alike in the part that each can reach, of
+    graded ones in the whole container, since coarse grains kept away from the walls would leave more room there than
+    fine ones; walls push out what reaches into them, as grains do each other.
     """
-    rng = np.random.default_rng(seed)
-    shape, radius = rng.uniform(1.0 - spread, 1.0 + spread, count), np.empty(count)
-    points, todo = np.empty((count, 3)), np.arange(count)
+    seeds = seed.spawn(3)
+    rng, keeps = np.random.default_rng(seeds[1]), np.random.default_rng(seeds[2])
+    shape, radius = np.random.default_rng(seeds[0]).uniform(1.0 - spread, 1.0 + spread, count), np.empty(count)
+    points, todo, reach = np.empty((count, 3)), np.arange(count), float(grading.growth == 0.0)
     low, high = (
         np.array([-container.radius, -container.radius, container.floor]),
         np.array([container.radius, container.radius, container.top]),
@@ -84,8 +85,8 @@ def contained(
         points[todo] = rng.uniform(low, high, (len(todo), 3))
         mean = grading.local(points[todo])
         radius[todo] = shape[todo] * mean
-        wanted = rng.random(len(todo)) < filling(points[todo]) * (grading.radius / mean) ** 3
-        todo = todo[~wanted | (container.depth_inside(points[todo]) < 0.0)]
+        wanted = keeps.random(len(todo)) < filling(points[todo]) * (grading.radius / mean) ** 3
+        todo = todo[~wanted | (container.depth_inside(points[todo]) < reach * radius[todo])]
     volume = container.volume(container.floor, container.top)
     return points, radius * (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(radius**3))) ** (1.0 / 3.0)
 

@@ -67,9 +67,11 @@ def test_ground_that_ends_at_twice_the_rim_holds_what_it_cannot_tell_in_its_erro
 @pytest.mark.validation
 @pytest.mark.parametrize("known, ends", [*((True, ends) for ends in KNOWN), *((False, ends) for ends in UNKNOWN)])
 def test_bias_and_coverage(known, ends):
-    """Diameter and depth without a bias of 1 %, the truth within two sigma in 92 to 98 % of 100 draws."""
+    """Diameter and depth without a bias of 1 %, the truth within two sigma in 92 % of 100 draws at least; errors that
+    are at most two and a half times what is found."""
     rows = errors(range(7000, 7100), ends, known)
     for name in ("diameter_apparent_m", "depth_m"):
         off, sigma = rows[name].T
         assert abs(off.mean()) < 0.01, (name, off.mean())
-        assert 0.92 <= np.mean(np.abs(off) < 2.0 * sigma) <= 0.98, (name, np.mean(np.abs(off) < 2.0 * sigma))
+        assert np.mean(np.abs(off) < 2.0 * sigma) >= 0.92, (name, np.mean(np.abs(off) < 2.0 * sigma))
+        assert np.sqrt(np.mean((off / sigma) ** 2)) > 0.4, name

@@ -93,11 +93,9 @@ def test_a_graded_bed_rests_and_packs_alike_in_both_zones(graded_bed):
 
 def test_the_prediction_is_the_bed(graded_bed):
     bed, report = graded_bed
-    settings = bed_stage.Settings(**{**USUAL, "depth": 3.5}, target=TARGET, count=1800)
+    settings = bed_stage.Settings(**{**USUAL, "depth": 3.5}, target=TARGET, count=1800, packing="rcp")
     grains = expected_grains.expected(settings)
-    # the solid fraction of a loose bed is predicted for 30 degrees, whatever its friction
-    filled = (expected_grains.LOOSE / report["packing_fraction_meant"]) ** (1.0 / 3.0)
-    assert grains.radius == pytest.approx(filled * bed.attributes["grading"]["radius_m"], rel=5e-3)
+    assert grains.radius == pytest.approx(bed.attributes["grading"]["radius_m"], rel=1e-3)
     assert grains.below == pytest.approx((bed.headroom == 0).sum(), rel=0.2)
     assert grains.step == pytest.approx(report["time_step_s"], rel=0.15)
     words = " ".join(bed_stage.explain(settings))

@@ -75,7 +75,7 @@ def test_a_body_is_filled_in_and_one_that_is_too_large_is_told_to_be_flat(tmp_pa
     assert sensible(request, settings) == [] and request.case.stages == ("sph", "bed", "handoff", "dem", "crater")
     # sound takes 1500 km / 4070 m/s + 1400 km / 3145 m/s + 100 km / 4319 m/s through the radius
     assert settings["sph"].relaxation_time == pytest.approx(1.5 * 836.0, rel=0.05)
-    assert settings["bed"].arc_radius == pytest.approx(1.5 * settings["bed"].impact.expected_transient_diameter)
+    assert settings["bed"].arc_radius == pytest.approx(1.65 * settings["bed"].impact.expected_transient_diameter)
     request = Request(cases.read(written(tmp_path, BODY, "200 m"), size="quick"), tmp_path)
     assert any(
         'shape = "half_space", gravity = "2.8 m/s^2"' in text for text in sensible(request, settings_of(request))

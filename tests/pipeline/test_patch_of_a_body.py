@@ -44,7 +44,7 @@ def test_the_collapse_is_set_for_flat_ground_and_the_other_stages_for_the_body()
     settings = compose.compose(cases.read(CASE))
     assert all(settings[stage].target.shape == "ellipsoid" for stage in ("sph", "bed", "handoff", "crater"))
     ground = settings["dem"].target
-    assert ground.shape == "half_sphere" and ground.radius == 15.0
+    assert ground.shape == "half_sphere" and ground.radius == 22.0
     assert ground.gravity == pytest.approx(KNOWN, rel=1e-3)
     assert not any("laid flat" in line for line in experimental.used(settings))
     column = compose.compose(cases.read(CASE, None, ('bed.shape="cylinder"',)))
