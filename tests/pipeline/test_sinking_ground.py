@@ -26,4 +26,4 @@ def test_what_sinks_in_a_quiet_layer_is_said(changes, said):
     lines = [line for line in sense.judged(compose(chosen), {}, chosen.stages)[1] if "sinks into" in line]
     assert len(lines) == said
     if said:
-        assert "by up to 1.26 m" in lines[0]
+        assert "by up to 1.48 m" in lines[0]
