@@ -132,7 +132,7 @@ def table(chosen: list[sweep.Variant], out: Path, uniform: Path | None, command:
         "uniform": beside,
         "extrapolated": {key: vars(fit) for key, fit in fits.items()},
     }
-    tables.write_json(out / "convergence.json", content)
+    archive.write_json(out / "convergence.json", content)
     if rows:
         convergence.draw(rows, fits, out / "convergence.png", beside)
     print(text)
