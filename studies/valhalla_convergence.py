@@ -100,7 +100,6 @@ def as_markdown(rows: list[dict[str, Any]], fits: dict[str, Any], command: str) 
 
 def table(chosen: list[sweep.Variant], out: Path, uniform: Path | None, command: str) -> None:
     """Measure what is finished, extrapolate, write table and picture."""
-    from crater import tables
     from studies.winter_2017 import convergence
 
     rows = []
