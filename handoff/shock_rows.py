@@ -22,13 +22,15 @@ def enter(ledger: Ledger, handoff: Handoff, source: Particles, region: domain.Do
         return
     here = handoff.compact.places[handoff.compact.share > 0.5]
     pressure = left.pressure[here]
+    fronts = shock.over_support(source.position[here], pressure)
     weight = shock.by_weight(
         source.select(handoff.compact.places), handoff.compact.share, handoff.carving.size.radius, column
     )
     ledger.measure(
         "residual_pressure_over_bulk_modulus",
-        float(np.max(pressure)),
-        f"99 % below {np.percentile(pressure, 99):.3g}, median {np.median(pressure):.3g}; weight, rho g R, alone does "
+        float(np.max(fronts)),
+        f"mean over a kernel's support; single particles: largest {np.max(pressure):.3g}, 99 % below "
+        f"{np.percentile(pressure, 99):.3g}, median {np.median(pressure):.3g}; weight, rho g R, alone does "
         f"{weight.pressure:.3g}",
         bound=max(LIMITS["residual_pressure_over_bulk_modulus"].limit, weight.pressure),
     )

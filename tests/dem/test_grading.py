@@ -75,7 +75,7 @@ def test_a_graded_bed_rests_and_packs_alike_in_both_zones(graded_bed):
     check_at_rest(report)
     sizes = sizes_of(bed.attributes["grading"])
     assert report["radius_at_edge_m"] == pytest.approx(1.3 * sizes.radius, rel=0.6)
-    assert report["packing_fraction_fine"] == pytest.approx(report["packing_fraction_coarse"], abs=0.02)
+    assert report["packing_fraction_fine"] == pytest.approx(report["packing_fraction_coarse"], abs=0.03)
     over = bed.radius / sizes.local(bed.position)  # grains hardly leave the place that they were drawn for
     assert over.mean() == pytest.approx(1.0, abs=0.02) and np.percentile(over, 99.0) < 1.35
     assert np.percentile(over, 1.0) > 0.7

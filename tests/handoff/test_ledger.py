@@ -22,7 +22,7 @@ ACCEPTANCE = {
     "velocity_direction_deg_mean": 5,
     "overlap_max_over_r": 0.01, "overlap_energy_over_KE": 0.001, "overlap_release_speed_over_median_flow": 0.01,
     "bulk_density_rel": 0.03,
-    "cavity_hausdorff_over_r": 1.5, "cavity_volume_rel": 0.02, "cavity_radius_over_r_DEM_min": 5,
+    "cavity_hausdorff_over_r": 1.0, "cavity_volume_rel": 0.02, "cavity_radius_over_r_DEM_min": 5,
     "ejecta_mass_curve_rel": 0.02,
     "residual_pressure_over_bulk_modulus": 0.001, "elastic_over_kinetic_energy": 0.01,
     "t_handoff_over_T_crater_max": 0.1,
@@ -130,6 +130,18 @@ def test_softened_matter_stores_shear_by_its_own_modulus():
     assert shock.residual(source, region, column).elastic == pytest.approx(2.0 * 30.0**2 / (2.0 * own * 1.5e-5))
 
 
+def test_a_front_is_left_over_shock_and_a_single_particle_is_not():
+    """A plane front through 20^3 particles keeps its pressure in the mean over a support; one particle among them at
+    ten times as much adds a 32nd of it."""
+    at = np.stack(np.meshgrid(*[np.arange(20.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    quiet, front = np.full(len(at), 1e-4), np.where(np.abs(at[:, 0] - 9.0) < 2.0, 2e-3, 1e-4)
+    lone = quiet.copy()
+    lone[4210] = 2e-2
+    assert shock.over_support(at, front).max() > 1.4e-3
+    assert shock.over_support(at, lone).max() == pytest.approx(1e-4 + (2e-2 - 1e-4) / 32.0)
+    assert shock.over_support(at[:3], front[:3]) == pytest.approx(1e-4)
+
+
 def test_the_scatter_of_a_cut_through_whole_cells():
     """A paraboloid cut out of cubes at random places, kept or taken out by their centres: the scatter of its volume is
     the formula's."""
@@ -142,7 +154,7 @@ def test_the_scatter_of_a_cut_through_whole_cells():
         x, y, z = (cells + rng.uniform(-0.5, 0.5, cells.shape)).T  # shaken: neighbours' errors are independent
         found.append(np.count_nonzero((z < 0.0) & (z > -depth * (1.0 - (x**2 + y**2) / radius**2))) / volume - 1.0)
     mouth = np.pi * radius**2  # the plane on top is cut as well, here
-    area = ledgers.volume_scatter(1.0, radius, depth, volume) ** 2 * 12.0 * volume**2
+    area = (ledgers.volume_scatter(1.0, radius, depth, volume) / ledgers.CELLS) ** 2 * 12.0 * volume**2
     assert abs(np.mean(found)) < 0.02
     assert np.std(found) == pytest.approx(
         np.sqrt((area + mouth) / 6.0) / volume, rel=0.1
@@ -150,10 +162,10 @@ def test_the_scatter_of_a_cut_through_whole_cells():
 
 
 def test_the_limit_on_the_cavitys_volume_follows_the_resolution():
-    """The quick Valhalla (7.7 grains per radius): a scatter of 2.7 %; 1.6 % is within it, 17 % would not be. Twenty
+    """The quick Valhalla (7.7 grains per radius): a scatter of 3 %; 1.6 % is within it, 17 % would not be. Twenty
     grains per radius: the list's 2 %."""
     quick = (53.6e3, 214.3e3, 203.8e3, 1.711e16)
-    assert ledgers.volume_scatter(*quick) == pytest.approx(0.025, abs=0.003) and ledgers.volume_limit(
+    assert ledgers.volume_scatter(*quick) == pytest.approx(0.0295, abs=0.001) and ledgers.volume_limit(
         *quick
     ) == 3.0 * ledgers.volume_scatter(*quick)
     assert ledgers.volume_limit(53.6e3 / 3.0, *quick[1:]) == LIMITS["cavity_volume_rel"].limit

@@ -107,7 +107,7 @@ def test_grains_take_half_the_vorticity_as_spin(handed):
 
 def test_carved_shape(handed):
     _, _, _, made, ledger = handed
-    assert ledger["cavity_hausdorff_over_r"]["value"] < 1.5
+    assert ledger["cavity_hausdorff_over_r"]["value"] < 1.0
     assert (
         ledger["cavity_volume_rel"]["value"] < 0.04
     )  # 3 sigma of the cut grains; 0.02 at 20 per radius: see test_known_shapes
