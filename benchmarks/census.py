@@ -17,9 +17,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from matter.jit import set_threads
-from nbody import census, conditions, encounters
+from matter.compilation.jit import set_threads
+from nbody.census import census
 from nbody.integrators import rkck
+from nbody.population import conditions, encounters
 
 PUBLISHED_ENTRIES = 11703  # at Callisto, Winter 2017, table 4
 

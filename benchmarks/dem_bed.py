@@ -30,11 +30,11 @@ def settled_box(count: int, threads: int) -> tuple[Any, list[Any]]:
     """A box of settled grains, base 40 mean diameters wide, walls of the same friction; and its walls."""
     import numpy as np
 
-    from dem.assembly import Assembly
     from dem.beds.relaxation import Fire
-    from dem.contact_settings import OCEAN, Contact
-    from dem.gravity import Field
-    from dem.walls import PLANE, Wall
+    from dem.contact.gravity import Field
+    from dem.contact.settings import OCEAN, Contact
+    from dem.contact.walls import PLANE, Wall
+    from dem.grains.assembly import Assembly
     from matter.particles import Particles
 
     rng = np.random.default_rng(1)
@@ -82,9 +82,10 @@ def peer_rate(engine: str, bed, walls, skin: float, ranks: int) -> float:
 
     import numpy as np
 
-    from dem.engines import external, program
+    from dem.collapse import external
+    from dem.contact.gravity import Field
+    from dem.engines import program
     from dem.engines.scene import Plan, Scene
-    from dem.gravity import Field
 
     grains = bed.particles({}, tables=False)
     # one stiffness: with as many types as radii the peers would be slower for a reason that is not theirs

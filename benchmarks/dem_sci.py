@@ -30,17 +30,19 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from dem import bed_stage, stage
-from dem.assembly import Assembly
+from dem import stage
+from dem.beds import stage as bed_stage
 from dem.beds.container import Container
-from dem.contact_settings import Contact
-from dem.engines import external, program
+from dem.collapse import external
+from dem.contact.gravity import Field
+from dem.contact.settings import Contact
+from dem.engines import program
 from dem.engines.scene import Plan, Scene
-from dem.gravity import Field
-from dem.stiffening import springs_for
-from matter import snapshot
-from matter.body import Impact, Target
+from dem.grains.assembly import Assembly
+from dem.stiffness.stiffening import springs_for
+from matter.case.body import Impact, Target
 from matter.errors import Stopped
+from matter.files import snapshot
 from matter.particles import Particles
 
 BOWL, GRAVITY, DENSITY, SPEED = 22.0, 1.2e-4, 1190.0, 1.0

@@ -11,7 +11,8 @@ import time
 
 import numpy as np
 
-from matter import jit, tree
+from matter.compilation import jit
+from matter.geometry import tree
 
 
 def main() -> None:

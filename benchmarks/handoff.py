@@ -82,7 +82,8 @@ def main() -> None:
     options = parser.parse_args()
     if options.threads:
         os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = str(options.threads)
-    from handoff import hydrostatic, stage
+    from handoff import stage
+    from handoff.source import hydrostatic
 
     source, bed = source_and_bed(options.size)
     column = hydrostatic.uniform(1.0, 1000.0, 2.0)

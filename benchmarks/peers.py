@@ -129,9 +129,10 @@ class Bed(Suite):
         """CPU time of a peer's whole run [s]."""
         import numpy as np
 
-        from dem.engines import external, program
+        from dem.collapse import external
+        from dem.contact.gravity import Field
+        from dem.engines import program
         from dem.engines.scene import Plan, Scene
-        from dem.gravity import Field
 
         reach = 1.2 * float(np.abs(np.asarray(self.grains.position)).max()) + 3.0
         field = Field.constant((0.0, 0.0, -1.0))
@@ -170,7 +171,7 @@ class Tree(Suite):
         """A ball of equal density, both trees, and their errors."""
         import numpy as np
 
-        from matter import tree
+        from matter.geometry import tree
 
         super().setup()
         rng = np.random.default_rng(1)
@@ -233,7 +234,7 @@ def main() -> None:
     os.environ["NUMBA_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
     from importlib.metadata import version
 
-    from matter.jit import set_threads
+    from matter.compilation.jit import set_threads
 
     set_threads(1)
     path = HISTORY / f"{version('bolide')}.json"

@@ -21,17 +21,18 @@ from pathlib import Path
 
 import numpy as np
 
-from matter import jit, snapshot
-from sph import rates as pair_rates
-from sph import target as bodies
-from sph import timestep
-from sph.cloud import Cloud
-from sph.damage import seeding
-from sph.integrator import Integrator
-from sph.material_settings import Choice
-from sph.materials import Materials, collect
-from sph.numerics import SETS, Numerics
-from sph.surroundings import Surroundings
+from matter.compilation import jit
+from matter.files import snapshot
+from sph.bodies import seeding
+from sph.bodies import target as bodies
+from sph.bodies.cloud import Cloud
+from sph.materials.rows import Materials, collect
+from sph.materials.settings import Choice
+from sph.pairs import rates as pair_rates
+from sph.stepping import timestep
+from sph.stepping.integrator import Integrator
+from sph.stepping.numerics import SETS, Numerics
+from sph.stepping.surroundings import Surroundings
 
 ALPHA0, FIRST_STEP = 1.1, 0.02
 POROUS_ICE = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": ALPHA0})}

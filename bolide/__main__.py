@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import sys
 
-from pipeline import cli, command
+from pipeline import cli
+from pipeline.commands import command
 
 COMMANDS = (
     "run_case",

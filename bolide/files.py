@@ -28,7 +28,9 @@ def import_snapshot(
     Warns of what was left out, and of fields that the stages will miss. Raises ``InputError`` for what cannot be read,
     for values that no particle can have, and for an ``out`` that does not end in ``.vtkhdf``.
     """
-    from matter import archive, formats, quantity
+    from matter import formats
+    from matter.case import quantity
+    from matter.files import archive
 
     place = Path(out)
     archive.check_file(place)

@@ -21,6 +21,6 @@ def score(forecast: str | Path, observed: Mapping[str, Any], column: str = "") -
     """
     import pandas
 
-    from pipeline import frozen_forecast
+    from pipeline.uncertainty import frozen_forecast
 
     return pandas.DataFrame(frozen_forecast.score(forecast, observed, column)).set_index("quantity")

@@ -21,7 +21,7 @@ class Plots:
     def profile(self, stage: str = "final", axes: Axes | None = None) -> Axes:
         """Height against radius with its band over azimuth, in km, or in m where the profile ends before 2 km; drawn
         into ``axes``, in the unit that they have, or into a new figure. Raises ``InputError`` as ``Run.profile``."""
-        from matter import drawing
+        from matter.wording import drawing
 
         drawing.require("a picture")
         import matplotlib.pyplot as plt

@@ -77,7 +77,7 @@ class Run:
     @cached_property
     def snapshots(self) -> list[tuple[str, float, Path]]:
         """Stage, time [s] and file of every snapshot, in the order of time."""
-        from matter import snapshot
+        from matter.files import snapshot
 
         rows = [
             (stage, float(snapshot.attributes(path).get("time", 0.0)), path)
@@ -92,7 +92,7 @@ class Run:
         """The snapshot nearest to a ``time`` after the impact ([s], or a text with unit), of one ``stage`` (``sph``,
         ``dem``) or of either: arrays by field (``particles.position``), or a pyvista mesh. Raises ``InputError`` where
         there is none."""
-        from matter import snapshot
+        from matter.files import snapshot
 
         moment = _si(time, "s", "time")
         there = [one for one in self.snapshots if stage in (None, one[0])]
@@ -102,7 +102,7 @@ class Run:
         self._whole(path)
         if form == "arrays":
             return snapshot.read(path)
-        from matter import drawing
+        from matter.wording import drawing
 
         drawing.require("form='pyvista'", "pyvista")
         import pyvista
@@ -124,8 +124,8 @@ class Run:
         ``compare_profiles`` does: a row per crater and measure."""
         import pandas
 
-        from crater import craters
-        from matter.crater_measures import UNITS
+        from crater.comparison import craters
+        from matter.wording.crater_measures import UNITS
 
         items = [craters.holdings(str(other.folder if isinstance(other, Run) else other)) for other in (self, *others)]
         chosen, said = craters.chosen(items, stage)
@@ -152,7 +152,7 @@ class Run:
         return Plots(self.profile, self.folder.name)
 
     def _repr_html_(self) -> str:
-        from matter import page
+        from matter.wording import page
 
         picture = page.picture(self.folder / "6_crater" / "profile.png", "Radial profile")
         return f"<p><b>{page.escape(self.folder.name)}</b>: {page.escape(self._sentence())}</p>{picture}"
@@ -188,7 +188,7 @@ class Run:
     @staticmethod
     def _whole(path: Path) -> None:
         """Raise ``InputError`` where a file is not as its stage left it."""
-        from pipeline import intact
+        from pipeline.store import intact
 
         intact.check_file(path)
 
@@ -220,7 +220,7 @@ def _of(table: Mapping[str, str], name: str, what: str) -> str:
 
 def _si(value: float | str, unit: str, what: str) -> float:
     """A number in SI, or a text with a unit."""
-    from matter import quantity
+    from matter.case import quantity
 
     try:
         return quantity.parse(value, unit) if isinstance(value, str) else float(value)
@@ -257,9 +257,9 @@ def run(
     """
     if threads is not None and "numba" not in sys.modules:
         os.environ["NUMBA_NUM_THREADS"] = str(threads)
-    from pipeline import going_on, screen
-    from pipeline.request import Request
-    from pipeline.run import run as run_stages
+    from pipeline.running import going_on, screen
+    from pipeline.running.request import Request
+    from pipeline.running.run import run as run_stages
 
     place = Path(out)
     read = going_on.read(

@@ -40,9 +40,9 @@ def sweep(
     """
     import pandas
 
-    from pipeline import case as cases
-    from pipeline import sweep as sweeps
-    from pipeline import sweep_run, sweep_table
+    from pipeline.case import read as cases
+    from pipeline.sweeps import sweep as sweeps
+    from pipeline.sweeps import sweep_run, sweep_table
 
     overrides = tuple(f"{key}={toml(value)}" for key, value in settings.items())
     read = cases.read(Path(case), preset, overrides)

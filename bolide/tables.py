@@ -21,14 +21,14 @@ class Materials(Mapping[str, Mapping[str, Mapping[str, Any]]]):
     """
 
     def __getitem__(self, name: str) -> Mapping[str, Mapping[str, Any]]:
-        from matter import material
+        from matter.case import material
 
         if name not in material.names():
             raise KeyError(f"no material {name!r} (known: {', '.join(material.names())})")
         return material.load(name)
 
     def __iter__(self) -> Iterator[str]:
-        from matter import material
+        from matter.case import material
 
         return iter(material.names())
 
@@ -52,7 +52,7 @@ def scaling(
     angle_from_vertical: float | str = 0.0,
     ground: str | None = None,
 ) -> pandas.DataFrame:
-    """Transient apparent diameter by scaling laws (``crater.scaling``), a row per law.
+    """Transient apparent diameter by scaling laws (``crater.scaling.laws``), a row per law.
 
     ``projectile`` and ``target`` are names of materials, taken with the pores that their files give them; ``radius``,
     ``speed``, ``gravity`` and the angle are SI numbers or texts with units; ``ground``: only the laws for ``fluid``,
@@ -64,8 +64,8 @@ def scaling(
     """
     import pandas
 
-    from crater import scaling as laws
-    from matter import at_rest, quantity
+    from crater.scaling import laws as laws
+    from matter.case import at_rest, quantity
 
     def si(value: float | str, unit: str, what: str) -> float:
         try:

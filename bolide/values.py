@@ -22,7 +22,7 @@ class Value(NamedTuple):
     parts: Mapping[str, float] = {}
 
     def __str__(self) -> str:
-        from matter import readable
+        from matter.wording import readable
 
         return readable.measured(self.value, self.sigma, self.unit)
 

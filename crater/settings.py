@@ -10,11 +10,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, create_model, field_validator, model_validator
 
-from matter import quantity
-from matter.body import Impact, Model, Target
-from matter.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
-from matter.deciding import View
-from matter.quantity import Length, PositiveLength, Speed, Volume
+from matter.case import quantity
+from matter.case.body import Impact, Model, Target
+from matter.case.deciding import View
+from matter.case.quantity import Length, PositiveLength, Speed, Volume
+from matter.wording.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
 
 OFF_CIRCLE = 10.0
 """Largest angle [deg] of ``along_track`` with the tangent of a circle about the companion."""

@@ -14,33 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from crater import (
-    against_published,
-    ballistic,
-    choices,
-    ejecta,
-    flight,
-    handover,
-    launch,
-    melt_scaling,
-    on_bodies,
-    plot,
-    release,
-    report,
-    rest,
-    scaling,
-    series,
-    settled_matter,
-    shock_decay,
-    shock_phases,
-    soundness,
-    tables,
-    thrown_out,
-)
-from crater import datum as datums
-from crater.choices import Choices
-from crater.datum import Datum
-from crater.findings import (
+from crater.comparison import against_published
+from crater.ejecta import ballistic, flight, launch
+from crater.ground import datum as datums
+from crater.ground.datum import Datum
+from crater.measures import blanket
+from crater.pages import report
+from crater.pages.one_snapshot import measure_snapshot
+from crater.pictures import plot
+from crater.results import choices, handover, on_bodies, rest, series, soundness, tables, thrown_out
+from crater.results.choices import Choices
+from crater.results.findings import (
     LATE_SHOCK,
     Ejected,
     Findings,
@@ -51,17 +35,23 @@ from crater.findings import (
     densities,
     with_chain_errors,
 )
-from crater.one_snapshot import measure_snapshot
+from crater.scaling import laws as scaling
+from crater.scaling import melt as melt_scaling
 from crater.settings import Published, Settings
-from matter import archive, at_rest, drawing, snapshot, tree
-from matter.crater_measures import MAXIMA
+from crater.shock import decay as shock_decay
+from crater.shock import phases, release, settled_matter
+from matter.case import at_rest
 from matter.errors import InputError
+from matter.files import archive, snapshot
+from matter.geometry import tree
 from matter.particles import Particles
 from matter.progress import Progress
 from matter.solids import standing
 from matter.solids.placed import PATCH
 from matter.solids.standing import Standing
 from matter.solids.unrolled import Unrolled
+from matter.wording import drawing
+from matter.wording.crater_measures import MAXIMA
 
 __all__ = ["Published", "Settings", "grain_datum", "measure_snapshot", "predict", "run"]
 
@@ -249,7 +239,7 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
         last = LastCrater(measures, time, LATE_SHOCK, path, rest.of_series(moments))
     except InputError as reason:
         reasons["late_sph"] = str(reason)
-    molten, decay = shock_phases.masses(particles, setting.event.mass), {}
+    molten, decay = phases.masses(particles, setting.event.mass), {}
     try:
         decay = shock_decay.facts(
             chosen.seen(particles), setting.datum, setting.settings.impact.projectile.radius
@@ -275,14 +265,14 @@ def _leaving(setting: Setting, particles: Particles) -> dict[str, float]:
     bodies = particles.layer >= 0 if "layer" in particles else np.ones(len(particles), dtype=bool)
     momentum = setting.event.mass * np.asarray(setting.settings.impact.velocity)
     if setting.datum.is_sphere:
-        return ejecta.leaving(particles, float(particles.mass[bodies].sum()), momentum)
-    return ejecta.leaving_ground(particles, setting.datum, setting.settings.escape_speed, momentum)
+        return blanket.leaving(particles, float(particles.mass[bodies].sum()), momentum)
+    return blanket.leaving_ground(particles, setting.datum, setting.settings.escape_speed, momentum)
 
 
 def _faster_than(setting: Setting, moment: series.Moment | None) -> dict[str, Any]:
     """M(>v) when the crater is deepest: later much has landed, earlier much is not yet thrown."""
     curve = (
-        ejecta.mass_above(snapshot.read(moment.path), setting.datum, setting.settings.impact.speed)
+        blanket.mass_above(snapshot.read(moment.path), setting.datum, setting.settings.impact.speed)
         if moment is not None
         else {}
     )

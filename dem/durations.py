@@ -1,6 +1,6 @@
 """How long a collapse is followed and how often it is looked at when a case does not say it, in units of the crater's
-formation time T (``matter.formation_time``; under gravity alone, since what strength holds is not followed with loose
-grains).
+formation time T (``matter.case.formation_time``; under gravity alone, since what strength holds is not followed with
+loose grains).
 
     earliest end    5 T       walls have slumped and waves in the bed have died: at Valhalla's size an hour
     latest end      10 T
@@ -15,7 +15,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from matter import at_rest, formation_time
+from matter.case import at_rest, formation_time
 
 END, LATEST, STILL, SNAPSHOT, HISTORY = 5.0, 10.0, 5.0 / 6.0, 1.0 / 6.0, 1.0 / 12.0
 UNKNOWN = 720.0

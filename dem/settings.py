@@ -7,13 +7,13 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from dem import durations
-from dem.contact_settings import Contact
+from dem.contact.settings import Contact
 from dem.engines.deviations import Deviation
-from matter import at_rest
-from matter.at_rest import Densities
-from matter.body import Impact, Model, Target
-from matter.deciding import View
-from matter.quantity import PositiveLength, PositiveSpeed, PositiveTime
+from matter.case import at_rest
+from matter.case.at_rest import Densities
+from matter.case.body import Impact, Model, Target
+from matter.case.deciding import View
+from matter.case.quantity import PositiveLength, PositiveSpeed, PositiveTime
 
 
 class Settings(Model):
@@ -63,10 +63,11 @@ class Settings(Model):
 
     springs_for: PositiveSpeed | Literal["auto", "bed"] = "auto"
     """Closing speed that the springs of the start are for, at x_max overlap: the bed settles in soft springs for its
-    weight, and its contacts keep their forces when k_n is raised (``dem.stiffening``). ``auto``: the fastest approach
-    handed over, but for a sphere so large that its grains have their solid's springs as ``bed``: the bed's own."""
+    weight, and its contacts keep their forces when k_n is raised (``dem.stiffness.stiffening``). ``auto``: the fastest
+    approach handed over, but for a sphere so large that its grains have their solid's springs as ``bed``: the bed's
+    own."""
     stiffness: Literal["fixed", "following"] = "fixed"
-    """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.following_stiffness``."""
+    """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.stiffness.following``."""
     sleeping: bool = False
     """Skip grains at rest until something near them moves or pushes; see ``dem.sleeping``."""
     pull_interval: PositiveTime | None = None

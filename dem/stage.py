@@ -7,18 +7,22 @@ from pathlib import Path
 import numba
 import numpy as np
 
-from dem import friction_angle, used_laws, whole_collapse
+from dem import used_laws
 from dem.beds import patch, settling
 from dem.beds.flat_ground import FlatGround, ground_of
 from dem.beds.layered_body import LayeredBody
 from dem.beds.packing import FRACTION
 from dem.beds.solid_body import SolidBody, is_solid
-from dem.collapse import Collapse
-from dem.engines import external, program
-from dem.grain_solid import elastic
+from dem.collapse import external, whole_body
+from dem.collapse.run import Collapse
+from dem.contact.grain_solid import elastic
+from dem.engines import program
 from dem.settings import Settings
-from matter import at_rest, checkpoint, readable, snapshot
+from dem.trials import friction_angle
+from matter.case import at_rest
+from matter.files import checkpoint, snapshot
 from matter.solids.placed import PATCH
+from matter.wording import readable
 
 GRAIN_STEPS_PER_S = 2.2e6
 """Grain steps per second of one thread in a collapse, with lists, looks and output (busy AVX-512 machine; 3.4e6 on a
@@ -39,8 +43,8 @@ idle_sources = used_laws.of_collapse
 
 
 def _raised(settings: Settings) -> float | None:
-    """Expected step [s] in springs for the speeds handed over (``dem.stiffening``), at most the bed's; None where
-    springs stay, or nothing is known."""
+    """Expected step [s] in springs for the speeds handed over (``dem.stiffness.stiffening``), at most the bed's; None
+    where springs stay, or nothing is known."""
     target, impact, asked = settings.target, settings.impact, settings.springs_for
     if (
         not (settings.bed_step and settings.bed_radius and target and impact and settings.contact.linear)
@@ -143,7 +147,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     if whole and facts is not None:
         ground = patch.ground_of(facts)
     elif whole:
-        whole_collapse.check(settings)
+        whole_body.check(settings)
         ground = SolidBody.read(target, settings.target)
     else:
         ground = ground_of(target)

@@ -5,14 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from dem.contact_settings import Contact
+from dem.contact.settings import Contact
 from dem.laws.dispatch import FAMILIES
 
 ROOM = Path(__file__).parent
 ATTRACTION = ROOM.parent / "matter" / "solids" / "attraction.py"
-OF_BODIES = {ROOM.parent / "matter" / "tree.py", ROOM / "tide.py", ROOM / "beds" / "slopes.py", ATTRACTION}
-"""What only a whole body takes, or a patch of one: gravity between grains (``dem.self_gravity``), tide, slopes; the
-attraction at a site."""
+OF_BODIES = {
+    ROOM.parent / "matter" / "geometry" / "tree.py",
+    ROOM / "grains" / "tide.py",
+    ROOM / "beds" / "slopes.py",
+    ATTRACTION,
+}
+"""What only a whole body takes, or a patch of one: gravity between grains (``dem.grains.self_gravity``), tide, slopes;
+the attraction at a site."""
 PACKING = ("beds/packing.py", "beds/loose_packing.py", "beds/relaxation.py")
 """What only the making of a bed takes."""
 
@@ -27,13 +32,13 @@ def _laws(contact: Contact) -> set[Path]:
 
 
 def of_bed(settings: Any) -> set[Path]:
-    """What a bed made with ``settings`` (``dem.bed_stage``) leaves idle."""
+    """What a bed made with ``settings`` (``dem.beds.stage``) leaves idle."""
     idle = _laws(settings.contact)
     if settings.target.solid and not settings.on_patch:
         # slopes of the whole are held against the friction angle, which is measured
         idle -= set((ROOM / "trials").glob("*.py"))
         idle |= {ROOM / "beds" / "packing.py", ROOM / "beds" / "loose_packing.py", ATTRACTION}
-        return idle | (set() if settings.target.companion else {ROOM / "tide.py"})
+        return idle | (set() if settings.target.companion else {ROOM / "grains" / "tide.py"})
     idle |= OF_BODIES - {ATTRACTION} if settings.on_patch else OF_BODIES
     if settings.packing == "loose":
         return idle - set((ROOM / "trials").glob("*.py"))  # its solid fraction is measured

@@ -8,8 +8,9 @@ import sys
 
 import numpy as np
 
-from crater import compare, craters
-from crater.plot import draw_comparison
+from crater.comparison import craters
+from crater.pages import compare
+from crater.pictures.plot import draw_comparison
 
 if len(sys.argv) < 3:
     sys.exit("usage: python examples/compare_two_profiles.py A B [picture.png]")

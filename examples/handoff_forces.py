@@ -11,8 +11,8 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
-from handoff import force_network
-from matter import snapshot
+from handoff.transfer import force_network
+from matter.files import snapshot
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt

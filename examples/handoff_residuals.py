@@ -11,7 +11,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
-from matter import archive
+from matter.files import archive
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt

@@ -13,7 +13,7 @@ import matplotlib
 import numpy as np
 import trimesh
 
-from matter import archive, snapshot
+from matter.files import archive, snapshot
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from matter import snapshot
+from matter.files import snapshot
 
 run, path = Path(sys.argv[1]), Path(sys.argv[2])
 rows = list(csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#")))

@@ -8,8 +8,8 @@ import sys
 
 import numpy as np
 
-from crater.measure import measure
-from crater.report import as_text
+from crater.measures.measure import measure
+from crater.pages.report import as_text
 from matter.particles import Particles
 
 points = np.loadtxt(sys.argv[1], usecols=(0, 1, 2))

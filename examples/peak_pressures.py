@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from matter import snapshot
+from matter.files import snapshot
 
 shot = snapshot.read(sys.argv[1])
 first, peak = shot.initial_position, shot.peak_pressure

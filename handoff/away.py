@@ -16,11 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from handoff import turning, two_body
-from handoff.handed import Handoff
+from handoff.domains import turning
+from handoff.domains.whole_body import SURFACE_FILE, WholeBody
 from handoff.settings import Settings
-from handoff.whole_body import SURFACE_FILE, WholeBody
-from matter import archive, snapshot
+from handoff.source import two_body
+from handoff.transfer.handed import Handoff
+from matter.files import archive, snapshot
 from matter.particles import Particles
 from matter.solids import solid as solids
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from handoff.cavity import RESOLVED_RADIUS
-from matter import archive
+from handoff.source.cavity import RESOLVED_RADIUS
 from matter.errors import InputError
+from matter.files import archive
 
 
 class Limit(NamedTuple):

@@ -7,14 +7,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
-from handoff import control as controls
-from handoff import surface
 from handoff.ledger import check_waivers
-from matter import at_rest, formation_time
-from matter.at_rest import Densities
-from matter.body import Impact, Target
-from matter.deciding import View
-from matter.quantity import PositiveTime
+from handoff.source import surface
+from handoff.transfer import control as controls
+from matter.case import at_rest, formation_time
+from matter.case.at_rest import Densities
+from matter.case.body import Impact, Target
+from matter.case.deciding import View
+from matter.case.quantity import PositiveTime
 
 LATEST = 10.0
 """Formation times of the crater at which a collapse ends at the latest, by default."""
@@ -44,11 +44,11 @@ class Settings(surface.Rules):
     escape; by default ``[dem] latest_time``, or its default of ten formation times."""
 
     time: PositiveTime | Literal["auto", "last"] = "auto"
-    """``auto`` by the rule of ``handoff.handoff_time``; ``last`` snapshot; or a time after the impact (the nearest
-    snapshot is taken)."""
+    """``auto`` by the rule of ``handoff.source.handoff_time``; ``last`` snapshot; or a time after the impact (the
+    nearest snapshot is taken)."""
     method: Literal["mapped", "direct"] = "mapped"
     """``mapped``: the settled bed takes over the flow; ``direct``: every SPH particle becomes a grain (see
-    ``handoff.direct``). The report compares both."""
+    ``handoff.transfer.direct``). The report compares both."""
     direct_packing: float = Field(1.0, gt=0.1, le=1.0)
     """Share of a particle's volume that its sphere holds in the direct transition; 1: equal volume."""
     control: controls.Kind = "none"

@@ -15,35 +15,25 @@ from typing import Any
 
 import numpy as np
 
-from handoff import (
-    account,
-    account_fields,
-    away,
-    compare,
-    direct,
-    grain_size,
-    handoff_time,
-    hydrostatic,
-    laying,
-    report,
-    shock_rows,
-    surface,
-    transfer,
-    turning,
-    whole_rows,
-)
-from handoff import control as controls
-from handoff import domain as domains
-from handoff.handed import Handoff
+from handoff import away
+from handoff.domains import domain as domains
+from handoff.domains import turning
 from handoff.ledger import Ledger
+from handoff.ledger_rows import account, fields, shock, whole_body
+from handoff.pages import report
 from handoff.settings import Settings
-from matter import archive, readable, snapshot
-from matter.body import Impact, Target
+from handoff.source import grain_size, handoff_time, hydrostatic, laying, surface
+from handoff.transfer import compare, direct, transfer
+from handoff.transfer import control as controls
+from handoff.transfer.handed import Handoff
+from matter.case.body import Impact, Target
 from matter.errors import InputError, Unsound
+from matter.files import archive, snapshot
 from matter.particles import Particles
 from matter.progress import Progress
 from matter.solids import standing
 from matter.solids.placed import PATCH
+from matter.wording import readable
 
 # measured on one core of the 2-core build machine (AVX-512): see benchmarks/handoff.py
 _S_PER_PARTICLE, _S_PER_GRAIN, _S_PER_SNAPSHOT_PARTICLE, _S_FIXED = 6e-5, 1.5e-4, 4e-6, 3.0
@@ -94,13 +84,13 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     ledger = mapped
     if settings.method == "direct":
         ledger = account.ledger_of_direct(_needed(straight), handoff, source, bed, column, settings.waive)
-    shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), choice, column)
+    shock.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), choice, column)
     start = _needed(straight).start if settings.method == "direct" else handoff.start
     if settings.control != "none":
         start = controls.start(settings.control, handoff, bed)
     start = turning.to_run(start, region)
     if settings.method == "mapped":
-        whole_rows.enter(ledger, handoff, as_it_is, turning.to_run(handoff.start, region))
+        whole_body.enter(ledger, handoff, as_it_is, turning.to_run(handoff.start, region))
     ledger.complete()
     progress.update(0.85, "writing", force=True)
     start.attributes |= _measuring(source, region, patch, settings.impact)
@@ -157,14 +147,14 @@ def hand_over(
     """
     rules, region = rules or surface.Rules(), domains.read(bed.attributes, target)
     if PATCH in bed.attributes and source.attributes.get("frame") == "solid":
-        raise InputError("the bed is a patch of a body laid flat: lay the source flat before (handoff.laying)")
+        raise InputError("the bed is a patch of a body laid flat: lay the source flat before (handoff.source.laying)")
     column = column or column_of(source, region)
     as_it_is, source = source, turning.to_bed(source, region)
     handoff = transfer.hand_over(source, bed, rules, column, region, until)
     start = turning.to_run(handoff.start, region)
     ledger = account.ledger_of(handoff, source, bed, column, waive or {})
-    shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), None, column)
-    whole_rows.enter(ledger, handoff, as_it_is, start)
+    shock.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), None, column)
+    whole_body.enter(ledger, handoff, as_it_is, start)
     ledger.complete()
     return start, ledger
 
@@ -186,8 +176,8 @@ def column_of(source: Particles, region: domains.Domain) -> hydrostatic.Column:
 def _measuring(
     source: Particles, region: domains.Domain, patch: laying.Patch | None = None, impact: Impact | None = None
 ) -> dict[str, Any]:
-    """What a crater in the grains is measured against (``crater.choices``): as in the shock stage, over the bed's
-    datum and against the settled bed."""
+    """What a crater in the grains is measured against (``crater.results.choices``): as in the shock stage, over the
+    bed's datum and against the settled bed."""
     carried = source.attributes.get("measuring")
     if patch is not None and impact is not None:
         carried = patch.measuring(impact.expected_transient_diameter)
@@ -304,8 +294,8 @@ def _record(
 
 def _write_residuals(handoff: Handoff, source: Particles, bed: Particles, path: Path) -> None:
     """What the report draws: the split, surface heights of both clouds, and the fields cell by cell."""
-    number, size = account_fields.comparison_cells(handoff, source, grain_size.at_impact(bed))
-    cells = compare.field_difference(account_fields.corrected_fields(handoff, source, bed), number, size)
+    number, size = fields.comparison_cells(handoff, source, grain_size.at_impact(bed))
+    cells = compare.field_difference(fields.corrected_fields(handoff, source, bed), number, size)
     foot, distance, height, carved = handoff.carving.columns
     archive.write(
         path,

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from matter import quantity
+from matter.case import quantity
 from matter.errors import InputError
 from matter.progress import stop_requested
 

@@ -21,12 +21,13 @@ from typing import Any
 
 import numpy as np
 
-from matter import archive, readable
 from matter.errors import InputError, UnphysicalState
-from nbody import ephemeris
-from nbody.ephemeris import Ephemeris, Orbits
+from matter.files import archive
+from matter.wording import readable
 from nbody.integrators import launched
-from nbody.system import Body, System, jovian, load, start
+from nbody.masses import ephemeris
+from nbody.masses.ephemeris import Ephemeris, Orbits
+from nbody.masses.system import Body, System, jovian, load, start
 
 NEEDED = {"place": 3, "time": 1, "velocity": 3, "mass": 1, "layer": 1, "number": 1}
 """Arrays that a catalogue has to hold, and how many columns each."""

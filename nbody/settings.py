@@ -7,9 +7,10 @@ from typing import Literal
 
 from pydantic import Field, field_validator
 
-from matter.body import Impact, Model
-from matter.quantity import Angle, PositiveSpeed
-from nbody import census, conditions, rules
+from matter.case.body import Impact, Model
+from matter.case.quantity import Angle, PositiveSpeed
+from nbody.census import census
+from nbody.population import conditions, rules
 
 
 class Settings(Model):
@@ -29,7 +30,7 @@ class Settings(Model):
     encounters: int = Field(default=300, ge=1, le=10_000_000)
     """How many entries into the moon's Hill sphere."""
     rule: str = "mean of retrograde impacts"
-    """Which impact is taken from the census (``nbody.rules``)."""
+    """Which impact is taken from the census (``nbody.population.rules``)."""
     latitude: Angle | None = None
     """Latitude of the crater: the angle is averaged over impacts within ``latitude_window`` of it, north and south."""
     latitude_window: Angle = math.radians(10.0)

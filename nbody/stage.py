@@ -11,12 +11,13 @@ import json
 import math
 from pathlib import Path
 
-from matter import archive, checkpoint
 from matter.errors import Unsound
-from nbody import census, conditions, encounters, rules, soundness
+from matter.files import archive, checkpoint
+from nbody.census import census, soundness
 from nbody.integrators import cash_karp, moon_mode, rkck
+from nbody.masses.system import GALILEAN, jovian
+from nbody.population import conditions, encounters, rules
 from nbody.settings import Settings
-from nbody.system import GALILEAN, jovian
 
 # us of one core per particle: Xeon at 2.x GHz, two cores shared, numba 0.68
 COST_S = {"fast": 75e-6, "tube": 75e-6, "rkck": 9e-3}

@@ -1,6 +1,6 @@
 """The commands. Help texts need neither numba nor VTK: what is heavy is imported when a command really starts.
 
-What frames them all (exit codes, errors, versions) is ``pipeline.command``.
+What frames them all (exit codes, errors, versions) is ``pipeline.commands.command``.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from typing import Annotated
 
 import typer
 
-from pipeline import command, run_command
-from pipeline.command import guarded, point, quantity, watched
+from pipeline.commands import command, run_command
+from pipeline.commands.command import guarded, point, quantity, watched
 
 
 def _inspect_handoff(
@@ -38,17 +38,17 @@ def _inspect_handoff(
     """Print the ledger of a handoff: what went in, what came out, each limit and its verdict."""
 
     def action() -> int:
-        from handoff import report
-        from matter import lock
+        from handoff.pages import report
         from matter.errors import InputError
-        from pipeline import intact, view
+        from matter.files import lock
+        from pipeline.store import intact, view
 
         for option, given in (("--only", only), ("--draws", draws), ("--threads", threads)):
             if given and not sensitivity:
                 raise InputError(f"{option} goes with --sensitivity")
         place = run.parent if run.name == "4_handoff" else run  # either is understood
         if sensitivity:
-            from pipeline import sensitivity as runs
+            from pipeline.uncertainty import sensitivity as runs
 
             runs.run(place, only, threads, draws or runs.DRAWS)
         intact.check_shown(place, "handoff")
@@ -81,8 +81,8 @@ def _compare_profiles(
     """Compare craters, like with like: diameters, depths, RMS difference, one picture."""
 
     def action() -> int:
-        from crater import compare
-        from pipeline import intact
+        from crater.pages import compare
+        from pipeline.store import intact
 
         for item in items:
             intact.check_shown(Path(item), "crater")
@@ -104,7 +104,7 @@ def _measure_crater(
 
     def action() -> int:
         from crater import stage
-        from pipeline import intact
+        from pipeline.store import intact
 
         intact.check_file(snapshot)
         return stage.measure_snapshot(
@@ -129,7 +129,7 @@ def _impact_census(
     """N-body impact statistics as tables and plots."""
 
     def action() -> int:
-        from nbody import census
+        from nbody.census import census
 
         return watched("census", lambda: census.census(target, population, integrator, count, seed, out))
 
@@ -158,7 +158,7 @@ def _fly_ejecta(
 
     def action() -> int:
         from nbody import launches
-        from pipeline import flown_page
+        from pipeline.commands import flown_page
 
         angles = zip((latitude, longitude, azimuth), ("--latitude", "--longitude", "--azimuth"))
         site = launches.Site(*(quantity(text, "rad", option) for text, option in angles))
@@ -198,7 +198,8 @@ def _import_snapshot(
     """Write another code's output as a snapshot of this project."""
 
     def action() -> int:
-        from matter import archive, formats
+        from matter import formats
+        from matter.files import archive
 
         archive.check_file(out)
         centre, axis = point(origin, "--origin") if origin else None, point(up, "--up") if up else None
@@ -227,8 +228,9 @@ def _export_snapshot(
     """Write a snapshot for another program."""
 
     def action() -> int:
-        from matter import archive, formats
-        from pipeline import intact
+        from matter import formats
+        from matter.files import archive
+        from pipeline.store import intact
 
         archive.check_file(out)
         intact.check_file(snapshot)

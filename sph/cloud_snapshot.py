@@ -6,13 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from matter import snapshot
+from matter.files import snapshot
 from matter.particles import Particles
-from sph import ground as grounds
-from sph import release_phases, state, symmetry, temperature
-from sph import target as bodies
-from sph.integrator import Integrator
+from sph.bodies import ground as grounds
+from sph.bodies import symmetry
+from sph.bodies import target as bodies
+from sph.materials import temperature
 from sph.settings import Settings
+from sph.shock_states import release_phases
+from sph.stepping import state
+from sph.stepping.integrator import Integrator
 
 
 def particles(
@@ -59,8 +62,8 @@ def particles(
 
 
 def measuring(settings: Settings, column: bodies.Profile | grounds.Ground, radius: float) -> dict[str, Any]:
-    """What a crater in these snapshots is measured against (``crater.choices``): datum, gravity, expected size,
-    and the ground before the impact."""
+    """What a crater in these snapshots is measured against (``crater.results.choices``): datum, gravity, expected
+    size, and the ground before the impact."""
     size = settings.impact.expected_transient_diameter
     datum: dict[str, Any] = {"kind": "plane", "centre_m": [0.0, 0.0, 0.0], "source": "undisturbed ground"}
     gravity = settings.target.gravity

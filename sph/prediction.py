@@ -17,11 +17,13 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from matter import readable
 from matter.constants import G
-from sph import durations, ground_strength, history, projectile, resolution, symmetry
-from sph.damage import grady_kipp, seeding
+from matter.wording import readable
+from sph.bodies import projectile, seeding, symmetry
+from sph.damage import grady_kipp
+from sph.planning import durations, ground_strength, resolution
 from sph.settings import Settings
+from sph.stepping import history
 
 # of one thread, warm: seconds per particle and step, per particle of one gravity evaluation, per pair of the direct
 # sum, per particle written, per particle of a fine and a wide tree's energy
@@ -173,7 +175,7 @@ def _per_row(settings: Settings, n: float) -> float:
 
 
 def expected_flaws(settings: Settings) -> float:
-    """About how many flaws the target gets (``sph.damage.seeding``): most of a checkpoint where grading is strong."""
+    """About how many flaws the target gets (``sph.bodies.seeding``): most of a checkpoint where grading is strong."""
     materials = settings.chosen_materials()
     layers = [materials.names.index(layer.material) for layer in settings.target.layers]
     if not any(materials.rows.flawed[index] and not materials.predamaged(materials.names[index]) for index in layers):

@@ -6,20 +6,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, create_model, model_validator
 
-from matter.body import Impact, Target
-from matter.deciding import View
+from matter.case.body import Impact, Target
+from matter.case.deciding import View
+from matter.case.quantity import PositiveLength, PositiveTime, Time
+from matter.compilation.law_family import keys
 from matter.errors import InputError
-from matter.law_family import keys
-from matter.quantity import PositiveLength, PositiveTime, Time
-from sph import durations, projectile, resolution
-from sph import late as late_stage
-from sph import materials as material_rows
-from sph import symmetry as symmetries
-from sph import target as bodies
+from sph.bodies import projectile
+from sph.bodies import symmetry as symmetries
+from sph.bodies import target as bodies
 from sph.boundary import dispatch as boundaries
-from sph.boundary import sides_and_floor
-from sph.material_settings import Choice
-from sph.numerics import Numerics
+from sph.materials import rows as material_rows
+from sph.materials.settings import Choice
+from sph.planning import durations, resolution
+from sph.stepping import late as late_stage
+from sph.stepping import sides_and_floor
+from sph.stepping.numerics import Numerics
 
 # what a default is worked out with raises nothing: a mistake in the materials is told by the settings' own check
 
@@ -62,14 +63,14 @@ class Settings(_Keys):
     impact: Impact
     """How the projectile hits, ``[impact]``."""
     materials: dict[str, Choice] = Field(default_factory=dict)
-    """Changes to single materials, ``[sph.materials.ice]`` for example (``sph.material_settings``)."""
+    """Changes to single materials, ``[sph.materials.ice]`` for example (``sph.materials.settings``)."""
     strength: bool = True
     """Whether solids have shear strength."""
     damage: bool = True
     """Whether solids break."""
     particles: Annotated[int, Field(ge=500, le=100_000_000), View()] = resolution.PARTICLES
     """About how many particles the target has, where ``spacing_at_impact`` is not given: it is solved for this number
-    (``sph.resolution``)."""
+    (``sph.planning.resolution``)."""
     fine_radius: PositiveLength = Field(default_factory=lambda given: resolution.fine_radius(given["impact"]))
     """Radius about the impact point inside which the spacing is ``spacing_at_impact``; by default 0.6 expected
     diameters, at least 3 projectile radii."""
@@ -98,7 +99,7 @@ class Settings(_Keys):
     what the target's at the contact weigh: light particles thrown at heavy ones bounce off one by one, with peak
     pressures three times the planar limit. Not for a projectile of parts."""
     end_time: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.END))
-    """Simulated time after the impact; by default two formation times of the crater (``sph.durations``)."""
+    """Simulated time after the impact; by default two formation times of the crater (``sph.planning.durations``)."""
     snapshot_interval: PositiveTime = Field(default_factory=lambda given: _crater_times(given, durations.SNAPSHOT))
     """Simulated time between snapshots; by default a fifteenth of the formation time."""
     history_interval: PositiveTime = Field(

@@ -13,32 +13,25 @@ from typing import Any
 
 import numpy as np
 
-from matter import checkpoint, progress, readable, snapshot
+from matter import progress
 from matter.cadence import Cadence
+from matter.files import checkpoint, snapshot
 from matter.particles import Particles
-from sph import (
-    cloud_snapshot,
-    flow_reynolds,
-    individual_steps,
-    prediction,
-    projectile,
-    solid_target,
-    symmetry,
-    viscosity_reconstructed,
-    watch,
-)
-from sph import ground as grounds
-from sph import materials as material_rows
-from sph import target as bodies
-from sph.boundary import sides_and_floor
+from matter.wording import readable
+from sph import cloud_snapshot, prediction
+from sph.bodies import ground as grounds
+from sph.bodies import projectile, seeding, solid_target, symmetry
+from sph.bodies import target as bodies
+from sph.bodies.cloud import Cloud
 from sph.boundary.edge import Edge
-from sph.cloud import Cloud
-from sph.damage import seeding
-from sph.history import History
-from sph.integrator import Integrator
-from sph.runge_kutta import RungeKutta
+from sph.materials import rows as material_rows
 from sph.settings import Settings
-from sph.surroundings import Surroundings
+from sph.stepping import flow_reynolds, individual_steps, sides_and_floor, watch
+from sph.stepping.history import History
+from sph.stepping.integrator import Integrator
+from sph.stepping.runge_kutta import RungeKutta
+from sph.stepping.surroundings import Surroundings
+from sph.viscosity import reconstructed
 
 INTEGRATORS: dict[str, type[Integrator]] = {"leapfrog": Integrator, "rk3": RungeKutta}
 
@@ -268,13 +261,7 @@ class Simulation:
         """A row of the flow's Reynolds number."""
         i, c = self.integrator, self.integrator.cloud
         mine = c.layer >= 0
-        share = (
-            c.viscosity[mine]
-            if len(c.viscosity)
-            else viscosity_reconstructed.SMOOTH
-            if i.scheme.reconstructed
-            else 1.0
-        )
+        share = c.viscosity[mine] if len(c.viscosity) else reconstructed.SMOOTH if i.scheme.reconstructed else 1.0
         target = self.settings.target
         place = target.placed.from_site(c.position[mine]) if target.solid else c.position[mine]
         reynolds = flow_reynolds.measure(

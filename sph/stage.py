@@ -11,16 +11,21 @@ import json
 from pathlib import Path
 from typing import Any
 
-from matter import archive, checkpoint, progress
-from matter.body import Target
-from sph import ground as grounds
-from sph import prediction, solid_target, stage_report, used_laws, viscosity_switch
-from sph import target as bodies
-from sph.boundary import sides_and_floor
+from matter import progress
+from matter.case.body import Target
+from matter.files import archive, checkpoint
+from sph import prediction
+from sph.bodies import ground as grounds
+from sph.bodies import solid_target
+from sph.bodies import target as bodies
 from sph.kernels import dispatch as kernels
-from sph.materials import Materials
+from sph.materials import used_laws
+from sph.materials.rows import Materials
+from sph.outcome import stage_report
 from sph.settings import Settings
 from sph.simulation import Simulation
+from sph.stepping import sides_and_floor
+from sph.viscosity import switch
 
 
 def idle_sources(settings: Settings) -> set[Path]:
@@ -35,7 +40,7 @@ def idle_sources(settings: Settings) -> set[Path]:
         "length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",
         "../matter/tree": settings.target.attracts, "conductivity": settings.conductivity > 0.0,
         "viscosity_reconstructed": settings.viscosity == "reconstructed",
-        **{f"viscosity_{name}": settings.viscosity_switch == name for name in viscosity_switch.LAWS},
+        **{f"viscosity_{name}": settings.viscosity_switch == name for name in switch.LAWS},
     }  # fmt: skip
     return (
         used_laws.idle_sources(settings.chosen_materials())

@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from matter import archive
 from matter.errors import InputError
+from matter.files import archive
 from studies import benz_jutzi_pictures
 from studies.benz_jutzi_runs import (
     ESCAPE,

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from sph.eos import dispatch as eos
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
 from sph.porosity import compaction_damage, dispatch, p_alpha
 
 ALPHA0, PE, PS = 1.5, 0.1e9, 1e9

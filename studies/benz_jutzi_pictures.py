@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from matter import snapshot
+from matter.files import snapshot
 from studies.benz_jutzi_runs import DEFAULT_SET, ESCAPE, Runs, label, transferred
 
 

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from matter import material, quantity, snapshot
+from matter.case import material, quantity
+from matter.files import snapshot
 from matter.particles import Particles
-from sph.numerics import SETS
+from sph.stepping.numerics import SETS
 
 RIM = {22.0: 5.4, 40.0: 8.4}
 """Particles that began within this distance [m] of the rim are left out; by the half-sphere's radius."""
@@ -189,8 +190,8 @@ def measure(run: Path) -> dict[str, Any]:
 
 
 def cut_off(particles: Particles) -> dict[str, float]:
-    """Heat [J] and number of particles with at most ``LONELY`` neighbours, which feel no pressure (``sph.state``);
-    kinetic energy of the projectile [J]."""
+    """Heat [J] and number of particles with at most ``LONELY`` neighbours, which feel no pressure
+    (``sph.stepping.state``); kinetic energy of the projectile [J]."""
     alone = particles.neighbours <= LONELY
     motion = 0.5 * particles.mass * np.einsum("ij,ij->i", particles.velocity, particles.velocity)
     return {

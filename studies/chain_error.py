@@ -5,7 +5,8 @@ written to the case's expected.toml.
     [--threads T] [--only-evaluate] [--dry]
 
 Each member is a run of ``run_case`` in OUT; stages that agree are made once. What is done is not made again: the same
-command continues after any stop, and the table holds what is there so far. Formulas: ``pipeline/chain_error.py``.
+command continues after any stop, and the table holds what is there so far. Formulas:
+``pipeline/uncertainty/chain_error.py``.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import sys
 from pathlib import Path
 
 from matter.errors import InputError, Stopped
-from pipeline import chain_error, expected
+from pipeline.settings import expected
+from pipeline.uncertainty import chain_error
 
 
 def main() -> int:

@@ -22,11 +22,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from crater.measure import Measures, measure
+from crater.measures.measure import Measures, measure
 from fixtures import crater_trials as trials
 from fixtures import synthetic_craters as synthetic
-from matter import frame
 from matter.errors import InputError
+from matter.geometry import frame
 from matter.particles import Particles
 
 NAMES = ("diameter_rim_m", "diameter_apparent_m", "depth_m", "rim_height_m", "volume_m3")

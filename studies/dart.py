@@ -4,8 +4,8 @@
     python studies/dart.py --out runs/dart              # makes them, resumed where they were stopped
     python studies/dart.py --out runs/dart --evaluate   # the table of what is done so far
 
-Shock stage alone: beta from what escapes (``sph.escaping``), the change of speed that a body of the target's mass
-gets, and the mass that leaves, at the end and at half of the time. The parameters were written down in
+Shock stage alone: beta from what escapes (``sph.outcome.escaping``), the change of speed that a body of the target's
+mass gets, and the mass that leaves, at the end and at half of the time. The parameters were written down in
 ``cases/dart_dimorphos`` and here before the first of these runs.
 """
 
@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from matter import snapshot
 from matter.errors import InputError
-from sph import escaping
+from matter.files import snapshot
+from sph.outcome import escaping
 from studies.case_runs import ROOT, run, sets
 
 CASE = ROOT / "cases" / "dart_dimorphos"

@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from dem import bed_stage
-from dem.contact_settings import Contact, GrainLaw
-from matter import snapshot
-from matter.body import Impact, Target
+from dem.beds import stage
+from dem.contact.settings import Contact, GrainLaw
+from matter.case.body import Impact, Target
+from matter.files import snapshot
 from studies.granular import bulk_flows, carved_bowl
 
 CONTACT = Contact(steps_per_contact=20)
@@ -115,7 +115,7 @@ def one_bowl(packing: str, grains: int, work: Path) -> carved_bowl.Relaxed:
         {"speed": 2000.0, "angle_from_vertical": 0.0, "projectile": shot, "expected_transient_diameter": 18.0}
     )
     spread = 0.15 if packing == "rcp" else 0.0
-    settings = bed_stage.Settings(
+    settings = stage.Settings(
         target=target, impact=impact, contact=SOFT, count=grains, arc_radius=BOWL_RADIUS, shape="bowl",
         packing=packing, radius_spread=spread,
         headroom_fraction=0.1,
@@ -134,7 +134,7 @@ def one_bowl(packing: str, grains: int, work: Path) -> carved_bowl.Relaxed:
     (run / "2_sph" / "target.json").write_text(json.dumps(ground))
     if not (run / "3_bed" / "bed.vtkhdf").is_file():
         begin = time.process_time()
-        bed_stage.run(settings, run, run / "3_bed")
+        stage.run(settings, run, run / "3_bed")
         print(f"settled: {time.process_time() - begin:.0f} s of CPU", flush=True)
     report = json.loads((run / "3_bed" / "bed_report.json").read_text())
     print(

@@ -27,7 +27,7 @@ def carve(run: Path, out: Path) -> None:
     import numpy as np
 
     from dem.beds.domain import Domain
-    from matter import snapshot
+    from matter.files import snapshot
     from matter.particles import Particles
 
     bed = snapshot.read(run / "3_bed" / "bed.vtkhdf")
@@ -57,7 +57,7 @@ def profile(folder: Path, width: float):
     import numpy as np
 
     from dem.beds.domain import Domain
-    from matter import snapshot
+    from matter.files import snapshot
 
     last = snapshot.read(folder / "last.vtkhdf")
     domain = Domain.of_attribute(last.attributes["domain"])
@@ -91,7 +91,7 @@ def main() -> None:
     import numpy as np
 
     from dem import stage
-    from dem.contact_settings import Contact, GrainLaw
+    from dem.contact.settings import Contact, GrainLaw
     from dem.engines import deviations, program
     from matter.errors import InputError
 
@@ -203,7 +203,7 @@ def draw(found: dict, width: float, path: Path) -> None:
 
 def report_radius(place: Path) -> float:
     """Mean radius of the grains [m]."""
-    from matter import snapshot
+    from matter.files import snapshot
 
     return float(snapshot.read(place / "4_handoff" / "start.vtkhdf").radius.mean())
 

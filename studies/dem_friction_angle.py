@@ -4,8 +4,8 @@ tilted bed.
     python studies/dem_friction_angle.py [--out docs/results/dem_friction_angle] [--shape 0.4]
         [--part map|find|tilt|rate|fraction|all]
 
-Every measurement is kept where ``dem.friction_angle`` keeps them, so the script goes on where it was stopped. One
-measurement takes one to two minutes of one core, a tilt three; the whole script some 50 minutes.
+Every measurement is kept where ``dem.trials.friction_angle`` keeps them, so the script goes on where it was stopped.
+One measurement takes one to two minutes of one core, a tilt three; the whole script some 50 minutes.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from dem import friction_angle
-from dem.contact_settings import Contact, GrainLaw
+from dem.contact.settings import Contact, GrainLaw
+from dem.trials import friction_angle
 
 FRICTIONS = (0.0, 0.15, 0.3, 0.5, 0.8)
 SHAPES = (0.0, 0.2, 0.4, 0.8)

@@ -14,9 +14,9 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from matter import archive
-from nbody import encounters
-from nbody.encounters import ENTRY
+from matter.files import archive
+from nbody.population import encounters
+from nbody.population.encounters import ENTRY
 from studies.winter_2017.impacts import angles, bookkeeping, speeds
 from studies.winter_2017.score import Evidence, Score
 from studies.winter_2017.setup import inputs, integration, starts

@@ -24,8 +24,9 @@ import numpy as np
 from dem import stage
 from dem.engines import deviations
 from dem.settings import Settings
-from matter import snapshot
-from pipeline import case, checking
+from matter.files import snapshot
+from pipeline.case import read
+from pipeline.settings import checking
 
 ROWS = 50
 """Rows of the history between start and end."""
@@ -49,7 +50,7 @@ def without_ejecta(run: Path, place: Path) -> None:
 
 def settings_for(run: Path, engine: str, twists: bool, seconds: float) -> Settings:
     """The collapse of the run's own case for ``seconds`` on this engine, with or without springs of twisting."""
-    found = checking.settings_of(case.read(run / "case.used.toml"), ("dem",))["dem"]
+    found = checking.settings_of(read.read(run / "case.used.toml"), ("dem",))["dem"]
     assert isinstance(found, Settings)
     begin = float(snapshot.attributes(run / "4_handoff" / "start.vtkhdf")["time"])
     laws = (

@@ -13,9 +13,10 @@ import sys
 from pathlib import Path
 
 from matter.errors import InputError
-from pipeline import case as cases
-from pipeline import expected, run_process
-from pipeline.request import Request
+from pipeline.case import read as cases
+from pipeline.running import run_process
+from pipeline.running.request import Request
+from pipeline.settings import expected
 
 
 def main() -> int:

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from matter import archive
 from matter.errors import InputError
+from matter.files import archive
 from studies import hera_forecast as forecast
 from studies import hera_forecast_picture
 

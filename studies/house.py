@@ -17,8 +17,8 @@ circles      sets of modules that reach each other by imports (Tarjan's strong c
 raw columns  lines with a number above 2 as last index, ``V[:, 7]``, ``report[4]``, ``row[4:7]``: 0, 1, 2 are the
              coordinates of a vector. Components of symmetric tensors (3, 4, 5) are among them, and so are shown beside
              those above 5.
-numpy        lines of scalar laws (``law`` of ``matter.jit``) that call numpy, which compilers for devices refuse:
-             ``math`` has the same functions.
+numpy        lines of scalar laws (``law`` of ``matter.compilation.jit``) that call numpy, which compilers for devices
+             refuse: ``math`` has the same functions.
 places       lines in the rooms that name a given law, outside of its own file and of the tests: what has to be touched
              for one more like it. The law is one that nothing but its family knows (``PLACES``). A line counts if a
              name in it holds the law's as a word between underscores (``normal_hertz``, ``SJKR``, ``as_murnaghan``),

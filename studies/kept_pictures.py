@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from matter import archive
+from matter.files import archive
 
 RESULTS = Path(__file__).resolve().parents[1] / "docs" / "results"
 LIMIT_KB, NARROWEST, SMALLER = 150.0, 750, 0.9

@@ -3,9 +3,9 @@
     python studies/melt_of_dunite.py --out runs/melt [--results docs/results/melt_of_dunite] [--sizes 10 14 20]
 
 Runs ``cases/pierazzo_1997``; what is done is not made again. In masses of the ball, of target and ball together; both
-ways use the pressure or entropy at which matter is as hot as its melting point at 1 bar (``crater.release``). The
-published laws are those of the run's own page (``crater.melt_scaling``). Extrapolated to no spacing by m = m_0 + a h^p
-of the last three sizes.
+ways use the pressure or entropy at which matter is as hot as its melting point at 1 bar (``crater.shock.release``).
+The published laws are those of the run's own page (``crater.scaling.melt``). Extrapolated to no spacing by m = m_0 + a
+h^p of the last three sizes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from crater import melt_scaling
+from crater.scaling import melt
 from studies import case_runs
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -80,7 +80,7 @@ def table(found: dict[int, dict[str, Any]]) -> str:
         cells = ("not even" if end is None else f"{end[0]:.2f} (order {end[1]:.1f})" for end in ends)
         lines.append("| no spacing | " + " | ".join(cells) + " |")
     laws = next(iter(found.values()))["published"]
-    said = ", ".join(f"{melt_scaling.WORDS[key]}: {value:.2f}" for key, value in laws.items())
+    said = ", ".join(f"{melt.WORDS[key]}: {value:.2f}" for key, value in laws.items())
     return "\n".join(lines) + f"\n\nPublished: {said}\n"
 
 
@@ -99,7 +99,7 @@ def picture(found: dict[int, dict[str, Any]], path: Path) -> None:
             spacing, sums, [run[way]["error"] for run in found.values()], color=color, marker="o", ms=4, label=words
         )
     for style, (key, value) in zip((":", "--"), next(iter(found.values()))["published"].items()):
-        ax.axhline(value, color="k", lw=0.8, ls=style, label=melt_scaling.WORDS[key])
+        ax.axhline(value, color="k", lw=0.8, ls=style, label=melt.WORDS[key])
     ax.set(xlim=(0.0, None), ylim=(0.0, None), xlabel="spacing over the ball's radius", ylabel="mass over the ball's")
     ax.legend(fontsize=7)
     figure.savefig(path, dpi=90)

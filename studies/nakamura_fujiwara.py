@@ -3,9 +3,9 @@
     python studies/nakamura_fujiwara.py RUNS [--out docs/results/nakamura_fujiwara]
 
 RUNS is a folder below which run folders of ``cases/nakamura_fujiwara`` lie, at any depth. The largest fragment is that
-of ``sph.fragments``. Speeds are medians over the outermost two millimetres of the sphere by where matter began: within
-30 deg of the impact point (spall) and of its antipode. Verdicts use the default law of damage growth, with the default
-numerics and the former ones; other laws and other choices stand beside it.
+of ``sph.outcome.fragments``. Speeds are medians over the outermost two millimetres of the sphere by where matter
+began: within 30 deg of the impact point (spall) and of its antipode. Verdicts use the default law of damage growth,
+with the default numerics and the former ones; other laws and other choices stand beside it.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from matter import archive, material, quantity, snapshot
+from matter.case import material, quantity
 from matter.errors import InputError
-from matter.fragments import BROKEN
-from sph import fragments
-from sph.numerics import SETS
+from matter.files import archive, snapshot
+from matter.geometry.fragments import BROKEN
+from sph.outcome import fragments
+from sph.stepping.numerics import SETS
 
 ROOT = Path(__file__).resolve().parents[1]
 CASE = "nakamura_fujiwara"

@@ -20,10 +20,11 @@ from pathlib import Path
 
 import numpy as np
 
-from crater import ballistic, choices
-from crater.measure import Measures
-from matter import snapshot
+from crater.ejecta import ballistic
+from crater.measures.measure import Measures
+from crater.results import choices
 from matter.errors import InputError
+from matter.files import snapshot
 from studies.case_runs import run
 from studies.sci_rows import ROWS, Row
 

@@ -27,8 +27,8 @@ import matplotlib.pyplot as plt
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import LogNorm
 
-from matter import snapshot
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.particles import Particles
 from studies.sci import measured
 

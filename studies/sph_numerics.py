@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from matter import archive
+from matter.files import archive
 
 KEPT = Path(__file__).resolve().parents[1] / "docs" / "results" / "sph_verification" / "shocks.json"
 SOD = 1.7522

@@ -4,7 +4,7 @@ weights and supports between them.
     python studies/sph_peak_pressure.py [--json] [--size N] [--threads T] [--only TEXT]
 
 The whole stage on weightless ground; N is the number of spacings along the ball's radius. The planar limit is 111 GPa
-(both Hugoniots from ``sph.eos.hugoniot``): a particle that has seen more has been overshot.
+(both Hugoniots from ``sph.shock_states.hugoniot``): a particle that has seen more has been overshot.
 """
 
 from __future__ import annotations
@@ -18,11 +18,12 @@ from pathlib import Path
 
 import numpy as np
 
-from matter import jit, snapshot
-from matter.body import Impact, Layer, Projectile, Target
+from matter.case.body import Impact, Layer, Projectile, Target
+from matter.compilation import jit
+from matter.files import snapshot
 from sph import stage
-from sph.eos import hugoniot
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.shock_states import hugoniot
 
 RADIUS, SPEED = 1000.0, 18234.0
 WENDLAND = {"kernel": "wendland", "support": 2.6, "volumes": "start", "smoothing": "density"}

@@ -25,9 +25,9 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 import numpy as np
 
 from fixtures import blast, columns, quiet_end, rings, shock_tube, shocks, slopes, solutions
-from matter import archive
-from sph.materials import collect
-from sph.porosity import compaction_wave
+from matter.files import archive
+from sph.materials.rows import collect
+from sph.shock_states import compaction_wave
 
 SHELLS = [(5_000, sums, switch) for switch in (None, "balsara", "morris_monaghan") for sums in ("plain", "corrected")]
 SHELLS += [

@@ -14,9 +14,9 @@ phi is measured on the same packing: grains packed in a cube in the same way, pr
 along one axis while the others keep their pressure, sin phi = (s_1 - P) / (s_1 + P) at the strain at which the ball
 counts as failed: 1 % of an axis. A dense packing goes on hardening beyond that; its angle is that of the strain.
 
-The ball is spun up in the frame that turns with it (``dem.turning_frame``; without the force of Coriolis, at a drag),
-Omega rising by ``RAMP`` per sqrt(r/g), and held at a fixed Omega; 4 % below its limit it is let go in the inertial
-frame, without drag. rho is that of the even ellipsoid of the same mass and moments of inertia.
+The ball is spun up in the frame that turns with it (``dem.grains.turning_frame``; without the force of Coriolis, at a
+drag), Omega rising by ``RAMP`` per sqrt(r/g), and held at a fixed Omega; 4 % below its limit it is let go in the
+inertial frame, without drag. rho is that of the even ellipsoid of the same mass and moments of inertia.
 
 Command: ``python -m studies.spin_limit [--count N] [--friction MU] [--axes 177 174 116] [--seeds 1 2] [--out
 FILE.json]``.
@@ -33,17 +33,17 @@ from typing import Any
 import numpy as np
 from scipy.integrate import quad
 
-from dem import turning_frame
-from dem.assembly import Assembly, Extras
 from dem.beds import solid_packing
 from dem.beds.solid_bed import axes_of_inertia
 from dem.beds.solid_body import SolidBody
 from dem.beds.solid_settling import SolidSettling, stiffness
-from dem.columns import MASS, RADIUS, STIFFNESS
-from dem.contact_settings import Contact, GrainLaw
-from dem.gravity import Field
-from dem.self_gravity import SelfGravity
-from dem.walls import PLANE, POINT, Wall
+from dem.contact.columns import MASS, RADIUS, STIFFNESS
+from dem.contact.gravity import Field
+from dem.contact.settings import Contact, GrainLaw
+from dem.contact.walls import PLANE, POINT, Wall
+from dem.grains import turning_frame
+from dem.grains.assembly import Assembly, Extras
+from dem.grains.self_gravity import SelfGravity
 from fixtures import solids
 from matter.constants import G
 from matter.particles import Particles

@@ -31,12 +31,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from matter import archive
 from matter.errors import InputError
-from pipeline import case as cases
-from pipeline import run_process, sweep_dask, sweep_run, sweep_table
-from pipeline import sweep as sweeps
-from pipeline.store import STORE
+from matter.files import archive
+from pipeline.case import read as cases
+from pipeline.running import run_process
+from pipeline.store.store import STORE
+from pipeline.sweeps import sweep as sweeps
+from pipeline.sweeps import sweep_dask, sweep_run, sweep_table
 
 ROOT = Path(__file__).resolve().parents[1]
 LOOK_S = 0.2

@@ -14,8 +14,8 @@ import os
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 from fixtures import columns, riemann, tables
-from sph.eos import hugoniot
-from sph.materials import Materials, collect
+from sph.materials.rows import Materials, collect
+from sph.shock_states import hugoniot
 
 PISTONS = (1e3, 4e3, 8e3)
 BESIDE = (1e3, 8e3)

@@ -3,8 +3,8 @@ Cour-Palais's equation. Runs ``cases/pierazzo_2008_aluminum``; what is done is n
 
     python studies/v07_aluminium.py [--out runs] [--results docs/results/v07_aluminium] [--variants]
 
-The depth is that of the last snapshot below the undisturbed surface (``crater.measure``). The equation (Cour-Palais in
-Christiansen 2003, NASA TP-2003-210788; d in cm, v and c in km/s, BHN the Brinell hardness):
+The depth is that of the last snapshot below the undisturbed surface (``crater.measures.measure``). The equation
+(Cour-Palais in Christiansen 2003, NASA TP-2003-210788; d in cm, v and c in km/s, BHN the Brinell hardness):
 
     depth = 5.24 d^(19/18) BHN^(-1/4) (rho_p / rho_t)^(1/2) (v / c)^(2/3) cm
 
@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from matter import archive, snapshot
+from matter.files import archive, snapshot
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from studies import case_runs

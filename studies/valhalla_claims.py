@@ -14,9 +14,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from matter import archive
 from matter.errors import InputError, Stopped
-from pipeline.run_process import STOPPED
+from matter.files import archive
+from pipeline.running.run_process import STOPPED
 from studies.winter_2017 import variants as sweep
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -18,9 +18,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from matter import archive
 from matter.errors import InputError, Stopped
-from pipeline.run_process import STOPPED
+from matter.files import archive
+from pipeline.running.run_process import STOPPED
 from studies.winter_2017 import variants as sweep
 
 CASE = Path(__file__).resolve().parents[1] / "cases" / "valhalla_980km"
@@ -41,7 +41,7 @@ def variants(more: tuple[str, ...] = ()) -> list[sweep.Variant]:
 
 def row_of(name: str, run: Path, measures: dict[str, Any]) -> dict[str, Any]:
     """Spacing, particle number, peak pressure and the transient crater of one run."""
-    from matter import snapshot
+    from matter.files import snapshot
 
     report = json.loads((run / "2_sph" / "stage_report.json").read_text())
     first = snapshot.attributes(snapshot.series(run / "2_sph")[0])

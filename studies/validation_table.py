@@ -27,8 +27,9 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-from matter import archive, readable
 from matter.errors import InputError
+from matter.files import archive
+from matter.wording import readable
 from studies import validation_page
 from studies.validation_page import VERDICTS, Claim, Row
 

@@ -22,8 +22,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from matter import archive
-from pipeline import provenance
+from matter.files import archive
+from pipeline.store import provenance
 
 ROOT = Path(__file__).resolve().parents[1]
 PYTEST = (sys.executable, "-m", "pytest", "-p", "no:cacheprovider")

@@ -2,7 +2,7 @@
 change of height along the normals or by how deep it is made anew.
 
 The numbers go into the page as a few arrays of bytes (some 20 per point), drawn by ``body_view.js`` in the reader's
-browser (``crater.turning_view``).
+browser (``crater.drawing.turning_view``).
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crater import turning_view
 from crater.bodies.findings import BodyStage
 from crater.bodies.height_map import HeightMap
-from matter import drawing, readable
+from crater.drawing import turning_view
 from matter.solids.shape import Points
+from matter.wording import drawing, readable
 
 MOST_POINTS = 10_000
 """More points of the surface than these are thinned out, so that a page stays below half a megabyte."""

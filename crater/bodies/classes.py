@@ -21,8 +21,8 @@ less ground lies round a hollow than its own radius, and a diameter of it is no 
     reshaped       spread > sin^2(WIDEST / 2), or a hollow with q above that; or no hollow, but an axis changed by more
                    than ``SURE`` times its error and by more than the error of a change of height, or more than
                    ``ANEW`` of the surface is made anew
-    crater         a hollow about the site: closed, deeper than the noise (``crater.measure``), q at most that, and at
-                   least ``RESOLVED`` radii of a grain wide
+    crater         a hollow about the site: closed, deeper than the noise (``crater.measures.measure``), q at most
+                   that, and at least ``RESOLVED`` radii of a grain wide
     not resolved   one that is narrower, or too shallow to have a diameter
     no hollow      none of these: nothing at the site is deeper than the noise of the ground, and no change is global
 """
@@ -37,10 +37,10 @@ import numpy as np
 
 from crater.bodies.height_map import HeightMap
 from crater.bodies.seen import Pair, Seen
-from crater.measure import Measures
-from crater.uncertainty import Quantity
-from matter import readable
-from matter.body_measures import BY_NAME
+from crater.measures.measure import Measures
+from crater.measures.uncertainty import Quantity
+from matter.wording import readable
+from matter.wording.body_measures import BY_NAME
 
 SOURCES = ("Thomas1999",)
 

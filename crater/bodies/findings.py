@@ -14,10 +14,10 @@ from crater.bodies import exchange, height_map, look, measured
 from crater.bodies.classes import classed
 from crater.bodies.exchange import Orbit
 from crater.bodies.seen import Pair, Seen
-from crater.measure import Measures
-from crater.uncertainty import Quantity
-from matter import snapshot
+from crater.measures.measure import Measures
+from crater.measures.uncertainty import Quantity
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.particles import Particles
 from matter.solids.shape import Shape
 from matter.solids.standing import Standing
@@ -130,7 +130,7 @@ def seen_of(body: Body, first: Particles, last: Particles, before: str = "before
 
 def write_map(stage: BodyStage, path: Path) -> None:
     """The map of the body in its own frame, as triangles that ParaView and pyvista open."""
-    from matter import surface_file
+    from matter.files import surface_file
 
     chart, placed = stage.seen.chart, stage.seen.shape.placed
     own = chart.points.place @ placed.turn

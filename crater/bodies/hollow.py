@@ -17,7 +17,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from crater.bodies.height_map import HeightMap
-from crater.uncertainty import Quantity, quantity
+from crater.measures.uncertainty import Quantity, quantity
 from matter.solids.halved_sides import sides
 
 

@@ -1,7 +1,7 @@
 """Heights of a body's ground along the normals of its surface before the impact, as particles carry it.
 
-As in ``crater.half_level``: the colour field c(x) = sum_j V_j W(x - x_j), with a kernel of two spacings' support,
-crosses 1/2, from above, with a spacing of matter above 1/2 under it. Here every column has its own place and
+As in ``crater.ground.half_level``: the colour field c(x) = sum_j V_j W(x - x_j), with a kernel of two spacings'
+support, crosses 1/2, from above, with a spacing of matter above 1/2 under it. Here every column has its own place and
 direction.
 """
 
@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crater.cloud import Cloud
-from matter.jit import kernel
+from crater.ground.cloud import Cloud
+from matter.compilation.jit import kernel
 from matter.solids.shape import Points, Shape
 
 BELOW, ABOVE, STEPS = 6.0, 2.5, 4

@@ -1,8 +1,8 @@
 """A body at one moment, as it would stand about its shape of before: which particles it consists of, its axes, its
 rotation.
 
-The body is the largest group of particles that touch, without what flies (``crater.cloud``). Its axes are those of the
-even ellipsoid of its moments of inertia, its rotation that of its angular momentum.
+The body is the largest group of particles that touch, without what flies (``crater.ground.cloud``). Its axes are those
+of the even ellipsoid of its moments of inertia, its rotation that of its angular momentum.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crater import cloud as clouds
-from crater.cloud import Cloud
-from matter import tree
+from crater.ground import cloud as clouds
+from crater.ground.cloud import Cloud
 from matter.constants import G
+from matter.geometry import tree
 from matter.particles import Particles
 from matter.solids.shape import Shape
 from matter.solids.standing import Pose, Standing, motion

@@ -1,5 +1,5 @@
-"""The functions that measure a body after an impact, each named like its row in ``matter/body_measures.py``: one
-argument, ``Seen``; one ``Quantity`` back, or a ``Pair`` of before and after.
+"""The functions that measure a body after an impact, each named like its row in ``matter/wording/body_measures.py``:
+one argument, ``Seen``; one ``Quantity`` back, or a ``Pair`` of before and after.
 
 What particles say of a body departs from the shape that they fill (``sampling``), and it depends on what is counted to
 it while matter still flies about it (``counted``: half of what the bound matter near it changes). A change has the
@@ -15,10 +15,10 @@ import numpy as np
 
 from crater.bodies import classes, exchange, hollow
 from crater.bodies.seen import Pair, Seen
-from crater.uncertainty import Quantity, quantity
-from matter.body_measures import BY_NAME, TABLE
+from crater.measures.uncertainty import Quantity, quantity
 from matter.solids import standing
 from matter.solids.shape import enclosed
+from matter.wording.body_measures import BY_NAME, TABLE
 
 
 def all_of(seen: Seen) -> dict[str, Quantity | Pair]:

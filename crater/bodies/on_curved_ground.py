@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from crater.measure import Measures
+from crater.measures.measure import Measures
 from matter.solids.unrolled import Unrolled
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from crater.bodies.findings import BodyStage, latitude_longitude
-from crater.figure import INK, figure, grid, save
-from matter import readable
+from crater.drawing.figure import INK, figure, grid, save
+from matter.wording import readable
 
 HEIGHTS, ANEW, OUTLINES = "body_heights.png", "body_made_anew.png", "body_outlines.png"
 _ABOUT = 40.0

@@ -9,9 +9,9 @@ from typing import Any
 from crater.bodies import body_view, plot
 from crater.bodies.findings import BodyStage
 from crater.bodies.seen import Pair
-from crater.uncertainty import Quantity
-from matter import page, readable
-from matter.body_measures import BY_NAME, PAIRS, SINGLES, TABLE
+from crater.measures.uncertainty import Quantity
+from matter.wording import page, readable
+from matter.wording.body_measures import BY_NAME, PAIRS, SINGLES, TABLE
 
 STAGES = {"sph": "shock stage", "dem": "grains"}
 WORDS = {

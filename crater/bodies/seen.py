@@ -12,7 +12,7 @@ from crater.bodies import height_map, look
 from crater.bodies.exchange import Exchange, Orbit
 from crater.bodies.height_map import HeightMap
 from crater.bodies.look import Look, Rigid
-from crater.uncertainty import Quantity
+from crater.measures.uncertainty import Quantity
 from matter.solids.shape import Shape
 
 NEAR = 1.2

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from dem.assembly import Assembly
-from dem.bed_settings import Settings
-from dem.columns import MASS, RADIUS, STIFFNESS
-from dem.contact_settings import SPECIES
-from matter import archive, checkpoint, drawing, snapshot
+from dem.beds.settings import Settings
+from dem.contact.columns import MASS, RADIUS, STIFFNESS
+from dem.contact.settings import SPECIES
+from dem.grains.assembly import Assembly
 from matter.errors import Unsound
+from matter.files import archive, checkpoint, snapshot
+from matter.wording import drawing
 
 
 def wave_speed(bed: Assembly) -> float:

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from dem import contact, walls
-from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround
-from dem.columns import RADIUS, RATIO, ROLL, SLIP, STIFFNESS, TOUCHING
-from dem.walls import WALL_RADIUS
-from matter.jit import kernel
+from dem.contact import contact, walls
+from dem.contact.columns import RADIUS, RATIO, ROLL, SLIP, STIFFNESS, TOUCHING
+from dem.contact.walls import WALL_RADIUS
+from dem.grains.assembly import Assembly
+from matter.compilation.jit import kernel
 
 SOURCES = ("Christoffersen1981",)
 

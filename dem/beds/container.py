@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.walls import PLANE, SPHERE_INSIDE, Wall, cylinder
+from dem.contact.walls import PLANE, SPHERE_INSIDE, Wall, cylinder
 from matter.errors import InputError
 
 SHAPES = ("bowl", "box", "cylinder")

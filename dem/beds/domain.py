@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dem.walls import CONE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
+from dem.contact.walls import CONE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
 from matter.errors import InputError
 
 _KEYS = (

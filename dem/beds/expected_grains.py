@@ -8,16 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.bed_settings import Settings
 from dem.beds import flat_bed, flat_settling, grading, patch
 from dem.beds.container import Container
 from dem.beds.extent import depth
 from dem.beds.grading import Grading
 from dem.beds.packing import FRACTION, HEXAGONAL
+from dem.beds.settings import Settings
 from dem.beds.solid_packing import FRACTION as SOLID_FRACTION
-from dem.contact_settings import shortest_contact_time
-from matter import at_rest
-from matter.body import Target
+from dem.contact.settings import shortest_contact_time
+from matter.case import at_rest
+from matter.case.body import Target
 
 LOOSE = 0.596
 """Solid fraction of a loose bed for predictions: that of the friction of 30 degrees."""

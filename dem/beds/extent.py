@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from matter.body import Impact, Target
+from matter.case.body import Impact, Target
 
 SETTLED = 1.1
 """Apparent diameter of a settled crater over the expected transient one: the widest measured."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from dem.assembly import Assembly
 from dem.beds.settling import Settling
-from matter import checkpoint
+from dem.grains.assembly import Assembly
 from matter.cadence import Cadence
+from matter.files import checkpoint
 from matter.progress import Progress, stop_here
 
 

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from dem.assembly import Assembly
-from dem.bed_settings import Settings
 from dem.beds import bed_files, bed_measures, extent, grading, packing
 from dem.beds.container import Container
 from dem.beds.finishing import finish
 from dem.beds.flat_ground import FlatGround
 from dem.beds.flat_settling import FlatSettling
 from dem.beds.loose_packing import Loose
-from dem.columns import RADIUS
+from dem.beds.settings import Settings
+from dem.contact.columns import RADIUS
+from dem.grains.assembly import Assembly
 from matter.errors import InputError
 from matter.solids.placed import PATCH
 
@@ -181,6 +181,6 @@ def across_sizes(bed: Assembly, container: Container, sizes: grading.Grading) ->
 
 
 def _picture(bed: Assembly, container: Container, report: dict[str, Any], path: Path) -> None:
-    from dem import pictures
+    from dem.beds import pictures
 
     pictures.flat_bed(bed, container, report, path)

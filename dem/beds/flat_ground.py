@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from dem.beds.layered_body import LayeredBody
-from dem.gravity import Field
-from matter import archive
+from dem.contact.gravity import Field
 from matter.errors import InputError
+from matter.files import archive
 
 _LAYER_KEYS = ("name", "material", "bottom_m", "top_m")
 _PROFILE_KEYS = ("height_m", "density_kg_m3", "pressure_Pa", "layer")

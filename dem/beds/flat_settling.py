@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from dem.assembly import Assembly
 from dem.beds import bed_measures
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
@@ -27,9 +26,10 @@ from dem.beds.loose_packing import Loose
 from dem.beds.packing import FRACTION, HEXAGONAL
 from dem.beds.phases import PHASES, Phase
 from dem.beds.settling import Settling
-from dem.contact_settings import Contact
-from dem.gravity import Field
-from dem.rest_springs import REST_SHARE
+from dem.contact.gravity import Field
+from dem.contact.rest_springs import REST_SHARE
+from dem.contact.settings import Contact
+from dem.grains.assembly import Assembly
 from matter.particles import Particles
 
 LOOSE = 8.0

@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 from dem.beds import extent
 from dem.beds.container import Container
-from matter.body import Impact
+from matter.case.body import Impact
 
 FINE = 1.3
 """Radius of the fine zone over that of the settled crater: rim and walls slump from within it."""

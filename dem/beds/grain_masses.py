@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from dem.assembly import Assembly
 from dem.beds import bed_measures, packing
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
-from dem.contact_settings import SPECIES, Contact
+from dem.contact.settings import SPECIES, Contact
+from dem.grains.assembly import Assembly
 from matter.particles import Particles
 
 LEVEL_GAIN = 2.0

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from dem.gravity import Field
-from matter import archive
+from dem.contact.gravity import Field
 from matter.errors import InputError
+from matter.files import archive
 
 _LAYER_KEYS = ("name", "material", "inner_radius_m", "outer_radius_m")
 _PROFILE_KEYS = ("radius_m", "density_kg_m3", "pressure_Pa", "gravity_m_s2", "layer")

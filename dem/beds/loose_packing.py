@@ -29,7 +29,6 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from dem import friction_angle
 from dem.beds import bed_measures
 from dem.beds.container import Container
 from dem.beds.domain import Domain
@@ -37,7 +36,8 @@ from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
 from dem.beds.packing import FRACTION
 from dem.beds.phases import LOOSE_PHASES, Phase
-from dem.contact_settings import SPECIES, Contact
+from dem.contact.settings import SPECIES, Contact
+from dem.trials import friction_angle
 from matter.particles import Particles
 
 SOURCES = ("SchofieldWroth1968",)

@@ -18,15 +18,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from dem import walls
-from dem.assembly import Assembly
 from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.beds.grading import Grading
-from dem.columns import RADIUS
+from dem.contact import walls
+from dem.contact.columns import RADIUS
+from dem.grains.assembly import Assembly
+from matter.compilation.jit import kernel
 from matter.errors import InputError
-from matter.jit import kernel
-from matter.packing import hexagonal
+from matter.points.packing import hexagonal
 
 SOURCES = ("OHern2003", "Hagh2022")
 

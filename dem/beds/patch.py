@@ -31,18 +31,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dem.bed_settings import Settings
 from dem.beds import extent
 from dem.beds.flat_ground import FlatGround
+from dem.beds.settings import Settings
 from dem.beds.solid_body import SolidBody
-from matter import readable
-from matter.at_rest import AtRest
-from matter.body import Target
+from matter.case.at_rest import AtRest
+from matter.case.body import Target
 from matter.errors import InputError
 from matter.solids import attraction
 from matter.solids.placed import PATCH, Placed
 from matter.solids.shape import Shape
 from matter.solids.solid import Solid
+from matter.wording import readable
 
 STEEPEST = 2.0
 """Largest slope [deg] of the ground at the site."""

@@ -18,8 +18,8 @@ import math
 
 import numpy as np
 
-from dem.assembly import Assembly
-from matter import checkpoint
+from dem.grains.assembly import Assembly
+from matter.files import checkpoint
 
 SOURCES = ("Bitzek2006",)
 

@@ -15,17 +15,17 @@ from typing import Any
 import numba
 import numpy as np
 
-from dem.assembly import Assembly
 from dem.beds import bed_measures, grain_masses, packing
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.beds.loose_packing import Loose
 from dem.beds.phases import PHASES, Phase
 from dem.beds.relaxation import Fire
-from dem.columns import MASS, RADIUS, STIFFNESS, WX
-from dem.contact_settings import OCEAN, SPECIES, Contact
-from dem.walls import Wall
-from matter import checkpoint
+from dem.contact.columns import MASS, RADIUS, STIFFNESS, WX
+from dem.contact.settings import OCEAN, SPECIES, Contact
+from dem.contact.walls import Wall
+from dem.grains.assembly import Assembly
+from matter.files import checkpoint
 from matter.particles import Particles
 
 LOOK_EVERY = 10

@@ -3,8 +3,8 @@
     cos(slope) = -n . a / |a|,   a = g - omega x (omega x x) + tide   in the turning frame (``SolidBody.felt``)
 
 g is that of the body at uniform density, summed over an even lattice inside it. Where the slope is above the angle
-that slopes of its grains follow (``dem.friction_angle``) friction alone does not hold the surface: it slides, or
-cohesion must hold it. The surface is looked at with the eyes of the grains: places spread evenly over it, with the
+that slopes of its grains follow (``dem.trials.friction_angle``) friction alone does not hold the surface: it slides,
+or cohesion must hold it. The surface is looked at with the eyes of the grains: places spread evenly over it, with the
 direction of the distance one mean grain radius below. Against closed forms (a Maclaurin spheroid, an ellipsoid at
 rest) a slope is off by half a degree in the mean and by two at most.
 
@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dem.beds.solid_body import SolidBody
-from matter import packing
+from matter.compilation.jit import kernel
 from matter.constants import G
-from matter.jit import kernel
+from matter.points import packing
 
 SOURCES = ("Scheeres1996",)
 

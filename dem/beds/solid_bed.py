@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from dem import friction_angle
-from dem.assembly import Assembly
-from dem.bed_settings import Settings
 from dem.beds import bed_files, bed_measures, slopes, solid_packing
 from dem.beds.finishing import finish
+from dem.beds.settings import Settings
 from dem.beds.solid_body import SolidBody
 from dem.beds.solid_settling import SolidSettling
-from dem.columns import RADIUS
-from dem.contact_settings import SPECIES
+from dem.contact.columns import RADIUS
+from dem.contact.settings import SPECIES
+from dem.grains.assembly import Assembly
+from dem.trials import friction_angle
 from matter.errors import InputError
 
 
@@ -67,7 +67,7 @@ def _make(settings: Settings, body: SolidBody, out: Path) -> None:
     report = report_of(bed, work, settings, slope) | facts
 
     def picture(path: Path) -> None:
-        from dem import pictures
+        from dem.beds import pictures
 
         pictures.whole_body(bed, body, slope, report, path)
 

@@ -1,7 +1,7 @@
 """A solid body without projectile (frame ``solid``): what ``2_sph/target.json`` says of it, and its surface.
 
 Everything is in the frame of the run at the moment of the impact, when the turning frame and the inertial one agree
-(``dem.turning_frame``): the centre of mass at the origin, the site on +z.
+(``dem.grains.turning_frame``): the centre of mass at the origin, the site on +z.
 """
 
 from __future__ import annotations
@@ -16,14 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from dem import tide
-from dem.gravity import Field
-from dem.tide import Tide
-from matter import archive, at_rest
-from matter.at_rest import AtRest
-from matter.body import Target
+from dem.contact.gravity import Field
+from dem.grains import tide
+from dem.grains.tide import Tide
+from matter.case import at_rest
+from matter.case.at_rest import AtRest
+from matter.case.body import Target
 from matter.constants import G
 from matter.errors import InputError
+from matter.files import archive
 from matter.solids.distance import Distance, measured
 from matter.solids.placed import Placed
 from matter.solids.solid import Solid

@@ -23,8 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dem.beds import bed_measures
-from dem.columns import MASS, RADIUS, STIFFNESS
-from dem.grain_list import GrainList
+from dem.contact.columns import MASS, RADIUS, STIFFNESS
+from dem.grains.grain_list import GrainList
 from matter.solids.distance import Distance
 from matter.solids.solid import Solid
 
@@ -86,7 +86,7 @@ def bulk_fraction(position: np.ndarray, radius: np.ndarray, distance: Distance) 
 
 @dataclass(frozen=True)
 class Inside:
-    """The push of the body's surface on grains that would leave it (``dem.held_pull.Outer``); they
+    """The push of the body's surface on grains that would leave it (``dem.grains.held_pull.Outer``); they
     may ``stand`` [m] out of it."""
 
     distance: Distance

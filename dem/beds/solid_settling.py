@@ -11,8 +11,8 @@ free    on       none       whole    proof, in the inertial frame: by itself the
                                      beyond four times it
 ======= ======== ========== ======== ==================================================================================
 
-All phases but ``free`` stand in the frame that turns with the body (``dem.turning_frame``), where the bed rests:
-weight is the grains' own pull, the centrifugal force and the tide, of which net force and torque are taken out.
+All phases but ``free`` stand in the frame that turns with the body (``dem.grains.turning_frame``), where the bed
+rests: weight is the grains' own pull, the centrifugal force and the tide, of which net force and torque are taken out.
 Without friction no body settles: it would flow into the figure of a liquid.
 
 k_n is that of the load at rest (``dem.beds.flat_settling.stiffness``) for the pressure at the centre of a ball of the
@@ -26,18 +26,18 @@ import math
 
 import numpy as np
 
-from dem import held_pull, turning_frame
-from dem.assembly import Assembly, Extras
 from dem.beds import flat_settling, solid_masses, solid_packing
 from dem.beds.phases import Phase
 from dem.beds.relaxation import Fire
 from dem.beds.settling import LOOSE, QUIET, Settling, threads_for
 from dem.beds.solid_body import SolidBody
-from dem.columns import MASS, RADIUS, STIFFNESS
-from dem.contact_settings import OCEAN, Contact
-from dem.gravity import Field
-from dem.held_pull import Outer
-from dem.self_gravity import SelfGravity
+from dem.contact.columns import MASS, RADIUS, STIFFNESS
+from dem.contact.gravity import Field
+from dem.contact.settings import OCEAN, Contact
+from dem.grains import held_pull, turning_frame
+from dem.grains.assembly import Assembly, Extras
+from dem.grains.held_pull import Outer
+from dem.grains.self_gravity import SelfGravity
 from matter.particles import Particles
 
 PHASES = (

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from dem.grain_list import ACTIVE, BALLISTIC, GrainList
-from dem.walls import Wall
+from dem.contact.walls import Wall
+from dem.grains.grain_list import ACTIVE, BALLISTIC, GrainList
 from matter.constants import G
 from matter.errors import InputError
 from matter.particles import Particles

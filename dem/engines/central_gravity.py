@@ -1,5 +1,5 @@
 """Central gravity for engines that take forces as formulas of x, y, z: one polynomial in place of the table of
-``dem.gravity``.
+``dem.contact.gravity``.
 
     a = -q(s) x,   s = |x|^2,   q = g(r) / r = sum_k c_k u^k  with u = (s - s_m) / s_w  between two radii,
     G M s^(-3/2) above the upper one
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem.gravity import Field
+from dem.contact.gravity import Field
 
 DEGREES = range(3, 10)
 ENOUGH = 5e-4

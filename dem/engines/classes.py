@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.contact_settings import SPECIES, Contact, GrainLaw
+from dem.contact.settings import SPECIES, Contact, GrainLaw
 from dem.laws import normal_hooke
 from matter.particles import Particles
 

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from dem.contact_settings import SPECIES
+from dem.contact.settings import SPECIES
+from dem.contact.walls import Wall
 from dem.engines.classes import law_of
 from dem.engines.scene import Scene
 from dem.laws import normal_hooke
-from dem.walls import Wall
-from matter import archive
+from matter.files import archive
 from matter.formats import lammps_data
 
 MARGIN = 4.0

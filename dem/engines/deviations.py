@@ -11,10 +11,10 @@ from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
-from dem.contact_settings import Contact
+from dem.contact.settings import Contact
+from dem.contact.walls import SPHERE_OUTSIDE
 from dem.engines import liggghts
 from dem.engines.scene import Scene
-from dem.walls import SPHERE_OUTSIDE
 from matter.errors import InputError
 
 Deviation = Literal[

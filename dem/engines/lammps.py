@@ -24,10 +24,10 @@ from pathlib import Path
 
 import numpy as np
 
+from dem.contact.walls import CONE, PLANE, REVOLVED, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
 from dem.engines import body_forces
 from dem.engines.classes import PairNumbers
 from dem.engines.scene import DATA, Plan, Scene, write_deck
-from dem.walls import CONE, PLANE, REVOLVED, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
 from matter.errors import InputError
 
 SOURCES = ("Thompson2022",)

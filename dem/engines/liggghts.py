@@ -26,10 +26,10 @@ from pathlib import Path
 
 import numpy as np
 
+from dem.contact.walls import PLANE, SPHERE_OUTSIDE, Wall
 from dem.engines import body_forces, core_by_formula, wall_meshes
 from dem.engines.classes import PairNumbers
 from dem.engines.scene import DATA, Plan, Scene, write_deck
-from dem.walls import PLANE, SPHERE_OUTSIDE, Wall
 
 SOURCES = ("Kloss2012",)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dem.beds.domain import Domain
-from dem.gravity import Field
+from dem.contact.gravity import Field
 
 BOX_LIMIT = 5.0
 """Half the edge of the box at most, in radii of the body."""

@@ -10,11 +10,11 @@ import numpy as np
 
 from dem.beds.container import Container
 from dem.beds.domain import Domain
-from dem.contact_settings import Contact
+from dem.contact.gravity import Field
+from dem.contact.settings import Contact
+from dem.contact.walls import Wall
 from dem.engines.classes import Classes
-from dem.gravity import Field
-from dem.walls import Wall
-from matter import archive
+from matter.files import archive
 from matter.formats import lammps_data
 from matter.particles import Particles
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dem.walls import CONE, PLANE, SPHERE_INSIDE, Wall
+from dem.contact.walls import CONE, PLANE, SPHERE_INSIDE, Wall
 from matter.errors import InputError
 
 DEVIATION = 0.005

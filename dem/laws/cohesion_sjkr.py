@@ -23,8 +23,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
-from matter.quantity import Pressure
+from matter.case.quantity import Pressure
+from matter.compilation.jit import law
 
 SOURCES = ("Johnson1971",)
 

@@ -21,8 +21,8 @@ import numpy as np
 from pydantic import Field
 
 from dem.laws.rolling_sds import Shape
-from matter.jit import law
-from matter.quantity import Pressure
+from matter.case.quantity import Pressure
+from matter.compilation.jit import law
 
 SOURCES = ("Zhang2018",)
 

@@ -1,8 +1,8 @@
 """Which law each part of a contact follows: every law of this folder behind one call, chosen by ``kind``.
 
-In a loop that is compiled for a ``dem.scheme.Scheme`` the choice is a constant and costs nothing. ``bodies`` is a
-``dem.contact.Bodies``: stiffness k_n [N/m], reduced mass [kg], R [m], and the two radii [m]. The ``row`` holds the
-numbers of a pair of species (``between``); what each family's file brings is in CONTRIBUTING.md.
+In a loop that is compiled for a ``dem.contact.scheme.Scheme`` the choice is a constant and costs nothing. ``bodies``
+is a ``dem.contact.Bodies``: stiffness k_n [N/m], reduced mass [kg], R [m], and the two radii [m]. The ``row`` holds
+the numbers of a pair of species (``between``); what each family's file brings is in CONTRIBUTING.md.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from dem.laws import (
     tangential_spring,
     twisting_sds,
 )
-from matter.law_family import Family
+from matter.compilation.law_family import Family
 
 NORMAL = Family("normal", "normal law", (normal_hooke, normal_hertz), prefix="normal_")
 TANGENTIAL = Family("tangential", "tangential law", (tangential_spring, tangential_mindlin), prefix="tangential_")

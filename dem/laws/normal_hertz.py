@@ -29,8 +29,8 @@ import numpy as np
 from pydantic import Field
 
 from dem.laws import normal_hooke
-from matter.jit import law
-from matter.quantity import PositivePressure
+from matter.case.quantity import PositivePressure
+from matter.compilation.jit import law
 
 SOURCES = ("Hertz1882", "AntypovElliott2011")
 

@@ -23,12 +23,12 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("CundallStrack1979", "Schwartz2012")
 
 LINEAR = True
-"""k_n is a grain's own, so that it may change in the run (``dem.spring_change``)."""
+"""k_n is a grain's own, so that it may change in the run (``dem.stiffness.change``)."""
 TANGENTIAL = "spring"
 """The tangential law that goes with it."""
 

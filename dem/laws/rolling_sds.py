@@ -26,7 +26,7 @@ from typing import Annotated, NamedTuple
 from pydantic import Field
 
 from dem.laws.tangential_spring import CAP
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("Zhang2017", "Jiang2015", "BagiKuhn2004")
 

@@ -28,7 +28,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from dem.laws import normal_hertz, tangential_spring
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("Mindlin1949", "WaltonBraun1986", "Thornton2013")
 

@@ -33,7 +33,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("CundallStrack1979", "Schwartz2012", "Luding2008")
 

@@ -10,26 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.columns import (
-    HISTORY,
-    MASS,
-    RADIUS,
-    ROLL,
-    SLIP,
-    STIFFNESS,
-    TOUCHING,
-    TWIST,
-    TX,
-    TY,
-    TZ,
-    WX,
-    WY,
-    WZ,
-)
-from dem.contact import Bodies, Springs, contact, numbers_of
-from dem.meeting import Ball, meeting_of_grains
-from dem.scheme import Scheme
-from matter.jit import kernel
+from dem.contact.columns import HISTORY, MASS, RADIUS, ROLL, SLIP, STIFFNESS, TOUCHING, TWIST, TX, TY, TZ, WX, WY, WZ
+from dem.contact.contact import Bodies, Springs, contact, numbers_of
+from dem.contact.meeting import Ball, meeting_of_grains
+from dem.contact.scheme import Scheme
+from matter.compilation.jit import kernel
 
 SOURCES = ("Christoffersen1981",)
 
@@ -40,8 +25,8 @@ SUMS = 9
 
 
 class Sample(NamedTuple):
-    """Grains of the cell: tables ``X``, ``V``, ``W``, ``A``, ``F`` (``dem.columns``), which are ``held`` (n,), and
-    places at the last list ``start`` (n, 3)."""
+    """Grains of the cell: tables ``X``, ``V``, ``W``, ``A``, ``F`` (``dem.contact.columns``), which are ``held`` (n,),
+    and places at the last list ``start`` (n, 3)."""
 
     X: np.ndarray
     V: np.ndarray

@@ -11,7 +11,7 @@ grains carry in their motion about the flow, m v_a v_b / V, which counts in fast
 
 Tilted, z is bounded below by grains that are held (a rough base) and open above, and gravity turns from -z towards +x.
 Contacts are ``dem.contact``, the laws of the stage with Hooke's springs and without cohesion; time steps are those of
-``dem.integrator``.
+``dem.grains.integrator``.
 
 Units inside: mean diameter d = 1, density of a grain rho = 1, and P = 1 (sheared) or g = 1 (tilted). Forces and
 the stress of the contacts: ``dem.trials.cell_forces``.
@@ -23,17 +23,9 @@ import math
 
 import numpy as np
 
-from dem import contacts
-from dem.columns import (
-    HISTORY,
-    MASS,
-    RADIUS,
-    STIFFNESS,
-    TOUCHING,
-    TX,
-    WX,
-)
-from dem.contact_settings import Contact
+from dem.contact.columns import HISTORY, MASS, RADIUS, STIFFNESS, TOUCHING, TX, WX
+from dem.contact.settings import Contact
+from dem.grains import pair_list
 from dem.laws.tangential_spring import RULES
 from dem.trials.cell_forces import (
     CONTACTS,
@@ -53,8 +45,8 @@ from dem.trials.cell_forces import (
     neighbours,
     pairs,
 )
+from matter.compilation.jit import kernel
 from matter.errors import UnphysicalState
-from matter.jit import kernel
 
 CELL_STIFFNESS = 150.0
 """k_n of a grain of mean size over P d, or over g rho d^3 times the grains above it: overlaps of some thousandths of a
@@ -204,7 +196,7 @@ class Cell:
         while neighbours(self.X, self.period, self.clock[0], SKIN, self.row, self.col) > len(self.col):
             self.col = np.zeros(int(1.2 * self.row[-1]), dtype=np.int32)
         self.hist = np.zeros((int(self.row[-1]), HISTORY))
-        contacts.carry(first, second, old, self.row, self.col, self.hist)
+        pair_list.carry(first, second, old, self.row, self.col, self.hist)
         self.start = self.X[:, :3].copy()
 
     def run(self, steps: int) -> dict[str, float]:

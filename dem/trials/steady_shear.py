@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from dem.contact_settings import Contact
+from dem.contact.settings import Contact
 from dem.trials.shear_cell import CELL_STIFFNESS, Cell
 from matter.progress import Progress, stop_here
 

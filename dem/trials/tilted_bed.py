@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from dem.columns import MASS, RADIUS
-from dem.contact_settings import Contact
+from dem.contact.columns import MASS, RADIUS
+from dem.contact.settings import Contact
 from dem.trials.shear_cell import CELL_STIFFNESS, Cell
 from matter.errors import Unsound
 from matter.progress import Progress, stop_here

@@ -27,12 +27,17 @@ class Kind(NamedTuple):
 
 
 LAW_FOLDERS = {
-    "sph/eos": Kind("Equations of state", "equation of state", ("sph.eos.dispatch", "sph.families"), ("eos",)),
-    "sph/strength": Kind("Strength", "strength", ("sph.strength.dispatch", "sph.families"), ("strength",)),
-    "sph/porosity": Kind(
-        "Porosity", "porosity", ("sph.porosity.dispatch", "sph.porosity.crush", "sph.families"), ("porosity", "crush")
+    "sph/eos": Kind(
+        "Equations of state", "equation of state", ("sph.eos.dispatch", "sph.materials.families"), ("eos",)
     ),
-    "sph/damage": Kind("Damage", "damage", ("sph.damage.growth", "sph.families"), ("damage",)),
+    "sph/strength": Kind("Strength", "strength", ("sph.strength.dispatch", "sph.materials.families"), ("strength",)),
+    "sph/porosity": Kind(
+        "Porosity",
+        "porosity",
+        ("sph.porosity.dispatch", "sph.porosity.crush", "sph.materials.families"),
+        ("porosity", "crush"),
+    ),
+    "sph/damage": Kind("Damage", "damage", ("sph.damage.growth", "sph.materials.families"), ("damage",)),
     "sph/kernels": Kind("Kernels", "smoothing kernel", ("sph.kernels.dispatch",), ("kernel",)),
     "sph/boundary": Kind(
         "Edges of flat ground", "edge of flat ground", ("sph.boundary.dispatch",), ("sides", "floor")
@@ -135,7 +140,7 @@ def values(source: ast.Module, html: Callable[[str], str]) -> list[str]:
 
 def sources(source: ast.Module, html: Callable[[str], str]) -> list[str]:
     """The papers that the law follows, from the bibliography."""
-    from pipeline import bibliography
+    from pipeline.case import bibliography
 
     for node in source.body:
         if isinstance(node, ast.Assign) and any(isinstance(t, ast.Name) and t.id == "SOURCES" for t in node.targets):

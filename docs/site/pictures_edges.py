@@ -12,7 +12,7 @@ import numpy as np
 from sph.boundary import fixed, periodic, quiet, stressed_rim, wall
 from sph.boundary.images import Images
 from sph.kernels import cubic_spline, dispatch
-from sph.row import SUPPORT, VOLUME, WIDTH, XX, XZ, YY, ZZ, X, Z
+from sph.pairs.row import SUPPORT, VOLUME, WIDTH, XX, XZ, YY, ZZ, X, Z
 
 SUPPORT_OF_ONE = 2.0
 """Support radius of the drawn lattices, in spacings."""

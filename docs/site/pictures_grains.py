@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.contact import Bodies
+from dem.contact.contact import Bodies
 from dem.laws import normal_hertz, normal_hooke, tangential_spring
 
 BODIES = Bodies(1e6, 0.5, 0.25, 0.5, 0.5, 0.0)

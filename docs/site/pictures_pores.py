@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from sph.eos import tillotson
-from sph.materials import collect
-from sph.porosity import compaction_damage, compaction_wave, crush, crush_quadratic, dispatch
+from sph.materials.rows import collect
+from sph.porosity import compaction_damage, crush, crush_quadratic, dispatch
 from sph.porosity.matrix import Matrix
+from sph.shock_states import compaction_wave
 
 
 def path(law: ModuleType, axes: Any) -> str:

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from matter import material
+from matter.case import material
 from sph.damage import grady_kipp, growth
-from sph.eos import hugoniot, ideal_gas, impedance, murnaghan, tillotson
-from sph.materials import collect
+from sph.eos import ideal_gas, murnaghan, tillotson
+from sph.materials.rows import collect
+from sph.shock_states import hugoniot, impedance
 from sph.strength import dispatch as strength
 from sph.strength import inertial_friction, thermal_softening, von_mises
 

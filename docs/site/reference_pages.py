@@ -105,7 +105,7 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 def keys() -> str:
     """Every key of a case file, and the shipped cases that set it."""
-    from pipeline import keys as all_keys
+    from pipeline.case import keys as all_keys
 
     used = uses()
     parts = [
@@ -175,7 +175,7 @@ def laws(site: Path) -> dict[str, str]:
 
 def materials() -> str:
     """Every material with its laws and the sections that it holds."""
-    from matter import material
+    from matter.case import material
 
     rows = []
     for name in material.names():
@@ -199,7 +199,7 @@ def materials() -> str:
 
 def measures() -> str:
     """The measures of a crater, with what is compared and what counts as a match."""
-    from matter.crater_measures import TABLE
+    from matter.wording.crater_measures import TABLE
 
     rows = [
         (

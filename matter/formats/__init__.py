@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from matter import hdf5_input, snapshot
 from matter.errors import InputError
+from matter.files import hdf5_input, snapshot
 from matter.formats import (
     delimited,
     hdf5_columns,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from matter import quantity
+from matter.case import quantity
 from matter.errors import InputError
 from matter.formats.numbers import Table
 from matter.formats.reading import Reading

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from matter import archive
 from matter.errors import InputError
+from matter.files import archive
 from matter.formats import columns as named
 from matter.formats import numbers
 from matter.formats.reading import Reading

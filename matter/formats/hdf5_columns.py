@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from matter import archive, hdf5_input
 from matter.errors import InputError
+from matter.files import archive, hdf5_input
 from matter.formats import columns as named
 from matter.formats import hdf5_header
 from matter.formats.reading import Reading

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from matter import archive
 from matter.errors import InputError
+from matter.files import archive
 from matter.particles import Particles
 
 _MARGIN = 0.01

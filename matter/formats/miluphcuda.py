@@ -23,8 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from matter import hdf5_input
 from matter.errors import InputError
+from matter.files import hdf5_input
 from matter.formats import numbers
 from matter.formats.reading import Reading
 from matter.formats.words import short

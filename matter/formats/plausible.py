@@ -7,7 +7,7 @@ import difflib
 
 import numpy as np
 
-from matter import material
+from matter.case import material
 from matter.errors import InputError
 from matter.formats.words import listed, short
 from matter.particles import FIELDS, UNDEFINED, Particles

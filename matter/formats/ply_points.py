@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from matter import archive
+from matter.files import archive
 from matter.formats.columns import components
 from matter.particles import Particles
 

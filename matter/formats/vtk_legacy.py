@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from matter import archive
 from matter.errors import InputError
+from matter.files import archive
 from matter.particles import FIELDS, Particles
 
 _NAMES = {"f8": "double", "f4": "float", "i8": "vtktypeint64", "i4": "int", "i1": "char"}

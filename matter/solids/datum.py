@@ -1,5 +1,5 @@
 """The surface of a solid as the datum that heights count from: the frame of bodies of any shape, beside
-``matter.frame``'s plane and sphere.
+``matter.geometry.frame``'s plane and sphere.
 
     height(x) = distance of x from the surface, negative inside;   up(x) = grad height;   foot(x) = x - height up
 

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from matter.compilation.jit import kernel, law
 from matter.errors import InputError
-from matter.jit import kernel, law
 from matter.solids.solid import Solid
 
 CELLS = 112

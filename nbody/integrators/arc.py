@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 _HALVINGS = 40
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from matter.jit import law
-from nbody.gravity import newton
+from matter.compilation.jit import law
+from nbody.masses.gravity import newton
 
 SOURCES = ("CashKarp1990", "Winter2017")
 

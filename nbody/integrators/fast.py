@@ -12,17 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from matter.compilation.jit import kernel, law
 from matter.errors import UnphysicalState
-from matter.jit import kernel, law
-from nbody import encounters, ephemeris
-from nbody.conditions import Lot
-from nbody.encounters import ENTRY, FLYING, HIT_PLANET, LEFT, TIMED_OUT
-from nbody.flight import field, step, swing
 from nbody.integrators.arc import Arc, curve, struck
-from nbody.integrators.dop853 import STAGES
 from nbody.integrators.launched import about
 from nbody.integrators.moon_events import Moons, Step, Work, first_entry, locate, record, relative, within
-from nbody.system import System
+from nbody.masses import ephemeris
+from nbody.masses.dop853 import STAGES
+from nbody.masses.flight import field, step, swing
+from nbody.masses.system import System
+from nbody.population import encounters
+from nbody.population.conditions import Lot
+from nbody.population.encounters import ENTRY, FLYING, HIT_PLANET, LEFT, TIMED_OUT
 
 TOLERANCE = 1e-9
 SCREEN = 10.0  # inside this many orbits of the outermost moon a particle is asked whether it will miss them all

@@ -11,8 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from matter.jit import law
-from nbody.encounters import (
+from matter.compilation.jit import law
+from nbody.masses.ephemeris import motion, place
+from nbody.masses.flight import step
+from nbody.population.encounters import (
     APPROACH,
     COLLISION,
     EXIT,
@@ -26,8 +28,6 @@ from nbody.encounters import (
     TO_MOON,
     TO_PLANET,
 )
-from nbody.ephemeris import motion, place
-from nbody.flight import step
 
 
 class Moons(NamedTuple):

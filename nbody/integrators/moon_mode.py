@@ -11,12 +11,13 @@ import math
 
 import numpy as np
 
-from matter.jit import kernel
-from nbody import bplane, encounters
-from nbody.encounters import COLLISION, ENTRY
-from nbody.gravity import newton
+from matter.compilation.jit import kernel
 from nbody.integrators.cash_karp import Leg, after, between, copy, rkck
-from nbody.system import System
+from nbody.masses import bplane
+from nbody.masses.gravity import newton
+from nbody.masses.system import System
+from nbody.population import encounters
+from nbody.population.encounters import COLLISION, ENTRY
 
 SOURCES = ("Winter2017",)
 

@@ -12,11 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from matter.compilation.jit import kernel, law
 from matter.errors import UnphysicalState
-from matter.jit import kernel, law
-from nbody import encounters
-from nbody.conditions import Lot
-from nbody.encounters import (
+from nbody.integrators import fast, moon_mode
+from nbody.integrators.cash_karp import Leg, after, between, copy, rkck
+from nbody.masses.gravity import newton
+from nbody.masses.system import System
+from nbody.population import encounters
+from nbody.population.conditions import Lot
+from nbody.population.encounters import (
     APPROACH,
     COLLISION,
     ENTRY,
@@ -34,10 +38,6 @@ from nbody.encounters import (
     TO_MOON,
     TO_PLANET,
 )
-from nbody.gravity import newton
-from nbody.integrators import fast, moon_mode
-from nbody.integrators.cash_karp import Leg, after, between, copy, rkck
-from nbody.system import System
 
 SOURCES = ("Winter2017",)
 

@@ -23,16 +23,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from matter.compilation.jit import kernel, law
 from matter.errors import UnphysicalState
-from matter.jit import kernel, law
-from nbody import bplane, encounters, ephemeris
-from nbody.conditions import Lot
-from nbody.encounters import APPROACH, ENTRY, EXIT, HIT_PLANET
-from nbody.flight import field, step
 from nbody.integrators.arc import Arc, curve, struck
-from nbody.integrators.dop853 import STAGES
 from nbody.integrators.fast import FLYING, LEFT, OUTER, SCREEN, TOLERANCE, Limits, fate, misses
-from nbody.system import Body, System, hill_radius
+from nbody.masses import bplane, ephemeris
+from nbody.masses.dop853 import STAGES
+from nbody.masses.flight import field, step
+from nbody.masses.system import Body, System, hill_radius
+from nbody.population import encounters
+from nbody.population.conditions import Lot
+from nbody.population.encounters import APPROACH, ENTRY, EXIT, HIT_PLANET
 
 SAMPLES = 96  # points along a passage
 STREAM = 4  # spawn key of this module's random numbers

@@ -25,7 +25,7 @@ from __future__ import annotations
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from matter.law_family import Family
+from matter.compilation.law_family import Family
 from sph.boundary import fixed, free, periodic, quiet, wall
 
 FAMILY = Family("sides", "boundary", (free, fixed, quiet, wall, periodic))

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from matter import checkpoint
 from matter.errors import InputError
+from matter.files import checkpoint
 from sph.boundary import fixed
 from sph.boundary.dispatch import FAMILY
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from matter.jit import parallel_kernel, prange
+from matter.compilation.jit import parallel_kernel, prange
 
 WORDS = "a rim that never moves"
 TAKES_MOMENTUM = FLOOR = RIM = True

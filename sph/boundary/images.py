@@ -17,10 +17,28 @@ from typing import Protocol
 
 import numpy as np
 
-from matter import checkpoint, neighbours
-from matter.gather import LANES
-from matter.jit import kernel, parallel_kernel, prange
-from sph.row import ENERGY, RHO_INVERSE, SHARE, SLOPE, SOUND, SUPPORT, TENSOR, VOLUME, VX, XX, XY, XZ, YY, YZ, ZZ, X
+from matter.compilation.gather import LANES
+from matter.compilation.jit import kernel, parallel_kernel, prange
+from matter.files import checkpoint
+from matter.geometry import neighbours
+from sph.pairs.row import (
+    ENERGY,
+    RHO_INVERSE,
+    SHARE,
+    SLOPE,
+    SOUND,
+    SUPPORT,
+    TENSOR,
+    VOLUME,
+    VX,
+    XX,
+    XY,
+    XZ,
+    YY,
+    YZ,
+    ZZ,
+    X,
+)
 
 
 class Plane(Protocol):

@@ -6,9 +6,9 @@ ground can close.
     quiet layer   m v and m (v^2 / 2 + u) after it has faded, less before
     wall          the sum of m a over all particles, along its axis
 
-Kicks are booked as ``sph.leapfrog`` gives them, half a step with the rates before and half with those after, angular
-momentum about the origin at the places of each: what is left of p - p_0 once this is taken away is what pairs do not
-conserve. Along the axis of a wall that is not to be told apart from what the wall gives.
+Kicks are booked as ``sph.stepping.leapfrog`` gives them, half a step with the rates before and half with those after,
+angular momentum about the origin at the places of each: what is left of p - p_0 once this is taken away is what pairs
+do not conserve. Along the axis of a wall that is not to be told apart from what the wall gives.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from matter.jit import kernel
+from matter.compilation.jit import kernel
 from sph.boundary.edge import Edge
 from sph.boundary.wall import Wall
 

@@ -18,9 +18,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from matter.body import Target
-from matter.jit import parallel_kernel, prange
-from matter.quantity import PositiveLength
+from matter.case.body import Target
+from matter.case.quantity import PositiveLength
+from matter.compilation.jit import parallel_kernel, prange
 from sph.boundary import fixed
 
 WORDS = "a layer that absorbs waves, before a rim that never moves"

@@ -18,9 +18,9 @@ import math
 
 import numpy as np
 
-from matter.jit import parallel_kernel, prange
+from matter.compilation.jit import parallel_kernel, prange
 from sph.kernels import dispatch as kernels
-from sph.row import SUPPORT, VOLUME, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
+from sph.pairs.row import SUPPORT, VOLUME, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 
 SOURCES = ("Adami2012",)
 

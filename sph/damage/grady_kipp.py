@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from matter.jit import law
-from matter.quantity import NumberDensity
+from matter.case.quantity import NumberDensity
+from matter.compilation.jit import law
 
 SOURCES = ("BenzAsphaug1994", "BenzAsphaug1995", "LawnWilshaw1975")
 

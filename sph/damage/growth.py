@@ -12,7 +12,7 @@ They differ by up to the number of flaws of a particle (some tens) in how fast r
 Nakamura & Fujiwara's fragments used one each.
 """
 
-from matter.law_family import Family
+from matter.compilation.law_family import Family
 from sph.damage import growth_cube_root, growth_fraction, growth_linear, growth_single, growth_weibull
 
 LAWS = (growth_cube_root, growth_single, growth_linear, growth_weibull, growth_fraction)

@@ -7,7 +7,7 @@ distribution of flaws; the cap of the active share as in Benz & Asphaug 1995). R
 particle's volume.
 """
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("GradyKipp1980", "BenzAsphaug1995")
 

@@ -8,7 +8,7 @@ density.
 
 import math
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("Schaefer2016",)
 

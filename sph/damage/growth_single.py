@@ -5,7 +5,7 @@
 R_s is the radius of the sphere of the particle's volume.
 """
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("BenzJutzi2007", "BenzAsphaug1994")
 

@@ -8,7 +8,7 @@ is the support radius.
 
 import math
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("BenzAsphaug1994",)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 STEP = 1.02
 DENSEST, THINNEST = 1e4, 1e-9

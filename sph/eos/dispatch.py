@@ -7,8 +7,8 @@ every law, c^2 = dP/drho|u + (P / rho^2) dP/du|rho.
 
 import math
 
-from matter.jit import law
-from matter.law_family import Family
+from matter.compilation.jit import law
+from matter.compilation.law_family import Family
 from sph.eos import ideal_gas, mie_gruneisen, murnaghan, table, tillotson
 
 FAMILY = Family("eos", "equation of state", (tillotson, murnaghan, ideal_gas, table, mie_gruneisen))

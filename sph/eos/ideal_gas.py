@@ -10,8 +10,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
-from matter.quantity import PositiveDensity
+from matter.case.quantity import PositiveDensity
+from matter.compilation.jit import law
 
 SOURCES = ()
 

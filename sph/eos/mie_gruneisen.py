@@ -19,8 +19,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
-from matter.quantity import PositiveDensity, PositiveSpeed
+from matter.case.quantity import PositiveDensity, PositiveSpeed
+from matter.compilation.jit import law
 from sph.eos import densest
 
 SOURCES = ("Rice1958",)

@@ -27,8 +27,8 @@ other law; the table's pressure there has to be small (a gas apart, whose P is o
 Off the table: below its coldest isotherm matter is as at that isotherm; above its hottest, P and T rise on with u at
 the last rate; above its highest density q, u and s go on straight in ln rho; below its lowest they are those of an
 ideal gas (q and u of the first node). Where phases coexist, the table's own states hold (a mixture in balance if the
-table was made so); c there is that of the mixture, never below the floor of ``sph.state``. Tension is what the table
-holds, cut at what the material bears like that of every law; a table without tension has none.
+table was made so); c there is that of the mixture, never below the floor of ``sph.stepping.state``. Tension is what
+the table holds, cut at what the material bears like that of every law; a table without tension has none.
 """
 
 import math
@@ -37,11 +37,11 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from matter.case.material import TABLES
+from matter.case.quantity import PositiveDensity, PositiveTemperature
+from matter.compilation.jit import law
 from matter.errors import InputError
 from matter.formats import sesame
-from matter.jit import law
-from matter.material import TABLES
-from matter.quantity import PositiveDensity, PositiveTemperature
 from sph.eos import densest, table_slopes
 
 SOURCES = ("Hyman1983", "GregoryDelbourgo1982", "DelbourgoGregory1985")

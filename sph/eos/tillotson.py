@@ -13,14 +13,14 @@ material's tension cut then takes to what it can bear.
 Sound speed: c^2 = dP/drho|u + (P / rho^2) dP/du|rho, derived exactly in all three regions (published codes use the
 compressed form everywhere or blend c^2 linearly). Valid for rho > 0; u below zero is read as u = 0 (no thermal
 pressure below the cold curve). Expanded and cold, the compressed form is tension; the tension that a material bears is
-cut elsewhere (``sph.state``).
+cut elsewhere (``sph.stepping.state``).
 """
 
 import math
 from typing import NamedTuple
 
-from matter.jit import law
-from matter.quantity import PositiveDensity, PositivePressure, SpecificEnergy
+from matter.case.quantity import PositiveDensity, PositivePressure, SpecificEnergy
+from matter.compilation.jit import law
 from sph.eos import densest
 
 SOURCES = ("Tillotson1962", "BenzAsphaug1999", "Melosh1989")

@@ -8,7 +8,7 @@ h is the radius at which W vanishes (the "sml" of miluphcuda, twice the h of cod
 
 import math
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("MonaghanLattanzio1985",)
 

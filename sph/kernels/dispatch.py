@@ -1,10 +1,10 @@
 """Which smoothing kernel the sums take, chosen by ``kind``; a kernel's file defines ``kernel`` and
 ``gradient_factor``.
 
-In a loop that is compiled for a ``sph.scheme.Scheme`` the choice is a constant and costs nothing.
+In a loop that is compiled for a ``sph.pairs.scheme.Scheme`` the choice is a constant and costs nothing.
 """
 
-from matter.law_family import Family
+from matter.compilation.law_family import Family
 from sph.kernels import cubic_spline, wendland
 
 FAMILY = Family("kernel", "kernel of the SPH sums", (cubic_spline, wendland))

@@ -8,7 +8,7 @@ them than the cubic spline.
 
 import math
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("Wendland1995", "DehnenAly2012")
 

@@ -8,7 +8,7 @@ elastic changes break nothing; alpha_0 is that at the start of the impact: what 
 before counts as intact. alpha_0 = 1 gives D_c = 0.
 """
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("BenzJutzi2007",)
 

@@ -1,7 +1,7 @@
 """Which crush curve a material has, chosen by ``kind`` and fed from a row of numbers; a law file defines ``openness``,
 ``slope`` and ``onset``."""
 
-from matter.law_family import Family
+from matter.compilation.law_family import Family
 from sph.porosity import crush_quadratic, crush_table, crush_two_power
 
 FAMILY = Family("crush", "crush curve", (crush_quadratic, crush_two_power, crush_table), prefix="crush_")

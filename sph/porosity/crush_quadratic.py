@@ -8,8 +8,8 @@ belongs to ``sph.porosity.p_alpha``.
 
 from typing import NamedTuple
 
-from matter.jit import law
-from matter.quantity import PositivePressure
+from matter.case.quantity import PositivePressure
+from matter.compilation.jit import law
 
 SOURCES = ("Herrmann1969", "BenzJutzi2007")
 

@@ -7,8 +7,8 @@ Pressures ascend, distentions descend and end at 1: crushing starts at the first
 
 from typing import NamedTuple
 
-from matter.jit import law
-from matter.quantity import PositivePressure
+from matter.case.quantity import PositivePressure
+from matter.compilation.jit import law
 
 MOST = 32  # points
 

@@ -11,8 +11,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
-from matter.quantity import PositivePressure
+from matter.case.quantity import PositivePressure
+from matter.compilation.jit import law
 
 SOURCES = ("Jutzi2008", "Jutzi2009")
 

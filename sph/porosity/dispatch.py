@@ -4,8 +4,8 @@ A law file defines ``compact``, ``at_pressure`` and the flag ``CRUSHES`` (whethe
 matrix)`` where its numbers are not its parameters.
 """
 
-from matter.jit import law
-from matter.law_family import Family
+from matter.compilation.jit import law
+from matter.compilation.law_family import Family
 from sph.eos import dispatch
 from sph.porosity import p_alpha, strain_alpha
 

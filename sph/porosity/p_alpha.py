@@ -33,8 +33,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
-from matter.quantity import PositiveSpeed
+from matter.case.quantity import PositiveSpeed
+from matter.compilation.jit import law
 from sph.eos import dispatch as eos
 from sph.porosity import crush
 from sph.porosity.matrix import Matrix

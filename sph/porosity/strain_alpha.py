@@ -20,7 +20,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
+from matter.compilation.jit import law
 from sph.eos import dispatch as eos
 
 SOURCES = ("Wuennemann2006",)

@@ -16,8 +16,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
-from matter.quantity import PositivePressure, Pressure, SpecificEnergy
+from matter.case.quantity import PositivePressure, Pressure, SpecificEnergy
+from matter.compilation.jit import law
 from sph.strength import thermal_softening
 
 SOURCES = ("Collins2004", "Lundborg1968")

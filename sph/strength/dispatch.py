@@ -5,7 +5,7 @@ shear stress as a whole), where its surface ends in tension ``apex``, and where 
 ``hardening``. ``RUBS`` says that pressure raises it, so that ``inertial_friction`` can.
 """
 
-from matter.law_family import Family
+from matter.compilation.law_family import Family
 from sph.strength import collins, drucker_prager, johnson_cook, von_mises
 
 FAMILY = Family("strength", "yield law", (von_mises, drucker_prager, collins, johnson_cook), none=True)

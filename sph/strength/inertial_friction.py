@@ -14,8 +14,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
-from matter.quantity import PositiveLength
+from matter.case.quantity import PositiveLength
+from matter.compilation.jit import law
 
 SOURCES = ("GDRMiDi2004", "Jop2006")
 DIAMETER, I0, RATIO, WIDTH = range(4)

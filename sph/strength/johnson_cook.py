@@ -16,8 +16,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.jit import law
-from matter.quantity import PositivePressure, Pressure, Rate, SpecificEnergy
+from matter.case.quantity import PositivePressure, Pressure, Rate, SpecificEnergy
+from matter.compilation.jit import law
 
 SOURCES = ("JohnsonCook1983",)
 MIXES_DAMAGE = False

@@ -6,7 +6,7 @@ section 2).
 One law for every yield surface of this folder. u below zero softens nothing; an infinite u_melt means none.
 """
 
-from matter.jit import law
+from matter.compilation.jit import law
 
 SOURCES = ("BenzAsphaug1999",)
 

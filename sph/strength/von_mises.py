@@ -4,14 +4,14 @@
 
 This is the radial return: after it sqrt(3 J2) = Y, and a second application changes nothing. (Benz & Asphaug print Y^2
 / (3 J2), which returns below the yield surface and makes the result depend on the step.) Damage takes the shear stress
-as a whole, (1 - D) S (``sph.state``).
+as a whole, (1 - D) S (``sph.stepping.state``).
 """
 
 import math
 from typing import NamedTuple
 
-from matter.jit import law
-from matter.quantity import PositivePressure, SpecificEnergy
+from matter.case.quantity import PositivePressure, SpecificEnergy
+from matter.compilation.jit import law
 from sph.strength import thermal_softening
 
 SOURCES = ("BenzAsphaug1994", "BenzAsphaug1999")

@@ -18,12 +18,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.assembly import LEFT, Assembly
 from dem.beds.relaxation import Fire
-from dem.columns import RADIUS
-from dem.contact_settings import OCEAN, Contact
-from dem.gravity import Field
-from dem.walls import PLANE, Wall, cylinder, funnel
+from dem.contact.columns import RADIUS
+from dem.contact.gravity import Field
+from dem.contact.settings import OCEAN, Contact
+from dem.contact.walls import PLANE, Wall, cylinder, funnel
+from dem.grains.assembly import LEFT, Assembly
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.progress import stop_here

@@ -14,14 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem import sleeping
-from dem.assembly import Assembly, Extras
 from dem.beds.container import Container
-from dem.contact_settings import Contact
-from dem.gravity import Field
-from matter import checkpoint
+from dem.contact.gravity import Field
+from dem.contact.settings import Contact
+from dem.grains.assembly import Assembly, Extras
+from dem.stiffness import sleeping
 from matter.cadence import Cadence
 from matter.errors import InputError
+from matter.files import checkpoint
 from matter.particles import Particles
 from matter.progress import Progress, stop_here
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from crater.figure import INK, figure, save
+from crater.drawing.figure import INK, figure, save
 from matter.errors import InputError
 
 ORDERS = (0.5, 3.0)

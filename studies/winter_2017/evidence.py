@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crater.radial_profile import Profile, read_csv
+from crater.ground.radial_profile import Profile, read_csv
 from matter.errors import InputError
 from studies.winter_2017 import follow_run
 from studies.winter_2017.series_difference import read_series

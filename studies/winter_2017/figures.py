@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from crater import figure as figures
+from crater.drawing import figure as figures
 from studies.winter_2017.evidence import KM, Run, Value
 from studies.winter_2017.published import DEPTH, DIAMETER, MASSES, MPD, RADII, SPEEDS
 from studies.winter_2017.table_9 import masses

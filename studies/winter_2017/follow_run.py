@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from crater import datum as datums
-from crater.datum import Datum
-from matter import archive, snapshot
+from crater.ground import datum as datums
+from crater.ground.datum import Datum
 from matter.errors import InputError
+from matter.files import archive, snapshot
 from matter.particles import Particles
 
 AIRBORNE = 2.0

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import ks_1samp, norm
 
-from nbody import analytic, figures, tables
-from nbody.encounters import APPROACH, COLLISION, ENTRY, EXIT
-from nbody.rules import weighted_mean
-from nbody.system import load
+from nbody.masses.system import load
+from nbody.population.encounters import APPROACH, COLLISION, ENTRY, EXIT
+from nbody.population.rules import weighted_mean
+from nbody.results import analytic, figures, tables
 from studies.winter_2017.score import MOONS, Evidence, Score, all_met, close, plain
 
 FOLDER = Path(__file__).parent

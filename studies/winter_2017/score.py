@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nbody import tables
-from nbody.rules import Statistic
+from nbody.population.rules import Statistic
+from nbody.results import tables
 
 MOONS = {"ganymede": 0, "callisto": 1}
 

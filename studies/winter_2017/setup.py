@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from nbody import conditions, encounters
-from nbody.encounters import COLLISION, ENTRY
-from nbody.system import jovian, load
+from nbody.masses.system import jovian, load
+from nbody.population import conditions, encounters
+from nbody.population.encounters import COLLISION, ENTRY
 from studies.winter_2017.score import Evidence, Score, all_met, close
 
 G = 6.6743e-11

@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from crater.compare import profile_difference
-from crater.radial_profile import Profile
+from crater.ground.radial_profile import Profile
+from crater.pages.compare import profile_difference
 from studies.winter_2017.evidence import KM, Claim, Finding, Run, Value, ratio_of, within
 from studies.winter_2017.published import DEPTH, DIAMETER, MPD, RADII
 from studies.winter_2017.series_difference import difference, open_until

@@ -14,13 +14,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from matter import archive
 from matter.errors import InputError
-from pipeline import case as cases
-from pipeline import folder, stages
-from pipeline.compose import compose
-from pipeline.request import Request
-from pipeline.run_process import as_process
+from matter.files import archive
+from pipeline.case import read as cases
+from pipeline.case import stages
+from pipeline.running.request import Request
+from pipeline.running.run_process import as_process
+from pipeline.settings.compose import compose
+from pipeline.store import folder
 
 DAMAGE_AT = 396.0
 """Time [s] at which damage against distance is kept: 6.6 min, that of the published pictures."""
@@ -79,7 +80,7 @@ def measure(variant: Variant, out: Path) -> Path | None:
     if not finished:
         return None
     from crater import stage  # here: --help of a script that uses this needs no numerics
-    from matter import jit
+    from matter.compilation import jit
     from studies.winter_2017 import follow_run
 
     settings = compose(variant.read())["crater"]

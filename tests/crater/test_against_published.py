@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from crater import against_published
-from crater.measure import Quantity
-from crater.radial_profile import Profile
+from crater.comparison import against_published
+from crater.ground.radial_profile import Profile
+from crater.measures.measure import Quantity
 
 
 class Late(SimpleNamespace):

@@ -5,10 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from crater import ballistic, stage
-from matter import snapshot
-from matter.body import Impact, Layer, Projectile, Target
+from crater import stage
+from crater.ejecta import ballistic
+from matter.case.body import Impact, Layer, Projectile, Target
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.particles import Particles
 
 G, DENSITY, SPACING = 1.2e-4, 1230.0, 0.25

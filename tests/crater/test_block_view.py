@@ -9,13 +9,14 @@ import re
 import numpy as np
 import pytest
 
-from crater import block_view, report
-from crater.findings import Findings, GrainFindings, LastCrater
-from crater.measure import measure
-from crater.rest import Rest
+from crater.measures.measure import measure
+from crater.pages import block_view, report
+from crater.results.findings import Findings, GrainFindings, LastCrater
+from crater.results.rest import Rest
 from fixtures import synthetic_craters as synthetic
-from matter import frame, page
+from matter.geometry import frame
 from matter.particles import Particles
+from matter.wording import page
 from tests.crater import browser
 
 SPACING = {"plane": 80.0, "sphere": 30e3}

@@ -10,22 +10,22 @@ import h5py
 import numpy as np
 import pytest
 
-from crater import datum, locate
 from crater.bodies import exchange, findings, levels, measured, report
 from crater.bodies.exchange import Orbit
 from crater.bodies.findings import Body
 from crater.bodies.seen import Pair, Seen
-from crater.choices import Choices
+from crater.ground import datum, locate
+from crater.results.choices import Choices
 from crater.settings import Settings
 from fixtures import grain_bodies as bodies
 from fixtures import synthetic_craters as synthetic
-from matter import packing
-from matter.body_measures import PAIRS, SINGLES, TABLE
 from matter.constants import G
 from matter.particles import Particles
+from matter.points import packing
 from matter.solids.shape import Shape, enclosed
 from matter.solids.standing import Standing
 from matter.solids.unrolled import Unrolled
+from matter.wording.body_measures import PAIRS, SINGLES, TABLE
 
 AXES = (200.0, 150.0, 110.0)
 SPACING = 5.0

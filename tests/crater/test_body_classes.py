@@ -9,19 +9,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crater import datum, locate
 from crater.bodies import classes, findings, hollow, measured
 from crater.bodies.findings import Body
 from crater.bodies.height_map import HeightMap
 from crater.bodies.seen import Seen
-from crater.choices import Choices
-from crater.measure import Measures
+from crater.ground import datum, locate
+from crater.measures.measure import Measures
+from crater.results.choices import Choices
 from fixtures import grain_bodies as bodies
 from fixtures import solids
 from fixtures import synthetic_craters as synthetic
-from matter import packing
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.points import packing
 from matter.solids.shape import Shape, spread
 from matter.solids.standing import Standing
 from matter.solids.unrolled import Unrolled

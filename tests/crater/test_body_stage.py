@@ -13,10 +13,12 @@ import pytest
 from scipy.spatial import cKDTree
 
 from crater.bodies import body_view
-from matter import drawing, snapshot
-from matter.body_measures import PAIRS, SINGLES
-from pipeline import case as cases
-from pipeline import cli, compose
+from matter.files import snapshot
+from matter.wording import drawing
+from matter.wording.body_measures import PAIRS, SINGLES
+from pipeline import cli
+from pipeline.case import read as cases
+from pipeline.settings import compose
 from tests.crater import browser
 
 CASE = """
@@ -89,7 +91,7 @@ def test_page_pictures_and_map_are_there(run):
 
 
 def test_what_leaves_the_terminal_names_the_class(run):
-    from pipeline import result
+    from pipeline.running import result
 
     table = result.table(run)
     assert "the body: " in table and "beta along the normal" in table

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import cloud, datum, locate
-from crater.measure import measure
+from crater.ground import cloud, datum, locate
+from crater.measures.measure import measure
 from fixtures import synthetic_craters as synthetic
-from matter import frame
+from matter.geometry import frame
 from matter.particles import Particles
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater.measure import measure
+from crater.measures.measure import measure
 from fixtures import synthetic_craters as synthetic
 from matter.particles import Particles
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import cloud
-from crater.measure import measure
+from crater.ground import cloud
+from crater.measures.measure import measure
 from fixtures import synthetic_craters as synthetic
-from matter import frame
 from matter.errors import InputError
+from matter.geometry import frame
 from matter.particles import Particles
 
 

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from crater import findings
+from crater.results import findings
 from crater.settings import Settings
-from matter import at_rest
+from matter.case import at_rest
 from matter.constants import G
 
 IMPACT = {

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crater.measure import measure
+from crater.measures.measure import measure
 from fixtures import drawn_craters
 from matter.particles import Particles
 

@@ -8,14 +8,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crater import catalogue as catalogues
-from crater import datum as datums
-from crater import excavation, flight, report_matter, size_classes, thrown_out
-from crater.findings import Ejected, Setting
-from matter import archive
+from crater.ejecta import catalogue as catalogues
+from crater.ejecta import excavation, flight, size_classes
+from crater.ground import datum as datums
+from crater.pages import report_matter
+from crater.results import thrown_out
+from crater.results.findings import Ejected, Setting
 from matter.errors import InputError
+from matter.files import archive
 from matter.particles import Particles
-from pipeline import result
+from pipeline.running import result
 
 G, CRATER = 10.0, 100.0
 GROUND = datums.plane()

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater.measure import Measures, measure
+from crater.measures.measure import Measures, measure
 from fixtures import drawn_craters
-from matter import frame
+from matter.geometry import frame
 from matter.particles import Particles
 
 NAMES = ("diameter_apparent_m", "depth_m", "volume_m3", "rim_height_m")

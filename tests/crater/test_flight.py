@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from crater import datum as datums
-from crater import flight
+from crater.ejecta import flight
+from crater.ground import datum as datums
 
 R, G = 2.1e6, 1.28
 MU = G * R**2

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from crater import flown, report_matter
-from matter import page
+from crater.pages import flown, report_matter
 from matter.errors import InputError
+from matter.wording import page
 
 FOUND = {
     "particles": 40, "closure": 0.0,

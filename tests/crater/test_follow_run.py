@@ -8,9 +8,9 @@ import json
 import numpy as np
 import pytest
 
-from crater import datum
-from matter import snapshot
+from crater.ground import datum
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.particles import Particles
 from studies.winter_2017 import convergence, follow_run, series_difference
 

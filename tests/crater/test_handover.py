@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crater import datum, handover
-from crater.choices import Choices
+from crater.ground import datum
+from crater.results import handover
+from crater.results.choices import Choices
 from fixtures import synthetic_craters as synthetic
-from matter import snapshot
+from matter.files import snapshot
 from matter.particles import Particles
 
 RIM, SPACING = 1000.0, 110.0

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import ejecta, locate
-from crater.measure import measure
+from crater.ground import locate
+from crater.measures import blanket
+from crater.measures.measure import measure
 from fixtures import synthetic_craters as synthetic
-from matter import frame
+from matter.geometry import frame
 from matter.particles import Particles
 
 
@@ -158,7 +159,7 @@ def test_what_leaves_the_body():
     particles = Particles(
         {"position": position, "velocity": velocity, "mass": [1.0, 2.0, 4.0, 8.0], "layer": [0, 0, 0, -1]}
     )
-    gone = ejecta.leaving(particles, 8.5e22, np.array([0.0, 0.0, -1e3]))
+    gone = blanket.leaving(particles, 8.5e22, np.array([0.0, 0.0, -1e3]))
     assert (gone["target_mass_kg"], gone["projectile_mass_kg"]) == (1.0, 8.0)
     assert gone["beta"] == pytest.approx(1.0 + (5e3 + 32e3) / 1e3)
 

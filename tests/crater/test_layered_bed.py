@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import datum, locate
-from crater.measure import measure
-from matter import frame
+from crater.ground import datum, locate
+from crater.measures.measure import measure
+from matter.geometry import frame
 from matter.particles import Particles
 
 LAYER = np.sqrt(2.0 / 3.0)

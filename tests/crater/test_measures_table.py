@@ -12,19 +12,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crater import quantities
-from crater.measure import measure
-from crater.uncertainty import Quantity
+from crater.measures import quantities
+from crater.measures.measure import measure
+from crater.measures.uncertainty import Quantity
 from fixtures import synthetic_craters as synthetic
-from matter import crater_measures
 from matter.particles import Particles
+from matter.wording import crater_measures
 
 ROOT = Path(__file__).parents[2]
 ROOMS = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline")
 NAMES = frozenset(crater_measures.UNITS)
 WHERE_NAMED = {
-    "matter/crater_measures.py": "the table",
-    "crater/shape.py": "Shape.sizes, which measures six of them by every method",
+    "matter/wording/crater_measures.py": "the table",
+    "crater/ground/shape.py": "Shape.sizes, which measures six of them by every method",
     "handoff/stage.py": "the cavity that is handed over, another thing under like names",
 }
 FEWEST = 3
@@ -114,23 +114,28 @@ def test_a_list_elsewhere_would_be_found(source):
 NEW_MEASURE = r"""
 import sys, types
 from pathlib import Path
-import matter
+import matter.wording
 row = 'Measure("hole_m", "m", "depth of the hole", "hole", "hole", terminal=True, compared=True, match=0.3, column=6),'
-source = Path("matter/crater_measures.py").read_text().replace(")  # fmt: skip\n\nBY_NAME", row + ")\n\nBY_NAME", 1)
-table = sys.modules["matter.crater_measures"] = matter.crater_measures = types.ModuleType("matter.crater_measures")
+source = Path("matter/wording/crater_measures.py").read_text()
+source = source.replace(")  # fmt: skip\n\nBY_NAME", row + ")\n\nBY_NAME", 1)
+table = types.ModuleType("matter.wording.crater_measures")
+sys.modules[table.__name__] = matter.wording.crater_measures = table
 exec(source, table.__dict__)
 assert table.TABLE[-1].name == "hole_m"
-from crater import quantities
-from crater.uncertainty import Quantity
+from crater.measures import quantities
+from crater.measures.uncertainty import Quantity
 quantities.hole_m = lambda hollow: Quantity(hollow.base.depth, 0.1, "m")
 
 sys.path.insert(0, {here!r})
 import numpy as np
 from fixtures import synthetic_craters as synthetic
-from crater import compare, craters, difference, report, series, settings
-from crater.measure import measure
+from crater import settings
+from crater.comparison import craters, difference
+from crater.pages import compare, report
+from crater.results import series
+from crater.measures.measure import measure
 from matter.particles import Particles
-from pipeline import expected, result
+from pipeline.running import result; from pipeline.settings import expected
 shape = synthetic.Shape(synthetic.bowl(10.0, 0.25, 0.05), 10.0, 40.0)
 cloud = synthetic.cloud_on_plane(shape, 1.0, np.random.default_rng(3), "jitter")
 found = measure(Particles(synthetic.as_fields(cloud, 1.0)), "plane")

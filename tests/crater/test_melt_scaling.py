@@ -6,12 +6,13 @@ import math
 
 import pytest
 
-from crater import melt_scaling, report_matter
-from crater.scaling import ImpactEvent
-from matter import material, shock_phases
-from pipeline import result
-from sph.eos import hugoniot
-from sph.materials import collect
+from crater.pages import report_matter
+from crater.scaling import melt
+from crater.scaling.laws import ImpactEvent
+from matter.case import material, shock_phases
+from pipeline.running import result
+from sph.materials.rows import collect
+from sph.shock_states import hugoniot
 
 
 def event(**changed):
@@ -24,18 +25,18 @@ def event(**changed):
 
 def test_masses_of_dunite_by_hand():
     """v^2 / E_m = 69.44: 0.42 * 69.44^0.84 = 14.80, a quarter of it 17.36."""
-    masses = melt_scaling.facts(event(), "dunite")["over_projectile_mass"]
+    masses = melt.facts(event(), "dunite")["over_projectile_mass"]
     assert masses["abramov_2012"] == pytest.approx(14.80, abs=0.01)
     assert masses["pierazzo_1997"] == pytest.approx(17.36, abs=0.01)
 
 
 def test_angle_speed_and_densities():
-    steep, slanted = (melt_scaling.facts(event(angle=a), "dunite")["over_projectile_mass"] for a in (0.0, 1.0))
+    steep, slanted = (melt.facts(event(angle=a), "dunite")["over_projectile_mass"] for a in (0.0, 1.0))
     for key, power in (("abramov_2012", 1.32), ("pierazzo_1997", 1.0)):
         assert slanted[key] / steep[key] == pytest.approx(math.cos(1.0) ** power)
-    faster = melt_scaling.facts(event(speed=50e3), "dunite")["over_projectile_mass"]
+    faster = melt.facts(event(speed=50e3), "dunite")["over_projectile_mass"]
     assert faster["abramov_2012"] / steep["abramov_2012"] == pytest.approx(2.0**1.68)
-    heavy = melt_scaling.facts(event(projectile_density=6640.0), "dunite")["over_projectile_mass"]
+    heavy = melt.facts(event(projectile_density=6640.0), "dunite")["over_projectile_mass"]
     assert heavy["pierazzo_1997"] == pytest.approx(0.5 * steep["pierazzo_1997"])
     assert heavy["abramov_2012"] == steep["abramov_2012"]
 
@@ -56,13 +57,13 @@ def test_the_critical_pressure_is_where_the_hugoniot_has_that_energy(name):
 
 
 def test_nothing_is_said_of_slow_impacts_and_of_what_is_not_known():
-    assert melt_scaling.facts(event(speed=11e3), "dunite") == {} != melt_scaling.facts(event(speed=12e3), "dunite")
-    assert melt_scaling.facts(event(), "basalt") == {} == melt_scaling.facts(event(), "no such material")
-    assert melt_scaling.lines({}) == [] and report_matter.published({}) == ""
+    assert melt.facts(event(speed=11e3), "dunite") == {} != melt.facts(event(speed=12e3), "dunite")
+    assert melt.facts(event(), "basalt") == {} == melt.facts(event(), "no such material")
+    assert melt.lines({}) == [] and report_matter.published({}) == ""
 
 
 def test_page_and_terminal_say_it():
-    facts = melt_scaling.facts(event(), "dunite")
+    facts = melt.facts(event(), "dunite")
     page = report_matter.published(facts)
     assert "Abramov et al. 2012" in page and "14.8" in page and "17.4" in page and "9 MJ/kg" in page
     assert result._melted(facts) == [

@@ -14,8 +14,9 @@ import trimesh
 from crater import stage
 from crater.settings import Settings
 from fixtures import grain_bodies as bodies
-from matter import packing, snapshot
-from matter.body import Target
+from matter.case.body import Target
+from matter.files import snapshot
+from matter.points import packing
 
 AXES = (120.0, 110.0, 90.0)
 SPACING = 5.0

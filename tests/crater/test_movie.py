@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import movie, sections
+from crater.drawing import movie, sections
 from fixtures import synthetic_craters as synthetic
-from matter import snapshot
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.particles import Particles
 
 

@@ -7,11 +7,14 @@ import json
 import numpy as np
 import pytest
 
-from crater import cloud, compare, datum, far_field, observations, radial_profile, series, smoothing, surface
-from crater.radial_profile import Profile, Relief
+from crater.comparison import observations
+from crater.ground import cloud, datum, far_field, radial_profile, smoothing, surface
+from crater.ground.radial_profile import Profile, Relief
+from crater.pages import compare
+from crater.results import series
 from fixtures import synthetic_craters as synthetic
-from matter import frame
 from matter.errors import InputError
+from matter.geometry import frame
 from matter.particles import Particles
 
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from crater.radial_profile import Profile
+from crater.ground.radial_profile import Profile
 from studies.winter_2017 import evidence, published, table_9, valhalla
 from studies.winter_2017.evidence import Run, Value
 

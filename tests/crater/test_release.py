@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import release, report_matter
+from crater.pages import report_matter
+from crater.shock import release
 from matter.particles import Particles
-from pipeline import result
+from pipeline.running import result
 
 ROCK = {
     "melting_temperature_K": 1900.0, "melting_begins": 2700.0, "boiling_temperature_K": 3300.0,

@@ -1,5 +1,5 @@
 """What the steps from ring means to measures get wrong without any noise: the constants RESOLUTION_* of
-crater/quantities.py."""
+crater/measures/quantities.py."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crater import datum, quantities, smoothing
-from crater.shape import make_crest_finder, make_ruler, shape_of
+from crater.ground import datum, smoothing
+from crater.ground.shape import make_crest_finder, make_ruler, shape_of
+from crater.measures import quantities
 from fixtures import drawn_craters
 from fixtures import synthetic_craters as synthetic
 

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crater import heads, rest
-from crater.series import Moment
+from crater.results import heads, rest
+from crater.results.series import Moment
 
 T = np.linspace(10.0, 1000.0, 40)
 

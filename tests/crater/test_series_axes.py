@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from crater import plot
+from crater.pictures import plot
 
 
 def moment(value, sigma):

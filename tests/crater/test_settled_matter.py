@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import datum as datums
-from crater import layer_order, report_matter, settled_matter
-from crater.measure import Measures
-from crater.radial_profile import Profile
-from crater.uncertainty import Quantity
+from crater.ejecta import layer_order
+from crater.ground import datum as datums
+from crater.ground.radial_profile import Profile
+from crater.measures.measure import Measures
+from crater.measures.uncertainty import Quantity
+from crater.pages import report_matter
+from crater.shock import settled_matter
 from matter.particles import Particles
-from pipeline import result
+from pipeline.running import result
 
 R, MASS = 100.0, 50.0
 GROUND = datums.plane()

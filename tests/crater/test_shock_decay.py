@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import datum as datums
-from crater import report_matter, shock_decay
-from matter import readable
+from crater.ground import datum as datums
+from crater.pages import report_matter
+from crater.shock import decay
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.wording import readable
 
 CORE, RADIUS, N = 80e9, 60.0, 2.2
 
@@ -33,21 +34,19 @@ def ground(noise=0.1, count=60_000, centre=(0.0, 0.0, 0.0), seed=4):
 
 
 def test_core_radius_and_exponent_of_a_drawn_shock_are_found():
-    found = shock_decay.facts(ground(), datums.plane(), 30.0)
+    found = decay.facts(ground(), datums.plane(), 30.0)
     assert found["core_pressure_Pa"]["value"] == pytest.approx(CORE, rel=0.05)
     assert found["core_radius_m"]["value"] == pytest.approx(RADIUS, rel=0.05)
     assert found["core_radius_over_projectile"] == pytest.approx(2.0, rel=0.05)
     assert found["exponent"]["value"] == pytest.approx(N, abs=0.05)
     assert 0.0 < found["exponent"]["sigma"] < 0.1
     P = np.array(found["shells"]["pressure_Pa"])
-    assert (
-        P[-1] > shock_decay.LEAST * P.max() and found["to_m"] == found["shells"]["radius_m"][-1] < 1e3
-    )  # not the far side
+    assert P[-1] > decay.LEAST * P.max() and found["to_m"] == found["shells"]["radius_m"][-1] < 1e3  # not the far side
 
 
 def test_on_a_body_the_point_of_contact_is_on_its_surface():
     body = datums.sphere(2e6)
-    found = shock_decay.facts(ground(centre=(0.0, 0.0, 2e6)), body, 30.0)
+    found = decay.facts(ground(centre=(0.0, 0.0, 2e6)), body, 30.0)
     assert found["exponent"]["value"] == pytest.approx(N, abs=0.05)
     assert found["core_radius_m"]["value"] == pytest.approx(RADIUS, rel=0.05)
 
@@ -55,18 +54,18 @@ def test_on_a_body_the_point_of_contact_is_on_its_surface():
 def test_the_errors_are_those_of_the_draw():
     """Of eight draws with few particles and much noise the exponents scatter as their errors say, within a factor of
     2.5."""
-    found = [shock_decay.facts(ground(0.8, 6000, seed=k), datums.plane(), 30.0)["exponent"] for k in range(8)]
+    found = [decay.facts(ground(0.8, 6000, seed=k), datums.plane(), 30.0)["exponent"] for k in range(8)]
     scatter = np.std([one["value"] for one in found])
     assert scatter / 2.5 < np.median([one["sigma"] for one in found]) < 2.5 * scatter
 
 
 def test_a_ground_of_few_particles_is_told():
     with pytest.raises(InputError, match="fewer than 5 shells"):
-        shock_decay.facts(ground(count=60), datums.plane(), 30.0)
+        decay.facts(ground(count=60), datums.plane(), 30.0)
 
 
 def test_the_page_says_it():
-    found = shock_decay.facts(ground(), datums.plane(), 30.0)
+    found = decay.facts(ground(), datums.plane(), 30.0)
     text = report_matter.decay(found, 2.0 * found["core_pressure_Pa"]["value"])
     power = readable.measured(found["exponent"]["value"], found["exponent"]["sigma"])
     assert f"P ~ r^-n</td><td class='word'>{power}" in text and power.startswith(("2.1", "2.2"))

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import report_matter, shock_phases
-from matter import material
+from crater.pages import report_matter
+from crater.shock import phases
+from matter.case import material
 from matter.particles import Particles
-from pipeline import result
+from pipeline.running import result
 
-ICE = shock_phases.pressures("ice")
+ICE = phases.pressures("ice")
 
 
 def shocked(materials=("ice", "basalt"), **changed):
@@ -26,7 +27,7 @@ def shocked(materials=("ice", "basalt"), **changed):
 
 
 def test_masses_above_the_critical_pressures_of_each_material_and_body():
-    facts = shock_phases.masses(shocked(), 8.0)
+    facts = phases.masses(shocked(), 8.0)
     assert pytest.approx({"melting_begins": 1.6e9, "molten": 4.1e9}, rel=1e-12) == ICE
     assert [(part["material"], part["body"], part["over_projectile_mass"]) for part in facts["parts"]] == [
         ("ice", "target", {"melting_begins": 0.75, "molten": 0.5}),
@@ -40,7 +41,7 @@ def test_masses_above_the_critical_pressures_of_each_material_and_body():
 
 
 def test_a_pressure_just_at_the_critical_one_melts_nothing():
-    facts = shock_phases.masses(shocked(peak_pressure=np.array([*ICE.values(), 0.0, 0.0, 0.0, 0.0])), 1.0)
+    facts = phases.masses(shocked(peak_pressure=np.array([*ICE.values(), 0.0, 0.0, 0.0, 0.0])), 1.0)
     assert facts["parts"][0]["over_projectile_mass"] == {"melting_begins": 2.0, "molten": 0.0}
 
 
@@ -48,12 +49,12 @@ def test_a_pressure_just_at_the_critical_one_melts_nothing():
 def test_a_snapshot_without_what_it_needs_says_nothing(missing):
     whole = shocked()
     fields = {name: whole[name] for name in whole if name != missing}
-    assert shock_phases.masses(Particles(fields, whole.attributes), 8.0) == {}
-    assert shock_phases.masses(whole, 0.0) == {}
+    assert phases.masses(Particles(fields, whole.attributes), 8.0) == {}
+    assert phases.masses(whole, 0.0) == {}
 
 
 def test_the_terminal_says_the_masses_and_by_what():
-    words = result._molten(shock_phases.masses(shocked(), 8.0))
+    words = result._molten(phases.masses(shocked(), 8.0))
     assert words[0] == (
         "shocked ice of the target in projectile masses, by peak pressure: begins to melt above 1.6 GPa: 0.75, molten "
         "above 4.1 GPa: 0.5"
@@ -62,27 +63,27 @@ def test_the_terminal_says_the_masses_and_by_what():
 
 
 def test_the_page_says_the_masses_their_errors_and_sources_and_what_is_not_known():
-    page = report_matter.molten(shock_phases.masses(shocked(), 8.0))
+    page = report_matter.molten(phases.masses(shocked(), 8.0))
     assert "0.75 ± 0.32 (above 1.6 GPa)" in page and "<td class='n'>1 (above 4.1 GPa)" in page
     assert "Stewart &amp; Ahrens 2005" in page and "No critical pressures are known of basalt" in page
-    cold = shock_phases.masses(shocked(peak_pressure=np.zeros(6)), 8.0)
+    cold = phases.masses(shocked(peak_pressure=np.zeros(6)), 8.0)
     assert "none (above 1.6 GPa)" in report_matter.molten(cold)
     assert report_matter.molten({}) == "" and report_matter.molten({"parts": [], "not_known_of": ["basalt"]}) == ""
 
 
 def test_a_material_without_a_pressure_says_so_in_its_cell(monkeypatch):
     """One that boils, beside ice, of which no such pressure is known; no column of what none has."""
-    real = shock_phases.pressures
+    real = phases.pressures
     assert set(real("iron")) == set(real("ice")) == {"melting_begins", "molten"}
     more = {"iron": {"boiling_begins": 500e9}}
-    monkeypatch.setattr(shock_phases, "pressures", lambda name: real(name) | more.get(name, {}))
-    facts = shock_phases.masses(shocked(("iron", "ice")), 8.0)
+    monkeypatch.setattr(phases, "pressures", lambda name: real(name) | more.get(name, {}))
+    facts = phases.masses(shocked(("iron", "ice")), 8.0)
     page = report_matter.molten(facts)
     assert "not known" in page and "begins to boil" in page and "vapour</th>" not in page
 
 
 def test_critical_pressures_of_every_material_rise():
-    known = {name: list(shock_phases.pressures(name).values()) for name in material.names()}
+    known = {name: list(phases.pressures(name).values()) for name in material.names()}
     assert any(known.values())
     for values in known.values():
         assert values == sorted(values)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crater import catalogue as catalogues
-from crater import datum as datums
-from crater import flight, report_matter, size_classes
-from matter import archive
+from crater.ejecta import catalogue as catalogues
+from crater.ejecta import flight, size_classes
+from crater.ground import datum as datums
+from crater.pages import report_matter
+from matter.files import archive
 from matter.particles import Particles
 
 GROUND = datums.plane()

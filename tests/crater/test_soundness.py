@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from crater import soundness
+from crater.results import soundness
 from sph.boundary import outside
 
 SHOCK = {

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 
 from crater import stage
-from crater.measure import UNITS
+from crater.measures.measure import UNITS
 from fixtures import synthetic_craters as synthetic
-from matter import drawing, progress, snapshot
-from matter.body import Impact, Layer, Projectile, Target
+from matter import progress
+from matter.case.body import Impact, Layer, Projectile, Target
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.particles import Particles
+from matter.wording import drawing
 
 R, RIM, SPACING = 2102e3, 300e3, 60e3
 TIMES = (0.0, 120.0, 240.0, 360.0, 480.0, 600.0)

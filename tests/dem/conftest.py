@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from dem import bed_stage
-from matter.body import Impact, Target
+from dem.beds import stage
+from matter.case.body import Impact, Target
 from tests.dem import bodies
 
 
 @pytest.fixture(scope="session")
-def bed_settings() -> bed_stage.Settings:
+def bed_settings() -> stage.Settings:
     layers = [
         {"name": "core", "material": "basalt", "thickness": 1842e3},
         {"name": "ocean", "material": "water", "thickness": 150e3},
@@ -20,7 +20,7 @@ def bed_settings() -> bed_stage.Settings:
         "speed": 18234.0, "angle_from_vertical": 0.698, "projectile": {"material": "ice", "radius": 53.9e3},
         "expected_transient_diameter": 980e3,
     }  # fmt: skip
-    return bed_stage.Settings(
+    return stage.Settings(
         target=Target.model_validate({"layers": layers}),
         impact=Impact.model_validate(impact),
         count=3000,
@@ -35,5 +35,5 @@ def bed_run(tmp_path_factory, bed_settings):
     run = tmp_path_factory.mktemp("run")
     bodies.write_callisto(run / "2_sph" / "target.json")
     (run / "3_bed").mkdir()
-    bed_stage.run(bed_settings, run, run / "3_bed")
+    stage.run(bed_settings, run, run / "3_bed")
     return run

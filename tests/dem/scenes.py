@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from dem.assembly import Assembly
-from dem.contact_settings import Contact, GrainLaw
-from dem.gravity import Field
+from dem.contact.gravity import Field
+from dem.contact.settings import Contact, GrainLaw
+from dem.grains.assembly import Assembly
 from matter.particles import Particles
 
 SMOOTH = GrainLaw(friction=0.0, shape=0.0, rolling=0.0, twisting=0.0)

@@ -5,13 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from dem import bed_stage
-from dem.assembly import Assembly
-from dem.beds import settling
+from dem.beds import settling, stage
 from dem.beds.domain import Domain
 from dem.beds.layered_body import LayeredBody
-from matter import snapshot
+from dem.grains.assembly import Assembly
 from matter.errors import InputError
+from matter.files import snapshot
 from tests.dem import bodies
 from tests.dem.stops import interrupted, same_grains
 
@@ -67,7 +66,7 @@ def assembled(bed_run, bed, keep=None):
     particles.tables.update(bed.tables)
     body = LayeredBody.read(bed_run / "2_sph" / "target.json")
     domain = Domain.of_attribute(bed.attributes["domain"])
-    from dem.contact_settings import Contact
+    from dem.contact.settings import Contact
 
     return Assembly(particles, Contact(), domain.walls(), body.gravity())
 
@@ -108,7 +107,7 @@ def test_a_stopped_bed_resumes_bit_for_bit(tmp_path, bed_settings, monkeypatch):
         bodies.write_callisto(run / "2_sph" / "target.json")
         out = run / "3_bed"
         out.mkdir()
-        interrupted(monkeypatch, stops, lambda run=run, out=out: bed_stage.run(settings, run, out))
+        interrupted(monkeypatch, stops, lambda run=run, out=out: stage.run(settings, run, out))
         files.append(snapshot.read(out / "bed.vtkhdf"))
         assert len(list(out.glob("checkpoint_*"))) <= 1
     same_grains(*files)
@@ -116,20 +115,20 @@ def test_a_stopped_bed_resumes_bit_for_bit(tmp_path, bed_settings, monkeypatch):
 
 def test_bad_settings_and_inputs(tmp_path, bed_settings):
     with pytest.raises(InputError, match=r"no target\.json"):
-        bed_stage.run(bed_settings, tmp_path, tmp_path)
+        stage.run(bed_settings, tmp_path, tmp_path)
     bodies.write_callisto(tmp_path / "2_sph" / "target.json")
     for change, words in (
         ({"depth": 3e6}, "reaches the body's centre"),
         ({"arc_radius": 5e6}, "below a quarter of the circumference"),
     ):
         with pytest.raises(InputError, match=words):
-            bed_stage.run(bed_settings.model_copy(update=change), tmp_path, tmp_path)
+            stage.run(bed_settings.model_copy(update=change), tmp_path, tmp_path)
     (tmp_path / "2_sph" / "target.json").write_text('{"radius_m": 1}')
     with pytest.raises(InputError, match=r"lacks layers, profile"):
-        bed_stage.run(bed_settings, tmp_path, tmp_path)
+        stage.run(bed_settings, tmp_path, tmp_path)
 
 
 def test_prediction_grows_with_the_bed(bed_settings):
-    small, large = (bed_stage.predict(bed_settings.model_copy(update={"count": n})) for n in (20_000, 100_000))
+    small, large = (stage.predict(bed_settings.model_copy(update={"count": n})) for n in (20_000, 100_000))
     assert all(large[key] > small[key] > 0 for key in ("wall_s", "memory_bytes", "disk_bytes"))
     assert settling.threads_for(100) == 1

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from dem.contact_settings import Contact
+from dem.contact.settings import Contact
 from matter.errors import InputError
 from studies.granular import bulk_flows
 
@@ -70,7 +70,7 @@ def test_the_angle_of_repose():
 
 @pytest.mark.validation
 def test_thirty_degrees_hold_on_another_seed_and_by_tilt():
-    from dem import friction_angle
+    from dem.trials import friction_angle
 
     friction, _, _ = friction_angle.friction_for(30.0, Contact())
     found = friction_angle.with_friction(Contact(), friction)
@@ -82,8 +82,8 @@ def test_thirty_degrees_hold_on_another_seed_and_by_tilt():
 
 @pytest.mark.validation
 def test_smooth_round_grains_keep_six_degrees():
-    from dem import friction_angle
-    from dem.contact_settings import GrainLaw
+    from dem.contact.settings import GrainLaw
+    from dem.trials import friction_angle
 
     angle = friction_angle.measure(Contact(shell=GrainLaw(friction=0.0, shape=0.0)), "shear", seed=1)["angle_deg"]
     assert 5.0 < angle < 7.0

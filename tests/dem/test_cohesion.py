@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from dem.assembly import Assembly
-from dem.contact import Bodies
-from dem.contact_settings import Contact, GrainLaw
-from dem.gravity import Field
+from dem.contact.contact import Bodies
+from dem.contact.gravity import Field
+from dem.contact.settings import Contact, GrainLaw
+from dem.contact.walls import PLANE, Wall
+from dem.grains.assembly import Assembly
 from dem.laws import cohesion_sjkr, cohesion_zhang
-from dem.walls import PLANE, Wall
 from tests.dem.scenes import cluster, grains
 
 STICKY = GrainLaw(cohesion=100.0, shape=0.5, friction=0.5, restitution=0.5)

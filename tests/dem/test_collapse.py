@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from dem import collapse as collapsing
-from dem import spring_change, stage
+from dem import stage
 from dem.beds.flat_ground import ground_of
-from dem.following_stiffness import Following
-from dem.origins import Origins
-from matter import progress, snapshot
+from dem.collapse import run as collapsing
+from dem.collapse.origins import Origins
+from dem.stiffness import change
+from dem.stiffness.following import Following
+from matter import progress
 from matter.errors import InputError, Stopped, UnphysicalState, Unsound
+from matter.files import snapshot
 from matter.particles import ORIGINS, Particles
 from tests.dem.stops import interrupted, same_grains
 
@@ -117,10 +119,10 @@ def test_a_light_grain_does_not_set_the_step(carved, result):
 
 
 def test_the_bowl_fills(carved, result):
-    from dem.assembly import Assembly
     from dem.beds.domain import Domain
-    from dem.contact_settings import Contact
-    from dem.stillness import surface_profile
+    from dem.collapse.stillness import surface_profile
+    from dem.contact.settings import Contact
+    from dem.grains.assembly import Assembly
 
     profiles = []
     for path in (result / "snap_0000.vtkhdf", result / "last.vtkhdf"):
@@ -133,10 +135,10 @@ def test_the_bowl_fills(carved, result):
 
 def final(out):
     """Profile of the last snapshot [m] in rings of two mean radii, mean radius, mass that flies or has been booked."""
-    from dem.assembly import Assembly
     from dem.beds.domain import Domain
-    from dem.contact_settings import Contact
-    from dem.stillness import surface_profile
+    from dem.collapse.stillness import surface_profile
+    from dem.contact.settings import Contact
+    from dem.grains.assembly import Assembly
 
     grains = snapshot.read(out / "last.vtkhdf")
     domain = Domain.of_attribute(grains.attributes["domain"])
@@ -301,13 +303,13 @@ def test_springs_that_put_in_energy_make_a_run_unsound(tmp_path, carved, monkeyp
     for part in ("2_sph", "4_handoff"):
         (run / part).symlink_to(carved / part)
     (run / "5_dem").mkdir()
-    rest = spring_change.at_rest
+    rest = change.at_rest
 
     def weightless(bed):
         rest(bed)
         bed.rest_energy = 0.0
 
-    monkeypatch.setattr(spring_change, "at_rest", weightless)
+    monkeypatch.setattr(change, "at_rest", weightless)
     monkeypatch.setattr(collapsing, "HOPELESS", np.inf)  # it would be stopped on its way
     monkeypatch.setattr(Following, "_affordable", lambda self, q: True)
     settings = SETTINGS.model_copy(

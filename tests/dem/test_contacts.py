@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from dem.assembly import ACTIVE, BALLISTIC, Assembly, Extras
-from dem.contact_settings import Contact, GrainLaw
-from dem.gravity import Field
-from dem.meeting import Ball, meeting_of_grains
-from dem.walls import PLANE, Wall
+from dem.contact.gravity import Field
+from dem.contact.meeting import Ball, meeting_of_grains
+from dem.contact.settings import Contact, GrainLaw
+from dem.contact.walls import PLANE, Wall
+from dem.grains.assembly import ACTIVE, BALLISTIC, Assembly, Extras
 from matter.errors import InputError, UnphysicalState
 from tests.dem.scenes import assembly, cluster, grains
 

@@ -8,9 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from dem import bed_stage, stage
-from handoff import carve, control, domain
-from matter import snapshot
+from dem import stage
+from dem.beds import stage as bed_stage
+from handoff.domains import domain
+from handoff.transfer import carve, control
+from matter.files import snapshot
 from matter.particles import Particles
 from tests.dem import bodies
 

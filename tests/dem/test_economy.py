@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
-from dem import flight, following_stiffness, sleeping, spring_change
-from dem.assembly import ACTIVE, BALLISTIC, Assembly, Extras
-from dem.balance import handed_energy
-from dem.contact_settings import Contact, GrainLaw
-from dem.gravity import Field
-from dem.walls import PLANE, Wall
+from dem.collapse import flight
+from dem.collapse.balance import handed_energy
+from dem.contact.gravity import Field
+from dem.contact.settings import Contact, GrainLaw
+from dem.contact.walls import PLANE, Wall
+from dem.grains.assembly import ACTIVE, BALLISTIC, Assembly, Extras
+from dem.stiffness import change, sleeping
+from dem.stiffness import following as following_stiffness
 from matter.errors import InputError
 from matter.particles import Particles
 from tests.dem.scenes import grains
@@ -57,13 +59,13 @@ def balance(bed: Assembly) -> float:
 
 def test_a_softer_bed_carries_on_with_the_same_forces(settled):
     bed = made(settled, Extras(offset=True))
-    spring_change.at_rest(bed)
+    change.at_rest(bed)
     dt, start = bed.dt, balance(bed)
     before = bed.particles({})
     load = float(bed.elastic)
     for q in (0.5, 0.3, 4.0):
         kept = balance(bed)
-        spring_change.change(bed, q)
+        change.change(bed, q)
         assert balance(bed) == pytest.approx(kept, rel=1e-13)
         bed.step()
         assert (
@@ -92,8 +94,8 @@ def test_errors_of_a_bed_at_rest_count_against_what_a_settled_one_may_move_with(
 
 def test_offsets_survive_a_snapshot(settled):
     bed = made(settled, Extras(offset=True))
-    spring_change.at_rest(bed)
-    spring_change.change(bed, 0.25)
+    change.at_rest(bed)
+    change.change(bed, 0.25)
     for _ in range(20):
         bed.step()
     again = Assembly(bed.particles({}), LAW, BOX, DOWN, extras=Extras(offset=True))
@@ -104,13 +106,13 @@ def test_offsets_survive_a_snapshot(settled):
 def test_an_impact_on_a_softened_bed_is_accounted_for(settled):
     bed = made(drop_on(settled, 2.0), Extras(offset=True))
     bed.contact = LAW
-    spring_change.at_rest(bed)
-    spring_change.change(bed, 0.2)
+    change.at_rest(bed)
+    change.change(bed, 0.2)
     start = balance(bed)
     negative = 0
     for step in range(1800):
         if step in (700, 1000, 1400):
-            spring_change.change(bed, 2.0)
+            change.change(bed, 2.0)
             negative += np.count_nonzero(bed.hist[:, 8] < 0.0)
         bed.step()
     assert balance(bed) == pytest.approx(start, rel=2e-3)
@@ -131,8 +133,8 @@ def drop_on(settled: Particles, speed: float) -> Particles:
 
 def test_the_stiffness_follows_the_speed_between_its_bounds(settled):
     bed = made(drop_on(settled, 2.0), Extras(offset=True))
-    spring_change.at_rest(bed)
-    spring_change.change(bed, 100.0)
+    change.at_rest(bed)
+    change.change(bed, 100.0)
     dt, start = bed.dt, balance(bed)
     follow = following_stiffness.Following(bed, FLOOR, handed_energy(bed, 1.0))
     assert bed.softness == 1.0
@@ -161,9 +163,9 @@ def hit(settled: Particles) -> tuple[Assembly, float]:
         DOWN,
         extras=Extras(offset=True),
     )
-    spring_change.at_rest(bed)
-    spring_change.change(bed, 100.0)
-    spring_change.at_rest(bed)
+    change.at_rest(bed)
+    change.change(bed, 100.0)
+    change.at_rest(bed)
     bed.W[bed.X[:, 2] > bed.X[:, 2].max() - 4.0, 2] -= 1.0
     return bed, handed_energy(bed, 1.0)
 
@@ -186,10 +188,10 @@ def test_softening_leaves_the_energy_of_a_wave_alone(settled):
             break
     assert bed.elastic > 0.02 * handed  # the wave is in the springs
     before = kept(bed)
-    spring_change.change(bed, 0.25)
+    change.change(bed, 0.25)
     assert kept(bed) == pytest.approx(before, abs=1e-3 * handed)
     assert bed.stiffness_excess < 1e-3 * handed
-    again = spring_change.energy(bed)
+    again = change.energy(bed)
     assert bed.elastic == pytest.approx(again, rel=1e-9)
 
 

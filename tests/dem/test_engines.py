@@ -15,18 +15,20 @@ import numpy as np
 import pytest
 
 from dem import stage
-from dem.assembly import Assembly, shortest_contact_time
 from dem.beds.container import Container
 from dem.beds.flat_ground import ground_of
 from dem.beds.layered_body import LayeredBody
-from dem.contact_settings import Contact, GrainLaw
-from dem.engines import binary_dump, central_gravity, deviations, external, liggghts, program, wall_meshes
+from dem.collapse import external
+from dem.contact.gravity import Field
+from dem.contact.settings import Contact, GrainLaw
+from dem.contact.walls import CONE, PLANE, REVOLVED, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall, cylinder
+from dem.engines import binary_dump, central_gravity, deviations, liggghts, program, wall_meshes
 from dem.engines.classes import Classes
 from dem.engines.scene import Plan, Scene
-from dem.gravity import Field
-from dem.walls import CONE, PLANE, REVOLVED, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall, cylinder
-from matter import progress, snapshot
+from dem.grains.assembly import Assembly, shortest_contact_time
+from matter import progress
 from matter.errors import InputError, Stopped
+from matter.files import snapshot
 from matter.particles import Particles
 from studies.granular import carved_bowl
 from tests.dem import scenes
@@ -418,7 +420,7 @@ def native(carved):  # noqa: F811
 
 def profile(folder):
     from dem.beds.domain import Domain
-    from dem.stillness import COLUMN
+    from dem.collapse.stillness import COLUMN
 
     last = snapshot.read(folder / "last.vtkhdf")
     domain = Domain.of_attribute(last.attributes["domain"])

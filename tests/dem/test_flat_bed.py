@@ -6,16 +6,18 @@ import math
 import numpy as np
 import pytest
 
-from dem import bed_stage
-from dem.assembly import Assembly
 from dem.beds import flat_settling, packing
+from dem.beds import stage as bed_stage
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
-from dem.contact_settings import Contact, GrainLaw
-from dem.walls import distance, rows
-from matter import cadence, drawing, snapshot
-from matter.body import Impact, Target
+from dem.contact.settings import Contact, GrainLaw
+from dem.contact.walls import distance, rows
+from dem.grains.assembly import Assembly
+from matter import cadence
+from matter.case.body import Impact, Target
 from matter.errors import InputError
+from matter.files import snapshot
+from matter.wording import drawing
 from studies.granular import carved_bowl
 from tests.dem.stops import interrupted, same_grains
 
@@ -103,7 +105,7 @@ def test_the_bed_stays_as_it_is_without_its_headroom(random_bed):
     bed, _ = random_bed
     carved = bed.select(bed.headroom == 0)
     carved.tables.update(bed.tables)
-    from dem.gravity import Field
+    from dem.contact.gravity import Field
 
     run = Assembly(
         carved, Contact(), Container.of_attribute(bed.attributes["domain"]).walls(), Field.constant((0.0, 0.0, -1.0))

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from dem import flight, flight_collisions
-from dem.assembly import ACTIVE, BALLISTIC, LEFT, REASONS, Assembly, Extras
 from dem.beds.container import Container
 from dem.beds.domain import Domain
-from dem.collapse import COLUMNS
-from dem.contact_settings import Contact, GrainLaw
-from dem.gravity import Field
+from dem.collapse import flight, flight_collisions
+from dem.collapse.run import COLUMNS
+from dem.contact.gravity import Field
+from dem.contact.settings import Contact, GrainLaw
+from dem.grains.assembly import ACTIVE, BALLISTIC, LEFT, REASONS, Assembly, Extras
 from tests.dem.scenes import grains
 
 LAW = Contact(shell=GrainLaw(restitution=0.6, friction=0.4))
@@ -112,7 +112,7 @@ def test_a_grain_that_comes_down_on_the_upper_edge_of_a_wall_is_booked(shape):
 
 def test_the_side_of_a_cone_is_as_far_as_its_wall_says():
     cone = Domain(5.0, 9.0, 10.0, 0.3, 0.0, 0.0, 0)
-    from dem.walls import distance
+    from dem.contact.walls import distance
 
     x = np.array([[1.0, 0.5, 8.0], [0.2, 0.0, 6.0]])
     row = cone.walls()[1].row()

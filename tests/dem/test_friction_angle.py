@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from dem import friction_angle
-from dem.contact_settings import Contact, GrainLaw
-from dem.trials import steady_shear, tilted_bed
+from dem.contact.settings import Contact, GrainLaw
+from dem.trials import friction_angle, steady_shear, tilted_bed
 from dem.trials.shear_cell import Cell
 from matter.errors import InputError, UnphysicalState
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from dem import bed_stage
-from dem.beds import expected_grains, extent, grading, packing
+from dem.beds import expected_grains, extent, grading, packing, stage
 from dem.beds.container import Container
 from matter import cadence
 from tests.dem.stops import interrupted, same_grains
@@ -93,12 +92,12 @@ def test_a_graded_bed_rests_and_packs_alike_in_both_zones(graded_bed):
 
 def test_the_prediction_is_the_bed(graded_bed):
     bed, report = graded_bed
-    settings = bed_stage.Settings(**{**USUAL, "depth": 3.5}, target=TARGET, count=1800, packing="rcp")
+    settings = stage.Settings(**{**USUAL, "depth": 3.5}, target=TARGET, count=1800, packing="rcp")
     grains = expected_grains.expected(settings)
     assert grains.radius == pytest.approx(bed.attributes["grading"]["radius_m"], rel=1e-3)
     assert grains.below == pytest.approx((bed.headroom == 0).sum(), rel=0.2)
     assert grains.step == pytest.approx(report["time_step_s"], rel=0.15)
-    words = " ".join(bed_stage.explain(settings))
+    words = " ".join(stage.explain(settings))
     assert "growing to" in words and "3.3 radii of the widest settled crater" in words
 
 

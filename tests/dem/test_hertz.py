@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from dem.assembly import Assembly
-from dem.contact_settings import Contact, GrainLaw
+from dem.contact.settings import Contact, GrainLaw
+from dem.contact.walls import PLANE, Wall
+from dem.grains.assembly import Assembly
 from dem.laws import normal_hertz, tangential_mindlin
-from dem.walls import PLANE, Wall
 from tests.dem.scenes import cluster, grains
 
 FLOOR = Wall(PLANE, species=0)

@@ -10,14 +10,14 @@ from pydantic import TypeAdapter, ValidationError
 from scipy.integrate import quad
 
 from dem import laws
-from dem.assembly import Assembly
-from dem.columns import COHESION, NORMAL, PAIR_COLUMNS
-from dem.contact import Bodies, at_rest
-from dem.contact_settings import Contact, GrainLaw
+from dem.contact.columns import COHESION, NORMAL, PAIR_COLUMNS
+from dem.contact.contact import Bodies, at_rest
+from dem.contact.settings import Contact, GrainLaw
+from dem.grains.assembly import Assembly
 from dem.laws import dispatch
 from dem.laws.dispatch import FAMILIES, between
-from matter.law_family import Family
-from pipeline import bibliography
+from matter.compilation.law_family import Family
+from pipeline.case import bibliography
 from tests.dem.scenes import grains
 
 LISTED = [(family, number) for family in FAMILIES for number in range(family.first, len(family.names))]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from dem.contact_settings import Contact, GrainLaw
+from dem.contact.settings import Contact, GrainLaw
 from dem.laws import normal_hooke, rolling_sds, tangential_spring, twisting_sds
 from tests.dem.scenes import SMOOTH, assembly, grains
 

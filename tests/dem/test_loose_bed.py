@@ -5,16 +5,17 @@ import json
 import numpy as np
 import pytest
 
-from dem import bed_stage, friction_angle, ground_fraction
-from dem.beds import bed_measures, loose_packing
+from dem.beds import bed_measures, loose_packing, stage
 from dem.beds.container import Container
 from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround
 from dem.beds.phases import LOOSE_PHASES
-from dem.contact_settings import Contact, GrainLaw
-from matter import snapshot
-from matter.packing import hexagonal
+from dem.collapse import ground_fraction
+from dem.contact.settings import Contact, GrainLaw
+from dem.trials import friction_angle
+from matter.files import snapshot
 from matter.particles import Particles
+from matter.points.packing import hexagonal
 from tests.dem import bodies
 from tests.dem.stops import interrupted, same_grains
 from tests.dem.test_flat_bed import check_at_rest, settled, write_ground
@@ -85,7 +86,7 @@ def test_a_cap_is_loose_where_it_is_solid(tmp_path, bed_settings):
     bodies.write_callisto(tmp_path / "2_sph" / "target.json")
     (tmp_path / "3_bed").mkdir()
     settings = bed_settings.model_copy(update={"packing": "loose", "count": 2500, "contact": LAW})
-    bed_stage.run(settings, tmp_path, tmp_path / "3_bed")
+    stage.run(settings, tmp_path, tmp_path / "3_bed")
     report = json.loads((tmp_path / "3_bed" / "bed_report.json").read_text())
     assert report["residual_speed_over_sqrt_g_r"]["rms"] < 1e-3 and report["free_run_speed_over_sqrt_g_r"] < 1e-3
     assert abs(report["mass_error"]) < 0.01

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from dem.contact_settings import GrainLaw
-from dem.walls import PLANE, Wall, distance, rows, walls_of
+from dem.contact.settings import GrainLaw
+from dem.contact.walls import PLANE, Wall, distance, rows, walls_of
 from matter.errors import InputError
 from tests.dem.scenes import SMOOTH, assembly, grains
 

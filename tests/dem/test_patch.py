@@ -9,15 +9,14 @@ import math
 import numpy as np
 import pytest
 
-from dem import bed_stage
-from dem.bed_settings import Settings
-from dem.beds import patch
+from dem.beds import patch, stage
+from dem.beds.settings import Settings
 from dem.beds.solid_body import SolidBody
 from fixtures import grain_bodies
-from matter.body import Impact
+from matter.case.body import Impact
 from matter.constants import G
 from matter.errors import InputError
-from sph import solid_target
+from sph.bodies import solid_target
 
 DENSITY = 1227.0
 BALL = (896.0, 896.0, 896.0)
@@ -117,7 +116,7 @@ def test_what_cannot_be_laid_flat_is_refused(tmp_path, keys, words):
     path = tmp_path / "target.json"
     path.write_text(json.dumps(solid_target.target_json(chosen.target, DENSITY)))
     with pytest.raises(InputError, match=words):
-        bed_stage.maker(chosen, path)
+        stage.maker(chosen, path)
 
 
 def test_a_spherical_cap_of_an_ellipsoid_is_refused(tmp_path):
@@ -125,23 +124,23 @@ def test_a_spherical_cap_of_an_ellipsoid_is_refused(tmp_path):
     path = tmp_path / "target.json"
     path.write_text(json.dumps(solid_target.target_json(chosen.target, DENSITY)))
     with pytest.raises(InputError, match=r"a bowl, box or cylinder of its ground"):
-        bed_stage.maker(chosen, path)
+        stage.maker(chosen, path)
 
 
 def test_the_stages_of_grains_see_flat_ground(tmp_path):
     chosen = settings(OBLATE, body={"spin_period": "7.63 h"})
     known = read(tmp_path, chosen)
-    ground = bed_stage.ground(chosen)
+    ground = stage.ground(chosen)
     bulk = SolidBody.expected(chosen.target, {}).density
     assert ground.flat and ground.shape == "half_sphere" and ground.radius == 15.0
     # as dense as the material's file says, of which the attraction is made, less what the spin takes off
     omega = 2.0 * math.pi / (7.63 * 3600.0)
     lost = omega**2 * 502.0
     assert ground.gravity + lost == pytest.approx((known.gravity + lost) * bulk / DENSITY, rel=1e-4)
-    column = bed_stage.ground(settings(shape="cylinder", depth=12.0))
+    column = stage.ground(settings(shape="cylinder", depth=12.0))
     assert column.shape == "half_space" and column.half_width == 15.0 and column.radius == 12.0
     whole = settings(shape="whole")
-    assert bed_stage.ground(whole) is whole.target
+    assert stage.ground(whole) is whole.target
 
 
 def test_the_ground_of_the_facts_is_uniform_and_carries_its_weight(tmp_path):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from dem import pictures
-from matter import readable
+from dem.beds import pictures
 from matter.particles import Particles
+from matter.wording import readable
 
 
 def grains(size):

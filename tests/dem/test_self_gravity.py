@@ -6,14 +6,14 @@ import math
 import numpy as np
 import pytest
 
-from dem import held_pull, tide, turning_frame
-from dem.assembly import BALLISTIC, Assembly, Extras
-from dem.columns import IMPULSE
-from dem.contact_settings import Contact, GrainLaw
-from dem.self_gravity import SHARE, SelfGravity, orbit_time
-from dem.tide import Tide
-from matter import packing
+from dem.contact.columns import IMPULSE
+from dem.contact.settings import Contact, GrainLaw
+from dem.grains import held_pull, tide, turning_frame
+from dem.grains.assembly import BALLISTIC, Assembly, Extras
+from dem.grains.self_gravity import SHARE, SelfGravity, orbit_time
+from dem.grains.tide import Tide
 from matter.constants import G
+from matter.points import packing
 from tests.dem.scenes import cluster, grains
 
 LAW = Contact(shell=GrainLaw(friction=0.5, shape=0.4), sliding="cap", overlap_stop=1.5)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dem import contacts, size_levels
+from dem.grains import pair_list, size_levels
 from tests.dem.scenes import assembly, grains
 
 
@@ -31,9 +31,9 @@ def test_the_list_by_classes_is_that_of_brute_force(ratio, seed):
     found = [(i, int(j)) for i in range(n) for j in col[row[i] : row[i + 1]]]
     assert len(found) == len(set(found)) and set(found) == brute(X, 0.3)
     assert all(list(col[row[i] : row[i + 1]]) == sorted(col[row[i] : row[i + 1]]) for i in range(n))
-    cells = contacts.Cells(X[:, :3], 2 * radius.max() + 0.3)
+    cells = pair_list.Cells(X[:, :3], 2 * radius.max() + 0.3)
     sorted_X = X[cells.order]
-    row, col = contacts.build(sorted_X, cells, 0.3, 64)
+    row, col = pair_list.build(sorted_X, cells, 0.3, 64)
     assert {(i, int(j)) for i in range(n) for j in col[row[i] : row[i + 1]]} == brute(sorted_X, 0.3)
 
 

@@ -6,13 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from dem import bed_stage
-from dem.beds import expected_grains
+from dem.beds import expected_grains, stage
 from dem.beds.layered_body import LayeredBody
-from dem.contact_settings import Contact
-from dem.stiffening import springs_for
-from matter import snapshot
-from matter.body import Impact, Target
+from dem.contact.settings import Contact
+from dem.stiffness.stiffening import springs_for
+from matter.case.body import Impact, Target
+from matter.files import snapshot
 from tests.dem import bodies
 
 DENSITY, RADIUS = 1227.0, 448.0
@@ -26,7 +25,7 @@ def settings():
         "projectile": {"material": "copper", "radius": 0.0376},
         "expected_transient_diameter": 14.5,
     }
-    return bed_stage.Settings(
+    return stage.Settings(
         target=Target.model_validate({"layers": [{"name": "soil", "material": "basalt", "thickness": RADIUS}]}),
         impact=Impact.model_validate(impact),
         contact=Contact(static_overlap=0.01),
@@ -48,7 +47,7 @@ def run(tmp_path_factory, settings):
     content["profile"]["pressure_Pa"] = [0.0] * len(content["profile"]["radius_m"])
     path.write_text(json.dumps(content))
     (run / "3_bed").mkdir()
-    bed_stage.run(settings, run, run / "3_bed")
+    stage.run(settings, run, run / "3_bed")
     return run
 
 

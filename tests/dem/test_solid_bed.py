@@ -9,21 +9,24 @@ import pytest
 from scipy.integrate import quad
 
 from crater.bodies import look
-from dem import bed_stage, friction_angle, held_pull, stage, turning_frame
-from dem.assembly import BALLISTIC, LEFT, Assembly, Extras
+from dem import stage
 from dem.beds import slopes, solid_bed, solid_masses
+from dem.beds import stage as bed_stage
 from dem.beds.solid_body import SolidBody
 from dem.beds.solid_settling import SolidSettling
-from dem.contact_settings import Contact, GrainLaw
-from dem.gravity import Field
-from dem.self_gravity import SelfGravity
+from dem.contact.gravity import Field
+from dem.contact.settings import Contact, GrainLaw
+from dem.grains import held_pull, turning_frame
+from dem.grains.assembly import BALLISTIC, LEFT, Assembly, Extras
+from dem.grains.self_gravity import SelfGravity
 from dem.settings import Settings as DemSettings
-from matter import snapshot
-from matter.body import Impact, Target
+from dem.trials import friction_angle
+from matter.case.body import Impact, Target
 from matter.constants import G
 from matter.errors import InputError, Unsound
-from matter.rotation import rotation
-from sph import solid_target
+from matter.files import snapshot
+from matter.geometry.rotation import rotation
+from sph.bodies import solid_target
 from tests.dem.stops import interrupted, same_grains
 
 DENSITY = 2400.0
@@ -56,7 +59,7 @@ def written(run, target: Target) -> None:
 
 @pytest.fixture(scope="module", autouse=True)
 def _known_angle():
-    """The friction angle of the default law, as ``dem.friction_angle`` measures it in a minute."""
+    """The friction angle of the default law, as ``dem.trials.friction_angle`` measures it in a minute."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(friction_angle, "measure", lambda contact: {"angle_deg": 27.4, "fraction": 0.58})
         yield

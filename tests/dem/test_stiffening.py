@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from dem import collapse as collapsing
 from dem import stage
 from dem.beds.flat_ground import ground_of
-from dem.contact_settings import Contact
-from dem.grain_solid import elastic
-from dem.stiffening import fastest_approach, springs_for
-from matter import at_rest, snapshot
+from dem.collapse import run as collapsing
+from dem.contact.grain_solid import elastic
+from dem.contact.settings import Contact
+from dem.stiffness.stiffening import fastest_approach, springs_for
+from matter.case import at_rest
+from matter.files import snapshot
 from tests.dem.stops import interrupted, same_grains
 from tests.dem.test_flat_bed import settled, write_ground
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from dem.beds.relaxation import Fire
-from dem.contact_settings import OCEAN
-from dem.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall, cylinder, distance, funnel
+from dem.contact.settings import OCEAN
+from dem.contact.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall, cylinder, distance, funnel
 from matter.errors import InputError
 from tests.dem.scenes import SMOOTH, assembly, grains
 

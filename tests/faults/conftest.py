@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import case, compose, stages
+from pipeline.case import read, stages
+from pipeline.settings import compose
 from tests.faults import traps, whole_runs
 
 LATE = (
@@ -18,7 +19,7 @@ LATE = (
     "pint",
     "jinja2",
     "pipeline.cli",
-    "pipeline.run_command",
+    "pipeline.commands.run_command",
 )
 
 
@@ -31,7 +32,7 @@ def whole(tmp_path_factory) -> tuple[Path, dict[str, str]]:
         stages.load(stage)
     for name in LATE:
         importlib.import_module(name)
-    compose.compose(case.read(whole_runs.ROOT / "cases" / "valhalla_980km", "tiny"))  # units and models too
+    compose.compose(read.read(whole_runs.ROOT / "cases" / "valhalla_980km", "tiny"))  # units and models too
     out = tmp_path_factory.mktemp("whole") / "runs"
     out.mkdir()
     places = out.parent / "places.json"

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import stages
+from pipeline.case import stages
 from tests.faults import traps, whole_runs
 
 HOW = ("kill", "full", "short", "input/output", "read-only")

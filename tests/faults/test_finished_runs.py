@@ -17,7 +17,8 @@ from pathlib import Path
 import pytest
 
 from matter.errors import InputError
-from pipeline import folder, intact, stages
+from pipeline.case import stages
+from pipeline.store import folder, intact
 from tests.faults import mutations, whole_runs
 from tests.faults.calls import call
 

@@ -18,7 +18,7 @@ import pytest
 
 from fixtures import synthetic_craters
 from handoff.ledger import LIMITS, Ledger
-from matter import snapshot
+from matter.files import snapshot
 from matter.particles import Particles
 from tests.faults import mutations
 from tests.faults.calls import Said, call
@@ -37,7 +37,7 @@ def sizes(few: int, many: int):
 @pytest.fixture(scope="module", autouse=True)
 def warm():
     """What commands import, before any child is forked."""
-    from pipeline import stages
+    from pipeline.case import stages
 
     for stage in stages.ORDER:
         stages.load(stage)
@@ -71,7 +71,7 @@ def test_mutated_cases(draws, tmp_path):
 
 def numeric_keys() -> list[tuple[str, str, list[str]]]:
     """Keys with a range: name, unit, and values outside of it."""
-    from pipeline import keys
+    from pipeline.case import keys
 
     found = []
     for table in keys.tables():

@@ -15,7 +15,7 @@ import signal
 import sys
 from pathlib import Path
 
-from pipeline import stages
+from pipeline.case import stages
 
 ROOT = Path(__file__).resolve().parents[2]
 KINDS = {

@@ -9,8 +9,8 @@ import pytest
 
 from fixtures import clouds
 from fixtures.clouds import ARC_FLAT, DEPTH
-from handoff import hydrostatic
-from matter import snapshot
+from handoff.source import hydrostatic
+from matter.files import snapshot
 
 
 @pytest.fixture(scope="session")

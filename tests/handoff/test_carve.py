@@ -4,9 +4,11 @@ from scipy.spatial import cKDTree
 
 from fixtures import clouds
 from fixtures.clouds import ARC_FLAT, CAVITY, DEPTH
-from handoff import carve, domain, surface, transfer
-from matter.alpha_shape import alpha_shape
+from handoff.domains import domain
+from handoff.source import surface
+from handoff.transfer import carve, transfer
 from matter.errors import InputError
+from matter.geometry.alpha_shape import alpha_shape
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from handoff import correction, interpolation
+from handoff.transfer import correction, interpolation
 
 
 def test_splines_are_a_partition_of_unity_and_blend_constants():

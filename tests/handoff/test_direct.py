@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from handoff import overlaps
-from handoff.domain import Cylinder
+from handoff.domains.domain import Cylinder
+from handoff.transfer import overlaps
 from matter.particles import Particles
 
 

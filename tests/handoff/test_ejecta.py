@@ -7,7 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from fixtures import clouds
-from handoff import account, ejecta, hydrostatic, surface, transfer
+from handoff.ledger_rows import account
+from handoff.source import hydrostatic, surface
+from handoff.transfer import ejecta, transfer
 
 
 @pytest.fixture(scope="module")

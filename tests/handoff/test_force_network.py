@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from handoff import force_network
+from handoff.transfer import force_network
 from matter.errors import InputError
 from matter.particles import Particles
 

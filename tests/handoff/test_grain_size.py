@@ -5,7 +5,9 @@ import pytest
 
 from fixtures import clouds
 from fixtures.clouds import ARC_FLAT, CAVITY, DEPTH
-from handoff import account, grain_size, surface, transfer
+from handoff.ledger_rows import account
+from handoff.source import grain_size, surface
+from handoff.transfer import transfer
 from matter.errors import InputError
 
 

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from fixtures import clouds
-from handoff import cavity, domain, handoff_time, hydrostatic, ledger, shock_rows, surface, transfer
-from handoff.handoff_time import Diagnosis, choose, first_maximum
+from handoff import ledger
+from handoff.domains import domain
+from handoff.ledger_rows import shock
+from handoff.source import cavity, handoff_time, hydrostatic, surface
+from handoff.source.handoff_time import Diagnosis, choose, first_maximum
+from handoff.transfer import transfer
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -179,6 +183,6 @@ def test_a_window_that_is_empty_waives_the_row_on_the_time_and_no_other_choice_d
     cavity_now = SimpleNamespace(carving=SimpleNamespace(size=SimpleNamespace(volume=1e17)))
     for choice, verdict in ((late, "waived"), (None, "fail")):
         book = ledger.Ledger()
-        shock_rows.time_row(book, cavity_now, 300.0, choice, column)
+        shock.time_row(book, cavity_now, 300.0, choice, column)
         (row,) = book.rows
         assert row["verdict"] == verdict and row["value"] == pytest.approx(300.0 / (0.8 * np.sqrt(np.cbrt(1e17) / G)))

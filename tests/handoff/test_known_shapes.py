@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from fixtures import clouds
-from handoff import account, account_cavity, cavity, domain, heights, hydrostatic, surface, transfer
 from handoff import ledger as ledgers
+from handoff.domains import domain
 from handoff.ledger import Ledger
+from handoff.ledger_rows import account
+from handoff.ledger_rows import cavity as account_cavity
+from handoff.source import cavity, heights, hydrostatic, surface
+from handoff.transfer import transfer
 
 RADIUS, BOWL, RIM = 20.0, 9.0, 3.0
 

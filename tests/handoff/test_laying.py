@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from fixtures import grain_bodies
-from handoff import domain, ejecta, laying, loosened, surface
 from handoff import stage as handing
-from matter import packing
+from handoff.domains import domain
+from handoff.source import laying, surface
+from handoff.transfer import bulking, ejecta
 from matter.errors import InputError
+from matter.geometry.rotation import rotation
 from matter.particles import Particles
-from matter.rotation import rotation
+from matter.points import packing
 from matter.solids.placed import PATCH
 
 RADIUS = 448.0
@@ -111,7 +113,7 @@ def test_ground_at_rest_is_not_loosened_by_the_curvature_of_its_body(patch):
     still.attributes = {**still.attributes, **known}
     laid = near(patch.laid(still))
     share = laid.density / surface.reference_density(laid)
-    assert share == pytest.approx(1.0, abs=1e-12) and (loosened.radius_factor(share) == 1.0).all()
+    assert share == pytest.approx(1.0, abs=1e-12) and (bulking.radius_factor(share) == 1.0).all()
     assert laid.density.min() < 0.97 * 1200.0  # as its volume is counted
 
 

@@ -4,15 +4,17 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from handoff import domain, hydrostatic, shock
 from handoff import ledger as ledgers
-from handoff.headline import headline
+from handoff.domains import domain
 from handoff.ledger import LIMITS, WAIVABLE, Ledger
-from handoff.report import text
+from handoff.ledger_rows.headline import headline
+from handoff.pages.report import text
+from handoff.source import hydrostatic, shock
 from handoff.stage import Settings
-from matter import ledger_words, material
+from matter.case import material
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.wording import ledger_words
 
 # the acceptance list of the project: name and limit
 ACCEPTANCE = {
@@ -193,7 +195,7 @@ def test_criteria_and_quantities_apart():
 
 
 def test_a_row_that_needs_more_runs_names_a_command_that_exists():
-    from pipeline import sensitivity_table
+    from pipeline.uncertainty import sensitivity_table
 
     book = Ledger()
     book.complete()

@@ -7,16 +7,19 @@ import json
 import numpy as np
 import pytest
 
-from dem import collapse as collapsing
 from dem import stage as dem_stage
 from dem.beds.flat_ground import ground_of
+from dem.collapse import run as collapsing
 from fixtures import clouds
 from fixtures.clouds import ARC_FLAT as ARC
 from fixtures.clouds import DEPTH
 from fixtures.flows import FIELDS, hemisphere
-from handoff import account, carve, domain, ejecta, hydrostatic, loosened, mapping, surface, transfer
+from handoff.domains import domain
+from handoff.ledger_rows import account
 from handoff.settings import Settings
-from matter import material
+from handoff.source import hydrostatic, surface
+from handoff.transfer import bulking, carve, ejecta, mapping, transfer
+from matter.case import material
 from matter.errors import InputError
 from tests.dem.test_flat_bed import settled, write_ground
 
@@ -55,7 +58,7 @@ def test_the_law():
     share = np.array([0.3, 0.5, 0.7, 0.97, 0.985, 1.0, 1.3])
     least = 0.5 ** (1.0 / 3.0)
     expected = [least, least, FACTOR, 0.97 ** (1.0 / 3.0), 1.0, 1.0, 1.0]
-    np.testing.assert_allclose(loosened.radius_factor(share), expected, rtol=1e-14)
+    np.testing.assert_allclose(bulking.radius_factor(share), expected, rtol=1e-14)
 
 
 def test_grains_of_the_loose_half_shrink_and_no_others(handed, flat_bed):
@@ -156,7 +159,7 @@ def test_an_offset_counts_as_overlap(flat_bed):
     for offset, left in ((0.0, 0), (0.4, 1), (-0.05, 0)):
         history[0, 7] = offset
         tables = {"contacts/pair": np.sort(two.identity)[None], "contacts/history": history}
-        kept = loosened.contacts_kept(tables, two, np.array([0.8, 1.0]), domain.read(flat_bed.attributes))
+        kept = bulking.contacts_kept(tables, two, np.array([0.8, 1.0]), domain.read(flat_bed.attributes))
         assert len(kept["contacts/pair"]) == len(kept["contacts/history"]) == left
         if left:
             assert kept["contacts/history"][0, 0] == pytest.approx(0.3 * (0.1 - 0.2 + 0.4) / (0.1 + 0.4))
@@ -175,7 +178,7 @@ def test_a_material_that_is_not_known_is_held_against_the_bed(flat_bed, ground):
     np.testing.assert_allclose((start.radius / full)[x < -3.0], FACTOR, rtol=1e-12)
     assert np.all((start.radius / full)[x > 3.0] == 1.0)
     with pytest.raises(InputError, match="material that is not known here"):
-        loosened.packed_share(np.ones(3), np.array([900.0, 0.0, 900.0]), mapping.Overlap, np.zeros(3, dtype=int), None)
+        bulking.packed_share(np.ones(3), np.array([900.0, 0.0, 900.0]), mapping.Overlap, np.zeros(3, dtype=int), None)
 
 
 def test_ejecta_are_as_dense_as_packed_matter(flat_bed, ground):

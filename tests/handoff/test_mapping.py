@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from handoff import carve, compare, correction, interpolation
-from handoff.mapping import Overlap, energy_share, locally_closed, neighbours_used
+from handoff.transfer import carve, compare, correction, interpolation
+from handoff.transfer.mapping import Overlap, energy_share, locally_closed, neighbours_used
 
 
 def cloud(count=3000, seed=1):

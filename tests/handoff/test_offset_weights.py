@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from handoff import offset
+from handoff.source import offset
 
 
 def test_each_point_reaches_as_far_as_its_own_width():

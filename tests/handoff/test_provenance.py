@@ -9,8 +9,11 @@ from fixtures import clouds
 from fixtures.clouds import ARC_FLAT as ARC
 from fixtures.clouds import DEPTH
 from fixtures.flows import FIELDS, hemisphere
-from handoff import account, direct, domain, provenance, surface, transfer
-from matter import shock_phases
+from handoff.domains import domain
+from handoff.ledger_rows import account
+from handoff.source import surface
+from handoff.transfer import direct, provenance, transfer
+from matter.case import shock_phases
 from matter.particles import ORIGINS
 
 ICE = shock_phases.pressures("ice")
@@ -120,7 +123,7 @@ def test_through_the_cells_nothing_of_a_particle_is_lost(handed, flat_bed):
     carving, kept = made.carving, np.flatnonzero(made.carving.stays)
     from scipy.spatial import cKDTree
 
-    from handoff import mapping
+    from handoff.transfer import mapping
 
     tree = cKDTree(source.position[made.compact.places])
     cells = mapping.Overlap(carving.samples, carving.receiver, tree.data, flat_bed.position, kept)

@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 import trimesh
 
-from handoff import direct, handoff_time, report, stage
+from handoff import stage
 from handoff.ledger import LIMITS
-from matter import at_rest, snapshot
+from handoff.pages import report
+from handoff.source import handoff_time
+from handoff.transfer import direct
+from matter.case import at_rest
 from matter.errors import InputError, Unsound
+from matter.files import snapshot
 from matter.particles import Particles
 
 WAIVE = {"t_handoff_over_T_crater_max": "the shock needs minutes to leave the domain"}

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from fixtures import clouds, flows
-from handoff import account, domain, hydrostatic, surface, transfer
+from handoff.domains import domain
+from handoff.ledger_rows import account
+from handoff.source import hydrostatic, surface
+from handoff.transfer import transfer
 from matter.errors import InputError
 from matter.particles import Particles
 

@@ -9,7 +9,7 @@ import pytest
 
 from fixtures import flows
 from fixtures.flows import FIELDS, LINEAR, seats
-from handoff import compare, transfer
+from handoff.transfer import compare, transfer
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from fixtures import clouds
-from handoff import cavity, domain, hydrostatic, surface
+from handoff.domains import domain
+from handoff.source import cavity, hydrostatic, surface
 from matter.particles import Particles
 
 R, DEPTH, SPACING, HEADROOM = 10.0, 6.0, 1.2, 4.0

@@ -13,26 +13,18 @@ from scipy.spatial import cKDTree
 
 from fixtures import clouds
 from fixtures import solids as solids_of
-from handoff import (
-    control,
-    correction,
-    domain,
-    hydrostatic,
-    stage,
-    surface,
-    transfer,
-    turning,
-    two_body,
-    whole_body,
-    whole_rows,
-)
+from handoff import stage
+from handoff.domains import domain, turning, whole_body
 from handoff.ledger import Ledger
-from matter.body import Target
+from handoff.ledger_rows import whole_body as whole_rows
+from handoff.source import hydrostatic, surface, two_body
+from handoff.transfer import control, correction, transfer
+from matter.case.body import Target
 from matter.constants import G
 from matter.errors import InputError
-from matter.frame import Sphere
+from matter.geometry.frame import Sphere
+from matter.geometry.rotation import rotation
 from matter.particles import Particles
-from matter.rotation import rotation
 from matter.solids import solid as solids
 from matter.solids.datum import Datum
 

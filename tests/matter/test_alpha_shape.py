@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from matter.alpha_shape import alpha_shape
 from matter.errors import InputError
-from matter.tetrahedra import circumradius, tetrahedron_volume
+from matter.geometry.alpha_shape import alpha_shape
+from matter.geometry.tetrahedra import circumradius, tetrahedron_volume
 
 
 def close_packed(radius: float) -> np.ndarray:

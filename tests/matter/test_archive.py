@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from matter import archive
 from matter.errors import Stopped
+from matter.files import archive
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -57,7 +57,7 @@ def test_a_write_that_fails_under_hdf5_ends_in_one_message(tmp_path):
     program = f"""
 import resource
 import numpy as np
-from matter import archive
+from matter.files import archive
 path = {str(tmp_path / "a.h5")!r}
 archive.write(path, {{"x": np.arange(10.0)}})
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, resource.RLIM_INFINITY))

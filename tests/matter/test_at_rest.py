@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from matter import at_rest, material
-from matter.at_rest import AtRest
-from matter.body import Target
+from matter.case import at_rest, material
+from matter.case.at_rest import AtRest
+from matter.case.body import Target
 from matter.constants import G
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
 
 
 @pytest.mark.parametrize("name", material.names())

@@ -7,7 +7,7 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from matter.body import Impact, Layer, Projectile, Target
+from matter.case.body import Impact, Layer, Projectile, Target
 
 BALL = {"material": "ice", "radius": 53.9e3}
 

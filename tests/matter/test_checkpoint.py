@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from matter import checkpoint, progress
+from matter import progress
 from matter.errors import InputError
+from matter.files import checkpoint
 
 
 def test_the_newest_comes_back_to_the_bit(tmp_path):

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from matter import drawing
 from matter.errors import InputError
+from matter.wording import drawing
 
 ROOT = Path(__file__).resolve().parents[2]
 LAW = "the picture of a law"
@@ -28,7 +28,7 @@ try:
     run_case()
 except SystemExit as end:
     assert end.code == 2, end.code
-from sph import figure
+from sph.shock_states import figure
 sys.exit(figure.command("eos", "x", ("tillotson",), None, ["tillotson", "basalt"]))
 """
 
@@ -57,7 +57,7 @@ def test_what_is_left_out_is_said_once(without):
 
 
 def test_what_needs_a_library_names_it(without, tmp_path):
-    from crater import movie
+    from crater.drawing import movie
 
     with pytest.raises(InputError, match=r"a movie needs matplotlib: pip install 'bolide\[pictures\]'"):
         movie.write(tmp_path, tmp_path / "movie.gif")

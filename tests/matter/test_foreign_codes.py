@@ -6,8 +6,9 @@ import h5py
 import numpy as np
 import pytest
 
-from matter import formats, snapshot
+from matter import formats
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.formats import miluphcuda, opensph, placing
 from matter.particles import Particles
 from tests.matter import foreign_files as foreign

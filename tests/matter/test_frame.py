@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from matter.frame import Plane, Sphere
+from matter.geometry.frame import Plane, Sphere
 
 R = 2.142e6
 angle = st.floats(1e-6, math.pi - 1e-6)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from matter import gather
-from matter.jit import kernel
+from matter.compilation import gather
+from matter.compilation.jit import kernel
 
 
 @kernel

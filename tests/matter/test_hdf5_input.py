@@ -4,8 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
-from matter import archive, formats, hdf5_input, snapshot
+from matter import formats
 from matter.errors import InputError
+from matter.files import archive, hdf5_input, snapshot
 from matter.particles import Particles
 
 

@@ -7,8 +7,9 @@ import h5py
 import numpy as np
 import pytest
 
-from matter import formats, snapshot
+from matter import formats
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.particles import Particles
 
 HEAD = "ITEM: BOX BOUNDS ff ff ff\n-1 1\n-1 1\n0 2\nITEM: ATOMS id type x y z vx vy vz radius mass\n"

@@ -11,11 +11,11 @@ from pathlib import Path
 import numba
 import pytest
 
-from matter import jit
+from matter.compilation import jit
 
 ROOT = Path(__file__).resolve().parents[2]
 LAW = """\
-from matter.jit import law
+from matter.compilation.jit import law
 
 
 @law
@@ -25,7 +25,7 @@ def pressure(rho):
 LOOP = """\
 import numpy as np
 
-from matter.jit import kernel
+from matter.compilation.jit import kernel
 from sph import law_of_test
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from dem import forces
-from matter import kernel_cache
+from dem.grains import forces
+from matter.compilation import kernel_cache
 
 ROOT = Path(__file__).resolve().parents[2]
 # pair sums of an elastic body, as in the shock stage: long enough for the optimiser to arrange them otherwise when it
@@ -23,7 +23,7 @@ import sys
 
 import numpy as np
 
-from matter.jit import law, parallel_kernel, prange
+from matter.compilation.jit import law, parallel_kernel, prange
 
 
 @law
@@ -78,7 +78,7 @@ print(hashlib.sha256(out.tobytes()).hexdigest(), sum(rates.stats.cache_hits.valu
 CLOSURES = """\
 import sys
 
-from matter.jit import kernel
+from matter.compilation.jit import kernel
 
 
 def make(factor):

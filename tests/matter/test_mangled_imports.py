@@ -11,8 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from matter import formats, snapshot
+from matter import formats
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.particles import Particles
 from matter.solids import solid
 from tests.faults import mutations

@@ -6,10 +6,10 @@ import tomllib
 
 import pytest
 
-from matter import material, quantity
+from matter.case import material, quantity
 from matter.errors import InputError
-from pipeline import bibliography
-from sph.families import FAMILIES
+from pipeline.case import bibliography
+from sph.materials.families import FAMILIES
 from sph.porosity import p_alpha
 
 DIMENSIONS = {

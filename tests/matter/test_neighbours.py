@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from matter import neighbours
+from matter.geometry import neighbours
 
 
 @pytest.mark.parametrize("reach", [1.0, 1.1])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from matter import packing
+from matter.points import packing
 
 
 def test_hexagonal_packing_has_its_density_and_twelve_neighbours():

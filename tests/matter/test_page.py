@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from matter import ledger_words, page
+from matter.wording import ledger_words, page
 
 
 def test_every_table_and_picture_scrolls_in_a_box_of_its_own(tmp_path):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from matter import hdf5_input, quantity, snapshot
+from matter.case import quantity
 from matter.errors import InputError
+from matter.files import hdf5_input, snapshot
 from matter.particles import FIELDS, Particles
 
 

@@ -9,7 +9,7 @@ import pytest
 from matter import progress
 from matter.errors import Stopped
 from matter.progress import Progress
-from pipeline import screen
+from pipeline.running import screen
 
 
 @pytest.fixture(autouse=True)

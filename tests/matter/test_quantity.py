@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from matter import quantity
-from matter.quantity import REQUIRED, Angle, Length, PositiveLength, Speed
+from matter.case import quantity
+from matter.case.quantity import REQUIRED, Angle, Length, PositiveLength, Speed
 
 numbers = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e300, max_value=1e300)
 

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from matter import quantity, readable
+from matter.case import quantity
+from matter.wording import readable
 
 
 @pytest.mark.parametrize(

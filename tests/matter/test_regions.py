@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from matter import packing
-from matter.regions import Block, Bowl, Cylinder, Shell
+from matter.points import packing
+from matter.points.regions import Block, Bowl, Cylinder, Shell
 
 SLABS = [Cylinder(1.0, -0.7, -0.2), Bowl(1.0, -1.0, -0.4), Bowl(1.0, -0.4, 0.0), Block(0.5, -1.0, 0.0)]
 

@@ -11,8 +11,8 @@ import h5py
 import numpy as np
 import pytest
 
-from matter import snapshot
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.particles import FIELDS, Particles
 
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from fixtures import solids
-from matter import packing, tree
 from matter.errors import InputError
-from matter.solids import distance, placed, region, solid
+from matter.geometry import tree
+from matter.points import packing, region
+from matter.solids import distance, placed, solid
 
 AXES = (177.0, 174.0, 116.0)
 BODIES = {

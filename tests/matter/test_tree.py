@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from matter import tree
+from matter.geometry import tree
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from matter.errors import InputError
-from nbody import ephemeris, system
+from nbody.masses import ephemeris, system
 
 AU = 1.495978707e11
 

@@ -7,9 +7,12 @@ import numba
 import numpy as np
 import pytest
 
-from matter import checkpoint, progress
+from matter import progress
 from matter.errors import InputError, Stopped
-from nbody import census, conditions, encounters, rules, stage
+from matter.files import checkpoint
+from nbody import stage
+from nbody.census import census
+from nbody.population import conditions, encounters, rules
 
 IMPACT = dict(
     speed="18.234 km/s",

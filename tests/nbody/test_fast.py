@@ -5,9 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from nbody import census, conditions, encounters, soundness
-from nbody.flight import field
+from nbody.census import census, soundness
 from nbody.integrators import fast, launched
+from nbody.masses.flight import field
+from nbody.population import conditions, encounters
 
 POPULATION = conditions.population("literal")
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.stats import kstest
 
-from nbody import bplane, system
+from nbody.masses import bplane, system
 
 CALLISTO = system.load("callisto")
 HILL = system.hill_radius(CALLISTO)

@@ -8,12 +8,12 @@ import math
 import numpy as np
 import pytest
 
-from matter import archive
 from matter.errors import InputError
+from matter.files import archive
 from nbody import launches as thrown
-from nbody.ephemeris import Orbits
 from nbody.launches import Launches, Site
-from nbody.system import Body, load
+from nbody.masses.ephemeris import Orbits
+from nbody.masses.system import Body, load
 
 DAY = 86400.0
 RYUGU, CALLISTO = load("ryugu"), load("callisto")

@@ -5,7 +5,8 @@ import pytest
 from scipy.stats import ks_2samp
 
 from matter.errors import InputError
-from nbody import conditions, system
+from nbody.masses import system
+from nbody.population import conditions
 
 JOVIAN = system.jovian("callisto")
 

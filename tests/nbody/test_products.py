@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from matter.errors import InputError
-from nbody import analytic, census, conditions, encounters, moon_mode, system, tables
+from nbody.census import census, moon_mode
 from nbody.integrators import fast, tube
+from nbody.masses import system
+from nbody.population import conditions, encounters
+from nbody.results import analytic, tables
 from studies import encounter_claims
 from studies.winter_2017.score import Evidence
 

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from nbody import bplane, census, conditions, encounters
+from nbody.census import census
 from nbody.integrators import fast, moon_mode, rkck
+from nbody.masses import bplane
+from nbody.population import conditions, encounters
 
 POPULATION = conditions.population("literal")
 SYSTEM = census.jovian("callisto")

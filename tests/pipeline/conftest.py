@@ -64,7 +64,7 @@ def case_folder(tmp_path: Path) -> Path:
 @pytest.fixture
 def fake_stages(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fake stages in this process."""
-    from pipeline import stages
+    from pipeline.case import stages
 
     monkeypatch.syspath_prepend(str(FAKES))
     monkeypatch.setattr(stages, "MODULES", {stage: f"fake_{stage}" for stage in stages.ORDER})

@@ -8,9 +8,9 @@ import pytest
 
 from matter.errors import InputError
 from matter.solids.distance import measured
-from pipeline import case
-from pipeline.compose import compose
-from sph import solid_target
+from pipeline.case import read
+from pipeline.settings.compose import compose
+from sph.bodies import solid_target
 
 CASE = """
 [case]
@@ -38,7 +38,7 @@ def coarse(monkeypatch):
 
 def settings(folder: Path, site: str, *sets: str):
     (folder / "case.toml").write_text(CASE.replace("SITE", site))
-    return compose(case.read(folder, None, sets))["sph"]
+    return compose(read.read(folder, None, sets))["sph"]
 
 
 @pytest.mark.parametrize("site", ["", 'latitude = "-8.84 deg"\nlongitude = "264.3 deg"'], ids=["centre", "site"])
@@ -62,7 +62,7 @@ def test_straight_down_onto_a_pole_of_the_body(tmp_path):
 
 
 def test_what_was_filled_in_may_stand_beside_it(tmp_path):
-    first = case.read(_written(tmp_path, "arrival = [0.2, 0.9, 0.2]"))
+    first = read.read(_written(tmp_path, "arrival = [0.2, 0.9, 0.2]"))
     target, impact = first.document["target"], first.document["impact"]
     site = "\n".join(
         [f'{key} = "{target[key]}"' for key in ("latitude", "longitude", "azimuth")] + ["arrival = [0.2, 0.9, 0.2]"]
@@ -103,4 +103,4 @@ def test_a_sphere_has_none(tmp_path):
     )
     (tmp_path / "case.toml").write_text(sphere.replace("SITE", "arrival = [0.2, 0.9, 0.2]"))
     with pytest.raises(InputError, match="arrival: of an ellipsoid or mesh only"):
-        compose(case.read(tmp_path, None, ('impact.angle_from_vertical="17 deg"',)))
+        compose(read.read(tmp_path, None, ('impact.angle_from_vertical="17 deg"',)))

@@ -8,10 +8,12 @@ from pathlib import Path
 import pytest
 
 from matter.errors import InputError
-from pipeline import case as cases
-from pipeline import folder, shipped, stages, toml_lines, used
-from pipeline.complaints import dotted
-from pipeline.compose import compose, hash8
+from pipeline.case import read as cases
+from pipeline.case import shipped, stages, toml_lines
+from pipeline.case.complaints import dotted
+from pipeline.settings import used
+from pipeline.settings.compose import compose, hash8
+from pipeline.store import folder
 
 REAL = dict(stages.MODULES)
 VALHALLA = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km"
@@ -145,7 +147,7 @@ def test_broken_toml_and_no_file_are_messages(tmp_path):
 
 
 def test_a_stage_that_is_not_installed_matters_only_when_it_would_run(case_folder, monkeypatch):
-    from pipeline import stages
+    from pipeline.case import stages
 
     monkeypatch.setitem(stages.MODULES, "crater", "fake_nowhere.stage")
     with pytest.raises(InputError, match="stage 'crater' is not part of this installation"):
@@ -306,7 +308,7 @@ def test_a_value_of_several_kinds_is_one_complaint():
         message = complaint(
             place,
             "handoff.time=later",
-            "handoff.offset=x",
+            "handoff.source.offset=x",
             "sph.materials.ice.strenth=x",
             "dem.accept=no_twist",
             "handoff.waive.x=3",
@@ -314,7 +316,7 @@ def test_a_value_of_several_kinds_is_one_complaint():
     for words in (
         '--set handoff.time  handoff.time: must be "auto" or "last"',
         "or: cannot read 'later' as a quantity: write a number and a unit, '1.5 s' for example (given: \"later\")",
-        '--set handoff.offset  handoff.offset: must be "auto", or: must be a number (given: "x")',
+        '--set handoff.source.offset  handoff.source.offset: must be "auto", or: must be a number (given: "x")',
         "sph.materials.ice.strenth: there is no such key; did you mean 'strength'?",
         'dem.accept: must be a list, ["no_twist"] for example',
         "handoff.waive.x: must be a text in quotes (given: 3)",

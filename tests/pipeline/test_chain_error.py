@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from matter.errors import InputError
-from pipeline import chain_error, expected
-from pipeline.chain_error import Member, Study
-from pipeline.compose import compose
+from pipeline.settings import expected
+from pipeline.settings.compose import compose
+from pipeline.uncertainty import chain_error
+from pipeline.uncertainty.chain_error import Member, Study
 
 VALHALLA = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km"
 

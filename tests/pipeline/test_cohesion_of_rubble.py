@@ -4,15 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import case, sense
-from pipeline.compose import compose
+from pipeline.case import read
+from pipeline.settings import sense
+from pipeline.settings.compose import compose
 
 CASE = Path(__file__).parents[2] / "cases" / "momentum_transfer"
 COHESION = 'sph.materials.basalt.drucker_prager.cohesion="10 MPa"'
 
 
 def warned(*sets: str) -> list[str]:
-    chosen = case.read(CASE, None, sets)
+    chosen = read.read(CASE, None, sets)
     return [line for line in sense.judged(compose(chosen), {}, chosen.stages)[1] if "cohesion" in line]
 
 

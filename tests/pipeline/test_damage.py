@@ -14,10 +14,12 @@ import numpy as np
 import pytest
 
 from handoff import ledger
-from matter import archive, snapshot
 from matter.errors import InputError
+from matter.files import archive, snapshot
 from matter.particles import Particles
-from pipeline import command, folder, result
+from pipeline.commands import command
+from pipeline.running import result
+from pipeline.store import folder
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from matter import quantity
+from matter.case import quantity
 from matter.errors import InputError
-from pipeline import key_reference, keys, overlay, stages
-from pipeline.case_table import CaseTable
+from pipeline.case import keys, overlay, stages
+from pipeline.case.case_table import CaseTable
+from pipeline.commands import key_reference
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from matter.errors import InputError
-from pipeline import case as cases
-from pipeline import disk_budget, prediction, room
-from pipeline.request import Request, settings_of
+from pipeline.case import read as cases
+from pipeline.running import disk_budget, prediction, room
+from pipeline.running.request import Request, settings_of
 
 CASE = "cases/valhalla_980km"
 

@@ -17,13 +17,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crater import chain
 from crater import stage as measuring
-from matter import archive, checkpoint, snapshot
-from pipeline import case as cases
-from pipeline import expected, plan, provenance, stages
-from pipeline.compose import compose
-from pipeline.run import Request
+from crater.measures import chain
+from matter.files import archive, checkpoint, snapshot
+from pipeline.case import read as cases
+from pipeline.case import stages
+from pipeline.running import plan
+from pipeline.running.run import Request
+from pipeline.settings import expected
+from pipeline.settings.compose import compose
+from pipeline.store import provenance
 
 ROOT = Path(__file__).resolve().parents[2]
 DRIVER = Path(__file__).resolve().parent / "frequent_checkpoints.py"
@@ -236,7 +239,7 @@ def test_the_spread_of_an_ensemble_becomes_the_error_of_the_first(whole):
     run_folder, _ = whole
     before = (run_folder / "6_crater" / "measures.json").read_text()
     command = [str(CASE), "--preset", "tiny", "--out", str(run_folder.parent), "--ensemble", "2", "--threads", "1"]
-    done = start_command(*command, "--set", "handoff.pictures=false")
+    done = start_command(*command, "--set", "handoff.pages.pictures=false")
     assert done.returncode in (0, 1) and "spread of the draws" in done.stdout, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     (sweep,) = run_folder.parent.glob("valhalla_980km-sweep-*")

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from crater import chain, measure
 from crater import settings as crater_settings
 from crater import stage as crater_stage
-from matter.crater_measures import COMPARED
+from crater.measures import chain, measure
 from matter.errors import InputError
-from pipeline import case as cases
-from pipeline import expected
-from pipeline.compose import compose
+from matter.wording.crater_measures import COMPARED
+from pipeline.case import read as cases
+from pipeline.settings import expected
+from pipeline.settings.compose import compose
 
 ROOT = Path(__file__).resolve().parents[2]
 VALHALLA = ROOT / "cases" / "valhalla_980km"
@@ -103,14 +103,14 @@ def test_the_crater_stage_gets_the_chain_error_of_what_was_measured(folder):
     assert errors("quick") is None  # nothing is known of this preset
     assert errors("tiny", "impact.speed=15 km/s") is None  # nor of another impact
     assert (
-        errors("tiny", "bed.seed=1", "handoff.pictures=false") == given
+        errors("tiny", "bed.seed=1", "handoff.pages.pictures=false") == given
     )  # the same values, and one that is only looked at
     assert errors("tiny", "bed.seed=2") is None
     assert errors("tiny", 'crater.chain.final.depth_m="7 km"').final.depth_m == 7e3  # a case's own
 
 
 def test_a_used_case_keeps_its_chain_error(folder, tmp_path):
-    from pipeline import used
+    from pipeline.settings import used
 
     case = cases.read(folder, "tiny")
     settings = compose(case)
@@ -138,7 +138,7 @@ def test_a_run_agrees_within_two_standard_errors(folder):
 
 
 def test_the_last_lines_of_a_run(folder, tmp_path):
-    from matter import archive
+    from matter.files import archive
 
     run = tmp_path / "run"
     (run / "6_crater").mkdir(parents=True)
@@ -161,8 +161,9 @@ def test_the_last_lines_of_a_run(folder, tmp_path):
 
 
 def test_a_run_that_goes_on_ends_with_the_same_lines(folder, tmp_path):
-    from matter import archive
-    from pipeline import describe, going_on
+    from matter.files import archive
+    from pipeline.running import going_on
+    from pipeline.settings import describe
 
     def begun(name, *overrides):
         case, run = cases.read(folder, "tiny", overrides), tmp_path / name

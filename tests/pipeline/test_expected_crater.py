@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from crater import scaling
-from matter.body import Impact, Target
-from pipeline import expected_crater
-from sph.materials import collect
+from crater.scaling import laws as scaling
+from matter.case.body import Impact, Target
+from pipeline.case import expected_crater
+from sph.materials.rows import collect
 
 
 def shot(radius: float, speed: float = 12e3, angle: float = 0.0, material: str = "granite") -> Impact:

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import case, experimental, keys, sense
-from pipeline.compose import compose
+from pipeline.case import experimental, keys, read
+from pipeline.settings import sense
+from pipeline.settings.compose import compose
 
 CASES = Path(__file__).parents[2] / "cases"
 EVERY = [
@@ -20,7 +21,7 @@ EVERY = [
 
 
 def taken(name, preset, sets=()):
-    chosen = case.read(CASES / name, preset, sets)
+    chosen = read.read(CASES / name, preset, sets)
     return list(experimental.used({stage: one for stage, one in compose(chosen).items() if stage in chosen.stages}))
 
 
@@ -52,12 +53,12 @@ def test_a_case_that_takes_one_is_told():
         "[sph] tolerance = 0.0001",
         "[dem.contact] attractive_tail = false",
     ]
-    chosen = case.read(CASES / "valhalla_980km", "quick", sets)
+    chosen = read.read(CASES / "valhalla_980km", "quick", sets)
     assert set(words) <= set(sense.judged(compose(chosen), {}, chosen.stages)[1])
 
 
 def test_a_table_of_one_material_is_told_with_its_name():
-    from matter.material import TABLES
+    from matter.case.material import TABLES
 
     sets = ('sph.materials.basalt.eos="table"', 'sph.materials.basalt.table.rho0="2650 kg/m^3"')
     words = taken("momentum_transfer", None, (*sets, f'sph.materials.basalt.table.file="{TABLES / "quartz.txt.xz"}"'))

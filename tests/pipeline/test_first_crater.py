@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import case as cases
-from pipeline import compiling
-from pipeline.compose import compose
+from pipeline.case import read as cases
+from pipeline.running import compiling
+from pipeline.settings.compose import compose
 
 ROOT = Path(__file__).resolve().parents[2]
 CASE = ROOT / "cases" / "first_crater"

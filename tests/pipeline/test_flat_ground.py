@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from matter import snapshot
+from matter.files import snapshot
 
 pytestmark = pytest.mark.validation
 

@@ -7,8 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from crater import flown
-from matter import archive, page
+from crater.pages import flown
+from matter.files import archive
+from matter.wording import page
 from pipeline import cli
 
 

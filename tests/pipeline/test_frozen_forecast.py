@@ -7,7 +7,8 @@ import pytest
 
 import bolide
 from bolide import InputError
-from matter import archive, scores
+from matter import scores
+from matter.files import archive
 
 FORECAST = Path(__file__).resolve().parents[2] / "forecasts" / "hera_v0.toml"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.store import LOCKS, STORE
+from pipeline.store.store import LOCKS, STORE
 
 
 @pytest.fixture

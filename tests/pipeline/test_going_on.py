@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from matter.errors import InputError
-from pipeline import going_on
+from pipeline.running import going_on
 
 
 def only_run(place: Path) -> Path:

@@ -8,11 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from matter import material, quantity, toml_input
-from pipeline import case as cases
-from pipeline import cli, command, keys
-from pipeline.request import Request, settings_of
-from sph import prediction, projectile
+from matter.case import material, quantity
+from matter.files import toml_input
+from pipeline import cli
+from pipeline.case import keys
+from pipeline.case import read as cases
+from pipeline.commands import command
+from pipeline.running.request import Request, settings_of
+from sph import prediction
+from sph.bodies import projectile
 from tests.pipeline import warm
 
 ROOT = Path(__file__).resolve().parents[2]

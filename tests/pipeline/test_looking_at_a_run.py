@@ -19,13 +19,17 @@ import numpy as np
 import pytest
 
 from fixtures import synthetic_craters as synthetic
-from matter import archive, page, snapshot
 from matter.errors import InputError, Unsound
+from matter.files import archive, snapshot
 from matter.particles import Particles
-from pipeline import case as cases
-from pipeline import cli, folder, going_on, intact, stages, store, view
-from pipeline.request import Request
-from pipeline.run import run
+from matter.wording import page
+from pipeline import cli
+from pipeline.case import read as cases
+from pipeline.case import stages
+from pipeline.running import going_on
+from pipeline.running.request import Request
+from pipeline.running.run import run
+from pipeline.store import folder, intact, store, view
 from tests.pipeline import warm
 from tests.pipeline.test_flown_page import catalogue
 from tests.pipeline.test_store import Recorder

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import case, sense
-from pipeline.compose import compose
-from sph import disruption
+from pipeline.case import read
+from pipeline.settings import sense
+from pipeline.settings.compose import compose
+from sph.outcome import disruption
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -29,7 +30,7 @@ def test_share_counts_the_energy_in_the_targets_mass():
 
 @pytest.mark.parametrize(("name", "refused"), [("nakamura_fujiwara", True), ("valhalla_980km", False)])
 def test_fragments_are_not_mirrored(name, refused):
-    chosen = case.read(CASES / name, "quick", ['sph.symmetry="half"'])
+    chosen = read.read(CASES / name, "quick", ['sph.symmetry="half"'])
     errors, _ = sense.judged(compose(chosen), {}, chosen.stages)
     said = [error.path for error in errors if "mirror images" in error.message]
     assert said == ([("sph", "symmetry")] if refused else [])

@@ -7,13 +7,13 @@ import json
 import numpy as np
 import pytest
 
-from matter import snapshot
 from matter.errors import InputError
+from matter.files import snapshot
 from matter.particles import Particles
-from pipeline import case as cases
-from pipeline import outside, stages
-from pipeline.request import Request
-from pipeline.run import run
+from pipeline.case import outside, stages
+from pipeline.case import read as cases
+from pipeline.running.request import Request
+from pipeline.running.run import run
 
 
 class Silent:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from matter.errors import InputError
-from pipeline import overlay
+from pipeline.case import overlay
 
 names = st.from_regex(r"[a-z_]{1,6}", fullmatch=True)
 texts = st.text(st.characters(codec="utf-8", exclude_categories=["C"]))

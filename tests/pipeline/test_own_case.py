@@ -13,12 +13,13 @@ from pathlib import Path
 import pytest
 
 from matter.errors import InputError
-from pipeline import case as cases
-from pipeline import prediction, sense
-from pipeline.compose import compose
-from pipeline.request import Request, sensible, settings_of
-from sph import resolution
-from sph.boundary import sides_and_floor
+from pipeline.case import read as cases
+from pipeline.running import prediction
+from pipeline.running.request import Request, sensible, settings_of
+from pipeline.settings import sense
+from pipeline.settings.compose import compose
+from sph.planning import resolution
+from sph.stepping import sides_and_floor
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = ROOT / "examples" / "own_case.toml"

@@ -7,14 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from matter import at_rest, formation_time
-from matter.body import Impact, Target
-from matter.deciding import deciding
+from matter.case import at_rest, formation_time
+from matter.case.body import Impact, Target
+from matter.case.deciding import deciding
 from matter.errors import InputError
 from matter.particles import Particles
-from pipeline import case as cases
-from pipeline import compose, keys, prediction, schema, used
-from pipeline.request import Request
+from pipeline.case import keys
+from pipeline.case import read as cases
+from pipeline.commands import schema
+from pipeline.running import prediction
+from pipeline.running.request import Request
+from pipeline.settings import compose, used
 
 CASES = Path(__file__).parents[2] / "cases"
 DART = CASES / "dart_dimorphos"
@@ -79,8 +82,8 @@ def test_the_step_that_a_bed_is_expected_to_have_goes_by_them():
 
 def test_the_step_of_a_spheres_grains_goes_by_their_mass():
     """m goes as the bulk density; k as rho g, its square, in a shallow bed, and 2 K r in a deep one."""
-    from dem.bed_settings import Settings
     from dem.beds import expected_grains
+    from dem.beds.settings import Settings
 
     large = BALL.model_copy(update={"layers": (BALL.layers[0].model_copy(update={"thickness": 2.0e6}),)})
     for ball, depth, ratio in ((BALL, None, math.sqrt(2.0)), (large, 2.0e5, math.sqrt(0.5))):
@@ -119,10 +122,11 @@ def test_a_case_that_says_them_is_told_there_is_no_such_key(stage):
 
 def test_springs_of_a_layered_bed_are_bounded_by_the_solid_of_the_case(tmp_path):
     """From the case through ``target.json`` into the grains: k_n at its bound goes as m / rho0."""
-    from dem import bed_settings, bed_stage
     from dem.beds import grain_masses
+    from dem.beds import settings as bed_settings
+    from dem.beds import stage as bed_stage
     from dem.beds.layered_body import LayeredBody
-    from dem.contact_settings import Contact
+    from dem.contact.settings import Contact
     from sph import settings as shock
     from sph import stage
 

@@ -12,11 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from matter import snapshot
 from matter.constants import G
+from matter.files import snapshot
 from matter.solids.placed import PATCH
-from pipeline import as_half_space, cli, compose, experimental, sense
-from pipeline import case as cases
+from pipeline import cli
+from pipeline.case import experimental
+from pipeline.case import read as cases
+from pipeline.settings import as_half_space, compose, sense
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "sci_ryugu" / "on_an_ellipsoid.toml"
 TINY = (

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from matter import material
+from matter.case import material
 from matter.errors import InputError
-from pipeline import bibliography, case, describe, references
-from pipeline.compose import compose, hash8
+from pipeline.case import bibliography, read
+from pipeline.settings import describe, references
+from pipeline.settings.compose import compose, hash8
 
 ROOT = Path(__file__).parents[2]
 CASES = ROOT / "cases"
@@ -30,7 +31,7 @@ HERTZ = (
 
 def cited(tmp_path, name, preset="quick", sets=(), only=None):
     """Keys of the bibliography of a case's run, of all its stages or ``only`` some."""
-    chosen = case.read(CASES / name, preset, sets)
+    chosen = read.read(CASES / name, preset, sets)
     settings = {stage: one for stage, one in compose(chosen).items() if stage in (only or chosen.stages)}
     return set(references.write(tmp_path / "references.bib", chosen, settings, describe.materials(settings.values())))
 
@@ -62,11 +63,11 @@ def test_every_shipped_case_names_its_sources(folder):
 
 def test_a_key_that_is_not_in_the_bibliography_is_named_with_the_nearest(tmp_path):
     with pytest.raises(InputError, match=r"'Winter2018' is not in references.bib; did you mean 'Winter2017'"):
-        compose(case.read(CASES / "valhalla_980km", "quick", ('case.sources=["Winter2018"]',)))
+        compose(read.read(CASES / "valhalla_980km", "quick", ('case.sources=["Winter2018"]',)))
 
 
 def test_citations_do_not_rename_a_run_folder():
-    one, other = (case.read(CASES / "valhalla_980km", "quick", sets) for sets in ((), ()))
+    one, other = (read.read(CASES / "valhalla_980km", "quick", sets) for sets in ((), ()))
     other.document["case"]["sources"] = ["Melosh1989"]
     assert one.sources != other.sources and hash8(one) == hash8(other)
 

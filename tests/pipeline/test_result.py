@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from pipeline import result
+from pipeline.running import result
 
 
 def q(value, sigma, unit="m", **parts):

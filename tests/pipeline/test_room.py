@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 
 from matter.errors import InputError
-from pipeline import case, folder, plan, prediction, provenance, room, store
-from pipeline.request import Request, settings_of
+from pipeline.case import read
+from pipeline.running import plan, prediction, room
+from pipeline.running.request import Request, settings_of
+from pipeline.store import folder, provenance, store
 
 
 def test_a_stage_needs_its_result_and_three_of_its_checkpoints():
@@ -21,7 +23,7 @@ def test_a_stage_needs_its_result_and_three_of_its_checkpoints():
 
 @pytest.fixture
 def request_and_settings(tmp_path):
-    asked = Request(case.read("cases/valhalla_980km", "quick"), tmp_path / "not" / "there")
+    asked = Request(read.read("cases/valhalla_980km", "quick"), tmp_path / "not" / "there")
     return asked, settings_of(asked)
 
 
@@ -69,6 +71,6 @@ def test_flaws_of_a_graded_body_dominate_its_checkpoint(tmp_path):
         '[impact]\nspeed = "12 km/s"\nangle_from_vertical = "45 deg"\n'
         'projectile = { material = "granite", radius = "25 km" }\n'
     )
-    asked = Request(case.read(file, size="quick"), tmp_path)
+    asked = Request(read.read(file, size="quick"), tmp_path)
     row = prediction.predictions(asked, settings_of(asked))["sph"]
     assert row["checkpoint_bytes"] == pytest.approx(334e6, rel=0.5)  # measured: 20,253 particles, 80,743,058 flaws

@@ -11,13 +11,15 @@ from pathlib import Path
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from matter import lock, progress
+from matter import progress
 from matter.errors import InputError, Stopped, UnphysicalState
-from pipeline import case as cases
-from pipeline import identity, stages
-from pipeline.compose import compose
-from pipeline.request import Request
-from pipeline.run import run
+from matter.files import lock
+from pipeline.case import read as cases
+from pipeline.case import stages
+from pipeline.running.request import Request
+from pipeline.running.run import run
+from pipeline.settings import identity
+from pipeline.settings.compose import compose
 
 
 class Recorder:

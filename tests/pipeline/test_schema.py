@@ -10,10 +10,11 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from pipeline import case as cases
-from pipeline import schema, used
-from pipeline.compose import compose
-from pipeline.overlay import assigned
+from pipeline.case import read as cases
+from pipeline.case.overlay import assigned
+from pipeline.commands import schema
+from pipeline.settings import used
+from pipeline.settings.compose import compose
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = sorted((ROOT / "cases").glob("*/case.toml"))

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from handoff.ledger import LIMITS, Ledger
-from matter.crater_measures import RATIOS
 from matter.errors import InputError
-from pipeline import sensitivity, sensitivity_table, variants
+from matter.wording.crater_measures import RATIOS
+from pipeline.uncertainty import sensitivity, sensitivity_table, variants
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km" / "case.toml"
 

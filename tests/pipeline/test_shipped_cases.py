@@ -8,10 +8,13 @@ from pathlib import Path
 import pytest
 
 from matter.errors import InputError
-from pipeline import case as cases
-from pipeline import folder, prediction, stages, used
-from pipeline.compose import compose
-from pipeline.request import Request
+from pipeline.case import read as cases
+from pipeline.case import stages
+from pipeline.running import prediction
+from pipeline.running.request import Request
+from pipeline.settings import used
+from pipeline.settings.compose import compose
+from pipeline.store import folder
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = sorted(path.parent for path in (ROOT / "cases").glob("*/case.toml"))

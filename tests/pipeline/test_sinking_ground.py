@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import case, sense
-from pipeline.compose import compose
+from pipeline.case import read
+from pipeline.settings import sense
+from pipeline.settings.compose import compose
 
 CASES = Path(__file__).parents[2] / "cases"
 SLOWER = 'sph.late.slower=[{at="4 s",sound_speed="5 m/s"},{at="30 s",sound_speed="1 m/s"}]'
@@ -22,7 +23,7 @@ SLOWER = 'sph.late.slower=[{at="4 s",sound_speed="5 m/s"},{at="30 s",sound_speed
     ],
 )
 def test_what_sinks_in_a_quiet_layer_is_said(changes, said):
-    chosen = case.read(CASES / "sci_ryugu", "quick", [*changes, "handoff.time=8 s"])
+    chosen = read.read(CASES / "sci_ryugu", "quick", [*changes, "handoff.time=8 s"])
     lines = [line for line in sense.judged(compose(chosen), {}, chosen.stages)[1] if "sinks into" in line]
     assert len(lines) == said
     if said:

@@ -14,13 +14,17 @@ from pathlib import Path
 
 import pytest
 
-from matter import lock, progress
+from matter import progress
 from matter.errors import InputError, UnphysicalState
-from pipeline import case as cases
-from pipeline import folder, going_on, identity, plan, prune, stages, store, view
-from pipeline.compose import compose, hash8
-from pipeline.request import Request
-from pipeline.run import run
+from matter.files import lock
+from pipeline.case import read as cases
+from pipeline.case import stages
+from pipeline.running import going_on, plan, prune
+from pipeline.running.request import Request
+from pipeline.running.run import run
+from pipeline.settings import identity
+from pipeline.settings.compose import compose, hash8
+from pipeline.store import folder, store, view
 
 VALHALLA = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km"
 LATE = ["bed", "handoff", "dem", "crater"]
@@ -107,7 +111,7 @@ def test_a_case_that_says_the_same_in_other_words_makes_nothing_anew(go, case_fo
         (("bed.radius=2 km", "sph.steps=7"), ("sph.steps=7", "bed.radius=2 km")),
         (("sph.steps=7",), ("sph.steps=9", "sph.steps=7")),
         ((), ("dem.ranks=4",)),
-        ((), ("handoff.pictures=false",)),
+        ((), ("handoff.pages.pictures=false",)),
     ],
     ids=["redundant", "order", "overruled", "ranks", "pictures"],
 )
@@ -121,7 +125,7 @@ def test_options_that_decide_nothing_make_nothing_anew(go, one, other):
     "override",
     [
         "dem.ranks=4",
-        "handoff.pictures=false",
+        "handoff.pages.pictures=false",
         "handoff.particles=7",
         "dem.grains=9",
         "crater.particles=3",

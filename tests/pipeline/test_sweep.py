@@ -19,14 +19,15 @@ import numpy as np
 import pytest
 
 import bolide
-from matter import archive
-from matter.deciding import deciding
+from matter.case.deciding import deciding
 from matter.errors import InputError, Stopped
-from pipeline import case as cases
-from pipeline import ensemble, prediction, run_process, sweep_cost, sweep_dask, sweep_jobs, sweep_run, sweep_table
-from pipeline.compose import compose
-from pipeline.store import LOCKS, STORE
-from pipeline.sweep import Member, Sweep, members, of, parsed, read_table
+from matter.files import archive
+from pipeline.case import read as cases
+from pipeline.running import prediction, run_process
+from pipeline.settings.compose import compose
+from pipeline.store.store import LOCKS, STORE
+from pipeline.sweeps import ensemble, sweep_cost, sweep_dask, sweep_jobs, sweep_run, sweep_table
+from pipeline.sweeps.sweep import Member, Sweep, members, of, parsed, read_table
 
 FAKES = Path(__file__).resolve().parent / "fake_rooms"
 ROOT = Path(__file__).resolve().parents[2]

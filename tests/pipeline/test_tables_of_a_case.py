@@ -8,8 +8,9 @@ import sys
 import pytest
 
 from fixtures import tables
-from pipeline import case as cases
-from pipeline import cli, identity
+from pipeline import cli
+from pipeline.case import read as cases
+from pipeline.settings import identity
 
 CASE = """
 [case]

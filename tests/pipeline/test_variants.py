@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from matter.errors import InputError
-from pipeline.compose import compose
+from pipeline.settings.compose import compose
 from studies.winter_2017 import variants as sweep
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,13 +12,15 @@ import pytest
 import trimesh
 
 from dem import stage as collapse
-from handoff import domain, surface
 from handoff import stage as handing
-from matter import snapshot
-from matter.rotation import rotation
+from handoff.domains import domain
+from handoff.source import surface
+from matter.files import snapshot
+from matter.geometry.rotation import rotation
 from matter.solids.datum import Datum
-from pipeline import case as cases
-from pipeline import cli, compose
+from pipeline import cli
+from pipeline.case import read as cases
+from pipeline.settings import compose
 
 CASE = """
 [case]
@@ -127,7 +129,7 @@ def test_the_list_and_the_start_hold_all_matter_of_the_snapshot(run):
 
 @pytest.mark.validation
 def test_the_surface_is_left_and_the_grains_lie_in_it(run):
-    from handoff import report
+    from handoff.pages import report
 
     files = report.gather(run, run / "4_handoff", json.loads((run / "4_handoff" / "handoff.json").read_text()))
     kept = files["start"].identity < files["start"].attributes["bed_grains"]

@@ -19,11 +19,11 @@ LATE = (
     "matplotlib.pyplot",
     "jinja2",
     "pipeline.cli",
-    "pipeline.run_command",
-    "pipeline.run",
-    "pipeline.sweep_run",
-    "pipeline.result",
-    "crater.excavation",
+    "pipeline.commands.run_command",
+    "pipeline.running.run",
+    "pipeline.sweeps.sweep_run",
+    "pipeline.running.result",
+    "crater.ejecta.excavation",
     "crater.stage",
     "handoff.stage",
 )
@@ -33,7 +33,7 @@ LATE = (
 @cache
 def load() -> None:
     """Load all that, and the units, in this process."""
-    from matter import quantity
+    from matter.case import quantity
 
     for name in LATE:
         importlib.import_module(name)

@@ -9,21 +9,22 @@ import pytest
 import sph.boundary
 from fixtures import columns
 from fixtures.quiet_end import returned
-from matter import neighbours
-from matter.body import Layer, Target
+from matter.case.body import Layer, Target
 from matter.errors import InputError
-from pipeline import bibliography
-from sph import rates, scheme
+from matter.geometry import neighbours
+from pipeline.case import bibliography
 from sph import stage as shock
-from sph.boundary import dispatch, sides_and_floor
+from sph.bodies.cloud import Cloud
+from sph.bodies.target import Body
+from sph.boundary import dispatch
 from sph.boundary.edge import LAYERS, Edge
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
 from sph.boundary.wall import Wall
-from sph.cloud import Cloud
-from sph.materials import collect
-from sph.row import SUPPORT, VZ, XZ, YZ, Z
-from sph.target import Body
+from sph.materials.rows import collect
+from sph.pairs import rates, scheme
+from sph.pairs.row import SUPPORT, VZ, XZ, YZ, Z
+from sph.stepping import sides_and_floor
 from tests.sph.test_stage import settings
 
 BASALT = collect(("basalt",))
@@ -174,7 +175,7 @@ def test_a_piston_and_a_wind_on_a_wall_are_the_same_shock():
 )
 def test_piston_reaches_the_hugoniot(name, pistons):
     """Small columns, to the accuracy of their length; the tables at full length are in ``test_shocks.py``."""
-    from sph.eos import hugoniot
+    from sph.shock_states import hugoniot
 
     materials = collect((name,))
     for piston in pistons:

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fixtures import columns, shocks, solutions
-from sph import conductivity, rates, scheme
-from sph.materials import collect
-from sph.row import ENERGY, MATERIAL, SLOPE
+from sph.materials.rows import collect
+from sph.pairs import conductivity, rates, scheme
+from sph.pairs.row import ENERGY, MATERIAL, SLOPE
 from studies import sph_peak_pressure
 from tests.sph.test_rates import _Cloud
 

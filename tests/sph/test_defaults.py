@@ -8,12 +8,14 @@ import math
 import numpy as np
 import pytest
 
-from matter import formation_time
-from matter.body import Impact, Target
-from sph import durations, ground_strength, resolution, stage, target
-from sph import ground as grounds
-from sph.material_settings import Choice
-from sph.materials import collect
+from matter.case import formation_time
+from matter.case.body import Impact, Target
+from sph import stage
+from sph.bodies import ground as grounds
+from sph.bodies import target
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.planning import durations, ground_strength, resolution
 
 IMPACT = Impact.model_validate(
     {

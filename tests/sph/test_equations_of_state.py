@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from matter import material
+from matter.case import material
 from sph.eos import dispatch, murnaghan
-from sph.material_settings import law_of, parameters
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.materials.settings import law_of, parameters
 
 # tables are held in test_table.py and test_shipped_tables.py: one pressure may belong to a range of densities there
 NAMES = [name for name in material.names() if law_of(name, "eos", "tillotson") != "table"]

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from matter import packing, tree
 from matter.constants import G
-from sph import escaping
+from matter.geometry import tree
+from matter.points import packing
+from sph.outcome import escaping
 
 
 def ball(speeds, up=1.0):

@@ -9,11 +9,11 @@ import pkgutil
 import numpy as np
 import pytest
 
-from matter.law_family import Family
-from pipeline import bibliography
+from matter.compilation.law_family import Family
+from pipeline.case import bibliography
 from sph.eos import table
-from sph.families import FAMILIES as MATERIAL
 from sph.kernels.dispatch import FAMILY as KERNELS
+from sph.materials.families import FAMILIES as MATERIAL
 from sph.porosity.matrix import Matrix
 from sph.strength import dispatch as strength
 

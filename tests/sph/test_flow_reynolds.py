@@ -5,9 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from matter import snapshot
-from sph import flow_reynolds, stage
-from sph.late import Settings as Late
+from matter.files import snapshot
+from sph import stage
+from sph.stepping import flow_reynolds
+from sph.stepping.late import Settings as Late
 from tests.sph.test_late import settings
 
 SPACING, HOLE, SPEED, C, ALPHA = 0.06, 0.5, 0.14, 3145.0, 2.0

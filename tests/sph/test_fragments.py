@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.sparse.csgraph import connected_components
 
-from matter import packing, snapshot
-from matter.fragments import LINK, NONE, groups
+from matter.files import snapshot
+from matter.geometry.fragments import LINK, NONE, groups
 from matter.particles import Particles
-from sph import fragments
+from matter.points import packing
+from sph.outcome import fragments
 
 
 def broken_ball():

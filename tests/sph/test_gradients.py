@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from fixtures import solutions
-from matter import neighbours
-from sph import gradients, rates, scheme, start_volumes
+from matter.geometry import neighbours
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
 from sph.boundary.wall import Wall
 from sph.kernels.dispatch import FAMILY as KERNELS
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.pairs import gradients, rates, scheme, start_volumes
 from tests.sph.test_rates import _Cloud
 
 FIELDS = (

@@ -8,13 +8,14 @@ import pytest
 from pydantic import ValidationError
 
 from crater import stage as crater_stage
-from handoff import hydrostatic
-from matter import snapshot
-from matter.body import Impact, Layer, Projectile, Target
-from sph import ground, stage
-from sph.material_settings import Choice
-from sph.materials import collect
-from sph.target import Zones
+from handoff.source import hydrostatic
+from matter.case.body import Impact, Layer, Projectile, Target
+from matter.files import snapshot
+from sph import stage
+from sph.bodies import ground
+from sph.bodies.target import Zones
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
 from tests.sph.stops import stopped
 
 LAYERS = (Layer(name="rock", material="basalt", thickness=6e3), Layer(name="cover", material="ice", thickness=4e3))

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from sph.eos import hugoniot
-from sph.material_settings import Choice
-from sph.materials import collect
-from sph.porosity import compaction_wave
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.shock_states import compaction_wave, hugoniot
 
 DATA = Path(__file__).parent.parent / "data"
 

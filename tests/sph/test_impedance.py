@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sph import stage_report
-from sph.eos import impedance
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.outcome import stage_report
+from sph.shock_states import impedance
 
 TABLE = Path(__file__).parent.parent / "data" / "impedance_match.csv"
 

@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from matter import neighbours
-from sph import individual_steps
-from sph.scheme import Pairs
+from matter.geometry import neighbours
+from sph.pairs.scheme import Pairs
+from sph.stepping import individual_steps
 from tests.sph.test_smoothing import stopped_and_whole
 
 NONE = np.zeros(0, dtype=np.int64)

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from fixtures import slopes
 from matter.errors import InputError
-from sph import state
-from sph.cloud import Cloud
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.bodies.cloud import Cloud
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.stepping import state
 from sph.strength import inertial_friction
 from sph.strength.inertial_friction import factor, inertial_number
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from matter.errors import InputError
-from sph import state
-from sph.cloud import Cloud
-from sph.integrator import Integrator, Surroundings
-from sph.material_settings import Choice
-from sph.materials import collect
-from sph.numerics import Numerics
+from sph.bodies.cloud import Cloud
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.stepping import state
+from sph.stepping.integrator import Integrator, Surroundings
+from sph.stepping.numerics import Numerics
 from sph.strength import dispatch, johnson_cook
 
 KIND = dispatch.FAMILY.kind("johnson_cook")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from matter import neighbours
-from sph import artificial_stress, rates, scheme
+from matter.geometry import neighbours
 from sph.kernels.dispatch import FAMILY
-from sph.row import RHO_INVERSE, SUPPORT, VOLUME, WIDTH, XX, YY, ZZ
+from sph.pairs import artificial_stress, rates, scheme
+from sph.pairs.row import RHO_INVERSE, SUPPORT, VOLUME, WIDTH, XX, YY, ZZ
 from tests.sph.test_rates import SHEAR, _Cloud
 
 KERNELS = FAMILY.laws

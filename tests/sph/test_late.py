@@ -8,13 +8,14 @@ import pytest
 from pydantic import ValidationError
 
 from fixtures import columns
-from matter import snapshot
-from matter.body import Impact, Layer, Projectile, Target
-from sph import late, prediction, stage
-from sph.cloud import Cloud
-from sph.material_settings import Choice
-from sph.materials import collect
-from sph.target import Body
+from matter.case.body import Impact, Layer, Projectile, Target
+from matter.files import snapshot
+from sph import prediction, stage
+from sph.bodies.cloud import Cloud
+from sph.bodies.target import Body
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.stepping import late
 from tests.sph.stops import stopped
 
 WEAK = Choice(

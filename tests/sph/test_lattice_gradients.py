@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fixtures import solutions
-from sph import lattice_gradients
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.pairs import lattice_gradients
 from sph.stage import Settings
 
 ROCK = {"basalt": Choice(**solutions.TOUGH)}

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fixtures import columns, shock_tube
-from sph import length_terms, rates, scheme, start_volumes
 from sph.kernels.dispatch import FAMILY as KERNELS
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.pairs import length_terms, rates, scheme, start_volumes
 from tests.sph.test_rates import _Cloud
 from tests.sph.test_smoothing import stopped_and_whole
 from tests.sph.test_stage import settings

@@ -5,14 +5,14 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from sph.cloud import Cloud
-from sph.damage import seeding
-from sph.integrator import Integrator
-from sph.material_settings import Choice
-from sph.materials import collect
-from sph.numerics import SETS, Numerics
-from sph.surroundings import Surroundings
-from sph.target import Body
+from sph.bodies import seeding
+from sph.bodies.cloud import Cloud
+from sph.bodies.target import Body
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.stepping.integrator import Integrator
+from sph.stepping.numerics import SETS, Numerics
+from sph.stepping.surroundings import Surroundings
 
 POROUS = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": 1.1})}
 

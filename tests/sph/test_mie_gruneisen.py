@@ -8,7 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from sph.eos import hugoniot, mie_gruneisen, tillotson
+from sph.eos import mie_gruneisen, tillotson
+from sph.shock_states import hugoniot
 
 P = mie_gruneisen.EXAMPLE
 

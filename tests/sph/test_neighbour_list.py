@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from sph.cloud import Cloud, Neighbourhood
-from sph.target import Body
+from sph.bodies.cloud import Cloud, Neighbourhood
+from sph.bodies.target import Body
 
 DT = 1.0
 

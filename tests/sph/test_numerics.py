@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from matter.body import Impact, Target
-from pipeline import keys
+from matter.case.body import Impact, Target
+from pipeline.case import keys
 from sph import prediction
-from sph.numerics import SETS, Numerics
 from sph.settings import Settings
+from sph.stepping.numerics import SETS, Numerics
 
 MONAGHAN = {
     "viscosity": "monaghan", "alpha": 2.0, "beta": 10.0, "courant": 0.3, "kernel": "cubic_spline", "support": 2.0,

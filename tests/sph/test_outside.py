@@ -6,8 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from sph import history, stage
+from sph import stage
 from sph.boundary import outside
+from sph.stepping import history
 from tests.sph.test_ground import IMPACT, flat, settings
 
 OBLIQUE = {"impact": IMPACT.model_copy(update={"angle_from_vertical": 0.7}), "numerics": "reconstructed"}

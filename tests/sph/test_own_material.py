@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import pytest
 
-from matter import material
+from matter.case import material
 from matter.errors import InputError
-from sph.materials import collect
+from sph.materials.rows import collect
 
 FILE = (material.FOLDER / "granite.toml").read_text()
 

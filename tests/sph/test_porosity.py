@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sph.eos import dispatch as eos
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
 from sph.porosity import (
     compaction_damage,
     crush,

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from matter import snapshot
-from matter.body import Impact, Layer, Projectile, Target
-from sph import stage, target
-from sph.material_settings import Choice
-from sph.materials import collect
+from matter.case.body import Impact, Layer, Projectile, Target
+from matter.files import snapshot
+from sph import stage
+from sph.bodies import target
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
 from sph.porosity import p_alpha
 from tests.sph.stops import stopped
 

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from matter.body import Impact, Layer, Part, Projectile, Target
-from sph import ground_strength, materials, prediction, projectile
+from matter.case.body import Impact, Layer, Part, Projectile, Target
+from sph import prediction
+from sph.bodies import projectile
+from sph.materials import rows as materials
+from sph.planning import ground_strength
 from sph.settings import Settings
 
 FLAT = Target(layers=(Layer(name="soil", material="basalt", thickness=40.0),), shape="half_sphere")

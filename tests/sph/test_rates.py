@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from matter import neighbours
-from sph import rates, scheme, start_volumes, state
-from sph import row as columns
-from sph.cloud import Cloud
+from matter.geometry import neighbours
+from sph.bodies.cloud import Cloud
 from sph.kernels import cubic_spline
 from sph.kernels.dispatch import FAMILY as KERNELS
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.pairs import rates, scheme, start_volumes
+from sph.pairs import row as columns
+from sph.stepping import state
 
 SHEAR = np.array([2.8e9])
 

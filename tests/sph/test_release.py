@@ -6,11 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from matter.case.material import TABLES
 from matter.formats import sesame
-from matter.material import TABLES
-from sph import materials, release_phases
-from sph.eos import release, table
-from sph.material_settings import Choice
+from sph.eos import table
+from sph.materials import rows
+from sph.materials.settings import Choice
+from sph.shock_states import release, release_phases
 
 SHIPPED = {
     "quartz": table.EXAMPLE,
@@ -120,10 +121,8 @@ def test_snapshots_carry_it_for_tables_and_melting_temperatures_alone():
         eos="table", table={"file": SHIPPED["dunite"].file, "rho0": "3320 kg/m^3"},
         thermal={"melt_temperature": "1900 K"},
     )  # fmt: skip
-    facts = release_phases.of(materials.collect(("basalt", "ice"), {"basalt": chosen}))
+    facts = release_phases.of(rows.collect(("basalt", "ice"), {"basalt": chosen}))
     assert set(facts) == {"basalt"} and facts["basalt"]["table"] == "dunite.txt.xz"
     assert facts["basalt"]["melting_temperature_K"] == 1900.0
-    assert release_phases.of(materials.collect(("basalt", "ice"))) == {}
-    assert release_phases.of(materials.collect(("aluminum_6061",)))["aluminum_6061"] == {
-        "melting_temperature_K": 925.0
-    }
+    assert release_phases.of(rows.collect(("basalt", "ice"))) == {}
+    assert release_phases.of(rows.collect(("aluminum_6061",)))["aluminum_6061"] == {"melting_temperature_K": 925.0}

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from fixtures import columns
-from matter import snapshot
+from matter.files import snapshot
 from sph import stage
+from sph.bodies.cloud import Cloud
+from sph.bodies.target import Body
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
-from sph.cloud import Cloud
-from sph.integrator import Integrator
-from sph.material_settings import Choice
-from sph.materials import collect
-from sph.runge_kutta import RungeKutta
-from sph.target import Body
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.stepping.integrator import Integrator
+from sph.stepping.runge_kutta import RungeKutta
 from tests.sph.stops import stopped
 from tests.sph.test_stage import settings
 

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from fixtures import isentropes
+from matter.case.material import TABLES
 from matter.formats import sesame
-from matter.material import TABLES
-from sph.eos import dispatch, hugoniot, table, table_slopes
+from sph.eos import dispatch, table, table_slopes
+from sph.shock_states import hugoniot
 
 KIND = dispatch.FAMILY.kind("table")
 DATA = Path(__file__).parents[1] / "data"

@@ -6,10 +6,9 @@ import pytest
 
 from fixtures import columns, shock_tube
 from fixtures.shocks import BASALT, LAYERS, POROUS, SPEEDS, porous, published
-from sph.eos import hugoniot
-from sph.material_settings import Choice
-from sph.materials import collect
-from sph.porosity import compaction_wave
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.shock_states import compaction_wave, hugoniot
 
 
 @pytest.mark.validation

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fixtures import columns, riemann, shock_tube, tables
-from sph.eos import hugoniot
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.shock_states import hugoniot
 
 LAYERS = 60
 

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from fixtures import columns
-from matter import checkpoint, snapshot
-from matter.body import Impact, Layer, Projectile, Target
-from sph import smoothing, stage
-from sph.cloud import Cloud
-from sph.materials import collect
-from sph.target import Body
+from matter.case.body import Impact, Layer, Projectile, Target
+from matter.files import checkpoint, snapshot
+from sph import stage
+from sph.bodies.cloud import Cloud
+from sph.bodies.target import Body
+from sph.materials.rows import collect
+from sph.pairs import smoothing
 from tests.sph.stops import stopped
 from tests.sph.test_stage import settings
 

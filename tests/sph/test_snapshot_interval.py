@@ -6,8 +6,8 @@ import csv
 import numpy as np
 import pytest
 
-from matter import snapshot
-from matter.body import Impact, Layer, Projectile, Target
+from matter.case.body import Impact, Layer, Projectile, Target
+from matter.files import snapshot
 from sph import stage
 
 ROCK = Target(layers=(Layer(name="rock", material="basalt", thickness=6e3),), shape="block", width=12e3)

@@ -8,15 +8,16 @@ import pytest
 import trimesh
 
 from fixtures import solids
-from matter import snapshot
-from matter.body import Target
+from matter.case.body import Target
 from matter.errors import InputError
-from matter.solids import region
-from pipeline import case as cases
-from pipeline import cli, compose
-from sph import solid_target
-from sph.materials import collect
-from sph.target import Zones
+from matter.files import snapshot
+from matter.points import region
+from pipeline import cli
+from pipeline.case import read as cases
+from pipeline.settings import compose
+from sph.bodies import solid_target
+from sph.bodies.target import Zones
+from sph.materials.rows import collect
 
 CASE = """
 [case]

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from matter import snapshot
-from matter.body import Target
+from matter.case.body import Target
 from matter.constants import G
+from matter.files import snapshot
 from pipeline import cli
-from sph import solid_target
-from sph.materials import collect
-from sph.target import Zones
+from sph.bodies import solid_target
+from sph.bodies.target import Zones
+from sph.materials.rows import collect
 
 RHO = 2700.0
 UNIFORM = Zones(5.0, 1.0, 5.0, 1.0, 5.0, 0.3)

@@ -7,10 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from matter import checkpoint, snapshot, tree
-from matter.body import Impact, Layer, Projectile, Target
+from matter.case.body import Impact, Layer, Projectile, Target
 from matter.errors import InputError, UnphysicalState
-from sph import history, stage, watch
+from matter.files import checkpoint, snapshot
+from matter.geometry import tree
+from sph import stage
+from sph.stepping import history, watch
 from tests.sph.stops import stopped
 
 TARGET = Target(

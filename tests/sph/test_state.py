@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from matter import material
+from matter.case import material
 from matter.errors import InputError
-from sph import state
-from sph.cloud import Cloud
+from sph.bodies.cloud import Cloud
 from sph.damage import growth, growth_linear
-from sph.material_settings import Choice
-from sph.materials import collect
-from sph.row import SOUND
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.pairs.row import SOUND
+from sph.stepping import state
 
 
 def cloud(n=1, **fields):

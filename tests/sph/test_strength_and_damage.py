@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from matter import progress
-from sph.cloud import Cloud
-from sph.damage import grady_kipp, seeding
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.bodies import seeding
+from sph.bodies.cloud import Cloud
+from sph.bodies.target import Body
+from sph.damage import grady_kipp
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
 from sph.strength import von_mises
-from sph.target import Body
 
 
 def test_return_ends_on_the_yield_surface_and_is_idempotent():

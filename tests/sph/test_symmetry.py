@@ -5,12 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from matter.body import Impact, Layer, Projectile, Target
-from matter.cut_region import Cut
-from matter.regions import Block
-from sph import simulation, symmetry
+from matter.case.body import Impact, Layer, Projectile, Target
+from matter.points.cut_region import Cut
+from matter.points.regions import Block
+from sph import simulation
+from sph.bodies import symmetry
+from sph.bodies.target import Body
 from sph.settings import Settings
-from sph.target import Body
 
 ELLIPSOID = Target(
     shape="ellipsoid",
@@ -182,7 +183,7 @@ def test_what_is_written_is_the_whole(tmp_path, monkeypatch):
 
 
 def test_points_meet_a_mirror_as_a_layer():
-    from matter import packing
+    from matter.points import packing
 
     region = Cut(Block(1.0, -1.0, 0.0), (0, 1))
     points, volume = packing.graded(lambda x: np.full(len(x), 0.1), region, np.random.default_rng(2))

@@ -12,9 +12,10 @@ from scipy import ndimage
 from fixtures import isentropes, shock_tube, tables
 from matter.errors import InputError
 from matter.formats import sesame
-from sph.eos import dispatch, hugoniot, table, table_slopes
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.eos import dispatch, table, table_slopes
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.shock_states import hugoniot
 
 KIND = dispatch.FAMILY.kind("table")
 

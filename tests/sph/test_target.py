@@ -7,8 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from matter.body import Impact, Layer, Projectile, Target
-from sph import materials, prediction, projectile, resolution, target
+from matter.case.body import Impact, Layer, Projectile, Target
+from sph import prediction
+from sph.bodies import projectile, target
+from sph.materials import rows as materials
+from sph.planning import resolution
 from sph.settings import Settings
 
 CALLISTO = Target(

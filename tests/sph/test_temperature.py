@@ -9,11 +9,12 @@ import pytest
 
 from fixtures import tables
 from matter.errors import InputError
-from sph import state, temperature
-from sph.cloud import Cloud
+from sph.bodies.cloud import Cloud
 from sph.eos import dispatch, murnaghan, table, tillotson
-from sph.material_settings import Choice
-from sph.materials import collect
+from sph.materials import temperature
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.stepping import state
 
 WARM = {"heat_capacity": "900 J/(kg K)", "temperature": "300 K"}
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sph.eos import tillotson
-from sph.material_settings import parameters
+from sph.materials.settings import parameters
 
 GOLDEN = [
     row

@@ -6,13 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fixtures import columns, shocks, solutions
-from sph import rates, scheme, start_volumes, viscosity_reconstructed
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
 from sph.boundary.wall import Wall
-from sph.material_settings import Choice
-from sph.materials import collect
-from sph.row import SLOPE
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.pairs import rates, scheme, start_volumes
+from sph.pairs.row import SLOPE
+from sph.viscosity import reconstructed
 from tests.sph.test_rates import _Cloud
 from tests.sph.test_smoothing import stopped_and_whole
 
@@ -22,8 +23,8 @@ NUMBERS = st.floats(-1e4, 1e4)
 @settings(max_examples=200, deadline=None)
 @given(vx=NUMBERS, e_i=NUMBERS, e_j=NUMBERS, q=st.floats(0.01, 0.99))
 def test_a_pair_never_meets_harder_than_it_does_and_the_jump_is_symmetric(vx, e_i, e_j, q):
-    s = viscosity_reconstructed.jump(vx, e_i, e_j, q, q * q, 1.0, 3000.0, 0.385)
-    assert s >= vx and s == viscosity_reconstructed.jump(vx, e_j, e_i, q, q * q, 1.0, 3000.0, 0.385)
+    s = reconstructed.jump(vx, e_i, e_j, q, q * q, 1.0, 3000.0, 0.385)
+    assert s >= vx and s == reconstructed.jump(vx, e_j, e_i, q, q * q, 1.0, 3000.0, 0.385)
     if e_i * e_j <= 0.0:
         assert s == vx
 
@@ -31,12 +32,10 @@ def test_a_pair_never_meets_harder_than_it_does_and_the_jump_is_symmetric(vx, e_
 def test_slopes_take_a_linear_flow_off_except_near_by_and_near_the_speed_of_sound():
     """v.x = e_i = e_j: nothing is left at a spacing; nearly all at a fifth of the support, or where the pair meets at
     half the speed of sound."""
-    assert viscosity_reconstructed.jump(-2.0, -2.0, -2.0, 0.5, 0.25, 1.0, 1e5, 0.385) == pytest.approx(0.0, abs=1e-6)
-    assert viscosity_reconstructed.jump(-2.0, -2.0, -2.0, 0.19, 0.0361, 1.0, 1e5, 0.385) == pytest.approx(
-        -2.0, rel=0.01
-    )
+    assert reconstructed.jump(-2.0, -2.0, -2.0, 0.5, 0.25, 1.0, 1e5, 0.385) == pytest.approx(0.0, abs=1e-6)
+    assert reconstructed.jump(-2.0, -2.0, -2.0, 0.19, 0.0361, 1.0, 1e5, 0.385) == pytest.approx(-2.0, rel=0.01)
     meeting = -0.5 * 1000.0 * (0.25 + 0.01 * 0.25) / 0.5
-    assert viscosity_reconstructed.jump(meeting, meeting, meeting, 0.5, 0.25, 1.0, 1000.0, 0.385) == pytest.approx(
+    assert reconstructed.jump(meeting, meeting, meeting, 0.5, 0.25, 1.0, 1000.0, 0.385) == pytest.approx(
         meeting * (1.0 - 1.0 / (1.0 + (0.5 / 0.3) ** 2))
     )
 

@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 
 from fixtures import columns, shocks, solutions
-from sph import rates, scheme, viscosity_balsara, viscosity_morris_monaghan, viscosity_switch
-from sph.materials import collect
-from sph.row import SHARE
+from sph.materials.rows import collect
+from sph.pairs import rates, scheme
+from sph.pairs.row import SHARE
+from sph.viscosity import balsara, morris_monaghan, switch
 from tests.sph.test_rates import _Cloud
 from tests.sph.test_smoothing import stopped_and_whole
 
 
 def test_balsara_tells_compression_from_shear():
-    law = viscosity_balsara.share
+    law = balsara.share
     assert law(0.3, 1.0, -5.0, 0.0, 1000.0, 100.0) == pytest.approx(1.0, rel=1e-3)
     assert law(0.3, 1.0, -5.0, 5.0, 0.0, 100.0) == pytest.approx(0.5)
     assert law(0.3, 1.0, 0.0, 5.0, 1000.0, 100.0) == 0.0
@@ -24,7 +25,7 @@ def test_balsara_tells_compression_from_shear():
 
 def test_morris_monaghan_follows_its_equation():
     """Against the exact solution for constant div v, and within its bounds for any step."""
-    law, least = viscosity_morris_monaghan.share, viscosity_morris_monaghan.LEAST
+    law, least = morris_monaghan.share, morris_monaghan.LEAST
     c, h, dt = 1000.0, 100.0, 1e-3
     for divergence in (-2.0, 0.0, 3.0):
         source, fading = max(-divergence, 0.0), 0.4 * c / h
@@ -67,7 +68,7 @@ def test_curl_is_that_of_the_flow():
 
 
 @pytest.mark.validation
-@pytest.mark.parametrize("law", list(viscosity_switch.LAWS))
+@pytest.mark.parametrize("law", list(switch.LAWS))
 def test_a_piston_still_drives_the_right_shock(law):
     """Basalt at 1 km/s, 40 layers, against the table of Rankine and Hugoniot: 2 % of P, 1 % of the density."""
     row = shocks.published("basalt", 1000.0)
@@ -77,7 +78,7 @@ def test_a_piston_still_drives_the_right_shock(law):
 
 
 @pytest.mark.validation
-@pytest.mark.parametrize("law", list(viscosity_switch.LAWS))
+@pytest.mark.parametrize("law", list(switch.LAWS))
 def test_a_stage_with_switch_and_corrected_gradients_resumes_to_the_last_bit(law, tmp_path, monkeypatch):
     whole, parts = stopped_and_whole(tmp_path, monkeypatch, viscosity_switch=law, gradients="corrected")
     for name in whole:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from matter.errors import UnphysicalState
-from sph import watch
+from sph.stepping import watch
 
 
 def rows(*totals: float) -> list[dict[str, float | str]]:

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from fixtures import columns
-from sph.cloud import Cloud
-from sph.integrator import Integrator
-from sph.material_settings import Choice
-from sph.materials import collect
-from sph.runge_kutta import RungeKutta
-from sph.target import Body
+from sph.bodies.cloud import Cloud
+from sph.bodies.target import Body
+from sph.materials.rows import collect
+from sph.materials.settings import Choice
+from sph.stepping.integrator import Integrator
+from sph.stepping.runge_kutta import RungeKutta
 
 Y, G, RATE = 1e6, 22.7e9, 10.0
 

@@ -9,8 +9,8 @@ import pytest
 from scipy import stats
 
 from crater.bodies import classes
-from matter import archive
 from matter.errors import InputError
+from matter.files import archive
 from studies import hera_forecast as forecast
 from studies import hera_forecast_files as files
 

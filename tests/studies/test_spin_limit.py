@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from dem.contact_settings import Contact, GrainLaw
+from dem.contact.settings import Contact, GrainLaw
 from studies import spin_limit
 
 

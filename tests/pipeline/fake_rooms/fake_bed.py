@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from matter import snapshot
-from matter.body import Model
+from matter.case.body import Model
+from matter.case.quantity import PositiveLength
+from matter.files import snapshot
 from matter.particles import Particles
-from matter.quantity import PositiveLength
 
 
 class Law(Model):

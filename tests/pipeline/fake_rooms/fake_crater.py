@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from matter.body import Model
+from matter.case.body import Model
 
 
 class Settings(Model):

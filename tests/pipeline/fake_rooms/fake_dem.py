@@ -7,8 +7,8 @@ from typing import Annotated
 
 from fake_bed import Contact, write_grains
 
-from matter.body import Model
-from matter.deciding import View
+from matter.case.body import Model
+from matter.case.deciding import View
 from matter.errors import UnphysicalState
 
 

@@ -10,10 +10,10 @@ from fake_bed import write_grains
 from pydantic import Field
 
 from handoff.ledger import Ledger
-from matter.body import Model
-from matter.deciding import View
+from matter.case.body import Model
+from matter.case.deciding import View
+from matter.case.quantity import PositiveSpeed, PositiveTime
 from matter.errors import InputError, Unsound
-from matter.quantity import PositiveSpeed, PositiveTime
 
 
 class Settings(Model):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from matter.body import Impact, Model
+from matter.case.body import Impact, Model
 
 
 class Settings(Model):

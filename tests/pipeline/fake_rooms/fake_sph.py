@@ -10,11 +10,11 @@ from typing import Literal
 
 import numpy as np
 
-from matter import checkpoint, snapshot
-from matter.body import Impact, Model, Target
+from matter.case.body import Impact, Model, Target
+from matter.case.quantity import PositiveLength
+from matter.files import checkpoint, snapshot
 from matter.particles import Particles
 from matter.progress import Progress, stop_here
-from matter.quantity import PositiveLength
 
 
 class Settings(Model):

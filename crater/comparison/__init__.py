@@ -1,0 +1,1 @@
+"""Craters beside each other and beside what was observed or published."""

@@ -1,0 +1,49 @@
+"""A scene inside a page that the reader turns: its numbers as a few arrays of bytes, drawn by ``turning_view.js`` and
+a script of its own in the reader's browser.
+
+No server, no network, no library. Without WebGL nothing of it shows, and the page's pictures stand alone.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from matter.wording import page
+
+COLOURS = 254
+"""Colours of a map; bytes from here on stand for what has none."""
+
+
+def html(name: str, controls: str, label: str, words: str, facts: Mapping[str, Any], module: Path) -> str:
+    """The scene ``name`` with its data: hidden until its own script, which lies beside ``module``, finds WebGL.
+
+    ``controls``: HTML of what the reader chooses, each with the id ``name``-...; ``label`` for readers who see
+    nothing; ``words`` below the picture; ``facts``: what the script reads, with ``colours`` and the ``unit`` of its
+    legend.
+    """
+    script = Path(__file__).with_suffix(".js").read_text() + module.with_suffix(".js").read_text()
+    text = json.dumps(facts, separators=(",", ":"))
+    return (
+        f"<figure class=live id={name} hidden><div class=live-bar>{controls}<span id={name}-key></span></div>"
+        f"<canvas id={name}-canvas aria-label='{page.escape(label)}'></canvas>"
+        f"<figcaption>{page.escape(words)}</figcaption></figure>\n"
+        f"<script type='application/json' id={name}-data>{text}</script>\n<script>\n{script}</script>"
+    )
+
+
+def text(array: np.ndarray) -> str:
+    """The bytes of an array as text."""
+    return base64.b64encode(array.tobytes()).decode()
+
+
+def colours(name: str) -> str:
+    """Three bytes for each of the colours of a matplotlib map."""
+    from matplotlib import colormaps
+
+    return text((colormaps[name](np.linspace(0.0, 1.0, COLOURS))[:, :3] * 255).round().astype(np.uint8))

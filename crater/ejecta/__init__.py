@@ -1,0 +1,1 @@
+"""Launch, flight and fall of the ejecta, and the blanket that they leave."""

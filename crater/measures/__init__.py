@@ -1,0 +1,1 @@
+"""Diameter, depth, rim, volume and their errors from a surface."""

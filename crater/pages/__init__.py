@@ -1,0 +1,1 @@
+"""The pages and interactive views of a run."""

@@ -1,0 +1,81 @@
+"""What became of the ejecta in the field of their body and its companions, on the crater's page: a section that
+``fly_ejecta`` fills after the run, from the masses that it found (``ejecta_fates.json``)."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from matter.errors import InputError
+from matter.files import archive
+from matter.wording import page, readable
+
+OPENS, CLOSES = "<section id=flown>", "</section>"
+PLACE = OPENS + CLOSES
+"""Stands on the page where the section will be."""
+
+
+def section(found: Mapping[str, Any]) -> str:
+    """The section as HTML: masses of target and projectile by fate; when, how far and how fast, of what hits."""
+    flown = found["flown"]
+    rows = []
+    for name, mass in found["target_kg"].items():
+        ends, both = found["ends"].get(name, {}), (mass, found["projectile_kg"][name])
+        rows.append(
+            [
+                page.escape(name),
+                *(readable.amount(value, "kg", 3) if value else "none" for value in both),
+                _span(ends.get("time_s"), _long),
+                _span(ends.get("distance_m"), readable.length),
+                _span(ends.get("speed_m_s"), lambda value: readable.amount(value, "m/s", 3)),
+            ]
+        )
+    way = ", ".join(
+        f"{word} {math.degrees(flown[key]):.4g} deg"
+        for word, key in (("latitude", "latitude_rad"), ("longitude", "longitude_rad"), ("azimuth", "azimuth_rad"))
+    )
+    closure = max(found["closure"], 1e-16)
+    return (
+        "<h2>Where the ejecta end among other bodies</h2>"
+        + page.table(["", "target", "projectile", "after the first contact", "from the impact point", "speed"], rows)
+        + f"<p class=note>{found['particles']} launches from {page.escape(flown['body'])}, "
+        f"followed for {_long(flown['duration_s'])} ({page.escape(way)}, seed {flown['seed']}): "
+        f"half of the mass, in brackets a tenth to nine tenths; the distance along the ground of a body that does not "
+        f"turn, the speed relative to the body that is hit. The masses add up to the catalogue's within {closure:.0e} "
+        "of it. By the command fly_ejecta, after the run.</p>"
+    )
+
+
+def _long(seconds: float) -> str:
+    """A time of flight in words: minutes, hours, days."""
+    for unit, length in (("days", 86400.0), ("h", 3600.0)):
+        if seconds >= 2.0 * length:
+            return f"{seconds / length:.3g} {unit}"
+    return readable.clock(seconds)
+
+
+def _span(tenths: Sequence[float] | None, words: Callable[[float], str]) -> str:
+    """Half, in brackets a tenth and nine tenths."""
+    if not tenths:
+        return ""
+    low, half, high = (page.escape(words(value)) for value in tenths)
+    return f"{half} ({low} to {high})"
+
+
+def show(report: Path, found: Mapping[str, Any]) -> None:
+    """Put the section on the page ``report``, in place of an earlier one; on a page without a place for it at its end.
+
+    Raises ``InputError`` where there is no page.
+    """
+    if not report.is_file():
+        raise InputError(f"{report} is missing: the fates are not on the page of the run")
+    text, whole = report.read_text(encoding="utf-8"), OPENS + section(found) + CLOSES
+    old = re.compile(re.escape(OPENS) + ".*?" + re.escape(CLOSES), re.DOTALL)
+    if old.search(text):
+        text = old.sub(lambda _: whole, text, count=1)
+    else:
+        text = text.replace("</body>", f"{whole}\n</body>", 1)
+    archive.write_text(report, text)

@@ -1,0 +1,318 @@
+"""What became of the matter, on a crater's page: what melted and boiled, where what was thrown out came from, and
+where it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from crater.pages import flown
+from crater.results.findings import Findings
+from crater.scaling import melt
+from crater.shock import phases, release, settled_matter
+from matter.wording import page, readable
+
+
+def all_parts(findings: Findings, out: Path) -> list[str]:
+    """Every section that the findings give material for; ``out`` holds the pictures."""
+    if findings.shock is None:
+        return []
+    ejected, projectile = findings.ejected, findings.setting.event.mass
+    return [
+        molten(findings.shock.molten),
+        heated(findings.shock.heat),
+        published(findings.shock.melt),
+        decay(findings.shock.decay, findings.soundness.get("planar_limit_Pa")),
+        excavated(ejected.excavation, projectile, out),
+        fates(ejected.fates),
+        flown.PLACE if ejected.fates else "",
+        settled(findings.settled_matter, out),
+    ]
+
+
+def molten(facts: Mapping[str, Any]) -> str:
+    """Mass above each critical pressure, in projectile masses, one row for each material of each body; empty where no
+    material of the run gives any."""
+    parts = facts.get("parts", [])
+    if not parts:
+        return ""
+    keys = [key for key in phases.WORDS if any(key in part["pressures_Pa"] for part in parts)]
+    rows = [
+        [f"{page.escape(part['material'])} of the {part['body']}", *(_cell(part, key) for key in keys)]
+        for part in parts
+    ]
+    notes = [f"{part['material']}: {part['source']}" for part in parts]
+    unknown = facts.get("not_known_of", [])
+    return (
+        "<h2>Melt and vapour</h2>"
+        + page.table(["in masses of the projectile", *(phases.WORDS[key] for key in keys)], rows)
+        + "<p class=note>By the largest pressure that each particle felt in the shock stage; errors are those of "
+        "counting particles. Coarse runs lose peak pressure, and melt with it; pores would melt more. "
+        + " ".join(f"{page.escape(note)}." for note in dict.fromkeys(notes))
+        + (f" No critical pressures are known of {page.escape(', '.join(unknown))}." if unknown else "")
+        + "</p>"
+    )
+
+
+def heated(facts: Sequence[Mapping[str, Any]]) -> str:
+    """Mass that melts and boils by entropy and by temperature, in projectile masses; empty where nothing is known."""
+    if not facts:
+        return ""
+    keys = [key for key in release.WORDS if any(key in part["over_projectile_mass"] for part in facts)]
+    rows = [
+        [
+            f"{page.escape(part['material'])} of the {part['body']}",
+            *(
+                readable.measured(part["over_projectile_mass"][key], part["counting_error"][key], "")
+                if key in part["over_projectile_mass"]
+                else "not known"
+                for key in keys
+            ),
+        ]
+        for part in facts
+    ]
+    notes = [_critical(part["material"], part["critical"]) for part in facts]
+    return (
+        "<h2>Melt and vapour by heat</h2>"
+        + page.table(["in masses of the projectile", *(release.WORDS[key] for key in keys)], rows)
+        + "<p class=note>By the entropy at the end of the shock stage, which matter keeps as it comes down to 1 bar, "
+        "and by the temperature that it has then, without latent heat; beside it by peak pressure, with the shock "
+        "pressures of the same table. A shock smeared over the length in which it weakens loses peak pressure and "
+        "gains heat: where they differ, the first is too much and the second too little. Errors are those of counting "
+        "particles. " + " ".join(page.escape(note) for note in dict.fromkeys(notes)) + "</p>"
+    )
+
+
+def published(facts: Mapping[str, Any]) -> str:
+    """What published laws say that the impact melts; empty where no energy of the target's material is known."""
+    if not facts:
+        return ""
+    rows = [(melt.WORDS[key], readable.number(value, 3)) for key, value in facts["over_projectile_mass"].items()]
+    energy = readable.amount(facts["energy_J_kg"] * 1e-6, "MJ/kg", 3)
+    return (
+        "<h2>Melt by published laws</h2>"
+        + page.table(["in masses of the projectile", "molten"], [[page.escape(cell) for cell in row] for row in rows])
+        + f"<p class=note>Of dense, cold {page.escape(facts['material'])}, molten behind a shock of {energy} "
+        f"({page.escape(facts['source'])}); in rock from some 12 km/s on, within a factor of two. What this run "
+        "melted stands above, where its material knows it.</p>"
+    )
+
+
+def _critical(name: str, facts: Mapping[str, Any]) -> str:
+    """What the masses of a material go by, in words."""
+    said = []
+    for key, word in (("melting", "melts"), ("boiling", "boils")):
+        if f"{key}_temperature_K" in facts:
+            entropy = f"{key}_begins"
+            at = f" ({facts[entropy]:.4g} J/(kg K))" if entropy in facts else ""
+            said.append(f"{word} at {facts[f'{key}_temperature_K']:.4g} K{at}")
+    if "vapour" in facts:
+        said.append(f"is vapour at {facts['vapour']:.4g} J/(kg K)")
+    shocks = ", ".join(
+        f"{readable.amount(facts[key] * 1e-9, 'GPa', 3)} ({word})"
+        for key, word in (
+            ("shock_melting_begins_Pa", "melting point"), ("shock_boiling_begins_Pa", "boils"),
+            ("shock_vapour_Pa", "vapour"),
+        )
+        if key in facts
+    )  # fmt: skip
+    source = f", by {facts['table']}" if "table" in facts else ""
+    return f"{name} {', '.join(said)}{source}" + (f"; its Hugoniot reaches them at {shocks}." if shocks else ".")
+
+
+def decay(facts: Mapping[str, Any], limit: float | None = None) -> str:
+    """Isobaric core, beside the planar ``limit`` [Pa], and the power of the decay; empty where nothing is known."""
+    if not facts:
+        return ""
+    core, radius, power = (facts[key] for key in ("core_pressure_Pa", "core_radius_m", "exponent"))
+    over = readable.number(facts["core_radius_over_projectile"], 3)
+    share = f", {core['value'] / limit:.2g} of the planar limit" if limit else ""
+    rows = [
+        (
+            "pressure of the isobaric core",
+            readable.measured(core["value"] * 1e-9, core["sigma"] * 1e-9, "GPa") + share,
+        ),
+        ("its radius", f"{readable.measured(radius['value'], radius['sigma'], 'm')}, {over} projectile radii"),
+        ("power of the decay beyond it, P ~ r^-n", readable.measured(power["value"], power["sigma"])),
+    ]
+    return (
+        "<h2>How the shock weakened</h2>"
+        + page.table([], [[page.escape(word), page.escape(value)] for word, value in rows], words=(1,))
+        + f"<p class=note>Medians of the largest pressure in shells about the point of contact, out to "
+        f"{readable.length(facts['to_m'])}, within 50° of the vertical and in the layer that was hit. A projectile of "
+        "few particles smears the core out.</p>"
+    )
+
+
+def _cell(part: Mapping[str, Any], key: str) -> str:
+    if key not in part["pressures_Pa"]:
+        return "not known"
+    value, error = part["over_projectile_mass"][key], part["counting_error"][key]
+    above = f"above {readable.amount(part['pressures_Pa'][key] * 1e-9, 'GPa', 3)}"
+    return f"{readable.measured(value, error, '')} ({above})" if value > 0.0 else f"none ({above})"
+
+
+def excavated(facts: Mapping[str, Any], projectile_mass: float, out: Path) -> str:
+    """Depth and radius of excavation, shock of what was thrown out, the order of the layers at the rim, and the
+    picture of first depths by landing distance; empty where nothing is known."""
+    if not facts:
+        return ""
+    share, over = f"{facts['share']:.0%}", facts["mass_kg"] / projectile_mass
+    rows = [
+        (
+            "mass thrown out of the crater",
+            f"{readable.amount(facts['mass_kg'], 'kg', 3)} ({over:.3g} of the projectile)",
+        ),
+        (
+            f"depth of excavation ({share} of that mass came from above it)",
+            f"{readable.length(facts['depth_m'])}, {facts['depth_over_transient_diameter']:.2f} of the transient "
+            f"apparent diameter (half of it from above {readable.length(facts['depth_half_m'])})",
+        ),
+        (f"radius of excavation ({share} came from within it)", readable.length(facts["radius_m"])),
+    ]
+    if peak := facts.get("peak_pressure_Pa"):
+        half, most, largest = (readable.amount(peak[key] * 1e-9, "GPa", 3) for key in ("half", "share", "largest"))
+        rows.append(("largest pressure that it felt", f"half below {half}, {share} below {most}, at most {largest}"))
+    rows.append(("layers at the rim, above the old ground", _order(facts["rim"])))
+    rows.append(("thrown beyond the crater later, by its collapse", readable.amount(facts["later_kg"], "kg", 3)))
+    unfinished = (
+        " <b class=waived>Caution:</b> the crater still grew when the shock stage ended: this is what had risen from "
+        "the ground by then, not all that will."
+        if facts.get("growing")
+        else ""
+    )
+    return (
+        "<h2>Where the ejecta came from</h2>"
+        + page.table([], [[page.escape(word), page.escape(value)] for word, value in rows], words=(1,))
+        + f"<p class=note>Target matter of the shock stage that left the ground before "
+        f"{readable.clock(facts['until_s'])} (largest volume) and in free flight lands beyond the transient crater or "
+        f"escapes: {facts['particles']} particles.{unfinished}</p>"
+        + page.picture(
+            out / "excavation.png",
+            "First depths of what lands at each distance, in apparent radii R of the transient crater.",
+            narrow=True,
+        )
+    )
+
+
+def _order(rim: Mapping[str, Any], what: str = "particles") -> str:
+    count = f"{rim['particles']} {what}"
+    if "correlation" not in rim:
+        return f"undecided ({rim['reason']}: {count})"
+    value = f"{rim['correlation']:+.2f} ± {rim['sigma']:.2f}"
+    return f"{rim['order']} (rank correlation of height before and after {value}, {count})"
+
+
+def fates(facts: Mapping[str, Any]) -> str:
+    """Mass of target and projectile by fate; empty where nothing is known."""
+    if not facts:
+        return ""
+    names = list(facts["target_kg"])
+    rows = [
+        [page.escape(name), *(readable.amount(facts[body][name], "kg", 3) for body in ("target_kg", "projectile_kg"))]
+        for name in names
+    ]
+    down = facts["landed"]
+    words = (
+        f" Of {down['particles']} that should be down by the end of the shock stage, half are then more than "
+        f"{down['distance_over_free_flight']:.2f} times as far from the axis as free flight says: matter is pushed on "
+        "in flight, or slides."
+        if down["distance_over_free_flight"] is not None
+        else ""
+    )
+    return (
+        "<h2>Where the ejecta end</h2>"
+        + page.table(["", "target", "projectile"], rows)
+        + f"<p class=note>Free flight, without air, of the {facts['particles']} particles that rose from the ground; "
+        f"inside and beyond the apparent radius of the transient crater, {readable.length(facts['crater_radius_m'])}. "
+        f"Together with what stayed they are the mass at the start within {max(facts['closure'], 1e-16):.0e} of "
+        f"it.{words} Each particle, with place, "
+        "time and velocity of its launch: ejecta.h5.</p>" + _by_size(facts.get("size_classes_kg", {}))
+    )
+
+
+def _by_size(facts: Mapping[str, Mapping[str, float]]) -> str:
+    """Mass of the target by size class and fate; empty where nothing broke."""
+    if not facts:
+        return ""
+    names = list(next(iter(facts.values())))
+    rows = [
+        [page.escape(name), *(readable.amount(parts[fate], "kg", 3) for fate in names)]
+        for name, parts in facts.items()
+    ]
+    return (
+        page.table(["target, by size of its pieces", *names], rows)
+        + "<p class=note>Whole particles that hang together at the end of the shock stage are a piece; broken ones "
+        "are in pieces smaller than a particle, how small is not known (it goes by the strain rate at which each "
+        "broke).</p>"
+    )
+
+
+def settled(facts: Mapping[str, Any], out: Path) -> str:
+    """Where the matter of the settled crater came from, what of it melted and where that lies; empty where the grains
+    do not say."""
+    zones = facts.get("zones", {})
+    if not zones:
+        return ""
+    shares = [field for field in settled_matter.SHARES if any(zone.get(field) for zone in zones.values())]
+    rows = [
+        [
+            page.escape(name),
+            readable.amount(zone["mass_kg"], "kg", 3),
+            *(readable.length(zone["first_depth_m"][q]) for q in ("low", "half", "high")),
+            readable.length(zone["first_distance_half_m"]),
+            readable.amount(zone.get("peak_pressure_half_Pa", float("nan")) * 1e-9, "GPa", 3),
+            *(f"{zone.get(field, 0.0):.2%}" for field in shares),
+            f"{zone['projectile_share']:.2%}",
+        ]
+        for name, zone in zones.items()
+    ]
+    head = [
+        "", "mass", "a tenth came from above", "half from above", "nine tenths from above", "half from within",
+        "largest pressure (half)", *(settled_matter.SHARES[field] for field in shares), "projectile",
+    ]  # fmt: skip
+    return (
+        "<h2>Where the settled matter came from</h2>"
+        + page.table(head, rows)
+        + f"<p class=note>Grains at rest, by what matter they stand for. R = {readable.length(facts['radius_m'])} is "
+        "the apparent radius. Rim: 1 to 1.5 R, above the undisturbed ground; blanket: beyond, higher than a grain "
+        "radius above it; breccia lens: what fills the transient crater (largest volume) now. Layers at the rim: "
+        f"{page.escape(_order(facts['rim'], 'grains'))}.</p>"
+        + _molten_grains(facts)
+        + page.picture(
+            out / "section_origin.png", "The settled crater by what its matter went through (red: projectile alone)."
+        )
+        + page.picture(
+            out / "blanket.png",
+            "First depths of what lies above the undisturbed ground at each distance, in apparent radii R.",
+            narrow=True,
+        )
+    )
+
+
+def _molten_grains(facts: Mapping[str, Any]) -> str:
+    """Mass in grains above each critical pressure, inside and outside the crater; empty where none is."""
+    found = facts.get("over_projectile_mass", {})
+    unknown = facts.get("not_known_of", [])
+    some = {name: parts for name, parts in found.items() if any(part["value"] > 0.0 for part in parts.values())}
+    if not some:
+        return ""
+    rows = [
+        [
+            settled_matter.SHARES[name],
+            *(
+                readable.measured(parts[part]["value"], parts[part]["counting_error"], "") if parts[part]["value"]
+                else "none"
+                for part in settled_matter.PARTS
+            ),
+        ]
+        for name, parts in some.items()
+    ]  # fmt: skip
+    return (
+        page.table(["in masses of the projectile", *settled_matter.PARTS], rows)
+        + "<p class=note>By peak pressure, of what the bed holds; inside and outside the apparent radius, in flight, "
+        "gone from the bed. Errors: those of counting grains."
+        + (f" No critical pressures are known of {page.escape(', '.join(unknown))}." if unknown else "")
+        + "</p>"
+    )

@@ -1,0 +1,1 @@
+"""What the stage finds in a run, as tables and series."""

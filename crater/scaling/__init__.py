@@ -1,0 +1,1 @@
+"""Crater sizes and melt volumes by scaling laws."""

@@ -1,0 +1,1 @@
+"""What the shock leaves behind: decay of its pressure, melt and vapour, release."""

@@ -1,0 +1,75 @@
+"""The settings of the bed: ``[bed]`` of a case."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from dem.beds import extent
+from dem.beds.container import SHAPES
+from dem.contact.settings import Contact
+from matter.case.at_rest import Densities
+from matter.case.body import Impact, Model, Target
+from matter.case.deciding import View
+from matter.case.quantity import PositiveLength, PositiveSpeed, PositiveTime
+
+
+class Settings(Model):
+    """Settings of the bed."""
+
+    target: Annotated[Target, View()]
+    """The body or ground that is hit, ``[target]``."""
+    impact: Annotated[Impact, View(but=("expected_transient_diameter",))]
+    """How the projectile hits, ``[impact]``; the bed takes its size from ``expected_transient_diameter``."""
+    densities: Densities = Field(default_factory=dict)
+    """Materials that the case makes denser or lighter than their files; for the prediction of ``--check`` only, the
+    bed itself is as dense as ``target.json`` says."""
+    contact: Contact = Contact()
+    """How grains touch; by default that of the collapse, ``[dem.contact]``."""
+    count: Annotated[int, Field(ge=200, le=20_000_000)] = 20_000
+    """Grains in the bed and its headroom together."""
+    arc_radius: PositiveLength = Field(default_factory=lambda given: extent.radius(given["target"], given["impact"]))
+    """Radius of the bed along the datum (of a cone: half its angle times the body's radius); by default 1.65 expected
+    transient diameters, which is 3 radii of the settled crater (``dem.beds.extent``)."""
+    depth: PositiveLength | None = None
+    """Depth of the bed below the datum; None: 0.75 expected transient diameters, and no deeper than flat ground or the
+    innermost layer's surface (the core) goes (``dem.beds.extent``)."""
+    headroom_fraction: Annotated[float, Field(ge=0.0, le=1.0)] = 0.15
+    """Height of the headroom above the datum, over ``impact.expected_transient_diameter``."""
+    radius_spread: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.15
+    """Grain radii are uniform within +- this fraction of their mean."""
+    growth: Annotated[float, Field(ge=0.0, le=0.1)] = 0.04
+    """Growth of the mean grain radius per distance from the impact, in random packings of flat ground: it begins at
+    1.3 expected radii of the settled crater and ends at twice the radius (``dem.beds.grading``). 0: grains alike."""
+    damped_layers: Annotated[float, Field(ge=0.0, le=50.0)] = 3.0
+    """Width of the damped layer along the cone, in mean grain diameters (of flat ground those at the edge)."""
+    residual_speed: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-3
+    """Largest rms speed of the settled bed over sqrt(g r)."""
+    seed: int = 1
+    """Seed of radii and first positions."""
+    shape: Literal["auto", "cap", "bowl", "box", "cylinder", "whole"] = "auto"
+    """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or
+    ``cylinder`` of flat ground, whose radius or half width is ``arc_radius``; the ``whole`` of an ellipsoid or mesh,
+    or a bowl, box or cylinder of its ground round the site laid flat (``dem.beds.patch``; box and cylinder:
+    experimental). ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box; ellipsoid, mesh:
+    whole)."""
+    packing: Literal["loose", "rcp", "hcp", "hcp_tilted"] = "loose"
+    """How densely grains are packed. ``loose``: at random, so that the ground keeps its volume while it flows and
+    comes to rest: a third of the way from the solid fraction that steady shear of the same grains settles at to random
+    close packing (``dem.beds.loose_packing``; the whole of an ellipsoid or mesh: at that of steady shear). Denser, and
+    swelling before it flows: ``rcp``, random close packing; or (flat ground only, equal grains) hexagonal close
+    packing, ``hcp`` with its layers parallel to the ground, ``hcp_tilted`` turned so that none is (whole layers that
+    lift are an accident of their direction)."""
+    largest_speed: PositiveSpeed | None = None
+    """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only
+    (``dem.beds.flat_settling.stiffness``)."""
+    pull_interval: PositiveTime | None = None
+    """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; between them it turns with
+    the body. None: a 500th of the time of an orbit about a body as dense as its grains
+    (``dem.grains.self_gravity``)."""
+
+    @property
+    def on_patch(self) -> bool:
+        """Whether the bed is a patch of an ellipsoid's or mesh's ground, laid flat."""
+        return self.target.solid and self.shape in SHAPES

@@ -1,0 +1,306 @@
+"""One contact of two bodies, all components: how they meet, what the laws give over a step, and what the springs hold.
+Grains, walls and the periodic cell all come here.
+
+Conventions: n points from the first body to the second; u is the velocity of the second's surface relative to the
+first's at the contact, u = v_2 - v_1 - (l1 w_1 + l2 w_2) x n with l1 + l2 = d the lever arms to the contact plane of
+the two spheres, so that torques and forces conserve angular momentum exactly. Laws and sources: ``dem.laws``; the
+combination is that of Zhang et al. 2017, Icarus 294, 98 (pkdgrav).
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dem.contact.columns import COHESION, DAMPING_N, LAID, NORMAL, PAIR_COLUMNS, RATIO, ROLL, SHAPE, SLIP, TWIST
+from dem.laws import dispatch as chosen
+from matter.compilation.jit import kernel, law
+from matter.compilation.law_family import compiled
+
+
+class Numbers(NamedTuple):
+    """The numbers of a contact, as in a row of the table of pairs (``dem.contact.columns``); those of the normal law
+    and of cohesion are rows of their families."""
+
+    damping_n: float
+    damping_t: float
+    friction: float
+    shape: float
+    rolling: float
+    twisting: float
+    ratio: float
+    normal: tuple[float, ...]
+    cohesion: tuple[float, ...]
+
+
+class Springs(NamedTuple):
+    """The history of a contact (``dem.contact.columns``): tangential spring ``s`` [m], rolling spring ``a`` and
+    twisting spring ``phi`` [rad], ``flag``, and the stiffness that they were ``laid`` down for [N/m], where the scheme
+    has it."""
+
+    sx: float
+    sy: float
+    sz: float
+    ax: float
+    ay: float
+    az: float
+    phi: float
+    flag: float
+    laid: float
+
+
+class Bodies(NamedTuple):
+    """``stiffness``: k_n [N/m], the smaller of the two (of no account with Hertz); ``mass``: the reduced mass [kg];
+    ``radius``: R [m]; ``first`` and ``second`` radius [m], the second 0 for a wall; ``over_speed``: closing speed
+    [m/s] above which the excess is taken out by a further dashpot (0: none)."""
+
+    stiffness: float
+    mass: float
+    radius: float
+    first: float
+    second: float
+    over_speed: float
+
+
+class Response(NamedTuple):
+    """What a contact gives: normal force ``fn`` (pushes apart), tangential force ``t`` [N] and moment ``m`` [N m] on
+    the first body; energy ``stored`` in springs, ``spent`` and taken out as ``excess`` in this step [J]; the
+    ``springs`` after it."""
+
+    fn: float
+    tx: float
+    ty: float
+    tz: float
+    mx: float
+    my: float
+    mz: float
+    stored: float
+    spent: float
+    excess: float
+    springs: Springs
+
+
+@law(forceinline=True)
+def turned(sx, sy, sz, nx, ny, nz, angle):
+    """A spring turned by ``angle`` about the normal, laid back into the contact plane, with its length kept."""
+    s2 = sx * sx + sy * sy + sz * sz
+    if s2 == 0.0:
+        return sx, sy, sz
+    tx = sx + angle * (ny * sz - nz * sy)
+    ty = sy + angle * (nz * sx - nx * sz)
+    tz = sz + angle * (nx * sy - ny * sx)
+    along = tx * nx + ty * ny + tz * nz
+    tx -= along * nx
+    ty -= along * ny
+    tz -= along * nz
+    t2 = tx * tx + ty * ty + tz * tz
+    if t2 == 0.0:
+        return 0.0, 0.0, 0.0
+    q = math.sqrt(s2 / t2)
+    return tx * q, ty * q, tz * q
+
+
+@law(forceinline=True)
+def edge_of_contact(overlap, un, flag, dt):
+    """Weight of the dashpots, time over which springs load, and the new flag, in a step in which a contact may begin
+    or end.
+
+    The force of step n stands for the interval n - 1/2 .. n + 1/2. A contact that began tau = x / |u_n| before n
+    lasted for 1/2 + tau/dt of it (above 1: the end of the interval before is made good), and one that ends tau after n
+    likewise. Without this weight the jump of the dashpot force makes the restitution depend on the phase of the step,
+    by 2 % at t_c/30 and e_n = 0.55. ``flag`` is 0 before the contact, else 1 + what the last step has already given to
+    this one.
+    """
+    if flag == 0.0:
+        if -un * dt > 0.0:
+            part = min(1.0, overlap / (-un * dt))
+            return 0.5 + part, part * dt, 1.0
+        return 1.0, dt, 1.0
+    given = flag - 1.0
+    if un * dt > overlap:
+        part = 0.5 + overlap / (un * dt)
+        return part - given, dt, 1.0 + max(0.0, part - 1.0)
+    return 1.0 - given, dt, 1.0
+
+
+@law(forceinline=True)
+def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
+    """One contact over one step of ``dt`` [s]: a ``Response`` from ``Meeting``, ``Bodies``, ``Numbers`` and the
+    ``Springs`` before it.
+
+    ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.contact.scheme.Scheme``: which
+    laws. With ``rescale`` and friction the springs are now laid down for the present tangent stiffness.
+    """
+    nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, lean = meeting
+    sx, sy, sz, ax, ay, az, phi, flag, laid = springs
+    normal, rescale, rule = scheme.normal, scheme.rescale, scheme.sliding
+    reduced, radius, over_speed = bodies.mass, bodies.radius, bodies.over_speed
+    k = chosen.stiffness(normal, numbers.normal, overlap, bodies)
+    pull = chosen.pull(scheme.cohesion, numbers.cohesion, overlap, bodies)
+    bound = chosen.binding_energy(scheme.cohesion, numbers.cohesion, overlap, bodies)
+    share, span, flag = edge_of_contact(overlap, un, flag, dt)
+    root = math.sqrt(k * reduced) * share
+    damping = numbers.damping_n * root
+    fn = chosen.normal_force(normal, overlap, un, k, damping, tail)
+    spent = (chosen.elastic_force(normal, overlap, k) - fn) * un * dt
+    stored = chosen.elastic_energy(normal, overlap, k)
+    excess = 0.0
+    mu = numbers.friction
+    tx, ty, tz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if mu > 0.0:
+        load = abs(fn)
+        kt = k * numbers.ratio
+        ct = numbers.damping_t * root
+        turn = spin * dt
+        sx, sy, sz = turned(sx, sy, sz, nx, ny, nz, turn)
+        # springs of changing stiffness: ``kept`` of each stays, ``old`` turns the new stiffness into the one it was
+        # laid down for
+        kept, old = 1.0, 1.0
+        if rescale != 0:
+            kept, old = chosen.kept(scheme.tangential, k, laid, rescale), laid / k
+        before = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
+        if rescale != 0:
+            before *= old
+            sx *= kept
+            sy *= kept
+            sz *= kept
+        tx, ty, tz, sx, sy, sz = chosen.tangential_force(
+            scheme.tangential, sx + ux * span, sy + uy * span, sz + uz * span, ux, uy, uz, kt, ct, mu * load, rule
+        )
+        after = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
+        spent += (tx * ux + ty * uy + tz * uz) * dt - (after - before)
+        stored += after
+        arm = numbers.shape * radius
+        if arm > 0.0:
+            if numbers.rolling > 0.0:
+                ax, ay, az = turned(ax, ay, az, nx, ny, nz, turn)
+                kr = k * arm * arm
+                before = 0.5 * kr * (ax * ax + ay * ay + az * az)
+                if rescale != 0:
+                    before *= old
+                    ax *= kept
+                    ay *= kept
+                    az *= kept
+                mx, my, mz, ax, ay, az = chosen.rolling_moment(
+                    scheme.rolling,
+                    ax + rx * span,
+                    ay + ry * span,
+                    az + rz * span,
+                    rx,
+                    ry,
+                    rz,
+                    kr,
+                    damping * arm * arm,
+                    numbers.rolling * arm * load,
+                    rule,
+                )
+                after = 0.5 * kr * (ax * ax + ay * ay + az * az)
+                # sliding turns the spring of unequal grains too, but the moment works on their spins alone
+                slid = mx * (ny * uz - nz * uy) + my * (nz * ux - nx * uz) + mz * (nx * uy - ny * ux)
+                spent += (mx * rx + my * ry + mz * rz - lean * slid) * dt - (after - before)
+                stored += after
+            if numbers.twisting > 0.0:
+                kq = 2.0 * kt * arm * arm
+                before = 0.5 * kq * phi * phi
+                if rescale != 0:
+                    before *= old
+                    phi *= kept
+                mt, phi = chosen.twisting_moment(
+                    scheme.twisting,
+                    phi + twist_rate * span,
+                    twist_rate,
+                    kq,
+                    2.0 * ct * arm * arm,
+                    numbers.twisting * mu * arm * load,
+                    rule,
+                )
+                after = 0.5 * kq * phi * phi
+                spent += mt * twist_rate * dt - (after - before)
+                stored += after
+                mx += mt * nx
+                my += mt * ny
+                mz += mt * nz
+        if rescale != 0:
+            laid = k
+    if over_speed > 0.0 and -un > over_speed:
+        # twice the step as the time constant: the excess is gone within a few steps, and no step can reverse it
+        push = reduced * (-un - over_speed) / (2.0 * dt)
+        fn += push
+        excess = -push * un * dt
+    if pull != 0.0:
+        # its jump at the edges of the contact weighs like that of the dashpots
+        fn -= pull * share
+        stored -= bound
+    return Response(
+        fn, tx, ty, tz, mx, my, mz, stored, spent, excess, Springs(sx, sy, sz, ax, ay, az, phi, flag, laid)
+    )
+
+
+def reader(arguments: str, place: str, first: int = 0) -> Any:
+    """The compiled ``numbers(arguments)``: the ``Numbers`` that stand at ``place``, a text with the column as ``{}``,
+    from the column ``first`` on."""
+    columns = [place.format(first + column) for column in range(PAIR_COLUMNS)]
+    families = (f"({''.join(f'{column}, ' for column in columns[part])})" for part in (NORMAL, COHESION))
+    text = ", ".join([*columns[DAMPING_N : RATIO + 1], *families])
+    lines = [f"def numbers({arguments}):", f"    return Numbers({text})"]
+    return compiled("numbers", lines, {"Numbers": Numbers}, "The ``Numbers`` of a contact.", True, sys._getframe(1))
+
+
+numbers_of = reader("table, a, b", "table[a, b, {}]")
+"""``Numbers`` from a table of pairs, or of walls and species: an element of it is read where it stands, since a row
+cut out is counted atomically, twice."""
+
+
+@law
+def released(h, k, radius, table, rescale):
+    """Energy [J] of the springs of a contact that opens, which is lost: history ``h`` and ``table`` rows of their
+    tables, k_n [N/m], R [m]."""
+    if rescale != 0:
+        k = h[LAID]
+    arm = table[SHAPE] * radius
+    kt, kr = k * table[RATIO], k * arm * arm
+    sliding = kt * (h[SLIP] * h[SLIP] + h[SLIP + 1] * h[SLIP + 1] + h[SLIP + 2] * h[SLIP + 2])
+    rolling = kr * (h[ROLL] * h[ROLL] + h[ROLL + 1] * h[ROLL + 1] + h[ROLL + 2] * h[ROLL + 2])
+    return 0.5 * (sliding + rolling + 2.0 * kt * arm * arm * h[TWIST] * h[TWIST])
+
+
+def turned_energy(h: np.ndarray, k: np.ndarray, radius: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """Energy [J] of the tangential, rolling and twisting springs of many contacts, (c,): ``released`` for rows of
+    histories and tables."""
+    arm2, kt = (table[:, SHAPE] * radius) ** 2, k * table[:, RATIO]
+    slip2, roll2 = np.sum(h[:, SLIP:ROLL] ** 2, axis=1), np.sum(h[:, ROLL:TWIST] ** 2, axis=1)
+    return np.asarray(0.5 * (kt * slip2 + k * arm2 * roll2 + 2.0 * kt * arm2 * h[:, TWIST] ** 2))
+
+
+@kernel
+def at_rest(overlap, radii, stiffness, rows, scheme):
+    """Contacts at rest: k_n (the tangent stiffness) [N/m] and normal force, cohesion included [N], each (c,).
+
+    ``overlap`` (c,) [m], ``radii`` (c, 2) [m], ``stiffness`` (c,) the smaller k_n [N/m], ``rows`` (c, columns) of the
+    table of pairs, ``scheme`` a ``dem.contact.scheme.Scheme``.
+    """
+    k, push = np.empty(len(overlap)), np.empty(len(overlap))
+    table = rows.reshape((1, len(overlap), PAIR_COLUMNS))
+    for c in range(len(overlap)):
+        first, second = radii[c, 0], radii[c, 1]
+        bodies = Bodies(stiffness[c], 0.0, first * second / (first + second), first, second, 0.0)
+        numbers = numbers_of(table, 0, c)
+        k[c] = chosen.stiffness(scheme.normal, numbers.normal, max(overlap[c], 0.0), bodies)
+        push[c] = chosen.normal_force(scheme.normal, overlap[c], 0.0, k[c], 0.0, True)
+        push[c] -= chosen.pull(scheme.cohesion, numbers.cohesion, overlap[c], bodies)
+    return k, push
+
+
+@kernel
+def pulls(radius, rows, scheme):
+    """Pull of a cohesion that does not depend on the overlap [N], (c,): R (c,) [m], ``rows`` (c, columns) and
+    ``scheme`` as in ``at_rest``."""
+    out = np.empty(len(radius))
+    table = rows.reshape((1, len(radius), PAIR_COLUMNS))
+    for c in range(len(radius)):
+        bodies = Bodies(0.0, 0.0, radius[c], radius[c], radius[c], 0.0)
+        out[c] = chosen.pull(scheme.cohesion, numbers_of(table, 0, c).cohesion, 0.0, bodies)
+    return out

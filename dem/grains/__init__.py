@@ -1,0 +1,1 @@
+"""The grains of a run, their list of pairs, forces and time integration."""

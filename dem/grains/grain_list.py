@@ -1,0 +1,320 @@
+"""Grains in the order of their search cells, and the list of their pairs: what is sorted, saved and restored together.
+
+First stand the grains in the contact search, then the ballistic ones, last those that have left; ``identity`` finds a
+grain again. All of the state can be saved and restored bit for bit (``saved``, ``restore``).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dem.contact import walls
+from dem.contact.columns import MASS, OFFSET, RADIUS, STIFFNESS, TOUCHING, WX
+from dem.contact.gravity import Field
+from dem.contact.scheme import Chunk, Scheme
+from dem.grains import contact_tables, pair_list, size_levels
+from dem.grains.self_gravity import SelfGravity
+from matter.compilation import gather
+from matter.errors import InputError
+from matter.files import checkpoint
+from matter.particles import Particles
+
+ACTIVE, BALLISTIC, LEFT = 0, 1, 2
+# per-grain arrays that are sorted, saved and restored together
+PER_GRAIN = (
+    "X", "V", "W", "A", "E", "F", "identity", "material", "kind", "state", "returned", "drag", "weight", "density",
+    "headroom",
+    "wall_history", "reference",
+)  # fmt: skip
+SLEEPERS = ("asleep", "quiet", "wall_energy", "held", "rest")
+PULLED = ("pull_of_all", "pull_held")
+_LISTED = ("row", "col", "hist", "report", "booked")
+_NUMBERS = (
+    "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed",
+    "active", "moving",
+    "mean_radius", "softness", "rest_energy", "stiffness_energy", "weight_energy", "stiffness_excess",
+    "lost_in_flight", "wake", "memory", "full_pass",
+)  # fmt: skip
+
+
+class GrainList:
+    """The arrays of the grains (``dem.contact.columns``), which are where, and who may touch whom;
+    ``dem.grains.assembly.Assembly`` makes it and moves it."""
+
+    X: np.ndarray
+    V: np.ndarray
+    W: np.ndarray
+    A: np.ndarray
+    E: np.ndarray
+    F: np.ndarray
+    identity: np.ndarray
+    material: np.ndarray
+    kind: np.ndarray
+    state: np.ndarray
+    headroom: np.ndarray
+    density: np.ndarray
+    weight: np.ndarray
+    wall_history: np.ndarray
+    reference: np.ndarray
+    asleep: np.ndarray
+    near: np.ndarray
+    live: np.ndarray
+    row: np.ndarray
+    col: np.ndarray
+    first: np.ndarray
+    hist: np.ndarray
+    walls: np.ndarray
+    scheme: Scheme
+    gravity: Field
+    self_gravity: SelfGravity | None
+    outer: tuple[Any, ...]
+    pull_of_all: np.ndarray
+    pull_held: np.ndarray
+    pull_state: np.ndarray
+    pull_interval: float
+    threads: int
+    dt: float
+    steps: int
+    start_time: float
+    skin: float
+    mean_radius: float
+    builds: int
+    since_build: int
+    elastic: float
+    active: int
+    moving: int
+    _per_grain: tuple[str, ...]
+    _todo: np.ndarray
+
+    @property
+    def time(self) -> float:
+        """Time [s]: start + steps dt."""
+        return self.start_time + self.steps * self.dt
+
+    # -- lists
+
+    def touching(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Present indices of the two grains of each contact, and its history."""
+        return self._rows_of(np.flatnonzero(self.hist[:, TOUCHING] != 0.0))
+
+    def _rows_of(self, where: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return self.first[where].astype(np.int64), self.col[where].astype(np.int64), self.hist[where]
+
+    def _rebuild(self, known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None) -> None:
+        """Sort the grains by cell and build the list; ``known`` contacts replace those of the present list."""
+        if known is None:  # with offsets, also open contacts that remember one
+            known = self._rows_of(np.flatnonzero(self._not_empty()))
+        first, second, history = known
+        self._adapt_skin(float(history[:, OFFSET].max(initial=0.0)) if self.scheme.offset else 0.0)
+        by_state = np.argsort(self.state, kind="stable")
+        active = int(np.count_nonzero(self.state == ACTIVE))
+        # grains of very different sizes: cells only order them, of the size of the mean grain; their pairs are found
+        # class by class
+        mixed = size_levels.several(self.X[by_state[:active], RADIUS])
+        reach = 2.0 * (self.mean_radius if mixed else float(self.X[:, RADIUS].max())) + self.skin
+        cells = pair_list.Cells(self.X[by_state[:active], :3], reach)
+        order = np.concatenate([by_state[:active][cells.order], by_state[active:]])
+        for name in self._per_grain:
+            setattr(self, name, np.ascontiguousarray(getattr(self, name)[order]))
+        self.V = gather.aligned(self.V)
+        new_index = np.empty(len(order), dtype=np.int64)
+        new_index[order] = np.arange(len(order))
+        self.active = active
+        self.moving = active + int(np.count_nonzero(self.state == BALLISTIC))
+        room = max(len(self.col) + len(self.col) // 8, 6 * active, 64)
+        if mixed:
+            self.row, self.col = size_levels.build(self.X[:active], self.skin, room)
+        else:
+            self.row, self.col = pair_list.build(self.X[:active], cells, self.skin, room)
+        self.first = pair_list.first_of(self.row)
+        self.hist = gather.aligned_zeros((len(self.col), self.scheme.history))
+        first, second = new_index[first], new_index[second]
+        here = (first < active) & (second < active)
+        pair_list.carry(first[here], second[here], history[here], self.row, self.col, self.hist)
+        self._known = self._not_empty()
+        self.F[active:] = 0.0
+        self.wall_history[active:] = 0.0
+        self.reference = self.X[:, :3].copy()
+        self._near_walls()
+        self.builds += 1
+        self.since_build = 0
+        self.survey(all_rows=True)
+
+    def _not_empty(self) -> np.ndarray:
+        """1 for entries of the list with a history: those in contact and, with offsets, open ones that remember
+        one."""
+        filled = self.hist[:, TOUCHING] != 0.0
+        return (filled | (self.hist[:, OFFSET] != 0.0) if self.scheme.offset else filled).astype(np.int8)
+
+    def _near_walls(self) -> None:
+        """Which grains can reach a wall before the list is built again: none moves further than half a skin until
+        then."""
+        self.walled = np.zeros(len(self.X), dtype=np.int8)
+        walls.within_reach(self.reference, self.X[:, RADIUS], self.walls, self.skin, self.walled)
+
+    def _adapt_skin(self, offset: float) -> None:
+        """Set the skin of the list about to be built: a list should serve 10 to 60 steps.
+
+        A rebuild costs about three steps, and every entry beyond touch costs in each. Contacts with an ``offset`` [m]
+        must stay in the list.
+        """
+        if self.builds > 1 and self.since_build < 10:
+            self.skin = min(self.skin * 1.25, 0.5 * self.mean_radius)
+        elif self.builds > 1 and self.since_build > 60:
+            self.skin = max(self.skin * 0.8, 0.05 * self.mean_radius)
+        self.skin = max(self.skin, 2.0 * offset)
+
+    def _cut(self) -> None:
+        """Chunks of rows with about equal numbers of list entries to evaluate (with sleepers: those ``_todo``)."""
+        work = self.row[1:]
+        if self.scheme.sleep:
+            work = np.cumsum(np.where(self.live[: self.active] != 0, np.diff(self.row), 0))
+            self._todo = np.flatnonzero(self.live[self.first])
+        goals = np.linspace(0, work[-1] if len(work) else 0, self.threads + 1)[1:-1]
+        inner = np.searchsorted(work, goals)
+        rows = [0, *inner.tolist(), self.active]
+        entries = np.concatenate([[0], work])[rows].astype(np.int64).tolist()
+        chunks = [Chunk(c, rows[c], rows[c + 1], entries[c], entries[c + 1], self.active) for c in range(self.threads)]
+        self._chunks = [tuple(chunk) for chunk in chunks]
+        self._moving_chunks = [*self._chunks[:-1], tuple(chunks[-1]._replace(hi=self.moving))]
+
+    def survey(self, all_rows: bool = False) -> None:
+        """Which rows must be evaluated, after the list or the sleepers have changed; ``all_rows``: all of them,
+        once."""
+        if self.scheme.sleep:
+            pair_list.survey(self.row, self.col, self.asleep, self.near, self.live)
+            if all_rows:
+                self.live[:] = 1
+        self._cut()
+
+    def _begin_unloaded(self) -> None:
+        """Offsets for pairs that overlap without ever having been in contact, so that their springs begin at zero."""
+        first = self.first
+        overlap = (
+            self.X[first, RADIUS]
+            + self.X[self.col, RADIUS]
+            - np.linalg.norm(self.X[first, :3] - self.X[self.col, :3], axis=1)
+        )
+        fresh = (overlap > 0.0) & (self.hist[:, TOUCHING] == 0.0) & (self.hist[:, OFFSET] == 0.0)
+        self.hist[fresh, OFFSET] = -overlap[fresh]
+        self._known = self._not_empty()
+
+    # -- what the state holds
+
+    @property
+    def mass(self) -> np.ndarray:
+        """Masses [kg], in the present order."""
+        return self.V[:, MASS]
+
+    @property
+    def position(self) -> np.ndarray:
+        """Positions [m], in the present order."""
+        return self.X[:, :3]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocities [m/s], in the present order."""
+        return self.W[:, :3]
+
+    def momentum(self) -> np.ndarray:
+        """Linear momentum of all grains that have not left [kg m/s]."""
+        return self.mass[: self.moving] @ self.W[: self.moving, :3]
+
+    def angular_momentum(self) -> np.ndarray:
+        """Angular momentum about the origin, orbital and spin [kg m^2/s]."""
+        k = slice(0, self.moving)
+        inertia = 0.4 * self.mass[k] * self.X[k, RADIUS] ** 2
+        return self.mass[k] @ np.cross(self.X[k, :3], self.W[k, :3]) + inertia @ self.W[k, WX:]
+
+    def energies(self) -> dict[str, float]:
+        """Kinetic, rotational, gravitational and elastic energy [J] of the grains that have not left."""
+        k = slice(0, self.moving)
+        m = self.mass[k]
+        own = self.self_gravity.energy(self.X[k, :3], m, self.X[k, RADIUS]) if self.self_gravity else 0.0
+        own += sum(outer.energy(self, k) for outer in self.outer)
+        return {
+            "kinetic_J": float(0.5 * m @ np.sum(self.W[k, :3] ** 2, axis=1)),
+            "rotational_J": float(0.2 * (m * self.X[k, RADIUS] ** 2) @ np.sum(self.W[k, WX:] ** 2, axis=1)),
+            "gravitational_J": float((m * self.weight[k]) @ self.gravity.potential(self.X[k, :3])) + own,
+            "elastic_J": self.elastic,
+        }
+
+    def wall_overlaps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Grain, wall and overlap [m], offset included, of every contact with a wall."""
+        grain, wall = np.nonzero(self.wall_history[:, : len(self.walls), TOUCHING])
+        d = walls.distances(self.walls, wall, self.X[grain])
+        offset = self.wall_history[grain, wall, OFFSET] if self.scheme.offset else 0.0
+        return grain, wall, self.X[grain, RADIUS] + offset - d
+
+    def where(self, i: int) -> str:
+        """Time, place and values of a grain, for a message."""
+        x, v = self.X[i, :3], self.W[i, :3]
+        return (
+            f"t = {self.time:.6g} s, place ({x[0]:.5g}, {x[1]:.5g}, {x[2]:.5g}) m, velocity ({v[0]:.4g}, {v[1]:.4g}, "
+            f"{v[2]:.4g}) m/s, "
+            f"radius {self.X[i, RADIUS]:.4g} m, mass {self.V[i, MASS]:.4g} kg, k_n {self.V[i, STIFFNESS]:.4g} N/m"
+        )
+
+    # -- files
+
+    def particles(self, attributes: dict[str, Any], tables: bool = True) -> Particles:
+        """The grains as a snapshot in the order of their identities; ``tables`` adds the contact history."""
+        order = np.argsort(self.identity, kind="stable")
+        fields = {
+            "identity": self.identity, "position": self.X[:, :3], "velocity": self.W[:, :3],
+            "angular_velocity": self.W[:, WX:],
+            "mass": self.V[:, MASS], "radius": self.X[:, RADIUS], "material": self.material, "species": self.kind,
+            "headroom": self.headroom,
+            "density": self.density, "stiffness": self.V[:, STIFFNESS], "state": self.state,
+        }  # fmt: skip
+        history: dict[str, np.ndarray] = {}
+        if tables:
+            history = contact_tables.written(
+                self.identity,
+                self.touching(),
+                self.wall_history[:, : len(self.walls)],
+                contact_tables.columns(bool(self.scheme.offset)),
+            )
+        return Particles({name: values[order] for name, values in fields.items()}, attributes, history)
+
+    def saved(self) -> dict[str, Any]:
+        """The whole state, everything that a checkpoint must hold: arrays and numbers."""
+        return {name: getattr(self, name) for name in (*self._saved, *_NUMBERS)}
+
+    @property
+    def _saved(self) -> tuple[str, ...]:
+        more = ("near", "live", "row_energy") if self.scheme.sleep else ()
+        return self._per_grain + _LISTED + more + (("pull_state",) if self.scheme.attract else ())
+
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up what was ``saved``, bit for bit."""
+        for name in self._saved:
+            setattr(self, name, np.ascontiguousarray(saved[name]))
+        for name in _NUMBERS:
+            setattr(self, name, saved[name])
+        self.first = pair_list.first_of(self.row)
+        self.V, self.hist = gather.aligned(self.V), gather.aligned(self.hist)
+        self._known = self._not_empty()
+        self._near_walls()
+
+
+def check(grains: Particles) -> None:
+    """Raise ``InputError`` for grains that no assembly can be made of, naming the first."""
+    for name in ("mass", "radius", "stiffness"):
+        bad = ~(grains[name] > 0.0)
+        if bad.any():
+            i = int(np.flatnonzero(bad)[0])
+            raise InputError(
+                f"{name} of grain {grains.identity[i]} is {grains[name][i]:.6g}: it must be positive ({bad.sum()} "
+                f"such grains)"
+            )
+    for name in ("position", "velocity", "angular_velocity"):
+        if not np.isfinite(grains[name]).all():
+            i = int(np.flatnonzero(~np.isfinite(grains[name]).all(axis=1))[0])
+            raise InputError(f"{name} of grain {grains.identity[i]} is not finite")
+    if len(np.unique(grains.identity)) != len(grains):
+        raise InputError("two grains share an identity")
+    if len(grains) < 1:
+        raise InputError("no grains")

@@ -1,0 +1,1 @@
+"""Contact stiffness that follows the motion and stiffens towards rest."""

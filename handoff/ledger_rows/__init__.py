@@ -1,0 +1,1 @@
+"""The rows of the ledger: what the handover keeps, and how well."""

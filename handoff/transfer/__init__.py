@@ -1,0 +1,1 @@
+"""Mass, momentum and ejecta from particles to grains."""

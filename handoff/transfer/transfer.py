@@ -1,0 +1,307 @@
+"""The transfer: a settled bed takes over the surface, the motion and the matter of a shock-physics cloud.
+
+1. the source is split into compact material and ejecta, the surface drawn (``surface``);
+2. grains outside the surface are carved away (``carve``);
+3. each grain that stays takes velocity and spin from the compact particles around it (``interpolation``), material and
+   bulk density from the nearest one, and the mass of the volume that it stands for; its size, too, where asked for
+   (``loosened``);
+4. masses are rescaled by one factor, velocities corrected by one field a + b x r (after a regional one where asked
+   for), so that mass, linear and angular momentum of the bed's domain and the ejecta are those of the source
+   (``correction``);
+5. the ejecta are added as grains or put on the ballistic list (``ejecta``);
+6. every grain is told what matter it stands for (``provenance``).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from handoff.domains import domain
+from handoff.domains.whole_body import WholeBody
+from handoff.source import cavity, grain_size, heights, hydrostatic, offset, surface
+from handoff.transfer import bulking, carve, compare, interpolation, mapping, provenance
+from handoff.transfer import correction as closing
+from handoff.transfer import ejecta as ejected
+from handoff.transfer.handed import Balance, Carving, Compact, Handoff, Mapped
+from handoff.transfer.species import material_numbers, species_by_material
+from matter.errors import InputError
+from matter.geometry.alpha_shape import OffsetShape
+from matter.particles import Particles
+from matter.wording import readable
+
+_COLUMNS = 2500
+_WIDEST = 0.9
+# matter slower than this share of the speed limit rests; resting above the headroom it may make up this share of the
+# mass over the bed
+_RESTING, _STANDING = 0.2, 2e-3
+
+
+def hand_over(
+    source: Particles,
+    bed: Particles,
+    rules: surface.Rules,
+    column: hydrostatic.Column,
+    region: domain.Domain | None = None,
+    until: float = math.inf,
+) -> Handoff:
+    """Hand the ``source`` (SPH particles, along the axes of the bed: ``handoff.domains.turning``) over to the ``bed``
+    (settled grains), split and drawn by the ``rules``, above the undisturbed ``column``; in the ``region`` (None: that
+    of the bed's attributes), to a collapse that ends ``until`` [s] after the impact at the latest.
+
+    Raises ``InputError`` for inputs that cannot be handed over.
+    """
+    region = region or domain.read(bed.attributes)
+    carve.check(bed, region)
+    split, shape, corners = surface.classify(source, region, column, rules)
+    inner, beyond, tree = _compact(source, split, region)
+    carving = _carving(source, bed, region, rules, (split, shape, corners), inner, tree)
+    compact, stays, volume = inner.places, carving.stays, carving.volume
+    density = surface.counted_density(source)
+    held, volume_of = source.mass[compact] * inner.share, source.mass[compact] / density[compact]
+    motion = region.flow(source.position[compact], source.velocity[compact])
+
+    kept = np.flatnonzero(stays)
+    near = tree.query(bed.position[kept])[1]
+    nearest = compact[near]
+    grid = mapping.Overlap(carving.samples, carving.receiver, tree.data, bed.position, kept)
+    plain_mass = density[nearest] * volume[kept]
+    raw_mass = mapping.locally_closed(plain_mass, tree, held, grid)
+    packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())
+    carved = _carved(bed, stays, source, nearest, density[nearest])
+    if rules.loosened == "shrunk":
+        carved["radius"] = carved.radius * _shrink(source, compact, grid, near, bed, kept)
+
+    ejecta = np.flatnonzero(~split.compact)
+    flying = ejected.from_source(source, ejecta, carved, packing, region, column, until, rules)
+    before, outside = _sums(source, inner, beyond, ejecta, region)
+    airborne = _of(region, flying.mass, flying.position, flying.velocity)
+    place, radius = bed.position[kept], carved.radius
+    scale = (before.mass - airborne.mass) / raw_mass.sum()
+    energy = before.kinetic - airborne.kinetic
+    turns = isinstance(region, WholeBody)
+    if turns:
+        energy = closing.sums(held, source.position[compact], motion).kinetic
+    taken = mapping.motion(tree, motion, volume_of, held, grid, raw_mass * scale, radius, energy, volume[kept], near)
+    velocity = taken.velocity
+    if rules.mapping == "nearest":
+        velocity = motion[near]
+    elif rules.mapping == "kernel":
+        velocity = interpolation.kernel_mean(
+            tree, motion, volume_of, grid.grains, mapping.neighbours_used(volume[kept], volume_of[near])
+        )
+    moving = held, motion, taken.own_gradient
+    fields = compare.fields_of(bed, kept, carving.samples, carving.receiver, moving, raw_mass, velocity, volume)
+    velocity, spin = region.inertial(place, velocity, taken.spin)
+    raw = _of(region, raw_mass, place, velocity, radius, spin) + airborne
+    mass = raw_mass * scale
+    mass *= (before.mass - airborne.mass) / mass.sum()
+    moved, regional = velocity.copy(), np.zeros_like(velocity)
+    if rules.correction == "regional":
+        regional = _regional(fields, scale, grid.grains, rules.region * grain_size.at_impact(bed))
+        moved += regional
+    for _ in range(2):  # the second pass takes away the rounding of the first
+        now = _of(region, mass, place, moved, radius, spin) + airborne
+        moved += closing.closing_field(mass, place, before.momentum - now.momentum, before.angular - now.angular)
+    after = _of(region, mass, place, moved, radius, spin) + airborne
+    start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying, region)
+    provenance.give(start, source, region, provenance.taken(source, compact, held, grid, near, flying.source))
+    change, plain = moved - velocity, float(plain_mass.sum() + airborne.mass)
+    mapped = Mapped(taken.own_gradient, taken.share, fields, change, regional, scale, plain)
+    sums = Balance(before, outside, raw, after)
+    flowing = region.flow(place, moved), radius, spin - region.omega if isinstance(region, WholeBody) else spin
+    energies = (energy, closing.sums(mass, place, *flowing).kinetic) if turns else None
+    return Handoff(start, split, inner, carving, mapped, flying, sums, region, energies)
+
+
+def _of(region: domain.Domain, mass, place, velocity, radius=None, spin=None) -> closing.Sums:
+    return closing.sums(mass, place, velocity, radius, spin, region.pace(place, velocity))
+
+
+def _compact(source: Particles, split: surface.Split, region: domain.Domain) -> tuple[Compact, np.ndarray, cKDTree]:
+    """The compact matter of the source between the floor and the top of the domain, the places in the source of that
+    beyond them, and a tree of the former."""
+    everything = np.flatnonzero(split.compact)
+    # matter beyond the floor (the core) is another body to the grains: they slide on it and take nothing from it
+    within = region.between(source.position[everything])
+    compact, beyond = everything[within], everything[~within]
+    if len(compact) < mapping.LEAST_NEIGHBOURS:
+        raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
+    tree, numbers = cKDTree(source.position[compact]), np.arange(len(compact))
+    share, centre = surface.share_inside(source.position[compact], split.spacing[compact], region, tree, numbers)
+    if not np.any(share > 0.0):
+        raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
+    return Compact(compact, share, centre), beyond, tree
+
+
+def _carving(
+    source: Particles, bed: Particles, region: domain.Domain, rules: surface.Rules, classified, inner: Compact, tree
+) -> Carving:
+    """The solid below the surface and what it leaves of the bed; ``classified`` as from ``surface.classify``, ``tree``
+    of the places ``inner``."""
+    split, shape, corners = classified
+    volume_of = source.mass[inner.places] / surface.counted_density(source)[inner.places]
+    part = float(np.sum(inner.share * volume_of)) / region.volume
+    coarse, grains = 2.0 * grain_size.at_impact(bed), cKDTree(bed.position)
+    solid, factor = offset.by_one_factor(
+        shape, split.spacing[corners], offset.even_points(region), part, rules, coarse
+    )
+    alike = float(np.sum((bed.radius / grain_size.at_impact(bed)) ** 3))
+    points = carve.points(region, tree, grains, alike)
+    if rules.offset == "auto":
+        solid = offset.place_by_place(
+            solid, split.spacing[corners], tree.data, inner.share * volume_of, points.position, points.particle, region
+        )
+    samples = carve.finer(points, region, tree, grains, volume_of).within(solid)
+    stays = carve.keep(bed, solid, region)
+    receiver = carve.receivers(bed, stays, samples)
+    volume = carve.grain_volumes(bed, stays, receiver, samples)
+    size, columns = _cavity(solid, stays, grains, region, bed)
+    _refuse_misfit(size, source, split, region, rules, bed)
+    return Carving(solid, factor, stays, volume, samples, receiver, size, columns)
+
+
+def _sums(
+    source: Particles, inner: Compact, beyond: np.ndarray, ejecta: np.ndarray, region: domain.Domain
+) -> tuple[closing.Sums, closing.Sums]:
+    """Mass, momenta and energy of what is handed over (with the ejecta ``ejecta``), and of what stays outside."""
+    m, x, v, compact = source.mass, source.position, source.velocity, inner.places
+    before = _of(region, m[compact] * inner.share, inner.centre, v[compact])
+    outside = _of(region, m[compact] * (1.0 - inner.share), x[compact], v[compact])
+    return before + _of(region, m[ejecta], x[ejecta], v[ejecta]), outside + _of(
+        region, m[beyond], x[beyond], v[beyond]
+    )
+
+
+def _regional(fields: compare.Fields, scale: float, centres: np.ndarray, size: float) -> np.ndarray:
+    """The regional part of the correction at the ``centres`` (k, 3) of the kept grains' cells."""
+    held = fields.mass_after * scale
+    some = (held > 0.0) | (fields.mass_before > 0.0)
+    lacking = (
+        fields.mass_before[some, None] * fields.velocity_before[some] - held[some, None] * fields.velocity_after[some]
+    )
+    return closing.regional_field(fields.samples.position[some], held[some], lacking, centres, size)
+
+
+def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: domain.Domain, bed: Particles):
+    foot, distance, height = heights.surface_heights(solid.contains, region, _COLUMNS)
+
+    def held(points: np.ndarray) -> np.ndarray:
+        return carve.filled(stays, grains.query(points)[1], points, region)
+
+    carved = heights.surface_heights(held, region, _COLUMNS)[2]
+
+    def heights_in(part: domain.Domain) -> tuple[np.ndarray, np.ndarray]:
+        return (foot, height) if part is region else heights.surface_heights(solid.contains, part, _COLUMNS)[::2]
+
+    size = cavity.seek(heights_in, region, noise=cavity.RESOLVED_DEPTH * grain_size.at_impact(bed))
+    return size, (foot, distance, height, carved)
+
+
+def _refuse_misfit(
+    size: cavity.Cavity,
+    source: Particles,
+    split: surface.Split,
+    region: domain.Domain,
+    rules: surface.Rules,
+    bed: Particles,
+) -> None:
+    radius = grain_size.at_impact(bed)
+    if size.radius == 0.0 and rules.crater == "required":
+        raise InputError(
+            f"no crater: the compact surface lies nowhere deeper than two grain radii "
+            f"({readable.length(2.0 * radius)}) below the datum near the axis"
+        )
+    if size.radius > _WIDEST * region.arc:
+        raise InputError(
+            f"the crater (radius {readable.length(size.radius)}) is wider than {_WIDEST:.0%} of the bed "
+            f"({readable.length(region.arc)}): "
+            "take a wider bed or an earlier snapshot"
+        )
+    if isinstance(region, WholeBody):  # what has risen goes to the grains below it
+        return
+    frame, headroom = region.frame, region.span[1]
+    height = frame.height(source.position)
+    over = region.cut_depth(source.position - height[:, None] * frame.up(source.position)) > 0.0
+    resting = np.linalg.norm(source.velocity, axis=1) < _RESTING * split.speed_limit
+    standing = (height > headroom) & over & resting & (split.reason != surface.SPARSE)
+    if source.mass[standing].sum() > _STANDING * source.mass[split.compact & over].sum():
+        raise InputError(
+            f"{np.count_nonzero(standing)} particles rest higher than the bed's headroom "
+            f"({readable.length(headroom)}): give the bed more headroom"
+        )
+
+
+def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.ndarray, density) -> Particles:
+    carved = bed.select(stays)
+    names, table = material_numbers(source, bed)
+    carved["material"] = table[np.clip(source.material[nearest], 0, len(table) - 1)]
+    if "species" in bed:
+        carved["species"] = species_by_material(bed, names)[carved.material]
+    carved["density"] = density
+    carved.attributes["materials"] = names
+    return carved
+
+
+def _shrink(source: Particles, compact: np.ndarray, grid: mapping.Overlap, near, bed: Particles, kept) -> np.ndarray:
+    """Radius over that in the bed (k,) of the ``kept`` grains, by how loose the matter is that each stands for."""
+    undisturbed = bed.density[kept] if "density" in bed else None
+    reference = surface.reference_density(source)[compact]
+    share = bulking.packed_share(surface.counted_density(source)[compact], reference, grid, near, undisturbed)
+    return bulking.radius_factor(share)
+
+
+def _start(
+    carved: Particles, bed, source, stays, mass, volume, velocity, spin, flying: ejected.Ejecta, region: domain.Domain
+) -> Particles:
+    """The carved bed and the ejecta as one set of grains; every field of the bed is carried."""
+    settled = bed.select(stays)
+    volume = volume * (carved.radius / settled.radius) ** 3  # what a grain fills, from here on
+    count, extra = len(carved), len(flying.mass)
+    names, table = material_numbers(source, bed)
+    material = table[np.clip(source.material[flying.source], 0, len(table) - 1)]
+    reference = float(np.median(mass))
+    tail = {
+        "identity": int(bed.identity.max()) + 1 + np.arange(extra),
+        "position": flying.position,
+        "velocity": flying.velocity,
+        "angular_velocity": np.zeros((extra, 3)),
+        "mass": flying.mass,
+        "radius": flying.radius,
+        "material": material,
+        "density": flying.density,
+        "headroom": np.zeros(extra, dtype=np.int8),
+        "species": species_by_material(bed, names)[material],
+        "state": flying.state,
+    }
+    head = {name: carved[name] for name in carved}
+    head |= {
+        "velocity": velocity,
+        "angular_velocity": spin,
+        "mass": mass,
+        "density": mass / volume,
+        "headroom": np.zeros(count, dtype=np.int8),
+        "state": np.zeros(count, dtype=np.int8),
+    }
+    if "stiffness" in bed:
+        softest = float(np.min(carved.stiffness))
+        tail["stiffness"] = np.minimum(1.0, flying.mass / reference) * softest
+    fields = {}
+    for name, values in head.items():
+        if name in tail:
+            fields[name] = np.concatenate([values, tail[name]])
+        elif extra == 0:
+            fields[name] = values
+        else:
+            raise InputError(f"the bed carries the field {name!r}, which ejecta have no value for")
+    attributes = {
+        **bed.attributes,
+        "materials": names,
+        "stage": "handoff",
+        "time": float(source.attributes.get("time", 0.0)),
+    }
+    attributes["bed_grains"] = int(bed.identity.max()) + 1  # identities from here on are ejecta
+    tables = bulking.contacts_kept(carve.surviving_tables(bed, stays), settled, carved.radius, region)
+    return Particles(fields, attributes, tables)

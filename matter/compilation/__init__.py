@@ -1,0 +1,1 @@
+"""Compilation of kernels and laws, and the cache of compiled code."""

@@ -1,0 +1,1 @@
+"""Frames, trees, neighbours, tetrahedra and alpha-shapes."""

@@ -1,0 +1,1 @@
+"""Sets of points that fill regions and bodies."""

@@ -1,0 +1,1 @@
+"""Names, numbers and measures as people read them."""

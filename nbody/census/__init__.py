@@ -1,0 +1,1 @@
+"""A census of encounters, and how sound its integration is."""

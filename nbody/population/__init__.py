@@ -1,0 +1,1 @@
+"""Test particles before and after: where they start, what happens to them."""

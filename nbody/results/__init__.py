@@ -1,0 +1,1 @@
+"""Tables and figures of a census, beside what theory says."""

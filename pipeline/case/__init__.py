@@ -1,0 +1,1 @@
+"""The case file: read, filled in, overlaid and explained."""

@@ -1,0 +1,191 @@
+"""From a validation error to a sentence that a user can act on: where, what, the nearest valid name."""
+
+from __future__ import annotations
+
+import math
+import typing
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+from pydantic import BaseModel, ValidationError
+
+from pipeline.case import keys
+from pipeline.case.stages import FOLLOWING, SHARED_TABLES, nearest
+from pipeline.case.toml_lines import KeyPath
+
+
+class Complaint(NamedTuple):
+    """One thing that is wrong, at a key path of the composed case."""
+
+    path: KeyPath
+    message: str
+
+
+def dotted(path: KeyPath) -> str:
+    """``("target", "layers", 2, "material")`` as ``target.layers[2].material``."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{short(part)}" if text else short(str(part))
+    return short(text, 300)
+
+
+def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint]:
+    """Every error of a validation as a complaint; paths are relative to the model. What fits none of several kinds is
+    one complaint, not one for each."""
+    # a default that could not be worked out is no mistake of its own: what it goes by has one
+    entries = [entry for entry in error.errors(include_url=False) if entry["type"] != "default_factory_not_called"]
+    places = [path_of(model, entry) for entry in entries]
+    by_place: dict[KeyPath, list[str]] = {}
+    for entry, place in zip(entries, places):
+        # a list whose elements are all wrong is also reported as too short: that is no second mistake
+        if entry["type"] == "too_short" and any(other[: len(place)] == place and other != place for other in places):
+            continue
+        by_place.setdefault(place, []).append(_worded(model, place, entry))
+    return [Complaint(place, _joined(messages)) for place, messages in by_place.items()]
+
+
+def path_of(model: type[BaseModel], entry: Any) -> KeyPath:
+    """The place of an error as keys of the file: what pydantic inserts for the branch of a union (``float``,
+    ``function-after[...]``) is left out."""
+    place: list[str | int] = []
+    here: list[Any] = [model]
+    loc = entry["loc"]
+    for position, part in enumerate(loc):
+        last = position == len(loc) - 1
+        fields = [_fields(one)[part] for one in _tables(here) if part in _fields(one)] if isinstance(part, str) else []
+        free = [argument for one in here for argument in _free_keys(one)]
+        if fields or free or isinstance(part, int):
+            place.append(part)
+            here = fields or free or here
+        elif last and entry["type"] in _UNKNOWN:
+            place.append(part)
+    return tuple(place)
+
+
+_UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
+
+
+def _tables(annotations: list[Any]) -> list[Any]:
+    return [table for annotation in annotations for table in _tables_in(annotation)]
+
+
+def _free_keys(annotation: Any) -> list[Any]:
+    """What a table with any keys holds, such as ``dict[str, Choice]``; empty for anything else."""
+    origin = typing.get_origin(annotation)
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return [typing.get_args(annotation)[1]]
+    return [free for argument in typing.get_args(annotation) if origin is not None for free in _free_keys(argument)]
+
+
+def _joined(messages: list[str]) -> str:
+    """Complaints about one value that may be of several kinds: the names that it may have come first."""
+    distinct = list(dict.fromkeys(messages))
+    if len(distinct) == 1:
+        return distinct[0]
+    bare = [message.partition(" (given: ")[0] for message in distinct]
+    given = next((message[len(start) :] for message, start in zip(distinct, bare) if message != start), "")
+    bare.sort(key=lambda message: not message.startswith('must be "'))
+    return ", or: ".join(bare) + given
+
+
+def _worded(model: type[BaseModel], path: KeyPath, entry: Any) -> str:
+    kind, context, value = entry["type"], entry.get("ctx", {}), entry.get("input")
+    given = "" if isinstance(value, (dict, list)) else f" (given: {_shown(value)})"
+    if kind != "value_error" and isinstance(value, float) and not math.isfinite(value):
+        return f"{value} is not a finite number"
+    match kind:
+        case "extra_forbidden" | "unexpected_keyword_argument":
+            return unknown(
+                str(path[-1]),
+                [
+                    name
+                    for name in names_at(model, path[:-1])
+                    if len(path) > 1 or name not in (*SHARED_TABLES, *FOLLOWING)
+                ],
+            )
+        case "missing" | "missing_argument":
+            return "is missing"
+        case "greater_than":
+            return f"must be greater than {context['gt']:g}{given}"
+        case "greater_than_equal":
+            return f"must be at least {context['ge']:g}{given}"
+        case "less_than":
+            return f"must be less than {context['lt']:g}{given}"
+        case "less_than_equal":
+            return f"must be at most {context['le']:g}{given}"
+        case "literal_error":
+            options = [option.strip().strip("'") for option in context["expected"].replace(" or ", ", ").split(",")]
+            words = " or ".join(
+                part for part in (", ".join(f'"{option}"' for option in options[:-1]), f'"{options[-1]}"') if part
+            )
+            return f"must be {words}{nearest(str(value), options)}{given}"
+        case "value_error":
+            return str(context["error"])
+        case "too_short":
+            return f"needs at least {context['min_length']} element{'s' if context['min_length'] > 1 else ''}"
+        case "tuple_type" | "list_type":
+            example = _shown(value) if isinstance(value, (str, int, float)) else "..."
+            return f"must be a list, [{example}] for example{given}"
+        case _ if kind in _KINDS:
+            return f"must be {_KINDS[kind]}{given}"
+        case _:
+            return f"{entry['msg'][:1].lower()}{entry['msg'][1:]}{given}"
+
+
+# pydantic's words for what a value should have been, in a user's
+_KINDS = {
+    "int_type": "a whole number", "int_parsing": "a whole number", "int_from_float": "a whole number",
+    "float_type": "a number", "float_parsing": "a number",
+    "bool_type": "true or false", "bool_parsing": "true or false", "string_type": "a text in quotes",
+    "dict_type": "a table", "mapping_type": "a table",
+    "model_type": "a table", "model_attributes_type": "a table", "finite_number": "a finite number",
+}  # fmt: skip
+
+
+def unknown(word: str, names: list[str], what: str = "key") -> str:
+    """What to say of a key that there is not: a near name, the same key in another table, or all names where nothing
+    is near."""
+    near = nearest(word, names, 0.75)
+    if not near and (elsewhere := keys.places(word)):
+        return f"there is no such {what} here; did you mean {' or '.join(repr(name) for name in elsewhere[:3])}?"
+    near = near or nearest(word, names)
+    known = f" (known: {', '.join(names)})" if names and not near else ""
+    return f"there is no such {what}{near}{known}"
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, str):
+        return f'"{short(value)}"'
+    return str(value).lower() if isinstance(value, bool) else short(str(value))
+
+
+def short(text: str, most: int = 80) -> str:
+    """A text with its middle left out where it is long."""
+    return text if len(text) <= most else f"{text[: most - 20]} ... {text[-10:]} ({len(text)} characters)"
+
+
+def names_at(model: type[BaseModel], path: KeyPath) -> list[str]:
+    """The key names that are valid in the table at ``path`` of a model."""
+    here: list[Any] = [model]
+    for part in path:
+        inner = (
+            [table for one in here for table in _tables_in(_fields(one).get(part))] if isinstance(part, str) else []
+        )
+        here = inner or here  # an index or the tag of a union names no table of its own
+    return list(dict.fromkeys(name for one in here for name in _fields(one)))
+
+
+def _fields(table: Any) -> dict[Any, Any]:
+    if issubclass(table, BaseModel):
+        return {field.alias or name: field.annotation for name, field in table.model_fields.items()}
+    return typing.get_type_hints(table)
+
+
+def _tables_in(annotation: Any) -> Iterable[type]:
+    """The models and named tuples inside an annotation such as ``tuple[Layer, ...]`` or ``Contact | None``."""
+    if isinstance(annotation, type) and not typing.get_args(annotation):
+        if issubclass(annotation, BaseModel) or (issubclass(annotation, tuple) and hasattr(annotation, "_fields")):
+            yield annotation
+        return
+    for argument in typing.get_args(annotation):
+        yield from _tables_in(argument)

@@ -1,0 +1,190 @@
+"""What a case leaves open and several stages share, filled in from what it says: stages, extent of flat ground,
+expected crater, kind of ground.
+
+    [case] title      the case's name
+    [case] stages     nbody where the case has its table; sph; bed, handoff, dem where
+                      the case has one of their tables, or where there is weight and strength does not hold the crater
+                      (loose grains would let it slump); crater. On an ellipsoid or mesh: sph, crater, and of the
+                      others those whose table the case has
+    [[target.layers]] name: its material; thickness of the lowest of flat ground: down to 2.2 expected diameters,
+                      which is also its half width unless given
+    [impact]          expected_transient_diameter by scaling laws (``pipeline.case.expected_crater``)
+    [crater]          ground: what the laws of strength of the uppermost layer say
+    [target] arrival  latitude, longitude, azimuth, [impact] angle_from_vertical (``pipeline.case.arrival``)
+    [handoff]         until, on an ellipsoid or mesh: [dem] latest_time
+
+2.2 diameters leave 1.4 (2.8 crater radii) inside the quiet layer at the coarsest grading of
+``sph.planning.resolution``. What only one stage needs is that stage's own default. A document with mistakes is left as
+it is: ``pipeline.settings.checking`` tells them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import ValidationError
+
+from matter.case.body import SOLIDS, Impact, Target
+from matter.case.quantity import REQUIRED
+from matter.errors import InputError
+from pipeline.case import arrival, stages
+from pipeline.case.complaints import Complaint
+from pipeline.case.toml_lines import KeyPath
+
+EXTENT = 2.2
+"""Depth and half width of flat ground over the expected diameter."""
+FROM_ENCOUNTERS = {"speed": "15 km/s", "angle_from_vertical": "45 deg"}
+"""A case with the stage nbody may leave these of [impact] to it; until that is done, checks and predictions use the
+placeholders."""
+DIAMETER = ("impact", "expected_transient_diameter")
+_GRAINS = ("bed", "handoff", "dem")
+
+
+def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], tuple[KeyPath, ...], list[Complaint]]:
+    """The document with what it leaves open, which key paths were filled that depend on the impact, and what cannot be
+    filled."""
+    document = {**document, "case": {"title": name, **_table(document, "case")}}
+    if not isinstance(document.get("target"), dict) or not isinstance(document.get("impact"), dict):
+        return document, (), []
+    document["target"] = _named(document["target"])
+    document, against = arrival.filled(document)
+    if against:
+        return document, (), against
+    filled: list[KeyPath] = []
+    try:
+        crater = _expected(document)
+    except InputError as reason:
+        return document, (), [Complaint(("sph", "materials"), str(reason))]
+    except (ValidationError, TypeError, AttributeError, KeyError):
+        crater = None
+    except ValueError as reason:
+        return document, (), [Complaint(DIAMETER, str(reason))]
+    if crater is not None:
+        filled = _fill(document, crater)
+    document["case"].setdefault("stages", list(_chain(document, crater)))
+    return _as_long_as_the_collapse(document), tuple(filled), []
+
+
+def _as_long_as_the_collapse(document: dict[str, Any]) -> dict[str, Any]:
+    """What comes back to an ellipsoid or mesh within the collapse is followed there: the handoff has to know its
+    end."""
+    table, latest = _table(document, "handoff"), _table(document, "dem").get("latest_time")
+    named = document["case"]["stages"]
+    if document["target"].get("shape") not in SOLIDS or not latest or "handoff" not in (named or ()):
+        return document
+    return {**document, "handoff": {"until": latest, **table}}
+
+
+def _table(document: dict[str, Any], name: str) -> dict[str, Any]:
+    return document[name] if isinstance(document.get(name), dict) else {}
+
+
+def _named(target: dict[str, Any]) -> dict[str, Any]:
+    layers = target.get("layers")
+    if not isinstance(layers, list) or not all(isinstance(layer, dict) for layer in layers):
+        return target
+    return {
+        **target,
+        "layers": [
+            {"name": layer["material"], **layer} if isinstance(layer.get("material"), str) else layer
+            for layer in layers
+        ],
+    }
+
+
+def _open_bottom(target: dict[str, Any]) -> bool:
+    layers = target.get("layers")
+    return (
+        target.get("shape", "sphere") not in ("sphere", *SOLIDS)
+        and isinstance(layers, list)
+        and bool(layers)
+        and "thickness" not in layers[0]
+    )
+
+
+def _has_ground() -> bool:
+    """Whether the stage that measures compares with laws of a kind of ground."""
+    try:
+        return "ground" in stages.load("crater").Settings.model_fields
+    except InputError:
+        return False
+
+
+def _expected(document: dict[str, Any]) -> Any:
+    """The expected crater, or None where nothing is left open that depends on it. Raises ``ValueError`` where none can
+    be expected."""
+    target, impact, sph = document["target"], document["impact"], _table(document, "sph")
+    asked = any(stage in document for stage in _GRAINS)
+    measured = (
+        target.get("shape") not in SOLIDS
+        and "crater" in document["case"].get("stages", ("crater",))
+        and "ground" not in _table(document, "crater")
+        and _has_ground()
+    )
+    if DIAMETER[1] in impact and not _open_bottom(target) and not measured and ("stages" in document["case"] or asked):
+        return None
+    from pipeline.case import expected_crater
+    from sph.materials.settings import Choice
+    from sph.planning import durations
+
+    layers = [
+        {"thickness": "1 km", **layer} if k == 0 and _open_bottom(target) else layer
+        for k, layer in enumerate(target["layers"])
+    ]
+    body = Target.model_validate({**target, "layers": layers}, context=REQUIRED)
+    shot = Impact.model_validate({**FROM_ENCOUNTERS, DIAMETER[1]: "1 m", **impact}, context=REQUIRED)
+    choices = {
+        name: Choice.model_validate(value, context=REQUIRED) for name, value in sph.get("materials", {}).items()
+    }
+    rows = durations.chosen(body, shot, choices)
+    strong, breaks = sph.get("strength", True) is True, sph.get("damage", True) is True
+    try:
+        return expected_crater.of_case(
+            body, shot, rows, strong, breaks, shot.expected_transient_diameter if DIAMETER[1] in impact else None
+        )
+    except InputError as reason:
+        raise ValueError(str(reason)) from None
+
+
+def _fill(document: dict[str, Any], crater: Any) -> list[KeyPath]:
+    filled: list[KeyPath] = []
+    impact, target = dict(document["impact"]), dict(document["target"])
+    if DIAMETER[1] not in impact:
+        impact[DIAMETER[1]] = f"{float(f'{crater.diameter:.2g}')!r} m"
+        filled.append(DIAMETER)
+    if _open_bottom(target):
+        above = Target.model_validate(
+            {**target, "layers": [{"thickness": "1 km", **target["layers"][0]}, *target["layers"][1:]]},
+            context=REQUIRED,
+        )
+        rest = above.radius - above.layers[0].thickness
+        thickness = max(EXTENT * crater.diameter - rest, 0.5 * EXTENT * crater.diameter)
+        target["layers"] = [
+            {**target["layers"][0], "thickness": f"{float(f'{thickness:.2g}')!r} m"},
+            *target["layers"][1:],
+        ]
+        filled.append(("target", "layers", 0, "thickness"))
+    document["impact"], document["target"] = impact, target
+    if (
+        "ground" not in _table(document, "crater")
+        and target.get("shape") not in SOLIDS
+        and "crater" in document["case"].get("stages", ("crater",))
+        and _has_ground()
+    ):
+        document["crater"] = {**_table(document, "crater"), "ground": crater.ground.kind}
+        filled.append(("crater", "ground"))
+    return filled
+
+
+def _chain(document: dict[str, Any], crater: Any) -> tuple[str, ...]:
+    solid = document["target"].get("shape") in SOLIDS
+    wanted = {"sph", "crater"}
+    if "nbody" in document:
+        wanted.add("nbody")
+    if solid:
+        wanted.update(stage for stage in _GRAINS if stage in document)
+    elif any(stage in document for stage in _GRAINS) or (
+        crater is not None and crater.gravity > 0.0 and not crater.held
+    ):
+        wanted.update(_GRAINS)
+    return tuple(stage for stage in stages.ORDER if stage in wanted)

@@ -1,0 +1,1 @@
+"""A run: its plan, its processes, its journal and its results."""

@@ -1,0 +1,1 @@
+"""Settings of the stages from a case: composed, checked, described."""

@@ -1,0 +1,1 @@
+"""The store of finished stages, shared by runs."""

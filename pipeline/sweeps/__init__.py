@@ -1,0 +1,1 @@
+"""Sweeps of a case, their members, jobs and tables."""

@@ -1,0 +1,275 @@
+"""What a sweep came to: one table (CSV, HDF5), and one page with every measure against every parameter that was
+varied, errors and scaling laws beside."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from crater.drawing.figure import INK, figure, grid, save
+from crater.scaling import laws
+from matter.case import quantity
+from matter.files import archive
+from matter.wording import drawing, page, readable
+from matter.wording.crater_measures import BY_NAME, COMPARED, UNITS
+from pipeline.case import stages
+from pipeline.settings import expected
+from pipeline.store import folder
+from pipeline.sweeps.sweep import QUANTITY, Number, Sweep
+from pipeline.sweeps.sweep_run import state_of
+
+CSV, HDF5, PAGE = "table.csv", "table.h5", "page.html"
+_SIGMA, _LAW = "_sigma", "law/"
+Row = dict[str, Any]
+
+
+def rows_of(sweep: Sweep) -> list[Row]:
+    """A row per member: name, run folder, where it stands, every key that is varied with its value, whether its last
+    crater is at rest (``settled``), then measures as ``final/depth_m`` with ``..._sigma`` [SI], and the transient
+    apparent diameter by the scaling laws for its ground as ``law/<name>`` [m]."""
+    rows = []
+    for member in sweep.members:
+        request = sweep.requests[member.name]
+        row: Row = {
+            "member": member.name,
+            "run": request.run_folder.name,
+            "state": state_of(sweep, member).word,
+            **sweep.values[member.name],
+        }
+        row["settled"] = (
+            folder.record(stages.folder(request.run_folder, "crater") / "measures.json").get("final") or {}
+        ).get("settled")
+        for crater, cells in expected.values(request.run_folder).items():
+            for name, cell in cells.items():
+                row[f"{crater}/{name}"], row[f"{crater}/{name}{_SIGMA}"] = cell.get("value"), cell.get("sigma")
+        rows.append(row | _laws(request.run_folder))
+    return rows
+
+
+def _laws(run: Path) -> dict[str, float]:
+    """Diameters by the laws that are usual for the ground of a measured run; empty where there is no weight, or
+    nothing was measured."""
+    compared = folder.record(stages.folder(run, "crater") / "compare.json").get("scaling") or {}
+    return {f"{_LAW}{name}": float(compared["diameter_m"][name]) for name in compared.get("range_of", ())}
+
+
+def columns_of(rows: Sequence[Row]) -> list[str]:
+    """All columns, in the order in which they first come."""
+    return list(dict.fromkeys(name for row in rows for name in row))
+
+
+def unit_of(column: str) -> str:
+    """SI unit of a column of measures or laws; empty for others."""
+    name = column.rpartition("/")[2].removesuffix(_SIGMA)
+    return "m" if column.startswith(_LAW) else UNITS.get(name, "") if "/" in column else ""
+
+
+def write(sweep: Sweep) -> list[Row]:
+    """Write table, pictures and page into the sweep's folder; the rows."""
+    rows = rows_of(sweep)
+    columns = columns_of(rows)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([["" if row.get(name) is None else row[name] for name in columns] for row in rows])
+    archive.write_text(sweep.folder / CSV, text.getvalue())
+    _write_hdf5(sweep.folder / HDF5, rows, columns)
+    archive.write_text(sweep.folder / PAGE, _page(sweep, rows))
+    return rows
+
+
+def _write_hdf5(path: Path, rows: Sequence[Row], columns: Sequence[str]) -> None:
+    arrays: dict[str, Any] = {}
+    for name in columns:
+        values = [row.get(name) for row in rows]
+        key = name.replace("/", ".")
+        if all(value is None or (isinstance(value, int | float) and not isinstance(value, bool)) for value in values):
+            arrays[key] = (
+                np.array([np.nan if value is None else float(value) for value in values]),
+                unit_of(name) or "1",
+                _meaning(name),
+            )
+        else:
+            arrays[key] = np.array(["" if value is None else str(value) for value in values], dtype="S")
+    archive.write(path, arrays)
+
+
+def _meaning(column: str) -> str:
+    crater, _, name = column.rpartition("/")
+    if column.startswith(_LAW):
+        return f"transient apparent diameter by {laws.NAMES.get(name, name)}"
+    words = BY_NAME[name.removesuffix(_SIGMA)].words if name.removesuffix(_SIGMA) in BY_NAME else name
+    return f"{'standard error of ' if name.endswith(_SIGMA) else ''}{crater.replace('_', ' ')} {words}".strip()
+
+
+def axis_of(values: Sequence[Number]) -> tuple[np.ndarray, str, list[str]]:
+    """Places on an axis of values as they were given, their unit, and labels where they are words: numbers in a common
+    unit stay, in several they become SI."""
+    parts = [
+        match.groups() if isinstance(value, str) and (match := QUANTITY.match(value)) else None for value in values
+    ]
+    if all(parts):
+        units = {part[1].strip() for part in parts if part}
+        if len(units) == 1:
+            return np.array([float(part[0]) for part in parts if part]), units.pop(), []
+        try:
+            return np.array([quantity.parse(str(value)) for value in values]), "SI", []
+        except ValueError:
+            pass
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return np.array([float(value) for value in values]), "", []
+    words = list(dict.fromkeys(map(str, values)))
+    return np.array([float(words.index(str(value))) for value in values]), "", words
+
+
+def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
+    done = [row for row in rows if row["state"] == "done"]
+    given = list(sweep.values[sweep.members[0].name])
+    keys = [key for key in given if len({str(row[key]) for row in rows}) > 1]
+    parts = [
+        f"<p>{len(done)} of {len(rows)} members are done. Errors are one standard deviation; dashed: scaling laws for "
+        f"the transient diameter; open symbols: the last snapshot of a crater that is not at rest."
+        + (
+            " Pictures show the plainest member of each case, and those that differ from it in that key."
+            if sweep.named
+            else ""
+        )
+        + "</p>"
+    ]
+    if not drawing.possible("the sweep", print):
+        parts.append(drawing.note())
+        keys = []
+    for key in keys:
+        file = sweep.folder / f"against_{key.replace('.', '_')}.png"
+        shown = _about(sweep, done, key)
+        if len({str(row[key]) for row in shown}) > 1 and _draw(shown, key, file):
+            parts += [f"<h2>Against {page.escape(key)}</h2>", page.picture(file, f"Measures against {key}.")]
+    measured = [
+        name
+        for name in columns_of(rows)
+        if "/" in name and not name.endswith(_SIGMA) and not name.startswith(_LAW) and not _deep(name)
+    ]
+    head = [
+        "member",
+        "state",
+        *map(page.escape, given),
+        *(page.escape(_meaning(name)) for name in measured),
+    ]
+    body = []
+    for row in rows:
+        values = ["–" if row[key] is None else page.escape(row[key]) for key in given]
+        body.append(
+            [page.escape(row["member"]), page.escape(row["state"]), *values, *(_cell(row, name) for name in measured)]
+        )
+    return page.document(
+        f"Sweep {sweep.name}" if "case" in given else f"Sweep of {next(iter(sweep.requests.values())).case.title}",
+        [*parts, "<h2>Members</h2>", page.table(head, body)],
+    )
+
+
+def _deep(name: str) -> bool:
+    return name.startswith("transient_at_maximum_depth/")
+
+
+def _cell(row: Row, name: str) -> str:
+    return page.escape(_measured(row, name)) or "–"
+
+
+def _measured(row: Row, name: str) -> str:
+    """A measure with its error; empty where there is none."""
+    value = row.get(name)
+    return "" if value is None else readable.measured(float(value), row.get(f"{name}{_SIGMA}"), unit_of(name))
+
+
+def _about(sweep: Sweep, rows: Sequence[Row], key: str) -> list[Row]:
+    """The members that a picture against ``key`` shows: all, or, where each names its own keys (``points``), the
+    plainest of each case (which says least itself) and those that differ from it in this key. What is left to the
+    default is called so."""
+    chosen = list(rows)
+    if sweep.named:
+        plain: dict[str, str] = {}
+        for member in sorted(sweep.members, key=lambda one: len(one.values)):
+            plain.setdefault(sweep.requests[member.name].case.name, member.name)
+        least = {name: sweep.values[member] for name, member in plain.items()}
+        of_case = {member.name: sweep.requests[member.name].case.name for member in sweep.members}
+        chosen = [
+            row
+            for row in rows
+            if row["member"] in plain.values() or str(row[key]) != str(least[of_case[row["member"]]][key])
+        ]
+    return [row | {key: "default"} if row[key] is None else row for row in chosen]
+
+
+def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
+    """One picture: every measure that a member has, against one key; whether there was anything to draw. Members of
+    several cases differ in colour."""
+    shown = [
+        f"{crater}/{name}"
+        for name in COMPARED
+        for crater in ("transient", "final")
+        if len({row[key] for row in rows if row.get(f"{crater}/{name}") is not None}) > 1
+    ]
+    if not shown:
+        return False
+    places, unit, words = axis_of([row[key] for row in rows])
+    of_case = sorted({str(row.get("case", "")) for row in rows})
+    order = np.argsort(places, kind="stable")
+    fig = figure(11.0, 2.9 * -(-len(shown) // 3))
+    for number, name in enumerate(shown):
+        axis = fig.add_subplot(-(-len(shown) // 3), 3, number + 1)
+        factor, symbol = readable.scale(
+            max(abs(float(row[name])) for row in rows if row.get(name) is not None), unit_of(name)
+        )
+        value, error = (
+            np.array([np.nan if row.get(column) is None else factor * float(row[column]) for row in rows])
+            for column in (name, f"{name}{_SIGMA}")
+        )
+        final = name.startswith("final")
+        at_rest = np.array([not final or row.get("settled") is not False for row in rows])
+        for k, case in enumerate(of_case):
+            colour = INK[k % len(INK) if case else final]
+            for rests in (True, False):
+                mine = (at_rest == rests) & np.array([row.get("case", "") == case for row in rows])
+                look = {"color": colour, "markersize": 4, "capsize": 2, "linewidth": 1.0}
+                axis.errorbar(
+                    places[mine], value[mine], np.nan_to_num(error)[mine], fmt="o",
+                    markerfacecolor=colour if rests else "white",
+                    label=case if rests and key != "case" else None, **look,
+                )  # fmt: skip
+        if name == "transient/diameter_apparent_m":
+            for k, law in enumerate(sorted({column for row in rows for column in row if column.startswith(_LAW)})):
+                sizes = np.array([factor * float(row.get(law, np.nan)) for row in rows])
+                for case in of_case:
+                    mine = [i for i in order if rows[i].get("case", "") == case]
+                    axis.plot(
+                        places[mine], sizes[mine], "--", marker="_", color=INK[2 + k % 4], linewidth=1.0,
+                        label=laws.NAMES.get(law.removeprefix(_LAW), law) if case == of_case[0] else None,
+                    )  # fmt: skip
+        axis.set(xlabel=f"{key}{f' [{unit}]' if unit else ''}", title=f"{_meaning(name)} [{symbol}]")
+        axis.title.set_fontsize(8)
+        if words:
+            axis.set_xticks(range(len(words)), words, fontsize=6 if max(map(len, words)) > 8 else None)
+        grid(axis)
+    told = {label: handle for axis in fig.axes for handle, label in zip(*axis.get_legend_handles_labels())}
+    if any(told):
+        fig.legend(told.values(), told.keys(), loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    save(fig, file)
+    return True
+
+
+def text(rows: Sequence[Row]) -> str:
+    """The main measures of every member as a table for a terminal."""
+    names = [f"{crater}/{name}" for crater in ("transient", "final") for name in ("diameter_apparent_m", "depth_m")]
+    names = [name for name in names if any(row.get(name) is not None for row in rows)]
+    width = max(8, *(len(row["member"]) + 2 for row in rows))
+    column = max((len(_meaning(name)) + 3 for name in names), default=0)
+    lines = [f"{'member':<{width}}{'state':<10}" + "".join(f"{_meaning(name):>{column}}" for name in names)]
+    for row in rows:
+        cells = [readable.terminal(_measured(row, name)) or "--" for name in names]
+        lines.append(f"{row['member']:<{width}}{row['state']:<10}" + "".join(f"{cell:>{column}}" for cell in cells))
+    return "\n".join(lines)

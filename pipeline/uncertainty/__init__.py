@@ -1,0 +1,1 @@
+"""Errors and sensitivities of a whole run, and frozen forecasts."""

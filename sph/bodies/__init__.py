@@ -1,0 +1,1 @@
+"""Target, projectile and the particles that fill them."""

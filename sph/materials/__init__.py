@@ -1,0 +1,1 @@
+"""Material laws and their settings, by material of a particle."""

@@ -1,0 +1,309 @@
+"""The materials of one run as arrays that compiled loops read: one row per material, zero where a law does not
+apply."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from matter.case.at_rest import AtRest
+from matter.case.quantity import PositivePressure, Pressure
+from matter.compilation.law_family import Family
+from matter.errors import InputError
+from sph.damage import grady_kipp, growth
+from sph.eos import dispatch as eos
+from sph.materials import temperature
+from sph.materials.families import FAMILIES
+from sph.materials.settings import AS_PUBLISHED, Kept, has_section, law_of, parameters
+from sph.porosity import crush, p_alpha
+from sph.porosity import dispatch as porosity
+from sph.porosity.matrix import Matrix
+from sph.strength import dispatch as strength
+from sph.strength import inertial_friction, von_mises
+
+
+class Elastic(NamedTuple):
+    """Shear and bulk modulus [Pa]."""
+
+    shear_modulus: Annotated[Pressure, Field(ge=0)]
+    bulk_modulus: PositivePressure
+
+
+class Tension(NamedTuple):
+    """The largest tension that the intact material bears [Pa]."""
+
+    cut: Annotated[Pressure, Field(ge=0)]
+
+
+class Rows(NamedTuple):
+    """What the compiled loops read; (m,) or (m, k) arrays over the materials."""
+
+    eos: np.ndarray  # number of the law in its family, sph.eos.dispatch
+    eos_row: np.ndarray  # (m, width of the family, or what a table of theirs needs), rho0 first
+    rho0: np.ndarray  # density of the solid at rest [kg/m^3]
+    least_c2: np.ndarray  # floor of the squared sound speed [m^2/s^2]
+    shear: np.ndarray  # shear modulus [Pa]
+    bulk: np.ndarray  # bulk modulus [Pa]
+    strength: np.ndarray  # number of the law in sph.strength.dispatch
+    strength_row: np.ndarray  # (m, width)
+    inertial: np.ndarray  # (m, 3), sph.strength.inertial_friction; diameter 0 where friction does not go by the rate
+    mixes_damage: np.ndarray  # 1 where damage stands in the yield stress, 0 where it takes the shear stress as a whole
+    tension: np.ndarray  # the tension that the intact material bears [Pa], >= 0
+    # specific energy at which that tension is gone [J/kg], that of the strength; infinite where nothing says it
+    melt: np.ndarray
+    boils: np.ndarray  # specific energy [J/kg] from which on it bears neither shear nor tension; infinite: none
+    young: np.ndarray  # Young's modulus [Pa]
+    crack_speed: np.ndarray  # [m/s]
+    growth: np.ndarray  # number of the law in sph.damage.growth, 0 where nothing breaks
+    flawed: np.ndarray  # 1 where flaws are seeded
+    porosity: np.ndarray  # number of the law in sph.porosity.dispatch
+    pores: np.ndarray  # (m, width), alpha0 first
+    alpha0: np.ndarray  # initial distention, 1 without pores
+    crush: np.ndarray  # number of the law in sph.porosity.crush
+    crush_row: np.ndarray  # (m, width)
+    thermal: np.ndarray  # (m, width), sph.temperature; of its head alone where no material needs a cold curve
+
+
+@dataclass(frozen=True)
+class Materials:
+    """Names of the materials of a run, their rows, and what the case changed of them."""
+
+    names: tuple[str, ...]
+    rows: Rows
+    choices: Mapping[str, Kept]
+
+    @property
+    def rho0(self) -> np.ndarray:
+        """Density of the solid at rest [kg/m^3], (m,)."""
+        return self.rows.rho0
+
+    @property
+    def bulk_density(self) -> np.ndarray:
+        """Density at rest with its pores, rho0 / alpha0 [kg/m^3], (m,)."""
+        return self.rows.rho0 / self.rows.alpha0
+
+    @property
+    def at_rest(self) -> dict[str, AtRest]:
+        """Both densities of each material at rest, by its name."""
+        return {
+            name: AtRest(solid=float(solid), bulk=float(bulk))
+            for name, solid, bulk in zip(self.names, self.rho0, self.bulk_density)
+        }
+
+    @property
+    def porous(self) -> bool:
+        """Whether any material has pores."""
+        return bool((self.rows.alpha0 > 1.0).any())
+
+    @property
+    def harden(self) -> bool:
+        """Whether the yield law of any material goes by plastic strain."""
+        return any(strength.FAMILY.having("HARDENS")[kind] for kind in self.rows.strength)
+
+    @property
+    def inertial(self) -> bool:
+        """Whether the friction of any material goes by the rate of strain."""
+        return bool((self.rows.inertial[:, inertial_friction.DIAMETER] > 0.0).any())
+
+    def index(self, name: str) -> int:
+        """The number of a material in the tables."""
+        return self.names.index(name)
+
+    def weibull(self, name: str) -> grady_kipp.Parameters:
+        """The Weibull parameters of a material; raises ``InputError`` where it has none."""
+        return parameters(grady_kipp.Parameters, name, "weibull", self.choices.get(name, AS_PUBLISHED))
+
+    def predamaged(self, name: str) -> bool:
+        """Whether the material is broken from the start."""
+        return self.choices.get(name, AS_PUBLISHED).predamaged
+
+
+def collect(names: tuple[str, ...], choices: Mapping[str, Kept] | None = None) -> Materials:
+    """Rows for the materials ``names``, changed as ``choices`` says. Sections that a material lacks mean: no shear, no
+    yield, no flaws, no tension.
+
+    Raises ``InputError`` for an unknown material or law, for values that do not fit, and for a change of a material
+    that is not there.
+    """
+    choices = choices or {}
+    for name in choices:
+        if name not in names:
+            near = difflib.get_close_matches(name, names, n=1)
+            raise InputError(
+                f"material {name!r} is not used in this run{f'; did you mean {near[0]!r}?' if near else ''} (it has "
+                f"{', '.join(names)})"
+            )
+    count = len(names)
+    whole = {"eos", "strength", "mixes_damage", "growth", "porosity", "crush"}
+    wide = {
+        "eos_row": eos.FAMILY,
+        "strength_row": strength.FAMILY,
+        "pores": porosity.FAMILY,
+        "crush_row": crush.FAMILY,
+    }
+    warm = any(has_section(name, "thermal", choices.get(name, AS_PUBLISHED)) for name in names)
+    rows = Rows(
+        *(
+            np.zeros((count, wide[f].width) if f in wide else count, dtype=np.int64 if f in whole else np.float64)
+            for f in Rows._fields
+        )
+    )
+    bulk = [_bulk(name, choices.get(name, AS_PUBLISHED)) for name in names]
+    rows = rows._replace(
+        thermal=np.zeros((count, temperature.WIDTH if warm else temperature.HEAD)),
+        inertial=np.zeros((count, inertial_friction.WIDTH)),
+    )
+    if (widest := max(len(numbers) for _, _, numbers in bulk)) > eos.FAMILY.width:
+        rows = rows._replace(eos_row=np.zeros((count, widest)))
+    for i, name in enumerate(names):
+        choice = choices.get(name, AS_PUBLISHED)
+        _fill_bulk(rows, i, name, choice, *bulk[i])
+        _fill_strength(rows, i, name, choice)
+        _fill_friction(rows, i, name, choice)
+        _fill_heat(rows, i, name, choice)
+        _fill_damage(rows, i, name, choice)
+        _fill_pores(rows, i, name, choice)
+        _refuse_idle(rows, i, name, choice)
+    return Materials(names, rows, choices)
+
+
+def _chosen(name: str, family: Family, default: str, choice: Kept) -> int:
+    """The number of the law that a material takes in a family."""
+    return _number(name, family.key, family.names, default, choice)
+
+
+def _number(name: str, key: str, names: tuple[str, ...], default: str, choice: Kept) -> int:
+    law = law_of(name, key, default, choice)
+    if law not in names:
+        raise InputError(f"material {name!r}: {key} is {law!r}, which is none of {', '.join(names)}")
+    return names.index(law)
+
+
+def _values(name: str, family: Family, kind: int, choice: Kept) -> Any:
+    """The validated parameters of a material's law; raises ``InputError`` for values that do not fit together."""
+    module: Any = family.module(kind)
+    values = parameters(module.Parameters, name, family.title(module), choice)
+    _refuse(name, family.title(module), family.fault(kind, values))
+    return values
+
+
+def _bulk(name: str, choice: Kept) -> tuple[int, Any, Sequence[float]]:
+    """Number, values and row of a material's equation of state."""
+    kind = _chosen(name, eos.FAMILY, "tillotson", choice)
+    values = _values(name, eos.FAMILY, kind, choice)
+    return kind, values, eos.FAMILY.row(kind, values)
+
+
+def _fill_bulk(rows: Rows, i: int, name: str, choice: Kept, kind: int, values: Any, numbers: Sequence[float]) -> None:
+    rows.eos[i] = kind
+    _put(rows.eos_row[i], numbers)
+    rows.rho0[i] = values.rho0
+    rows.least_c2[i] = 0.01 * eos.modulus(kind, rows.eos_row[i]) / values.rho0
+    elastic = parameters(Elastic, name, "elastic", choice)
+    shear, bulk = elastic.shear_modulus, elastic.bulk_modulus
+    rows.shear[i], rows.bulk[i] = shear, bulk
+    rows.young[i] = 9.0 * bulk * shear / (3.0 * bulk + shear)
+    rows.crack_speed[i] = grady_kipp.CRACK_SPEED * math.sqrt((bulk + 4.0 / 3.0 * shear) / values.rho0)
+    rows.tension[i] = parameters(Tension, name, "tension", choice).cut if has_section(name, "tension", choice) else 0.0
+    rows.boils[i] = getattr(values, "Eiv", math.inf)
+
+
+def _fill_strength(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    default = "von_mises" if has_section(name, "von_mises", choice) else "none"
+    kind = rows.strength[i] = _chosen(name, strength.FAMILY, default, choice)
+    rows.mixes_damage[i] = strength.FAMILY.having("MIXES_DAMAGE")[kind]
+    rows.melt[i] = math.inf
+    if kind > 0:
+        values = _values(name, strength.FAMILY, kind, choice)
+        _put(rows.strength_row[i], strength.FAMILY.row(kind, values))
+        rows.melt[i] = values.melt_energy
+    elif has_section(name, "von_mises", choice):  # a fluid that is called so melts no later than the solid
+        rows.melt[i] = parameters(von_mises.Parameters, name, "von_mises", choice).melt_energy
+
+
+def _fill_friction(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    if not has_section(name, "inertial_friction", choice):
+        return
+    law, rubs = strength.FAMILY.names[rows.strength[i]], strength.FAMILY.having("RUBS")[rows.strength[i]]
+    _refuse(name, "inertial_friction", "" if rubs else f"strength = {law!r} has no friction")
+    _put(rows.inertial[i], parameters(inertial_friction.Parameters, name, "inertial_friction", choice))
+
+
+def _fill_heat(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    """Temperature; where it decides about melting, strength and tension go by its share of the way there."""
+    kind = int(rows.eos[i])
+    if has_section(name, "thermal", choice):
+        values = parameters(temperature.Parameters, name, "thermal", choice)
+        lacking = values.heat_capacity == 0.0 and not temperature.knows(kind)
+        _refuse(name, "thermal", "heat_capacity is missing" if lacking else temperature.fault(values))
+        rows.thermal[i] = temperature.row(values, kind, rows.eos_row[i], rows.rho0[i], rows.tension[i])
+        if rows.thermal[i, temperature.SPAN] > 0.0:
+            rows.melt[i], rows.boils[i] = 1.0, math.inf
+            if (law := int(rows.strength[i])) > 0:
+                values = _values(name, strength.FAMILY, law, choice)._replace(melt_energy=1.0)
+                _put(rows.strength_row[i], strength.FAMILY.row(law, values))
+    elif temperature.knows(kind):
+        rows.thermal[i, temperature.HOW] = temperature.OWN
+
+
+def _fill_damage(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    default = "cube_root" if has_section(name, "weibull", choice) else "none"
+    rows.growth[i] = _chosen(name, growth.FAMILY, default, choice)
+    rows.flawed[i] = 1.0 if rows.growth[i] > 0 and has_section(name, "weibull", choice) else 0.0
+    if rows.flawed[i]:
+        parameters(grady_kipp.Parameters, name, "weibull", choice)
+
+
+def _fill_pores(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    kind = rows.porosity[i] = _chosen(name, porosity.FAMILY, "none", choice)
+    rows.alpha0[i] = rows.pores[i, 0] = 1.0
+    if kind == 0:
+        return
+    values = _values(name, porosity.FAMILY, kind, choice)
+    bulk, onset = eos.modulus(rows.eos[i], rows.eos_row[i]), 0.0
+    if porosity.FAMILY.having("CRUSHES")[kind]:
+        curve = rows.crush[i] = _chosen(name, crush.FAMILY, "quadratic", choice)
+        _put(rows.crush_row[i], crush.FAMILY.row(curve, _values(name, crush.FAMILY, curve, choice)))
+        onset = crush.onset(curve, rows.crush_row[i])
+    form = p_alpha.FORMS[_number(name, "crush_form", p_alpha.FORMS, "pressure", choice)]
+    try:
+        _put(rows.pores[i], porosity.FAMILY.row(kind, values, Matrix(rows.rho0[i], bulk, onset, form)))
+    except ValueError as reason:
+        _refuse(name, porosity.FAMILY.names[kind], str(reason))
+    rows.alpha0[i] = values.alpha0
+
+
+def _put(row: np.ndarray, numbers: Sequence[float]) -> None:
+    row[: len(numbers)] = numbers
+
+
+def _refuse(name: str, title: str, fault: str) -> None:
+    if fault:
+        raise InputError(f"material {name!r}, [{title}]: {fault}")
+
+
+def taken(rows: Rows, i: int) -> dict[str, int]:
+    """The number of the law that material ``i`` takes in each family, -1 in a family that it has no use for."""
+    crushes = porosity.FAMILY.having("CRUSHES")[rows.porosity[i]]
+    kinds = (rows.eos[i], rows.strength[i], rows.porosity[i], rows.crush[i] if crushes else -1, rows.growth[i])
+    return {family.key: int(kind) for family, kind in zip(FAMILIES, kinds)}
+
+
+def _refuse_idle(rows: Rows, i: int, name: str, choice: Kept) -> None:
+    """Values for a law that the material does not take would change nothing: most likely the choice of the law was
+    forgotten."""
+    kinds = taken(rows, i)
+    for family in FAMILIES:
+        chosen = family.names[kinds[family.key]] if kinds[family.key] >= 0 else "none"
+        for module in family.laws:
+            title = family.title(module)
+            if title.removeprefix(family.prefix) != chosen and getattr(choice, title, None):
+                raise InputError(f"material {name!r}: [{title}] is given, but {family.key} is {chosen!r}")
+    if choice.weibull and rows.growth[i] == 0:
+        raise InputError(f"material {name!r}: [weibull] is given, but damage is 'none'")

@@ -1,0 +1,1 @@
+"""What the stage reports at its end: energy, escape, fragments."""

@@ -1,0 +1,80 @@
+"""What leaves a body that pulls itself, and the momentum that stays with it.
+
+    a particle leaves:  v^2 / 2 > -phi(x)  and  v . x > 0        phi of all particles; about the centre of mass
+    dP = p - sum of m v over what leaves                         momentum that stays, p that of the projectile
+    beta = dP . N / (p . N)                                      N normal of the surface at the site (a sphere: +z)
+
+(Cheng et al. 2023, Nature 616, 457, eq. 1: their ratio of momenta along the normal of the surface.) At the end of the
+shock stage slow matter is still on its way; what leaves last is the slowest. Most of the mass may be ground that is
+still dense and in contact, which friction can stop: what has ``parted``, to less than half of its density at the
+start, is said by itself: it leaves whatever the ground does.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from matter.geometry import tree
+from sph.bodies import symmetry
+
+SOURCES = ("Cheng2023",)
+THETA = 0.3
+PARTED = 0.5
+"""Density over that of the start, below which matter has parted."""
+
+
+def leaving(
+    position: np.ndarray,
+    velocity: np.ndarray,
+    mass: np.ndarray,
+    softening: np.ndarray,
+    momentum: np.ndarray,
+    normal: np.ndarray,
+    parted: np.ndarray | None = None,
+) -> dict[str, Any]:
+    """Mass [kg] and momentum (3,) [kg m/s] of what leaves, of particles (n, 3), (n,); ``momentum`` (3,) of the
+    projectile, ``normal`` (3,) of the surface; mass and beta of what of it has ``parted`` (n,) bool."""
+    centre, drift = (mass @ values / mass.sum() for values in (position, velocity))
+    place, speed = position - centre, velocity - drift
+    well = tree.wells(position, mass, softening, THETA)
+    gone = (0.5 * np.einsum("ij,ij->i", speed, speed) > well) & (np.einsum("ij,ij->i", speed, place) > 0.0)
+    lost = mass[gone] @ velocity[gone]
+    stays = momentum - lost
+    more = {}
+    if parted is not None:
+        free = gone & parted
+        thrown = float(mass[free] @ velocity[free] @ normal / (momentum @ normal))
+        more = {"parted": {"mass_kg": float(mass[free].sum()), "beta": 1.0 - thrown}}
+    return {
+        "mass_kg": float(mass[gone].sum()),
+        "momentum_kg_m_s": lost.tolist(),
+        "momentum_that_stays_kg_m_s": stays.tolist(),
+        "beta": float(stays @ normal / (momentum @ normal)),
+        "beta_vector": (stays / np.linalg.norm(momentum)).tolist(),
+        "normal": normal.tolist(),
+        **more,
+    }
+
+
+def of(run: Any) -> dict[str, Any] | None:
+    """The same of a ``Simulation`` as it stands; None without projectile or self-gravity."""
+    chosen, cloud = run.settings, run.integrator.cloud
+    if chosen.control or not run.integrator.around.self_gravity or chosen.target.flat:
+        return None
+    sides = symmetry.signs(chosen.symmetry)
+    parts = len(sides)
+    mass = np.tile(cloud.mass, parts)
+    ball = chosen.impact.projectile
+    rho = float(run.materials.bulk_density[run.materials.index(ball.material)])
+    normal = chosen.target.placed.normal if chosen.target.solid else np.array([0.0, 0.0, 1.0])
+    return leaving(
+        symmetry.unfolded(cloud.position, chosen.symmetry),
+        symmetry.unfolded(cloud.velocity, chosen.symmetry),
+        mass,
+        np.tile(run.integrator.softening, parts),
+        rho * ball.volume * np.array(chosen.target.aim(chosen.impact)),
+        normal,
+        np.tile(cloud.density < PARTED * cloud.start_density, parts),
+    )

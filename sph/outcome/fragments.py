@@ -1,0 +1,84 @@
+"""Fragments of a broken body: groups of whole particles that hang together (``matter.geometry.fragments``).
+
+python -m sph.outcome.fragments SNAPSHOT [--json]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from matter.errors import InputError
+from matter.files import snapshot
+from matter.geometry import fragments
+from matter.particles import Particles
+
+
+class Fragment(NamedTuple):
+    """Mass [kg], number of particles, centre [m] and velocity [m/s]."""
+
+    mass: float
+    particles: int
+    centre: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+
+
+def find(particles: Particles) -> list[Fragment]:
+    """Fragments of the target, the largest first; broken particles are dust and belong to none. Needs position,
+    velocity, mass, damage, support_radius."""
+    particles.need("position", "velocity", "mass", "damage", "support_radius")
+    among = particles.layer >= 0 if "layer" in particles else np.ones(len(particles), dtype=bool)
+    group = fragments.groups(particles, among)
+    whole = group != fragments.NONE
+    if not whole.any():
+        return []
+    x, v, m, group = particles.position[whole], particles.velocity[whole], particles.mass[whole], group[whole]
+    count = int(group.max()) + 1
+    mass, number = np.bincount(group, m, count), np.bincount(group, minlength=count)
+    centre = np.stack([np.bincount(group, m * x[:, a], count) / mass for a in range(3)], axis=1)
+    speed = np.stack([np.bincount(group, m * v[:, a], count) / mass for a in range(3)], axis=1)
+    order = np.argsort(-mass, kind="stable")
+    return [
+        Fragment(float(mass[k]), int(number[k]), tuple(map(float, centre[k])), tuple(map(float, speed[k])))  # type: ignore[arg-type]
+        for k in order
+    ]
+
+
+def largest_share(particles: Particles) -> float:
+    """Mass of the largest fragment over that of the target."""
+    target = particles.mass[particles.layer >= 0].sum() if "layer" in particles else particles.mass.sum()
+    found = find(particles)
+    return found[0].mass / float(target) if found else 0.0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; returns its exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sph.outcome.fragments", description="Fragments of a snapshot of the shock stage."
+    )
+    parser.add_argument("snapshot", type=Path)
+    parser.add_argument("--json", action="store_true", help="one object")
+    options = parser.parse_args(arguments)
+    try:
+        particles = snapshot.read(options.snapshot)
+        found, share = find(particles), largest_share(particles)
+    except InputError as reason:
+        print(f"{parser.prog}: {reason}", file=sys.stderr)
+        return reason.exit_code
+    if options.json:
+        print(json.dumps({"largest_over_target": share, "fragments": [piece._asdict() for piece in found[:100]]}))
+        return 0
+    print(f"largest fragment {share:.4f} of the target; {len(found)} fragments")
+    for piece in found[:10]:
+        print(f"{piece.mass:12.4g} kg {piece.particles:8d} particles  {np.linalg.norm(piece.velocity):8.3g} m/s")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,64 @@
+"""What the pass over all pairs leaves (``sph.pairs.rates``): the time derivatives of the particles, and what it learns
+on the way."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from matter.files import checkpoint
+
+
+class Sums(NamedTuple):
+    """The arrays of ``Rates``, as the loop fills them."""
+
+    acceleration: np.ndarray
+    density: np.ndarray
+    energy: np.ndarray
+    stress: np.ndarray
+    divergence: np.ndarray
+    curl: np.ndarray
+    approach: np.ndarray
+    number: np.ndarray
+    strain_rate: np.ndarray
+
+
+class Rates:
+    """Time derivatives and by-products of one evaluation, kept from step to step.
+
+    ``acceleration`` (n, 3), ``density`` [kg/(m^3 s)], ``energy`` [W/kg], ``stress`` (n, 5) [Pa/s], ``divergence`` of
+    velocity [1/s], ``curl`` the size of its curl [1/s] (only where a switch of the viscosity asks for it),
+    ``approach`` the largest -mu [m/s] of the viscosity, ``count`` neighbours inside the support.
+    """
+
+    def __init__(self, n: int, curl: bool = False, strain_rate: bool = False):
+        self.acceleration, self.stress = np.zeros((n, 3)), np.zeros((n, 5))
+        self.density, self.energy, self.divergence, self.approach = (np.zeros(n) for _ in range(4))
+        self.curl = np.zeros(n if curl else 0)
+        self.strain_rate = np.zeros((n if strain_rate else 0, 6))
+        self.count = np.zeros(n, dtype=np.int32)
+
+    @property
+    def sums(self) -> Sums:
+        """The arrays as the compiled loop takes them."""
+        return Sums(
+            self.acceleration,
+            self.density,
+            self.energy,
+            self.stress,
+            self.divergence,
+            self.curl,
+            self.approach,
+            self.count,
+            self.strain_rate,
+        )
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Every array, for a checkpoint."""
+        return vars(self)
+
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up a ``state``."""
+        for name, array in vars(self).items():
+            array[:] = saved[name]

@@ -1,0 +1,347 @@
+"""The one pass over all pairs: force, strain rate, divergence, heating, viscosity.
+
+With V_j = m_j / rho_j, sigma = S - P 1 (effective), h_ij = (h_i + h_j) / 2, W = W(r_ij, h_ij), v_ji = v_j - v_i:
+
+    a_i      = (1 / rho_i) sum_j V_j (sigma_i + sigma_j) . grad_i W  -  sum_j m_j Pi_ij grad_i W
+    L_i      = sum_j V_j v_ji (x) grad_i W                               velocity gradient, plain
+    drho_i   = -rho_i tr L_i
+    du_i     = (1 / rho_i) sigma_i : L_i + sum_j w_ij m_j Pi_ij v_ij . grad_i W      w_ij = V_i / (V_i + V_j)
+    dS_i     = 2 f mu (eps - tr eps / 3) + S.Omega^T + Omega.S
+        eps, Omega from L_i C_i with C_i = (sum_j V_j x_ji (x) grad_i W)^-1
+
+f is the strain of the matrix over that of the porous material (``Matter.strain_ratio`` of ``sph.pairs.scheme``; 1 in
+solid material): it scales what strains, never what turns.
+
+The heat of viscosity is shared by volume: a pair of one material ends with one specific energy, as behind a shock,
+however unlike its particles. (Shared by halves, a light particle that meets heavy ones is heated by their mass ratio
+too much: projectile particles a seventeenth of the target's overshoot the planar limit of 111 GPa to 160 GPa; by
+volume they reach 84.)
+
+Force and energy are exact conjugates (sum m v.a + sum m du = 0 to rounding for any sigma), pairs are antisymmetric
+(momentum), and the volume form survives density jumps between layers. The correction C enters only the strain and
+rotation rates of the stress, where it makes rigid rotation exact (Bonet & Lok 1999). Gathering (every particle sums
+its own row of the list) keeps the result independent of the number of threads.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from matter.compilation.gather import LANES, columns, narrow_columns, scratch_width
+from matter.compilation.jit import fast_min, parallel_kernel, prange
+from sph.kernels import dispatch as kernels
+from sph.pairs import artificial_stress, conductivity
+from sph.pairs.rate_arrays import Rates
+from sph.pairs.row import (
+    ENERGY,
+    MATERIAL,
+    RHO_INVERSE,
+    SHARE,
+    SLOPE,
+    SOUND,
+    SUPPORT,
+    TENSOR,
+    VOLUME,
+    VX,
+    VY,
+    VZ,
+    WIDTH,
+    XX,
+    XY,
+    XZ,
+    YY,
+    YZ,
+    ZZ,
+    X,
+    Y,
+    Z,
+)
+from sph.pairs.scheme import Damping, Matter, Pairs, Rows, Scheme
+from sph.viscosity import monaghan
+from sph.viscosity import reconstructed as viscosity_reconstructed
+
+SOURCES = ("Monaghan1992", "BonetLok1999")
+
+_BLOCK = 64
+
+
+@functools.cache
+def pair_loop(scheme: Scheme):
+    """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``Rows``, ``Pairs``, ``Matter`` and
+    ``Damping`` of ``sph.pairs.scheme``; out: ``sph.pairs.rate_arrays.Sums``."""
+    kernel, start_volumes, corrected, switched, artificial_stress_taken, reconstructed, conducting = scheme
+    second_rows, second_width = scheme.second_rows, scheme.second_width
+
+    @parallel_kernel(fastmath=True)
+    def _pairs(rows, pairs, matter, damping, out):
+        row, second, start_density, inverse = rows.row, rows.second, rows.start_density, rows.inverse
+        # numba's parallel loops write arrays that have names of their own, not those inside a tuple
+        acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
+        divergence, curl, approach, number = out.divergence, out.curl, out.approach, out.number
+        strain_rate = out.strain_rate
+        n = len(number)  # rows behind these are images: read, never written
+        at_spacing = kernels.kernel(kernel, damping.near, 1.0)
+        for block in prange((n + _BLOCK - 1) // _BLOCK):
+            most = 0
+            for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
+                most = max(most, pairs.number[i])
+            s = np.empty((WIDTH, scratch_width(most)))
+            if second_rows:
+                t = np.empty((second_width, scratch_width(most)))
+            for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
+                many = pairs.number[i]
+                # rows of the list are filled up with the particle itself, which adds exact zeros
+                padded = (many + LANES - 1) // LANES * LANES
+                for k in range(0, padded, LANES):
+                    columns(row, pairs.partner, pairs.first[i], k, s)
+                    if corrected:
+                        columns(second, pairs.partner, pairs.first[i], k, t)
+                    elif second_rows:
+                        narrow_columns(second, pairs.partner, pairs.first[i], k, t)
+                x, y, z, vx, vy, vz = row[i, X], row[i, Y], row[i, Z], row[i, VX], row[i, VY], row[i, VZ]
+                volume, rho_inv, h, c_i = row[i, VOLUME], row[i, RHO_INVERSE], row[i, SUPPORT], row[i, SOUND]
+                before = 1.0 / start_density[i] if start_volumes else rho_inv
+                txx, txy, txz, tyy, tyz, tzz = row[i, XX], row[i, XY], row[i, XZ], row[i, YY], row[i, YZ], row[i, ZZ]
+                if corrected:
+                    bxx, bxy, bxz = second[i, TENSOR], second[i, TENSOR + 1], second[i, TENSOR + 2]
+                    byx, byy, byz = second[i, TENSOR + 3], second[i, TENSOR + 4], second[i, TENSOR + 5]
+                    bzx, bzy, bzz = second[i, TENSOR + 6], second[i, TENSOR + 7], second[i, TENSOR + 8]
+                if switched:
+                    share = second[i, SHARE]
+                if conducting:
+                    kind, warmth = second[i, MATERIAL], second[i, ENERGY]
+                if reconstructed:
+                    exx, exy, exz = second[i, SLOPE], second[i, SLOPE + 1], second[i, SLOPE + 2]
+                    eyy, eyz, ezz = second[i, SLOPE + 3], second[i, SLOPE + 4], second[i, SLOPE + 5]
+                ax, ay, az, heat, slowest, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                cxx, cxy, cxz, cyy, cyz, czz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                for k in range(padded):
+                    dx, dy, dz = x - s[X, k], y - s[Y, k], z - s[Z, k]
+                    ux, uy, uz = vx - s[VX, k], vy - s[VY, k], vz - s[VZ, k]
+                    r2 = dx * dx + dy * dy + dz * dz
+                    hij = 0.5 * (h + s[SUPPORT, k])
+                    r = math.sqrt(r2)
+                    F = kernels.gradient_factor(kernel, r, hij)
+                    gx, gy, gz = F * dx, F * dy, F * dz
+                    V = s[VOLUME, k]
+                    # viscosity: m_j Pi = (V_j / rho_j^-1) Pi with 1/rhobar = 2 / (rho_i + rho_j)
+                    vr = ux * dx + uy * dy + uz * dz
+                    closing = vr
+                    if reconstructed:
+                        e_i = (
+                            exx * dx * dx
+                            + eyy * dy * dy
+                            + ezz * dz * dz
+                            + 2.0 * (exy * dx * dy + exz * dx * dz + eyz * dy * dz)
+                        )
+                        e_j = t[SLOPE, k] * dx * dx + t[SLOPE + 3, k] * dy * dy + t[SLOPE + 5, k] * dz * dz
+                        e_j += 2.0 * (
+                            t[SLOPE + 1, k] * dx * dy + t[SLOPE + 2, k] * dx * dz + t[SLOPE + 4, k] * dy * dz
+                        )
+                        closing = viscosity_reconstructed.jump(
+                            vr, e_i, e_j, r, r2, hij, 0.5 * (c_i + s[SOUND, k]), damping.near
+                        )
+                    mu = monaghan.approach(closing, r2, hij)
+                    rho_j_inv = s[RHO_INVERSE, k]
+                    rho_sum, volume_sum = rho_inv + rho_j_inv, volume + V
+                    both = 1.0 / (rho_sum * volume_sum)  # one division for two
+                    bar = 2.0 * before * volume_sum * both  # = rho_j 2 / (rho_i + rho_j)
+                    push = (
+                        V * bar * monaghan.viscous_pressure(mu, 0.5 * (c_i + s[SOUND, k]), damping.alpha, damping.beta)
+                    )
+                    inside = 1.0 if r < hij else 0.0
+                    if switched:
+                        push *= 0.5 * (share + t[SHARE, k])
+                    slowest = fast_min(slowest, mu * inside)
+                    near += inside
+                    heat += volume * rho_sum * both * push * vr * F
+                    if conducting:
+                        alike = damping.conductivity if t[MATERIAL, k] == kind else 0.0
+                        speed = conductivity.exchange(mu, 0.5 * (c_i + s[SOUND, k]))
+                        heat += alike * V * bar * speed * r * (warmth - t[ENERGY, k]) * F
+                    w = V * before
+                    sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
+                    syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
+                    if artificial_stress_taken:
+                        closeness = kernels.kernel(kernel, r, hij) * hij * hij * hij / at_spacing
+                        pull = (
+                            dx * (sxx * dx + 2.0 * (sxy * dy + sxz * dz))
+                            + dy * (syy * dy + 2.0 * syz * dz)
+                            + szz * dz * dz
+                        )
+                        apart = w * artificial_stress.pressure(pull, closeness, r2, hij, damping.artificial_stress)
+                        heat += 0.5 * apart * vr * F
+                        push += apart
+                    if not corrected:
+                        ax += w * (sxx * gx + sxy * gy + sxz * gz) - push * gx
+                        ay += w * (sxy * gx + syy * gy + syz * gz) - push * gy
+                        az += w * (sxz * gx + syz * gy + szz * gz) - push * gz
+                    else:
+                        ax += (
+                            w
+                            * (
+                                (bxx + t[TENSOR, k]) * gx
+                                + (bxy + t[TENSOR + 1, k]) * gy
+                                + (bxz + t[TENSOR + 2, k]) * gz
+                            )
+                            - push * gx
+                        )
+                        ay += (
+                            w
+                            * (
+                                (byx + t[TENSOR + 3, k]) * gx
+                                + (byy + t[TENSOR + 4, k]) * gy
+                                + (byz + t[TENSOR + 5, k]) * gz
+                            )
+                            - push * gy
+                        )
+                        az += (
+                            w
+                            * (
+                                (bzx + t[TENSOR + 6, k]) * gx
+                                + (bzy + t[TENSOR + 7, k]) * gy
+                                + (bzz + t[TENSOR + 8, k]) * gz
+                            )
+                            - push * gz
+                        )
+                    gx, gy, gz = V * gx, V * gy, V * gz
+                    lxx -= ux * gx
+                    lxy -= ux * gy
+                    lxz -= ux * gz
+                    lyx -= uy * gx
+                    lyy -= uy * gy
+                    lyz -= uy * gz
+                    lzx -= uz * gx
+                    lzy -= uz * gy
+                    lzz -= uz * gz
+                    cxx -= dx * gx
+                    cxy -= dx * gy
+                    cxz -= dx * gz
+                    cyy -= dy * gy
+                    cyz -= dy * gz
+                    czz -= dz * gz
+                acceleration[i, 0], acceleration[i, 1], acceleration[i, 2] = ax, ay, az
+                if corrected:
+                    ixx, ixy, ixz = inverse[i, 0], inverse[i, 1], inverse[i, 2]
+                    iyy, iyz, izz = inverse[i, 3], inverse[i, 4], inverse[i, 5]
+                    lxx, lxy, lxz = (
+                        lxx * ixx + lxy * ixy + lxz * ixz,
+                        lxx * ixy + lxy * iyy + lxz * iyz,
+                        lxx * ixz + lxy * iyz + lxz * izz,
+                    )
+                    lyx, lyy, lyz = (
+                        lyx * ixx + lyy * ixy + lyz * ixz,
+                        lyx * ixy + lyy * iyy + lyz * iyz,
+                        lyx * ixz + lyy * iyz + lyz * izz,
+                    )
+                    lzx, lzy, lzz = (
+                        lzx * ixx + lzy * ixy + lzz * ixz,
+                        lzx * ixy + lzy * iyy + lzz * iyz,
+                        lzx * ixz + lzy * iyz + lzz * izz,
+                    )
+                trace = lxx + lyy + lzz
+                density_rate[i] = -trace / before
+                energy_rate[i] = (
+                    before
+                    * (txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy))
+                    + heat
+                )
+                if start_volumes:
+                    thin = before / rho_inv  # 1 / eta: sums over first volumes as sums over present ones
+                    trace *= thin
+                    lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = (
+                        lxx * thin, lxy * thin, lxz * thin, lyx * thin, lyy * thin, lyz * thin, lzx * thin, lzy * thin,
+                        lzz * thin
+                    )  # fmt: skip
+                    cxx, cxy, cxz, cyy, cyz, czz = (
+                        cxx * thin,
+                        cxy * thin,
+                        cxz * thin,
+                        cyy * thin,
+                        cyz * thin,
+                        czz * thin,
+                    )
+                divergence[i] = trace
+                if switched:
+                    curl[i] = math.sqrt((lzy - lyz) ** 2 + (lxz - lzx) ** 2 + (lyx - lxy) ** 2)
+                approach[i] = -slowest
+                number[i] = int(near) - (padded - many)
+                G = matter.shear[matter.material[i]]
+                sheared = matter.strength and G > 0.0
+                if (sheared or reconstructed) and not corrected:
+                    det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
+                    # a lopsided neighbourhood (surface spray) has no useful inverse: plain gradients there
+                    if det > 0.05 and det < 20.0:
+                        inv = 1.0 / det
+                        ixx, ixy, ixz = (
+                            (cyy * czz - cyz * cyz) * inv,
+                            (cxz * cyz - cxy * czz) * inv,
+                            (cxy * cyz - cxz * cyy) * inv,
+                        )
+                        iyy, iyz, izz = (
+                            (cxx * czz - cxz * cxz) * inv,
+                            (cxy * cxz - cxx * cyz) * inv,
+                            (cxx * cyy - cxy * cxy) * inv,
+                        )
+                        lxx, lxy, lxz = (
+                            lxx * ixx + lxy * ixy + lxz * ixz,
+                            lxx * ixy + lxy * iyy + lxz * iyz,
+                            lxx * ixz + lxy * iyz + lxz * izz,
+                        )
+                        lyx, lyy, lyz = (
+                            lyx * ixx + lyy * ixy + lyz * ixz,
+                            lyx * ixy + lyy * iyy + lyz * iyz,
+                            lyx * ixz + lyy * iyz + lyz * izz,
+                        )
+                        lzx, lzy, lzz = (
+                            lzx * ixx + lzy * ixy + lzz * ixz,
+                            lzx * ixy + lzy * iyy + lzz * iyz,
+                            lzx * ixz + lzy * iyz + lzz * izz,
+                        )
+                if reconstructed:
+                    strain_rate[i, 0], strain_rate[i, 1], strain_rate[i, 2] = lxx, 0.5 * (lxy + lyx), 0.5 * (lxz + lzx)
+                    strain_rate[i, 3], strain_rate[i, 4], strain_rate[i, 5] = lyy, 0.5 * (lyz + lzy), lzz
+                if sheared:
+                    G *= matter.strain_ratio[i, 0] if trace < 0.0 else matter.strain_ratio[i, 1]
+                    third = (lxx + lyy + lzz) / 3.0
+                    exx, eyy = lxx - third, lyy - third
+                    exy, exz, eyz = 0.5 * (lxy + lyx), 0.5 * (lxz + lzx), 0.5 * (lyz + lzy)
+                    # spin tensor W_ab = (L_ab - L_ba) / 2; Jaumann: dS = 2 G dev(eps) + W S - S W
+                    wxy, wxz, wyz = 0.5 * (lxy - lyx), 0.5 * (lxz - lzx), 0.5 * (lyz - lzy)
+                    a, b, c, d, e = (
+                        matter.stress[i, 0],
+                        matter.stress[i, 1],
+                        matter.stress[i, 2],
+                        matter.stress[i, 3],
+                        matter.stress[i, 4],
+                    )
+                    f = -a - d
+                    stress_rate[i, 0] = 2.0 * G * exx + 2.0 * (wxy * b + wxz * c)
+                    stress_rate[i, 1] = 2.0 * G * exy + wxy * (d - a) + wxz * e + wyz * c
+                    stress_rate[i, 2] = 2.0 * G * exz + wxy * e + wxz * (f - a) - wyz * b
+                    stress_rate[i, 3] = 2.0 * G * eyy + 2.0 * (-wxy * b + wyz * e)
+                    stress_rate[i, 4] = 2.0 * G * eyz - wxy * c - wxz * b + wyz * (f - d)
+                else:
+                    for k in range(5):
+                        stress_rate[i, k] = 0.0
+
+    return _pairs
+
+
+def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Damping, out: Rates) -> None:
+    """Fill ``out`` from evaluated rows (``sph.stepping.state``) over the neighbour list.
+
+    The rows are turned by ``sph.pairs.start_volumes`` where the scheme takes the volumes of the start, and have second
+    rows and ``inverse`` where it asks for them (``sph.gradients``, ``sph.viscosity_switch``).
+    """
+    if scheme.switched and len(out.curl) == 0:
+        raise ValueError("a switch of the viscosity asks for the curl: Rates(n, curl=True)")
+    if scheme.reconstructed and len(out.strain_rate) == 0:
+        raise ValueError("a reconstructed viscosity keeps the velocity gradient: Rates(n, strain_rate=True)")
+    if scheme.conducting and (scheme.corrected or scheme.switched):
+        raise ValueError("conductivity, switch and corrected gradients want one place in the second rows")
+    pair_loop(scheme)(rows, Pairs.of(neighbours), matter, damping, out.sums)

@@ -1,0 +1,27 @@
+"""Columns of the rows that loops over pairs read: one row a particle, and behind them those of its images.
+
+``row`` (n, 16) is filled by ``sph.stepping.state`` and turned by ``sph.pairs.start_volumes``; ``second`` (n, 16, or 8
+without the tensor) holds what some schemes add to it.
+"""
+
+X, Y, Z, SUPPORT, VOLUME = range(5)
+"""Place [m], support radius h [m], m / rho [m^3]: what sums of the kernel alone read lies in the first cache line."""
+VX, VY, VZ = range(5, 8)
+RHO_INVERSE, SOUND = 8, 9
+"""1 / rho [m^3/kg], sound speed [m/s]."""
+XX, XY, XZ, YY, YZ, ZZ = range(10, 16)
+"""Effective total stress sigma [Pa]."""
+WIDTH = 16
+
+SLOPE = 0
+"""Second row: first of the six columns of E [1/s], xx xy xz yy yz zz (``sph.viscosity.reconstructed``)."""
+SHARE = 6
+"""Second row: share of the artificial viscosity (``sph.viscosity_switch``)."""
+MATERIAL = 6
+"""Second row, in the place of ``SHARE``: number of the material (``sph.conductivity``)."""
+ENERGY = 7
+"""Second row: specific energy u [J/kg] (``sph.conductivity``)."""
+TENSOR = 7
+"""Second row: first of the nine columns of sigma B [Pa], by rows (``sph.gradients``)."""
+NARROW = 8
+"""Width of second rows without that tensor, and of a row's first cache line."""

@@ -1,0 +1,101 @@
+"""What the loops over pairs are compiled for and what they read. A choice (``Scheme``) is a constant to the compiler,
+so that a run pays for nothing that it does not use."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sph.pairs.row import NARROW, WIDTH
+
+
+class Scheme(NamedTuple):
+    """The choices, named as in a case file.
+
+    kernel : number of the kernel in ``sph.kernels.dispatch``;  start_volumes : ``volumes = "start"``;  corrected :
+    ``gradients = "corrected"``; switched : a ``viscosity_switch``;  artificial_stress : whether there is any;
+    reconstructed : ``viscosity = "reconstructed"``; conducting : whether there is a ``conductivity``.
+    """
+
+    kernel: int = 0
+    start_volumes: bool = False
+    corrected: bool = False
+    switched: bool = False
+    artificial_stress: bool = False
+    reconstructed: bool = False
+    conducting: bool = False
+
+    @property
+    def second_rows(self) -> bool:
+        """Whether the pair loop reads second rows."""
+        return self.corrected or self.switched or self.reconstructed or self.conducting
+
+    @property
+    def second_width(self) -> int:
+        """Columns of a second row: narrow rows halve what the loop gathers."""
+        return WIDTH if self.corrected else NARROW
+
+
+class Pairs(NamedTuple):
+    """A neighbour list: ``partner[first[i] : first[i] + number[i]]`` are the neighbours of particle i, filled up with
+    i itself to a multiple of ``matter.compilation.gather.LANES``."""
+
+    partner: np.ndarray
+    first: np.ndarray
+    number: np.ndarray
+
+    @classmethod
+    def of(cls, neighbours) -> Pairs:
+        """Of ``matter.geometry.neighbours.Neighbours``."""
+        return cls(neighbours.index, neighbours.entry, neighbours.count)
+
+
+class Rows(NamedTuple):
+    """What the particles bring to the pairs: ``row`` and ``second`` (n and images, 16; ``sph.pairs.row``),
+    ``start_density`` (n,) [kg/m^3] and ``inverse`` (n, 6), the correction B of the gradients; empty where the scheme
+    does not read them."""
+
+    row: np.ndarray
+    second: np.ndarray
+    start_density: np.ndarray
+    inverse: np.ndarray
+
+
+class Matter(NamedTuple):
+    """What the particles are of: ``material`` (n,) number, ``shear`` (m,) modulus of the materials [Pa],
+    ``strain_ratio`` (n, 2) strain of the matrix over that of the porous material in compression and in expansion,
+    ``stress`` (n, 5) deviator [Pa], ``strength`` whether it follows the strain."""
+
+    material: np.ndarray
+    shear: np.ndarray
+    strain_ratio: np.ndarray
+    stress: np.ndarray
+    strength: bool
+
+
+class Damping(NamedTuple):
+    """Coefficients of the artificial viscosity (``sph.viscosity``), of the artificial stress
+    (``sph.artificial_stress``) and of the artificial conductivity (``sph.conductivity``); ``near``: spacing over
+    support (of ``sph.viscosity.reconstructed`` and of the artificial stress)."""
+
+    alpha: float
+    beta: float
+    artificial_stress: float = 0.0
+    near: float = 0.5
+    conductivity: float = 0.0
+
+
+def rows(
+    row: np.ndarray,
+    second: np.ndarray | None = None,
+    start_density: np.ndarray | None = None,
+    inverse: np.ndarray | None = None,
+) -> Rows:
+    """``Rows`` with empty arrays for what is None."""
+    return Rows(
+        row,
+        np.zeros((0, row.shape[1])) if second is None else second,
+        np.zeros(0) if start_density is None else start_density,
+        np.zeros((0, 6)) if inverse is None else inverse,
+    )

@@ -1,0 +1,1 @@
+"""Resolution, durations and strength of the ground before a run."""

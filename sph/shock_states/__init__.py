@@ -1,0 +1,1 @@
+"""Hugoniots, impedance matching and release from shocked states."""

@@ -1,0 +1,1 @@
+"""Time integration: state, rates, time steps, boundaries."""

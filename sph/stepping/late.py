@@ -1,0 +1,188 @@
+"""The late stage with a low sound speed (Raducan & Jutzi 2022): long times at steps of the flow, not of sound.
+
+From the time ``at`` on every material is a linear medium of the sound speed c, in which energy does not count,
+
+    P = c^2 (rho - rho_r),   K' = rho_0 c^2,   mu' = mu K' / K,   E' = E K' / K
+        (K, mu, E: moduli at rest; a softer material keeps its own)
+
+Poisson's ratio, strength, friction, flaws, tension cuts and the distention reached stay. rho_r is the particle's own:
+strains last, whatever made them, and so
+
+    P' = P_g + (P - P_g) K' / K,   S' = S K' / K
+        at the switch, with P_g the part of P that carries weight, 0 <= P_g <= max(P, 0)
+
+(P_g of the body in balance at that depth): waves still on their way lose their stress and cannot give back more than
+they held, ground under gravity does not feel the switch. Material in tension or expanded takes the density at which it
+had no pressure. u goes on with the same sums, so that the total energy is kept to rounding across the switch; the
+elastic energy that the softer matter cannot hold stays in u, and both energies are reported.
+
+Artificial viscosity acts on a smooth flow with nu = alpha c hbar / 20 (``sph.viscosity``), so that the (2, 10) that a
+shock needs eats a flow of metres a second or less, before the switch above all: with c = 3,145 m/s a crater of 0.5 m
+that grows at 0.14 m/s has a Reynolds number of 0.003 (``sph.stepping.flow_reynolds``). From ``viscosity_at`` on, by
+default with the switch, it is that of ``alpha, beta``. What is left then is slow, of Mach v / c << 1, and holds no
+shock: the linear term only has to damp what the particles' disorder excites, for which 0.1 is the least in use (Morris
+& Monaghan 1997, J. Comput. Phys. 136, 41, where nothing has been compressed); beta stays: it counts only where
+particles close in on each other faster than alpha c / beta.
+
+It holds while c exceeds the speeds of the flow and rho c^2 the stresses and weights that matter; results have to be
+the same for another ``at``. A crater's flow slows down as it opens: ``slower`` lowers c again at later times, by the
+same formulas from one linear medium to the next (P and rho_r those of the present one, K'/K the ratio of the two).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from matter.case.body import Model
+from matter.case.quantity import PositiveSpeed, PositiveTime
+from matter.compilation.jit import parallel_kernel, prange
+from sph.bodies.cloud import Cloud
+from sph.eos import dispatch as eos
+from sph.materials.rows import Rows
+from sph.stepping.state import holding
+
+SOURCES = ("RaducanJutzi2022", "MorrisMonaghan1997")
+
+
+class Slower(Model):
+    """A lower sound speed from a later time on, ``[[sph.late.slower]]``."""
+
+    at: PositiveTime
+    """Time after the impact at which materials are softened again."""
+    sound_speed: PositiveSpeed
+    """Bulk sound speed from then on."""
+
+
+class Settings(Model):
+    """The softened late stage, ``[sph.late]``."""
+
+    at: PositiveTime
+    """Time after the impact at which materials are softened."""
+    sound_speed: PositiveSpeed
+    """Bulk sound speed from then on."""
+    alpha: Annotated[float, Field(ge=0, le=10)] = 0.1
+    """Linear artificial viscosity from ``viscosity_at`` on."""
+    beta: Annotated[float, Field(ge=0, le=50)] = 10.0
+    """Quadratic artificial viscosity from ``viscosity_at`` on."""
+    viscosity_at: PositiveTime | None = None
+    """Time after the impact from which on ``alpha`` and ``beta`` above act; by default ``at``."""
+    slower: tuple[Slower, ...] = ()
+    """Later times and still lower sound speeds, in order: long runs take steps of the flow as it slows down."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Settings:
+        for (before, faster), (at, speed) in pairwise(self.switches):
+            if at <= before or speed >= faster:
+                raise ValueError(
+                    f"slower: {speed:g} m/s at {at:g} s comes after {faster:g} m/s at {before:g} s; each has to be "
+                    f"later and slower than the one before"
+                )
+        return self
+
+    @property
+    def switches(self) -> tuple[tuple[float, float], ...]:
+        """Times [s] and the sound speeds [m/s] from then on."""
+        return (self.at, self.sound_speed), *((one.at, one.sound_speed) for one in self.slower)
+
+    def spans(self, end: float) -> list[tuple[float, float]]:
+        """Sound speeds [m/s], each with the time [s] that it holds until ``end`` [s]."""
+        ends = [*(at for at, _ in self.switches[1:]), end]
+        return [(speed, until - at) for (at, speed), until in zip(self.switches, ends)]
+
+    @property
+    def viscosity_time(self) -> float:
+        """When the low viscosity begins [s]."""
+        return self.at if self.viscosity_at is None else self.viscosity_at
+
+
+class Soft(NamedTuple):
+    """Moduli of the late stage: ``rows`` of the materials with them, ``c2`` (m,) squared sound speeds [m^2/s^2],
+    ``ratio`` (m,) = K' / K."""
+
+    rows: Rows
+    c2: np.ndarray
+    ratio: np.ndarray
+
+
+def soft(rows: Rows, sound_speed: float) -> Soft:
+    """The rows of softer materials; a gas (no modulus at rest) and what is softer already keep their bulk modulus."""
+    stiff = np.array([eos.modulus(kind, row) for kind, row in zip(rows.eos, rows.eos_row)])
+    stiff = np.where(stiff > 0.0, stiff, rows.rho0 * sound_speed**2)
+    ratio = np.minimum(rows.rho0 * sound_speed**2 / stiff, 1.0)
+    changed = rows._replace(
+        shear=rows.shear * ratio,
+        young=rows.young * ratio,
+        bulk=rows.bulk * ratio,
+        crack_speed=rows.crack_speed * np.sqrt(ratio),
+    )
+    return Soft(changed, ratio * stiff / rows.rho0, ratio)
+
+
+@parallel_kernel
+def _of_law(cloud, rows, pressure, empty):
+    """Fill ``pressure`` (n,) [Pa], before damage and tension cut, from the materials' own laws, and ``empty`` (n,)
+    [kg/m^3]: of matter in tension the density without pressure, of other matter its own."""
+    rho, u, distention, material = cloud.density, cloud.specific_energy, cloud.distention, cloud.material
+    for i in prange(len(rho)):
+        m = material[i]
+        opened = distention[i]
+        P = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], opened * rho[i], u[i])[0] / opened
+        pressure[i], empty[i] = P, rho[i]
+        if P < 0.0:
+            empty[i] = eos.density(rows.eos[m], rows.eos_row[m], 0.0, u[i]) / opened
+
+
+@parallel_kernel
+def _switch(cloud, weight, state, rows, c2, ratio, stress, late_density, elastic):
+    """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, and soften the ``stress`` (n, 5) in
+    place; ``state`` as ``_of_law`` fills it, ``ratio`` (m,) = K' / K of this switch."""
+    mass, rho, material, count = cloud.mass, cloud.density, cloud.material, cloud.neighbours
+    pressure, empty = state
+    for i in prange(len(rho)):
+        m = material[i]
+        P = pressure[i]
+        carried = min(max(weight[i], 0.0), max(P, 0.0))
+        softer = carried + ratio[m] * (P - carried)
+        rest = rho[i] - softer / c2[m]
+        if P < 0.0 and empty[i] > rho[i]:
+            rest, softer = empty[i], c2[m] * (rho[i] - empty[i])
+        late_density[i] = rest
+        stiff = rows.rho0[m] * c2[m] / ratio[m]
+        J2 = (
+            stress[i, 0] ** 2
+            + stress[i, 3] ** 2
+            + stress[i, 0] * stress[i, 3]
+            + stress[i, 1] ** 2
+            + stress[i, 2] ** 2
+            + stress[i, 4] ** 2
+        )
+        shear = J2 / (2.0 * rows.shear[m]) if rows.shear[m] > 0.0 else 0.0
+        pressed, eased = max(P, 0.0), max(softer, 0.0)
+        held = holding(count[i]) * mass[i] / rho[i]  # lost particles hold nothing
+        elastic[i, 0] = held * (0.5 * pressed * pressed / stiff + shear)
+        elastic[i, 1] = held * (0.5 * eased * eased / (stiff * ratio[m]) + shear * ratio[m])
+        for k in range(5):
+            stress[i, k] *= ratio[m]
+
+
+def switch(cloud: Cloud, rows: Rows, to: Soft, weight: np.ndarray, present: Soft | None = None) -> tuple[float, float]:
+    """Set ``cloud.late_density`` and scale the stress; the elastic energies [J] before and after.
+
+    ``weight`` (n,) is the pressure of the body in balance where the particles are [Pa]; ``present`` the moduli of a
+    late stage that is on already, None where the materials' own laws (``rows``) hold.
+    """
+    if present is None:
+        pressure, empty, ratio = np.empty(len(cloud)), np.empty(len(cloud)), to.ratio
+        _of_law(cloud.fields, rows, pressure, empty)
+    else:
+        empty, rows, ratio = cloud.late_density, present.rows, to.ratio / present.ratio
+        pressure = present.c2[cloud.material] * (cloud.density - empty)
+    elastic, late_density = np.empty((len(cloud), 2)), np.empty(len(cloud))
+    _switch(cloud.fields, weight, (pressure, empty), rows, to.c2, ratio, cloud.stress, late_density, elastic)
+    cloud.late_density = late_density
+    before, after = elastic.sum(axis=0)
+    return float(before), float(after)

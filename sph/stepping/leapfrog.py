@@ -1,0 +1,88 @@
+"""Kick-drift-kick leapfrog with one evaluation of the rates per step (Verlet form for velocity-dependent forces).
+
+    y_{n+1/2} = y_n + dt/2 f_n;   x_{n+1} = x_n + dt v_{n+1/2};   y* = y_n + dt f_n;   f_{n+1} = f(x_{n+1}, y*);
+    y_{n+1} = y_{n+1/2} + dt/2 f_{n+1}
+
+for y = (v, rho, u, D^(1/3)): second order, and with the conjugate force and energy sums the error of the total energy
+does not accumulate (per step it is dt^2/8 (|a_n|^2 - |a_{n+1}|^2), which telescopes). The stress yields in the
+evaluation of y* (radial return R) and stays there:
+
+    S_{n+1} = R(S*) + dt/2 (f_{n+1} - f_n)
+
+``sph.integrator`` evaluates between the two halves.
+"""
+
+from matter.compilation.jit import kernel, parallel_kernel, prange
+
+# particles that a thread takes at a time: numba drops what a parallel loop itself writes to arrays inside a tuple, not
+# what it calls
+_BLOCK = 1024
+
+
+@kernel
+def _open_some(first, end, dt, cloud, rates, evaluated, hold):
+    """``open_step`` for the particles ``first`` to ``end`` - 1."""
+    x, v, rho, u, S = cloud.position, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress
+    D, g = cloud.root_damage, cloud.gravity
+    a, drho, du, dS, dD = rates.acceleration, rates.density, rates.energy, rates.stress, evaluated.damage_rate
+    cap = evaluated.damage_cap
+    hv, hrho, hu, half = cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change
+    hD = cloud.half_damage
+    for i in range(first, end):
+        for c in range(3):
+            acceleration = a[i, c] + g[i, c]
+            hv[i, c] = v[i, c] + 0.5 * dt * acceleration
+            x[i, c] += dt * hv[i, c]
+            v[i, c] += dt * acceleration
+        hrho[i] = rho[i] + 0.5 * dt * drho[i]
+        rho[i] += dt * drho[i]
+        hu[i], hD[i] = u[i], D[i]
+        if not hold:
+            hu[i] = u[i] + 0.5 * dt * du[i]
+            u[i] += dt * du[i]
+            hD[i] = max(D[i], min(D[i] + 0.5 * dt * dD[i], cap[i]))
+            D[i] = max(D[i], min(D[i] + dt * dD[i], cap[i]))
+        for c in range(5):
+            half[i, c] = 0.5 * dt * dS[i, c]
+            S[i, c] += dt * dS[i, c]
+
+
+@kernel
+def _close_some(first, end, dt, cloud, rates, evaluated, floor, hold, keep):
+    """``close_step`` for the particles ``first`` to ``end`` - 1."""
+    v, rho, u, S, D = cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage
+    g = cloud.gravity
+    a, drho, du, dS, dD = rates.acceleration, rates.density, rates.energy, rates.stress, evaluated.damage_rate
+    cap = evaluated.damage_cap
+    hv, hrho, hu, half = cloud.half_velocity, cloud.half_density, cloud.half_energy, cloud.half_change
+    hD = cloud.half_damage
+    P, peak, material = evaluated.pressure, cloud.peak_pressure, cloud.material
+    for i in range(first, end):
+        for c in range(3):
+            v[i, c] = keep * (hv[i, c] + 0.5 * dt * (a[i, c] + g[i, c]))
+        rho[i] = max(hrho[i] + 0.5 * dt * drho[i], floor[material[i]])
+        if not hold:
+            u[i] = hu[i] + 0.5 * dt * du[i]
+            D[i] = max(hD[i], min(hD[i] + 0.5 * dt * dD[i], cap[i]))
+            peak[i] = max(peak[i], P[i])
+        for c in range(5):
+            # S has yielded since: what the evaluation returned to the surface stays there
+            S[i, c] += 0.5 * dt * dS[i, c] - half[i, c]
+
+
+@parallel_kernel
+def open_step(dt, cloud, rates, evaluated, hold):
+    """The first half of a step, of ``sph.bodies.cloud.Fields`` in place, with ``sph.pairs.rate_arrays.Sums`` and
+    ``sph.stepping.state.Response``: half a kick, drift, prediction."""
+    n = len(cloud.mass)
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        _open_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, hold)
+
+
+@parallel_kernel
+def close_step(dt, cloud, rates, evaluated, floor, hold, keep):
+    """The second half of a step, as ``open_step``; ``floor`` (m,) is the least density of each material [kg/m^3],
+    ``keep`` damps velocities."""
+    n = len(cloud.mass)
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        _close_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, floor, hold, keep)

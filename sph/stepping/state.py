@@ -1,0 +1,346 @@
+"""What the state of a particle says: pressure, sound speed, yield, damage, pores; everything that a pair loop then
+only reads.
+
+Order for every particle: pores -> equation of state -> tension cut -> yield (radial return) -> damage. Damage acts
+once per evaluation: on tension always, on shear where the yield law does not know it (von Mises); Drucker-Prager and
+Collins mix it into the yield stress, and broken material keeps its friction.
+
+    P_eff = (1 - D) P for P < 0, else P;    S_eff = (1 - D) S / alpha  or  S / alpha
+
+S is that of the matrix, and so are the pressure and the strains that yield and flaws see (sigma_s = alpha sigma). The
+tension cut is the material's, or where the cone of Drucker and Prager ends, whichever is less; heat softens both as it
+does the yield stress, and in porous material they are divided by alpha like every stress. From Tillotson's energy of
+incipient vaporisation on matter bears neither shear nor tension, though its melt energy may not be known: a ball of
+aluminium of 7 MJ/kg that holds together flies off as a clump. Cracks run at 0.4 of the longitudinal speed, in pores as
+much slower as sound.
+
+A particle that has lost its neighbours expands freely: its pressure and stress fade with the number of neighbours
+left, consistently in force and energy, so that nothing is created; its remaining internal energy is booked in the
+history.
+
+The step goes by the longitudinal speed, c_l^2 = c^2 + 4/3 G / (alpha rho). What cannot hold any shear stress (Y = 0:
+sand that has parted, melt) has no shear wave; such matter is not stiffer per mass for being thin, so that G / rho
+counts with the density at rest where that is larger. Ejecta of a hundredth of it would else set the step by ten times
+the speed of the ground.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from matter.compilation.jit import kernel, law, parallel_kernel, prange
+from matter.errors import UnphysicalState
+from matter.files import checkpoint
+from sph.bodies.cloud import Cloud
+from sph.damage import grady_kipp, growth
+from sph.eos import dispatch as eos
+from sph.materials import temperature
+from sph.materials.rows import Materials, Rows
+from sph.pairs.row import RHO_INVERSE, SOUND, SUPPORT, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
+from sph.porosity import compaction_damage
+from sph.porosity import dispatch as porosity
+from sph.strength import dispatch as strengths
+from sph.strength import inertial_friction, thermal_softening, von_mises
+from sph.strength.inertial_friction import DIAMETER, I0, RATIO
+
+FREE, BOUND = 4, 10  # a particle with at most FREE neighbours feels no pressure, from BOUND on all of it
+
+KEPT = ("pressure", "sound", "wave", "damage_rate", "damage_cap", "distention", "strain_ratio", "status")
+"""What of ``Evaluated`` a resumed run needs before it evaluates anew."""
+
+
+@law
+def holding(count):
+    """The share of pressure and stress that a particle with ``count`` neighbours keeps."""
+    return min(max((count - FREE) / (BOUND - FREE), 0.0), 1.0)
+
+
+class Response(NamedTuple):
+    """The arrays of ``Evaluated`` that every particle has, as the loops take them."""
+
+    row: np.ndarray
+    pressure: np.ndarray
+    wave: np.ndarray
+    damage_rate: np.ndarray
+    damage_cap: np.ndarray
+    status: np.ndarray
+
+
+class Pores(NamedTuple):
+    """The arrays of ``Evaluated`` that only porous material has: the present ``distention`` (n,), ``strain_ratio``
+    (n, 2)."""
+
+    distention: np.ndarray
+    strain_ratio: np.ndarray
+
+
+class Late(NamedTuple):
+    """The linear media of the late stage (``sph.late``): ``density`` (n,) without pressure [kg/m^3], ``c2`` (m,)
+    squared sound speeds [m^2/s^2]."""
+
+    density: np.ndarray
+    c2: np.ndarray
+
+
+class Physics(NamedTuple):
+    """Which physics is on: shear ``strength``, ``damage``, and whether pores give way for good (``crushing``)."""
+
+    strength: bool
+    damage: bool
+    crushing: bool
+
+
+_BLOCK = 256  # particles that a thread takes at a time
+
+
+@kernel
+def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate):
+    """One evaluation of the particles ``first_particle`` to ``end_particle`` - 1; arguments as ``_evaluate``."""
+    position, velocity, mass, rho, u = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy
+    h = cloud.support_radius
+    stress, root_damage, distention = cloud.stress, cloud.root_damage, cloud.distention
+    initial = cloud.initial_distention
+    material, count, flaw_first, flaw_last = cloud.material, cloud.neighbours, cloud.flaw_first, cloud.flaw_last
+    row, pressure, wave, damage_rate, damage_cap = out.row, out.pressure, out.wave, out.damage_rate, out.damage_cap
+    status = out.status
+    strength, damage, crushing = physics.strength, physics.damage, physics.crushing
+    if pores is not None:
+        present_distention, strain_ratio = pores.distention, pores.strain_ratio
+    if late is not None:
+        late_density, late_c2 = late.density, late.c2
+    for i in range(first_particle, end_particle):
+        m = material[i]
+        bad = (
+            not (rho[i] > 0.0)
+            or not (abs(u[i]) < 1e30)
+            or not (abs(velocity[i, 0] + velocity[i, 1] + velocity[i, 2]) < 1e30)
+        )
+        status[i] = 1 if bad else 0
+        a, thin, slow, G = 1.0, 1.0, 1.0, rows.shear[m]
+        if pores is not None:
+            if rows.porosity[m] > 0 and late is not None:
+                a = distention[i]
+                strain_ratio[i, 0], strain_ratio[i, 1] = 1.0, 1.0
+                thin = 1.0 / a
+            elif rows.porosity[m] > 0:
+                a, rest, loading, unloading, slow = porosity.compact(
+                    rows.porosity[m],
+                    rows.pores[m],
+                    rows.crush[m],
+                    rows.crush_row[m],
+                    rows.eos[m],
+                    rows.eos_row[m],
+                    rho[i],
+                    u[i],
+                    distention[i],
+                    crushing,
+                )
+                distention[i] = rest
+                strain_ratio[i, 0], strain_ratio[i, 1] = loading, unloading
+                thin = 1.0 / a
+            present_distention[i] = a
+        if late is None:
+            P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
+            P *= thin
+            c2 = slow * slow * (d_rho + P * thin / (rho[i] * rho[i]) * d_u)
+        else:
+            P, c2 = late_c2[m] * (rho[i] - late_density[i]), late_c2[m]
+        heat = u[i]
+        if rows.thermal[m, temperature.SPAN] > 0.0:
+            heat = temperature.melting(rows.eos[m], rows.eos_row[m], rows.thermal[m], a * rho[i], u[i])
+        boiling = heat >= rows.boils[m]  # what boils is no solid, whether its material says when it melts or not
+        cut = 0.0 if boiling else rows.tension[m] * thermal_softening.softening(heat, rows.melt[m])
+        P = max(P, -cut * thin)
+        keep = holding(count[i])
+        sxx, sxy, sxz, syy, syz = stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4]
+        D, s, carrying = 0.0, keep * thin, rho[i]
+        damage_rate[i], damage_cap[i] = 0.0, 0.0
+        if strength and G > 0.0:
+            root = root_damage[i]
+            if pores is not None and damage and rows.growth[m] > 0:
+                root = compaction_damage.total(root, compaction_damage.root(distention[i], initial[i]))
+            D = root * root * root
+            law = rows.strength[m]
+            P = max(P, -strengths.apex(law, rows.strength_row[m], heat, D) * thin)
+            szz = -sxx - syy
+            J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
+            bearing = a * P
+            if rate is not None:
+                if rows.inertial[m, DIAMETER] > 0.0 and P > 0.0:
+                    number = inertial_friction.inertial_number(
+                        rate[i, 0],
+                        rate[i, 1],
+                        rate[i, 2],
+                        rate[i, 3],
+                        rate[i, 4],
+                        rate[i, 5],
+                        rows.inertial[m, DIAMETER],
+                        rows.rho0[m],
+                        P,
+                    )
+                    bearing *= inertial_friction.factor(number, rows.inertial[m, I0], rows.inertial[m, RATIO])
+            limit = strengths.yield_stress(law, rows.strength_row[m], bearing, heat, D)
+            if plastic is not None:
+                limit *= strengths.hardening(law, rows.strength_row[m], plastic[i])
+            if boiling:
+                limit = 0.0
+            if limit <= 0.0:
+                carrying = max(carrying, rows.rho0[m] * thin)
+            f = von_mises.return_factor(J2, limit)
+            if plastic is not None:
+                plastic[i] += (1.0 - f) * math.sqrt(3.0 * J2) / (3.0 * G)
+            sxx, sxy, sxz, syy, syz = f * sxx, f * sxy, f * sxz, f * syy, f * syz
+            stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4] = sxx, sxy, sxz, syy, syz
+            if damage and rows.flawed[m] > 0.0:
+                first, last = flaw_first[i], flaw_last[i]
+                strain = grady_kipp.largest_principal(sxx, sxy, sxz, syy, syz, a * P) / rows.young[m]
+                active = 0
+                while first + active < last and flaw_strain[first + active] < strain:
+                    active += 1
+                if active > 0:
+                    opened, total = growth.counted(
+                        rows.growth[m], active, last - first, strain, flaw_strain[first], flaw_strain[last - 1]
+                    )
+                    cap = growth.cap(rows.growth[m], opened, total)
+                    damage_cap[i] = cap
+                    if root_damage[i] < cap:
+                        crack = (
+                            growth.crack_speed(rows.growth[m], rows.crack_speed[m], rows.bulk[m], G, rho[i], D) * slow
+                        )
+                        size = (mass[i] / rho[i] * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
+                        damage_rate[i] = growth.rate(rows.growth[m], opened, total, crack, size, h[i])
+            if rows.mixes_damage[m] == 0:
+                s *= 1.0 - D
+        else:
+            sxx, sxy, sxz, syy, syz = 0.0, 0.0, 0.0, 0.0, 0.0
+        if P < 0.0:
+            P *= 1.0 - D
+        P *= keep
+        if late is None:
+            c2 = max(c2, rows.least_c2[m])
+        c = math.sqrt(c2) if keep > 0.0 else 0.0
+        pressure[i] = P
+        wave[i] = math.sqrt(c * c + 4.0 / 3.0 * s * G / carrying) if strength else c
+        r = row[i]
+        r[X], r[Y], r[Z] = position[i, 0], position[i, 1], position[i, 2]
+        r[VX], r[VY], r[VZ] = velocity[i, 0], velocity[i, 1], velocity[i, 2]
+        r[VOLUME], r[RHO_INVERSE], r[SUPPORT], r[SOUND] = mass[i] / rho[i], 1.0 / rho[i], h[i], c
+        r[XX], r[XY], r[XZ] = s * sxx - P, s * sxy, s * sxz
+        r[YY], r[YZ], r[ZZ] = s * syy - P, s * syz, -s * (sxx + syy) - P
+
+
+@parallel_kernel
+def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate):
+    """One evaluation of every particle; compiled without pores, late stage, plastic strain or rate of strain where
+    these are None.
+
+    In: ``sph.bodies.cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``, the rates
+    of strain (n, 6) where friction goes by them. Out: ``Response`` and ``Pores``, and in place the cloud's stress
+    (yielded), distention (compacted) and plastic strain.
+    """
+    n = len(cloud.mass)
+    for block in prange(
+        (n + _BLOCK - 1) // _BLOCK
+    ):  # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
+        _evaluate_some(
+            block * _BLOCK,
+            min(n, (block + 1) * _BLOCK),
+            cloud,
+            flaw_strain,
+            rows,
+            physics,
+            out,
+            pores,
+            late,
+            plastic,
+            rate,
+        )
+
+
+class Evaluated:
+    """Work arrays of the evaluation, kept from step to step: ``row`` (n, 16), ``pressure``, ``wave`` (longitudinal
+    speed), ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``, the present ``distention``, and
+    ``strain_ratio`` (n, 2): strain of the matrix over that of the porous material (the factor f of P-alpha) in
+    compression and in expansion."""
+
+    def __init__(self, n: int):
+        self.row = np.zeros((n, WIDTH))
+        self.pressure, self.wave, self.damage_rate, self.damage_cap = (np.zeros(n) for _ in range(4))
+        self.distention, self.strain_ratio = np.ones(n), np.ones((n, 2))
+        self.status = np.zeros(n, dtype=np.int8)
+
+    @property
+    def sound(self) -> np.ndarray:
+        """Sound speed (n,) [m/s], as it stands in the rows."""
+        return self.row[: len(self.pressure), SOUND]
+
+    @property
+    def response(self) -> Response:
+        """The arrays as the compiled loops take them."""
+        return Response(self.row, self.pressure, self.wave, self.damage_rate, self.damage_cap, self.status)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """What a resumed run needs before it evaluates anew."""
+        return {name: getattr(self, name) for name in KEPT}
+
+    def restore(self, saved: checkpoint.State) -> None:
+        """Take up a ``state``."""
+        for name in KEPT:
+            getattr(self, name)[:] = saved[name]
+
+    def fit(self, rows: int) -> None:
+        """Room for ``rows`` rows, those of images behind the particles' own."""
+        if len(self.row) != rows:
+            self.row = np.zeros((rows, WIDTH))
+
+
+def evaluate(
+    cloud: Cloud,
+    rows: Rows,
+    strength: bool,
+    damage: bool,
+    out: Evaluated,
+    crushing: bool = True,
+    late_c2: np.ndarray | None = None,
+) -> None:
+    """Fill ``out`` from the cloud's predicted state; the stress yields and pores close in place. A bad state is left
+    in ``out.status`` for ``check``.
+
+    ``crushing`` False: pores give way elastically only (relaxation). ``late_c2`` (m,): squared sound speeds of the
+    late stage (``sph.late``).
+    """
+    pores = Pores(out.distention, out.strain_ratio) if (rows.alpha0 > 1.0).any() else None
+    late = None if late_c2 is None else Late(cloud.late_density, late_c2)
+    plastic = cloud.plastic_strain if len(cloud.plastic_strain) else None
+    physics = Physics(strength, damage, crushing)
+    rate = cloud.strain_rate if (rows.inertial[:, DIAMETER] > 0.0).any() else None
+    _evaluate(cloud.fields, cloud.flaw_strain, rows, physics, out.response, pores, late, plastic, rate)
+
+
+def damage_of(cloud, rows: Rows) -> np.ndarray:
+    """D of every particle (n,): by tension and, in porous material that breaks, by crushing."""
+    start = cloud.initial_distention
+    breaks = (rows.growth[cloud.material] > 0) & (start > 1.0)
+    crushed = np.clip((start - cloud.distention) / np.where(breaks, start - 1.0, 1.0), 0.0, 1.0)
+    return np.minimum(cloud.root_damage + np.where(breaks, np.cbrt(crushed), 0.0), 1.0) ** 3
+
+
+def check(cloud, materials: Materials, out: Evaluated, time: float) -> None:
+    """Raise ``UnphysicalState`` naming the first particle whose state no law covers."""
+    if not out.status.any():
+        return
+    i = int(np.argmax(out.status))
+    raise UnphysicalState(
+        f"particle {int(cloud.identity[i])} ({materials.names[int(cloud.material[i])]}) at {cloud.position[i] / 1e3} "
+        f"km, t = {time:.4g} s: "
+        f"density {cloud.density[i]:.4g} kg/m^3, specific energy {cloud.specific_energy[i]:.4g} J/kg, velocity "
+        f"{cloud.velocity[i]} m/s"
+    )
+
+
+def holding_array(count: np.ndarray) -> np.ndarray:
+    """``holding`` for an array of neighbour counts."""
+    return np.clip((count - FREE) / (BOUND - FREE), 0.0, 1.0)

@@ -1,0 +1,1 @@
+"""Artificial viscosity, one scheme a file."""
