@@ -31,16 +31,17 @@ from sph.viscosity import switch
 def idle_sources(settings: Settings) -> set[Path]:
     """Law files that this run does not take: its bibliography leaves out what only they cite."""
     chosen = {
-        "smoothing": settings.smoothing == "density", "start_volumes": settings.volumes == "start",
-        "late": settings.late is not None,
-        "runge_kutta": settings.integrator == "rk3",
+        "pairs/smoothing": settings.smoothing == "density", "pairs/start_volumes": settings.volumes == "start",
+        "stepping/late": settings.late is not None,
+        "stepping/runge_kutta": settings.integrator == "rk3",
         **{f"kernels/{name}": settings.kernel == name for name in kernels.FAMILY.names},
-        "artificial_stress": settings.artificial_stress > 0.0, "gradients": settings.gradients == "corrected",
-        "lattice_gradients": settings.gradients == "normalised",
-        "length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",
-        "../matter/tree": settings.target.attracts, "conductivity": settings.conductivity > 0.0,
-        "viscosity_reconstructed": settings.viscosity == "reconstructed",
-        **{f"viscosity_{name}": settings.viscosity_switch == name for name in switch.LAWS},
+        "pairs/artificial_stress": settings.artificial_stress > 0.0,
+        "pairs/gradients": settings.gradients == "corrected",
+        "pairs/lattice_gradients": settings.gradients == "normalised",
+        "pairs/length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",
+        "../matter/geometry/tree": settings.target.attracts, "pairs/conductivity": settings.conductivity > 0.0,
+        "viscosity/reconstructed": settings.viscosity == "reconstructed",
+        **{f"viscosity/{name}": settings.viscosity_switch == name for name in switch.LAWS},
     }  # fmt: skip
     return (
         used_laws.idle_sources(settings.chosen_materials())

@@ -10,7 +10,9 @@ imported, so that any commit can be counted. What is counted:
 arguments    functions with more than 10 parameters (``self`` among them). Functions whose parameters are the options
              of a command (``typer``) are counted apart: the command line declares them.
 lines        functions of more than 60 and 100 lines, with their docstrings; a function inside another counts for both.
-modules      files of more than 350 lines, those around the rooms too (``AROUND``), tests apart.
+flat         files that lie in a room and in none of its folders, ``__init__`` apart.
+names        names of modules that more than one file has, ``__init__`` and ``__main__`` apart.
+lines        of Python in the rooms, in kilolines.
 wide lines   lines of 120 characters or more in any of these files, and in the tests.
 circles      sets of modules that reach each other by imports (Tarjan's strong components), those inside functions and
              under ``TYPE_CHECKING`` included.
@@ -33,7 +35,7 @@ import io
 import re
 import sys
 import tokenize
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -42,7 +44,7 @@ ROOMS = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline")
 AROUND = ("bolide", "fixtures", "studies", "benchmarks", "examples", "docs")
 """What stands around the rooms and is held to the same lengths."""
 WIDEST_LINE = 119
-MOST_ARGUMENTS, LONG, VERY_LONG, LONGEST_MODULE, LAST_COORDINATE, LAST_OF_TENSOR = 10, 60, 100, 350, 2, 5
+MOST_ARGUMENTS, LONG, VERY_LONG, MOST_FLAT, LAST_COORDINATE, LAST_OF_TENSOR = 10, 60, 100, 6, 2, 5
 
 PLACES = {
     "equation of state": ("murnaghan", "sph/eos/murnaghan.py"),
@@ -120,12 +122,20 @@ def wide_lines(root: Path) -> list[str]:
     ]
 
 
-def long_modules(root: Path) -> list[str]:
-    """Files of more than ``LONGEST_MODULE`` lines, tests apart."""
-    lengths = {name: len(lines) for name, lines in sources(root, (*ROOMS, *AROUND)).items()}
-    return [
-        f"{lines} {name}" for name, lines in sorted(lengths.items(), key=lambda row: -row[1]) if lines > LONGEST_MODULE
-    ]
+def flat_files(root: Path) -> dict[str, list[str]]:
+    """The files that lie in each room and in none of its folders."""
+    return {
+        room: sorted(
+            path.name for path in (root / room).glob("*.py") if path.name not in ("__init__.py", "__main__.py")
+        )
+        for room in ROOMS
+    }
+
+
+def shared_names(root: Path) -> list[str]:
+    """Names of modules that more than one file in the rooms has, with the number of these files."""
+    names = Counter(Path(name).stem for name in sources(root, ROOMS))
+    return [f"{count} {name}" for name, count in names.most_common() if count > 1 and not name.startswith("__")]
 
 
 def imports(house: House) -> dict[str, set[str]]:
@@ -242,7 +252,9 @@ def count(root: Path) -> dict[str, list[str]]:
         "  more, declared by the command line": declared,
         f"functions of more than {LONG} lines": long_functions(house, LONG),
         f"functions of more than {VERY_LONG} lines": long_functions(house, VERY_LONG),
-        f"modules of more than {LONGEST_MODULE} lines": long_modules(root),
+        "files flat in a room": [f"{room}/{name}" for room, names in flat_files(root).items() for name in names],
+        "names that more than one module has": shared_names(root),
+        "lines of Python in the rooms / 1000": ["x"] * (sum(map(len, sources(root, ROOMS).values())) // 1000),
         f"lines of more than {WIDEST_LINE} characters": wide_lines(root),
         "circles of imports": circles(imports(house)),
         "  modules in them": [module for ring in circles(imports(house)) for module in ring.split(", ")],

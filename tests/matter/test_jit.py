@@ -44,9 +44,9 @@ print(total(np.ones(4)), total.stats.cache_hits)
 @pytest.fixture
 def house(tmp_path):
     """A small copy of the house: the floor's compiled-code policy and one room with a law and a loop."""
-    (tmp_path / "matter").mkdir()
+    (tmp_path / "matter" / "compilation").mkdir(parents=True)
     (tmp_path / "sph").mkdir()
-    for name in ("__init__.py", "jit.py", "kernel_cache.py"):
+    for name in ("__init__.py", "compilation/__init__.py", "compilation/jit.py", "compilation/kernel_cache.py"):
         shutil.copyfile(ROOT / "matter" / name, tmp_path / "matter" / name)
     (tmp_path / "sph" / "__init__.py").write_text("")
     (tmp_path / "sph" / "loop.py").write_text(LOOP)

@@ -101,9 +101,9 @@ print(*(loop(1.0) for loop in loops), sum(sum(loop.stats.cache_hits.values()) fo
 @pytest.fixture
 def house(tmp_path):
     """The floor's compiled-code policy and one room with the two scripts."""
-    (tmp_path / "matter").mkdir()
+    (tmp_path / "matter" / "compilation").mkdir(parents=True)
     (tmp_path / "sph").mkdir()
-    for name in ("__init__.py", "jit.py", "kernel_cache.py"):
+    for name in ("__init__.py", "compilation/__init__.py", "compilation/jit.py", "compilation/kernel_cache.py"):
         shutil.copyfile(ROOT / "matter" / name, tmp_path / "matter" / name)
     for name, text in {"__init__.py": "", "pairs.py": PAIRS, "closures.py": CLOSURES}.items():
         (tmp_path / "sph" / name).write_text(text)

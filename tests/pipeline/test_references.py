@@ -10,7 +10,7 @@ import pytest
 
 from matter.case import material
 from matter.errors import InputError
-from pipeline.case import bibliography, read
+from pipeline.case import bibliography, read, stages
 from pipeline.settings import describe, references
 from pipeline.settings.compose import compose, hash8
 
@@ -90,6 +90,14 @@ def test_an_asteroids_run_does_not_cite_the_thesis_on_callisto(tmp_path):
     assert "Winter2017" in valhalla - ryugu
     assert {"Arakawa2020", "RaducanJutzi2022", "HousenHolsapple2011", "Zhang2017"} <= ryugu
     assert not {"BarnesHut1986", "Kessler1981", "CashKarp1990"} & ryugu
+
+
+@pytest.mark.parametrize("name", ["valhalla_980km", "sci_ryugu", "dart_dimorphos"])
+def test_files_that_a_run_leaves_idle_exist(name):
+    """A law that was moved would be cited by every run, and nothing would say so."""
+    for stage, settings in compose(read.read(CASES / name, "quick")).items():
+        idle = getattr(stages.load(stage), "idle_sources", lambda settings: set())
+        assert [path for path in idle(settings) if not path.is_file()] == []
 
 
 def test_gravity_by_a_tree_is_cited_where_the_body_attracts_itself(tmp_path):
