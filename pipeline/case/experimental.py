@@ -24,7 +24,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "sph.symmetry": ("half",),
     "sph.artificial_stress": (),
     "sph.materials.NAME.eos": ("table",),
-    "handoff.transfer.correction": ("regional",),
+    "handoff.correction": ("regional",),
     "dem.contact.normal": ("hertz",),
     "dem.contact.tangential": ("mindlin",),
     "dem.contact.mindlin_history": ("displacement",),

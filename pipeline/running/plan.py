@@ -61,17 +61,13 @@ def first_to_make(request: Request, settings: Mapping[str, Model]) -> str:
 def _looked_through(request: Request, settings: Mapping[str, Model]) -> Iterator[tuple[str, str, str]]:
     """Wanted stage, what would become of it, and its name in the store where that is known."""
     run, places = request.run_folder, dict[str, Path]()
-    old, first = view.of_old_layout(run), request.wanted[0] if request.fresh else request.start
+    first = request.wanted[0] if request.fresh else request.start
     anew = {*view.to_make_anew(run), *(stages.ORDER[stages.ORDER.index(first) :] if first else ())}
     for stage in stages.ORDER:
         mine = stages.folder(run, stage)
         if stage not in request.wanted:
             if mine.exists():
                 places[stage] = mine
-            continue
-        if stage in old:
-            places[stage] = mine
-            yield stage, f"{HERE}, by an older version", ""
             continue
         elsewhere = request.case.outside.get(stage)
         if stage not in settings and elsewhere is None:

@@ -44,8 +44,6 @@ def run(request: Request, screen: Screen) -> Outcome:
     screen.say(f"run folder: {run_folder}")
     for text in warnings:
         screen.say(f"WARNING: {text}")
-    if old := view.of_old_layout(run_folder):
-        return _of_old_layout(request, old, screen)
     with lock.held(run_folder / "run.lock", str(run_folder)), signals(screen):
         progress.clear_stop()
         archive.remove_unfinished(run_folder, below=False)  # stages are looked after when they are opened
@@ -101,39 +99,6 @@ def _stop_between(state: progress.Progress) -> None:
     Raises ``Stopped``."""
     if state.stage in _WITHOUT_CHECKPOINTS and state.fraction < 1.0:
         progress.stop_here(state.stage)
-
-
-def _of_old_layout(request: Request, old: list[str], screen: Screen) -> Outcome:
-    """A run that an older version made, with its stages in the run folder: it can be read, not gone on with. Raises
-    ``InputError`` where something is to be made."""
-    outcome, run_folder = Outcome(request.run_folder), request.run_folder
-    if (
-        request.start
-        or request.fresh
-        or any(stage not in old or not _record(run_folder, stage) for stage in request.wanted)
-    ):
-        raise InputError(
-            f"{run_folder} was made by an older version, with the stages in the run folder itself: what is done there "
-            f"can be read, not gone on with. "
-            f"Finish it with that version, or make it anew: cp {run_folder / 'case.used.toml'} mine.toml; run_case "
-            f"mine.toml "
-            "(a key that is gone, such as [bed] share, is named and can be left out)"
-        )
-    for stage in request.wanted:
-        done = _record(run_folder, stage)
-        intact.check(stages.folder(run_folder, stage), stage, done.get("files", {}), content=False)
-        screen.ends(
-            stage,
-            f"{stages.folder(run_folder, stage).name}: up to date ({done.get('wall_s', 0):.1f} s), made by an older "
-            f"version",
-        )
-        if done.get("unsound"):
-            outcome.unsound[stage] = done["unsound"]
-    return outcome
-
-
-def _record(run_folder: Path, stage: str) -> dict[str, Any]:
-    return folder.mark(stages.folder(run_folder, stage) / folder.DONE)
 
 
 def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal: Journal, outcome: Outcome) -> None:

@@ -112,17 +112,6 @@ def make_anew(run: Path, some: Mapping[str, bool]) -> None:
         (run / ANEW).unlink(missing_ok=True)
 
 
-def of_old_layout(run: Path) -> list[str]:
-    """The stages that an older version made in the run folder itself, where there was no store."""
-    old = []
-    for stage in stages.ORDER:
-        place = stages.folder(run, stage)
-        marks = folder.record(place / folder.DONE) or folder.record(place / folder.BEGUN)
-        if marks and "key" not in marks and not place.is_symlink():
-            old.append(stage)
-    return old
-
-
 def refuse_foreign(run: Path, stage: str) -> None:
     """Raise ``InputError`` when the stage's folder holds files that no run made: they would be lost."""
     place = stages.folder(run, stage)

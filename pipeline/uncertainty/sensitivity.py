@@ -9,7 +9,7 @@ that need further runs, and a table in the report.
 Times are those of the run x0.5 and x2, speed limits x0.5 and x2, alpha x0.67 and x1.5; every variant changes one of
 them and keeps the run's own values of the others, the time included. Each is made with ``draws`` beds and compared
 with the run handed over onto the same bed: the mean of the changes and its error tell an effect from the luck of one
-bed. Controls: the carved bed without motion, the bed carved at the datum (``handoff.transfer.control``).
+bed. Controls: the carved bed without motion, the bed carved at the datum (``handoff.control``).
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def variants(run: Path, draws: int = 1) -> list[Variant]:
         values = {"time": time, "speed_limit": limit, "alpha": alpha} | changed
         return (
             f'handoff.time="{values["time"]!r} s"',
-            f'handoff.source.speed_limit="{values["speed_limit"]!r} m/s"',
+            f'handoff.speed_limit="{values["speed_limit"]!r} m/s"',
             f"handoff.alpha={values['alpha']!r}",
         )
 
@@ -66,6 +66,6 @@ def variants(run: Path, draws: int = 1) -> list[Variant]:
             others.append(Variant(name, (*one.overrides, f"bed.seed={seed + k - 1}"), shares=("nbody", "sph")))
     every += others
     return every + [
-        Variant(f"control_{kind}", (*fixed(), f'handoff.transfer.control="{kind}"'))
+        Variant(f"control_{kind}", (*fixed(), f'handoff.control="{kind}"'))
         for kind in ("at_rest", "uncarved")
     ]

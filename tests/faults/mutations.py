@@ -81,7 +81,7 @@ def _header(text: str, rng: random.Random) -> str:
             "[target.layers]",
             "[preset]",
             "[a.b.c.d.e.f]",
-            "[dem.contact.contact]",
+            "[dem.contact]",
             rng.choice(heads),
         ]
     )

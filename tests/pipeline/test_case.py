@@ -308,7 +308,7 @@ def test_a_value_of_several_kinds_is_one_complaint():
         message = complaint(
             place,
             "handoff.time=later",
-            "handoff.source.offset=x",
+            "handoff.offset=x",
             "sph.materials.ice.strenth=x",
             "dem.accept=no_twist",
             "handoff.waive.x=3",
@@ -316,7 +316,7 @@ def test_a_value_of_several_kinds_is_one_complaint():
     for words in (
         '--set handoff.time  handoff.time: must be "auto" or "last"',
         "or: cannot read 'later' as a quantity: write a number and a unit, '1.5 s' for example (given: \"later\")",
-        '--set handoff.source.offset  handoff.source.offset: must be "auto", or: must be a number (given: "x")',
+        '--set handoff.offset  handoff.offset: must be "auto", or: must be a number (given: "x")',
         "sph.materials.ice.strenth: there is no such key; did you mean 'strength'?",
         'dem.accept: must be a list, ["no_twist"] for example',
         "handoff.waive.x: must be a text in quotes (given: 3)",

@@ -103,7 +103,7 @@ def test_the_crater_stage_gets_the_chain_error_of_what_was_measured(folder):
     assert errors("quick") is None  # nothing is known of this preset
     assert errors("tiny", "impact.speed=15 km/s") is None  # nor of another impact
     assert (
-        errors("tiny", "bed.seed=1", "handoff.pages.pictures=false") == given
+        errors("tiny", "bed.seed=1", "handoff.pictures=false") == given
     )  # the same values, and one that is only looked at
     assert errors("tiny", "bed.seed=2") is None
     assert errors("tiny", 'crater.chain.final.depth_m="7 km"').final.depth_m == 7e3  # a case's own

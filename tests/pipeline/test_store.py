@@ -111,7 +111,7 @@ def test_a_case_that_says_the_same_in_other_words_makes_nothing_anew(go, case_fo
         (("bed.radius=2 km", "sph.steps=7"), ("sph.steps=7", "bed.radius=2 km")),
         (("sph.steps=7",), ("sph.steps=9", "sph.steps=7")),
         ((), ("dem.ranks=4",)),
-        ((), ("handoff.pages.pictures=false",)),
+        ((), ("handoff.pictures=false",)),
     ],
     ids=["redundant", "order", "overruled", "ranks", "pictures"],
 )
@@ -125,7 +125,7 @@ def test_options_that_decide_nothing_make_nothing_anew(go, one, other):
     "override",
     [
         "dem.ranks=4",
-        "handoff.pages.pictures=false",
+        "handoff.pictures=false",
         "handoff.particles=7",
         "dem.grains=9",
         "crater.particles=3",
@@ -314,36 +314,6 @@ def test_a_maker_killed_while_a_stage_takes_its_place_loses_nothing(go):
     place.rename(place.with_name(f"{place.name}.anew"))
     _, screen = go()
     assert screen.made() == [] and screen.taken() == ["dem"]
-
-
-def test_a_run_of_the_old_layout_is_read_or_refused(go, case_folder, tmp_path):
-    first, _ = go()
-    old = tmp_path / "old" / first.name
-    shutil.copytree(first, old)
-    for mark in old.glob("*/done.json"):
-        mark.unlink()
-        mark.write_text(
-            json.dumps(
-                {
-                    name: value
-                    for name, value in json.loads((first / mark.parent.name / mark.name).read_text()).items()
-                    if name != "key"
-                }
-            )
-        )
-    screen = Recorder()
-    assert run(Request(going_on.read(old), tmp_path / "old"), screen).run == old
-    assert screen.made() == [] and sum("made by an older version" in line for line in screen.lines) == 6
-    assert not (tmp_path / "old" / store.STORE).exists()
-    for request in (Request(going_on.read(old), start="dem"), Request(going_on.read(old), fresh=True)):
-        with pytest.raises(
-            InputError, match=r"made by an older version.*cp .*case\.used\.toml mine\.toml; run_case mine\.toml"
-        ):
-            run(request, Recorder())
-    (old / "6_crater" / "done.json").unlink()
-    with pytest.raises(InputError, match="made by an older version"):
-        run(Request(going_on.read(old)), Recorder())
-    assert (old / "5_dem" / "last.txt").is_file()
 
 
 def test_two_runs_that_want_one_stage_make_it_once(go, monkeypatch):
