@@ -33,7 +33,6 @@ def idle_sources(settings: Settings) -> set[Path]:
     chosen = {
         "pairs/smoothing": settings.smoothing == "density", "pairs/start_volumes": settings.volumes == "start",
         "stepping/late": settings.late is not None,
-        "stepping/runge_kutta": settings.integrator == "rk3",
         **{f"kernels/{name}": settings.kernel == name for name in kernels.FAMILY.names},
         "pairs/artificial_stress": settings.artificial_stress > 0.0,
         "pairs/gradients": settings.gradients == "corrected",

@@ -18,8 +18,6 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "bed.shape": ("whole",),
     "bed.pull_interval": (),
     "dem.pull_interval": (),
-    "sph.integrator": ("rk3",),
-    "sph.tolerance": (),
     "sph.rim": ("stressed",),
     "sph.symmetry": ("half",),
     "sph.artificial_stress": (),

@@ -1,8 +1,5 @@
 """The integrator of the shock stage: what a cloud is surrounded by, its evaluation of gravity and rates, its steps and
-their limits.
-
-The default steps by leapfrog (``sph.stepping.leapfrog``); ``sph.stepping.runge_kutta`` takes over the rest and steps
-otherwise.
+their limits. It steps by leapfrog (``sph.stepping.leapfrog``).
 """
 
 from __future__ import annotations
@@ -31,7 +28,7 @@ from sph.viscosity import switch as switches
 
 YOUNG = 0.002  # of sqrt(R^3 / G M)
 _NUMBERS: dict[str, type] = {
-    "time": float, "dt": float, "steps": int, "allowed": float, "gravity_time": float, "gravity_evaluations": int,
+    "time": float, "dt": float, "steps": int, "gravity_time": float, "gravity_evaluations": int,
     "gravity_correction": float,
 }  # fmt: skip
 """What of an ``Integrator`` a checkpoint holds beside arrays."""
@@ -64,7 +61,6 @@ class Integrator:
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
         self.soft: late.Soft | None = None
-        self.allowed = np.inf  # by control of the error, where there is any
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
         self.torque_removed, self._torque = np.zeros(3), np.zeros(3)
         self.gravity_time, self._parts = 0.0, np.zeros(PARTS, dtype=np.bool_)
@@ -82,13 +78,8 @@ class Integrator:
             cloud.strain_rate = np.zeros((len(cloud), 6))
         if materials.inertial and not self.scheme.reconstructed:
             raise InputError('inertial_friction needs viscosity = "reconstructed", which keeps the rates of strain')
-        if materials.harden:
-            if numerics.integrator != "leapfrog":
-                raise InputError(
-                    f"integrator {numerics.integrator!r} keeps no plastic strain, which a yield law needs"
-                )
-            if len(cloud.plastic_strain) == 0:
-                cloud.plastic_strain = np.zeros(len(cloud))
+        if materials.harden and len(cloud.plastic_strain) == 0:
+            cloud.plastic_strain = np.zeros(len(cloud))
         if self.scheme.switched:
             cloud.viscosity = np.full(len(cloud), switches.LAWS[numerics.viscosity_switch].START)
 
@@ -310,8 +301,6 @@ class Integrator:
         )
         if self.dt > 0.0 and dt > 1.1 * self.dt:
             dt, why = 1.1 * self.dt, timestep.REASONS.index("growth")
-        if dt > self.allowed:
-            dt, why = self.allowed, timestep.REASONS.index("error")
         self.dt = dt
         left = until - self.time
         if dt >= left:

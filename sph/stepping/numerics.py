@@ -114,11 +114,6 @@ class Numerics(Model):
     corrected gradients; by default, where all are so, that of ``numerics``."""
     artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Strength of the repulsion that keeps particles from clumping in tension (``sph.artificial_stress``; 0: none)."""
-    integrator: Literal["leapfrog", "rk3"] = "leapfrog"
-    """Time integration: ``leapfrog`` (``sph.stepping.leapfrog``), or ``rk3`` with errors of a step below ``tolerance``
-    (``sph.stepping.runge_kutta``)."""
-    tolerance: Annotated[float, Field(gt=0, le=0.1)] = 1e-5
-    """With ``integrator = "rk3"``: largest relative error of a step."""
 
     @property
     def scheme(self) -> Scheme:
