@@ -34,7 +34,6 @@ def idle_sources(settings: Settings) -> set[Path]:
         "pairs/smoothing": settings.smoothing == "density", "pairs/start_volumes": settings.volumes == "start",
         "stepping/late": settings.late is not None,
         **{f"kernels/{name}": settings.kernel == name for name in kernels.FAMILY.names},
-        "pairs/artificial_stress": settings.artificial_stress > 0.0,
         "pairs/gradients": settings.gradients == "corrected",
         "pairs/lattice_gradients": settings.gradients == "normalised",
         "pairs/length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",

@@ -20,7 +20,6 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "dem.pull_interval": (),
     "sph.rim": ("stressed",),
     "sph.symmetry": ("half",),
-    "sph.artificial_stress": (),
     "sph.materials.NAME.eos": ("table",),
     "handoff.transfer.correction": ("regional",),
     "dem.contact.normal": ("hertz",),

@@ -33,7 +33,7 @@ import numpy as np
 from matter.compilation.gather import LANES, columns, narrow_columns, scratch_width
 from matter.compilation.jit import fast_min, parallel_kernel, prange
 from sph.kernels import dispatch as kernels
-from sph.pairs import artificial_stress, conductivity
+from sph.pairs import conductivity
 from sph.pairs.rate_arrays import Rates
 from sph.pairs.row import (
     ENERGY,
@@ -72,7 +72,7 @@ _BLOCK = 64
 def pair_loop(scheme: Scheme):
     """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``Rows``, ``Pairs``, ``Matter`` and
     ``Damping`` of ``sph.pairs.scheme``; out: ``sph.pairs.rate_arrays.Sums``."""
-    kernel, start_volumes, corrected, switched, artificial_stress_taken, reconstructed, conducting = scheme
+    kernel, start_volumes, corrected, switched, reconstructed, conducting = scheme
     second_rows, second_width = scheme.second_rows, scheme.second_width
 
     @parallel_kernel(fastmath=True)
@@ -83,7 +83,6 @@ def pair_loop(scheme: Scheme):
         divergence, curl, approach, number = out.divergence, out.curl, out.approach, out.number
         strain_rate = out.strain_rate
         n = len(number)  # rows behind these are images: read, never written
-        at_spacing = kernels.kernel(kernel, damping.near, 1.0)
         for block in prange((n + _BLOCK - 1) // _BLOCK):
             most = 0
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
@@ -166,16 +165,6 @@ def pair_loop(scheme: Scheme):
                     w = V * before
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
-                    if artificial_stress_taken:
-                        closeness = kernels.kernel(kernel, r, hij) * hij * hij * hij / at_spacing
-                        pull = (
-                            dx * (sxx * dx + 2.0 * (sxy * dy + sxz * dz))
-                            + dy * (syy * dy + 2.0 * syz * dz)
-                            + szz * dz * dz
-                        )
-                        apart = w * artificial_stress.pressure(pull, closeness, r2, hij, damping.artificial_stress)
-                        heat += 0.5 * apart * vr * F
-                        push += apart
                     if not corrected:
                         ax += w * (sxx * gx + sxy * gy + sxz * gz) - push * gx
                         ay += w * (sxy * gx + syy * gy + syz * gz) - push * gy

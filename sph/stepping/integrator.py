@@ -54,9 +54,7 @@ class Integrator:
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
         self.numerics, self.scheme, self.around = numerics, numerics.scheme, around
         self.images, self.edge, self.outside = around.images, around.edge, Outside(around)
-        self.damping = pair_rates.Damping(
-            numerics.alpha, numerics.beta, numerics.artificial_stress, 1.0 / numerics.support, numerics.conductivity
-        )
+        self.damping = pair_rates.Damping(numerics.alpha, numerics.beta, 1.0 / numerics.support, numerics.conductivity)
         self.limits_of_length, self.gradient_scale = numerics.limits_of_length, numerics.gradient_scale
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"

@@ -112,8 +112,6 @@ class Numerics(Model):
     """Coefficient of the artificial conductivity, which spreads what a strong shock's first step heats too much
     (``sph.conductivity``; 0: none). Needs ``viscosity = "reconstructed"`` without ``viscosity_switch`` and without
     corrected gradients; by default, where all are so, that of ``numerics``."""
-    artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """Strength of the repulsion that keeps particles from clumping in tension (``sph.artificial_stress``; 0: none)."""
 
     @property
     def scheme(self) -> Scheme:
@@ -123,7 +121,6 @@ class Numerics(Model):
             start_volumes=self.volumes == "start",
             corrected=self.gradients == "corrected",
             switched=self.viscosity_switch != "none",
-            artificial_stress=self.artificial_stress > 0.0,
             reconstructed=self.viscosity == "reconstructed",
             conducting=self.conductivity > 0.0,
         )
