@@ -36,7 +36,7 @@ def idle_sources(settings: Settings) -> set[Path]:
         **{f"kernels/{name}": settings.kernel == name for name in kernels.FAMILY.names},
         "pairs/gradients": settings.gradients == "corrected",
         "pairs/lattice_gradients": settings.gradients == "normalised",
-        "pairs/length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",
+        "pairs/length_terms": settings.length_terms,
         "../matter/geometry/tree": settings.target.attracts, "pairs/conductivity": settings.conductivity > 0.0,
         "viscosity/reconstructed": settings.viscosity == "reconstructed",
         **{f"viscosity/{name}": settings.viscosity_switch == name for name in switch.LAWS},

@@ -171,16 +171,6 @@ def rest() -> dict[str, Callable[[], list[dict]]]:
         ),
         solved("... 2 deg above it", lambda: slopes.slope(angle + more), free, 0.3),
     ]
-    found["slope on a stressed rim"] = lambda: [
-        solved(
-            "dry slope on a stressed rim, 2 deg below its angle",
-            lambda: slopes.slope(angle - more, rock=False),
-            0.0,
-            0.01,
-            False,
-        ),
-        solved("... 2 deg above it", lambda: slopes.slope(angle + more, rock=False), free, 0.3),
-    ]
     found["rod"] = pulled
     for sums in ("plain", "corrected"):
         found[f"spin, {sums}"] = partial(spun, sums)

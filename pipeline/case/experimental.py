@@ -18,7 +18,6 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "bed.shape": ("whole",),
     "bed.pull_interval": (),
     "dem.pull_interval": (),
-    "sph.rim": ("stressed",),
     "sph.symmetry": ("half",),
     "sph.materials.NAME.eos": ("table",),
     "handoff.transfer.correction": ("regional",),

@@ -14,7 +14,6 @@ from matter.files import checkpoint
 from matter.geometry import tree
 from sph.bodies import symmetry
 from sph.bodies.cloud import PARTS, Cloud, Neighbourhood, moved_further
-from sph.boundary import stressed_rim as rims
 from sph.boundary.outside import Outside
 from sph.materials.rows import Materials
 from sph.pairs import gradients, length_terms, smoothing, start_volumes
@@ -192,10 +191,6 @@ class Integrator:
         if self.scheme.start_volumes:
             start_volumes.turn(e.row, cloud.start_density)
         self._fill_images()
-        if self.numerics.rim == "stressed" and self.edge is not None:
-            owner = None if self.images is None else self.images.owner
-            rims.carry(e.row, pairs, self.edge.fixed[cloud.identity], owner, self.scheme.kernel)
-            self._fill_images()
         if self.numerics.length_terms and self.limits_of_length is not None:
             length_terms.scale(
                 self.scheme,

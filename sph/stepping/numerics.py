@@ -98,9 +98,6 @@ class Numerics(Model):
     length_terms: bool = Field(default_factory=_length_terms)
     """With ``volumes = "start"`` and ``smoothing = "density"``: include what the change of smoothing lengths adds to
     the density's rate (``sph.length_terms``); by default, where both are so, that of ``numerics``."""
-    rim: Literal["own", "stressed"] = "own"
-    """Stress of the fixed rim: ``own``, that of the start, which passes on half of a shear stress; or ``stressed`` as
-    what leans on it (``sph.boundary.stressed_rim``)."""
     gradients: Literal["plain", "normalised", "corrected"] = _of_set("gradients")
     """``plain``; ``normalised``, exact in an undisturbed lattice (for bodies in balance and waves;
     ``sph.pairs.lattice_gradients``); ``corrected`` in force, density and heat too (for thin shells and spinning
