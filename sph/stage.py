@@ -25,7 +25,6 @@ from sph.outcome import stage_report
 from sph.settings import Settings
 from sph.simulation import Simulation
 from sph.stepping import sides_and_floor
-from sph.viscosity import switch
 
 
 def idle_sources(settings: Settings) -> set[Path]:
@@ -39,7 +38,7 @@ def idle_sources(settings: Settings) -> set[Path]:
         "pairs/length_terms": settings.length_terms,
         "../matter/geometry/tree": settings.target.attracts, "pairs/conductivity": settings.conductivity > 0.0,
         "viscosity/reconstructed": settings.viscosity == "reconstructed",
-        **{f"viscosity/{name}": settings.viscosity_switch == name for name in switch.LAWS},
+        "viscosity/morris_monaghan": settings.viscosity_switch == "morris_monaghan",
     }  # fmt: skip
     return (
         used_laws.idle_sources(settings.chosen_materials())

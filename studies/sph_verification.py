@@ -29,7 +29,7 @@ from matter.files import archive
 from sph.materials.rows import collect
 from sph.shock_states import compaction_wave
 
-SHELLS = [(5_000, sums, switch) for switch in (None, "balsara", "morris_monaghan") for sums in ("plain", "corrected")]
+SHELLS = [(5_000, sums, switch) for switch in (None, "morris_monaghan") for sums in ("plain", "corrected")]
 SHELLS += [
     *((n, "plain", None) for n in (10_000, 20_000)),
     (10_000, "plain", "morris_monaghan"),

@@ -80,7 +80,7 @@ def pair_loop(scheme: Scheme):
         row, second, start_density, inverse = rows.row, rows.second, rows.start_density, rows.inverse
         # numba's parallel loops write arrays that have names of their own, not those inside a tuple
         acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
-        divergence, curl, approach, number = out.divergence, out.curl, out.approach, out.number
+        divergence, approach, number = out.divergence, out.approach, out.number
         strain_rate = out.strain_rate
         n = len(number)  # rows behind these are images: read, never written
         for block in prange((n + _BLOCK - 1) // _BLOCK):
@@ -255,8 +255,6 @@ def pair_loop(scheme: Scheme):
                         czz * thin,
                     )
                 divergence[i] = trace
-                if switched:
-                    curl[i] = math.sqrt((lzy - lyz) ** 2 + (lxz - lzx) ** 2 + (lyx - lxy) ** 2)
                 approach[i] = -slowest
                 number[i] = int(near) - (padded - many)
                 G = matter.shear[matter.material[i]]
@@ -327,8 +325,6 @@ def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Dam
     The rows are turned by ``sph.pairs.start_volumes`` where the scheme takes the volumes of the start, and have second
     rows and ``inverse`` where it asks for them (``sph.gradients``, ``sph.viscosity_switch``).
     """
-    if scheme.switched and len(out.curl) == 0:
-        raise ValueError("a switch of the viscosity asks for the curl: Rates(n, curl=True)")
     if scheme.reconstructed and len(out.strain_rate) == 0:
         raise ValueError("a reconstructed viscosity keeps the velocity gradient: Rates(n, strain_rate=True)")
     if scheme.conducting and (scheme.corrected or scheme.switched):

@@ -23,6 +23,7 @@ from sph.pairs.scheme import Rows
 from sph.stepping import late, leapfrog, net_torque, state, timestep
 from sph.stepping.numerics import Numerics
 from sph.stepping.surroundings import Surroundings
+from sph.viscosity import morris_monaghan
 from sph.viscosity import switch as switches
 
 YOUNG = 0.002  # of sqrt(R^3 / G M)
@@ -66,7 +67,7 @@ class Integrator:
         self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, around.images)
         self.evaluated = state.Evaluated(len(cloud))
-        self.rates = pair_rates.Rates(len(cloud), self.scheme.switched, self.scheme.reconstructed)
+        self.rates = pair_rates.Rates(len(cloud), self.scheme.reconstructed)
         self._omega = np.ones(len(cloud) if numerics.length_terms else 0)
         self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel) if numerics.length_terms else 1.0
         self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
@@ -78,7 +79,7 @@ class Integrator:
         if materials.harden and len(cloud.plastic_strain) == 0:
             cloud.plastic_strain = np.zeros(len(cloud))
         if self.scheme.switched:
-            cloud.viscosity = np.full(len(cloud), switches.LAWS[numerics.viscosity_switch].START)
+            cloud.viscosity = np.full(len(cloud), morris_monaghan.START)
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Arrays and numbers that a resumed run needs to go on to the last bit, with those of cloud, rates, list and
@@ -249,15 +250,7 @@ class Integrator:
         """The share of the viscosity after a step."""
         if self.scheme.switched:
             c, r = self.cloud, self.rates
-            switches.follow(
-                self.numerics.viscosity_switch,
-                dt,
-                r.divergence,
-                r.curl,
-                self.evaluated.sound,
-                c.support_radius,
-                c.viscosity,
-            )
+            switches.follow(dt, r.divergence, self.evaluated.sound, c.support_radius, c.viscosity)
 
     def _follow_length(self) -> None:
         """Smoothing lengths after the density."""

@@ -102,9 +102,9 @@ class Numerics(Model):
     """``plain``; ``normalised``, exact in an undisturbed lattice (for bodies in balance and waves;
     ``sph.pairs.lattice_gradients``); ``corrected`` in force, density and heat too (for thin shells and spinning
     bodies, not for strong shocks; ``sph.gradients``); by default that of ``numerics``."""
-    viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
-    """``none``: full viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity.balsara``);
-    ``morris_monaghan``: a twentieth of it where nothing has been compressed (``sph.viscosity.morris_monaghan``)."""
+    viscosity_switch: Literal["none", "morris_monaghan"] = "none"
+    """``none``: full viscosity everywhere; ``morris_monaghan``: a twentieth of it where nothing has been compressed
+    (``sph.viscosity.morris_monaghan``)."""
     conductivity: Annotated[float, Field(ge=0, le=20)] = Field(default_factory=_conductivity)
     """Coefficient of the artificial conductivity, which spreads what a strong shock's first step heats too much
     (``sph.conductivity``; 0: none). Needs ``viscosity = "reconstructed"`` without ``viscosity_switch`` and without
